@@ -1,0 +1,77 @@
+"""contiga: contact between exact CAD surfaces and deformable meshes.
+
+Names are loaded when first used, so that ``import contiga`` stays as cheap as numba's own import.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "NurbsCurve": "contiga.geometry.curve",
+    "NurbsSurface": "contiga.geometry.surface",
+    "TriMesh": "contiga.geometry.trimesh",
+    "Body": "contiga.geometry.body",
+    "read_cad": "contiga.io.cad",
+    "read_mesh": "contiga.io.mesh",
+    "Slave": "contiga.io.mesh",
+    "ForceLaw": "contiga.forces.laws",
+    "StressLaw": "contiga.forces.laws",
+    "PenaltyLaw": "contiga.forces.laws",
+    "AdaptiveLaw": "contiga.forces.laws",
+    "Characteristic": "contiga.forces.characteristic",
+    "NodalArea": "contiga.area.nodal",
+    "Contact": "contiga.sim.contact",
+    "State": "contiga.sim.state",
+    "load_case": "contiga.case.schema",
+    "run": "contiga.case.build",
+    "Feature": "contiga.records",
+    "Status": "contiga.records",
+    "ContactStatus": "contiga.records",
+    "Projection": "contiga.records",
+    "Hit": "contiga.records",
+}
+_ROOMS = {
+    "shapes": "contiga.geometry.shapes",
+    "clouds": "contiga.geometry.clouds",
+    "errors": "contiga.errors",
+    "motion": "contiga.motion",
+}
+
+__all__ = ["__version__", *_HOME, *_ROOMS]  # noqa: PLE0604
+
+if TYPE_CHECKING:
+    from contiga import errors, motion
+    from contiga.area.nodal import NodalArea
+    from contiga.case.build import run
+    from contiga.case.schema import load_case
+    from contiga.forces.characteristic import Characteristic
+    from contiga.forces.laws import AdaptiveLaw, ForceLaw, PenaltyLaw, StressLaw
+    from contiga.geometry import clouds, shapes
+    from contiga.geometry.body import Body
+    from contiga.geometry.curve import NurbsCurve
+    from contiga.geometry.surface import NurbsSurface
+    from contiga.geometry.trimesh import TriMesh
+    from contiga.io.cad import read_cad
+    from contiga.io.mesh import Slave, read_mesh
+    from contiga.records import ContactStatus, Feature, Hit, Projection, Status
+    from contiga.sim.contact import Contact
+    from contiga.sim.state import State
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        value = getattr(import_module(_HOME[name]), name)
+    elif name in _ROOMS:
+        value = import_module(_ROOMS[name])
+    else:
+        raise AttributeError(f"module 'contiga' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

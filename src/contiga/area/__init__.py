@@ -1,0 +1,1 @@
+"""Contact area of the points that touch."""

@@ -1,0 +1,1 @@
+"""The case file: TOML to a checked Case to a Simulation."""

@@ -1,0 +1,87 @@
+"""Every exception contiga raises on purpose. Each says what is wrong, where, and what is allowed.
+
+`InputError` and its children are the user's to mend (exit code 2 on the command line);
+`RunError` means that a correct input could not be carried through (exit code 1).
+"""
+
+from __future__ import annotations
+
+
+class ContigaWarning(UserWarning):
+    """Something was accepted and handled, but the user should know about it."""
+
+
+class ContigaError(Exception):
+    """Base of all errors raised by contiga."""
+
+    exit_code = 1
+
+
+class RunError(ContigaError):
+    """A valid input could not be carried through to the end."""
+
+
+class InputError(ContigaError, ValueError):
+    """An input is wrong.
+
+    Parameters
+    ----------
+    what : the rule that is broken, as a full statement ("knots must not decrease")
+    where : file, key, line or argument the value stands in
+    found : the offending value, shown with ``repr``
+    allowed : what would be accepted
+    remedy : what to do, where that is not plain from `allowed`
+    """
+
+    exit_code = 2
+    _missing = object()
+
+    def __init__(
+        self,
+        what: str,
+        *,
+        where: str | None = None,
+        found: object = _missing,
+        allowed: str | None = None,
+        remedy: str | None = None,
+    ) -> None:
+        self.what = what
+        self.where = where
+        self.allowed = allowed
+        self.remedy = remedy
+        text = f"{where}: {what}" if where else what
+        if found is not InputError._missing:
+            text += f"; found {found!r}"
+        if allowed:
+            text += f"; allowed: {allowed}"
+        if remedy:
+            text += f". {remedy}"
+        super().__init__(text)
+
+
+class GeometryError(InputError):
+    """A curve, surface or body cannot be built from what was given."""
+
+
+class FileError(InputError):
+    """A file is missing, unreadable, empty or not of the format it claims."""
+
+
+class MeshError(InputError):
+    """A mesh or cloud cannot serve as a slave or a faceted master."""
+
+
+class CaseError(InputError):
+    """A case file has an unknown key, a wrong type or a value that does not fit."""
+
+
+class UnitError(InputError):
+    """A unit is not known or is not of the dimension asked for."""
+
+
+class OutputError(InputError):
+    """The output folder cannot be written, or holds something of another case."""
+
+
+class CheckpointError(InputError):
+    """A checkpoint is damaged or belongs to another case."""

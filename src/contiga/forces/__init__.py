@@ -1,0 +1,1 @@
+"""From penetration and area to force."""

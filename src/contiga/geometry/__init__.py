@@ -1,0 +1,1 @@
+"""Exact geometry: splines, shapes, refinement, trims, bodies."""

@@ -1,0 +1,1 @@
+"""Small numerical helpers shared by every room."""

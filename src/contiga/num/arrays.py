@@ -1,0 +1,45 @@
+"""Arrays at the public door: shape and dtype are checked once here, kernels trust them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import InputError
+from contiga.records import FloatArray
+
+
+def as_points(values: ArrayLike, name: str = "points") -> FloatArray:
+    """`values` as a C-contiguous (n, 3) float64 array (a view where it is one already).
+
+    A single point ``(3,)`` becomes one row. Not-finite entries pass: they are marked row by row.
+    """
+    try:
+        points = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} must be an array of numbers", allowed="shape (n, 3)") from error
+    if points.ndim == 1 and points.shape == (3,):
+        points = points[None, :]
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise InputError(f"{name} must have shape (n, 3)", found=points.shape, allowed="(n, 3)")
+    return points
+
+
+def as_parameters(values: ArrayLike, name: str = "uv") -> FloatArray:
+    """`values` as a C-contiguous (k, 2) float64 array; a single pair becomes one row."""
+    try:
+        uv = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} must be an array of numbers", allowed="shape (k, 2)") from error
+    if uv.ndim == 1 and uv.shape == (2,):
+        uv = uv[None, :]
+    if uv.ndim != 2 or uv.shape[1] != 2:
+        raise InputError(f"{name} must have shape (k, 2)", found=uv.shape, allowed="(k, 2)")
+    return uv
+
+
+def read_only(array: FloatArray) -> FloatArray:
+    """A C-contiguous copy of `array` that cannot be written to."""
+    copy = np.array(array, dtype=np.float64, order="C")
+    copy.flags.writeable = False
+    return copy

@@ -1,0 +1,133 @@
+"""The records and enumerations that rooms hand to each other. Arrays inside are one row a point."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int32]
+ByteArray = NDArray[np.int8]
+
+
+class Feature(IntEnum):
+    """What a foot lies on. Decides how the normal is defined there."""
+
+    NONE = -1
+    """No foot: the point was not found or not asked for."""
+    FACE = 0
+    """Inside a face: the normal is the surface's."""
+    EDGE = 1
+    """On an edge: a crease between faces, a trimmed or a natural border."""
+    VERTEX = 2
+    """On a corner, or on a pole where a whole side of a patch is one point."""
+
+
+class Status(IntEnum):
+    """Outcome of a projection or first hit of one point. Members say what to do about it."""
+
+    OK = 0
+    """Converged: the foot is a stationary point, or the closest point of a border."""
+    BORDER = 1
+    """Converged on a true border of the surface: the surface ends before the foot's normal
+    reaches the point. Contact releases or holds such a point as its ``on_edge`` says."""
+    TRIMMED = 2
+    """The tracked foot ran into a part of the patch that is trimmed away."""
+    MAX_ITERATIONS = 3
+    """Not converged. Take smaller steps, or project with ``mode="global"``."""
+    BRANCH_EVENT = 4
+    """The tracked minimum vanished (the point crossed a focal surface). Re-acquired by
+    ``mode="global"`` in a contact; take smaller steps to stay on the branch."""
+    NOT_FINITE = 5
+    """The point has a NaN or infinite coordinate. Mend the input."""
+    NO_HIT = 6
+    """The segment meets the surface nowhere from its free side (first hit only)."""
+    STARTED_INSIDE = 7
+    """The segment starts on the contact side of the surface at no distance from it."""
+
+
+class ContactStatus(IntEnum):
+    """Where a slave point stands after a step."""
+
+    FREE = 0
+    """Not in contact."""
+    NEW = 1
+    """Came into contact in this step."""
+    OLD = 2
+    """In contact, and was already."""
+    RELEASED = 3
+    """Came back to the free side in this step (Eq. 4.7)."""
+    SLID_OFF = 4
+    """Its foot left the surface over a border or into a trimmed hole in this step."""
+    HELD = 5
+    """In contact at the closest point of a border (``on_edge="hold"``)."""
+    LOST = 6
+    """Could not be solved; left out of the forces. Take smaller steps."""
+    NOT_FINITE = 7
+    """Has a NaN or infinite coordinate; left out of the forces."""
+
+
+IN_CONTACT = (ContactStatus.NEW, ContactStatus.OLD, ContactStatus.HELD)
+
+
+class Projection(NamedTuple):
+    """Feet of n points on a body, in the frame the points came in."""
+
+    patch: IntArray
+    """(n,) index of the patch, −1 where there is no foot."""
+    uv: FloatArray
+    """(n, 2) parameters on that patch."""
+    point: FloatArray
+    """(n, 3) the feet."""
+    normal: FloatArray
+    """(n, 3) unit normals at the feet, to the free side."""
+    gap: FloatArray
+    """(n,) signed distance along the normal, negative inside."""
+    feature: ByteArray
+    """(n,) `Feature`."""
+    status: ByteArray
+    """(n,) `Status`."""
+
+
+class Hit(NamedTuple):
+    """First entry of n swept points into a body."""
+
+    fraction: FloatArray
+    """(n,) of the way from start to end, in [0, 1]; NaN where there is no hit."""
+    patch: IntArray
+    """(n,) index of the patch, −1 where there is no hit."""
+    uv: FloatArray
+    """(n, 2) parameters on that patch."""
+    point: FloatArray
+    """(n, 3) where the path enters."""
+    status: ByteArray
+    """(n,) `Status`."""
+
+
+class LawInput(NamedTuple):
+    """What a force law sees of the n_c points in contact."""
+
+    penetration: FloatArray
+    """(n_c,) λ ≥ 0."""
+    rate: FloatArray
+    """(n_c,) dλ/dt, zero for points without a past."""
+    area: FloatArray
+    """(n_c,) nodal contact areas."""
+    thickness: FloatArray | None
+    """(n_c,) slave thickness where the slave has one."""
+    mass: FloatArray | None
+    """(n_c,) nodal mass where the slave has one."""
+    dt: float
+    """Step length, zero at the start."""
+
+
+class Triangles(NamedTuple):
+    """A plain triangulation."""
+
+    vertices: FloatArray
+    """(n, 3)."""
+    triangles: IntArray
+    """(m, 3) counter-clockwise seen from the free side."""

@@ -1,0 +1,1 @@
+"""Feet and first hits of points on exact geometry."""

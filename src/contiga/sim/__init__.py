@@ -1,0 +1,1 @@
+"""Contact, stepping, runs, checkpoints."""
