@@ -1,0 +1,289 @@
+"""Kernels of the trim tables: monotone pieces, the cell grid, the exact in/out test.
+
+A piece is a rational Bézier segment of a p-curve, monotone in u and in v, as homogeneous
+Bernstein coefficients (wu, wv, w). Its end points are stored apart and shared bit by bit with
+the neighbours in the loop, so that the half-open crossing rule ``v_low <= v < v_high`` counts
+every vertex exactly once, whatever rounding does in between.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+OUT, IN, CUT = 0, 1, 2
+MARGIN = 1e-9
+"""Widening of a piece when cells are marked, as a share of the domain; far above rounding."""
+ON_CURVE = 1e-12
+"""Points this close to a trim curve (share of the domain) count as inside."""
+
+
+class TrimTables(NamedTuple):
+    """Trims of all patches of a body as flat arrays (n pieces, m patches, c cells)."""
+
+    piece_coefs: np.ndarray
+    """(n, maxdeg + 1, 3) homogeneous Bernstein coefficients (wu, wv, w)."""
+    piece_degree: np.ndarray
+    """(n,) int32."""
+    piece_ends: np.ndarray
+    """(n, 4) u, v at the start and u, v at the end, closed up along the loop."""
+    piece_patch: np.ndarray
+    """(n,) int32."""
+    piece_edge: np.ndarray
+    """(n,) int32 index into ``body.edges``, −1 where the p-curve belongs to none."""
+    piece_loop: np.ndarray
+    """(n, 2) int32 loop and index of the p-curve in it."""
+    piece_range: np.ndarray
+    """(n, 2) parameter interval of the piece on its p-curve."""
+    patch_start: np.ndarray
+    """(m + 1,) int64 pieces of a patch are ``patch_start[k]:patch_start[k + 1]``."""
+    trimmed: np.ndarray
+    """(m,) int8, 0 for a patch that is its whole natural rectangle."""
+    domain: np.ndarray
+    """(m, 4) u0, u1, v0, v1."""
+    grid_shape: np.ndarray
+    """(m, 2) int64 cells along u and v, zero for untrimmed patches."""
+    grid_start: np.ndarray
+    """(m + 1,) int64 first cell of a patch; cells are stored u fastest."""
+    cell_state: np.ndarray
+    """(c,) int8 OUT, IN or CUT."""
+    cell_parity: np.ndarray
+    """(c,) int8 crossings to the right of the cell, modulo 2, on the cell's lower line."""
+    cell_start: np.ndarray
+    """(c + 1,) int64 into `cell_pieces`."""
+    cell_pieces: np.ndarray
+    """int32 pieces that meet the cell."""
+    toggle_start: np.ndarray
+    """(c + 1,) int64 into `toggles`."""
+    toggles: np.ndarray
+    """v values inside the cell's row at which `cell_parity` flips."""
+
+
+@njit(cache=True)
+def bernstein_at(coefs, degree, t):
+    """Value (wu, wv, w) of one piece at t by de Casteljau."""
+    a = np.empty((degree + 1, 3))
+    for i in range(degree + 1):
+        for k in range(3):
+            a[i, k] = coefs[i, k]
+    s = 1.0 - t
+    for r in range(degree, 0, -1):
+        for i in range(r):
+            for k in range(3):
+                a[i, k] = s * a[i, k] + t * a[i + 1, k]
+    return a[0, 0], a[0, 1], a[0, 2]
+
+
+@njit(cache=True)
+def parameter_at(coefs, degree, axis, value):
+    """t in [0, 1] at which the monotone coordinate `axis` of a piece takes `value`.
+
+    Values beyond an end give that end. Regula falsi with the Illinois step, kept in a bracket
+    that is halved when it does not shrink; ends when the bracket is down to rounding.
+    """
+    ga = coefs[0, axis] - value * coefs[0, 2]
+    gb = coefs[degree, axis] - value * coefs[degree, 2]
+    if ga == 0.0:
+        return 0.0
+    if gb == 0.0:
+        return 1.0
+    if (ga > 0.0) == (gb > 0.0):
+        return 0.0 if abs(ga) * coefs[degree, 2] < abs(gb) * coefs[0, 2] else 1.0
+    if degree == 1:
+        return ga / (ga - gb)
+    a, b = 0.0, 1.0
+    side = 0
+    for _ in range(200):
+        width = b - a
+        if width <= 2.3e-16:
+            break
+        t = (a * gb - b * ga) / (gb - ga)
+        if not (a < t < b):
+            t = 0.5 * (a + b)
+        x = bernstein_at(coefs, degree, t)
+        g = x[axis] - value * x[2]
+        if g == 0.0:
+            return t
+        if (g > 0.0) == (gb > 0.0):
+            b, gb = t, g
+            if side == 1:
+                ga *= 0.5
+            side = 1
+        else:
+            a, ga = t, g
+            if side == -1:
+                gb *= 0.5
+            side = -1
+        if b - a > 0.5 * width:
+            t = 0.5 * (a + b)
+            x = bernstein_at(coefs, degree, t)
+            g = x[axis] - value * x[2]
+            if g == 0.0:
+                return t
+            if (g > 0.0) == (gb > 0.0):
+                b, gb = t, g
+            else:
+                a, ga = t, g
+            side = 0
+    return 0.5 * (a + b)
+
+
+@njit(cache=True)
+def other_coordinate(tables, piece, axis, value):
+    """The coordinate other than `axis` where piece `piece` has coordinate `axis` = value."""
+    coefs = tables.piece_coefs[piece]
+    degree = tables.piece_degree[piece]
+    t = parameter_at(coefs, degree, axis, value)
+    x = bernstein_at(coefs, degree, t)
+    return x[1 - axis] / x[2]
+
+
+@njit(cache=True)
+def _range_in_row(tables, piece, v_low, v_high):
+    """Interval of u that a piece covers between two lines of constant v."""
+    ends = tables.piece_ends[piece]
+    ua, va, ub, vb = ends[0], ends[1], ends[2], ends[3]
+    if va > vb:
+        ua, va, ub, vb = ub, vb, ua, va
+    low = ua if va >= v_low else other_coordinate(tables, piece, 1, v_low)
+    high = ub if vb <= v_high else other_coordinate(tables, piece, 1, v_high)
+    return min(low, high), max(low, high)
+
+
+@njit(cache=True)
+def cell_of(tables, patch, u, v):
+    """Column and row of the cell that holds (u, v); the row is exact in floating point."""
+    u0, u1 = tables.domain[patch, 0], tables.domain[patch, 1]
+    v0, v1 = tables.domain[patch, 2], tables.domain[patch, 3]
+    nu, nv = tables.grid_shape[patch, 0], tables.grid_shape[patch, 1]
+    du = (u1 - u0) / nu
+    dv = (v1 - v0) / nv
+    i = min(max(int(math.floor((u - u0) / du)), 0), nu - 1)
+    j = min(max(int(math.floor((v - v0) / dv)), 0), nv - 1)
+    if j > 0 and v < v0 + j * dv:
+        j -= 1
+    elif j < nv - 1 and v >= v0 + (j + 1) * dv:
+        j += 1
+    return i, j
+
+
+@njit(cache=True)
+def _near_piece(tables, piece, u, v, eps_u, eps_v):
+    """Whether (u, v) lies on a piece within the tolerance, measured along u or along v."""
+    ends = tables.piece_ends[piece]
+    if u < min(ends[0], ends[2]) - eps_u or u > max(ends[0], ends[2]) + eps_u:
+        return False
+    if v < min(ends[1], ends[3]) - eps_v or v > max(ends[1], ends[3]) + eps_v:
+        return False
+    if abs(other_coordinate(tables, piece, 1, v) - u) <= eps_u:
+        return True
+    return abs(other_coordinate(tables, piece, 0, u) - v) <= eps_v
+
+
+@njit(cache=True)
+def _crosses_right(tables, piece, u, v):
+    """Whether the ray from (u, v) towards +u crosses a piece (half-open in v)."""
+    ends = tables.piece_ends[piece]
+    if not (min(ends[1], ends[3]) <= v < max(ends[1], ends[3])):
+        return False
+    if u < min(ends[0], ends[2]):
+        return True
+    if u >= max(ends[0], ends[2]):
+        return False
+    return other_coordinate(tables, piece, 1, v) > u
+
+
+@njit(cache=True)
+def point_in_trim(tables, patch, u, v):
+    """1 if (u, v) belongs to the trimmed patch, 0 if it is cut away (even-odd rule).
+
+    Exact to rounding: the pieces of one cell are intersected with the ray towards +u; all pieces
+    further right are summed up in the cell's parity. Points on a trim curve count as inside.
+    Parameters outside the domain are clamped to it.
+    """
+    if tables.trimmed[patch] == 0:
+        return 1
+    u0, u1 = tables.domain[patch, 0], tables.domain[patch, 1]
+    v0, v1 = tables.domain[patch, 2], tables.domain[patch, 3]
+    u = min(max(u, u0), u1)
+    v = min(max(v, v0), v1)
+    i, j = cell_of(tables, patch, u, v)
+    cell = tables.grid_start[patch] + j * tables.grid_shape[patch, 0] + i
+    state = tables.cell_state[cell]
+    if state != CUT:
+        return int(state)
+    parity = int(tables.cell_parity[cell])
+    for k in range(tables.toggle_start[cell], tables.toggle_start[cell + 1]):
+        if v >= tables.toggles[k]:
+            parity ^= 1
+    eps_u = ON_CURVE * max(u1 - u0, abs(u0), abs(u1))
+    eps_v = ON_CURVE * max(v1 - v0, abs(v0), abs(v1))
+    for k in range(tables.cell_start[cell], tables.cell_start[cell + 1]):
+        piece = tables.cell_pieces[k]
+        if _near_piece(tables, piece, u, v, eps_u, eps_v):
+            return 1
+        if _crosses_right(tables, piece, u, v):
+            parity ^= 1
+    return parity
+
+
+@njit(cache=True)
+def _piece_meets_box(tables, piece, u0, u1, v0, v1):
+    """Whether a monotone piece meets a box: exact, since its u over the row is an interval."""
+    ends = tables.piece_ends[piece]
+    if max(ends[0], ends[2]) < u0 or min(ends[0], ends[2]) > u1:
+        return False
+    if max(ends[1], ends[3]) < v0 or min(ends[1], ends[3]) > v1:
+        return False
+    low, high = _range_in_row(tables, piece, v0, v1)
+    return high >= u0 and low <= u1
+
+
+@njit(cache=True)
+def box_state(tables, patch, u0, u1, v0, v1):
+    """OUT (0), IN (1) or CUT (2) of a parameter box; IN and OUT are certain.
+
+    The box is widened by a hair, so that a curve along its border makes it CUT.
+    """
+    if tables.trimmed[patch] == 0:
+        return IN
+    domain = tables.domain[patch]
+    hair_u = 4.0 * ON_CURVE * max(domain[1] - domain[0], abs(domain[0]), abs(domain[1]))
+    hair_v = 4.0 * ON_CURVE * max(domain[3] - domain[2], abs(domain[2]), abs(domain[3]))
+    u0, u1, v0, v1 = u0 - hair_u, u1 + hair_u, v0 - hair_v, v1 + hair_v
+    i0, j0 = cell_of(tables, patch, u0, v0)
+    i1, j1 = cell_of(tables, patch, u1, v1)
+    nu = tables.grid_shape[patch, 0]
+    found_in = False
+    found_out = False
+    for j in range(j0, j1 + 1):
+        for i in range(i0, i1 + 1):
+            cell = tables.grid_start[patch] + j * nu + i
+            state = tables.cell_state[cell]
+            if state == IN:
+                found_in = True
+            elif state == OUT:
+                found_out = True
+            else:
+                for k in range(tables.cell_start[cell], tables.cell_start[cell + 1]):
+                    if _piece_meets_box(tables, tables.cell_pieces[k], u0, u1, v0, v1):
+                        return CUT
+    if found_in and found_out:
+        return CUT
+    if found_in:
+        return IN
+    if found_out:
+        return OUT
+    return point_in_trim(tables, patch, 0.5 * (u0 + u1), 0.5 * (v0 + v1))
+
+
+@njit(cache=True)
+def points_in_trim(tables, patch, uv):
+    """`point_in_trim` for rows of (u, v) on one patch."""
+    inside = np.empty(uv.shape[0], np.bool_)
+    for i in range(uv.shape[0]):
+        inside[i] = point_in_trim(tables, patch, uv[i, 0], uv[i, 1]) == 1
+    return inside

@@ -1,0 +1,360 @@
+"""Body: oriented NURBS patches with their trims and shared edges, the master of a contact."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import GeometryError
+from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.surface import NurbsSurface
+from contiga.geometry.trim import Loop, check_loops
+from contiga.num.arrays import as_points, read_only
+from contiga.records import FloatArray, Hit, Projection
+
+if TYPE_CHECKING:
+    from contiga.geometry.trimesh import TriMesh
+
+Trims = tuple[tuple[Loop, ...] | None, ...]
+
+SIDES = ("u0", "u1", "v0", "v1")
+"""Natural sides of an untrimmed patch, by their index in an `EdgeUse`."""
+UNTRIMMED = -1
+"""Loop index of an `EdgeUse` on a natural side."""
+
+
+class EdgeUse(NamedTuple):
+    """One side of an edge: where a patch uses it."""
+
+    patch: int
+    loop: int
+    """Loop of the patch's trims, −1 for a natural side of an untrimmed patch."""
+    index: int
+    """p-curve in the loop, or the side 0 … 3 = u0, u1, v0, v1."""
+    reversed: bool
+    """Whether the p-curve (or the side's growing parameter) runs against the edge's curve."""
+
+
+class BodyEdge(NamedTuple):
+    """An edge of a body: its curve in space and the patches that meet there."""
+
+    curve: NurbsCurve
+    tolerance: float
+    """Largest distance between the curve and the patches' own images of it, length."""
+    uses: tuple[EdgeUse, ...]
+    """One use: a free border. Two: the patches join (twice the same patch: a seam)."""
+    spans: tuple[tuple[float, float], ...] = ()
+    """Per use the parameter interval on the p-curve or side, low to high."""
+
+
+class Body:
+    """A rigid master: one or more NURBS patches, oriented so that normals point to the free side.
+
+    Parameters
+    ----------
+    patches : NurbsSurface, one or more
+    name : what reports and messages call it
+    trims : one entry a patch: None for the whole natural rectangle, else loops of p-curves in the
+        patch's (u, v), head to tail. The even-odd rule decides what is inside. All None if omitted.
+    edges : `BodyEdge`, which patches share which edge
+    unit : length unit of the coordinates, None if unknown
+    reference_point : (3,) point the wrench is taken about, length, body frame
+
+    Raises
+    ------
+    GeometryError
+        No patches, a count of trims that does not fit, loops that do not close or leave the
+        patch's rectangle, edges that name patches which are not there.
+
+    Bodies are immutable; methods return new ones. They compare and hash by identity.
+    """
+
+    def __init__(
+        self,
+        patches: Iterable[NurbsSurface] | NurbsSurface,
+        name: str = "body",
+        trims: Sequence[Sequence[Sequence[NurbsCurve]] | None] | None = None,
+        edges: Sequence[BodyEdge] = (),
+        unit: str | None = None,
+        reference_point: ArrayLike = (0.0, 0.0, 0.0),
+    ) -> None:
+        self._patches = (patches,) if isinstance(patches, NurbsSurface) else tuple(patches)
+        self._name = str(name)
+        if not self._patches:
+            raise GeometryError("a body with no faces", where=self._name, allowed="one or more")
+        for k, patch in enumerate(self._patches):
+            if not isinstance(patch, NurbsSurface):
+                raise GeometryError(
+                    "patches must be NurbsSurface", where=f"{name}, patch {k}", found=type(patch)
+                )
+        self._trims = self._checked_trims(trims)
+        self._edges = self._checked_edges(edges)
+        self._unit = unit
+        self._reference_point = read_only(as_points(reference_point, "reference_point")[0])
+        self._area: float | None = None
+
+    def _checked_trims(
+        self, trims: Sequence[Sequence[Sequence[NurbsCurve]] | None] | None
+    ) -> Trims:
+        if trims is None:
+            return (None,) * len(self._patches)
+        if len(trims) != len(self._patches):
+            raise GeometryError(
+                "trims must have one entry a patch",
+                where=self._name,
+                found=len(trims),
+                allowed=f"{len(self._patches)} entries, None where a patch is not trimmed",
+            )
+        result: list[tuple[Loop, ...] | None] = []
+        for k, (patch, entry) in enumerate(zip(self._patches, trims, strict=True)):
+            if entry is None:
+                result.append(None)
+                continue
+            loops = tuple(tuple(loop) for loop in entry)
+            where = f"{self._name}, patch {k}"
+            if not loops:
+                raise GeometryError(
+                    "a trimmed patch needs a loop", where=where, allowed="loops, or None"
+                )
+            check_loops(loops, patch.domain, where)
+            result.append(loops)
+        return tuple(result)
+
+    def _checked_edges(self, edges: Sequence[BodyEdge]) -> tuple[BodyEdge, ...]:
+        for k, edge in enumerate(edges):
+            for use in edge.uses:
+                loops = self._trims[use.patch] if 0 <= use.patch < len(self._patches) else ()
+                if loops is None:
+                    known = use.loop == UNTRIMMED and 0 <= use.index < len(SIDES)
+                else:
+                    known = 0 <= use.loop < len(loops) and 0 <= use.index < len(loops[use.loop])
+                if not known:
+                    raise GeometryError(
+                        "an edge names a side that is not there",
+                        where=f"{self._name}, edge {k}",
+                        found=tuple(use),
+                        allowed="(patch, loop, index) of the trims, or (patch, −1, side 0…3)",
+                    )
+        return tuple(edges)
+
+    @property
+    def patches(self) -> tuple[NurbsSurface, ...]:
+        """The oriented patches."""
+        return self._patches
+
+    @property
+    def name(self) -> str:
+        """What reports and messages call the body."""
+        return self._name
+
+    @property
+    def trims(self) -> Trims:
+        """Per patch None, or its loops of p-curves."""
+        return self._trims
+
+    @property
+    def edges(self) -> tuple[BodyEdge, ...]:
+        """The known edges with the patches that use them."""
+        return self._edges
+
+    @property
+    def unit(self) -> str | None:
+        """Length unit of the coordinates, None if unknown."""
+        return self._unit
+
+    @property
+    def reference_point(self) -> FloatArray:
+        """(3,) point the wrench is taken about."""
+        return self._reference_point
+
+    @property
+    def size(self) -> float:
+        """Length of the diagonal of `bounds`."""
+        low, high = self.bounds()
+        return float(np.linalg.norm(high - low))
+
+    def __repr__(self) -> str:
+        trimmed = sum(entry is not None for entry in self._trims)
+        return f"Body({self._name!r}, {len(self._patches)} patches, {trimmed} trimmed)"
+
+    def bounds(self) -> FloatArray:
+        """(2, 3) low and high corner of a box that holds every patch (their control points)."""
+        boxes = np.array([patch.bounds() for patch in self._patches])
+        return np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+
+    def area(self, rtol: float = 1e-9) -> float:
+        """Area of what the trims leave, length². Adaptive Gauss quadrature to about `rtol`."""
+        from contiga.geometry.trim_area import body_area
+
+        if self._area is None or rtol < 1e-9:
+            self._area = body_area(self, rtol)
+        return self._area
+
+    def tessellate(self, tol: float) -> TriMesh:
+        """Triangles within `tol` (length) of the surface, trims obeyed; for pictures and fields."""
+        from contiga.geometry.trim_mesh import body_mesh
+
+        return body_mesh(self, tol)
+
+    @classmethod
+    def from_profile(cls, curve: NurbsCurve, depth: float = 1.0, name: str = "profile") -> Body:
+        """A plane problem: `curve` in the plane z = 0, given `depth` about that plane.
+
+        The free side is to the right of the curve's direction: a closed curve that runs
+        counter-clockwise is a solid with normals outward. Forces are per `depth`.
+
+        Raises
+        ------
+        GeometryError
+            The curve leaves z = 0, or the depth is not positive.
+        """
+        points = curve.control_points
+        if not (math.isfinite(depth) and depth > 0.0):
+            raise GeometryError("depth must be positive", where="Body.from_profile", found=depth)
+        reach = float(np.abs(points[:, :2]).max(initial=0.0))
+        if np.abs(points[:, 2]).max() > 1e-12 * reach:
+            raise GeometryError(
+                "a profile must lie in the plane z = 0",
+                where="Body.from_profile",
+                found=float(np.abs(points[:, 2]).max()),
+            )
+        half = np.array([0.0, 0.0, 0.5 * depth])
+        net = np.stack([points - half, points + half], axis=1)
+        weights = None if curve.weights is None else np.stack([curve.weights] * 2, axis=1)
+        knots_v = np.array([-0.5, -0.5, 0.5, 0.5]) * depth
+        patch = NurbsSurface((curve.degree, 1), (curve.knots, knots_v), net, weights)
+        return cls([patch], name=name)
+
+    def _with(
+        self,
+        patches: Sequence[NurbsSurface],
+        trims: Trims | None = None,
+        edges: Sequence[BodyEdge] | None = None,
+        reference_point: FloatArray | None = None,
+    ) -> Body:
+        return Body(
+            patches,
+            name=self._name,
+            trims=self._trims if trims is None else trims,
+            edges=self._edges if edges is None else edges,
+            unit=self._unit,
+            reference_point=self._reference_point if reference_point is None else reference_point,
+        )
+
+    def renamed(self, name: str) -> Body:
+        """The same body under another name."""
+        return Body(
+            self._patches, name, self._trims, self._edges, self._unit, self._reference_point
+        )
+
+    def flipped(self) -> Body:
+        """The same surface with free and contact side swapped; p-curves are mirrored along."""
+        patches = [patch.flipped() for patch in self._patches]
+        trims = tuple(
+            None
+            if loops is None
+            else tuple(tuple(mirrored(curve, *patch.domain[0]) for curve in loop) for loop in loops)
+            for patch, loops in zip(self._patches, self._trims, strict=True)
+        )
+        edges = [flipped_edge(edge, self._patches) for edge in self._edges]
+        return self._with(patches, trims, edges)
+
+    def transformed(self, matrix: ArrayLike) -> Body:
+        """The body after the affine map `matrix` (4, 4). A reflection keeps the free side free."""
+        T = np.asarray(matrix, dtype=np.float64)
+        if T.shape != (4, 4) or not np.isfinite(T).all():
+            raise GeometryError("a transform must be a finite (4, 4) matrix", found=T.shape)
+        determinant = float(np.linalg.det(T[:3, :3]))
+        if determinant == 0.0:
+            raise GeometryError("a transform must not flatten the body", found=determinant)
+        scale = abs(determinant) ** (1.0 / 3.0)
+        moved = self._with(
+            [patch.transformed(T) for patch in self._patches],
+            edges=[
+                edge._replace(curve=edge.curve.transformed(T), tolerance=edge.tolerance * scale)
+                for edge in self._edges
+            ],
+            reference_point=T[:3, :3] @ self._reference_point + T[:3, 3],
+        )
+        return moved.flipped() if determinant < 0.0 else moved
+
+    def translated(self, d: ArrayLike) -> Body:
+        """The body moved by the vector `d` (3,), length."""
+        T = np.eye(4)
+        T[:3, 3] = as_points(d, "d")[0]
+        return self.transformed(T)
+
+    def rotated(self, axis: ArrayLike, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Body:
+        """The body turned by `angle` (radians) about the line through `origin` along `axis`."""
+        direction = as_points(axis, "axis")[0]
+        length = float(np.linalg.norm(direction))
+        if not (math.isfinite(length) and length > 0.0):
+            raise GeometryError("an axis must have a direction", found=direction.tolist())
+        x, y, z = direction / length
+        K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        R = np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * (K @ K)
+        centre = as_points(origin, "origin")[0]
+        T = np.eye(4)
+        T[:3, :3] = R
+        T[:3, 3] = centre - R @ centre
+        return self.transformed(T)
+
+    def scaled(self, s: float) -> Body:
+        """The body scaled by `s` > 0 about the origin."""
+        if not (math.isfinite(s) and s > 0.0):
+            raise GeometryError("a scale must be positive", found=s)
+        return self.transformed(np.diag([s, s, s, 1.0]))
+
+    def project(
+        self, points: ArrayLike, start: Projection | None = None, mode: str = "global"
+    ) -> Projection:
+        """Feet of `points` (n, 3) on the body; see `contiga.search.project`."""
+        from contiga.search import project
+
+        return project(self, as_points(points), start=start, mode=mode)
+
+    def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
+        """First entry of points moving from `p0` to `p1`; see `contiga.search.first_hit`."""
+        from contiga.search import first_hit
+
+        return first_hit(self, as_points(p0, "p0"), as_points(p1, "p1"))
+
+    def contains(self, points: ArrayLike) -> np.ndarray:
+        """(n,) bool: on the contact side of the closest face; see `contiga.search.contains`."""
+        from contiga.search import contains
+
+        return contains(self, as_points(points))
+
+
+def mirrored(curve: NurbsCurve, low: float, high: float) -> NurbsCurve:
+    """A p-curve with u replaced by low + high − u, its direction kept."""
+    points = curve.control_points.copy()
+    points[:, 0] = low + high - points[:, 0]
+    return NurbsCurve(curve.degree, curve.knots, points, curve.weights)
+
+
+def flipped_edge(edge: BodyEdge, patches: Sequence[NurbsSurface]) -> BodyEdge:
+    """`edge` after all its patches had their u direction reversed.
+
+    Sides u0 and u1 trade places; along v0 and v1 the growing parameter now runs the other way.
+    """
+    uses: list[EdgeUse] = []
+    spans: list[tuple[float, float]] = []
+    for k, use in enumerate(edge.uses):
+        span = edge.spans[k] if edge.spans else None
+        if use.loop != UNTRIMMED:
+            uses.append(use)
+        elif use.index < 2:
+            uses.append(use._replace(index=1 - use.index))
+        else:
+            uses.append(use._replace(reversed=not use.reversed))
+            if span is not None:
+                total = sum(patches[use.patch].domain[0])
+                span = (total - span[1], total - span[0])
+        if span is not None:
+            spans.append(span)
+    return edge._replace(uses=tuple(uses), spans=tuple(spans))

@@ -1,0 +1,213 @@
+"""Trim tables of a body: what of each patch is there, exactly and fast.
+
+Every p-curve is cut into rational Bézier segments, every segment into pieces monotone in u and
+in v. A grid of IN, OUT and CUT cells over each trimmed patch answers most questions at once; in a
+CUT cell the few pieces that meet it decide by a crossing test on the exact curve.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from contiga.errors import GeometryError
+from contiga.geometry import _trim_build_nb as build_nb
+from contiga.geometry._trim_nb import CUT, IN, OUT, TrimTables, box_state, point_in_trim
+from contiga.geometry.bezier import extract_curve
+from contiga.geometry.curve import NurbsCurve
+from contiga.records import FloatArray
+
+if TYPE_CHECKING:
+    from contiga.geometry.body import Body
+
+__all__ = [
+    "CUT",
+    "IN",
+    "OUT",
+    "TrimTables",
+    "box_state",
+    "build_trim_tables",
+    "check_loops",
+    "point_in_trim",
+]
+
+Loop = tuple[NurbsCurve, ...]
+Domain = tuple[tuple[float, float], tuple[float, float]]
+
+SNAP = 1e-9
+"""Gaps in a loop up to this share of the domain are rounding: the ends are moved together."""
+LARGEST_GAP = 1e-3
+"""Gaps up to this share of the domain are closed by a straight piece; larger ones are errors."""
+OUTSIDE = 1e-6
+"""How far, as a share of the domain, a p-curve may reach over the patch's rectangle."""
+
+
+class _Pieces(NamedTuple):
+    """Pieces of one loop in order."""
+
+    coefs: list[FloatArray]
+    ends: FloatArray
+    curve: list[int]
+    interval: list[tuple[float, float]]
+
+
+def check_loops(loops: tuple[Loop, ...], domain: Domain, where: str) -> None:
+    """Raise GeometryError unless every loop closes and stays in the patch's rectangle.
+
+    Parameters
+    ----------
+    loops : p-curves head to tail, loop by loop
+    domain : ((u0, u1), (v0, v1)) of the patch
+    where : what to call the patch in the message
+    """
+    low = np.array([domain[0][0], domain[1][0]])
+    span = np.array([domain[0][1], domain[1][1]]) - low
+    for k, loop in enumerate(loops):
+        place = f"{where}, loop {k}"
+        if not loop:
+            raise GeometryError("a trimming loop needs at least one p-curve", where=place)
+        ends = np.array([_end_points(curve) for curve in loop])
+        gaps = np.abs(np.roll(ends[:, 0], -1, axis=0) - ends[:, 1]) / span
+        if gaps.max() > LARGEST_GAP:
+            raise GeometryError(
+                "a trimming loop must close: its p-curves do not meet head to tail",
+                where=f"{place}, after p-curve {int(gaps.max(axis=1).argmax())}",
+                found=float(gaps.max()),
+                allowed=f"gaps up to {LARGEST_GAP:g} of the patch's parameter range",
+            )
+        reach = (ends.reshape(-1, 2) - low) / span
+        if reach.min() < -OUTSIDE or reach.max() > 1.0 + OUTSIDE:
+            raise GeometryError(
+                "trimming loops must lie in the patch's parameter rectangle",
+                where=place,
+                found=(float(reach.min()), float(reach.max())),
+                allowed="0 to 1 of the parameter range",
+            )
+
+
+def _end_points(curve: NurbsCurve) -> FloatArray:
+    points = curve.control_points
+    return np.array([points[0, :2], points[-1, :2]])
+
+
+def _loop_pieces(loop: Loop, low: FloatArray, span: FloatArray) -> _Pieces:
+    """Monotone pieces of one loop, closed up, straight pieces added over gaps."""
+    coefs: list[FloatArray] = []
+    curve_of: list[int] = []
+    interval: list[tuple[float, float]] = []
+    for index, curve in enumerate(loop):
+        bezier = extract_curve(curve)
+        segments = np.ascontiguousarray(bezier.coefs[:, :, [0, 1, 3]])
+        degree = segments.shape[1] - 1
+        degrees = np.full(segments.shape[0], degree, dtype=np.int32)
+        pieces, source, part = build_nb.monotone_pieces(segments, degrees)
+        breaks = np.asarray(bezier.breaks)
+        for piece, s, (a, b) in zip(pieces, source, part, strict=True):
+            width = breaks[s + 1] - breaks[s]
+            coefs.append(piece)
+            curve_of.append(index)
+            interval.append((float(breaks[s] + a * width), float(breaks[s] + b * width)))
+    ends = np.array([[*(c[0, :2] / c[0, 2]), *(c[-1, :2] / c[-1, 2])] for c in coefs])
+    return _close(_Pieces(coefs, ends, curve_of, interval), low, span)
+
+
+def _close(pieces: _Pieces, low: FloatArray, span: FloatArray) -> _Pieces:
+    """Make the end of each piece the start of the next, bit by bit."""
+    coefs: list[FloatArray] = []
+    ends: list[FloatArray] = []
+    curve_of: list[int] = []
+    interval: list[tuple[float, float]] = []
+    bounds = np.concatenate([low, low]), np.concatenate([low + span, low + span])
+    clamped = np.clip(pieces.ends, *bounds)
+    n = len(pieces.coefs)
+    for i in range(n):
+        start = clamped[(i + 1) % n, :2]
+        end = clamped[i, 2:]
+        bridge = bool(np.any(np.abs(start - end) > SNAP * span))
+        ends.append(np.concatenate([clamped[i, :2], end if bridge else start]))
+        coefs.append(pieces.coefs[i])
+        curve_of.append(pieces.curve[i])
+        interval.append(pieces.interval[i])
+        if bridge:
+            coefs.append(np.array([[*end, 1.0], [*start, 1.0]]))
+            ends.append(np.concatenate([end, start]))
+            curve_of.append(-1)
+            interval.append((0.0, 0.0))
+    return _Pieces(coefs, np.array(ends), curve_of, interval)
+
+
+def build_trim_tables(body: Body) -> TrimTables:
+    """Tables for `point_in_trim` and `box_state` over all patches of `body`.
+
+    Returns
+    -------
+    TrimTables
+        Flat arrays; patches without trims take no cells and are inside everywhere.
+    """
+    edge_of = {
+        (use[0], use[1], use[2]): k for k, edge in enumerate(body.edges) for use in edge.uses
+    }
+    coefs: list[FloatArray] = []
+    ends: list[FloatArray] = [np.empty((0, 4))]
+    intervals: list[tuple[float, float]] = []
+    keys: list[tuple[int, int, int, int]] = []
+    counts = np.zeros(len(body.patches), dtype=np.int64)
+    for k, (patch, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
+        (u0, u1), (v0, v1) = patch.domain
+        for m, loop in enumerate(loops or ()):
+            part = _loop_pieces(loop, np.array([u0, v0]), np.array([u1 - u0, v1 - v0]))
+            coefs += part.coefs
+            ends.append(part.ends)
+            intervals += part.interval
+            keys += [(k, m, c, edge_of.get((k, m, c), -1)) for c in part.curve]
+            counts[k] += len(part.coefs)
+    key_array = np.array(keys, dtype=np.int32).reshape(-1, 4)
+    padded, degree = _stack(coefs)
+    return _with_cells(
+        body,
+        counts,
+        piece_coefs=padded,
+        piece_degree=degree,
+        piece_ends=np.concatenate(ends),
+        piece_patch=key_array[:, 0].copy(),
+        piece_edge=key_array[:, 3].copy(),
+        piece_loop=key_array[:, 1:3].copy(),
+        piece_range=np.array(intervals).reshape(-1, 2),
+    )
+
+
+def _stack(coefs: list[FloatArray]) -> tuple[FloatArray, np.ndarray]:
+    degree = np.array([len(c) - 1 for c in coefs], dtype=np.int32)
+    padded = np.zeros((len(coefs), int(degree.max(initial=1)) + 1, 3))
+    for row, c in zip(padded, coefs, strict=True):
+        row[: len(c)] = c
+    return padded, degree
+
+
+def _with_cells(body: Body, counts: np.ndarray, **pieces: np.ndarray) -> TrimTables:
+    """The full tables: grids sized by the number of pieces, cells filled."""
+    trimmed = np.array([loops is not None for loops in body.trims], dtype=np.int8)
+    side = [min(max(math.ceil(3.0 * math.sqrt(c)), 4), 512) if c else 0 for c in counts]
+    grid_shape = np.array([[s, s] for s in side], dtype=np.int64)
+    cells_of = np.where(trimmed > 0, grid_shape.prod(axis=1), 0)
+    total = int(cells_of.sum())
+    tables = TrimTables(
+        **pieces,
+        patch_start=np.concatenate([[0], np.cumsum(counts)]),
+        trimmed=trimmed,
+        domain=np.array([[*p.domain[0], *p.domain[1]] for p in body.patches]),
+        grid_shape=grid_shape,
+        grid_start=np.concatenate([[0], np.cumsum(cells_of)]),
+        cell_state=np.zeros(total, dtype=np.int8),
+        cell_parity=np.zeros(total, dtype=np.int8),
+        cell_start=np.zeros(total + 1, dtype=np.int64),
+        cell_pieces=np.zeros(0, dtype=np.int32),
+        toggle_start=np.zeros(total + 1, dtype=np.int64),
+        toggles=np.zeros(0),
+    )
+    cell_start, cell_pieces, toggle_start, toggles = build_nb.fill_cells(tables)
+    return tables._replace(
+        cell_start=cell_start, cell_pieces=cell_pieces, toggle_start=toggle_start, toggles=toggles
+    )
