@@ -1,0 +1,65 @@
+# make demo    run the example and say where its report lies
+# make test    everything the continuous integration checks
+# make lint    style, types, import walls      make bench   the measured speeds      make docs   the pages
+# VENV=folder chooses the virtual environment, PYTHON=interpreter what it is made from.
+
+VENV ?= .venv
+PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
+  if $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1; \
+  then echo $$p; break; fi; done)
+BIN := $(VENV)/bin
+DEMO := out/demo
+GENERATED := examples/generated
+ONE_THREAD := $(wildcard tests/cases tests/unit/search)
+PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
+
+.PHONY: demo test lint bench docs clean
+.DEFAULT_GOAL := demo
+
+demo: $(BIN)/.run-stamp $(GENERATED)/headform.step $(GENERATED)/pad.vtu
+	$(BIN)/contiga run examples/01_headform.toml -o $(DEMO)
+	@echo "The report: $(abspath $(DEMO)/report.html)"
+
+test: lint
+	NUMBA_NUM_THREADS=2 $(PYTEST)
+	NUMBA_DISABLE_JIT=1 $(PYTEST) -m interpreted
+	NUMBA_NUM_THREADS=1 $(PYTEST) -m "not slow" $(ONE_THREAD)
+
+lint: $(BIN)/.test-stamp
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: $(BIN)/.bench-stamp
+	$(BIN)/python -m benchmarks
+
+docs: $(BIN)/.run-stamp
+	$(BIN)/python docs/check_links.py
+
+clean:
+	rm -rf out $(GENERATED) $(VENV)
+
+$(GENERATED)/headform.step: examples/make_headform.py $(BIN)/.run-stamp
+	$(BIN)/python examples/make_headform.py $@
+
+$(GENERATED)/pad.vtu: examples/make_pad.py $(BIN)/.run-stamp
+	$(BIN)/python examples/make_pad.py $@
+
+# A stamp is newer than pyproject.toml once its packages are installed: a second call does nothing.
+$(BIN)/.venv-stamp:
+	@test -n "$(PYTHON)" || { echo "contiga needs Python 3.11 or newer; install one or say which: make PYTHON=/path/to/python3.12" >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || { echo "$(PYTHON) cannot make a virtual environment; on Debian and Ubuntu install python3-venv" >&2; rm -rf $(VENV); exit 1; }
+	@touch $@
+
+$(BIN)/.run-stamp: pyproject.toml $(BIN)/.venv-stamp
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	@touch $@
+
+$(BIN)/.test-stamp: pyproject.toml $(BIN)/.venv-stamp
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[test]"
+	@touch $@ $(BIN)/.run-stamp
+
+$(BIN)/.bench-stamp: pyproject.toml $(BIN)/.venv-stamp
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[bench]"
+	@touch $@ $(BIN)/.run-stamp
