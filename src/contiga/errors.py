@@ -47,6 +47,7 @@ class InputError(ContigaError, ValueError):
     ) -> None:
         self.what = what
         self.where = where
+        self.found = None if found is InputError._missing else found
         self.allowed = allowed
         self.remedy = remedy
         text = f"{where}: {what}" if where else what

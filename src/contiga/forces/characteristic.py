@@ -1,0 +1,213 @@
+"""Characteristics: how a force or stress follows from a penetration, a strain or a rate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import InputError, RunError
+from contiga.num.arrays import read_only
+from contiga.records import FloatArray
+
+Extrapolation = Literal["linear", "constant", "error"]
+Function = Callable[[FloatArray], ArrayLike]
+
+# Small enough for functions that grow fast, and more than one value, so that a callable that
+# takes single numbers only is found out when the curve is made and not in the middle of a run.
+_PROBE = np.array([0.0, 1e-6, 1e-3])
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class Characteristic:
+    """A curve ``y(x)``: piecewise linear through a table, a straight line, or a function.
+
+    Parameters
+    ----------
+    curve : number, (n, 2) table or callable
+        A number ``k`` is the line ``y = k x``. A table has one row ``x, y`` a point, ``x``
+        strictly increasing, n ≥ 2. A callable takes a float64 array and returns one of the same
+        shape; it is tried once here and its answers are checked at every call.
+    extrapolation : what happens outside a table
+        ``"linear"`` (default) continues the first and the last segment, as the large crash codes
+        do, so that a contact which goes deeper than its table goes on stiffening and is not
+        driven through at a constant force. ``"constant"`` holds the end values. ``"error"`` stops
+        the run with the value asked for.
+    name : how errors call the curve
+
+    Notes
+    -----
+    Negative abscissae are allowed. A penetration or a strain never gets there; a rate does when
+    a contact opens, and a damping table that starts at x = 0 is continued below zero as
+    `extrapolation` says.
+
+    Raises
+    ------
+    InputError
+        Fewer than two points, abscissae that repeat or go back, not-finite entries, a callable
+        that does not take arrays or answers with another shape or with NaN.
+    RunError
+        When evaluated outside a table with ``extrapolation="error"``.
+
+    `x` and `y` are the columns of the table, empty for a callable.
+
+    >>> Characteristic([[0.0, 0.0], [1.0, 2.0], [2.0, 8.0]])([0.5, 1.5, 3.0])
+    array([ 1.,  5., 14.])
+    """
+
+    x: FloatArray
+    y: FloatArray
+    function: Function | None
+    extrapolation: Extrapolation
+    name: str
+
+    def __init__(
+        self,
+        curve: CurveLike,
+        *,
+        extrapolation: Extrapolation = "linear",
+        name: str = "curve",
+    ) -> None:
+        if extrapolation not in get_args(Extrapolation):
+            raise InputError(
+                "the extrapolation is not known",
+                where=name,
+                found=extrapolation,
+                allowed=", ".join(map(repr, get_args(Extrapolation))),
+            )
+        x = y = np.zeros(0)
+        function: Function | None = None
+        if isinstance(curve, Characteristic):
+            x, y, function, extrapolation = curve.x, curve.y, curve.function, curve.extrapolation
+        elif isinstance(curve, int | float | np.number) and not isinstance(curve, bool):
+            x, y = _line(float(curve), name)
+            extrapolation = "linear"
+        elif callable(curve):
+            function = curve
+        else:
+            x, y = _table(curve, name)
+        for key, value in zip(
+            ("x", "y", "function", "extrapolation", "name"),
+            (x, y, function, extrapolation, name),
+            strict=True,
+        ):
+            object.__setattr__(self, key, value)
+        if function is not None:
+            _try(self)
+
+    def __call__(self, x: ArrayLike) -> FloatArray:
+        """Ordinates at `x`, an array of any shape; the answer has the same shape."""
+        at = np.asarray(x, dtype=np.float64)
+        if self.function is not None:
+            return _checked_answer(self, at)
+        below, above = at < self.x[0], at > self.x[-1]
+        if self.extrapolation == "error" and (below.any() or above.any()):
+            outside = at[below | above].flat[0]
+            raise RunError(
+                f"{self.name}: the characteristic is asked at {outside:.6g}, outside its table "
+                f"[{self.x[0]:.6g}, {self.x[-1]:.6g}]. Extend the table, or let it extrapolate "
+                'with extrapolation = "linear" or "constant"'
+            )
+        y = np.asarray(np.interp(at, self.x, self.y))
+        if self.extrapolation == "linear":
+            first, last = self.end_slopes
+            y = np.where(below, self.y[0] + first * (at - self.x[0]), y)
+            y = np.where(above, self.y[-1] + last * (at - self.x[-1]), y)
+        return y
+
+    @property
+    def end_slopes(self) -> tuple[float, float]:
+        """Slopes of the first and the last segment of a table."""
+        dx, dy = np.diff(self.x), np.diff(self.y)
+        return float(dy[0] / dx[0]), float(dy[-1] / dx[-1])
+
+    @property
+    def is_table(self) -> bool:
+        """Whether the curve is piecewise linear (a table or a number), not a callable."""
+        return self.function is None
+
+
+CurveLike: TypeAlias = Characteristic | float | ArrayLike | Function
+
+
+def _line(slope: float, name: str) -> tuple[FloatArray, FloatArray]:
+    if not np.isfinite(slope):
+        raise InputError("a coefficient must be finite", where=name, found=slope)
+    return read_only(np.array([0.0, 1.0])), read_only(np.array([0.0, slope]))
+
+
+def _table(curve: object, name: str) -> tuple[FloatArray, FloatArray]:
+    """The two columns of a table, checked."""
+    rule = "rows [x, y], x strictly increasing, at least two"
+    try:
+        table = np.asarray(curve, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            "a characteristic must be a number, a table of numbers or a callable",
+            where=name,
+            found=type(curve).__name__,
+            allowed=rule,
+        ) from error
+    if table.ndim != 2 or table.shape[1] != 2:
+        raise InputError(
+            "a characteristic table must have two columns",
+            where=name,
+            found=table.shape,
+            allowed=rule,
+        )
+    if len(table) < 2:
+        raise InputError(
+            "a characteristic needs at least two points", where=name, found=len(table), allowed=rule
+        )
+    if not np.isfinite(table).all():
+        row = int(np.flatnonzero(~np.isfinite(table).all(axis=1))[0])
+        raise InputError(
+            f"row {row} is not finite", where=name, found=table[row].tolist(), allowed=rule
+        )
+    back = np.flatnonzero(np.diff(table[:, 0]) <= 0.0)
+    if back.size:
+        row = int(back[0])
+        raise InputError(
+            f"the abscissae go back or repeat at row {row + 1}",
+            where=name,
+            found=table[row : row + 2, 0].tolist(),
+            allowed=rule,
+        )
+    return read_only(table[:, 0]), read_only(table[:, 1])
+
+
+def _try(curve: Characteristic) -> None:
+    """Call a callable once with an array, so that a wrong one is found before the run."""
+    try:
+        curve(_PROBE)
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(
+            f"the function fails when called with an array ({type(error).__name__}: {error})",
+            where=curve.name,
+            allowed="a function of a float64 array that returns one of the same shape",
+            remedy="Write it with numpy functions (np.where in place of if)",
+        ) from error
+
+
+def _checked_answer(curve: Characteristic, at: FloatArray) -> FloatArray:
+    assert curve.function is not None
+    y = np.asarray(curve.function(at), dtype=np.float64)
+    if y.shape != at.shape:
+        raise InputError(
+            f"the function must answer an array of shape {at.shape} with one of the same shape",
+            where=curve.name,
+            found=y.shape,
+        )
+    finite = np.isfinite(y)
+    if not finite.all():
+        raise InputError(
+            f"the function's value at {at[~finite].flat[0]:.6g} is not finite",
+            where=curve.name,
+            found=float(y[~finite].flat[0]),
+        )
+    return y

@@ -1,0 +1,41 @@
+"""How one total force is shared among the points in contact (thesis, Eq. 3.3)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.records import FloatArray
+
+
+def share(total: float, penetration: FloatArray, area: FloatArray) -> FloatArray:
+    """Shares of the force `total`: F_i = F λ_i A_i / Σ_j λ_j A_j (Eq. 3.3).
+
+    Parameters
+    ----------
+    total : force F
+    penetration, area : (n,) λ_i ≥ 0 and A_i ≥ 0
+
+    Returns
+    -------
+    (n,) forces whose sum is `total` to rounding; empty where there are no points.
+
+    Notes
+    -----
+    Where Σ λ_j A_j = 0 the formula says nothing. Then the force is shared by penetration alone;
+    if all penetrations are zero, by area alone; if all areas are zero as well, equally.
+    """
+    if penetration.size == 0:
+        return np.zeros(0)
+    depth, extent = _relative(penetration), _relative(area)
+    for weight in (depth * extent, depth, extent):
+        whole = float(weight.sum())
+        if whole > 0.0:
+            shares: FloatArray = total * (weight / whole)
+            return shares
+    return np.full(penetration.shape, total / penetration.size)
+
+
+def _relative(values: FloatArray) -> FloatArray:
+    # By the largest, so that a product of two tiny numbers does not vanish.
+    largest = float(values.max())
+    return values / largest if largest > 0.0 else np.zeros_like(values)
