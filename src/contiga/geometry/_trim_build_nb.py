@@ -179,8 +179,8 @@ def _columns(tables, patch, low, high):
     nu = tables.grid_shape[patch, 0]
     du = (u1 - u0) / nu
     margin = MARGIN * max(u1 - u0, abs(u0), abs(u1))
-    first = min(max(int(math.floor((low - margin - u0) / du)), 0), nu - 1)
-    last = min(max(int(math.floor((high + margin - u0) / du)), 0), nu - 1)
+    first = min(max(math.floor((low - margin - u0) / du), 0), nu - 1)
+    last = min(max(math.floor((high + margin - u0) / du), 0), nu - 1)
     return first, last
 
 

@@ -161,8 +161,8 @@ def cell_of(tables, patch, u, v):
     nu, nv = tables.grid_shape[patch, 0], tables.grid_shape[patch, 1]
     du = (u1 - u0) / nu
     dv = (v1 - v0) / nv
-    i = min(max(int(math.floor((u - u0) / du)), 0), nu - 1)
-    j = min(max(int(math.floor((v - v0) / dv)), 0), nv - 1)
+    i = min(max(math.floor((u - u0) / du), 0), nu - 1)
+    j = min(max(math.floor((v - v0) / dv), 0), nv - 1)
     if j > 0 and v < v0 + j * dv:
         j -= 1
     elif j < nv - 1 and v >= v0 + (j + 1) * dv:

@@ -1,0 +1,153 @@
+"""Units at the door: factors between length, mass and time units, and labels of derived ones.
+
+The library itself is unit-free. `pint` knows the units; nothing else imports it.
+"""
+
+from __future__ import annotations
+
+import math
+from difflib import get_close_matches
+from functools import lru_cache
+from typing import Any
+
+from contiga.errors import UnitError
+
+COMMON = {
+    "length": ("m", "mm", "cm", "um", "km", "in", "ft"),
+    "mass": ("kg", "g", "mg", "t", "lb", "slug"),
+    "time": ("s", "ms", "us", "min", "h"),
+}
+_DIMENSIONS = {"length": "[length]", "mass": "[mass]", "time": "[time]"}
+_BASE = {"length": "m", "mass": "kg", "time": "s"}
+_NAMES = {
+    "length": (*COMMON["length"], "millimetre", "metre", "centimetre", "inch", "foot", "mile"),
+    "mass": (*COMMON["mass"], "kilogram", "gram", "tonne", "pound"),
+    "time": (*COMMON["time"], "second", "millisecond", "minute", "hour"),
+}
+_SPELLINGS = {
+    "mil": "thou",
+    "mils": "thou",
+    "inches": "inch",
+    "feet": "foot",
+    "tonne": "metric_ton",
+    "t": "metric_ton",
+}
+_FORCES = {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "kN": 1e3, "MN": 1e6, "GN": 1e9, "dyn": 1e-5}
+_STRESSES = {"Pa": 1.0, "mPa": 1e-3, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12}
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry()
+
+
+@lru_cache(maxsize=256)
+def base_factor(unit: str, dimension: str, where: str | None = None) -> float:
+    """How many SI base units (m, kg, s) one `unit` is.
+
+    Parameters
+    ----------
+    unit : any spelling `pint` knows: "mm", "millimetre", "in", "INCH", …
+    dimension : "length", "mass" or "time"
+    where : file or key the unit stands in, for the message
+
+    Raises
+    ------
+    UnitError
+        The unit is not known, or is one of another dimension.
+
+    >>> base_factor("mm", "length")
+    0.001
+    """
+    text = unit.strip() if isinstance(unit, str) else ""
+    readings = _readings(text)
+    for quantity in readings:
+        if quantity.check(_DIMENSIONS[dimension]):
+            return float(quantity.to(_BASE[dimension]).magnitude)
+    known = f"a unit of {dimension}, such as {', '.join(COMMON[dimension])}"
+    if readings:
+        raise UnitError(f"not a unit of {dimension}", where=where, found=unit, allowed=known)
+    close = get_close_matches(text, _NAMES[dimension], n=1, cutoff=0.7) if text else []
+    raise UnitError(
+        "not a known unit",
+        where=where,
+        found=unit,
+        allowed=known,
+        remedy=f"Did you mean {close[0]!r}?" if close else None,
+    )
+
+
+def _readings(text: str) -> list[Any]:
+    """One `text` as a quantity, spelt as it is and in lower case ("MM", "INCH" in CAD files)."""
+    registry = _registry()
+    found = []
+    for spelling in dict.fromkeys((text, text.lower())):
+        try:
+            unit = registry.parse_units(_SPELLINGS.get(spelling, spelling))
+        except Exception:  # pint raises its own errors, the tokenizer's and Python's alike
+            continue
+        if spelling:
+            found.append(1.0 * unit)
+    return found
+
+
+def length_factor(from_unit: str, to_unit: str, where: str | None = None) -> float:
+    """What a length in `from_unit` is multiplied by to be in `to_unit`.
+
+    >>> length_factor("in", "mm")
+    25.4
+    """
+    return _ratio(from_unit, to_unit, "length", where)
+
+
+def mass_factor(from_unit: str, to_unit: str, where: str | None = None) -> float:
+    """What a mass in `from_unit` is multiplied by to be in `to_unit`."""
+    return _ratio(from_unit, to_unit, "mass", where)
+
+
+def time_factor(from_unit: str, to_unit: str, where: str | None = None) -> float:
+    """What a time in `from_unit` is multiplied by to be in `to_unit`."""
+    return _ratio(from_unit, to_unit, "time", where)
+
+
+def _ratio(from_unit: str, to_unit: str, dimension: str, where: str | None) -> float:
+    a = base_factor(from_unit, dimension, where)
+    b = base_factor(to_unit, dimension, where)
+    # 15 digits: 0.0254 / 0.001 is 25.4, not its neighbour, and no unit is known to more.
+    return float(f"{a / b:.15g}")
+
+
+def derived_units(length: str, mass: str, time: str) -> dict[str, str]:
+    """Labels of the derived units of a consistent set.
+
+    Returns
+    -------
+    dict
+        "area", "velocity", "force", "moment", "stress", "energy". Coherent SI names where one
+        fits, else the product of the base units.
+
+    >>> derived_units("mm", "kg", "ms")["stress"]
+    'GPa'
+    """
+    l = base_factor(length, "length")
+    m = base_factor(mass, "mass")
+    t = base_factor(time, "time")
+    force = _named(m * l / t**2, _FORCES) or f"{mass}·{length}/{time}²"
+    stress = _named(m / (l * t**2), _STRESSES) or f"{mass}/({length}·{time}²)"
+    return {
+        "area": f"{length}²",
+        "velocity": f"{length}/{time}",
+        "force": force,
+        "moment": f"{force}·{length}",
+        "stress": stress,
+        "energy": f"{force}·{length}",
+    }
+
+
+def _named(value: float, names: dict[str, float]) -> str | None:
+    for name, size in names.items():
+        if math.isclose(value, size, rel_tol=1e-12):
+            return name
+    return None
