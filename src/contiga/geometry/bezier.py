@@ -1,0 +1,79 @@
+"""Bézier extraction: a spline as one Bernstein polynomial for each element."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.geometry import knots as kv
+from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.surface import NurbsSurface
+from contiga.records import FloatArray
+
+
+class BezierGrid(NamedTuple):
+    """The elements of a surface."""
+
+    coefs: FloatArray
+    """(nu, nv, p + 1, q + 1, 4) homogeneous Bernstein coefficients (wx, wy, wz, w)."""
+    u_breaks: FloatArray
+    """(nu + 1,) borders of the elements in u."""
+    v_breaks: FloatArray
+    """(nv + 1,) borders of the elements in v."""
+
+
+class BezierCurve(NamedTuple):
+    """The elements of a curve."""
+
+    coefs: FloatArray
+    """(ns, p + 1, 4) homogeneous Bernstein coefficients (wx, wy, wz, w)."""
+    breaks: FloatArray
+    """(ns + 1,) borders of the elements."""
+
+
+def extract(
+    surface: NurbsSurface, u: FloatArray | None = None, v: FloatArray | None = None
+) -> BezierGrid:
+    """Bernstein coefficients of every element (knot span) of `surface`.
+
+    Every interior knot is raised to the multiplicity of the degree by knot insertion (The NURBS
+    Book, 5.3), which leaves the shape.
+
+    Parameters
+    ----------
+    u, v : further borders at which to cut elements, strictly inside the domain
+    """
+    p, q = surface.degrees
+    (u_knots, u_breaks), (v_knots, v_breaks) = (
+        _cut(knots, degree, extra)
+        for knots, degree, extra in zip(surface.knots, (p, q), (u, v), strict=True)
+    )
+    points = kv.refine_points(surface.knots[0], p, surface.homogeneous, u_knots, 0)
+    points = kv.refine_points(surface.knots[1], q, points, v_knots, 1)
+    i = _windows(len(u_breaks) - 1, p)
+    j = _windows(len(v_breaks) - 1, q)
+    coefs = points[i[:, None, :, None], j[None, :, None, :]]
+    return BezierGrid(np.ascontiguousarray(coefs), u_breaks, v_breaks)
+
+
+def extract_curve(curve: NurbsCurve) -> BezierCurve:
+    """Bernstein coefficients of every element (knot span) of `curve`."""
+    knots, borders = _cut(curve.knots, curve.degree, None)
+    points = kv.refine_points(curve.knots, curve.degree, curve.homogeneous, knots)
+    coefs = points[_windows(len(borders) - 1, curve.degree)]
+    return BezierCurve(np.ascontiguousarray(coefs), borders)
+
+
+def _cut(knots: FloatArray, degree: int, extra: FloatArray | None) -> tuple[FloatArray, FloatArray]:
+    """Knots with every border `degree` times (one more at the ends), and the borders."""
+    borders = np.unique(knots if extra is None else np.concatenate([knots, extra]))
+    times = np.full(borders.size, degree)
+    times[[0, -1]] += 1
+    return np.repeat(borders, times), borders
+
+
+def _windows(elements: int, degree: int) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
+    """(elements, degree + 1) indices of the points of each element; neighbours share one."""
+    starts = np.arange(elements, dtype=np.int64) * degree
+    return starts[:, None] + np.arange(degree + 1, dtype=np.int64)

@@ -1,0 +1,249 @@
+"""B-spline and NURBS curves: immutable, any degree from 1 to 15."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import GeometryError
+from contiga.geometry import knots as kv
+from contiga.geometry import transform
+from contiga.geometry._evaluate_nb import CurveArrays, curve_range
+from contiga.num.arrays import read_only
+from contiga.records import FloatArray
+
+
+class NurbsCurve:
+    """A B-spline curve, or with weights a NURBS curve. It never changes; methods return new ones.
+
+    The domain is ``[U_p, U_n]``. Knots that are not clamped there are clamped by knot insertion,
+    with the parameters unchanged.
+
+    Parameters
+    ----------
+    degree : int, 1 to 15
+    knots : (n + degree + 1,), not decreasing, interior knots at most `degree` times
+    control_points : (n, 3), or (n, 2) with z = 0
+    weights : (n,) positive; None for a B-spline
+
+    Raises
+    ------
+    GeometryError
+        counts that do not fit, knots that decrease, weights that are not positive, NaN.
+
+    >>> line = NurbsCurve(1, [0, 0, 1, 1], [[0, 0, 0], [2, 0, 0]])
+    >>> line.evaluate(0.5)
+    array([[1., 0., 0.]])
+    """
+
+    __slots__ = ("__weakref__", "_arrays", "_rational")
+    _arrays: CurveArrays
+    _rational: bool
+
+    def __init__(
+        self,
+        degree: int,
+        knots: ArrayLike,
+        control_points: ArrayLike,
+        weights: ArrayLike | None = None,
+    ) -> None:
+        p = kv.check_degree(degree, "degree")
+        points = kv.check_numbers(control_points, "control_points")
+        if points.ndim != 2 or points.shape[1] not in (2, 3):
+            raise GeometryError(
+                "control points of a curve must have shape (n, 3)",
+                where="control_points",
+                found=points.shape,
+                allowed="(n, 3), or (n, 2) in the plane",
+            )
+        n = points.shape[0]
+        factors = kv.check_weights(weights, (n,), "weights")
+        U = kv.check_knots(knots, p, n, "knots")
+        net = np.zeros((n, 4))
+        net[:, : points.shape[1]] = points
+        net[:, 3] = 1.0 if factors is None else factors
+        if not kv.is_clamped(U, p, n):
+            inner = kv.clamped(U, p, float(U[p]), float(U[n]))
+            net = cartesian(kv.refine_points(U, p, homogeneous(net), inner))
+            U = inner
+        self._set(p, U, net, factors is not None)
+
+    def _set(self, degree: int, knots: FloatArray, net: FloatArray, rational: bool) -> None:
+        arrays = CurveArrays(degree, read_only(knots), read_only(net))
+        object.__setattr__(self, "_arrays", arrays)
+        object.__setattr__(self, "_rational", rational)
+
+    @classmethod
+    def _from_homogeneous(
+        cls, degree: int, knots: FloatArray, points: FloatArray, rational: bool
+    ) -> NurbsCurve:
+        """A curve from parts that are known to fit: clamped knots and (n, 4) (wx, wy, wz, w)."""
+        curve = cls.__new__(cls)
+        curve._set(degree, knots, cartesian(points, rational), rational)
+        return curve
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a NurbsCurve cannot be changed: {name}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.degree, self.knots, self.control_points, self.weights)
+
+    def __repr__(self) -> str:
+        kind = "NURBS" if self._rational else "B-spline"
+        a, b = self.domain
+        return (
+            f"<{kind} curve, degree {self.degree}, {len(self.control_points)} points, [{a}, {b}]>"
+        )
+
+    @property
+    def arrays(self) -> CurveArrays:
+        """What kernels take."""
+        return self._arrays
+
+    @property
+    def degree(self) -> int:
+        return self._arrays.degree
+
+    @property
+    def knots(self) -> FloatArray:
+        """(n + degree + 1,), clamped, read-only."""
+        return self._arrays.knots
+
+    @property
+    def control_points(self) -> FloatArray:
+        """(n, 3), read-only."""
+        return self._arrays.net[:, :3]
+
+    @property
+    def weights(self) -> FloatArray | None:
+        """(n,), read-only; None for a B-spline."""
+        return self._arrays.net[:, 3] if self._rational else None
+
+    @property
+    def is_rational(self) -> bool:
+        return self._rational
+
+    @property
+    def homogeneous(self) -> FloatArray:
+        """(n, 4) control points (wx, wy, wz, w), a new array."""
+        return homogeneous(self._arrays.net)
+
+    @property
+    def domain(self) -> tuple[float, float]:
+        return float(self.knots[0]), float(self.knots[-1])
+
+    def bounds(self) -> FloatArray:
+        """(2, 3) lower and upper corner of the control points, which hold the curve."""
+        return np.array([self.control_points.min(axis=0), self.control_points.max(axis=0)])
+
+    def evaluate(self, u: ArrayLike) -> FloatArray:
+        """Points (k, 3) at the parameters `u` (k,) or a single one."""
+        return self.derivatives(u, 0)[:, 0]
+
+    def derivatives(self, u: ArrayLike, order: int = 2) -> FloatArray:
+        """(k, order + 1, 3): entry [:, a] is the a-th derivative, [:, 0] the point.
+
+        At a knot the derivatives are those of the piece to its right.
+
+        Raises
+        ------
+        InputError
+            a parameter outside the domain by more than rounding.
+        """
+        t = np.atleast_1d(np.asarray(u, dtype=np.float64)).ravel()
+        t = kv.check_parameters(t, self.domain, "u")
+        out = np.zeros((t.size, kv.check_order(order) + 1, 3))
+        curve_range(self._arrays, t, order, out)
+        return out
+
+    def insert_knots(self, u: ArrayLike) -> NurbsCurve:
+        """The same curve with the knots `u` inserted (several at once, existing ones too)."""
+        refined = kv.with_inserted(self.knots, self.degree, u, "u")
+        return self._refined(refined)
+
+    def _refined(self, refined: FloatArray) -> NurbsCurve:
+        points = kv.refine_points(self.knots, self.degree, self.homogeneous, refined)
+        return self._from_homogeneous(self.degree, refined, points, self._rational)
+
+    def elevate(self, t: int = 1) -> NurbsCurve:
+        """The same curve with its degree `t` higher and its smoothness kept."""
+        kv.check_degree(self.degree + kv.check_order(t), "degree after elevation")
+        knots, points = self.knots, self.homogeneous
+        for degree in range(self.degree, self.degree + t):
+            knots, points = kv.elevate_points(knots, degree, points)
+        return self._from_homogeneous(self.degree + t, knots, points, self._rational)
+
+    def k_refined(self, t: int, u: ArrayLike = ()) -> NurbsCurve:
+        """Degree `t` higher, then the knots `u` inserted, which so are as smooth as can be."""
+        return self.elevate(t).insert_knots(u)
+
+    def restricted(self, low: float, high: float) -> NurbsCurve:
+        """The part over ``[low, high]``, with its parameters unchanged."""
+        a, b = self.domain
+        if not a <= low < high <= b:
+            raise GeometryError(
+                "not a part of the domain", found=(low, high), allowed=f"within [{a}, {b}]"
+            )
+        return self._refined(kv.clamped(self.knots, self.degree, float(low), float(high)))
+
+    def split(self, u: float) -> tuple[NurbsCurve, NurbsCurve]:
+        """The parts before and after the parameter `u`."""
+        t = kv.check_inner_parameter(u, self.domain, "u")
+        a, b = self.domain
+        return self.restricted(a, t), self.restricted(t, b)
+
+    def reversed(self) -> NurbsCurve:
+        """The same curve run backwards over the same domain: u becomes ``u0 + u1 - u``."""
+        curve = type(self).__new__(type(self))
+        curve._set(self.degree, kv.mirrored(self.knots), self._arrays.net[::-1], self._rational)
+        return curve
+
+    def transformed(self, matrix: ArrayLike) -> NurbsCurve:
+        """The curve moved by a regular affine (4, 4) matrix."""
+        return self._moved(transform.affine(matrix))
+
+    def _moved(self, matrix: FloatArray) -> NurbsCurve:
+        net = np.array(self._arrays.net)
+        net[:, :3] = transform.apply(matrix, self.control_points)
+        curve = type(self).__new__(type(self))
+        curve._set(self.degree, self.knots, net, self._rational)
+        return curve
+
+    def translated(self, d: ArrayLike) -> NurbsCurve:
+        """The curve moved by the vector `d`."""
+        return self._moved(transform.translation(d))
+
+    def rotated(
+        self, axis: transform.Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)
+    ) -> NurbsCurve:
+        """The curve turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector)."""
+        return self._moved(transform.rotation(axis, angle, origin))
+
+    def scaled(self, s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> NurbsCurve:
+        """The curve scaled by `s` > 0, one number or one for each axis."""
+        return self._moved(transform.scaling(s, origin))
+
+    def length(self, rtol: float = 1e-10) -> float:
+        """Arc length, to the relative tolerance `rtol` (adaptive Gauss quadrature)."""
+        from contiga.geometry.quadrature import curve_length
+
+        return curve_length(self, rtol)
+
+
+def homogeneous(net: FloatArray) -> FloatArray:
+    """(..., 4) (x, y, z, w) as (wx, wy, wz, w)."""
+    out = np.array(net)
+    out[..., :3] *= net[..., 3:]
+    return out
+
+
+def cartesian(points: FloatArray, rational: bool = True) -> FloatArray:
+    """(..., 4) (wx, wy, wz, w) as (x, y, z, w); for a B-spline the weights are exactly one."""
+    out = np.array(points)
+    if rational:
+        out[..., :3] /= points[..., 3:]
+    else:
+        out[..., 3] = 1.0
+    return out

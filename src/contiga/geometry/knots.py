@@ -1,0 +1,318 @@
+"""Knot vectors and control nets: what is accepted, and the maps from one knot vector to another.
+
+Whatever comes in leaves as a *clamped* vector: both end knots ``degree + 1`` times, interior
+knots at most `degree` times. Unclamped vectors are clamped by knot insertion, which changes
+neither the curve nor its parameters.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import GeometryError, InputError
+from contiga.geometry._basis_nb import (
+    apply_rows,
+    basis_derivatives,
+    elevation_rows,
+    find_span,
+    refinement_rows,
+)
+from contiga.records import FloatArray
+
+MAX_DEGREE = 15
+_ULPS = 4.0 * float(np.finfo(np.float64).eps)
+_SLACK = 1e-10
+
+
+def check_degree(degree: object, where: str) -> int:
+    """`degree` as an int from 1 to 15."""
+    if (
+        isinstance(degree, bool)
+        or not isinstance(degree, int | np.integer)
+        or not 1 <= degree <= MAX_DEGREE
+    ):
+        raise GeometryError(
+            "the degree must be a whole number",
+            where=where,
+            found=degree,
+            allowed=f"1 to {MAX_DEGREE}",
+        )
+    return int(degree)
+
+
+def check_numbers(values: ArrayLike, where: str) -> FloatArray:
+    """`values` as a new float64 array without NaN or infinity."""
+    try:
+        array = np.array(values, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise GeometryError("not an array of numbers", where=where) from error
+    if not np.isfinite(array).all():
+        at = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise GeometryError(f"the entry at {at} is not finite", where=where, found=float(array[at]))
+    return array
+
+
+def check_weights(
+    weights: ArrayLike | None, shape: tuple[int, ...], where: str
+) -> FloatArray | None:
+    """`weights` of the control net's `shape`, all positive; None stays None."""
+    if weights is None:
+        return None
+    array = check_numbers(weights, where)
+    if array.shape != shape:
+        raise GeometryError(
+            "there must be one weight for each control point",
+            where=where,
+            found=array.shape,
+            allowed=str(shape),
+        )
+    if (array <= 0.0).any():
+        at = tuple(int(i) for i in np.argwhere(array <= 0.0)[0])
+        raise GeometryError(
+            f"the weight at {at} must be positive", where=where, found=float(array[at])
+        )
+    return array
+
+
+def check_knots(knots: ArrayLike, degree: int, count: int, where: str) -> FloatArray:
+    """`knots` checked against `degree` and the number of control points, not yet clamped.
+
+    Knots that differ by less than four units in the last place are made equal: the sliver
+    between them is rounding, not geometry.
+
+    Raises
+    ------
+    GeometryError
+        too few control points, a length other than ``count + degree + 1``, knots that decrease,
+        an empty domain ``[U_p, U_n]``, or an interior knot more than `degree` times (a jump).
+    """
+    array = check_numbers(knots, where)
+    if array.ndim != 1:
+        raise GeometryError("knots must be one row of numbers", where=where, found=array.shape)
+    if count < degree + 1:
+        raise GeometryError(
+            f"degree {degree} needs at least {degree + 1} control points", where=where, found=count
+        )
+    if array.size != count + degree + 1:
+        raise GeometryError(
+            f"{count} control points of degree {degree} need {count + degree + 1} knots",
+            where=where,
+            found=array.size,
+        )
+    steps = np.diff(array)
+    if (steps < 0.0).any():
+        at = int(np.argmax(steps < 0.0)) + 1
+        raise GeometryError(
+            f"knots must not decrease, but knot {at} is below knot {at - 1}",
+            where=where,
+            found=(float(array[at - 1]), float(array[at])),
+        )
+    array = _snapped(array)
+    low, high = array[degree], array[count]
+    if not low < high:
+        raise GeometryError(
+            "the domain from knot p to knot n is empty",
+            where=where,
+            found=(float(low), float(high)),
+        )
+    inside = array[(array > low) & (array < high)]
+    values, times = np.unique(inside, return_counts=True)
+    if (times > degree).any():
+        at = int(np.argmax(times > degree))
+        raise GeometryError(
+            f"the interior knot {float(values[at])!r} is there {int(times[at])} times, "
+            "so the geometry may jump there",
+            where=where,
+            allowed=f"at most {degree} times at degree {degree}",
+            remedy="Give the pieces as separate curves or patches",
+        )
+    return array
+
+
+def _snapped(knots: FloatArray) -> FloatArray:
+    """`knots` with runs that differ by rounding only made equal."""
+    close = _ULPS * max(abs(knots[0]), abs(knots[-1]))
+    out = knots.copy()
+    for i in range(1, out.size):
+        if out[i] - out[i - 1] <= close:
+            out[i] = out[i - 1]
+    return out
+
+
+def breaks(knots: FloatArray) -> FloatArray:
+    """The distinct knots of a clamped vector: the borders of its elements."""
+    return np.unique(knots)
+
+
+def multiplicity(knots: FloatArray, t: float) -> int:
+    """How often `t` is in `knots`."""
+    return int(np.count_nonzero(knots == t))
+
+
+def clamped(knots: FloatArray, degree: int, low: float, high: float) -> FloatArray:
+    """The knots strictly between `low` and `high`, with both of these ``degree + 1`` times."""
+    inside = knots[(knots > low) & (knots < high)]
+    return np.concatenate([np.full(degree + 1, low), inside, np.full(degree + 1, high)])
+
+
+def is_clamped(knots: FloatArray, degree: int, count: int) -> bool:
+    """Whether both ends carry exactly ``degree + 1`` knots."""
+    ends_meet = bool(knots[0] == knots[degree] and knots[count] == knots[-1])
+    return ends_meet and bool(knots[degree] < knots[degree + 1] and knots[count - 1] < knots[count])
+
+
+def refine_points(
+    knots: FloatArray, degree: int, points: FloatArray, refined: FloatArray, axis: int = 0
+) -> FloatArray:
+    """Control points on `refined`, a clamped vector that holds every knot of its range.
+
+    Oslo algorithm (Cohen, Lyche and Riesenfeld 1980), any number of knots at once. `refined` may
+    cover a part of the old domain only: that is how a spline is split.
+
+    Parameters
+    ----------
+    points : (..., n along `axis`, ..., 4), homogeneous coordinates
+    """
+    rows = refinement_rows(knots, degree, points.shape[axis], refined)
+    return _mapped(rows, points, axis)
+
+
+def elevate_points(
+    knots: FloatArray, degree: int, points: FloatArray, axis: int = 0
+) -> tuple[FloatArray, FloatArray]:
+    """Knots and control points of the same spline with the degree one higher."""
+    values, times = np.unique(knots, return_counts=True)
+    elevated = np.repeat(values, times + 1)
+    rows = elevation_rows(knots, degree, points.shape[axis], elevated)
+    return elevated, _mapped(rows, points, axis)
+
+
+def _mapped(rows: tuple[FloatArray, FloatArray], points: FloatArray, axis: int) -> FloatArray:
+    first, weights = rows
+    moved = np.moveaxis(points, axis, 0)
+    flat = np.ascontiguousarray(moved).reshape(moved.shape[0], -1)
+    out = apply_rows(first, weights, flat).reshape(weights.shape[0], *moved.shape[1:])
+    return np.ascontiguousarray(np.moveaxis(out, 0, axis))
+
+
+def with_inserted(knots: FloatArray, degree: int, new: ArrayLike, where: str) -> FloatArray:
+    """`knots` with the values `new` merged in (several at once, existing knots too).
+
+    Raises
+    ------
+    GeometryError
+        a value outside the open domain, or one that would stand more than `degree` times.
+    """
+    values = np.sort(np.atleast_1d(check_numbers(new, where)).ravel())
+    low, high = float(knots[0]), float(knots[-1])
+    if values.size == 0:
+        return knots
+    if values[0] <= low or values[-1] >= high:
+        bad = values[0] if values[0] <= low else values[-1]
+        raise GeometryError(
+            "knots can be inserted inside the domain only",
+            where=where,
+            found=float(bad),
+            allowed=f"between {low!r} and {high!r}",
+        )
+    out = np.sort(np.concatenate([knots, values]))
+    distinct, times = np.unique(out[degree + 1 : -degree - 1], return_counts=True)
+    if (times > degree).any():
+        at = int(np.argmax(times > degree))
+        raise GeometryError(
+            f"knot {float(distinct[at])!r} would stand {int(times[at])} times",
+            where=where,
+            allowed=f"at most {degree} times at degree {degree}",
+        )
+    return out
+
+
+def check_parameters(values: FloatArray, domain: tuple[float, float], name: str) -> FloatArray:
+    """`values` (k,) clipped into `domain`; an excess beyond rounding is an error.
+
+    Raises
+    ------
+    InputError
+        a value that is NaN, or outside by more than 1e-10 of the domain's length.
+    """
+    low, high = domain
+    slack = _SLACK * (high - low) + _ULPS * max(abs(low), abs(high))
+    good = (values >= low - slack) & (values <= high + slack)
+    if not good.all():
+        at = int(np.argmax(~good))
+        raise InputError(
+            f"row {at} of {name} is outside the domain",
+            found=float(values[at]),
+            allowed=f"[{low!r}, {high!r}]",
+        )
+    return np.clip(values, low, high)
+
+
+def check_inner_parameter(t: float, domain: tuple[float, float], where: str) -> float:
+    """`t` as a float strictly inside `domain`."""
+    low, high = domain
+    if not low < t < high:
+        raise GeometryError(
+            "the parameter must lie inside the domain",
+            where=where,
+            found=t,
+            allowed=f"between {low!r} and {high!r}",
+        )
+    return float(t)
+
+
+def basis(knots: FloatArray, degree: int, parameters: ArrayLike, order: int = 0) -> FloatArray:
+    """All basis functions and derivatives at `parameters`, as a dense array.
+
+    Parameters
+    ----------
+    knots : clamped knot vector
+    parameters : (k,) inside the domain
+    order : highest derivative
+
+    Returns
+    -------
+    (k, order + 1, n) float64
+
+    >>> basis(np.array([0.0, 0.0, 1.0, 1.0]), 1, [0.25])[0, 0]
+    array([0.75, 0.25])
+    """
+    t = np.atleast_1d(np.asarray(parameters, dtype=np.float64))
+    n = knots.size - degree - 1
+    t = check_parameters(t, (float(knots[degree]), float(knots[n])), "parameters")
+    out = np.zeros((t.size, order + 1, n))
+    part = np.empty((order + 1, degree + 1))
+    for row, value in enumerate(t):
+        span = find_span(knots, degree, n, value)
+        basis_derivatives(knots, degree, span, value, order, part)
+        out[row, :, span - degree : span + 1] = part
+    return out
+
+
+def greville(knots: FloatArray, degree: int) -> FloatArray:
+    """The (n,) means of `degree` neighbouring knots: where control points 'sit'."""
+    n = knots.size - degree - 1
+    return np.array([knots[i + 1 : i + degree + 1].mean() for i in range(n)])
+
+
+def open_knots(degree: int, count: int) -> FloatArray:
+    """Uniform clamped knots on [0, 1] for `count` control points."""
+    inner = np.linspace(0.0, 1.0, count - degree + 1)[1:-1]
+    return np.concatenate([np.zeros(degree + 1), inner, np.ones(degree + 1)])
+
+
+def mirrored(knots: FloatArray) -> FloatArray:
+    """The knots of the same spline run backwards over the same domain."""
+    low, high = knots[0], knots[-1]
+    out = np.clip((low + high) - knots[::-1], low, high)
+    out[knots[::-1] == high] = low
+    out[knots[::-1] == low] = high
+    return np.asarray(out)
+
+
+def check_order(order: object) -> int:
+    """`order` as a whole number that is not negative."""
+    if isinstance(order, bool) or not isinstance(order, int | np.integer) or order < 0:
+        raise InputError("must be a whole number", found=order, allowed="0, 1, 2, ...")
+    return int(order)

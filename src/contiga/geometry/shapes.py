@@ -1,0 +1,366 @@
+"""Exact shapes, one curve or one patch each. Sizes are positive; angles are in radians.
+
+Closed surfaces have their normals outward; open ones along +`axis`. `centre` and `axis` place a
+shape: it is built about the origin along z and then moved by `contiga.geometry.transform.frame`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import GeometryError
+from contiga.geometry import knots as kv
+from contiga.geometry import transform
+from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.surface import NurbsSurface
+from contiga.records import FloatArray
+
+Axis = transform.Axis
+ORIGIN = (0.0, 0.0, 0.0)
+_LINE = np.array([0.0, 0.0, 1.0, 1.0])
+
+
+# ---------------------------------------------------------------- curves
+
+
+def line(start: ArrayLike, end: ArrayLike) -> NurbsCurve:
+    """The straight line from `start` to `end`."""
+    a, b = transform.vector(start, "start"), transform.vector(end, "end")
+    if np.array_equal(a, b):
+        raise GeometryError("a line needs two different points", found=a.tolist())
+    return NurbsCurve(1, _LINE, [a, b])
+
+
+def arc(
+    *,
+    radius: float = 1.0,
+    start: float = 0.0,
+    end: float = 0.5 * math.pi,
+    centre: ArrayLike = ORIGIN,
+    axis: Axis = "z",
+) -> NurbsCurve:
+    """Circular arc about `axis` from the angle `start` to `end` > start, at most a full turn.
+
+    Rational quadratic pieces of at most a quarter turn (The NURBS Book, Algorithm A7.1).
+    """
+    r = _size(radius, "radius")
+    knots, points, weights = _unit_arc(start, end)
+    net = np.column_stack([r * points, np.zeros(len(points))])
+    return NurbsCurve(2, knots, net, weights)._moved(transform.frame(axis, centre))
+
+
+def circle(*, radius: float = 1.0, centre: ArrayLike = ORIGIN, axis: Axis = "z") -> NurbsCurve:
+    """Full circle about `axis`, anticlockwise seen from its tip."""
+    return arc(radius=radius, start=0.0, end=2.0 * math.pi, centre=centre, axis=axis)
+
+
+def ellipse(
+    *,
+    axes: ArrayLike = (2.0, 1.0),
+    centre: ArrayLike = ORIGIN,
+    axis: Axis = "z",
+) -> NurbsCurve:
+    """Full ellipse with the half axes `axes` = (a along x, b along y) before it is placed."""
+    a, b = _sizes(axes, 2, "axes")
+    return circle().scaled((a, b, 1.0))._moved(transform.frame(axis, centre))
+
+
+# ---------------------------------------------------------------- surfaces from points and curves
+
+
+def bilinear(p00: ArrayLike, p10: ArrayLike, p01: ArrayLike, p11: ArrayLike) -> NurbsSurface:
+    """Bilinear patch; ``pij`` is the corner at u = i, v = j."""
+    corners = [[transform.vector(p00, "p00"), transform.vector(p01, "p01")]]
+    corners.append([transform.vector(p10, "p10"), transform.vector(p11, "p11")])
+    return NurbsSurface((1, 1), (_LINE, _LINE), corners)
+
+
+def ruled(first: NurbsCurve, second: NurbsCurve) -> NurbsSurface:
+    """Straight lines between equal shares of two curves: u along them, v from first to second.
+
+    The curves are brought to one degree and one knot vector on [0, 1] first.
+    """
+    knots, nets, rational = _compatible(first, second)
+    degree = max(first.degree, second.degree)
+    net = np.stack(nets, axis=1)
+    return NurbsSurface(
+        (degree, 1), (knots, _LINE), net[..., :3], net[..., 3] if rational else None
+    )
+
+
+def extruded(curve: NurbsCurve, direction: ArrayLike) -> NurbsSurface:
+    """`curve` moved along `direction`: u along the curve, v along the direction."""
+    d = transform.vector(direction, "direction")
+    if not d.any():
+        raise GeometryError("must not be zero", where="direction", found=d.tolist())
+    points = np.stack([curve.control_points, curve.control_points + d], axis=1)
+    weights = None if curve.weights is None else np.stack([curve.weights] * 2, axis=1)
+    return NurbsSurface((curve.degree, 1), (curve.knots, _LINE), points, weights)
+
+
+def revolved(
+    curve: NurbsCurve,
+    angle: float = 2.0 * math.pi,
+    *,
+    axis: Axis = "z",
+    origin: ArrayLike = ORIGIN,
+) -> NurbsSurface:
+    """`curve` turned by `angle` (0 < angle <= 2π) about `axis`: u is the angle, v the curve.
+
+    The normal is outward for a curve that runs along +axis. Points on the axis become poles
+    (The NURBS Book, Algorithm A8.1).
+    """
+    if not 0.0 < angle <= 2.0 * math.pi * (1.0 + 1e-15):
+        raise GeometryError("must be in (0, 2π]", where="angle", found=angle)
+    knots, circle_points, circle_weights = _unit_arc(0.0, angle)
+    k, centre = transform.unit_axis(axis), transform.vector(origin, "origin")
+    from_centre = curve.control_points - centre
+    along = np.outer(from_centre @ k, k)
+    out = from_centre - along
+    reach = np.linalg.norm(from_centre, axis=1, keepdims=True)
+    out[np.linalg.norm(out, axis=1) <= 1e-15 * reach[:, 0]] = 0.0
+    across = np.cross(k, out)
+    points = (
+        centre + along + circle_points[:, None, :1] * out + circle_points[:, None, 1:2] * across
+    )
+    factors = np.ones(len(along)) if curve.weights is None else curve.weights
+    return NurbsSurface(
+        (2, curve.degree), (knots, curve.knots), points, np.outer(circle_weights, factors)
+    )
+
+
+# ---------------------------------------------------------------- surfaces with a name
+
+
+def plane(
+    *, width: float = 1.0, length: float = 1.0, centre: ArrayLike = ORIGIN, axis: Axis = "z"
+) -> NurbsSurface:
+    """Flat rectangle, `width` along x (u) and `length` along y (v), normal along `axis`."""
+    a, b = 0.5 * _size(width, "width"), 0.5 * _size(length, "length")
+    patch = bilinear((-a, -b, 0.0), (a, -b, 0.0), (-a, b, 0.0), (a, b, 0.0))
+    return patch._moved(transform.frame(axis, centre))
+
+
+def disc(*, radius: float = 1.0, centre: ArrayLike = ORIGIN, axis: Axis = "z") -> NurbsSurface:
+    """Flat disc, u from the centre (a pole) to the rim, v the angle; normal along `axis`."""
+    rim = revolved(line(ORIGIN, (_size(radius, "radius"), 0.0, 0.0)))
+    return rim.transposed()._moved(transform.frame(axis, centre))
+
+
+def cylinder(
+    *,
+    radius: float = 1.0,
+    height: float = 1.0,
+    angle: float = 2.0 * math.pi,
+    centre: ArrayLike = ORIGIN,
+    axis: Axis = "z",
+) -> NurbsSurface:
+    """Side of a cylinder without its ends, `centre` at half its height, normals outward."""
+    r, h = _size(radius, "radius"), 0.5 * _size(height, "height")
+    side = revolved(line((r, 0.0, -h), (r, 0.0, h)), angle)
+    return side._moved(transform.frame(axis, centre))
+
+
+def cone(
+    *,
+    radius: float = 1.0,
+    height: float = 1.0,
+    top_radius: float = 0.0,
+    angle: float = 2.0 * math.pi,
+    centre: ArrayLike = ORIGIN,
+    axis: Axis = "z",
+) -> NurbsSurface:
+    """Side of a cone (or, with `top_radius` > 0, of its stump) without its base.
+
+    `centre` is the centre of the base and the apex lies along +`axis`; normals outward.
+    """
+    r, h = _size(radius, "radius"), _size(height, "height")
+    top = float(top_radius)
+    if not (math.isfinite(top) and top >= 0.0):
+        raise GeometryError("must not be negative", where="top_radius", found=top_radius)
+    side = revolved(line((r, 0.0, 0.0), (top, 0.0, h)), angle)
+    return side._moved(transform.frame(axis, centre))
+
+
+def sphere(*, radius: float = 1.0, centre: ArrayLike = ORIGIN, axis: Axis = "z") -> NurbsSurface:
+    """Sphere: u the longitude, v from the south to the north pole of `axis`; normals outward."""
+    return ellipsoid(axes=(_size(radius, "radius"),) * 3, centre=centre, axis=axis)
+
+
+def ellipsoid(
+    *,
+    axes: ArrayLike = (3.0, 2.0, 1.0),
+    centre: ArrayLike = ORIGIN,
+    axis: Axis = "z",
+) -> NurbsSurface:
+    """Ellipsoid with the half axes `axes` along x, y and z before it is placed."""
+    a, b, c = _sizes(axes, 3, "axes")
+    half = revolved(_meridian(-0.5 * math.pi, 0.5 * math.pi, 0.0, 1.0))
+    return half.scaled((a, b, c))._moved(transform.frame(axis, centre))
+
+
+def torus(
+    *,
+    major: float = 2.0,
+    minor: float = 0.5,
+    centre: ArrayLike = ORIGIN,
+    axis: Axis = "z",
+) -> NurbsSurface:
+    """Torus: tube of radius `minor` about a circle of radius `major` > minor; normals outward."""
+    big, small = _size(major, "major"), _size(minor, "minor")
+    if small >= big:
+        raise GeometryError(
+            "the tube of a torus must not reach its axis",
+            where="minor",
+            found=minor,
+            allowed=f"less than major = {major!r}",
+        )
+    ring = revolved(_meridian(0.0, 2.0 * math.pi, big, small))
+    return ring._moved(transform.frame(axis, centre))
+
+
+def saddle(
+    *,
+    width: float = 1.0,
+    length: float = 1.0,
+    height: float = 0.25,
+    centre: ArrayLike = ORIGIN,
+    axis: Axis = "z",
+) -> NurbsSurface:
+    """Hyperbolic paraboloid z = height (ξ² − η²), ξ and η from −1 to 1 over width and length."""
+    a, b = 0.5 * _size(width, "width"), 0.5 * _size(length, "length")
+    c = _size(height, "height")
+    square = np.array([1.0, -1.0, 1.0])  # Bernstein coefficients of ξ² on [-1, 1]
+    net = np.empty((3, 3, 3))
+    net[..., 0] = a * np.array([-1.0, 0.0, 1.0])[:, None]
+    net[..., 1] = b * np.array([-1.0, 0.0, 1.0])[None, :]
+    net[..., 2] = c * (square[:, None] - square[None, :])
+    knots = kv.open_knots(2, 3)
+    return NurbsSurface((2, 2), (knots, knots), net)._moved(transform.frame(axis, centre))
+
+
+def bumpy_plate(
+    *,
+    width: float = 1.0,
+    length: float = 1.0,
+    amplitude: float = 0.05,
+    waves: int | tuple[int, int] = 2,
+    centre: ArrayLike = ORIGIN,
+    axis: Axis = "z",
+) -> NurbsSurface:
+    """Bicubic plate with bumps, z = amplitude · sin(2π m x / width) · sin(2π n y / length).
+
+    `waves` = (m, n) or one number for both. The spline interpolates this height at its Greville
+    points, eight spans a wave (the height is met within 0.2 % of the amplitude); x and y are exact.
+    """
+    a, b = _size(width, "width"), _size(length, "length")
+    c = _size(amplitude, "amplitude")
+    m, n = _waves(waves)
+    U, x, across = _wave(m)
+    V, y, along = _wave(n)
+    net = np.empty((len(x), len(y), 3))
+    net[..., 0] = a * (x[:, None] - 0.5)
+    net[..., 1] = b * (y[None, :] - 0.5)
+    net[..., 2] = c * np.outer(across, along)
+    return NurbsSurface((3, 3), (U, V), net)._moved(transform.frame(axis, centre))
+
+
+# ---------------------------------------------------------------- parts
+
+
+def _size(value: float, name: str) -> float:
+    """A positive finite number."""
+    good = isinstance(value, int | float | np.number) and not isinstance(value, bool)
+    if not good or not (math.isfinite(value) and value > 0.0):
+        raise GeometryError("a size must be positive", where=name, found=value, allowed="> 0")
+    return float(value)
+
+
+def _sizes(values: ArrayLike, count: int, name: str) -> FloatArray:
+    """`count` positive finite numbers."""
+    array = kv.check_numbers(values, name)
+    if array.shape != (count,) or (array <= 0.0).any():
+        raise GeometryError(
+            "sizes must be positive", where=name, found=values, allowed=f"{count} numbers > 0"
+        )
+    return array
+
+
+def _waves(waves: int | tuple[int, int]) -> tuple[int, int]:
+    pair = tuple(waves) if isinstance(waves, tuple | list) else (waves, waves)
+    if len(pair) != 2 or any(
+        isinstance(w, bool) or not isinstance(w, int | np.integer) or w < 1 for w in pair
+    ):
+        raise GeometryError(
+            "the number of waves must be a whole number",
+            where="waves",
+            found=waves,
+            allowed="1, 2, 3, ... or a pair",
+        )
+    return int(pair[0]), int(pair[1])
+
+
+def _unit_arc(start: float, end: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Knots on [0, 1], (n, 2) points and weights of an arc of the unit circle."""
+    sweep = end - start
+    if not (math.isfinite(sweep) and 0.0 < sweep <= 2.0 * math.pi * (1.0 + 1e-15)):
+        raise GeometryError(
+            "the arc must run from start to end, at most a full turn", found=(start, end)
+        )
+    pieces = max(1, math.ceil(sweep / (0.5 * math.pi) - 1e-9))
+    step = sweep / pieces
+    weight = math.cos(0.5 * step) if pieces * 0.5 * math.pi != sweep else math.sqrt(0.5)
+    points = np.empty((2 * pieces + 1, 2))
+    for i in range(2 * pieces + 1):
+        far = 1.0 if i % 2 == 0 else 1.0 / weight
+        cosine, sine = transform.cos_sin(start + 0.5 * i * step)
+        points[i] = (far * cosine, far * sine)
+        if i % 2 == 1 and weight == math.sqrt(0.5):
+            points[i] = points[i - 1] + points[i - 1] @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+    if sweep >= 2.0 * math.pi:
+        points[-1] = points[0]
+    weights = np.where(np.arange(2 * pieces + 1) % 2 == 0, 1.0, weight)
+    inner = np.repeat(np.arange(1, pieces) / pieces, 2)
+    return np.concatenate([np.zeros(3), inner, np.ones(3)]), points, weights
+
+
+def _meridian(start: float, end: float, far: float, radius: float) -> NurbsCurve:
+    """Arc in the x-z plane about (`far`, 0, 0), the angle from x to z."""
+    knots, points, weights = _unit_arc(start, end)
+    x, z = points.T
+    return NurbsCurve(2, knots, np.column_stack([far + radius * x, 0.0 * x, radius * z]), weights)
+
+
+def _wave(count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Cubic knots, Greville points and coefficients of sin(2π count t) on [0, 1]."""
+    knots = kv.open_knots(3, 8 * count + 3)
+    at = kv.greville(knots, 3)
+    matrix = kv.basis(knots, 3, at)[:, 0]
+    heights = np.linalg.solve(matrix, np.sin(2.0 * math.pi * count * at))
+    return knots, at, np.asarray(heights, dtype=np.float64)
+
+
+def _compatible(first: NurbsCurve, second: NurbsCurve) -> tuple[FloatArray, list[FloatArray], bool]:
+    """One knot vector on [0, 1] and the two nets (n, 4) (x, y, z, w) on it."""
+    degree = max(first.degree, second.degree)
+    curves = [_on_unit(c.elevate(degree - c.degree)) for c in (first, second)]
+    values = np.union1d(curves[0].knots, curves[1].knots)
+    times = np.max([[kv.multiplicity(c.knots, t) for t in values] for c in curves], axis=0)
+    knots = np.repeat(values, times)
+    nets = []
+    for curve in curves:
+        refined = curve._refined(knots)
+        factors = (
+            np.ones(len(refined.control_points)) if refined.weights is None else refined.weights
+        )
+        nets.append(np.column_stack([refined.control_points, factors]))
+    return knots, nets, first.is_rational or second.is_rational
+
+
+def _on_unit(curve: NurbsCurve) -> NurbsCurve:
+    low, high = curve.domain
+    knots = (curve.knots - low) / (high - low)
+    return NurbsCurve(curve.degree, knots, curve.control_points, curve.weights)

@@ -1,0 +1,369 @@
+"""B-spline and NURBS surfaces: immutable, any degrees from 1 to 15."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import GeometryError
+from contiga.geometry import _evaluate_nb as nb
+from contiga.geometry import knots as kv
+from contiga.geometry import transform
+from contiga.geometry.curve import NurbsCurve, cartesian, homogeneous
+from contiga.num.arrays import as_parameters, read_only
+from contiga.records import FloatArray
+
+if TYPE_CHECKING:
+    from contiga.geometry.trimesh import TriMesh
+
+# Below this many points one thread is faster than the start of several.
+PARALLEL_FROM = 4096
+
+Pair = tuple[FloatArray, FloatArray]
+
+
+class NurbsSurface:
+    """A B-spline surface, or with weights a NURBS surface. It never changes.
+
+    The normal ``S_u × S_v`` points to the free side (see `contiga.conventions`). The domain is
+    ``[U_p, U_n] × [V_q, V_m]``. Knots that are not clamped there are clamped by knot insertion,
+    with the parameters unchanged.
+
+    Parameters
+    ----------
+    degrees : (p, q), each 1 to 15
+    knots : (U, V) with n + p + 1 and m + q + 1 entries, not decreasing, interior knots at most
+        p (q) times
+    control_points : (n, m, 3), n along u
+    weights : (n, m) positive; None for a B-spline
+
+    Raises
+    ------
+    GeometryError
+        counts that do not fit, knots that decrease, weights that are not positive, NaN.
+
+    >>> corners = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 0]]]
+    >>> NurbsSurface((1, 1), ([0, 0, 1, 1],) * 2, corners).normal([0.5, 0.5])
+    array([[0., 0., 1.]])
+    """
+
+    __slots__ = ("__weakref__", "_arrays")
+    _arrays: nb.SurfaceArrays
+
+    def __init__(
+        self,
+        degrees: tuple[int, int],
+        knots: tuple[ArrayLike, ArrayLike],
+        control_points: ArrayLike,
+        weights: ArrayLike | None = None,
+    ) -> None:
+        p, q = _checked_degrees(degrees)
+        points = kv.check_numbers(control_points, "control_points")
+        if points.ndim != 3 or points.shape[2] != 3:
+            raise GeometryError(
+                "control points of a surface must have shape (n, m, 3)",
+                where="control_points",
+                found=points.shape,
+                allowed="(n, m, 3)",
+            )
+        n, m = points.shape[:2]
+        factors = kv.check_weights(weights, (n, m), "weights")
+        if not isinstance(knots, tuple | list) or len(knots) != 2:
+            raise GeometryError("a surface needs two knot vectors (U, V)", where="knots")
+        U = kv.check_knots(knots[0], p, n, "knots in u")
+        V = kv.check_knots(knots[1], q, m, "knots in v")
+        net = np.empty((n, m, 4))
+        net[..., :3] = points
+        net[..., 3] = 1.0 if factors is None else factors
+        if not (kv.is_clamped(U, p, n) and kv.is_clamped(V, q, m)):
+            U, V, net = _clamped_net(p, q, U, V, net)
+        self._set((p, q), (U, V), net, factors is not None)
+
+    def _set(self, degrees: tuple[int, int], knots: Pair, net: FloatArray, rational: bool) -> None:
+        arrays = nb.SurfaceArrays(
+            degrees[0],
+            degrees[1],
+            read_only(knots[0]),
+            read_only(knots[1]),
+            read_only(net),
+            rational,
+        )
+        object.__setattr__(self, "_arrays", arrays)
+
+    @classmethod
+    def _from_net(
+        cls, degrees: tuple[int, int], knots: Pair, net: FloatArray, rational: bool
+    ) -> NurbsSurface:
+        """A surface from parts that are known to fit: clamped knots and (n, m, 4) (x, y, z, w)."""
+        surface = cls.__new__(cls)
+        surface._set(degrees, knots, net, rational)
+        return surface
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a NurbsSurface cannot be changed: {name}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.degrees, self.knots, self.control_points, self.weights)
+
+    def __repr__(self) -> str:
+        kind = "NURBS" if self.is_rational else "B-spline"
+        n, m = self.control_points.shape[:2]
+        return f"<{kind} surface, degrees {self.degrees}, {n} x {m} points>"
+
+    @property
+    def arrays(self) -> nb.SurfaceArrays:
+        """What kernels take."""
+        return self._arrays
+
+    @property
+    def degrees(self) -> tuple[int, int]:
+        return self._arrays.p, self._arrays.q
+
+    @property
+    def knots(self) -> Pair:
+        """(U, V), clamped, read-only."""
+        return self._arrays.U, self._arrays.V
+
+    @property
+    def control_points(self) -> FloatArray:
+        """(n, m, 3), read-only."""
+        return self._arrays.net[..., :3]
+
+    @property
+    def weights(self) -> FloatArray | None:
+        """(n, m), read-only; None for a B-spline."""
+        return self._arrays.net[..., 3] if self._arrays.rational else None
+
+    @property
+    def is_rational(self) -> bool:
+        return self._arrays.rational
+
+    @property
+    def homogeneous(self) -> FloatArray:
+        """(n, m, 4) control points (wx, wy, wz, w), a new array."""
+        return homogeneous(self._arrays.net)
+
+    @property
+    def domain(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """((u0, u1), (v0, v1))."""
+        U, V = self.knots
+        return (float(U[0]), float(U[-1])), (float(V[0]), float(V[-1]))
+
+    def bounds(self) -> FloatArray:
+        """(2, 3) lower and upper corner of the control points, which hold the surface."""
+        points = self.control_points.reshape(-1, 3)
+        return np.array([points.min(axis=0), points.max(axis=0)])
+
+    def checked(self, uv: ArrayLike) -> FloatArray:
+        """`uv` as a new (k, 2) array inside the domain, or one clear error."""
+        given = as_parameters(uv)
+        out = np.empty_like(given)
+        out[:, 0] = kv.check_parameters(given[:, 0], self.domain[0], "u")
+        out[:, 1] = kv.check_parameters(given[:, 1], self.domain[1], "v")
+        return out
+
+    def evaluate(self, uv: ArrayLike) -> FloatArray:
+        """Points (k, 3) at the parameters `uv` (k, 2) or a single pair."""
+        return self.derivatives(uv, 0)[:, 0, 0]
+
+    def derivatives(self, uv: ArrayLike, order: int = 2) -> FloatArray:
+        """Point and mixed derivatives, each direction up to `order`.
+
+        Rational surfaces by the quotient rule (The NURBS Book, Algorithm A4.4). On a knot line
+        the derivatives are those of the element to the right.
+
+        Returns
+        -------
+        (k, order + 1, order + 1, 3) float64; entry [:, a, b] is ∂^(a+b)S / ∂u^a ∂v^b
+
+        Raises
+        ------
+        InputError
+            a parameter outside the domain by more than rounding.
+        """
+        pairs = self.checked(uv)
+        k = kv.check_order(order) + 1
+        out = np.zeros((len(pairs), k, k, 3))
+        if len(pairs) < PARALLEL_FROM:
+            nb.surface_range(self._arrays, pairs, order, 0, len(pairs), out)
+        else:
+            nb.surface_parallel(self._arrays, pairs, order, out)
+        return out
+
+    def normal(self, uv: ArrayLike) -> FloatArray:
+        """Unit normals (k, 3) to the free side.
+
+        Where ``S_u × S_v`` vanishes (a pole, a collapsed corner) it is the limit from inside the
+        domain. At the apex of a cone, where that limit depends on the way taken, it is the one
+        along the iso-line that runs into it: the normal of that generator. Rows are NaN only
+        where the surface has no area around the point.
+        """
+        pairs = self.checked(uv)
+        out = np.zeros((len(pairs), 3))
+        if len(pairs) < PARALLEL_FROM:
+            nb.normal_range(self._arrays, pairs, 0, len(pairs), out)
+        else:
+            nb.normal_parallel(self._arrays, pairs, out)
+        return out
+
+    def _refined(self, U: FloatArray, V: FloatArray) -> NurbsSurface:
+        """The same surface, or a part of it, on finer clamped knots."""
+        points = self.homogeneous
+        for axis, old, new in ((0, self.knots[0], U), (1, self.knots[1], V)):
+            if new is not old:
+                points = kv.refine_points(old, self.degrees[axis], points, new, axis)
+        return self._from_net(
+            self.degrees, (U, V), cartesian(points, self.is_rational), self.is_rational
+        )
+
+    def insert_knots(self, u: ArrayLike = (), v: ArrayLike = ()) -> NurbsSurface:
+        """The same surface with knots inserted (several at once, existing ones too)."""
+        (p, q), (U, V) = self.degrees, self.knots
+        return self._refined(kv.with_inserted(U, p, u, "u"), kv.with_inserted(V, q, v, "v"))
+
+    def elevate(self, u: int = 0, v: int = 0) -> NurbsSurface:
+        """The same surface with its degrees `u` and `v` higher and its smoothness kept."""
+        points, degrees, knots = self.homogeneous, list(self.degrees), list(self.knots)
+        for axis, steps in enumerate((u, v)):
+            kv.check_degree(degrees[axis] + kv.check_order(steps), "degree after elevation")
+            for _ in range(steps):
+                knots[axis], points = kv.elevate_points(knots[axis], degrees[axis], points, axis)
+                degrees[axis] += 1
+        return self._from_net(
+            (degrees[0], degrees[1]),
+            (knots[0], knots[1]),
+            cartesian(points, self.is_rational),
+            self.is_rational,
+        )
+
+    def k_refined(
+        self, degrees: tuple[int, int], u: ArrayLike = (), v: ArrayLike = ()
+    ) -> NurbsSurface:
+        """Degrees raised by `degrees`, then knots inserted, which so are as smooth as can be."""
+        return self.elevate(*degrees).insert_knots(u, v)
+
+    def restricted(self, u: tuple[float, float], v: tuple[float, float]) -> NurbsSurface:
+        """The part over the box `u` × `v`, with its parameters unchanged."""
+        for (low, high), (a, b), name in zip((u, v), self.domain, "uv", strict=True):
+            if not a <= low < high <= b:
+                raise GeometryError(
+                    "not a part of the domain",
+                    where=name,
+                    found=(low, high),
+                    allowed=f"within [{a!r}, {b!r}]",
+                )
+        (p, q), (U, V) = self.degrees, self.knots
+        return self._refined(
+            kv.clamped(U, p, float(u[0]), float(u[1])), kv.clamped(V, q, float(v[0]), float(v[1]))
+        )
+
+    def split(
+        self, *, u: float | None = None, v: float | None = None
+    ) -> tuple[NurbsSurface, NurbsSurface]:
+        """The two parts on either side of the iso-line at `u` or at `v`."""
+        axis, t = _one_of(u, v)
+        inner = kv.check_inner_parameter(t, self.domain[axis], "uv"[axis])
+        (a, b), whole = self.domain[axis], self.domain[1 - axis]
+        if axis == 0:
+            return self.restricted((a, inner), whole), self.restricted((inner, b), whole)
+        return self.restricted(whole, (a, inner)), self.restricted(whole, (inner, b))
+
+    def isocurve(self, *, u: float | None = None, v: float | None = None) -> NurbsCurve:
+        """The curve on the surface at a fixed `u` (running along v) or a fixed `v`."""
+        axis, t = _one_of(u, v)
+        weights = kv.basis(self.knots[axis], self.degrees[axis], [t])[0, 0]
+        points = np.tensordot(weights, self.homogeneous, axes=(0, axis))
+        return NurbsCurve._from_homogeneous(
+            self.degrees[1 - axis], self.knots[1 - axis], points, self.is_rational
+        )
+
+    def flipped(self) -> NurbsSurface:
+        """The same surface with its sides swapped: u is run backwards over the same domain."""
+        U, V = self.knots
+        return self._from_net(
+            self.degrees, (kv.mirrored(U), V), self._arrays.net[::-1], self.is_rational
+        )
+
+    def transposed(self) -> NurbsSurface:
+        """The same surface with u and v exchanged, which swaps its sides too."""
+        (p, q), (U, V) = self.degrees, self.knots
+        return self._from_net((q, p), (V, U), self._arrays.net.transpose(1, 0, 2), self.is_rational)
+
+    def transformed(self, matrix: ArrayLike) -> NurbsSurface:
+        """The surface moved by a regular affine (4, 4) matrix.
+
+        The free side stays the free side: the image of a point on the free side is on the free
+        side of the image. A reflecting matrix alone would swap the sides, so the result of one
+        is flipped as well (its u runs backwards).
+        """
+        return self._moved(transform.affine(matrix))
+
+    def _moved(self, matrix: FloatArray) -> NurbsSurface:
+        net = np.array(self._arrays.net)
+        net[..., :3] = transform.apply(matrix, self.control_points)
+        moved = self._from_net(self.degrees, self.knots, net, self.is_rational)
+        return moved.flipped() if transform.reflects(matrix) else moved
+
+    def translated(self, d: ArrayLike) -> NurbsSurface:
+        """The surface moved by the vector `d`."""
+        return self._moved(transform.translation(d))
+
+    def rotated(
+        self, axis: transform.Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)
+    ) -> NurbsSurface:
+        """The surface turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector)."""
+        return self._moved(transform.rotation(axis, angle, origin))
+
+    def scaled(self, s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> NurbsSurface:
+        """The surface scaled by `s` > 0, one number or one for each axis."""
+        return self._moved(transform.scaling(s, origin))
+
+    def area(self, rtol: float = 1e-10) -> float:
+        """Area to the relative tolerance `rtol` (adaptive Gauss quadrature on each element)."""
+        from contiga.geometry.quadrature import surface_area
+
+        return surface_area(self, rtol)
+
+    def net_area(self) -> float:
+        """Area of the triangulated control net (`contiga.geometry.tessellate.net_area`)."""
+        from contiga.geometry import tessellate
+
+        return tessellate.net_area(self)
+
+    def base_area(self) -> float:
+        """Area of the flat base of each element (`contiga.geometry.tessellate.base_area`)."""
+        from contiga.geometry import tessellate
+
+        return tessellate.base_area(self)
+
+    def tessellate(self, tol: float, method: Literal["net", "chord"] = "chord") -> TriMesh:
+        """Triangles within `tol`: see `contiga.geometry.tessellate.tessellate`."""
+        from contiga.geometry import tessellate
+
+        return tessellate.tessellate(self, tol, method)
+
+
+def _checked_degrees(degrees: object) -> tuple[int, int]:
+    if not isinstance(degrees, tuple | list) or len(degrees) != 2:
+        raise GeometryError("a surface needs two degrees (p, q)", where="degrees", found=degrees)
+    return kv.check_degree(degrees[0], "degree in u"), kv.check_degree(degrees[1], "degree in v")
+
+
+def _clamped_net(
+    p: int, q: int, U: FloatArray, V: FloatArray, net: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Knots clamped to the domain and the net that goes with them."""
+    n, m = net.shape[:2]
+    new_U = kv.clamped(U, p, float(U[p]), float(U[n]))
+    new_V = kv.clamped(V, q, float(V[q]), float(V[m]))
+    points = kv.refine_points(U, p, homogeneous(net), new_U, 0)
+    points = kv.refine_points(V, q, points, new_V, 1)
+    return new_U, new_V, cartesian(points)
+
+
+def _one_of(u: float | None, v: float | None) -> tuple[int, float]:
+    if (u is None) == (v is None):
+        raise GeometryError("give either u or v", found={"u": u, "v": v})
+    return (0, float(u)) if u is not None else (1, float(v))  # type: ignore[arg-type]
