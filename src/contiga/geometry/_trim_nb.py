@@ -63,26 +63,26 @@ class TrimTables(NamedTuple):
 
 
 @njit(cache=True)
-def bernstein_at(coefs, degree, t):
-    """Value (wu, wv, w) of one piece at t by de Casteljau."""
-    a = np.empty((degree + 1, 3))
-    for i in range(degree + 1):
-        for k in range(3):
-            a[i, k] = coefs[i, k]
+def bernstein_at(coefs, degree, k, t):
+    """Component k of a segment at t in [0, 1]: nested Bernstein form, all terms of one sign."""
     s = 1.0 - t
-    for r in range(degree, 0, -1):
-        for i in range(r):
-            for k in range(3):
-                a[i, k] = s * a[i, k] + t * a[i + 1, k]
-    return a[0, 0], a[0, 1], a[0, 2]
+    power = 1.0
+    binomial = 1.0
+    value = coefs[0, k]
+    for i in range(1, degree + 1):
+        power *= t
+        binomial = binomial * (degree - i + 1) / i
+        value = value * s + binomial * power * coefs[i, k]
+    return value
 
 
 @njit(cache=True)
 def parameter_at(coefs, degree, axis, value):
     """t in [0, 1] at which the monotone coordinate `axis` of a piece takes `value`.
 
-    Values beyond an end give that end. Regula falsi with the Illinois step, kept in a bracket
-    that is halved when it does not shrink; ends when the bracket is down to rounding.
+    Values beyond an end give that end. Regula falsi with the Illinois step inside a bracket,
+    which is halved when three steps have not shrunk it to an eighth (near a turning point);
+    ends when the residual is rounding.
     """
     ga = coefs[0, axis] - value * coefs[0, 2]
     gb = coefs[degree, axis] - value * coefs[degree, 2]
@@ -94,18 +94,20 @@ def parameter_at(coefs, degree, axis, value):
         return 0.0 if abs(ga) * coefs[degree, 2] < abs(gb) * coefs[0, 2] else 1.0
     if degree == 1:
         return ga / (ga - gb)
+    rounding = 2e-16 * (abs(coefs[0, axis]) + abs(coefs[degree, axis]))
     a, b = 0.0, 1.0
     side = 0
-    for _ in range(200):
-        width = b - a
-        if width <= 2.3e-16:
-            break
+    width = 2.0
+    for iteration in range(250):
         t = (a * gb - b * ga) / (gb - ga)
+        if iteration % 3 == 2:
+            if b - a > 0.125 * width:
+                t = 0.5 * (a + b)
+            width = b - a
         if not (a < t < b):
             t = 0.5 * (a + b)
-        x = bernstein_at(coefs, degree, t)
-        g = x[axis] - value * x[2]
-        if g == 0.0:
+        g = bernstein_at(coefs, degree, axis, t) - value * bernstein_at(coefs, degree, 2, t)
+        if abs(g) <= rounding or b - a <= 2.3e-16:
             return t
         if (g > 0.0) == (gb > 0.0):
             b, gb = t, g
@@ -117,17 +119,6 @@ def parameter_at(coefs, degree, axis, value):
             if side == -1:
                 gb *= 0.5
             side = -1
-        if b - a > 0.5 * width:
-            t = 0.5 * (a + b)
-            x = bernstein_at(coefs, degree, t)
-            g = x[axis] - value * x[2]
-            if g == 0.0:
-                return t
-            if (g > 0.0) == (gb > 0.0):
-                b, gb = t, g
-            else:
-                a, ga = t, g
-            side = 0
     return 0.5 * (a + b)
 
 
@@ -137,8 +128,7 @@ def other_coordinate(tables, piece, axis, value):
     coefs = tables.piece_coefs[piece]
     degree = tables.piece_degree[piece]
     t = parameter_at(coefs, degree, axis, value)
-    x = bernstein_at(coefs, degree, t)
-    return x[1 - axis] / x[2]
+    return bernstein_at(coefs, degree, 1 - axis, t) / bernstein_at(coefs, degree, 2, t)
 
 
 @njit(cache=True)
@@ -171,19 +161,6 @@ def cell_of(tables, patch, u, v):
 
 
 @njit(cache=True)
-def _near_piece(tables, piece, u, v, eps_u, eps_v):
-    """Whether (u, v) lies on a piece within the tolerance, measured along u or along v."""
-    ends = tables.piece_ends[piece]
-    if u < min(ends[0], ends[2]) - eps_u or u > max(ends[0], ends[2]) + eps_u:
-        return False
-    if v < min(ends[1], ends[3]) - eps_v or v > max(ends[1], ends[3]) + eps_v:
-        return False
-    if abs(other_coordinate(tables, piece, 1, v) - u) <= eps_u:
-        return True
-    return abs(other_coordinate(tables, piece, 0, u) - v) <= eps_v
-
-
-@njit(cache=True)
 def _crosses_right(tables, piece, u, v):
     """Whether the ray from (u, v) towards +u crosses a piece (half-open in v)."""
     ends = tables.piece_ends[piece]
@@ -194,6 +171,30 @@ def _crosses_right(tables, piece, u, v):
     if u >= max(ends[0], ends[2]):
         return False
     return other_coordinate(tables, piece, 1, v) > u
+
+
+@njit(cache=True)
+def _against_piece(tables, piece, u, v, eps):
+    """A point against one piece: 2 on it within `eps` = (u, v), 1 it crosses the ray, 0 neither.
+
+    The distance is measured along u, and along v too where the piece is nearly level there.
+    """
+    ends = tables.piece_ends[piece]
+    low, high = min(ends[0], ends[2]), max(ends[0], ends[2])
+    bottom, top = min(ends[1], ends[3]), max(ends[1], ends[3])
+    if v < bottom - eps[1] or v > top + eps[1] or u > high + eps[0]:
+        return 0
+    counted = bottom <= v < top
+    if u < low - eps[0]:
+        return 1 if counted else 0
+    crossing = other_coordinate(tables, piece, 1, v)
+    away = abs(crossing - u)
+    if away <= eps[0] and abs(min(max(v, bottom), top) - v) <= eps[1]:
+        return 2
+    level = away <= 1e9 * eps[0] or top - bottom <= 1e6 * eps[1]
+    if level and abs(other_coordinate(tables, piece, 0, u) - v) <= eps[1]:
+        return 2
+    return 1 if counted and crossing > u else 0
 
 
 @njit(cache=True)
@@ -219,14 +220,15 @@ def point_in_trim(tables, patch, u, v):
     for k in range(tables.toggle_start[cell], tables.toggle_start[cell + 1]):
         if v >= tables.toggles[k]:
             parity ^= 1
-    eps_u = ON_CURVE * max(u1 - u0, abs(u0), abs(u1))
-    eps_v = ON_CURVE * max(v1 - v0, abs(v0), abs(v1))
+    eps = (
+        ON_CURVE * max(u1 - u0, abs(u0), abs(u1)),
+        ON_CURVE * max(v1 - v0, abs(v0), abs(v1)),
+    )
     for k in range(tables.cell_start[cell], tables.cell_start[cell + 1]):
-        piece = tables.cell_pieces[k]
-        if _near_piece(tables, piece, u, v, eps_u, eps_v):
+        answer = _against_piece(tables, tables.cell_pieces[k], u, v, eps)
+        if answer == 2:
             return 1
-        if _crosses_right(tables, piece, u, v):
-            parity ^= 1
+        parity ^= answer
     return parity
 
 
