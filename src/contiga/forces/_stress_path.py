@@ -17,7 +17,6 @@ from contiga.errors import InputError, RunError
 from contiga.forces.characteristic import Characteristic
 from contiga.records import FloatArray
 
-
 _ROUNDING = 1e-12
 
 
@@ -64,8 +63,8 @@ class StressPath(NamedTuple):
         beyond = (low == len(self.stress) - 1) & (left > _ROUNDING * depth)
         if self.ray is None and beyond.any():
             raise RunError(
-                f"combined contact: a penetration of {depth[beyond][0]:.6g} goes beyond the tables of "
-                'both sides. Extend them, or let them extrapolate with extrapolation = "linear" '
+                f"combined contact: a penetration of {depth[beyond][0]:.6g} goes beyond the tables "
+                'of both sides. Extend them, or let them extrapolate with extrapolation = "linear" '
                 'or "constant"'
             )
         along = np.divide(left, way, out=np.zeros(depth.shape), where=way > 0.0)

@@ -1,1 +1,27 @@
 """Prescribed motion of bodies and slaves."""
+
+from __future__ import annotations
+
+from contiga.motion import pose
+from contiga.motion.prescribed import (
+    BodyMotion,
+    Combine,
+    Fixed,
+    Moved,
+    Poses,
+    Rotate,
+    SlaveMotion,
+    Translate,
+)
+
+__all__ = [
+    "BodyMotion",
+    "Combine",
+    "Fixed",
+    "Moved",
+    "Poses",
+    "Rotate",
+    "SlaveMotion",
+    "Translate",
+    "pose",
+]

@@ -109,9 +109,9 @@ def test_damping_does_not_pull_while_a_contact_opens() -> None:
 
 
 def test_stress_law_without_any_thickness_says_what_to_do() -> None:
-    with pytest.raises(InputError, match="no thickness.*Give StressLaw a thickness"):
+    with pytest.raises(InputError, match=r"no thickness.*Give StressLaw a thickness"):
         StressLaw(1.0).forces(law_input([1.0]))
-    with pytest.raises(InputError, match="1 points in contact have no thickness; found 0.0"):
+    with pytest.raises(InputError, match=r"1 points .* no thickness; found 0\.0"):
         StressLaw(1.0).forces(law_input([1.0, 1.0], thickness=[0.0, 1.0]))
 
 

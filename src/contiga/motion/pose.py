@@ -1,0 +1,150 @@
+"""Poses: where a rigid frame stands, as (4, 4) matrices with a turn R and a position t.
+
+``X_WB`` is the pose of the body B in the world W: ``p_W = R p_B + t``. Angles are in radians.
+"""
+
+from __future__ import annotations
+
+from functools import reduce
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import InputError
+from contiga.geometry import transform
+from contiga.geometry.transform import Axis
+from contiga.num import quaternion
+from contiga.num.arrays import as_points
+from contiga.records import FloatArray
+
+_RIGID = 1e-9
+
+
+def identity() -> FloatArray:
+    """The pose that leaves everything where it is."""
+    return np.eye(4)
+
+
+def translation(d: ArrayLike) -> FloatArray:
+    """Pose moved by `d` (3,)."""
+    return transform.translation(d)
+
+
+def rotation(axis: Axis, angle: float, centre: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
+    """Pose turned by `angle` about `axis` ("x", "y", "z" or a vector) through `centre`."""
+    return transform.rotation(axis, angle, centre)
+
+
+def from_quaternion(q: ArrayLike, position: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
+    """Pose of the turn `q` (w, x, y, z), of any length but zero, at `position`."""
+    X = transform.translation(position)
+    X[:3, :3] = quaternion.to_matrix(quaternion.as_unit(q))
+    return X
+
+
+def from_euler(
+    angles: ArrayLike, order: str = "xyz", position: ArrayLike = (0.0, 0.0, 0.0)
+) -> FloatArray:
+    """Pose turned about fixed axes one after the other, the first letter of `order` first.
+
+    Capitals turn about the axes the frame has by then (intrinsic), as in scipy's Rotation.
+
+    Raises
+    ------
+    InputError
+        `order` is not one to three of x, y, z in one case, or the angles do not match it.
+    """
+    values = np.atleast_1d(np.asarray(angles, dtype=np.float64))
+    lower = order.lower()
+    if not 1 <= len(order) <= 3 or set(lower) - set("xyz") or order not in (lower, order.upper()):
+        raise InputError(
+            "the order of Euler angles is not known",
+            where="order",
+            found=order,
+            allowed='one to three letters, as "xyz" (fixed axes) or "ZYX" (the frame\'s own)',
+        )
+    if values.shape != (len(order),):
+        raise InputError(
+            "there must be one angle for each axis",
+            where="angles",
+            found=values.shape,
+            allowed=f"({len(order)},)",
+        )
+    turns = [transform.rotation(a, float(v)) for a, v in zip(lower, values, strict=True)]
+    X = compose(*(turns if order.isupper() else reversed(turns)))
+    X[:3, 3] = transform.vector(position, "position")
+    return X
+
+
+def as_pose(X: ArrayLike, where: str = "pose") -> FloatArray:
+    """`X` checked to be a rigid pose.
+
+    Raises
+    ------
+    InputError
+        Not a finite (4, 4) matrix with last row 0, 0, 0, 1, or its 3 × 3 part is not a rotation.
+    """
+    try:
+        pose = np.array(X, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError("a pose must be an array of numbers", where=where) from error
+    if pose.shape != (4, 4) or not np.isfinite(pose).all():
+        raise InputError("a pose must be a finite (4, 4) matrix", where=where, found=pose.shape)
+    R = pose[:3, :3]
+    off = float(np.abs(R @ R.T - np.eye(3)).max())
+    if off > _RIGID or np.linalg.det(R) < 0.0 or (pose[3] != (0.0, 0.0, 0.0, 1.0)).any():
+        raise InputError(
+            "a pose must be a rotation and a translation",
+            where=where,
+            found=pose.tolist(),
+            allowed=f"R Rᵀ = 1 to {_RIGID:g}, det R = 1, last row 0, 0, 0, 1",
+        )
+    return pose
+
+
+def compose(*poses: FloatArray) -> FloatArray:
+    """Matrix product: ``compose(X_AB, X_BC)`` is X_AC. What stands last is applied first."""
+    return reduce(np.matmul, poses, np.eye(4))
+
+
+def invert(X_AB: FloatArray) -> FloatArray:
+    """X_BA: the pose of A in B."""
+    X_BA = np.eye(4)
+    X_BA[:3, :3] = X_AB[:3, :3].T
+    X_BA[:3, 3] = -X_AB[:3, :3].T @ X_AB[:3, 3]
+    return X_BA
+
+
+def relative(X_WA: FloatArray, X_WB: FloatArray) -> FloatArray:
+    """X_AB: the pose of B as seen from A."""
+    return compose(invert(X_WA), X_WB)
+
+
+def apply(X_AB: FloatArray, points_B: ArrayLike) -> FloatArray:
+    """Points (n, 3) of the frame B in the frame A."""
+    return transform.apply(X_AB, as_points(points_B))
+
+
+def apply_vectors(X_AB: FloatArray, vectors_B: ArrayLike) -> FloatArray:
+    """Directions (n, 3) of the frame B in the frame A: turned, not moved."""
+    return np.asarray(as_points(vectors_B, "vectors") @ X_AB[:3, :3].T)
+
+
+def to_quaternion(X: FloatArray) -> FloatArray:
+    """The turn of a pose as a unit quaternion (w, x, y, z) with w ≥ 0."""
+    return quaternion.from_matrix(X[:3, :3])
+
+
+def interpolate(X0: FloatArray, X1: FloatArray, s: float) -> FloatArray:
+    """The pose a part `s` of the way from `X0` to `X1`.
+
+    The position moves on a straight line, the frame turns evenly about one axis the shorter way
+    (slerp). The ends come back as they are.
+    """
+    if s in (0.0, 1.0):
+        return (X1 if s else X0).copy()
+    X = np.eye(4)
+    q = quaternion.slerp(to_quaternion(X0), to_quaternion(X1), s)
+    X[:3, :3] = quaternion.to_matrix(q)
+    X[:3, 3] = (1.0 - s) * X0[:3, 3] + s * X1[:3, 3]
+    return X
