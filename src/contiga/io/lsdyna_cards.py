@@ -1,0 +1,159 @@
+"""LS-DYNA keyword files as blocks of cards.
+
+Layout rules as in the LS-DYNA Keyword User's Manual, volume I, "General card format": fields of
+fixed width (twice as wide or more in the long format), or parted by commas; ``$`` starts a
+comment line; ``*`` a keyword, ended by ``+`` for the long format and ``-`` for the standard one.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from contiga.errors import FileError, MeshError
+
+_LONG_WIDTH = 20
+# Fortran lets a number do without the E of its exponent (1.5-3) and write D for it.
+_EXPONENT = re.compile(r"(?<=[\d.])[dDeE]?([+-]\d+)$|(?<=[\d.])[dD](\d+)$")
+
+
+class Card(NamedTuple):
+    """One data line."""
+
+    text: str
+    line: int
+
+
+class Block(NamedTuple):
+    """A keyword and its cards, comments left out."""
+
+    keyword: str
+    """Upper case, without the star: "ELEMENT_SHELL"."""
+    cards: list[Card]
+    long: bool
+    """In the long format, fields 20 wide."""
+    path: Path
+
+    def where(self, card: Card | None = None) -> str:
+        """File, line and keyword, for messages."""
+        line = f", line {card.line}" if card else ""
+        return f"{self.path}{line}: *{self.keyword}"
+
+
+def read_blocks(path: Path) -> Iterator[Block]:
+    """Blocks of a deck and of the files it includes, in their order.
+
+    Raises
+    ------
+    FileError
+        An included file is missing or includes itself, or the deck is not text.
+    """
+    yield from _blocks_of(path, long=False, folders=[path.parent], open_files=())
+
+
+def _blocks_of(
+    path: Path, *, long: bool, folders: list[Path], open_files: tuple[Path, ...]
+) -> Iterator[Block]:
+    # An unreadable byte can only be in a title or comment that matters to nobody.
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    for block in _split(lines, path, long):
+        if block.keyword == "KEYWORD":
+            continue
+        if block.keyword == "END":
+            return
+        if block.keyword.startswith("INCLUDE"):
+            yield from _included(block, folders, (*open_files, path.resolve()))
+        else:
+            yield block
+
+
+def _split(lines: list[str], path: Path, long: bool) -> Iterator[Block]:
+    block: Block | None = None
+    for number, line in enumerate(lines, start=1):
+        if line.startswith("$"):
+            continue
+        if not line.startswith("*"):
+            if block is not None:
+                block.cards.append(Card(line, number))
+            continue
+        if block is not None:
+            yield block
+        word, _, rest = line[1:].strip().upper().partition(" ")
+        if word == "KEYWORD":
+            long = long or re.search(r"LONG\s*=\s*Y", rest) is not None
+        this_long = (long or word.endswith("+")) and not word.endswith("-")
+        block = Block(word.rstrip("+-"), [], this_long, path)
+    if block is not None:
+        yield block
+
+
+def _included(block: Block, folders: list[Path], open_files: tuple[Path, ...]) -> Iterator[Block]:
+    name = "".join(card.text.rstrip().removesuffix(" +") for card in block.cards[:1]).strip()
+    if block.keyword in ("INCLUDE_PATH", "INCLUDE_PATH_RELATIVE"):
+        folders.append(block.path.parent / name)
+        return
+    if block.keyword != "INCLUDE":
+        raise MeshError(
+            "a way of including files that is not supported",
+            where=block.where(),
+            found="*" + block.keyword,
+            allowed="*INCLUDE, *INCLUDE_PATH",
+            remedy="Write the deck out flat with your preprocessor.",
+        )
+    for card in block.cards:
+        name = card.text.strip()
+        if not name:
+            continue
+        found = next((f / name for f in folders if (f / name).is_file()), None)
+        if found is None:
+            raise FileError("no such included file", where=block.where(card), found=name)
+        if found.resolve() in open_files:
+            raise FileError("a file includes itself", where=block.where(card), found=name)
+        yield from _blocks_of(found, long=block.long, folders=folders, open_files=open_files)
+
+
+def fields(card: Card, block: Block, widths: Sequence[int]) -> list[str]:
+    """The card's fields, stripped; those past its end are empty."""
+    if "," in card.text:
+        found = [field.strip() for field in card.text.split(",")]
+        return (found + [""] * len(widths))[: len(widths)]
+    if block.long:
+        widths = [max(width, _LONG_WIDTH) for width in widths]
+    text, start, found = card.text, 0, []
+    for width in widths:
+        found.append(text[start : start + width].strip())
+        start += width
+    return found
+
+
+def whole(field: str, block: Block, card: Card) -> int:
+    """An integer field; empty is 0."""
+    try:
+        return int(field or "0")
+    except ValueError:
+        return int(_number(field, block, card, "a whole number"))
+
+
+def real(field: str, block: Block, card: Card) -> float:
+    """A real field in any way Fortran writes it; empty is 0."""
+    return _number(field or "0", block, card, "a number")
+
+
+def _number(field: str, block: Block, card: Card, allowed: str) -> float:
+    try:
+        return float(field)
+    except ValueError:
+        pass
+    try:
+        return float(_EXPONENT.sub(lambda m: f"e{m[1] or m[2]}", field))
+    except ValueError:
+        remedy = "Parameters are not worked out here: write the deck out flat."
+        raise MeshError(
+            "a field of the card is not a number",
+            where=block.where(card),
+            found=field,
+            allowed=allowed,
+            remedy=remedy if "&" in field else None,
+        ) from None

@@ -1,0 +1,219 @@
+"""Meshes that meshio reads, with its ways of failing turned into ours."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.errors import FileError, MeshError
+from contiga.io.cells import SHELLS, SOLIDS
+from contiga.io.raw import Group, RawMesh
+from contiga.io.skin import CellBlock
+from contiga.records import FloatArray
+
+# Cell data in which the formats keep the number of the part a cell belongs to.
+_PART_NUMBERS = (
+    "gmsh:physical",
+    "nastran:ref",
+    "medit:ref",
+    "avsucd:material",
+    "cell_tags",
+    "su2:tag",
+    "netgen:index",
+    "ugrid:ref",
+    "flac3d:group",
+    "tetgen:ref",
+    "part",
+    "part_id",
+    "PartId",
+)
+_PASSED_OVER = ("vertex", "line")
+_MESSAGE_LENGTH = 300
+
+
+def suffixes() -> list[str]:
+    """File endings meshio has a reader for."""
+    import meshio
+
+    return sorted(meshio.extension_to_filetypes)
+
+
+def read_with_meshio(path: Path) -> RawMesh:
+    """Points, cells and groups of any format meshio reads.
+
+    meshio prints, and on some errors ends the program; here nothing is printed and every failure
+    is a `FileError` with what meshio had to say.
+
+    Raises
+    ------
+    FileError
+        meshio could not make sense of the file.
+    MeshError
+        The mesh has cells of a kind that has no facets here.
+    """
+    mesh = _read(path)
+    points = _three_columns(np.asarray(mesh.points), path)
+    blocks: list[CellBlock] = []
+    place: list[tuple[int, int] | None] = []
+    for block in mesh.cells:
+        piece = _block(block, len(points), path)
+        place.append(None if piece is None else (len(blocks), len(piece.nodes)))
+        if piece is not None:
+            blocks.append(piece)
+    if path.suffix.lower() == ".stl":
+        points, blocks = merge_duplicates(points, blocks)
+    return RawMesh(points, tuple(blocks), tuple(_groups(mesh, place, len(blocks))))
+
+
+def merge_duplicates(
+    points: FloatArray, blocks: list[CellBlock]
+) -> tuple[FloatArray, list[CellBlock]]:
+    """Make equal points one, in the order they first come; STL writes them once a facet."""
+    _, first, inverse = np.unique(points, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    new = rank[inverse.ravel()]
+    return points[first[order]], [CellBlock(b.kind, new[b.nodes]) for b in blocks]
+
+
+def _read(path: Path) -> Any:
+    import meshio
+
+    heard = io.StringIO()
+    try:
+        with (
+            contextlib.redirect_stdout(heard),
+            contextlib.redirect_stderr(heard),
+            warnings.catch_warnings(),
+            np.errstate(all="ignore"),
+        ):
+            warnings.simplefilter("ignore")
+            return meshio.read(path)
+    except ImportError as error:
+        raise FileError(
+            f"reading {path.suffix} files needs a package that is not installed",
+            where=str(path),
+            remedy=f"{error}",
+        ) from error
+    except (Exception, SystemExit) as error:
+        # Readers fail in their own ways (KeyError, IndexError, struct.error …) on bad files.
+        said = " ".join(f"{heard.getvalue()} {_words(error)}".split())[:_MESSAGE_LENGTH]
+        raise FileError(
+            f"cannot be read as {path.suffix}: {said}" if said else "cannot be read",
+            where=str(path),
+            allowed="a complete, undamaged mesh file whose content fits its suffix",
+        ) from error
+
+
+def _words(error: BaseException) -> str:
+    return "" if isinstance(error, SystemExit) else f"{type(error).__name__} {error}"
+
+
+def _three_columns(points: NDArray[Any], path: Path) -> FloatArray:
+    if points.size == 0:
+        return np.empty((0, 3))
+    if points.ndim != 2 or points.shape[1] not in (2, 3):
+        raise MeshError(
+            "points must have two or three coordinates", where=str(path), found=points.shape
+        )
+    full = np.zeros((len(points), 3))
+    full[:, : points.shape[1]] = points
+    return full
+
+
+def _block(block: Any, n_points: int, path: Path) -> CellBlock | None:
+    kind = str(block.type)
+    if kind.startswith(_PASSED_OVER):
+        return None
+    if kind == "polygon":
+        return _polygons(block, path)
+    if kind not in SHELLS and kind not in SOLIDS:
+        raise MeshError(
+            "cells of a kind that has no facets here",
+            where=str(path),
+            found=kind,
+            allowed=", ".join([*SHELLS, "polygon", *SOLIDS]),
+            remedy="Save the mesh with linear or quadratic cells.",
+        )
+    nodes = np.asarray(block.data, dtype=np.int64)
+    check_cells(kind, nodes, n_points, str(path))
+    return CellBlock(kind, nodes)
+
+
+def check_cells(kind: str, nodes: NDArray[np.int64], n_points: int, where: str) -> None:
+    """Refuse a cell that names a node which is not there."""
+    outside = np.flatnonzero(((nodes < 0) | (nodes >= n_points)).any(axis=1))
+    if len(outside):
+        raise MeshError(
+            f"{kind} {int(outside[0])} (counted from 0) names a node that is not there",
+            where=where,
+            found=nodes[outside[0]].tolist(),
+            allowed=f"0 to {n_points - 1}",
+        )
+
+
+def _polygons(block: Any, path: Path) -> CellBlock:
+    """Triangles and quadrilaterals some writers call polygons; larger ones are refused."""
+    rows = [np.asarray(row, dtype=np.int64) for row in block.data]
+    sizes = {len(row) for row in rows}
+    if not sizes <= {3, 4}:
+        raise MeshError(
+            "polygons of more than four corners", where=str(path), found=max(sizes), allowed="3, 4"
+        )
+    if sizes == {3}:
+        return CellBlock("triangle", np.stack(rows))
+    return CellBlock(
+        "quad", np.stack([row if len(row) == 4 else row[[0, 1, 2, 2]] for row in rows])
+    )
+
+
+def _groups(mesh: Any, place: list[tuple[int, int] | None], n_blocks: int) -> Iterator[Group]:
+    """Physical groups and part numbers, then sets of cells, then sets of nodes."""
+    taken: set[str] = set()
+    for key in _PART_NUMBERS:
+        if key in mesh.cell_data:
+            for group in _numbered(mesh, key, place, n_blocks):
+                if group.name is not None:
+                    taken.add(group.name)
+                yield group
+            break
+    for name, per_block in mesh.cell_sets.items():
+        if name in taken or name.startswith("gmsh:"):
+            continue
+        kept: list[NDArray[Any]] = [np.empty(0, dtype=np.int64)] * n_blocks
+        for where, rows in zip(place, per_block, strict=False):
+            if where is not None and rows is not None:
+                kept[where[0]] = np.asarray(rows, dtype=np.int64)
+        yield Group(None, str(name), tuple(kept))
+    for name, nodes in mesh.point_sets.items():
+        yield Group(None, str(name), None, np.asarray(nodes, dtype=np.int64))
+
+
+def _numbered(
+    mesh: Any, key: str, place: list[tuple[int, int] | None], n_blocks: int
+) -> Iterator[Group]:
+    """Groups from the part number each cell carries; Gmsh numbers them apart by dimension."""
+    by_dimension = key == "gmsh:physical"
+    found: dict[tuple[int, int], list[NDArray[Any]]] = {}
+    for block, numbers, where in zip(mesh.cells, mesh.cell_data[key], place, strict=True):
+        if where is None:
+            continue
+        values = np.asarray(numbers).reshape(where[1], -1)[:, 0].astype(np.int64)
+        dimension = int(block.dim) if by_dimension else 0
+        for value in np.unique(values):
+            empty = [np.empty(0, dtype=np.int64)] * n_blocks
+            rows = found.setdefault((dimension, int(value)), empty)
+            rows[where[0]] = np.flatnonzero(values == value)
+    names = {}
+    if by_dimension:
+        names = {(int(dim), int(n)): str(name) for name, (n, dim) in mesh.field_data.items()}
+    for (dimension, value), rows in sorted(found.items()):
+        yield Group(value, names.get((dimension, value)), tuple(rows))
