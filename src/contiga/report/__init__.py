@@ -1,1 +1,58 @@
-"""Plots and the self-contained HTML report."""
+"""The report of a run: one HTML file that reads offline, made from the output folder alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+PICTURE = "peak.png"
+PAGE = "report.html"
+
+
+def write_report(folder: str | Path) -> Path:
+    """Write ``report.html`` and ``peak.png`` into the output folder of a run.
+
+    Only files of the folder are read (history, fields, summary, case), so a report can be written
+    again at any time and on another machine. Without fields there are no pictures, and the page
+    says so.
+
+    Parameters
+    ----------
+    folder : output folder of a run
+
+    Returns
+    -------
+    Path
+        The page. Each file is written under another name and renamed whole.
+
+    Raises
+    ------
+    FileError
+        The folder is not that of a finished run.
+    """
+    from contiga.io.atomic import atomic_write
+    from contiga.report.folder import read_fields, read_run
+    from contiga.report.html import page
+    from contiga.report.peak import at_frame, peak_frame
+    from contiga.report.plots import history_figure, view_figure
+    from contiga.report.scene import draw_still
+
+    run = read_run(Path(folder))
+    series = read_fields(run)
+    still = view = peak_time = None
+    if series is not None:
+        peak = at_frame(series, peak_frame(series, run.times, run.total("force")))
+        peak_time = peak.time
+        with atomic_write(run.folder / PICTURE) as path:
+            draw_still(peak, path, length=run.units.length, time=run.units.time)
+        still = (run.folder / PICTURE).read_bytes()
+        view = view_figure(peak, run.units.length)
+    text = page(
+        run,
+        still=still,
+        view=view,
+        history=history_figure(run, peak_time),
+        peak_time=peak_time,
+    )
+    with atomic_write(run.folder / PAGE) as path:
+        Path(path).write_text(text, encoding="utf-8")
+    return run.folder / PAGE

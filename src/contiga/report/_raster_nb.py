@@ -1,0 +1,113 @@
+"""A z-buffer in plain loops: triangles, balls and lines drawn into arrays of pixels.
+
+Pixels are (row, column) with the row going down the picture; depth grows away from the eye.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from contiga.records import FloatArray, IntArray
+
+
+class Buffer(NamedTuple):
+    """What is seen in each pixel of one layer; h rows, w columns."""
+
+    depth: FloatArray
+    """(h, w) distance from the eye, infinity where nothing is."""
+    owner: IntArray
+    """(h, w) index of the triangle or ball, −1 where nothing is."""
+    a: FloatArray
+    """(h, w) first barycentric coordinate, or x offset on a ball."""
+    b: FloatArray
+    """(h, w) second barycentric coordinate, or y offset on a ball."""
+
+
+def empty_buffer(height: int, width: int) -> Buffer:
+    """A buffer with nothing in it."""
+    return Buffer(
+        np.full((height, width), np.inf),
+        np.full((height, width), -1, dtype=np.int32),
+        np.zeros((height, width)),
+        np.zeros((height, width)),
+    )
+
+
+@njit(cache=True)
+def draw_triangles(screen, triangles, buffer):
+    """Draw (m, 3) `triangles` of the (n, 3) `screen` points: column, row, depth."""
+    height, width = buffer.depth.shape
+    for t in range(triangles.shape[0]):
+        p, q, r = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+        x0, y0, z0 = screen[p, 0], screen[p, 1], screen[p, 2]
+        x1, y1, z1 = screen[q, 0], screen[q, 1], screen[q, 2]
+        x2, y2, z2 = screen[r, 0], screen[r, 1], screen[r, 2]
+        twice_area = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
+        if not (abs(twice_area) > 1e-12):
+            continue
+        left = max(0, math.ceil(min(x0, x1, x2)))
+        right = min(width - 1, math.floor(max(x0, x1, x2)))
+        top = max(0, math.ceil(min(y0, y1, y2)))
+        bottom = min(height - 1, math.floor(max(y0, y1, y2)))
+        for row in range(top, bottom + 1):
+            for column in range(left, right + 1):
+                a = ((x1 - column) * (y2 - row) - (x2 - column) * (y1 - row)) / twice_area
+                b = ((x2 - column) * (y0 - row) - (x0 - column) * (y2 - row)) / twice_area
+                c = 1.0 - a - b
+                if a < 0.0 or b < 0.0 or c < 0.0:
+                    continue
+                depth = a * z0 + b * z1 + c * z2
+                if depth < buffer.depth[row, column]:
+                    buffer.depth[row, column] = depth
+                    buffer.owner[row, column] = t
+                    buffer.a[row, column] = a
+                    buffer.b[row, column] = b
+
+
+@njit(cache=True)
+def draw_balls(screen, radius, scale, buffer):
+    """Draw a ball of `radius` pixels round each `screen` point; `scale` is length per pixel."""
+    height, width = buffer.depth.shape
+    for k in range(screen.shape[0]):
+        x, y, z = screen[k, 0], screen[k, 1], screen[k, 2]
+        if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
+            continue
+        for row in range(max(0, math.ceil(y - radius)), min(height - 1, int(y + radius)) + 1):
+            for column in range(max(0, math.ceil(x - radius)), min(width - 1, int(x + radius)) + 1):
+                dx, dy = (column - x) / radius, (row - y) / radius
+                rest = 1.0 - dx * dx - dy * dy
+                if rest < 0.0:
+                    continue
+                depth = z - scale * radius * math.sqrt(rest)
+                if depth < buffer.depth[row, column]:
+                    buffer.depth[row, column] = depth
+                    buffer.owner[row, column] = k
+                    buffer.a[row, column] = dx
+                    buffer.b[row, column] = dy
+
+
+@njit(cache=True)
+def draw_lines(screen, segments, depth, bias, ink):
+    """Add to `ink` (h, w) the parts of (m, 2) `segments` that `depth` does not hide by `bias`."""
+    height, width = depth.shape
+    for s in range(segments.shape[0]):
+        p, q = segments[s, 0], segments[s, 1]
+        dx = screen[q, 0] - screen[p, 0]
+        dy = screen[q, 1] - screen[p, 1]
+        dz = screen[q, 2] - screen[p, 2]
+        length = max(abs(dx), abs(dy))
+        if not (length < 1e6):
+            continue
+        count = int(length) + 1
+        for i in range(count + 1):
+            t = i / count
+            column = round(screen[p, 0] + t * dx)
+            row = round(screen[p, 1] + t * dy)
+            if 0 <= row < height and 0 <= column < width:
+                z = screen[p, 2] + t * dz
+                if z <= depth[row, column] + bias:
+                    ink[row, column] = 1.0

@@ -1,0 +1,67 @@
+"""Where the eye stands and where a point lands in the picture."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.records import FloatArray
+
+FIELD_OF_VIEW = np.radians(22.0)
+"""Narrow, as a long lens: enough perspective to read depth, not enough to distort."""
+
+
+class Camera(NamedTuple):
+    """A pinhole camera; axes are unit vectors in world coordinates."""
+
+    eye: FloatArray
+    """(3,) position."""
+    axes: FloatArray
+    """(3, 3) rows: right, down, forward."""
+    focus: float
+    """Pixels a unit of length covers at unit depth."""
+    size: tuple[int, int]
+    """Rows, columns."""
+
+
+def unit(vector: FloatArray) -> FloatArray:
+    """`vector` at length one; the zero vector stays."""
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > 0.0 else vector
+
+
+def look(towards: FloatArray, up: FloatArray, points: FloatArray, size: tuple[int, int]) -> Camera:
+    """A camera that looks along `towards` and just holds all `points` (n, 3)."""
+    forward = unit(towards)
+    right = np.cross(forward, up)
+    if np.linalg.norm(right) < 1e-6:
+        right = np.cross(forward, [0.0, 1.0, 0.0] if abs(forward[1]) < 0.9 else [1.0, 0.0, 0.0])
+    right = unit(right)
+    axes = np.stack([right, np.cross(forward, right), forward])
+    seen = points @ axes.T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    centre = (low + high) / 2.0
+    half = max(float(np.abs(seen - centre).max()), 1e-12)
+    slope = np.tan(FIELD_OF_VIEW / 2.0)
+    distance = half + half / slope
+    focus = size[0] / (2.0 * slope)
+    # one correction: place the eye so that the widest ray of the picture touches the scene
+    for _ in range(3):
+        depth = seen[:, 2] - centre[2] + distance
+        spread = np.array([size[1] / size[0], 1.0]) * slope
+        reach = np.abs(seen[:, :2] - centre[:2]) / (depth[:, None] * spread)
+        distance = max(distance * float(reach.max()) * 1.05, half * 1.2)
+    eye = (centre - np.array([0.0, 0.0, distance])) @ axes
+    return Camera(eye, axes, focus, size)
+
+
+def project(camera: Camera, points: FloatArray) -> FloatArray:
+    """(n, 3) columns, rows and depths of `points` (n, 3) in the picture."""
+    local = (points - camera.eye) @ camera.axes.T
+    depth = local[:, 2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scale = np.where(depth > 0.0, camera.focus / depth, np.nan)
+    column = local[:, 0] * scale + (camera.size[1] - 1) / 2.0
+    row = local[:, 1] * scale + (camera.size[0] - 1) / 2.0
+    return np.ascontiguousarray(np.stack([column, row, depth], axis=1))

@@ -1,0 +1,127 @@
+"""What a finished run left in its folder, read back without the code that wrote it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from contiga.errors import FileError
+from contiga.records import FloatArray
+
+if TYPE_CHECKING:
+    from contiga.io.vtkhdf import FieldSeries
+
+_ONLY_ONE = "contact"
+
+
+class Units(NamedTuple):
+    """Names of units as they stand on labels; empty where the run names none."""
+
+    length: str
+    mass: str
+    time: str
+    area: str
+    force: str
+    moment: str
+    stress: str
+
+
+class Run(NamedTuple):
+    """One output folder."""
+
+    folder: Path
+    summary: dict[str, Any]
+    times: FloatArray
+    """(n,) of the history."""
+    contacts: dict[str, dict[str, FloatArray]]
+    """Columns (n,) of the history by contact and name."""
+    case_text: str
+    units: Units
+
+    def total(self, column: str) -> FloatArray:
+        """(n,) sum of one column over the contacts."""
+        columns = [c[column] for c in self.contacts.values() if column in c]
+        return np.sum(columns, axis=0) if columns else np.zeros(len(self.times))
+
+    def greatest(self, column: str) -> tuple[float, float]:
+        """Largest value of one column in any contact, and the time it is reached."""
+        best, when = 0.0, float(self.times[0]) if len(self.times) else 0.0
+        for columns in self.contacts.values():
+            values = columns.get(column)
+            if values is not None and np.isfinite(values).any() and np.nanmax(values) > best:
+                best = float(np.nanmax(values))
+                when = float(self.times[int(np.nanargmax(values))])
+        return best, when
+
+
+def read_run(folder: Path) -> Run:
+    """The files of an output folder that are small.
+
+    Raises
+    ------
+    FileError
+        The folder, its history or its summary is missing or cannot be read.
+    """
+    from contiga.io.history import read_history
+
+    if not folder.is_dir():
+        raise FileError(
+            "no such output folder", where=str(folder), remedy="Run a case first: contiga run"
+        )
+    for name in ("history.csv", "summary.json"):
+        if not (folder / name).is_file():
+            raise FileError(
+                f"not the output folder of a finished run: {name} is missing", where=str(folder)
+            )
+    try:
+        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    except (ValueError, OSError) as error:
+        raise FileError("not a readable summary", where=str(folder / "summary.json")) from error
+    history = {k: np.asarray(v, float) for k, v in read_history(folder / "history.csv").items()}
+    case = folder / "case.toml"
+    return Run(
+        folder=folder,
+        summary=summary,
+        times=history.get("time", np.zeros(0)),
+        contacts=by_contact(history, list(summary.get("statuses") or {})),
+        case_text=case.read_text(encoding="utf-8") if case.is_file() else "",
+        units=_units(summary.get("units") or {}),
+    )
+
+
+def by_contact(
+    history: dict[str, FloatArray], names: list[str]
+) -> dict[str, dict[str, FloatArray]]:
+    """Columns ``"<contact>.<name>"`` sorted by contact; bare names belong to the only one."""
+    contacts: dict[str, dict[str, FloatArray]] = {}
+    for label, column in history.items():
+        contact, dot, name = label.rpartition(".")
+        if not dot:
+            contact = names[0] if len(names) == 1 else _ONLY_ONE
+        if name not in ("time", "wall_time"):
+            contacts.setdefault(contact, {})[name] = column
+    return contacts
+
+
+def read_fields(run: Run) -> FieldSeries | None:
+    """The fields over time, None where the run wrote none."""
+    path = run.folder / "fields.vtkhdf"
+    if not path.is_file():
+        return None
+    from contiga.io.vtkhdf import read_fields as read
+
+    series = read(path)
+    return series if len(series.times) else None
+
+
+def _units(named: dict[str, str]) -> Units:
+    base = [str(named.get(kind) or "") for kind in ("length", "mass", "time")]
+    if not all(base):
+        return Units(*base, area="", force="", moment="", stress="")
+    from contiga.io.units import derived_units
+
+    derived = derived_units(*base)
+    return Units(*base, *(derived[kind] for kind in ("area", "force", "moment", "stress")))

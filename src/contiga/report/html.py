@@ -1,0 +1,157 @@
+"""The page itself: plain HTML with everything it needs inside, so that it reads offline."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from html import escape
+from importlib.resources import files
+from typing import Any
+
+from contiga.report.folder import Run
+from contiga.report.tables import (
+    inputs_table,
+    key_figures,
+    number,
+    status_table,
+    timings_table,
+)
+
+_BODY_BUTTONS = """
+<div class="choice" role="group" aria-label="How the body is drawn">
+<button data-opacity="1" aria-pressed="false">Solid body</button>
+<button data-opacity="0.35" aria-pressed="true">Glass</button>
+<button data-opacity="0" aria-pressed="false">Hidden</button></div>
+<script>
+document.querySelectorAll(".choice button").forEach(function (button) {
+  button.addEventListener("click", function () {
+    var opacity = Number(button.dataset.opacity);
+    Plotly.restyle("view", {opacity: opacity, visible: opacity > 0}, [0]);
+    document.querySelectorAll(".choice button").forEach(function (other) {
+      other.setAttribute("aria-pressed", String(other === button));
+    });
+  });
+});
+</script>
+"""
+
+
+def page(run: Run, *, still: bytes | None, view: Any, history: Any, peak_time: float | None) -> str:
+    """The whole report as one text.
+
+    Parameters
+    ----------
+    still : the picture of the peak as PNG, None where the run wrote no fields
+    view, history : plotly figures, `view` None where the run wrote no fields
+    peak_time : the recorded time the pictures show
+    """
+    title = escape(str(run.summary.get("title") or "Contact run"))
+    parts = [
+        _head(title, plotly=True),
+        _heading(run, title),
+        key_figures(run),
+        _pictures(run, still, view, peak_time),
+        "<h2>Over time</h2>",
+        f'<div class="frame">{_figure(history, "history")}</div>',
+        _peak_note(peak_time),
+        _tables(run),
+        _warnings(run),
+        _case(run),
+        "</main></body></html>",
+    ]
+    return "\n".join(parts)
+
+
+def _head(title: str, *, plotly: bool) -> str:
+    from plotly.offline import get_plotlyjs
+
+    style = files("contiga.report").joinpath("style.css").read_text(encoding="utf-8")
+    script = f"<script>{get_plotlyjs()}</script>" if plotly else ""
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<title>{title}</title><link rel="icon" href="data:,"><style>{style}</style>{script}'
+        "</head><body><main>"
+    )
+
+
+def _heading(run: Run, title: str) -> str:
+    version = escape(str(run.summary.get("version") or ""))
+    facts = []
+    if len(run.times):
+        span = f"t = {number(run.times[0])} to {number(run.times[-1])} {escape(run.units.time)}"
+        facts.append(span.strip())
+    if run.units.length:
+        units = (run.units.length, run.units.mass, run.units.time, run.units.force)
+        facts.append("units " + ", ".join(escape(u) for u in units))
+    for key, label in (("finished", "finished"), ("threads", "threads")):
+        if run.summary.get(key):
+            facts.append(f"{label} {escape(str(run.summary[key]))}")
+    return (
+        f'<div class="maker"><b>contiga</b> {version} · contact report</div>'
+        f'<h1>{title}</h1><p class="under">{" · ".join(facts)}</p>'
+    )
+
+
+def _pictures(run: Run, still: bytes | None, view: Any, peak_time: float | None) -> str:
+    if still is None or view is None:
+        return (
+            "<h2>Pictures</h2><p>This run wrote no fields, so there is nothing to draw. "
+            'Add <code>"vtkhdf"</code> to <code>formats</code> in <code>[output]</code> '
+            "of the case for pictures.</p>"
+        )
+    when = f"{peak_time:g} {escape(run.units.time)}".strip() if peak_time is not None else ""
+    image = b64encode(still).decode("ascii")
+    return (
+        f"<h2>The peak, at t = {when}</h2>"
+        f'<figure><img alt="Body, slave and contact at the peak" '
+        f'src="data:image/png;base64,{image}">'
+        '<figcaption class="caption">The recorded time of greatest force. Slave points in contact '
+        "are drawn where they touch, at their feet on the body, and coloured by how deep they "
+        "are; dots mark the points.</figcaption></figure>"
+        "<h2>Turn it about</h2>"
+        f"{_BODY_BUTTONS}"
+        f'<div class="frame">{_figure(view, "view")}</div>'
+        '<p class="caption">Drag to turn, scroll to come closer, double-click to go back. '
+        "Slave points are drawn where they are, so those in contact lie inside the body.</p>"
+    )
+
+
+def _figure(figure: Any, name: str) -> str:
+    from contiga.report.plots import CONFIG
+
+    return str(figure.to_html(full_html=False, include_plotlyjs=False, div_id=name, config=CONFIG))
+
+
+def _peak_note(peak_time: float | None) -> str:
+    if peak_time is None:
+        return ""
+    return '<p class="caption">The dotted line marks the time the pictures show.</p>'
+
+
+def _tables(run: Run) -> str:
+    return "".join(
+        f'<h2>{title}</h2><div class="wide">{table}</div>'
+        for title, table in (
+            ("What went in", inputs_table(run)),
+            ("How the points ended", status_table(run)),
+            ("Where the time went", timings_table(run)),
+        )
+        if table
+    )
+
+
+def _warnings(run: Run) -> str:
+    warnings = [str(text) for text in run.summary.get("warnings") or []]
+    if not warnings:
+        return "<h2>Warnings</h2><p>None.</p>"
+    rows = "".join(f"<li>{escape(text)}</li>" for text in warnings)
+    return f'<h2>Warnings</h2><ul class="warnings">{rows}</ul>'
+
+
+def _case(run: Run) -> str:
+    if not run.case_text:
+        return ""
+    return (
+        "<h2>The case</h2><details><summary>case.toml as it was run, defaults filled in</summary>"
+        f"<pre>{escape(run.case_text)}</pre></details>"
+    )

@@ -1,0 +1,89 @@
+"""The moment of the greatest force, as points and triangles ready to be drawn."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.records import IN_CONTACT, FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from contiga.io.vtkhdf import FieldSeries
+
+
+class Peak(NamedTuple):
+    """Bodies and slaves at one recorded time, several of a kind stacked."""
+
+    time: float
+    body_points: FloatArray
+    """(n_b, 3)."""
+    body_triangles: IntArray
+    """(m_b, 3)."""
+    slave_points: FloatArray
+    """(n_s, 3) where they are."""
+    shown_points: FloatArray
+    """(n_s, 3) the same, but points in contact at their feet on the body."""
+    slave_triangles: IntArray
+    """(m_s, 3), no rows for a bare cloud."""
+    in_contact: NDArray[np.bool_]
+    """(n_s,)."""
+    penetration: FloatArray
+    """(n_s,) zero outside the contact."""
+    direction: FloatArray
+    """(3,) mean normal of the contact, to the free side; zero without a contact."""
+
+
+def stacked(series: FieldSeries, frame: int, kind: str) -> tuple[FloatArray, IntArray, IntArray]:
+    """Points (n, 3), triangles (m, 3) and row numbers (n,) of all parts of one `kind`."""
+    points = np.asarray(series.points(frame), dtype=np.float64)
+    rows, triangles = [], []
+    start = count = 0
+    for part in series.parts:
+        if part.kind == kind:
+            rows.append(np.arange(start, start + part.n_points))
+            if part.triangles is not None and len(part.triangles):
+                triangles.append(np.asarray(part.triangles, dtype=np.int32) + count)
+            count += part.n_points
+        start += part.n_points
+    chosen = np.concatenate(rows) if rows else np.zeros(0, dtype=np.int64)
+    faces = np.concatenate(triangles) if triangles else np.zeros((0, 3), dtype=np.int32)
+    return points[chosen], faces.astype(np.int32), chosen.astype(np.int32)
+
+
+def peak_frame(series: FieldSeries, times: FloatArray, force: FloatArray) -> int:
+    """The recorded frame with the greatest force; without any force, that of the deepest point.
+
+    `times` and `force` (n_steps,) come from the history, which has every step.
+    """
+    frames = np.asarray(series.times, dtype=np.float64)
+    if len(times) and np.any(force > 0.0):
+        at_frame = force[np.abs(times[None, :] - frames[:, None]).argmin(axis=1)]
+        return int(np.argmax(at_frame))
+    depth = [float(np.max(series.data(i, "penetration"), initial=0.0)) for i in range(len(frames))]
+    return int(np.argmax(depth))
+
+
+def at_frame(series: FieldSeries, frame: int) -> Peak:
+    """The scene of one recorded frame."""
+    body_points, body_triangles, _ = stacked(series, frame, "body")
+    slave_points, slave_triangles, rows = stacked(series, frame, "slave")
+    status = np.asarray(series.data(frame, "contact_status"))[rows]
+    in_contact = np.isin(status, [int(member) for member in IN_CONTACT])
+    penetration = np.where(in_contact, np.asarray(series.data(frame, "penetration"))[rows], 0.0)
+    normal = np.asarray(series.data(frame, "normal"), dtype=np.float64)[rows]
+    normal = np.where(in_contact[:, None], np.nan_to_num(normal), 0.0)
+    mean = normal.sum(axis=0)
+    length = float(np.linalg.norm(mean))
+    return Peak(
+        time=float(series.times[frame]),
+        body_points=body_points,
+        body_triangles=body_triangles,
+        slave_points=slave_points,
+        shown_points=slave_points + penetration[:, None] * normal,
+        slave_triangles=slave_triangles,
+        in_contact=in_contact,
+        penetration=penetration,
+        direction=mean / length if length > 0.0 else mean,
+    )

@@ -1,0 +1,161 @@
+"""From a z-buffer to a shaded picture: soft light, darker hollows, a pale rim."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.records import FloatArray, IntArray
+from contiga.report._raster_nb import Buffer, draw_balls, draw_lines, draw_triangles, empty_buffer
+from contiga.report.camera import Camera, project
+
+_KEY = np.array([-0.45, -0.65, -0.62]) / np.linalg.norm([0.45, 0.65, 0.62])
+"""Towards the main light in camera axes (right, down, forward): over the left shoulder."""
+_CREASE = np.cos(np.radians(35.0))
+"""Facets that turn away more than this from the mean normal of a corner keep an edge there."""
+
+
+class Layer(NamedTuple):
+    """One mesh or cloud as the camera sees it."""
+
+    buffer: Buffer
+    normal: FloatArray
+    """(h, w, 3) unit normals in camera axes, turned to the eye."""
+    triangles: IntArray | None
+    """(m, 3) of the mesh, None for a cloud."""
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """(h, w) pixels this layer covers."""
+        return self.buffer.owner >= 0
+
+    def at_pixels(self, values: FloatArray) -> FloatArray:
+        """(k,) `values` (n,) of the points, interpolated at the pixels of `seen`."""
+        owner = self.buffer.owner[self.seen]
+        if self.triangles is None:
+            return np.asarray(values[owner])
+        a, b = self.buffer.a[self.seen], self.buffer.b[self.seen]
+        corners = values[self.triangles[owner]]
+        return np.asarray(a * corners[:, 0] + b * corners[:, 1] + (1 - a - b) * corners[:, 2])
+
+
+def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
+    """(m, 3, 3) unit normals at the corners: smooth, but sharp across creases."""
+    p = points[triangles]
+    facet = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    at_point = np.zeros_like(points)
+    for corner in range(3):
+        np.add.at(at_point, triangles[:, corner], facet)
+    at_point /= np.maximum(np.linalg.norm(at_point, axis=1, keepdims=True), 1e-300)
+    facet /= np.maximum(np.linalg.norm(facet, axis=1, keepdims=True), 1e-300)
+    smooth = at_point[triangles]
+    sharp = np.einsum("mci,mi->mc", smooth, facet) < _CREASE
+    return np.where(sharp[:, :, None], facet[:, None, :], smooth)
+
+
+def mesh_layer(camera: Camera, points: FloatArray, triangles: IntArray) -> Layer:
+    """A triangulation seen by `camera`."""
+    buffer = empty_buffer(*camera.size)
+    triangles = np.ascontiguousarray(triangles, dtype=np.int32)
+    draw_triangles(project(camera, points), triangles, buffer)
+    seen = buffer.owner >= 0
+    owner, a, b = buffer.owner[seen], buffer.a[seen][:, None], buffer.b[seen][:, None]
+    corners = corner_normals(points, triangles)[owner]
+    world = a * corners[:, 0] + b * corners[:, 1] + (1 - a - b) * corners[:, 2]
+    normal = np.zeros((*camera.size, 3))
+    normal[seen] = _turned_to_the_eye(world @ camera.axes.T)
+    return Layer(buffer, normal, triangles)
+
+
+def cloud_layer(camera: Camera, points: FloatArray, radius: float) -> Layer:
+    """A cloud of points seen by `camera` as balls of `radius` pixels."""
+    buffer = empty_buffer(*camera.size)
+    screen = project(camera, points)
+    depth = float(np.nanmedian(screen[:, 2])) if len(screen) else 1.0
+    draw_balls(screen, radius, depth / camera.focus, buffer)
+    normal = np.zeros((*camera.size, 3))
+    seen = buffer.owner >= 0
+    dx, dy = buffer.a[seen], buffer.b[seen]
+    normal[seen] = np.stack([dx, dy, -np.sqrt(np.maximum(1.0 - dx**2 - dy**2, 0.0))], axis=1)
+    return Layer(buffer, normal, None)
+
+
+def _turned_to_the_eye(normal: FloatArray) -> FloatArray:
+    normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    return np.asarray(np.where(normal[:, 2:] > 0.0, -normal, normal))
+
+
+def hollows(depth: FloatArray, reach: int, size: float) -> FloatArray:
+    """(h, w) in [−1, 1]: positive where both opposite neighbours are nearer to the eye.
+
+    Opposite pairs cancel the slope of a plane, so that only its bending shows. `size` is the
+    depth that counts as one.
+    """
+    total = np.zeros_like(depth)
+    steps = sorted({max(1, reach // 4), max(1, reach // 2), reach})
+    for step in steps:
+        for rows, columns in ((0, 1), (1, 0), (1, 1), (1, -1)):
+            shift = (rows * step, columns * step)
+            ahead, behind = _moved(depth, shift), _moved(depth, (-shift[0], -shift[1]))
+            with np.errstate(invalid="ignore"):
+                bend = np.clip(depth - ahead, -size, size) + np.clip(depth - behind, -size, size)
+            # beyond the outline and the picture nothing is known: no bending there
+            total += np.where(np.isfinite(ahead) & np.isfinite(behind), bend, 0.0)
+    return np.clip(np.nan_to_num(total) / (8.0 * len(steps) * size), -1.0, 1.0)
+
+
+def _moved(depth: FloatArray, shift: tuple[int, int]) -> FloatArray:
+    """`depth` moved by whole pixels, infinity coming in from outside."""
+    rows, columns = shift
+    moved = np.full_like(depth, np.inf)
+    h, w = depth.shape
+    moved[max(rows, 0) : h + min(rows, 0), max(columns, 0) : w + min(columns, 0)] = depth[
+        max(-rows, 0) : h + min(-rows, 0), max(-columns, 0) : w + min(-columns, 0)
+    ]
+    return moved
+
+
+def lit(layer: Layer, colour: FloatArray, size: float) -> FloatArray:
+    """(k, 3) colours in [0, 1] of the pixels of `layer.seen`; `colour` is (3,) or (k, 3)."""
+    seen = layer.seen
+    normal = layer.normal[seen]
+    key = np.clip(normal @ _KEY, 0.0, None)
+    sky = 0.5 - 0.5 * normal[:, 1]
+    facing = np.clip(-normal[:, 2], 0.0, 1.0)
+    half_way = _KEY + np.array([0.0, 0.0, -1.0])
+    gloss = np.clip(normal @ (half_way / np.linalg.norm(half_way)), 0.0, 1.0) ** 40
+    reach = max(4, layer.buffer.depth.shape[0] // 60)
+    hollow = hollows(layer.buffer.depth, reach, 0.02 * size)[seen]
+    light = 0.46 + 0.24 * sky + 0.46 * key
+    light *= 1.0 - 0.75 * np.clip(hollow, 0.0, 1.0) + 0.25 * np.clip(-hollow, 0.0, 1.0)
+    rim = 0.18 * (1.0 - facing) ** 3
+    picture = colour * light[:, None] + (0.10 * gloss + rim)[:, None]
+    return np.asarray(np.clip(picture, 0.0, 1.0))
+
+
+def free_edges(triangles: IntArray) -> IntArray:
+    """(k, 2) edges that belong to one triangle only: the borders of faces and sheets."""
+    pairs = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    pairs = np.sort(pairs, axis=1)
+    edges, count = np.unique(pairs, axis=0, return_counts=True)
+    return np.ascontiguousarray(edges[count == 1], dtype=np.int32)
+
+
+def line_ink(
+    camera: Camera, points: FloatArray, edges: IntArray, depth: FloatArray, bias: float
+) -> FloatArray:
+    """(h, w) one where one of the `edges` (k, 2) shows."""
+    ink = np.zeros(camera.size)
+    draw_lines(project(camera, points), edges, depth, bias, ink)
+    return ink
+
+
+def shrunk(picture: FloatArray, factor: int) -> FloatArray:
+    """`picture` (h·f, w·f, c) averaged to (h, w, c): smooth edges."""
+    h, w, c = picture.shape
+    blocks = picture[: h // factor * factor, : w // factor * factor].reshape(
+        h // factor, factor, w // factor, factor, c
+    )
+    return np.asarray(blocks.mean(axis=(1, 3)))

@@ -1,0 +1,161 @@
+"""Key figures and tables of the report as HTML."""
+
+from __future__ import annotations
+
+import math
+from html import escape
+from typing import Any
+
+from contiga.report.folder import Run
+
+_STAGES = {
+    "import": "Loading packages",
+    "build": "Reading files, building tables",
+    "compile": "Compiling kernels (first run on a machine only)",
+    "search": "Search",
+    "area": "Contact area",
+    "forces": "Forces",
+    "output": "Writing output",
+}
+_APART = ("compile",)
+"""Stages that say nothing about the method: shown, but apart."""
+
+
+def number(value: float, digits: int = 4) -> str:
+    """`value` to `digits` significant digits, without needless zeros; thousands set apart.
+
+    >>> number(12345.678), number(0.00012345), number(3.0)
+    ('12 346', '1.234e-04', '3')
+    """
+    if not math.isfinite(value):
+        return "–"
+    if value == 0.0:
+        return "0"
+    size = math.floor(math.log10(abs(value)))
+    if size < -3 or size > 8:
+        return f"{value:.{digits - 1}e}"
+    text = f"{value:,.{max(0, digits - 1 - size)}f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def _tile(value: str, unit: str, label: str, when: str = "") -> str:
+    return (
+        f'<div><div class="value">{value} <small>{escape(unit)}</small></div>'
+        f'<div class="label">{escape(label)}</div><div class="when">{escape(when)}</div></div>'
+    )
+
+
+def key_figures(run: Run) -> str:
+    """The row of large numbers under the title."""
+    tiles = []
+    for column, unit, label in (
+        ("force", run.units.force, "Peak force"),
+        ("max_penetration", run.units.length, "Deepest penetration"),
+        ("area", run.units.area, "Largest contact area"),
+        ("n_contact", "", "Most nodes in contact"),
+    ):
+        value, when = run.greatest(column)
+        at = f"at t = {number(when)} {run.units.time}".strip() if value > 0.0 else "no contact"
+        tiles.append(_tile(number(value), unit, label, at))
+    tiles.append(_tile(number(float(run.summary.get("steps") or len(run.times))), "", "Steps"))
+    total = (run.summary.get("timings") or {}).get("total")
+    if total is not None:
+        tiles.append(_tile(number(float(total), 3), "s", "Wall time"))
+    return f'<div class="figures">{"".join(tiles)}</div>'
+
+
+def inputs_table(run: Run) -> str:
+    """Bodies and slaves with their counts."""
+    rows = []
+    for name, facts in _flat_inputs(run.summary.get("inputs") or {}):
+        said = " · ".join(f"{escape(_words(k))} {escape(_shown(v))}" for k, v in facts.items())
+        rows.append(f"<tr><td>{escape(name)}</td><td>{said}</td></tr>")
+    for key, label in (("n_points", "points in all"), ("n_elements", "elements in all")):
+        if run.summary.get(key) is not None:
+            count = number(float(run.summary[key]), 9)
+            rows.append(f'<tr class="total"><td>{label}</td><td>{count}</td></tr>')
+    if not rows:
+        return ""
+    return f"<table><thead><tr><th>Name</th><th>Counts</th></tr></thead>{''.join(rows)}</table>"
+
+
+def _flat_inputs(inputs: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
+    """``(name, facts)``; one level of grouping ("bodies": {name: facts}) is taken apart."""
+    rows: list[tuple[str, dict[str, Any]]] = []
+    for key, value in inputs.items():
+        if isinstance(value, dict) and value and all(isinstance(v, dict) for v in value.values()):
+            rows += [(name, facts) for name, facts in value.items()]
+        elif isinstance(value, dict):
+            rows.append((key, value))
+        else:
+            rows.append((key, {"": value}))
+    return rows
+
+
+def _words(key: str) -> str:
+    return (
+        key.replace("n_", "", 1).replace("_", " ")
+        if key.startswith("n_")
+        else key.replace("_", " ")
+    )
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, bool) or value is None:
+        return "yes" if value else "no"
+    if isinstance(value, int | float):
+        return number(float(value), 9 if isinstance(value, int) else 5)
+    if isinstance(value, list | tuple):
+        return ", ".join(_shown(v) for v in value)
+    return str(value)
+
+
+def status_table(run: Run) -> str:
+    """How many points ended in each status, a row a contact."""
+    statuses = run.summary.get("statuses") or {}
+    if not statuses:
+        return ""
+    names = list(dict.fromkeys(name for counts in statuses.values() for name in counts))
+    head = "".join(
+        f'<th class="number">{escape(name.lower().replace("_", " "))}</th>' for name in names
+    )
+    rows = "".join(
+        f"<tr><td>{escape(contact)}</td>"
+        + "".join(f'<td class="number">{number(float(counts.get(n, 0)), 9)}</td>' for n in names)
+        + "</tr>"
+        for contact, counts in statuses.items()
+    )
+    return f"<table><thead><tr><th>Contact</th>{head}</tr></thead>{rows}</table>"
+
+
+def timings_table(run: Run) -> str:
+    """Seconds by stage; what is lost to compiling stands apart."""
+    timings = {k: float(v) for k, v in (run.summary.get("timings") or {}).items()}
+    total = timings.pop("total", sum(timings.values()))
+    if not timings or total <= 0.0:
+        return ""
+    rest = total - sum(timings.values())
+    rows = [
+        _timing_row(_STAGES.get(key, key.replace("_", " ")), value, total, key in _APART)
+        for key, value in timings.items()
+    ]
+    if rest > 0.005 * total:
+        rows.append(_timing_row("Everything else", rest, total, False))
+    lost = sum(timings.get(key, 0.0) for key in _APART)
+    rows.append(
+        f'<tr class="total"><td>Total</td><td class="number">{number(total, 3)} s</td>'
+        f'<td class="share">{number(total - lost, 3)} s without compiling</td></tr>'
+    )
+    return (
+        '<table><thead><tr><th>Stage</th><th class="number">Time</th><th></th></tr></thead>'
+        f"{''.join(rows)}</table>"
+    )
+
+
+def _timing_row(label: str, value: float, total: float, apart: bool) -> str:
+    kind = ' class="apart"' if apart else ""
+    width = 100.0 * min(max(value / total, 0.0), 1.0)
+    return (
+        f'<tr{kind}><td>{escape(label)}</td><td class="number">{number(value, 3)} s</td>'
+        f'<td class="share"><span class="bar" style="width:{width:.2f}%"></span></td></tr>'
+    )
