@@ -1,0 +1,198 @@
+"""The layout of a transient PolyData file in VTKHDF: where each thing is kept.
+
+VTKHDF specification, version 2: https://docs.vtk.org, "VTKHDF format specification", PolyData and
+temporal data. One partition is written once; ``Steps`` says for each step where in the arrays its
+values start, and that its topology starts at the beginning.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.errors import FileError, InputError, OutputError
+from contiga.records import IntArray
+
+_VERSION = (2, 2)
+_CELLS = ("Vertices", "Lines", "Polygons", "Strips")
+_KINDS = ("body", "slave")
+# Rows of a chunk: some hundred kB each, so that one step is a few chunks.
+_CHUNK_ROWS = 16384
+_STEP_CHUNK = 256
+_PACKED = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+
+
+class Part(NamedTuple):
+    """One body or slave among the stacked points."""
+
+    name: str
+    kind: str
+    """One of "body", "slave"."""
+    n_points: int
+    triangles: NDArray[Any] | None
+    """(m, 3) rows of the part's own points; None for a cloud."""
+
+
+def checked_part(part: Part) -> Part:
+    """The part with its triangles as int64.
+
+    Raises
+    ------
+    InputError
+        Its kind is unknown, or a triangle names a point it has not.
+    """
+    triangles = None
+    if part.kind not in _KINDS:
+        raise InputError("a part is a body or a slave", found=part.kind, allowed=", ".join(_KINDS))
+    if part.triangles is not None:
+        triangles = np.array(part.triangles, dtype=np.int64).reshape(-1, 3)
+        if len(triangles) and (triangles.min() < 0 or triangles.max() >= part.n_points):
+            raise InputError(
+                "a triangle names a point that is not there",
+                where=part.name,
+                allowed=f"0 to {part.n_points - 1}",
+            )
+    return Part(part.name, part.kind, int(part.n_points), triangles)
+
+
+def open_file(path: Path, mode: str) -> Any:
+    """An h5py file.
+
+    Raises
+    ------
+    FileError, OutputError
+        It cannot be opened for reading, for writing.
+    """
+    import h5py
+
+    try:
+        # The oldest layout is what every reader knows, and it has no in-use mark that would keep
+        # a file shut after a crash. Without the lock, ParaView may look on during a run.
+        return h5py.File(path, mode, libver=("earliest", "v110"), locking=False)
+    except OSError as error:
+        kind = FileError if mode == "r" else OutputError
+        raise kind(f"cannot be opened as HDF5: {error}", where=str(path)) from error
+
+
+def write_frame(file: Any, parts: tuple[Part, ...]) -> None:
+    """Everything but the steps: type, parts, topology."""
+    root = file.create_group("VTKHDF")
+    root.attrs["Version"] = np.array(_VERSION, dtype=np.int64)
+    root.attrs["Type"] = np.bytes_("PolyData")
+    count = sum(part.n_points for part in parts)
+    root["NumberOfPoints"] = np.array([count], dtype=np.int64)
+    starts = np.cumsum([0, *(part.n_points for part in parts)])
+    vertices, triangles = [np.empty((0, 1), np.int64)], [np.empty((0, 3), np.int64)]
+    for part, start in zip(parts, starts, strict=False):
+        if part.triangles is None:
+            vertices.append(start + np.arange(part.n_points, dtype=np.int64)[:, None])
+        else:
+            triangles.append(start + part.triangles)
+    cells = {"Vertices": np.concatenate(vertices), "Polygons": np.concatenate(triangles)}
+    for name in _CELLS:
+        _write_cells(root.create_group(name), cells.get(name, np.empty((0, 1), np.int64)))
+    root.create_group("PointData")
+    steps = root.create_group("Steps")
+    steps.attrs["NSteps"] = np.int64(0)
+    steps.create_group("PointDataOffsets")
+    for name in ("PartOffsets", "NumberOfParts", "PointOffsets"):
+        _create_growing(steps, name, (), np.int64)
+    for name in ("CellOffsets", "ConnectivityIdOffsets"):
+        _create_growing(steps, name, (len(_CELLS),), np.int64)
+    _create_growing(steps, "Values", (), np.float64)
+    own = file.create_group("contiga")
+    own.attrs["names"] = [part.name for part in parts]
+    own.attrs["kinds"] = [part.kind for part in parts]
+    own.attrs["n_points"] = np.array([part.n_points for part in parts], dtype=np.int64)
+    none = -1
+    own.attrs["n_triangles"] = np.array(
+        [none if part.triangles is None else len(part.triangles) for part in parts], dtype=np.int64
+    )
+
+
+def _write_cells(group: Any, cells: NDArray[np.int64]) -> None:
+    count, corners = cells.shape
+    group["NumberOfCells"] = np.array([count], dtype=np.int64)
+    group["NumberOfConnectivityIds"] = np.array([cells.size], dtype=np.int64)
+    group["Offsets"] = corners * np.arange(count + 1, dtype=np.int64)
+    group["Connectivity"] = cells.ravel()
+
+
+def read_parts(root: Any, own: Any) -> tuple[Part, ...]:
+    """Parts, each with triangles on its own points, from the topology and the sizes kept."""
+    triangles = root["Polygons/Connectivity"][:].reshape(-1, 3)
+    parts, first_point, first_triangle = [], 0, 0
+    entries = (own.attrs[key] for key in ("names", "kinds", "n_points", "n_triangles"))
+    for name, kind, n_points, n_triangles in zip(*entries, strict=True):
+        part_triangles: IntArray | None = None
+        if n_triangles >= 0:
+            rows = triangles[first_triangle : first_triangle + n_triangles] - first_point
+            part_triangles = rows.astype(np.int32)
+            first_triangle += int(n_triangles)
+        parts.append(Part(str(name), str(kind), int(n_points), part_triangles))
+        first_point += int(n_points)
+    return tuple(parts)
+
+
+def _create_growing(group: Any, name: str, columns: tuple[int, ...], dtype: Any) -> None:
+    group.create_dataset(
+        name, (0, *columns), dtype, maxshape=(None, *columns), chunks=(_STEP_CHUNK, *columns)
+    )
+
+
+def create_array(root: Any, name: str, values: NDArray[Any]) -> None:
+    """An array that grows by a step's rows, in chunks that end with the step as far as may be."""
+    pieces = -(-len(values) // _CHUNK_ROWS)
+    rows = -(-len(values) // max(pieces, 1))
+    columns = values.shape[1:]
+    if name not in root:
+        root.create_dataset(
+            name,
+            (0, *columns),
+            values.dtype,
+            maxshape=(None, *columns),
+            chunks=(max(rows, 1), *columns),
+            **_PACKED,
+        )
+    if offsets_of(name) not in root["Steps"]:
+        _create_growing(root["Steps"], offsets_of(name), (), np.int64)
+
+
+def offsets_of(name: str) -> str:
+    """Where, under Steps, the first row of each step of an array stands."""
+    return "PointOffsets" if name == "Points" else name.replace("PointData", "PointDataOffsets", 1)
+
+
+def arrays_of(root: Any) -> list[tuple[str, Any, Any]]:
+    """Name, values and step offsets of the points and the point data there are."""
+    names = ["Points"] if "Points" in root else []
+    names += [f"PointData/{name}" for name in root["PointData"]]
+    return [(name, root[name], root["Steps"][offsets_of(name)]) for name in names]
+
+
+def set_entry(group: Any, name: str, index: int, value: Any) -> None:
+    """Set entry `index` of a growing array, which then ends there."""
+    stored = group[name]
+    stored.resize(index + 1, axis=0)
+    stored[index] = value
+
+
+def truncate(root: Any, n_steps: int, n_points: int) -> None:
+    """Drop all steps after the first `n_steps`; the space is used again by later ones."""
+    for name, values, offsets in arrays_of(root):
+        if n_steps == 0:
+            del root[name]
+            continue
+        values.resize(int(offsets[:n_steps].max()) + n_points, axis=0)
+    steps = root["Steps"]
+    if n_steps == 0:
+        for name in list(steps["PointDataOffsets"]):
+            del steps["PointDataOffsets"][name]
+    steps.attrs["NSteps"] = np.int64(n_steps)
+    for name in ("Values", "PartOffsets", "NumberOfParts", "CellOffsets", "ConnectivityIdOffsets"):
+        steps[name].resize(n_steps, axis=0)
+    for name in ("PointOffsets", *(f"PointDataOffsets/{key}" for key in steps["PointDataOffsets"])):
+        steps[name].resize(n_steps, axis=0)
