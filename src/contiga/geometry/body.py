@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError
+from contiga.geometry import transform
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop, check_loops
@@ -33,7 +34,7 @@ class EdgeUse(NamedTuple):
     patch: int
     loop: int
     """Loop of the patch's trims, −1 for a natural side of an untrimmed patch."""
-    index: int
+    index: int  # type: ignore[assignment]  # shadows tuple.index, which nobody needs here
     """p-curve in the loop, or the side 0 … 3 = u0, u1, v0, v1."""
     reversed: bool
     """Whether the p-curve (or the side's growing parameter) runs against the edge's curve."""
@@ -253,61 +254,52 @@ class Body:
 
     def flipped(self) -> Body:
         """The same surface with free and contact side swapped; p-curves are mirrored along."""
-        patches = [patch.flipped() for patch in self._patches]
+        trims, edges = self._mirrored()
+        return self._with([patch.flipped() for patch in self._patches], trims, edges)
+
+    def _mirrored(self) -> tuple[Trims, list[BodyEdge]]:
+        """Trims and edges that fit the patches once their u runs backwards."""
         trims = tuple(
             None
             if loops is None
-            else tuple(tuple(mirrored(curve, *patch.domain[0]) for curve in loop) for loop in loops)
+            else tuple(tuple(mirrored(curve, patch.domain[0]) for curve in loop) for loop in loops)
             for patch, loops in zip(self._patches, self._trims, strict=True)
         )
-        edges = [flipped_edge(edge, self._patches) for edge in self._edges]
-        return self._with(patches, trims, edges)
+        return trims, [flipped_edge(edge, self._patches) for edge in self._edges]
 
     def transformed(self, matrix: ArrayLike) -> Body:
-        """The body after the affine map `matrix` (4, 4). A reflection keeps the free side free."""
-        T = np.asarray(matrix, dtype=np.float64)
-        if T.shape != (4, 4) or not np.isfinite(T).all():
-            raise GeometryError("a transform must be a finite (4, 4) matrix", found=T.shape)
-        determinant = float(np.linalg.det(T[:3, :3]))
-        if determinant == 0.0:
-            raise GeometryError("a transform must not flatten the body", found=determinant)
-        scale = abs(determinant) ** (1.0 / 3.0)
-        moved = self._with(
-            [patch.transformed(T) for patch in self._patches],
-            edges=[
-                edge._replace(curve=edge.curve.transformed(T), tolerance=edge.tolerance * scale)
-                for edge in self._edges
+        """The body moved by a regular affine (4, 4) matrix; the free side stays the free side."""
+        return self._moved(transform.affine(matrix))
+
+    def _moved(self, matrix: FloatArray) -> Body:
+        # A patch that is reflected has its u reversed, so what is drawn on it follows.
+        trims, edges = self._mirrored() if transform.reflects(matrix) else (None, self._edges)
+        scale = abs(float(np.linalg.det(matrix[:3, :3]))) ** (1.0 / 3.0)
+        return self._with(
+            [patch.transformed(matrix) for patch in self._patches],
+            trims,
+            [
+                edge._replace(
+                    curve=edge.curve.transformed(matrix), tolerance=edge.tolerance * scale
+                )
+                for edge in edges
             ],
-            reference_point=T[:3, :3] @ self._reference_point + T[:3, 3],
+            transform.apply(matrix, self._reference_point[None, :])[0],
         )
-        return moved.flipped() if determinant < 0.0 else moved
 
     def translated(self, d: ArrayLike) -> Body:
         """The body moved by the vector `d` (3,), length."""
-        T = np.eye(4)
-        T[:3, 3] = as_points(d, "d")[0]
-        return self.transformed(T)
+        return self._moved(transform.translation(d))
 
-    def rotated(self, axis: ArrayLike, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Body:
-        """The body turned by `angle` (radians) about the line through `origin` along `axis`."""
-        direction = as_points(axis, "axis")[0]
-        length = float(np.linalg.norm(direction))
-        if not (math.isfinite(length) and length > 0.0):
-            raise GeometryError("an axis must have a direction", found=direction.tolist())
-        x, y, z = direction / length
-        K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        R = np.eye(3) + math.sin(angle) * K + (1.0 - math.cos(angle)) * (K @ K)
-        centre = as_points(origin, "origin")[0]
-        T = np.eye(4)
-        T[:3, :3] = R
-        T[:3, 3] = centre - R @ centre
-        return self.transformed(T)
+    def rotated(
+        self, axis: transform.Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)
+    ) -> Body:
+        """The body turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector)."""
+        return self._moved(transform.rotation(axis, angle, origin))
 
-    def scaled(self, s: float) -> Body:
-        """The body scaled by `s` > 0 about the origin."""
-        if not (math.isfinite(s) and s > 0.0):
-            raise GeometryError("a scale must be positive", found=s)
-        return self.transformed(np.diag([s, s, s, 1.0]))
+    def scaled(self, s: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Body:
+        """The body scaled by `s` > 0 about `origin`."""
+        return self._moved(transform.scaling(s, origin))
 
     def project(
         self, points: ArrayLike, start: Projection | None = None, mode: str = "global"
@@ -330,11 +322,11 @@ class Body:
         return contains(self, as_points(points))
 
 
-def mirrored(curve: NurbsCurve, low: float, high: float) -> NurbsCurve:
-    """A p-curve with u replaced by low + high − u, its direction kept."""
-    points = curve.control_points.copy()
-    points[:, 0] = low + high - points[:, 0]
-    return NurbsCurve(curve.degree, curve.knots, points, curve.weights)
+def mirrored(curve: NurbsCurve, domain: tuple[float, float]) -> NurbsCurve:
+    """A p-curve with u replaced by u0 + u1 − u, its direction kept."""
+    reflection = np.diag([-1.0, 1.0, 1.0, 1.0])
+    reflection[0, 3] = domain[0] + domain[1]
+    return curve.transformed(reflection)
 
 
 def flipped_edge(edge: BodyEdge, patches: Sequence[NurbsSurface]) -> BodyEdge:
