@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.geometry import knots as kv
+from contiga.geometry import refine
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
@@ -49,8 +49,8 @@ def extract(
         _cut(knots, degree, extra)
         for knots, degree, extra in zip(surface.knots, (p, q), (u, v), strict=True)
     )
-    points = kv.refine_points(surface.knots[0], p, surface.homogeneous, u_knots, 0)
-    points = kv.refine_points(surface.knots[1], q, points, v_knots, 1)
+    points = refine.refine_points(surface.knots[0], p, surface.homogeneous, u_knots, 0)
+    points = refine.refine_points(surface.knots[1], q, points, v_knots, 1)
     i = _windows(len(u_breaks) - 1, p)
     j = _windows(len(v_breaks) - 1, q)
     coefs = points[i[:, None, :, None], j[None, :, None, :]]
@@ -60,7 +60,7 @@ def extract(
 def extract_curve(curve: NurbsCurve) -> BezierCurve:
     """Bernstein coefficients of every element (knot span) of `curve`."""
     knots, borders = _cut(curve.knots, curve.degree, None)
-    points = kv.refine_points(curve.knots, curve.degree, curve.homogeneous, knots)
+    points = refine.refine_points(curve.knots, curve.degree, curve.homogeneous, knots)
     coefs = points[_windows(len(borders) - 1, curve.degree)]
     return BezierCurve(np.ascontiguousarray(coefs), borders)
 

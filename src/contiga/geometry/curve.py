@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError
 from contiga.geometry import knots as kv
-from contiga.geometry import transform
+from contiga.geometry import refine, transform
 from contiga.geometry._evaluate_nb import CurveArrays, curve_range
 from contiga.num.arrays import read_only
 from contiga.records import FloatArray
@@ -66,7 +66,7 @@ class NurbsCurve:
         net[:, 3] = 1.0 if factors is None else factors
         if not kv.is_clamped(U, p, n):
             inner = kv.clamped(U, p, float(U[p]), float(U[n]))
-            net = cartesian(kv.refine_points(U, p, homogeneous(net), inner))
+            net = cartesian(refine.refine_points(U, p, homogeneous(net), inner))
             U = inner
         self._set(p, U, net, factors is not None)
 
@@ -160,11 +160,11 @@ class NurbsCurve:
 
     def insert_knots(self, u: ArrayLike) -> NurbsCurve:
         """The same curve with the knots `u` inserted (several at once, existing ones too)."""
-        refined = kv.with_inserted(self.knots, self.degree, u, "u")
+        refined = refine.with_inserted(self.knots, self.degree, u, "u")
         return self._refined(refined)
 
     def _refined(self, refined: FloatArray) -> NurbsCurve:
-        points = kv.refine_points(self.knots, self.degree, self.homogeneous, refined)
+        points = refine.refine_points(self.knots, self.degree, self.homogeneous, refined)
         return self._from_homogeneous(self.degree, refined, points, self._rational)
 
     def elevate(self, t: int = 1) -> NurbsCurve:
@@ -172,7 +172,7 @@ class NurbsCurve:
         kv.check_degree(self.degree + kv.check_order(t), "degree after elevation")
         knots, points = self.knots, self.homogeneous
         for degree in range(self.degree, self.degree + t):
-            knots, points = kv.elevate_points(knots, degree, points)
+            knots, points = refine.elevate_points(knots, degree, points)
         return self._from_homogeneous(self.degree + t, knots, points, self._rational)
 
     def k_refined(self, t: int, u: ArrayLike = ()) -> NurbsCurve:

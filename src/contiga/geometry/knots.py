@@ -1,4 +1,4 @@
-"""Knot vectors and control nets: what is accepted, and the maps from one knot vector to another.
+"""Knot vectors and control nets: what is accepted, and the basis functions on them.
 
 Whatever comes in leaves as a *clamped* vector: both end knots ``degree + 1`` times, interior
 knots at most `degree` times. Unclamped vectors are clamped by knot insertion, which changes
@@ -11,13 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError, InputError
-from contiga.geometry._basis_nb import (
-    apply_rows,
-    basis_derivatives,
-    elevation_rows,
-    find_span,
-    refinement_rows,
-)
+from contiga.geometry._basis_nb import basis_derivatives, find_span
 from contiga.records import FloatArray
 
 MAX_DEGREE = 15
@@ -160,72 +154,6 @@ def is_clamped(knots: FloatArray, degree: int, count: int) -> bool:
     """Whether both ends carry exactly ``degree + 1`` knots."""
     ends_meet = bool(knots[0] == knots[degree] and knots[count] == knots[-1])
     return ends_meet and bool(knots[degree] < knots[degree + 1] and knots[count - 1] < knots[count])
-
-
-def refine_points(
-    knots: FloatArray, degree: int, points: FloatArray, refined: FloatArray, axis: int = 0
-) -> FloatArray:
-    """Control points on `refined`, a clamped vector that holds every knot of its range.
-
-    Oslo algorithm (Cohen, Lyche and Riesenfeld 1980), any number of knots at once. `refined` may
-    cover a part of the old domain only: that is how a spline is split.
-
-    Parameters
-    ----------
-    points : (..., n along `axis`, ..., 4), homogeneous coordinates
-    """
-    rows = refinement_rows(knots, degree, points.shape[axis], refined)
-    return _mapped(rows, points, axis)
-
-
-def elevate_points(
-    knots: FloatArray, degree: int, points: FloatArray, axis: int = 0
-) -> tuple[FloatArray, FloatArray]:
-    """Knots and control points of the same spline with the degree one higher."""
-    values, times = np.unique(knots, return_counts=True)
-    elevated = np.repeat(values, times + 1)
-    rows = elevation_rows(knots, degree, points.shape[axis], elevated)
-    return elevated, _mapped(rows, points, axis)
-
-
-def _mapped(rows: tuple[FloatArray, FloatArray], points: FloatArray, axis: int) -> FloatArray:
-    first, weights = rows
-    moved = np.moveaxis(points, axis, 0)
-    flat = np.ascontiguousarray(moved).reshape(moved.shape[0], -1)
-    out = apply_rows(first, weights, flat).reshape(weights.shape[0], *moved.shape[1:])
-    return np.ascontiguousarray(np.moveaxis(out, 0, axis))
-
-
-def with_inserted(knots: FloatArray, degree: int, new: ArrayLike, where: str) -> FloatArray:
-    """`knots` with the values `new` merged in (several at once, existing knots too).
-
-    Raises
-    ------
-    GeometryError
-        a value outside the open domain, or one that would stand more than `degree` times.
-    """
-    values = np.sort(np.atleast_1d(check_numbers(new, where)).ravel())
-    low, high = float(knots[0]), float(knots[-1])
-    if values.size == 0:
-        return knots
-    if values[0] <= low or values[-1] >= high:
-        bad = values[0] if values[0] <= low else values[-1]
-        raise GeometryError(
-            "knots can be inserted inside the domain only",
-            where=where,
-            found=float(bad),
-            allowed=f"between {low!r} and {high!r}",
-        )
-    out = np.sort(np.concatenate([knots, values]))
-    distinct, times = np.unique(out[degree + 1 : -degree - 1], return_counts=True)
-    if (times > degree).any():
-        at = int(np.argmax(times > degree))
-        raise GeometryError(
-            f"knot {float(distinct[at])!r} would stand {int(times[at])} times",
-            where=where,
-            allowed=f"at most {degree} times at degree {degree}",
-        )
-    return out
 
 
 def check_parameters(values: FloatArray, domain: tuple[float, float], name: str) -> FloatArray:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from contiga.errors import GeometryError
 from contiga.geometry import _evaluate_nb as nb
 from contiga.geometry import knots as kv
-from contiga.geometry import transform
+from contiga.geometry import refine, transform
 from contiga.geometry.curve import NurbsCurve, cartesian, homogeneous
 from contiga.num.arrays import as_parameters, read_only
 from contiga.records import FloatArray
@@ -213,7 +213,7 @@ class NurbsSurface:
         points = self.homogeneous
         for axis, old, new in ((0, self.knots[0], U), (1, self.knots[1], V)):
             if new is not old:
-                points = kv.refine_points(old, self.degrees[axis], points, new, axis)
+                points = refine.refine_points(old, self.degrees[axis], points, new, axis)
         return self._from_net(
             self.degrees, (U, V), cartesian(points, self.is_rational), self.is_rational
         )
@@ -221,7 +221,7 @@ class NurbsSurface:
     def insert_knots(self, u: ArrayLike = (), v: ArrayLike = ()) -> NurbsSurface:
         """The same surface with knots inserted (several at once, existing ones too)."""
         (p, q), (U, V) = self.degrees, self.knots
-        return self._refined(kv.with_inserted(U, p, u, "u"), kv.with_inserted(V, q, v, "v"))
+        return self._refined(refine.with_inserted(U, p, u, "u"), refine.with_inserted(V, q, v, "v"))
 
     def elevate(self, u: int = 0, v: int = 0) -> NurbsSurface:
         """The same surface with its degrees `u` and `v` higher and its smoothness kept."""
@@ -229,7 +229,9 @@ class NurbsSurface:
         for axis, steps in enumerate((u, v)):
             kv.check_degree(degrees[axis] + kv.check_order(steps), "degree after elevation")
             for _ in range(steps):
-                knots[axis], points = kv.elevate_points(knots[axis], degrees[axis], points, axis)
+                knots[axis], points = refine.elevate_points(
+                    knots[axis], degrees[axis], points, axis
+                )
                 degrees[axis] += 1
         return self._from_net(
             (degrees[0], degrees[1]),
@@ -358,8 +360,8 @@ def _clamped_net(
     n, m = net.shape[:2]
     new_U = kv.clamped(U, p, float(U[p]), float(U[n]))
     new_V = kv.clamped(V, q, float(V[q]), float(V[m]))
-    points = kv.refine_points(U, p, homogeneous(net), new_U, 0)
-    points = kv.refine_points(V, q, points, new_V, 1)
+    points = refine.refine_points(U, p, homogeneous(net), new_U, 0)
+    points = refine.refine_points(V, q, points, new_V, 1)
     return new_U, new_V, cartesian(points)
 
 

@@ -1,0 +1,195 @@
+"""Adaptive Gauss quadrature of area and length over Bézier elements."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+# Deep enough for |N| with a kink along a line; a smooth element needs one or two levels.
+MAX_DEPTH = 20
+
+
+@njit(cache=True)
+def bernstein(degree, t, values, slopes):
+    """The degree + 1 Bernstein polynomials on [0, 1] at `t` and their derivatives."""
+    values[0] = 1.0
+    slopes[0] = 0.0
+    for j in range(1, degree + 1):
+        if j == degree:
+            slopes[0] = -degree * values[0]
+            for r in range(1, degree):
+                slopes[r] = degree * (values[r - 1] - values[r])
+            slopes[degree] = degree * values[degree - 1]
+        saved = 0.0
+        for r in range(j):
+            share = values[r]
+            values[r] = saved + (1.0 - t) * share
+            saved = t * share
+        values[j] = saved
+
+
+@njit(cache=True)
+def jacobian(A, A_u, A_v):
+    """|S_u × S_v| from the homogeneous point (4,) and its derivatives."""
+    w = A[3]
+    a = np.empty(3)
+    b = np.empty(3)
+    for d in range(3):
+        a[d] = (A_u[d] - A_u[3] / w * A[d]) / w
+        b[d] = (A_v[d] - A_v[3] / w * A[d]) / w
+    x = a[1] * b[2] - a[2] * b[1]
+    y = a[2] * b[0] - a[0] * b[2]
+    z = a[0] * b[1] - a[1] * b[0]
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@njit(cache=True)
+def box_area(coefs, box, nodes, weights):
+    """Gauss value of the area over ``box`` = (u0, u1, v0, v1) in local coordinates."""
+    p = coefs.shape[0] - 1
+    q = coefs.shape[1] - 1
+    B = np.empty(p + 1)
+    dB = np.empty(p + 1)
+    n = nodes.size
+    C = np.empty((n, q + 1))
+    dC = np.empty((n, q + 1))
+    for k in range(n):
+        bernstein(q, box[2] + (box[3] - box[2]) * nodes[k], C[k], dC[k])
+    row = np.empty((q + 1, 4))
+    row_u = np.empty((q + 1, 4))
+    A = np.empty((3, 4))
+    total = 0.0
+    for i in range(n):
+        bernstein(p, box[0] + (box[1] - box[0]) * nodes[i], B, dB)
+        row[:] = 0.0
+        row_u[:] = 0.0
+        for a in range(p + 1):
+            for b in range(q + 1):
+                for d in range(4):
+                    row[b, d] += B[a] * coefs[a, b, d]
+                    row_u[b, d] += dB[a] * coefs[a, b, d]
+        for j in range(n):
+            A[:] = 0.0
+            for b in range(q + 1):
+                for d in range(4):
+                    A[0, d] += C[j, b] * row[b, d]
+                    A[1, d] += C[j, b] * row_u[b, d]
+                    A[2, d] += dC[j, b] * row[b, d]
+            total += weights[i] * weights[j] * jacobian(A[0], A[1], A[2])
+    return total * (box[1] - box[0]) * (box[3] - box[2])
+
+
+@njit(cache=True)
+def element_area(coefs, nodes, weights, rtol, floor):
+    """Area of one element (p + 1, q + 1, 4), quartered where four boxes disagree with one.
+
+    A box is done when the two differ by less than `rtol` of its area, or of its share of
+    `floor`, an absolute size for the element.
+    """
+    stack = np.empty((3 * MAX_DEPTH + 4, 6))
+    stack[0] = np.array([0.0, 1.0, 0.0, 1.0, 0.0, 0.0])
+    stack[0, 4] = box_area(coefs, stack[0, :4], nodes, weights)
+    top = 1
+    total = 0.0
+    parts = np.empty((4, 6))
+    while top > 0:
+        top -= 1
+        u0, u1, v0, v1, whole, depth = stack[top]
+        u = 0.5 * (u0 + u1)
+        v = 0.5 * (v0 + v1)
+        fine = 0.0
+        for k in range(4):
+            parts[k, 0] = u if k % 2 else u0
+            parts[k, 1] = u1 if k % 2 else u
+            parts[k, 2] = v if k // 2 else v0
+            parts[k, 3] = v1 if k // 2 else v
+            parts[k, 4] = box_area(coefs, parts[k, :4], nodes, weights)
+            parts[k, 5] = depth + 1.0
+            fine += parts[k, 4]
+        allowed = rtol * max(fine, floor * (u1 - u0) * (v1 - v0))
+        if abs(fine - whole) <= allowed or depth >= MAX_DEPTH:
+            total += fine
+        else:
+            for k in range(4):
+                stack[top] = parts[k]
+                top += 1
+    return total
+
+
+@njit(cache=True)
+def grid_area(coefs, nodes, weights, rtol):
+    """Areas of all elements (nu, nv, p + 1, q + 1, 4), summed in order."""
+    nu, nv = coefs.shape[:2]
+    box = np.array([0.0, 1.0, 0.0, 1.0])
+    rough = 0.0
+    for i in range(nu):
+        for j in range(nv):
+            rough += box_area(coefs[i, j], box, nodes, weights)
+    floor = rough / (nu * nv)
+    total = 0.0
+    for i in range(nu):
+        for j in range(nv):
+            total += element_area(coefs[i, j], nodes, weights, rtol, floor)
+    return total
+
+
+@njit(cache=True)
+def piece_length(coefs, low, high, nodes, weights):
+    """Gauss value of the arc length over ``[low, high]`` in local coordinates."""
+    p = coefs.shape[0] - 1
+    B = np.empty(p + 1)
+    dB = np.empty(p + 1)
+    A = np.empty((2, 4))
+    total = 0.0
+    for k in range(nodes.size):
+        bernstein(p, low + (high - low) * nodes[k], B, dB)
+        A[:] = 0.0
+        for a in range(p + 1):
+            for d in range(4):
+                A[0, d] += B[a] * coefs[a, d]
+                A[1, d] += dB[a] * coefs[a, d]
+        w = A[0, 3]
+        square = 0.0
+        for d in range(3):
+            square += ((A[1, d] - A[1, 3] / w * A[0, d]) / w) ** 2
+        total += weights[k] * math.sqrt(square)
+    return total * (high - low)
+
+
+@njit(cache=True)
+def element_length(coefs, nodes, weights, rtol, floor):
+    """Arc length of one element (p + 1, 4), halved where two parts disagree with the whole."""
+    limit = 2 * MAX_DEPTH
+    stack = np.empty((limit + 2, 4))
+    stack[0] = np.array([0.0, 1.0, piece_length(coefs, 0.0, 1.0, nodes, weights), 0.0])
+    top = 1
+    total = 0.0
+    while top > 0:
+        top -= 1
+        low, high, whole, depth = stack[top]
+        middle = 0.5 * (low + high)
+        left = piece_length(coefs, low, middle, nodes, weights)
+        right = piece_length(coefs, middle, high, nodes, weights)
+        allowed = rtol * max(left + right, floor * (high - low))
+        if abs(left + right - whole) <= allowed or depth >= limit:
+            total += left + right
+        else:
+            stack[top] = np.array([low, middle, left, depth + 1.0])
+            stack[top + 1] = np.array([middle, high, right, depth + 1.0])
+            top += 2
+    return total
+
+
+@njit(cache=True)
+def chain_length(coefs, nodes, weights, rtol):
+    """Lengths of all elements (n, p + 1, 4), summed in order."""
+    rough = 0.0
+    for i in range(coefs.shape[0]):
+        rough += piece_length(coefs[i], 0.0, 1.0, nodes, weights)
+    floor = rough / coefs.shape[0]
+    total = 0.0
+    for i in range(coefs.shape[0]):
+        total += element_length(coefs[i], nodes, weights, rtol, floor)
+    return total

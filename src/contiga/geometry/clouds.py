@@ -1,0 +1,83 @@
+"""Point clouds: samples of a surface and random points."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import GeometryError, InputError
+from contiga.geometry import transform
+from contiga.geometry.flatness import first_derivative_bounds
+from contiga.geometry.surface import NurbsSurface
+from contiga.records import FloatArray
+
+_BATCH = 1024
+# Parts of an element in each direction that are bounded apart: few points are rejected then.
+_PARTS = 4
+
+
+def sample(surface: NurbsSurface, nu: int, nv: int) -> FloatArray:
+    """Points (nu · nv, 3) at a tensor grid of parameters, ends included (section 5.1.3).
+
+    A seam or a pole of the surface is sampled as often as the grid meets it.
+    """
+    (u0, u1), (v0, v1) = surface.domain
+    u = np.linspace(u0, u1, _count(nu, "nu", 2))
+    v = np.linspace(v0, v1, _count(nv, "nv", 2))
+    return surface.evaluate(np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2))
+
+
+def random_on(surface: NurbsSurface, n: int, seed: int = 0) -> FloatArray:
+    """`n` random points (n, 3) on `surface`, uniform in its area; the same seed, the same points.
+
+    By rejection: cells are drawn with a rigorous bound on their area, and a point in one is kept
+    with the share of that bound its area element |S_u × S_v| has. Nothing is approximated.
+    """
+    count = _count(n, "n", 0)
+    if not surface.area(1e-3) > 0.0:
+        raise GeometryError("the surface has no area to draw points from")
+    rng = np.random.default_rng(seed)
+    (bound_u, bound_v), u, v = first_derivative_bounds(surface, _PARTS)
+    largest = bound_u * bound_v
+    shares = largest / largest.sum()
+    kept: list[FloatArray] = []
+    missing = count
+    while missing > 0:
+        size = max(_BATCH, 2 * missing)
+        cell = rng.choice(shares.size, size=size, p=shares.ravel())
+        i, j = np.unravel_index(cell, shares.shape)
+        uv = np.empty((size, 2))
+        uv[:, 0] = u[i] + (u[i + 1] - u[i]) * rng.random(size)
+        uv[:, 1] = v[j] + (v[j + 1] - v[j]) * rng.random(size)
+        size_here = _jacobian(surface, uv) * np.diff(u)[i] * np.diff(v)[j]
+        good = uv[rng.random(size) * largest[i, j] < size_here][:missing]
+        kept.append(surface.evaluate(good))
+        missing -= len(good)
+    return np.concatenate([np.zeros((0, 3)), *kept])
+
+
+def random_in_box(lo: ArrayLike, hi: ArrayLike, n: int, seed: int = 0) -> FloatArray:
+    """`n` random points (n, 3), uniform in the box from the corner `lo` to `hi`."""
+    low, high = transform.vector(lo, "lo"), transform.vector(hi, "hi")
+    if (low > high).any():
+        raise GeometryError(
+            "the lower corner of a box must not be above the upper one",
+            found=(low.tolist(), high.tolist()),
+        )
+    rng = np.random.default_rng(seed)
+    return np.asarray(low + (high - low) * rng.random((_count(n, "n", 0), 3)))
+
+
+def _jacobian(surface: NurbsSurface, uv: FloatArray) -> FloatArray:
+    """Area element |S_u × S_v| (k,)."""
+    first = surface.derivatives(uv, 1)
+    return np.asarray(np.linalg.norm(np.cross(first[:, 1, 0], first[:, 0, 1]), axis=1))
+
+
+def _count(value: int, name: str, least: int) -> int:
+    good = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not good or value < least:
+        raise InputError(
+            "must be a whole number", where=name, found=value, allowed=f"{least} or more"
+        )
+    return int(value)

@@ -1,0 +1,228 @@
+"""Triangles from a surface, to a chord tolerance or by the thesis' control-net rule.
+
+Both give a tensor grid of parameters that holds every knot, so a patch has no cracks; seams and
+collapsed sides are welded. ``chord_grid`` and ``net_grid`` give the grid itself to callers that
+drop trimmed parts.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.errors import GeometryError, InputError
+from contiga.geometry.bezier import BezierGrid, extract
+from contiga.geometry.flatness import second_derivative_bounds
+from contiga.geometry.surface import NurbsSurface
+from contiga.geometry.trimesh import TriMesh
+from contiga.records import FloatArray
+
+MAX_CELLS = 20_000_000
+_WELD = 1e-12
+
+
+def tessellate(
+    surface: NurbsSurface, tol: float, method: Literal["net", "chord"] = "chord"
+) -> TriMesh:
+    """Triangles on `surface`, anticlockwise seen from its free side.
+
+    Parameters
+    ----------
+    tol : for ``"chord"`` a length: no point of the surface is farther from the triangles. For
+        ``"net"`` an area: see `net_grid`.
+    method : ``"chord"`` or ``"net"``
+
+    Raises
+    ------
+    InputError
+        a tolerance that is not positive, an unknown method.
+    GeometryError
+        a tolerance that would take more than 40 million triangles.
+    """
+    grids = {"chord": chord_grid, "net": net_grid}
+    if method not in grids:
+        raise InputError("not a method", where="method", found=method, allowed="'net', 'chord'")
+    u, v = grids[method](surface, tol)
+    return grid_mesh(surface, u, v)
+
+
+def net_tessellation(surface: NurbsSurface, tol: float) -> TriMesh:
+    """``tessellate(surface, tol, "net")``."""
+    return tessellate(surface, tol, "net")
+
+
+def grid_mesh(surface: NurbsSurface, u: FloatArray, v: FloatArray, weld: bool = True) -> TriMesh:
+    """The mesh over the grid `u` × `v`, two triangles a cell, cut from (i, j) to (i + 1, j + 1).
+
+    With `weld`, sides that meet (a seam) share vertices and a collapsed side is one vertex, so
+    that a closed patch gives a closed mesh; without it, vertex ``i · len(v) + j`` is (u_i, v_j).
+    """
+    points = surface.evaluate(np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2))
+    ids = np.arange(u.size * v.size).reshape(u.size, v.size)
+    if weld:
+        ids = _welded(points, ids)
+    a, b, c, d = ids[:-1, :-1], ids[1:, :-1], ids[1:, 1:], ids[:-1, 1:]
+    triangles = np.stack([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], axis=2).reshape(-1, 3)
+    whole = (
+        (triangles[:, 0] != triangles[:, 1])
+        & (triangles[:, 1] != triangles[:, 2])
+        & (triangles[:, 2] != triangles[:, 0])
+    )
+    used, new = np.unique(triangles[whole], return_inverse=True)
+    if not weld:
+        return TriMesh(points, triangles)
+    return TriMesh(points[used], new.reshape(-1, 3).astype(np.int32))
+
+
+def chord_grid(surface: NurbsSurface, tol: float) -> tuple[FloatArray, FloatArray]:
+    """Parameters (u, v) of a grid whose triangles stay within the distance `tol`.
+
+    A linear triangle with legs a and b in parameters misses the surface by at most
+    ``(a²|S_uu| + 2ab|S_uv| + b²|S_vv|) / 8`` (Filip, Magedson and Markot 1986). The second
+    derivatives are bounded by Bernstein coefficients, so the tolerance is kept for certain.
+    """
+    _checked_tolerance(tol)
+    bounds, u_breaks, v_breaks = second_derivative_bounds(surface)
+    rows = np.ones(u_breaks.size - 1)
+    columns = np.ones(v_breaks.size - 1)
+    while True:
+        uu = bounds[0] / rows[:, None] ** 2
+        uv = bounds[1] / (rows[:, None] * columns)
+        vv = bounds[2] / columns**2
+        excess = (uu + 2.0 * uv + vv) / (8.0 * tol)
+        if (excess <= 1.0).all():
+            break
+        # The direction that adds more to a bad cell is cut finer, by about the missing factor.
+        by_row = np.where((excess > 1.0) & (uu >= vv), excess, 0.0).max(axis=1)
+        by_column = np.where((excess > 1.0) & (uu <= vv), excess, 0.0).max(axis=0)
+        rows = _finer(rows, by_row)
+        columns = _finer(columns, by_column)
+        _checked_size(float(rows.sum()), float(columns.sum()), tol)
+    return _subdivided(u_breaks, rows), _subdivided(v_breaks, columns)
+
+
+def net_grid(surface: NurbsSurface, tol: float) -> tuple[FloatArray, FloatArray]:
+    """Parameters (u, v) at which pieces end once Σ|A_net − A_base| < `tol` (Eq. 4.8).
+
+    The surface is split into Bézier pieces and these again, by knot insertion (Algorithm 3);
+    A_net and A_base (Algorithms 2 and 4) are taken of each piece and their differences summed,
+    because those of one curved patch need not meet. Splits run through the whole patch, so the
+    mesh of the piece corners has no cracks. Note what the rule cannot see: a twisted bilinear
+    piece is its own net, so its difference is zero at any size.
+    """
+    _checked_tolerance(tol)
+    grid = extract(surface)
+    while True:
+        net, base, bend_u, bend_v = _piece_measures(grid)
+        difference = np.abs(net - base)
+        if difference.sum() < tol:
+            return grid.u_breaks, grid.v_breaks
+        both = bend_u + bend_v
+        share = np.divide(bend_u, both, out=np.full_like(both, 0.5), where=both > 0.0)
+        by_row = (difference * share).sum(axis=1)
+        by_column = (difference * (1.0 - share)).sum(axis=0)
+        worst = max(by_row.max(), by_column.max())
+        u = _bisected(grid.u_breaks, by_row >= 0.25 * worst)
+        v = _bisected(grid.v_breaks, by_column >= 0.25 * worst)
+        _checked_size(u.size, v.size, tol)
+        grid = extract(surface, u[1:-1], v[1:-1])
+
+
+def net_area(surface: NurbsSurface) -> float:
+    """Area of the triangulated control net (Algorithms 2 and 4 of the thesis)."""
+    return float(_triangulated(surface.control_points).sum())
+
+
+def base_area(surface: NurbsSurface) -> float:
+    """Area of the two corner triangles of each element, summed.
+
+    Algorithm 4 takes the corners of the whole patch, whose area is zero on a closed one; here
+    they are those of each Bézier element.
+    """
+    return float(_piece_measures(extract(surface))[1].sum())
+
+
+def _piece_measures(
+    grid: BezierGrid,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Net area, base area, and how much longer the net is than its chords, in u and in v."""
+    points = grid.coefs[..., :3] / grid.coefs[..., 3:]
+    net = _triangulated(points).sum(axis=(-2, -1))
+    base = _triangulated(points[:, :, :: points.shape[2] - 1, :: points.shape[3] - 1])
+    return (
+        net,
+        base.sum(axis=(-2, -1)),
+        _bend(points),
+        _bend(points.swapaxes(2, 3)),
+    )
+
+
+def _bend(points: FloatArray) -> FloatArray:
+    """Length of the net's lines along axis 2 beyond their chords, mean over the lines."""
+    legs = np.linalg.norm(np.diff(points, axis=2), axis=-1).sum(axis=2)
+    chords = np.linalg.norm(points[:, :, -1] - points[:, :, 0], axis=-1)
+    return np.asarray((legs - chords).mean(axis=-1))
+
+
+def _triangulated(points: FloatArray) -> FloatArray:
+    """Area of the two triangles of each cell of nets (..., n, m, 3), as (..., n - 1, m - 1)."""
+    a, b = points[..., :-1, :-1, :], points[..., 1:, :-1, :]
+    c, d = points[..., 1:, 1:, :], points[..., :-1, 1:, :]
+    first = np.linalg.norm(np.cross(b - a, c - a), axis=-1)
+    second = np.linalg.norm(np.cross(c - a, d - a), axis=-1)
+    return np.asarray(0.5 * (first + second))
+
+
+def _welded(points: FloatArray, ids: NDArray[np.int64]) -> NDArray[np.int64]:
+    """`ids` with those of opposite sides that coincide, and of collapsed sides, made one."""
+    size = float(np.abs(points).max())
+    grid = points.reshape(*ids.shape, 3)
+    ids = ids.copy()
+
+    def same(first: FloatArray, second: FloatArray) -> bool:
+        return bool(np.abs(first - second).max() <= _WELD * size)
+
+    if same(grid[0], grid[-1]):
+        ids[-1] = ids[0]
+    if same(grid[:, 0], grid[:, -1]):
+        ids[:, -1] = ids[:, 0]
+    for side in (np.s_[0, :], np.s_[-1, :], np.s_[:, 0], np.s_[:, -1]):
+        if same(grid[side], grid[side][:1]):
+            ids[side] = ids[side].min()
+    return ids
+
+
+def _finer(counts: FloatArray, excess: FloatArray) -> FloatArray:
+    factor = np.clip(np.sqrt(excess), 1.0, 2.0)
+    return np.where(excess > 0.0, np.maximum(counts + 1.0, np.floor(counts * factor)), counts)
+
+
+def _subdivided(breaks: FloatArray, counts: FloatArray) -> FloatArray:
+    parts = [
+        np.linspace(low, high, int(n) + 1)[:-1]
+        for low, high, n in zip(breaks[:-1], breaks[1:], counts, strict=True)
+    ]
+    return np.concatenate([*parts, breaks[-1:]])
+
+
+def _bisected(breaks: FloatArray, marked: NDArray[np.bool_]) -> FloatArray:
+    middles = 0.5 * (breaks[:-1] + breaks[1:])
+    return np.sort(np.concatenate([breaks, middles[marked]]))
+
+
+def _checked_tolerance(tol: float) -> None:
+    if not (math.isfinite(tol) and tol > 0.0):
+        raise InputError("a tolerance must be positive", where="tol", found=tol)
+
+
+def _checked_size(rows: float, columns: float, tol: float) -> None:
+    if rows * columns > MAX_CELLS:
+        raise GeometryError(
+            f"this tolerance needs more than {2 * MAX_CELLS} triangles",
+            where="tol",
+            found=tol,
+            remedy="Take a larger one",
+        )
