@@ -47,7 +47,8 @@ class InputError(ContigaError, ValueError):
     ) -> None:
         self.what = what
         self.where = where
-        self.found = None if found is InputError._missing else found
+        self.has_found = found is not InputError._missing
+        self.found = found if self.has_found else None
         self.allowed = allowed
         self.remedy = remedy
         text = f"{where}: {what}" if where else what

@@ -1,0 +1,177 @@
+"""What all tables of a case file share: strict types, known keys, suggestions, file paths."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Iterable
+from difflib import get_close_matches
+from functools import reduce
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationInfo,
+    model_validator,
+)
+
+from contiga.errors import CaseError, FileError
+
+
+class Spec(BaseModel):
+    """A table of the case file. Numbers are not read from text, unknown keys are errors."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _keys_are_known(cls, data: Any) -> Any:
+        if isinstance(data, dict):
+            check_keys(data, cls.known_keys(data))
+        return data
+
+    @classmethod
+    def known_keys(cls, data: dict[str, Any]) -> list[str]:
+        """Keys this table may have."""
+        return list(cls.model_fields)
+
+
+def check_keys(data: dict[str, Any], known: Iterable[str]) -> None:
+    """Refuse the first key that is not known, with the closest one that is."""
+    allowed = list(known)
+    for key in data:
+        if key not in allowed:
+            raise CaseError(
+                "unknown key", where=key, allowed=", ".join(allowed), remedy=suggest(key, allowed)
+            )
+
+
+def suggest(found: object, allowed: Iterable[str]) -> str | None:
+    """A question after the closest of `allowed`, None where nothing is close."""
+    close = get_close_matches(str(found).lower(), list(allowed), n=1, cutoff=0.6)
+    return f"Did you mean {close[0]!r}?" if close else None
+
+
+def by_kind(*models: type[Spec]) -> Any:
+    """A union of tables told apart by their `kind`."""
+    kinds = {model.model_fields["kind"].default: model for model in models}
+
+    def check(value: Any) -> Any:
+        if isinstance(value, Spec):
+            return value
+        if not isinstance(value, dict):
+            raise CaseError("must be a table with a kind", found=value, allowed=_quoted(kinds))
+        if "kind" not in value:
+            raise CaseError("is missing", where="kind", allowed=_quoted(kinds))
+        kind = value["kind"]
+        if kind not in list(kinds):
+            raise CaseError(
+                "unknown kind",
+                where="kind",
+                found=kind,
+                allowed=_quoted(kinds),
+                remedy=suggest(kind, kinds),
+            )
+        return value
+
+    def tag(value: Any) -> str:
+        return f"<{value['kind'] if isinstance(value, dict) else value.kind}>"
+
+    return _union({f"<{kind}>": model for kind, model in kinds.items()}, tag, check)
+
+
+def by_key(**models: type[Spec]) -> Any:
+    """A union of tables told apart by the one key that only they have."""
+
+    def check(value: Any) -> Any:
+        if isinstance(value, Spec):
+            return value
+        if not isinstance(value, dict):
+            raise CaseError("must be a table", found=value, allowed=f"one with {_or(models)}")
+        given = [key for key in models if key in value]
+        if len(given) != 1:
+            close = [hint for key in value if (hint := suggest(key, models))]
+            raise CaseError(
+                f"must have exactly one of the keys {_or(models)}",
+                found=", ".join(value) or "none",
+                remedy=close[0] if close and not given else None,
+            )
+        return value
+
+    def tag(value: Any) -> str:
+        if isinstance(value, dict):
+            return next(f"<{key}>" for key in models if key in value)
+        return next(f"<{key}>" for key, model in models.items() if type(value) is model)
+
+    return _union({f"<{key}>": model for key, model in models.items()}, tag, check)
+
+
+def _union(
+    tagged: dict[str, type[Spec]], tag: Callable[[Any], str], check: Callable[[Any], Any]
+) -> Any:
+    # The brackets tell a tag from a key in the place an error reports.
+    union = reduce(operator.or_, (Annotated[model, Tag(name)] for name, model in tagged.items()))
+    return Annotated[union, Discriminator(tag), BeforeValidator(check)]
+
+
+def _quoted(names: Iterable[str]) -> str:
+    return ", ".join(f'"{name}"' for name in names)
+
+
+def _or(names: Iterable[str]) -> str:
+    *first, last = names
+    return f"{', '.join(first)} or {last}" if first else last
+
+
+def _folder(info: ValidationInfo) -> Path:
+    return Path((info.context or {}).get("folder", "."))
+
+
+def _existing(path: str, info: ValidationInfo) -> str:
+    full = (_folder(info) / path).resolve()
+    if not full.is_file():
+        what = "this is a folder, not a file" if full.is_dir() else "no such file"
+        raise FileError(what, found=path, allowed=f"a file; looked for {full}")
+    return full.as_posix()
+
+
+def _pattern(pattern: str, info: ValidationInfo) -> str:
+    from contiga.io.series import find_files
+
+    find_files(pattern, _folder(info))
+    return (_folder(info).resolve() / pattern).as_posix()
+
+
+def _unit_of(dimension: str) -> Callable[[str], str]:
+    def check(unit: str) -> str:
+        from contiga.io.units import base_factor
+
+        base_factor(unit, dimension)
+        return unit
+
+    return check
+
+
+LengthUnit = Annotated[str, AfterValidator(_unit_of("length"))]
+MassUnit = Annotated[str, AfterValidator(_unit_of("mass"))]
+TimeUnit = Annotated[str, AfterValidator(_unit_of("time"))]
+
+ExistingFile = Annotated[str, AfterValidator(_existing)]
+"""A path, relative to the case file's folder; kept absolute."""
+
+FilePattern = Annotated[str, AfterValidator(_pattern)]
+"""A pattern such as ``step_*.vtu`` that at least one file fits; kept absolute."""
+
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Count = Annotated[int, Field(ge=1)]
+Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
+Axis = str | Vector
+Name = Annotated[str, Field(pattern=r"^\w[\w \-]*$")]
+"""Letters, digits, spaces, _ and -: names become column heads and part names."""

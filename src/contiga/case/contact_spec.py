@@ -1,0 +1,185 @@
+"""The `contact` tables of a case: who touches whom, by which law, over what area."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, model_validator
+
+from contiga.case.base import Name, NotNegative, Positive, Spec, by_kind
+from contiga.errors import CaseError
+from contiga.forces.characteristic import Characteristic
+from contiga.forces.combined import CombinedLaw
+from contiga.forces.laws import AdaptiveLaw, ForceLaw, Law, PenaltyLaw, StressLaw
+
+
+class CurveTable(Spec):
+    """`{ points = [[x, y], …], extrapolation = "linear" }`."""
+
+    points: list[list[float]]
+    extrapolation: Literal["linear", "constant", "error"] = "linear"
+
+
+def _as_curve_table(value: Any) -> Any:
+    # Numbers and plain tables are short forms: a line through the origin, and linear ends.
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return {"points": [[0.0, 0.0], [1.0, value]]}
+    if isinstance(value, list):
+        return {"points": value}
+    if isinstance(value, dict | CurveTable):
+        return value
+    raise CaseError(
+        "must be a curve",
+        found=value,
+        allowed='a number, [[x, y], …] or { points = [[x, y], …], extrapolation = "linear" }',
+    )
+
+
+Curve = Annotated[CurveTable, BeforeValidator(_as_curve_table)]
+
+
+class _LawSpec(Spec):
+    @cached_property
+    def law(self) -> Law:
+        """The law."""
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _law_is_possible(self) -> Self:
+        assert self.law is not None
+        return self
+
+
+def _characteristic(curve: CurveTable, name: str) -> Characteristic:
+    return Characteristic(curve.points, extrapolation=curve.extrapolation, name=name)
+
+
+class ForceSpec(_LawSpec):
+    """`{ kind = "force", curve }`: `ForceLaw`."""
+
+    kind: Literal["force"] = "force"
+    curve: Curve
+    """Force over greatest penetration."""
+
+    @cached_property
+    def law(self) -> Law:
+        """The law."""
+        return ForceLaw(_characteristic(self.curve, "curve"))
+
+
+class StressSpec(_LawSpec):
+    """`{ kind = "stress", elastic, thickness, damping, damping_curve, amplification }`."""
+
+    kind: Literal["stress"] = "stress"
+    elastic: Curve
+    thickness: Positive | None = None
+    damping: NotNegative = 0.0
+    damping_curve: Curve | None = None
+    amplification: Curve | None = None
+
+    @cached_property
+    def law(self) -> Law:
+        """The law."""
+        damping, factor = self.damping_curve, self.amplification
+        return StressLaw(
+            _characteristic(self.elastic, "elastic"),
+            self.thickness,
+            self.damping,
+            None if damping is None else _characteristic(damping, "damping_curve"),
+            None if factor is None else _characteristic(factor, "amplification"),
+        )
+
+
+class PenaltySpec(_LawSpec):
+    """`{ kind = "penalty", stiffness, per_area, damping }`."""
+
+    kind: Literal["penalty"] = "penalty"
+    stiffness: Positive
+    per_area: bool = False
+    damping: NotNegative = 0.0
+
+    @cached_property
+    def law(self) -> Law:
+        """The law."""
+        return PenaltyLaw(self.stiffness, self.per_area, self.damping)
+
+
+class AdaptiveSpec(_LawSpec):
+    """`{ kind = "adaptive", scale = 0.1 }`."""
+
+    kind: Literal["adaptive"] = "adaptive"
+    scale: Positive = 0.1
+
+    @cached_property
+    def law(self) -> Law:
+        """The law."""
+        return AdaptiveLaw(self.scale)
+
+
+class ConstantAreaSpec(Spec):
+    """`{ kind = "constant", value }`: every slave node has this contact area."""
+
+    kind: Literal["constant"] = "constant"
+    value: Positive
+
+    def describe(self) -> str:
+        """In words."""
+        return f"{self.value:g} a node"
+
+
+class TributaryAreaSpec(Spec):
+    """`{ kind = "tributary" }`: a node's third of each facet it belongs to."""
+
+    kind: Literal["tributary"] = "tributary"
+
+    def describe(self) -> str:
+        """In words."""
+        return "tributary"
+
+
+if TYPE_CHECKING:
+    LawSpec = ForceSpec | StressSpec | PenaltySpec | AdaptiveSpec
+    AreaSpec = ConstantAreaSpec | TributaryAreaSpec
+else:
+    LawSpec = by_kind(ForceSpec, StressSpec, PenaltySpec, AdaptiveSpec)
+    AreaSpec = by_kind(ConstantAreaSpec, TributaryAreaSpec)
+
+
+class ContactSpec(Spec):
+    """A `[[contact]]`: a body and a slave that may touch."""
+
+    master: str
+    slave: str
+    name: Name | None = None
+    """How results call the contact; "<master>-<slave>" if omitted."""
+    type: Literal["slave", "master", "combined"] = "slave"
+    search: Literal["intersection", "penetration"] = "intersection"
+    on_edge: Literal["release", "hold"] = "release"
+    law: LawSpec
+    master_law: LawSpec | None = None
+    """The master's side of a combined contact."""
+    area: AreaSpec | None = None
+    """Tributary where the slave has facets or areas; must be given where it has not."""
+
+    @property
+    def title(self) -> str:
+        """The name, or the one made of master and slave."""
+        return self.name or f"{self.master}-{self.slave}"
+
+    @model_validator(mode="after")
+    def _sides_fit_the_type(self) -> Self:
+        if self.type == "combined":
+            if self.master_law is None:
+                raise CaseError(
+                    "is missing", where="master_law", remedy='type = "combined" needs both laws'
+                )
+            CombinedLaw(self.law.law, self.master_law.law)  # type: ignore[arg-type]
+        elif self.master_law is not None:
+            raise CaseError(
+                'only a contact of type "combined" has a master_law',
+                where="master_law",
+                found=self.master_law.kind,
+                remedy=f'Remove it, or set type = "combined" in place of "{self.type}"',
+            )
+        return self

@@ -1,0 +1,65 @@
+"""What a case would do, in words."""
+
+from __future__ import annotations
+
+from contiga.case.contact_spec import ContactSpec
+from contiga.case.schema import Case
+
+
+def describe(case: Case) -> list[tuple[str, str]]:
+    """Rows (what, how) for a person to read before a run. Nothing is built and no mesh read."""
+    from contiga.io.units import derived_units
+
+    units, times = case.units, case.time.times()
+    derived = derived_units(units.length, units.mass, units.time)
+    rows = [
+        ("title", case.title),
+        ("units", f"{units.length}, {units.mass}, {units.time}"),
+        ("derived units", f"force {derived['force']}, stress {derived['stress']}"),
+        (
+            "time",
+            f"{times[0]:g} to {times[-1]:g} {units.time} in {len(times) - 1} steps "
+            f"of {case.time.step:g}",
+        ),
+    ]
+    for body in case.body:
+        rows.append((f"body {body.name}", _placed(body.geometry.describe(), body.geometry)))
+        rows.append(("  motion", body.motion.describe()))
+    for slave in case.slave:
+        rows.append((f"slave {slave.name}", _placed(slave.points.describe(), slave.points)))
+        rows.append(("  motion", slave.motion.describe()))
+        given = [f"{k} {v:g}" for k in ("thickness", "area", "mass") if (v := getattr(slave, k))]
+        if given:
+            rows.append(("  every node", ", ".join(given)))
+    for contact in case.contact:
+        rows += _contact(contact)
+    output = case.output
+    kinds = [*output.formats, *(["report"] if output.report else [])]
+    rows.append(("output", f"{', '.join(kinds) or 'none'}; fields every {output.every} steps"))
+    return rows
+
+
+def description(case: Case) -> str:
+    """`describe` as plain text in two columns."""
+    rows = describe(case)
+    width = max(len(what) for what, _ in rows)
+    return "\n".join(f"{what:<{width}}  {how}" for what, how in rows)
+
+
+def _placed(text: str, spec: object) -> str:
+    steps = len(getattr(spec, "transform", []))
+    moved = f", placed by {steps} transforms" if steps else ""
+    return text + moved + (", flipped" if getattr(spec, "flip", False) else "")
+
+
+def _contact(contact: ContactSpec) -> list[tuple[str, str]]:
+    laws: str = contact.law.kind
+    if contact.master_law is not None:
+        laws += f" (slave) and {contact.master_law.kind} (master)"
+    area = "tributary" if contact.area is None else contact.area.describe()
+    return [
+        (f"contact {contact.title}", f"{contact.slave} against {contact.master}"),
+        ("  search", f"{contact.search}, type {contact.type}, on an edge: {contact.on_edge}"),
+        ("  law", laws),
+        ("  area", area),
+    ]

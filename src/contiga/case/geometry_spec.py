@@ -1,0 +1,319 @@
+"""The `geometry` tables of a case: a CAD file, a shape, explicit NURBS, a profile or several."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+
+import numpy as np
+from pydantic import (
+    ConfigDict,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
+
+from contiga.case.base import (
+    Axis,
+    ExistingFile,
+    LengthUnit,
+    Positive,
+    Spec,
+    Vector,
+    by_key,
+    suggest,
+)
+from contiga.case.problems import first_problem
+from contiga.errors import CaseError
+from contiga.geometry import shapes, transform
+from contiga.geometry.body import Body
+from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.surface import NurbsSurface
+from contiga.records import FloatArray
+
+Net = list[list[Vector]]
+
+
+class RotateEntry(Spec):
+    """`rotate = { axis, degrees, centre }` of a transform."""
+
+    axis: Axis = "z"
+    degrees: float
+    centre: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+
+
+class TransformEntry(Spec):
+    """One step of `transform = [ … ]`: translate, rotate or scale (about the origin)."""
+
+    translate: Vector | None = None
+    rotate: RotateEntry | None = None
+    scale: Positive | None = None
+
+    @cached_property
+    def matrix(self) -> FloatArray:
+        """The step as a (4, 4) matrix."""
+        if self.translate is not None:
+            return transform.translation(self.translate)
+        if self.rotate is not None:
+            angle = math.radians(self.rotate.degrees)
+            return transform.rotation(self.rotate.axis, angle, self.rotate.centre)
+        assert self.scale is not None
+        return transform.scaling(self.scale)
+
+    @model_validator(mode="after")
+    def _one_step_an_entry(self) -> Self:
+        given = [name for name in type(self).model_fields if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise CaseError(
+                "must have exactly one of the keys translate, rotate or scale",
+                found=", ".join(given) or "none",
+                remedy="Write one entry for each step, in the order they are applied",
+            )
+        assert self.matrix is not None
+        return self
+
+
+class Placed(Spec):
+    """What can be put elsewhere by `transform`, a list of steps applied in their order."""
+
+    transform: list[TransformEntry] = Field(default_factory=list)
+
+    @property
+    def matrix(self) -> FloatArray:
+        """All steps as one (4, 4) matrix."""
+        matrix = np.eye(4)
+        for entry in self.transform:
+            matrix = entry.matrix @ matrix
+        return matrix
+
+
+class _ShapeSpec(Spec):
+    """`shape = "name"` with the shape's own keyword arguments beside it (angles in radians)."""
+
+    model_config = ConfigDict(extra="allow")
+    made: ClassVar[type] = NurbsSurface
+    """What the shape must make: a curve or a surface."""
+
+    shape: str
+
+    @classmethod
+    def known_keys(cls, data: dict[str, Any]) -> list[str]:
+        """Keys of the table and arguments of the shape it names."""
+        catalogue = shape_catalogue(cls.made)
+        name = data.get("shape")
+        if not isinstance(name, str) or name not in catalogue:
+            raise CaseError(
+                f"there is no such {'curve' if cls.made is NurbsCurve else 'surface'}",
+                where="shape",
+                found=name,
+                allowed=", ".join(sorted(catalogue)),
+                remedy=suggest(name, catalogue),
+            )
+        parameters = inspect.signature(catalogue[name]).parameters
+        return [*super().known_keys(data), *parameters]
+
+    @model_validator(mode="after")
+    def _shape_is_possible(self, info: ValidationInfo) -> Self:
+        assert self.make(info.context) is not None
+        return self
+
+    def make(self, context: Any = None) -> Any:
+        """The curve or surface."""
+        function = shape_catalogue(self.made)[self.shape]
+        arguments = dict(self.model_extra or {})
+        for name, parameter in inspect.signature(function).parameters.items():
+            if parameter.default is parameter.empty and name not in arguments:
+                raise CaseError(f"is missing; {self.shape} needs it", where=name)
+        for name, value in arguments.items():
+            if isinstance(value, dict):
+                arguments[name] = _nested_curve(name, value, context)
+        return function(**arguments)
+
+
+class _CurveShape(_ShapeSpec):
+    made: ClassVar[type] = NurbsCurve
+
+
+class _CurveNurbs(Spec):
+    class Values(Spec):
+        """Degree, knots, control points and weights of a curve."""
+
+        degree: int
+        knots: list[float]
+        control_points: list[Annotated[list[float], Field(min_length=2, max_length=3)]]
+        weights: list[float] | None = None
+
+    nurbs: Values
+
+    @model_validator(mode="after")
+    def _curve_is_possible(self) -> Self:
+        assert self.make() is not None
+        return self
+
+    def make(self, context: Any = None) -> NurbsCurve:
+        """The curve."""
+        v = self.nurbs
+        return NurbsCurve(v.degree, v.knots, v.control_points, v.weights)
+
+
+class SurfaceValues(Spec):
+    """Degrees, knots, control points and weights of a surface."""
+
+    degrees: Annotated[list[int], Field(min_length=2, max_length=2)]
+    knots: Annotated[list[list[float]], Field(min_length=2, max_length=2)]
+    control_points: Net
+    weights: list[list[float]] | None = None
+
+
+class _SurfaceNurbs(Spec):
+    nurbs: SurfaceValues
+
+    @model_validator(mode="after")
+    def _surface_is_possible(self) -> Self:
+        assert self.make() is not None
+        return self
+
+    def make(self, context: Any = None) -> NurbsSurface:
+        """The surface."""
+        v = self.nurbs
+        degrees, knots = (v.degrees[0], v.degrees[1]), (v.knots[0], v.knots[1])
+        return NurbsSurface(degrees, knots, v.control_points, v.weights)
+
+
+if TYPE_CHECKING:
+    CurveSpec = _CurveShape | _CurveNurbs
+    PatchSpec = _ShapeSpec | _SurfaceNurbs
+else:
+    CurveSpec = by_key(shape=_CurveShape, nurbs=_CurveNurbs)
+    PatchSpec = by_key(shape=_ShapeSpec, nurbs=_SurfaceNurbs)
+
+
+class _Geometry(Placed):
+    flip: bool = False
+    """Swaps the free side and the contact side."""
+
+    def body(self, name: str, unit: str) -> Body:
+        """The body, placed and oriented, lengths in `unit`."""
+        body = self.raw(name, unit)
+        if self.transform:
+            body = body.transformed(self.matrix)
+        return body.flipped() if self.flip else body
+
+    def raw(self, name: str, unit: str) -> Body:
+        """The body before it is placed and oriented."""
+        raise NotImplementedError
+
+
+class FileGeometry(_Geometry):
+    """`{ file, unit }`; `unit` is the file's own where it says none, or says it wrong."""
+
+    file: ExistingFile
+    unit: LengthUnit | None = None
+
+    def raw(self, name: str, unit: str) -> Body:
+        """The faces of the file."""
+        from contiga.io.cad import read_cad
+
+        return read_cad(self.file, unit, file_unit=self.unit).renamed(name)
+
+    def describe(self) -> str:
+        """In words."""
+        return self.file
+
+
+class ShapeGeometry(_Geometry, _ShapeSpec):
+    """`{ shape = "torus", major = 2.0, … }`."""
+
+    def raw(self, name: str, unit: str) -> Body:
+        """The shape as a body of one patch."""
+        return Body([self.make()], name, unit=unit)
+
+    def describe(self) -> str:
+        """In words."""
+        given = ", ".join(f"{key} = {value}" for key, value in (self.model_extra or {}).items())
+        return f"{self.shape}({given})"
+
+
+class NurbsGeometry(_Geometry, _SurfaceNurbs):
+    """`{ nurbs = { degrees, knots, control_points, weights } }`."""
+
+    def raw(self, name: str, unit: str) -> Body:
+        """The surface as a body of one patch."""
+        return Body([self.make()], name, unit=unit)
+
+    def describe(self) -> str:
+        """In words."""
+        return f"one NURBS patch of degrees {self.nurbs.degrees}"
+
+
+class ProfileGeometry(_Geometry):
+    """`{ profile = { curve }, depth }`: a plane problem, `Body.from_profile`."""
+
+    profile: CurveSpec
+    depth: Positive = 1.0
+
+    @model_validator(mode="after")
+    def _profile_is_possible(self) -> Self:
+        assert self.raw("profile", "") is not None
+        return self
+
+    def raw(self, name: str, unit: str) -> Body:
+        """The profile with its depth."""
+        return Body.from_profile(self.profile.make(), self.depth).renamed(name)
+
+    def describe(self) -> str:
+        """In words."""
+        return f"a profile of depth {self.depth:g}"
+
+
+class PatchesGeometry(_Geometry):
+    """`{ patches = [ { shape … }, { nurbs … } ] }`."""
+
+    patches: Annotated[list[PatchSpec], Field(min_length=1)]
+
+    def raw(self, name: str, unit: str) -> Body:
+        """The patches as one body."""
+        return Body([patch.make() for patch in self.patches], name, unit=unit)
+
+    def describe(self) -> str:
+        """In words."""
+        return f"{len(self.patches)} patches"
+
+
+if TYPE_CHECKING:
+    GeometrySpec = FileGeometry | ShapeGeometry | NurbsGeometry | ProfileGeometry | PatchesGeometry
+else:
+    GeometrySpec = by_key(
+        file=FileGeometry,
+        shape=ShapeGeometry,
+        nurbs=NurbsGeometry,
+        profile=ProfileGeometry,
+        patches=PatchesGeometry,
+    )
+
+
+def shape_catalogue(made: type) -> dict[str, Callable[..., Any]]:
+    """Functions of `contiga.geometry.shapes` that make a curve or a surface, by name."""
+    return {
+        name: function
+        for name, function in vars(shapes).items()
+        if inspect.isfunction(function)
+        and function.__module__ == shapes.__name__
+        and not name.startswith("_")
+        and inspect.signature(function).return_annotation in (made, made.__name__)
+    }
+
+
+def _nested_curve(name: str, value: dict[str, Any], context: Any) -> NurbsCurve:
+    """A curve given as an argument of a shape, as `curve = { shape = "arc", … }`."""
+    try:
+        spec = TypeAdapter(CurveSpec).validate_python(value, context=context)
+    except ValidationError as error:
+        raise first_problem(error, value, name) from error
+    made: NurbsCurve = spec.make(context)
+    return made

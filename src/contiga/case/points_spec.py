@@ -1,0 +1,186 @@
+"""The `points` tables of a case: where a slave's points come from."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from contiga.case.base import Count, ExistingFile, LengthUnit, Spec, Vector, by_key
+from contiga.case.geometry_spec import Placed, _ShapeSpec
+from contiga.geometry import clouds
+from contiga.io.slave import Slave
+from contiga.records import FloatArray, IntArray
+
+Corner = Annotated[int, Field(ge=2)]
+
+
+class _Points(Placed):
+    def slave(self, name: str, unit: str) -> Slave:
+        """The slave, placed, lengths in `unit`."""
+        slave = self.raw(name, unit)
+        return slave.transformed(self.matrix) if self.transform else slave
+
+    def raw(self, name: str, unit: str) -> Slave:
+        """The slave before it is placed."""
+        raise NotImplementedError
+
+
+class FilePoints(_Points):
+    """`{ file, unit, parts }`; `unit` is the file's own, the case's if omitted."""
+
+    file: ExistingFile
+    unit: LengthUnit | None = None
+    parts: list[str | int] | None = None
+    """Parts, sets or groups of the file that take part; all if omitted."""
+
+    def raw(self, name: str, unit: str) -> Slave:
+        """The nodes of the file."""
+        from contiga.io.mesh import read_mesh
+
+        return read_mesh(self.file, unit=unit, file_unit=self.unit, parts=self.parts)
+
+    def describe(self) -> str:
+        """In words."""
+        chosen = "" if self.parts is None else f", parts {', '.join(map(str, self.parts))}"
+        return f"{self.file}{chosen}"
+
+
+class SampleValues(_ShapeSpec):
+    """A shape and how many points along u and v, borders included."""
+
+    nu: Corner
+    nv: Corner
+
+    def points(self) -> FloatArray:
+        """(nu · nv, 3), v runs fastest."""
+        return clouds.sample(self.make(), self.nu, self.nv)
+
+    def describe(self) -> str:
+        """In words."""
+        return f"{self.nu} × {self.nv} points on a {self.shape}"
+
+
+class SamplePoints(_Points):
+    """`{ sample = { shape …, nu, nv } }`: a cloud on a grid of parameters."""
+
+    sample: SampleValues
+
+    def raw(self, name: str, unit: str) -> Slave:
+        """A cloud without facets."""
+        return Slave(self.sample.points(), name=name, unit=unit)
+
+    def describe(self) -> str:
+        """In words."""
+        return f"a cloud of {self.sample.describe()}"
+
+
+class GridPoints(_Points):
+    """`{ grid = { shape …, nu, nv } }`: the same points joined by triangles."""
+
+    grid: SampleValues
+
+    def raw(self, name: str, unit: str) -> Slave:
+        """A surface mesh; facets that a pole makes flat are left out."""
+        points = self.grid.points()
+        return Slave(points, _grid_facets(points, self.grid.nu, self.grid.nv), name=name, unit=unit)
+
+    def describe(self) -> str:
+        """In words."""
+        return f"a mesh of {self.grid.describe()}"
+
+
+class RandomOnShape(_ShapeSpec):
+    """Random points on a shape, uniform in its area."""
+
+    n: Count
+    seed: int = 0
+
+    def points(self) -> FloatArray:
+        """(n, 3)."""
+        return clouds.random_on(self.make(), self.n, self.seed)
+
+    def describe(self) -> str:
+        """In words."""
+        return f"{self.n} random points on a {self.shape}"
+
+
+class RandomInBox(Spec):
+    """Random points in the box between two corners."""
+
+    box: Annotated[list[Vector], Field(min_length=2, max_length=2)]
+    n: Count
+    seed: int = 0
+
+    @model_validator(mode="after")
+    def _box_is_possible(self) -> Self:
+        clouds.random_in_box(self.box[0], self.box[1], 0)
+        return self
+
+    def points(self) -> FloatArray:
+        """(n, 3)."""
+        return clouds.random_in_box(self.box[0], self.box[1], self.n, self.seed)
+
+    def describe(self) -> str:
+        """In words."""
+        return f"{self.n} random points in the box {self.box[0]} to {self.box[1]}"
+
+
+if TYPE_CHECKING:
+    RandomValues = RandomOnShape | RandomInBox
+else:
+    RandomValues = by_key(shape=RandomOnShape, box=RandomInBox)
+
+
+class RandomPoints(_Points):
+    """`{ random = { shape … or box, n, seed } }`."""
+
+    random: RandomValues
+
+    def raw(self, name: str, unit: str) -> Slave:
+        """A cloud without facets."""
+        return Slave(self.random.points(), name=name, unit=unit)
+
+    def describe(self) -> str:
+        """In words."""
+        return self.random.describe()
+
+
+class GivenPoints(_Points):
+    """`{ coordinates = [[x, y, z], …] }`."""
+
+    coordinates: Annotated[list[Vector], Field(min_length=1)]
+
+    def raw(self, name: str, unit: str) -> Slave:
+        """A cloud without facets."""
+        return Slave(self.coordinates, name=name, unit=unit)
+
+    def describe(self) -> str:
+        """In words."""
+        return f"{len(self.coordinates)} given points"
+
+
+if TYPE_CHECKING:
+    PointsSpec = FilePoints | SamplePoints | GridPoints | RandomPoints | GivenPoints
+else:
+    PointsSpec = by_key(
+        file=FilePoints,
+        sample=SamplePoints,
+        grid=GridPoints,
+        random=RandomPoints,
+        coordinates=GivenPoints,
+    )
+
+
+def _grid_facets(points: FloatArray, nu: int, nv: int) -> IntArray:
+    """Two triangles a cell, anticlockwise about S_u × S_v; those without area left out."""
+    index = np.arange(nu * nv, dtype=np.int32).reshape(nu, nv)
+    a, b = index[:-1, :-1].ravel(), index[1:, :-1].ravel()
+    c, d = index[1:, 1:].ravel(), index[:-1, 1:].ravel()
+    facets = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    corners = points[facets]
+    edges = corners[:, 1:] - corners[:, :1]
+    area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    longest = np.square(edges).sum(axis=2).max(axis=1)
+    return np.ascontiguousarray(facets[area > 1e-12 * longest])

@@ -1,0 +1,129 @@
+"""What pydantic finds wrong with a case, said in our own way: where, what, found, allowed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from contiga.case.base import suggest
+from contiga.errors import CaseError, InputError
+
+_LONGEST = 100
+_MOST = 12
+_KEY = re.compile(r"^[A-Za-z_]\w*(\[\d+\])*(\.\w+(\[\d+\])*)*$")
+_TYPES = {
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "bool_type": "true or false",
+    "string_type": "text in quotes",
+    "list_type": "a list",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+}
+
+
+def case_error(error: ValidationError, data: object, file: str) -> InputError:
+    """One error that tells everything pydantic found wrong in `data`, read from `file`."""
+    problems = [_problem(detail, data, "") for detail in error.errors(include_url=False)]
+    if len(problems) == 1:
+        return _problem(error.errors(include_url=False)[0], data, "", file)
+    lines = [str(problem) for problem in problems[:_MOST]]
+    if len(problems) > _MOST:
+        lines.append(f"and {len(problems) - _MOST} more")
+    return CaseError(f"{len(problems)} things are wrong\n  " + "\n  ".join(lines), where=file)
+
+
+def first_problem(error: ValidationError, data: object, key: str) -> InputError:
+    """The first thing wrong in the table under `key`."""
+    return _problem(error.errors(include_url=False)[0], data, key)
+
+
+def _problem(detail: ErrorDetails, data: object, key: str, file: str = "") -> InputError:
+    path = key_path(detail["loc"], data, key)
+    inner = (detail.get("ctx") or {}).get("error")
+    if isinstance(inner, InputError):
+        kind = CaseError if type(inner) is InputError else type(inner)
+        details: dict[str, Any] = {"allowed": inner.allowed, "remedy": inner.remedy}
+        if inner.has_found:
+            details["found"] = _short(inner.found)
+        return kind(inner.what, where=_join(file, _inside(path, inner.where)), **details)
+    return CaseError(where=_join(file, path), **_words(detail))
+
+
+def _words(detail: ErrorDetails) -> dict[str, Any]:
+    """What, found and allowed of an error of pydantic's own."""
+    kind, found, context = detail["type"], detail["input"], detail.get("ctx") or {}
+    if kind == "missing":
+        return {"what": "is missing"}
+    said: dict[str, Any] = {"found": _short(found)}
+    if kind in _TYPES:
+        return {"what": f"must be {_TYPES[kind]}", **said}
+    if kind == "literal_error":
+        options = re.findall(r"'([^']*)'", str(context["expected"]))
+        allowed = ", ".join(f'"{option}"' for option in options)
+        remedy = suggest(found, options)
+        return {"what": "unknown value", **said, "allowed": allowed, "remedy": remedy}
+    if kind in ("greater_than", "greater_than_equal"):
+        bound = context.get("gt", context.get("ge"))
+        sign = ">" if "gt" in context else ">="
+        return {"what": "is too small", **said, "allowed": f"{sign} {bound:g}"}
+    if kind == "finite_number":
+        return {"what": "must be finite", **said}
+    if kind in ("too_short", "too_long"):
+        bound = context.get("min_length", context.get("max_length"))
+        rule = "at least" if kind == "too_short" else "at most"
+        count = context["actual_length"]
+        return {"what": "has the wrong length", "found": count, "allowed": f"{rule} {bound}"}
+    if kind == "string_pattern_mismatch":
+        return {
+            "what": "is not a name",
+            **said,
+            "allowed": "letters, digits, spaces, _ and -, the first a letter or digit",
+        }
+    return {"what": detail["msg"], **said}
+
+
+def key_path(loc: Sequence[int | str], data: object, start: str = "") -> str:
+    """The place of an error as a user would write it: ``contact[0].law.curve[1][0]``.
+
+    Tags of unions, and keys that only a long form of the value would have, are left out.
+    """
+    path, here = start, data
+    for part in loc:
+        if isinstance(part, int):
+            path += f"[{part}]"
+            here = here[part] if isinstance(here, list) and part < len(here) else None
+        elif not part.startswith("<") and (here is None or isinstance(here, Mapping)):
+            path += f".{part}" if path else part
+            here = here.get(part) if isinstance(here, Mapping) else None
+    return path
+
+
+def _inside(path: str, where: str | None) -> str:
+    if not where:
+        return path
+    if not _KEY.match(where):
+        return f"{path}: {where}" if path else where
+    if path.endswith(where) and (len(path) == len(where) or path[-len(where) - 1] == "."):
+        return path
+    return f"{path}.{where}" if path else where
+
+
+def _join(file: str, path: str) -> str | None:
+    return ": ".join(part for part in (file, path) if part) or None
+
+
+def _short(value: object) -> object:
+    """`value`, or its kind where it is too long to be read in a message."""
+    if isinstance(value, Mapping):
+        return f"a table with {', '.join(map(str, value))}"[:_LONGEST]
+    if isinstance(value, list) and len(repr(value)) > _LONGEST:
+        return f"a list of {len(value)}"
+    if isinstance(value, str) and len(value) > _LONGEST:
+        return value[:_LONGEST] + "…"
+    return value

@@ -1,0 +1,234 @@
+"""The case file: what it may say, and how it is read and checked.
+
+Everything that can be known without reading CAD and meshes is checked here; the rest is checked
+when the case is built.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections import Counter
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, PrivateAttr, ValidationError, model_validator
+
+from contiga.case.base import (
+    Count,
+    LengthUnit,
+    MassUnit,
+    Name,
+    NotNegative,
+    Positive,
+    Spec,
+    TimeUnit,
+    Vector,
+    suggest,
+)
+from contiga.case.contact_spec import ContactSpec
+from contiga.case.geometry_spec import GeometrySpec
+from contiga.case.motion_spec import FixedSpec, RigidMotionSpec, SlaveMotionSpec
+from contiga.case.points_spec import PointsSpec
+from contiga.case.problems import case_error
+from contiga.errors import CaseError, FileError
+from contiga.records import FloatArray
+
+# A whole number of steps is taken as such if it is met to this part of a step.
+_WHOLE = 1e-6
+
+
+class UnitsSpec(Spec):
+    """`[units]`: what the numbers of the case mean. CAD and mesh files are converted to them."""
+
+    length: LengthUnit
+    mass: MassUnit
+    time: TimeUnit
+
+
+class TimeSpec(Spec):
+    """`[time]`: from `start` to `end` in steps of `step`; the last one may be shorter."""
+
+    start: float = 0.0
+    end: float
+    step: Positive
+
+    @model_validator(mode="after")
+    def _time_goes_forward(self) -> Self:
+        if self.end <= self.start:
+            raise CaseError(
+                "the end must come after the start",
+                where="end",
+                found=self.end,
+                allowed=f"> {self.start:g}",
+            )
+        if self.step > (self.end - self.start) * (1.0 + _WHOLE):
+            raise CaseError(
+                "the step is longer than the whole time",
+                where="step",
+                found=self.step,
+                allowed=f"at most {self.end - self.start:g}",
+            )
+        return self
+
+    def times(self) -> FloatArray:
+        """(n,) instants, start and end included."""
+        steps = (self.end - self.start) / self.step
+        count = round(steps) if abs(steps - round(steps)) < _WHOLE else math.ceil(steps)
+        # Multiples, not sums, so that rounding does not pile up.
+        times: FloatArray = self.start + self.step * np.arange(count + 1)
+        times[-1] = self.end
+        return times
+
+
+class BodySpec(Spec):
+    """A `[[body]]`: a rigid master surface."""
+
+    name: Name
+    geometry: GeometrySpec
+    motion: RigidMotionSpec = Field(default_factory=FixedSpec)
+    reference_point: Vector | None = None
+    """Point of the placed body the moments are taken about; its geometry's origin if omitted."""
+
+
+class SlaveSpec(Spec):
+    """A `[[slave]]`: points that may touch a body."""
+
+    name: Name
+    points: PointsSpec
+    motion: SlaveMotionSpec = Field(default_factory=FixedSpec)
+    thickness: Positive | None = None
+    """Of every node, in place of the file's."""
+    area: Positive | None = None
+    """Tributary area of every node, in place of that of the facets."""
+    mass: NotNegative | None = None
+    """Of every node, in place of the file's."""
+
+
+class OutputSpec(Spec):
+    """`[output]`."""
+
+    every: Count = 1
+    """Fields are written at every so many steps; the history always has all."""
+    formats: list[Literal["vtkhdf", "csv"]] = ["vtkhdf", "csv"]
+    report: bool = True
+
+
+class Case(Spec):
+    """A whole case. File names in it are absolute."""
+
+    title: str = "contiga"
+    units: UnitsSpec
+    time: TimeSpec
+    body: Annotated[list[BodySpec], Field(min_length=1)]
+    slave: Annotated[list[SlaveSpec], Field(min_length=1)]
+    contact: Annotated[list[ContactSpec], Field(min_length=1)]
+    output: OutputSpec = Field(default_factory=OutputSpec)
+
+    _file: Path = PrivateAttr(default=Path("case.toml"))
+
+    @property
+    def file(self) -> Path:
+        """The file the case was read from."""
+        return self._file
+
+    @model_validator(mode="after")
+    def _names_are_told_apart(self) -> Self:
+        for key, names in (
+            ("body", [body.name for body in self.body]),
+            ("slave", [slave.name for slave in self.slave]),
+            ("contact", [contact.title for contact in self.contact]),
+        ):
+            _check_unique(key, names)
+        masters = {body.name for body in self.body}
+        for i, slave in enumerate(self.slave):
+            if slave.name in masters:
+                raise CaseError(
+                    "a body and a slave must not have the same name",
+                    where=f"slave[{i}].name",
+                    found=slave.name,
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _contacts_name_what_is_there(self) -> Self:
+        bodies = [body.name for body in self.body]
+        slaves = [slave.name for slave in self.slave]
+        for i, contact in enumerate(self.contact):
+            _check_defined(f"contact[{i}].master", contact.master, "body", bodies, slaves)
+            _check_defined(f"contact[{i}].slave", contact.slave, "slave", slaves, bodies)
+        return self
+
+
+def load_case(path: str | Path) -> Case:
+    """Read and check a case file.
+
+    Raises
+    ------
+    FileError
+        The case file, or a file it names, is missing or cannot be read.
+    CaseError
+        It is not TOML, or something in it is wrong; the message says the key, what was found and
+        what is allowed, and tells everything wrong at once.
+    UnitError
+        A unit is none.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise FileError("no such file", where=str(path), allowed="a case file (TOML)") from error
+    except UnicodeDecodeError as error:
+        raise FileError("is not UTF-8 text", where=str(path), allowed="a case file") from error
+    except OSError as error:
+        raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
+    return parse_case(text, path)
+
+
+def parse_case(text: str, path: str | Path = "case.toml") -> Case:
+    """The case in `text`; relative file names in it start from the folder of `path`.
+
+    Raises
+    ------
+    CaseError, FileError, UnitError
+        As `load_case`.
+    """
+    path = Path(path)
+    try:
+        data: dict[str, Any] = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(f"is not valid TOML: {error}", where=str(path)) from error
+    try:
+        case = Case.model_validate(data, context={"folder": path.parent})
+    except ValidationError as error:
+        raise case_error(error, data, str(path)) from error
+    case._file = path
+    return case
+
+
+def _check_unique(key: str, names: list[str]) -> None:
+    for name, count in Counter(names).items():
+        if count > 1:
+            last = len(names) - 1 - names[::-1].index(name)
+            raise CaseError(
+                f"the name is used {count} times",
+                where=f"{key}[{last}].name",
+                found=name,
+                allowed="each name once",
+            )
+
+
+def _check_defined(where: str, name: str, kind: str, defined: list[str], other: list[str]) -> None:
+    if name in defined:
+        return
+    remedy = suggest(name, defined)
+    if name in other:
+        remedy = f"{name!r} is a {'slave' if kind == 'body' else 'body'}"
+    raise CaseError(
+        f"no {kind} of this name is defined",
+        where=where,
+        found=name,
+        allowed=", ".join(f'"{known}"' for known in defined),
+        remedy=remedy,
+    )

@@ -1,0 +1,57 @@
+"""A case written back as TOML, with every default filled in and every path absolute."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from contiga.case.schema import Case
+
+_LONG = 80
+
+
+def resolved_toml(case: Case) -> str:
+    """The case as TOML text that reads back as the same case, wherever it is put.
+
+    The standard library reads TOML and does not write it; this writes what a case can hold:
+    tables, lists of tables, text, numbers and truth values.
+    """
+    data = case.model_dump(exclude_none=True)
+    lines = []
+    for key, value in data.items():
+        if isinstance(value, dict):
+            lines += ["", f"[{key}]", *_pairs(value)]
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            for table in value:
+                lines += ["", f"[[{key}]]", *_pairs(table)]
+        else:
+            lines.append(f"{key} = {_value(value)}")
+    return "\n".join(lines) + "\n"
+
+
+def _pairs(table: Mapping[str, Any]) -> list[str]:
+    return [f"{_key(key)} = {_value(value)}" for key, value in table.items()]
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        # A basic string of TOML is one of JSON, but for this one character.
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, int | float):
+        return repr(value)
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(_pairs(value)) + " }" if value else "{}"
+    items = [_value(item) for item in value]
+    flat = "[" + ", ".join(items) + "]"
+    nested = any(isinstance(item, list) for item in value)
+    if nested and len(flat) > _LONG:
+        return "[\n" + "".join(f"  {item},\n" for item in items) + "]"
+    return flat
+
+
+def _key(key: str) -> str:
+    bare = key.replace("-", "_").isidentifier() and key.isascii()
+    return key if bare else _value(key)
