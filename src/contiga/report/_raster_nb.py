@@ -13,6 +13,9 @@ from numba import njit
 
 from contiga.records import FloatArray, IntArray
 
+_ON_EDGE = -1e-9
+"""Rounding must not leave a pixel on a shared edge to neither triangle."""
+
 
 class Buffer(NamedTuple):
     """What is seen in each pixel of one layer; h rows, w columns."""
@@ -58,7 +61,7 @@ def draw_triangles(screen, triangles, buffer):
                 a = ((x1 - column) * (y2 - row) - (x2 - column) * (y1 - row)) / twice_area
                 b = ((x2 - column) * (y0 - row) - (x0 - column) * (y2 - row)) / twice_area
                 c = 1.0 - a - b
-                if a < 0.0 or b < 0.0 or c < 0.0:
+                if min(a, b, c) < _ON_EDGE:
                     continue
                 depth = a * z0 + b * z1 + c * z2
                 if depth < buffer.depth[row, column]:
@@ -111,3 +114,30 @@ def draw_lines(screen, segments, depth, bias, ink):
                 z = screen[p, 2] + t * dz
                 if z <= depth[row, column] + bias:
                     ink[row, column] = 1.0
+
+
+@njit(cache=True)
+def normals_at_pixels(buffer, corners, axes, normal):
+    """Unit normals (h, w, 3) in camera `axes`, turned to the eye, from those at corners (m, 3, 3).
+
+    One pass over the pixels takes less than a tenth of the time of array operations.
+    """
+    height, width = buffer.depth.shape
+    for row in range(height):
+        for column in range(width):
+            t = buffer.owner[row, column]
+            if t < 0:
+                continue
+            a, b = buffer.a[row, column], buffer.b[row, column]
+            c = 1.0 - a - b
+            x = a * corners[t, 0, 0] + b * corners[t, 1, 0] + c * corners[t, 2, 0]
+            y = a * corners[t, 0, 1] + b * corners[t, 1, 1] + c * corners[t, 2, 1]
+            z = a * corners[t, 0, 2] + b * corners[t, 1, 2] + c * corners[t, 2, 2]
+            away = axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z
+            length = math.sqrt(x * x + y * y + z * z)
+            if length == 0.0:
+                continue
+            scale = -1.0 / length if away > 0.0 else 1.0 / length
+            for k in range(3):
+                turned = axes[k, 0] * x + axes[k, 1] * y + axes[k, 2] * z
+                normal[row, column, k] = scale * turned

@@ -118,10 +118,18 @@ def read_fields(run: Run) -> FieldSeries | None:
 
 
 def _units(named: dict[str, str]) -> Units:
-    base = [str(named.get(kind) or "") for kind in ("length", "mass", "time")]
-    if not all(base):
-        return Units(*base, area="", force="", moment="", stress="")
+    length, mass, time = (str(named.get(kind) or "") for kind in ("length", "mass", "time"))
+    if not (length and mass and time):
+        return Units(length, mass, time, "", "", "", "")
     from contiga.io.units import derived_units
 
-    derived = derived_units(*base)
-    return Units(*base, *(derived[kind] for kind in ("area", "force", "moment", "stress")))
+    derived = derived_units(length, mass, time)
+    return Units(
+        length,
+        mass,
+        time,
+        derived["area"],
+        derived["force"],
+        derived["moment"],
+        derived["stress"],
+    )

@@ -43,9 +43,9 @@ def history_figure(run: Run, peak_time: float | None) -> Any:
                     go.Scatter(
                         x=run.times,
                         y=columns[column],
-                        name=name,
+                        name="magnitude" if len(run.contacts) == 1 else name,
                         legendgroup=name,
-                        showlegend=k == 0 and len(run.contacts) > 1,
+                        showlegend=k == 0,
                         mode="lines",
                         line={"color": LINES[i % len(LINES)], "width": 2.2},
                         hovertemplate=f"%{{y:.5g}} {unit}<extra>{name}</extra>",
@@ -107,7 +107,8 @@ def view_figure(peak: Peak, length: str) -> Any:
     figure = go.Figure()
     figure.add_trace(_mesh(peak.body_points, peak.body_triangles, "body", BODY, 0.35))
     deepest = max(float(peak.penetration.max(initial=0.0)), 1e-300)
-    scale = [[0.0, SLAVE], [1e-3, SCALE[0]]]
+    # two stops so close that they lie in neighbouring entries of the 256 a browser keeps
+    scale = [[0.0, SLAVE], [0.004, SLAVE], [0.008, SCALE[0]]]
     scale += [[k / (len(SCALE) - 1), c] for k, c in enumerate(SCALE)][1:]
     if len(peak.slave_triangles):
         trace = _mesh(peak.slave_points, peak.slave_triangles, "slave", SLAVE, 1.0)
@@ -135,7 +136,7 @@ def view_figure(peak: Peak, length: str) -> Any:
         },
     }
     figure.add_trace(_dots(peak.slave_points[peak.in_contact], "in contact", 3.2, marker))
-    up, eye = upwards(peak), -1.7 * outside_direction(peak)
+    up, eye = upwards(peak), -1.85 * outside_direction(peak)
     figure.update_layout(
         height=620,
         margin={"l": 0, "r": 0, "t": 0, "b": 0},

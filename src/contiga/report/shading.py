@@ -8,7 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.records import FloatArray, IntArray
-from contiga.report._raster_nb import Buffer, draw_balls, draw_lines, draw_triangles, empty_buffer
+from contiga.report._raster_nb import (
+    Buffer,
+    draw_balls,
+    draw_lines,
+    draw_triangles,
+    empty_buffer,
+    normals_at_pixels,
+)
 from contiga.report.camera import Camera, project
 
 _KEY = np.array([-0.45, -0.65, -0.62]) / np.linalg.norm([0.45, 0.65, 0.62])
@@ -60,12 +67,8 @@ def mesh_layer(camera: Camera, points: FloatArray, triangles: IntArray) -> Layer
     buffer = empty_buffer(*camera.size)
     triangles = np.ascontiguousarray(triangles, dtype=np.int32)
     draw_triangles(project(camera, points), triangles, buffer)
-    seen = buffer.owner >= 0
-    owner, a, b = buffer.owner[seen], buffer.a[seen][:, None], buffer.b[seen][:, None]
-    corners = corner_normals(points, triangles)[owner]
-    world = a * corners[:, 0] + b * corners[:, 1] + (1 - a - b) * corners[:, 2]
     normal = np.zeros((*camera.size, 3))
-    normal[seen] = _turned_to_the_eye(world @ camera.axes.T)
+    normals_at_pixels(buffer, corner_normals(points, triangles), camera.axes, normal)
     return Layer(buffer, normal, triangles)
 
 
@@ -80,11 +83,6 @@ def cloud_layer(camera: Camera, points: FloatArray, radius: float) -> Layer:
     dx, dy = buffer.a[seen], buffer.b[seen]
     normal[seen] = np.stack([dx, dy, -np.sqrt(np.maximum(1.0 - dx**2 - dy**2, 0.0))], axis=1)
     return Layer(buffer, normal, None)
-
-
-def _turned_to_the_eye(normal: FloatArray) -> FloatArray:
-    normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    return np.asarray(np.where(normal[:, 2:] > 0.0, -normal, normal))
 
 
 def hollows(depth: FloatArray, reach: int, size: float) -> FloatArray:
@@ -104,6 +102,13 @@ def hollows(depth: FloatArray, reach: int, size: float) -> FloatArray:
             # beyond the outline and the picture nothing is known: no bending there
             total += np.where(np.isfinite(ahead) & np.isfinite(behind), bend, 0.0)
     return np.clip(np.nan_to_num(total) / (8.0 * len(steps) * size), -1.0, 1.0)
+
+
+def _coarse_hollows(depth: FloatArray, size: float) -> FloatArray:
+    """`hollows` at every other pixel: a soft shade needs no more, and it takes a quarter."""
+    reach = max(2, depth.shape[0] // 120)
+    coarse = hollows(depth[::2, ::2], reach, size)
+    return coarse.repeat(2, axis=0).repeat(2, axis=1)[: depth.shape[0], : depth.shape[1]]
 
 
 def _moved(depth: FloatArray, shift: tuple[int, int]) -> FloatArray:
@@ -126,8 +131,7 @@ def lit(layer: Layer, colour: FloatArray, size: float) -> FloatArray:
     facing = np.clip(-normal[:, 2], 0.0, 1.0)
     half_way = _KEY + np.array([0.0, 0.0, -1.0])
     gloss = np.clip(normal @ (half_way / np.linalg.norm(half_way)), 0.0, 1.0) ** 40
-    reach = max(4, layer.buffer.depth.shape[0] // 60)
-    hollow = hollows(layer.buffer.depth, reach, 0.02 * size)[seen]
+    hollow = _coarse_hollows(layer.buffer.depth, 0.02 * size)[seen]
     light = 0.46 + 0.24 * sky + 0.46 * key
     light *= 1.0 - 0.75 * np.clip(hollow, 0.0, 1.0) + 0.25 * np.clip(-hollow, 0.0, 1.0)
     rim = 0.18 * (1.0 - facing) ** 3

@@ -1,0 +1,118 @@
+"""The page: whole, self-contained and honest about what is missing."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+import contiga.report.html as page_module
+from contiga.errors import FileError
+from contiga.report import write_report
+
+from .conftest import write_folder
+
+
+class Page(HTMLParser):
+    """Collects what the page refers to, its headings and its unclosed elements."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.references: list[str] = []
+        self.open: list[str] = []
+        self.words: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.references += [v or "" for k, v in attrs if k in ("src", "href", "srcset", "data")]
+        if tag not in ("meta", "link", "img", "br"):
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if not {"script", "style"} & set(self.open):
+            self.words.append(data)
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    folder = write_folder(tmp_path_factory.mktemp("report") / "out")
+    return folder, write_report(folder).read_text(encoding="utf-8")
+
+
+def test_page_and_picture_are_in_the_folder_and_nothing_else(written: tuple[Path, str]) -> None:
+    folder, _ = written
+    names = {p.name for p in folder.iterdir()}
+    read = {"history.csv", "fields.vtkhdf", "summary.json", "case.toml"}
+    assert names == read | {"report.html", "peak.png"}
+
+
+def test_page_refers_to_nothing_outside_itself(written: tuple[Path, str]) -> None:
+    page = Page(written[1])
+    assert page.references
+    assert [r for r in page.references if not r.startswith("data:")] == []
+    style = re.search(r"<style>(.*?)</style>", written[1], re.S)
+    assert style is not None
+    assert "url(" not in style[1]
+    assert "@import" not in style[1]
+
+
+def test_plotly_is_in_the_page_once(written: tuple[Path, str]) -> None:
+    assert len(re.findall(r"plotly\.js v\d", written[1])) == 1
+
+
+def test_elements_are_closed_in_order(written: tuple[Path, str]) -> None:
+    assert Page(written[1]).open == []
+
+
+def test_page_says_what_the_run_was(written: tuple[Path, str]) -> None:
+    words = " ".join(Page(written[1]).words)
+    for text in ("A ball & a <sheet>", "0.1.0", "Peak force", "t = 2 ms", "case.toml", "None."):
+        assert text in words
+
+
+def test_names_from_a_case_cannot_become_markup(written: tuple[Path, str]) -> None:
+    assert "<sheet>" not in written[1]
+
+
+def test_run_without_fields_says_so_in_place_of_pictures(tmp_path: Path) -> None:
+    folder = write_folder(tmp_path / "out", fields=False)
+    words = " ".join(Page(write_report(folder).read_text(encoding="utf-8")).words)
+    assert "wrote no fields" in words
+    assert not (folder / "peak.png").exists()
+
+
+def test_warnings_of_the_run_are_listed(tmp_path: Path) -> None:
+    folder = write_folder(tmp_path / "out", fields=False)
+    summary = (folder / "summary.json").read_text(encoding="utf-8")
+    summary = summary.replace('"warnings": []', '"warnings": ["3 points < lost"]')
+    (folder / "summary.json").write_text(summary, encoding="utf-8")
+    assert "<li>3 points &lt; lost</li>" in write_report(folder).read_text(encoding="utf-8")
+
+
+def test_report_can_be_written_again_elsewhere(written: tuple[Path, str], tmp_path: Path) -> None:
+    moved = tmp_path / "moved"
+    shutil.copytree(written[0], moved)
+    (moved / "report.html").unlink()
+    assert write_report(moved) == moved / "report.html"
+
+
+def test_page_that_fails_leaves_the_old_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = write_folder(tmp_path / "out", fields=False)
+    (folder / "report.html").write_text("old", encoding="utf-8")
+
+    def broken(*_: object, **__: object) -> str:
+        raise FileError("disk full")
+
+    monkeypatch.setattr(page_module, "page", broken)
+    with pytest.raises(FileError):
+        write_report(folder)
+    assert (folder / "report.html").read_text(encoding="utf-8") == "old"
+    assert len(list(folder.iterdir())) == 4

@@ -1,0 +1,96 @@
+"""Normals, hollows and edges of the shaded pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.report.camera import look, project
+from contiga.report.shading import (
+    cloud_layer,
+    corner_normals,
+    free_edges,
+    hollows,
+    lit,
+    mesh_layer,
+    shrunk,
+)
+
+from .conftest import RADIUS, ball, sheet
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def test_corner_normals_of_a_ball_point_outward() -> None:
+    points, triangles = ball(32)
+    solid = np.linalg.norm(
+        np.cross(
+            points[triangles[:, 1]] - points[triangles[:, 0]],
+            points[triangles[:, 2]] - points[triangles[:, 0]],
+        ),
+        axis=1,
+    )
+    triangles = triangles[solid > 1e-9]
+    radial = points[triangles] / RADIUS
+    cosine = np.einsum("mci,mci->mc", corner_normals(points, triangles), radial)
+    assert cosine.min() > 0.99
+
+
+def test_corner_normals_stay_sharp_across_a_right_angle() -> None:
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    triangles = np.array([[0, 1, 2], [0, 3, 1]], dtype=np.int32)
+    normal = corner_normals(points, triangles)
+    np.testing.assert_allclose(normal[0], np.tile([0.0, 0.0, 1.0], (3, 1)), atol=1e-15)
+    np.testing.assert_allclose(normal[1], np.tile([0.0, 1.0, 0.0], (3, 1)), atol=1e-15)
+
+
+def test_hollows_is_zero_on_a_slope_and_positive_in_a_groove() -> None:
+    rows, columns = np.mgrid[0:40, 0:40].astype(float)
+    slope = 100.0 + 0.3 * columns - 0.2 * rows
+    np.testing.assert_allclose(hollows(slope, 8, 50.0), 0.0, atol=1e-12)
+    groove = 100.0 - np.abs(columns - 20.0)
+    found = hollows(groove, 8, 50.0)
+    assert found[20, 20] > 0.0
+    assert np.all(hollows(-groove + 200.0, 8, 50.0)[20, 20] < 0.0)
+
+
+def test_hollows_knows_nothing_beyond_an_outline() -> None:
+    depth = np.full((30, 30), np.inf)
+    depth[10:20, 10:20] = 5.0
+    np.testing.assert_array_equal(hollows(depth, 8, 1.0), 0.0)
+
+
+def test_values_at_pixels_are_linear_on_a_mesh() -> None:
+    points, triangles = sheet()
+    camera = look(np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0]), points, (80, 80))
+    layer = mesh_layer(camera, points, triangles)
+    assert layer.seen.mean() > 0.5
+    column = project(camera, points)[:, 0]
+    np.testing.assert_allclose(layer.at_pixels(column), np.nonzero(layer.seen)[1], atol=1e-9)
+
+
+def test_every_lit_colour_is_one_that_can_be_shown() -> None:
+    points, triangles = ball()
+    camera = look(np.array([1.0, 0.2, -0.3]), UP, points, (60, 60))
+    for layer in (mesh_layer(camera, points, triangles), cloud_layer(camera, points, 3.0)):
+        picture = lit(layer, np.array([0.9, 0.5, 0.1]), 20.0)
+        assert picture.shape == (layer.seen.sum(), 3)
+        assert picture.min() >= 0.0
+        assert picture.max() <= 1.0
+        assert np.ptp(picture[:, 0]) > 0.2
+
+
+def test_free_edges_of_a_sheet_are_its_border_and_of_a_ball_none() -> None:
+    points, triangles = sheet(5)
+    edges = free_edges(triangles)
+    assert len(edges) == 16
+    on_border = np.abs(points[:, :2]).max(axis=1) == 12.0
+    assert on_border[edges].all()
+    tetrahedron = np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
+    assert len(free_edges(tetrahedron)) == 0
+
+
+def test_shrunk_keeps_the_mean() -> None:
+    picture = np.random.default_rng(0).random((6, 8, 3))
+    small = shrunk(picture, 2)
+    assert small.shape == (3, 4, 3)
+    np.testing.assert_allclose(small[1, 2], picture[2:4, 4:6].mean(axis=(0, 1)))

@@ -1,0 +1,73 @@
+"""The frame of the project: a light import, public names that resolve, files where they belong."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import contiga
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = sorted((ROOT / "src" / "contiga").rglob("*.py"))
+HEAVY = (
+    *("OCP", "rhino3dm", "meshio", "lsdyna_mesh_reader", "h5py", "sklearn", "plotly"),
+    *("matplotlib", "pydantic", "pint", "scipy", "rich", "typer", "pyvista", "dask"),
+)
+
+
+def test_import_contiga_loads_no_heavy_package() -> None:
+    code = (
+        "import sys; import contiga; "
+        f"print(*sorted({{m.partition('.')[0] for m in sys.modules}} & set({HEAVY!r})))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-I", "-c", code], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == []
+
+
+@pytest.mark.parametrize("name", contiga.__all__)
+def test_public_name_resolves(name: str) -> None:
+    assert getattr(contiga, name) is not None
+
+
+def test_names_that_do_not_exist_are_attribute_errors() -> None:
+    with pytest.raises(AttributeError, match="no_such_name"):
+        contiga.no_such_name  # noqa: B018
+
+
+def test_version_is_that_of_the_package() -> None:
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        assert tomllib.load(file)["project"]["version"] == contiga.__version__
+
+
+def test_kernels_import_only_numpy_numba_math_and_kernels() -> None:
+    allowed = ("numpy", "numba", "math", "typing", "__future__", "contiga.num", "contiga.records")
+    for path in SOURCES:
+        if not path.name.endswith("_nb.py"):
+            continue
+        for line in path.read_text(encoding="utf-8").splitlines():
+            if line.startswith(("import ", "from ")):
+                module = line.split()[1]
+                kernel = module.startswith("contiga.") and module.endswith("_nb")
+                assert kernel or module.startswith(allowed), f"{path.name}: {line}"
+
+
+def test_files_stay_short() -> None:
+    long = {
+        str(path.relative_to(ROOT)): count
+        for path in SOURCES
+        if (count := len(path.read_text(encoding="utf-8").splitlines())) >= 400
+    }
+    assert long == {}
+
+
+def test_registry_hosts_are_named_nowhere() -> None:
+    for path in (ROOT / "Makefile", ROOT / ".ci" / "run", ROOT / "pyproject.toml"):
+        text = path.read_text(encoding="utf-8")
+        assert "pypi" not in text.lower()
+        assert "index-url" not in text
