@@ -40,8 +40,8 @@ SNAP = 1e-9
 """Gaps in a loop up to this share of the domain are rounding: the ends are moved together."""
 LARGEST_GAP = 1e-3
 """Gaps up to this share of the domain are closed by a straight piece; larger ones are errors."""
-OUTSIDE = 1e-6
-"""How far, as a share of the domain, a p-curve may reach over the patch's rectangle."""
+OUTSIDE = 1e-3
+"""How far, as a share of the domain, a p-curve may reach over the rectangle, which cuts it off."""
 
 
 class _Pieces(NamedTuple):

@@ -1,0 +1,196 @@
+"""Trimming loops as files give them: put in order, closed, shifted by periods, recognised.
+
+Independent of any CAD library: p-curves come in as `NurbsCurve` in (u, v) with the edge they
+belong to and leave as loops ready for a `Body`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.geometry.bezier import extract_curve
+from contiga.geometry.curve import NurbsCurve
+from contiga.records import FloatArray
+
+STRAIGHT = 1e-12
+"""A control polygon this close to its chord, as a share of its size, is a straight line."""
+
+
+class Strand(NamedTuple):
+    """One p-curve of a loop, running in the loop's direction."""
+
+    curve: NurbsCurve
+    edge: int
+    """Number of the edge in the file's topology, −1 for a collapsed side or a closing piece."""
+    reversed: bool
+    """Whether it runs against the edge's curve in space."""
+    tolerance: float
+    """How far the image may be from the edge, length."""
+
+
+Loop = list[Strand]
+
+
+def ends(strand: Strand) -> FloatArray:
+    """(2, 2) start and end in (u, v)."""
+    points = strand.curve.control_points
+    return np.array([points[0, :2], points[-1, :2]])
+
+
+def moved(strand: Strand, shift: FloatArray) -> Strand:
+    """The strand translated by `shift` = (du, dv)."""
+    if not shift.any():
+        return strand
+    return strand._replace(curve=strand.curve.translated([shift[0], shift[1], 0.0]))
+
+
+def chained(loop: Loop, periods: FloatArray) -> Loop:
+    """`loop` ordered head to tail, strands shifted by whole periods to meet the one before.
+
+    Parameters
+    ----------
+    periods : (2,) of the surface in u and v, 0 where it is not periodic
+
+    The order of the file is kept where it already closes; else the nearest start follows.
+    """
+    ordered = _joined(loop, periods)
+    if worst_gap(ordered) <= worst_gap(greedy := _joined(_nearest_order(loop, periods), periods)):
+        return ordered
+    return greedy
+
+
+def _joined(loop: Loop, periods: FloatArray) -> Loop:
+    result = [loop[0]]
+    for strand in loop[1:]:
+        step = ends(result[-1])[1] - ends(strand)[0]
+        result.append(moved(strand, whole_periods(step, periods)))
+    return result
+
+
+def whole_periods(step: FloatArray, periods: FloatArray) -> FloatArray:
+    """The part of `step` that is whole periods."""
+    safe = np.where(periods > 0.0, periods, 1.0)
+    return np.where(periods > 0.0, np.round(step / safe) * periods, 0.0)
+
+
+def _nearest_order(loop: Loop, periods: FloatArray) -> Loop:
+    rest = list(loop[1:])
+    result = [loop[0]]
+    while rest:
+        here = ends(result[-1])[1]
+        steps = [here - ends(strand)[0] for strand in rest]
+        lengths = [float(np.abs(s - whole_periods(s, periods)).max()) for s in steps]
+        result.append(rest.pop(int(np.argmin(lengths))))
+    return result
+
+
+def worst_gap(loop: Loop) -> float:
+    """Largest distance in (u, v) between the end of a strand and the start of the next."""
+    return max(float(np.abs(gap).max()) for gap in gaps(loop))
+
+
+def gaps(loop: Loop) -> FloatArray:
+    """(n, 2) from the end of each strand to the start of the next, round the loop."""
+    points = np.array([ends(strand) for strand in loop])
+    return np.roll(points[:, 0], -1, axis=0) - points[:, 1]
+
+
+def loop_box(loop: Loop) -> FloatArray:
+    """(2, 2) low and high corner of the control points of a loop's Bézier segments."""
+    lows, highs = [], []
+    for strand in loop:
+        if strand.curve.degree == 1:
+            points = strand.curve.control_points[:, :2]
+        else:
+            coefs = extract_curve(strand.curve).coefs
+            points = (coefs[..., :2] / coefs[..., 3:]).reshape(-1, 2)
+        lows.append(points.min(axis=0))
+        highs.append(points.max(axis=0))
+    return np.array([np.min(lows, axis=0), np.max(highs, axis=0)])
+
+
+def exact_box(loop: Loop) -> FloatArray:
+    """(2, 2) box of a loop itself, found at the turning points of its p-curves."""
+    from contiga.geometry._trim_build_nb import monotone_pieces
+
+    points = []
+    for strand in loop:
+        coefs = np.ascontiguousarray(extract_curve(strand.curve).coefs[..., [0, 1, 3]])
+        degrees = np.full(len(coefs), coefs.shape[1] - 1, dtype=np.int32)
+        pieces = monotone_pieces(coefs, degrees)[0]
+        points += [pieces[:, 0, :2] / pieces[:, 0, 2:], pieces[:, -1, :2] / pieces[:, -1, 2:]]
+    stacked = np.concatenate(points)
+    return np.array([stacked.min(axis=0), stacked.max(axis=0)])
+
+
+def aligned(loops: list[Loop], periods: FloatArray) -> list[Loop]:
+    """All loops shifted by whole periods into the box of the largest one."""
+    if len(loops) < 2 or not periods.any():
+        return loops
+    boxes = [loop_box(loop) for loop in loops]
+    main = boxes[int(np.argmax([np.prod(box[1] - box[0]) for box in boxes]))]
+    result = []
+    for loop, box in zip(loops, boxes, strict=True):
+        middle = 0.5 * (box[0] + box[1])
+        # The loop may touch the border of the largest one, so its middle decides, not its ends.
+        shift = np.zeros(2)
+        for axis in range(2):
+            if periods[axis] > 0.0:
+                slack = 1e-9 * periods[axis]
+                turns = math.ceil((main[0, axis] - slack - middle[axis]) / periods[axis])
+                shift[axis] = turns * periods[axis]
+        result.append([moved(strand, shift) for strand in loop])
+    return result
+
+
+class Sides(NamedTuple):
+    """A loop recognised as the border of a rectangle."""
+
+    side: list[int]
+    """Per strand 0 … 3 = u0, u1, v0, v1."""
+    against: list[bool]
+    """Per strand whether it runs against the side's growing parameter."""
+    span: list[tuple[float, float]]
+    """Per strand the interval of the side's parameter."""
+
+
+def rectangle_sides(loop: Loop, box: FloatArray, speed: FloatArray) -> Sides | None:
+    """The sides of `box` the strands of `loop` lie on, or None if one does not.
+
+    Parameters
+    ----------
+    box : (2, 2) low and high (u, v)
+    speed : (2,) largest |S_u| and |S_v| on the face: turns misses in (u, v) into lengths
+
+    A strand lies on a side if its control points miss it by no more than the strand's own
+    tolerance, and the strands must go round the whole border once.
+    """
+    span = box[1] - box[0]
+    result = Sides([], [], [])
+    travelled = np.zeros(2)
+    for strand in loop:
+        points = strand.curve.control_points[:, :2]
+        slack = np.maximum(STRAIGHT * span, strand.tolerance / np.maximum(speed, 1e-300))
+        slack = np.minimum(slack, 1e-2 * span)
+        missed = np.abs(points[:, None, :] - box[None, :, :]).max(axis=0)
+        # missed[k, axis]: how far the strand is from the low (0) or high (1) line of an axis
+        candidates = [
+            (missed[k, axis] / slack[axis], 2 * axis + k) for axis in range(2) for k in range(2)
+        ]
+        ratio, side = min(candidates)
+        if ratio > 1.0:
+            return None
+        along = 1 - side // 2
+        a, b = float(points[0, along]), float(points[-1, along])
+        if abs(a - b) < 0.5 * np.abs(np.diff(points[:, along])).sum():
+            return None
+        travelled[along] += abs(a - b)
+        result.side.append(side)
+        result.against.append(b < a)
+        result.span.append((min(a, b), max(a, b)))
+    if np.any(np.abs(travelled - 2.0 * span) > 1e-2 * span) or set(result.side) != {0, 1, 2, 3}:
+        return None
+    return result

@@ -1,0 +1,334 @@
+"""STEP and IGES through OpenCASCADE: every face as a NURBS patch with its loops and edges.
+
+OpenCASCADE transfers the file (assemblies with their placements, units to millimetres) and builds
+the p-curves that the file does not carry. What it hands over is converted exactly: B-splines and
+planes as they are, analytic surfaces in their rational form, p-curves along.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.errors import FileError, UnitError
+from contiga.geometry.body import Body
+from contiga.io import _occ_geometry as occ
+from contiga.io._assemble import Assembly, Edge, open_by, warn
+from contiga.io._loops import (
+    Loop,
+    Sides,
+    Strand,
+    aligned,
+    chained,
+    exact_box,
+    rectangle_sides,
+)
+from contiga.io._warp import bent
+from contiga.io.units import length_factor
+from contiga.records import FloatArray
+
+OCC_UNIT = "mm"
+"""OpenCASCADE brings every file to millimetres."""
+_IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 5: "mile", 6: "m", 7: "km", 8: "thou", 9: "um"}
+_IGES_UNITS |= {10: "cm", 11: "microinch"}
+OPEN = 1e-3
+"""A loop open by more than this share of the face is not a loop; below it is closed straight."""
+
+
+class Transferred(NamedTuple):
+    """What OpenCASCADE made of a file."""
+
+    shape: Any
+    unit: str | None
+    """Length unit the file states, None if it states none."""
+
+
+class RawFace(NamedTuple):
+    """A face in OpenCASCADE's own parameters."""
+
+    surface: Any
+    loops: list[Loop]
+    box: FloatArray
+    """(2, 2) low and high (u, v)."""
+    speed: FloatArray
+    """(2,) largest |S_u|, |S_v|."""
+    reversed: bool
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """OpenCASCADE's messages are kept off the terminal meanwhile."""
+    from OCP.Message import Message
+
+    printers = Message.DefaultMessenger_s().ChangePrinters()
+    kept = list(printers)
+    printers.Clear()
+    try:
+        yield
+    finally:
+        for printer in kept:
+            printers.Append(printer)
+
+
+def read_step_iges(path: Path, file_unit: str | None, unit: str | None) -> Body:
+    """The faces of a STEP or IGES file as a body in `unit`; see `contiga.io.cad.read_cad`."""
+    with quiet():
+        found = _transfer_iges(path) if is_iges(path) else _transfer_step(path)
+        own = file_unit or found.unit
+        target = unit or own
+        # OpenCASCADE has multiplied by the unit the file states; file_unit overrides that one.
+        scale = 1.0 if found.unit is None else length_factor(OCC_UNIT, found.unit, str(path))
+        if own is not None and target is not None:
+            scale = _product(scale, length_factor(own, target, str(path)))
+        elif unit is not None:
+            raise UnitError(
+                "the file does not say its length unit",
+                where=str(path),
+                remedy="Give it with file_unit.",
+            )
+        return _body(found.shape, path, scale, target)
+
+
+def _product(a: float, b: float) -> float:
+    return float(f"{a * b:.15g}")
+
+
+def is_iges(path: Path) -> bool:
+    """Whether the suffix says IGES."""
+    return path.suffix.lower() in (".igs", ".iges")
+
+
+def _transfer_step(path: Path) -> Transferred:
+    from OCP.collections import Sequence_TCollection_AsciiString
+    from OCP.IFSelect import IFSelect_ReturnStatus
+    from OCP.STEPControl import STEPControl_Reader
+
+    with path.open("rb") as file:
+        head = file.read(4096)
+    if b"ISO-10303-21" not in head:
+        raise FileError(
+            "not a STEP file",
+            where=str(path),
+            found=head[:24].decode("latin-1"),
+            allowed="a file that begins with ISO-10303-21;",
+        )
+    reader = STEPControl_Reader()
+    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise FileError("the STEP file cannot be read: it is damaged", where=str(path))
+    names = [Sequence_TCollection_AsciiString() for _ in range(3)]
+    reader.FileUnits(*names)
+    units = list(dict.fromkeys(name.ToCString() for name in names[0]))
+    if len(units) > 1:
+        warn(f"{path}: parts in several length units {units}; {units[0]} is taken as the file's")
+    reader.TransferRoots()
+    return Transferred(reader.OneShape(), units[0] if units else None)
+
+
+def _transfer_iges(path: Path) -> Transferred:
+    from OCP.IFSelect import IFSelect_ReturnStatus
+    from OCP.IGESControl import IGESControl_Reader
+
+    with path.open("rb") as file:
+        first = file.readline(200).rstrip(b"\r\n")
+    if len(first) < 73 or first[72:73] not in b"SBC":
+        raise FileError(
+            "not an IGES file",
+            where=str(path),
+            found=first[:24].decode("latin-1"),
+            allowed="80-column lines with S in column 73 of the first",
+        )
+    reader = IGESControl_Reader()
+    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise FileError("the IGES file cannot be read: it is damaged", where=str(path))
+    header = reader.IGESModel().GlobalSection()
+    unit = _IGES_UNITS.get(header.UnitFlag())
+    if unit is None and header.UnitName() is not None:
+        unit = header.UnitName().ToCString().strip() or None
+    reader.TransferRoots()
+    return Transferred(reader.OneShape(), unit)
+
+
+def _body(shape: Any, path: Path, scale: float, unit: str | None) -> Body:
+    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    assembly = Assembly(str(path))
+    edges = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
+    if shape is not None and not shape.IsNull():
+        explorer = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
+        number = 0
+        while explorer.More():
+            face = TopoDS.Face(explorer.Current())
+            _add_face(assembly, face, edges, scale, f"{path}, face {number}")
+            explorer.Next()
+            number += 1
+
+    def edge_of(index: int) -> Edge | None:
+        return _edge(TopoDS.Edge(edges.FindKey(index)), scale)
+
+    return assembly.body(path.stem, edge_of, unit)
+
+
+def _edge(edge: Any, scale: float) -> Edge | None:
+    """Curve and tolerance of an edge; None where it has no curve in space."""
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepLib import BRepLib
+
+    curve = BRep_Tool.Curve_s(edge, 0.0, 0.0)
+    if curve is None and BRepLib.BuildCurve3d_s(edge):
+        curve = BRep_Tool.Curve_s(edge, 0.0, 0.0)
+    if curve is None:
+        return None
+    first, last = BRep_Tool.Range_s(edge)
+    tolerance = BRep_Tool.Tolerance_s(edge) * scale
+    return Edge(occ.curve3d_from(curve, first, last, scale), tolerance)
+
+
+def _add_face(assembly: Assembly, face: Any, edges: Any, scale: float, where: str) -> None:
+    raw = _raw_face(face, edges)
+    if raw is None or np.any(raw.box[1] <= raw.box[0]):
+        warn(f"{where}: a face without extent was left out")
+        return
+    sides = rectangle_sides(raw.loops[0], raw.box, raw.speed) if len(raw.loops) == 1 else None
+    closed = _closed(raw, where)
+    whole = sides is None and closed
+    patch = occ.patch_from(raw.surface, raw.box, whole, scale)
+    if not whole:
+        loop = raw.loops[0] if sides is not None else None
+        mapped = None if sides is None else _mapped_sides(sides, patch)
+        assembly.add_whole(patch.surface, loop, mapped, flip=raw.reversed)
+        return
+    span = np.array([np.ptp(interval) for interval in patch.surface.domain])
+    loops = [
+        [strand._replace(curve=bent(strand.curve, patch.maps, span)) for strand in loop]
+        for loop in raw.loops
+    ]
+    assembly.add_trimmed(patch.surface, loops, flip=raw.reversed)
+
+
+def _closed(raw: RawFace, where: str) -> bool:
+    """Whether the loops close; a face whose loops do not is kept whole, with a warning."""
+    size = float(np.linalg.norm((raw.box[1] - raw.box[0]) * raw.speed))
+    worst = max((open_by(loop, raw.speed) for loop in raw.loops), default=0.0)
+    if worst > OPEN * size:
+        warn(
+            f"{where}: a trimming loop is open by {worst:.3g} mm; the face is kept as the "
+            "rectangle around its loops"
+        )
+        return False
+    return True
+
+
+def _mapped_sides(sides: Sides, patch: occ.Patch) -> Sides:
+    """Intervals along the sides in the patch's own parameters."""
+    spans = []
+    for side, (low, high) in zip(sides.side, sides.span, strict=True):
+        axis = 1 - side // 2
+        a, b = patch.surface.domain[axis]
+        mapped = np.clip(patch.maps[axis](np.array([low, high])), a, b)
+        spans.append((float(mapped[0]), float(mapped[1])))
+    return sides._replace(span=spans)
+
+
+def _raw_face(face: Any, edges: Any) -> RawFace | None:
+    """Surface, ordered loops and bounds of a face; None if it has no extent."""
+    from OCP.BRep import BRep_Tool
+    from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
+    from OCP.TopoDS import TopoDS, TopoDS_Iterator
+
+    surface = occ.base_surface(BRep_Tool.Surface_s(face))
+    if surface is None:
+        return None
+    # Loops are read off the face turned forward: its own orientation is kept apart.
+    forward = TopoDS.Face(face.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
+    periods = occ.periods_of(surface)
+    loops = []
+    wires = TopoDS_Iterator(forward)
+    while wires.More():
+        if wires.Value().ShapeType() == TopAbs_ShapeEnum.TopAbs_WIRE:
+            strands = _strands(TopoDS.Wire(wires.Value()), forward, edges)
+            if strands:
+                loops.append(chained(strands, periods))
+        wires.Next()
+    loops = aligned(loops, periods)
+    box = _box(surface, loops, periods)
+    if not np.isfinite(box).all():
+        return None
+    turned = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
+    return RawFace(surface, loops, box, occ.speed_of(surface, box), turned)
+
+
+def _box(surface: Any, loops: list[Loop], periods: FloatArray) -> FloatArray:
+    """(2, 2) parameter bounds of the loops, within the surface's own; of the surface if none."""
+    u0, u1, v0, v1 = surface.Bounds()
+    natural = np.array([[u0, v0], [u1, v1]])
+    natural[np.abs(natural) > 1e99] = np.inf
+    natural[0][np.isinf(natural[0])] = -np.inf
+    if not loops:
+        return natural
+    boxes = np.array([exact_box(loop) for loop in loops])
+    box = np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+    periodic = periods > 0.0
+    box[0] = np.where(periodic, box[0], np.maximum(box[0], natural[0]))
+    box[1] = np.where(
+        periodic, np.minimum(box[1], box[0] + periods), np.minimum(box[1], natural[1])
+    )
+    return box
+
+
+def _strands(wire: Any, face: Any, edges: Any) -> Loop:
+    """The p-curves of a wire in its order, each running the wire's way."""
+    strands = []
+    for edge in _wire_edges(wire, face):
+        strand = _strand(edge, face, edges)
+        if strand is not None:
+            strands.append(strand)
+    return strands
+
+
+def _wire_edges(wire: Any, face: Any) -> list[Any]:
+    """Edges in order of connection, or as stored where the explorer cannot follow the wire."""
+    from OCP.BRepTools import BRepTools_WireExplorer
+    from OCP.TopAbs import TopAbs_Orientation
+    from OCP.TopoDS import TopoDS, TopoDS_Iterator
+
+    ordered = []
+    explorer = BRepTools_WireExplorer(wire, face)
+    while explorer.More():
+        ordered.append(explorer.Current())
+        explorer.Next()
+    stored = []
+    iterator = TopoDS_Iterator(wire)
+    borders = (TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED)
+    while iterator.More():
+        if iterator.Value().Orientation() in borders:
+            stored.append(TopoDS.Edge(iterator.Value()))
+        iterator.Next()
+    return ordered if len(ordered) == len(stored) else stored
+
+
+def _strand(edge: Any, face: Any, edges: Any) -> Strand | None:
+    from OCP.BRep import BRep_Tool
+    from OCP.ShapeFix import ShapeFix_Edge
+    from OCP.TopAbs import TopAbs_Orientation
+
+    curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 0.0)
+    if curve is None:
+        ShapeFix_Edge().FixAddPCurve(edge, face, BRep_Tool.IsClosed_s(edge, face))
+        curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 0.0)
+        if curve is None:
+            return None
+    first, last = BRep_Tool.Range_s(edge, face)
+    if not first < last:
+        return None
+    image = occ.pcurve_from(curve, first, last)
+    turned = edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
+    number = -1 if BRep_Tool.Degenerated_s(edge) else int(edges.Add(edge))
+    tolerance = float(BRep_Tool.Tolerance_s(edge))
+    return Strand(image.reversed() if turned else image, number, turned, tolerance)
