@@ -182,4 +182,10 @@ class ContactSpec(Spec):
                 found=self.master_law.kind,
                 remedy=f'Remove it, or set type = "combined" in place of "{self.type}"',
             )
+        if self.type == "master" and self.law.law.needs_thickness:
+            raise CaseError(
+                "is missing",
+                where="law.thickness",
+                remedy='type = "master" deforms the master: its thickness, not the slave\'s',
+            )
         return self

@@ -77,7 +77,7 @@ class TimeSpec(Spec):
         steps = (self.end - self.start) / self.step
         count = round(steps) if abs(steps - round(steps)) < _WHOLE else math.ceil(steps)
         # Multiples, not sums, so that rounding does not pile up.
-        times: FloatArray = self.start + self.step * np.arange(count + 1)
+        times = self.start + self.step * np.arange(count + 1, dtype=np.float64)
         times[-1] = self.end
         return times
 
@@ -111,7 +111,7 @@ class OutputSpec(Spec):
 
     every: Count = 1
     """Fields are written at every so many steps; the history always has all."""
-    formats: list[Literal["vtkhdf", "csv"]] = ["vtkhdf", "csv"]
+    formats: list[Literal["vtkhdf", "csv"]] = Field(default=["vtkhdf", "csv"])
     report: bool = True
 
 

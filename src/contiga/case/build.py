@@ -1,0 +1,197 @@
+"""From a checked case to a simulation: files are read, shapes made, references resolved."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from contiga.area.nodal import NodalArea
+from contiga.case.contact_spec import ConstantAreaSpec, ContactSpec
+from contiga.case.motion_spec import SeriesSpec
+from contiga.case.schema import BodySpec, Case, SlaveSpec
+from contiga.case.toml import resolved_toml
+from contiga.errors import CaseError, InputError
+from contiga.geometry.body import Body
+from contiga.io.series import MeshSeries, find_files
+from contiga.io.slave import Slave
+from contiga.io.units import length_factor
+from contiga.motion.prescribed import Moved, SlaveMotion
+from contiga.records import FloatArray
+from contiga.sim.contact import Contact
+from contiga.sim.run import (
+    BodyPart,
+    ContactPart,
+    OutputOptions,
+    Result,
+    Simulation,
+    SlavePart,
+)
+from contiga.sim.run import run as run_simulation
+
+
+def build(case: Case) -> Simulation:
+    """The simulation a case describes.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, a slave lacks what a law or an area needs; the message says the key
+        of the case. Nothing has been written by then.
+    """
+    bodies = {}
+    for i, body_spec in enumerate(case.body):
+        with _at(case, f"body[{i}].geometry"):
+            body = _body(body_spec, case.units.length)
+        bodies[body_spec.name] = BodyPart(body, body_spec.motion.motion)
+    slaves = {}
+    for i, slave_spec in enumerate(case.slave):
+        with _at(case, f"slave[{i}].points"):
+            slave = _slave(slave_spec, case.units.length)
+        with _at(case, f"slave[{i}].motion"):
+            slaves[slave_spec.name] = SlavePart(slave, _slave_motion(slave_spec, slave, case))
+    contacts = []
+    for i, contact_spec in enumerate(case.contact):
+        with _at(case, f"contact[{i}]"):
+            body, slave = bodies[contact_spec.master].body, slaves[contact_spec.slave].slave
+            contact = _contact(contact_spec, body, slave)
+        contacts.append(
+            ContactPart(contact_spec.title, contact_spec.master, contact_spec.slave, contact)
+        )
+    return Simulation(
+        title=case.title,
+        units=(case.units.length, case.units.mass, case.units.time),
+        times=case.time.times(),
+        bodies=bodies,
+        slaves=slaves,
+        contacts=tuple(contacts),
+        output=OutputOptions(case.output.every, tuple(case.output.formats), case.output.report),
+        case_text=resolved_toml(case),
+        base_folder=case.file.parent,
+    )
+
+
+def run(
+    case: Case,
+    out: str | Path | None = None,
+    *,
+    resume: bool = False,
+    progress: Callable[..., Any] | None = None,
+    on_finish: Callable[[Path], Any] | None = None,
+) -> Result:
+    """Build a case and run it.
+
+    Parameters
+    ----------
+    out : folder for the results; None keeps them in memory only
+    resume : go on from the checkpoint in `out`
+    progress : told of every step, as `contiga.sim.run.run` does
+    on_finish : called with `out` after a run that is to have a report
+    """
+    result = run_simulation(build(case), out, resume=resume, progress=progress)
+    if on_finish is not None and out is not None and case.output.report:
+        on_finish(Path(out))
+    return result
+
+
+@contextmanager
+def _at(case: Case, key: str) -> Iterator[None]:
+    """Tells the key of the case an error inside belongs to."""
+    try:
+        yield
+    except InputError as error:
+        kind = CaseError if type(error) is InputError else type(error)
+        raise kind(str(error), where=f"{case.file}: {key}") from error
+
+
+def _body(spec: BodySpec, unit: str) -> Body:
+    body = spec.geometry.body(spec.name, unit)
+    if spec.reference_point is None:
+        return body
+    return Body(body.patches, body.name, body.trims, body.edges, body.unit, spec.reference_point)
+
+
+def _slave(spec: SlaveSpec, unit: str) -> Slave:
+    """The slave under its name in the case, with the nodal values the case gives it."""
+    slave = spec.points.slave(spec.name, unit)
+
+    def nodal(given: float | None, own: FloatArray | None) -> FloatArray | None:
+        return own if given is None else np.full(len(slave), given)
+
+    return Slave(
+        slave.points,
+        slave.facets,
+        nodal(spec.area, slave.area),
+        nodal(spec.thickness, slave.thickness),
+        nodal(spec.mass, slave.mass),
+        active=slave.active,
+        name=spec.name,
+        unit=slave.unit,
+        cells=slave.cells,
+        parts=slave.parts,
+    )
+
+
+def _slave_motion(spec: SlaveSpec, slave: Slave, case: Case) -> SlaveMotion:
+    motion = spec.motion
+    if not isinstance(motion, SeriesSpec):
+        return Moved(slave.points, motion.motion)
+    series = _series(motion, case)
+    count = len(series.points(case.time.start))
+    if count != len(slave):
+        raise CaseError(
+            "the files of the series do not have the points of the slave",
+            where="files",
+            found=f"{count} points",
+            allowed=f"{len(slave)}",
+        )
+    return series if motion.then is None else Moved(series, motion.then.motion)
+
+
+def _series(spec: SeriesSpec, case: Case) -> MeshSeries:
+    files = find_files(spec.files)
+    start, end = case.time.start, case.time.end
+    if spec.times is not None:
+        times = np.array(spec.times)
+    elif spec.step is not None:
+        times = start + spec.step * np.arange(len(files))
+    else:
+        times = np.linspace(start, end, len(files))
+    factor = 1.0 if spec.unit is None else length_factor(spec.unit, case.units.length)
+    return MeshSeries(files, times, factor=factor)
+
+
+def _contact(spec: ContactSpec, body: Body, slave: Slave) -> Contact:
+    law = spec.law.law
+    _check_has(slave.thickness, law.needs_thickness, "thickness", "the law has none of its own")
+    _check_has(slave.mass, law.needs_mass, "mass", "the adaptive law is made of nodal masses")
+    value = spec.area.value if isinstance(spec.area, ConstantAreaSpec) else None
+    if value is None and slave.area is None:
+        raise CaseError(
+            f"the points of {slave.name!r} have no facets to take areas from",
+            where="area",
+            found="none" if spec.area is None else spec.area.kind,
+            allowed='{ kind = "constant", value = … }, or an area of the slave',
+        )
+    return Contact(
+        body,
+        slave,
+        law=law,
+        area=NodalArea(value),
+        search=spec.search,
+        contact_type=spec.type,
+        on_edge=spec.on_edge,
+        master_law=None if spec.master_law is None else spec.master_law.law,
+    )
+
+
+def _check_has(values: FloatArray | None, needed: bool, name: str, reason: str) -> None:
+    if needed and values is None:
+        raise CaseError(
+            f"the slave's nodes have no {name}, and {reason}",
+            where="law",
+            remedy=f"Give the slave a {name}, or the law what it needs",
+        )

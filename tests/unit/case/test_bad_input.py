@@ -1,0 +1,488 @@
+"""Bad input as a table: each wrong case gets one message with what, where and what is allowed.
+
+A row is a name, what is put into a good case in place of what, and pieces of the message. Rows
+for inputs of another kind (calls, files) are made with `call`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from contiga.case.schema import load_case
+from contiga.errors import CaseError, FileError, InputError, UnitError
+
+GOOD = """\
+title = "Cloud pressed into a plate"
+[units]
+length = "mm"
+mass = "kg"
+time = "ms"
+[time]
+end = 13.0
+step = 1.0
+[[body]]
+name = "plate"
+geometry = { shape = "bumpy_plate", width = 2.0, waves = 1 }
+motion = { kind = "fixed" }
+[[slave]]
+name = "cylinder"
+points = { sample = { shape = "cylinder", radius = 0.2, nu = 5, nv = 6 } }
+motion = { kind = "translate", table = [[0, 0, 0, 0], [13, 0, 0, -1.3]] }
+[[contact]]
+master = "plate"
+slave = "cylinder"
+law = { kind = "force", curve = [[0, 0], [1, 0.5]] }
+area = { kind = "constant", value = 0.1 }
+[output]
+every = 1
+"""
+
+GEOMETRY = '{ shape = "bumpy_plate", width = 2.0, waves = 1 }'
+FIXED = 'motion = { kind = "fixed" }'
+MOVE = '{ kind = "translate", table = [[0, 0, 0, 0], [13, 0, 0, -1.3]] }'
+POINTS = '{ sample = { shape = "cylinder", radius = 0.2, nu = 5, nv = 6 } }'
+LAW = '{ kind = "force", curve = [[0, 0], [1, 0.5]] }'
+AREA = '{ kind = "constant", value = 0.1 }'
+
+
+def swap(name: str, old: str, new: str, *pieces: str, kind: type[InputError] = CaseError):
+    return pytest.param(old, new, pieces, kind, id=name)
+
+
+TABLE = [
+    # ---- keys
+    swap(
+        "unknown key at the top", "[output]", "[ouput]", "ouput: unknown key", "'output'", "units"
+    ),
+    swap("unknown key in time", "step = 1.0", "stp = 1.0", "time.stp: unknown key", "'step'"),
+    swap(
+        "unknown key in a contact",
+        'master = "plate"',
+        'mastr = "plate"',
+        "contact[0].mastr: unknown key",
+        "Did you mean 'master'?",
+    ),
+    swap(
+        "unknown key in a law",
+        LAW,
+        '{ kind = "force", curv = 1.0 }',
+        "contact[0].law.curv: unknown key",
+        "'curve'",
+    ),
+    swap(
+        "unknown key in the second table of a list",
+        FIXED,
+        '[[body]]\nname = "b"\ngeometry = { shape = "plane" }\nnam = 1',
+        "body[1].nam: unknown key",
+    ),
+    swap("missing table", '[units]\nlength = "mm"\nmass = "kg"\ntime = "ms"', "", "units: is miss"),
+    swap("missing key", "end = 13.0", "", "time.end: is missing"),
+    swap("no law", f"law = {LAW}", "", "contact[0].law: is missing"),
+    # ---- types
+    swap("text for a number", "step = 1.0", 'step = "1"', "time.step: must be a number", "'1'"),
+    swap("truth for a number", "step = 1.0", "step = true", "time.step: must be a number", "True"),
+    swap("half a count", "every = 1", "every = 1.5", "output.every: must be a whole number; found"),
+    swap("number for text", '"Cloud pressed into a plate"', "3", "title: must be text in quotes"),
+    swap("law is a number", LAW, "3", "contact[0].law: must be a table with a kind; found 3"),
+    swap("geometry is a file name", GEOMETRY, '"plate.step"', "body[0].geometry: must be a table"),
+    swap("not a number", "end = 13.0", "end = nan", "time.end: must be finite; found nan"),
+    swap("too many steps between fields", "every = 1", "every = 0", "output.every: is too", ">= 1"),
+    swap(
+        "table cell is text",
+        MOVE,
+        '{ kind = "translate", table = [[0, 0, 0, 0], [13, "a", 0, 0]] }',
+        "slave[0].motion.table[1][1]: must be a number; found 'a'",
+    ),
+    # ---- choices
+    swap(
+        "unknown law",
+        LAW,
+        '{ kind = "stres" }',
+        "contact[0].law.kind: unknown kind; found 'stres'",
+        'allowed: "force", "stress", "penalty", "adaptive"',
+        "Did you mean 'stress'?",
+    ),
+    swap("law without kind", LAW, "{ curve = 1 }", "contact[0].law.kind: is missing", '"force"'),
+    swap(
+        "unknown area",
+        AREA,
+        '{ kind = "hul" }',
+        "contact[0].area.kind: unknown kind; found 'hul'",
+        '"constant", "tributary"',
+    ),
+    swap(
+        "unknown motion",
+        FIXED,
+        'motion = { kind = "move" }',
+        "body[0].motion.kind: unknown kind",
+        '"fixed", "translate", "rotate", "poses", "combine"',
+    ),
+    swap(
+        "a body cannot follow a series",
+        FIXED,
+        'motion = { kind = "series", files = "a*" }',
+        "body[0].motion.kind: unknown kind; found 'series'",
+    ),
+    swap(
+        "unknown search",
+        'slave = "cylinder"',
+        'slave = "cylinder"\nsearch = "intersect"',
+        "contact[0].search: unknown value; found 'intersect'",
+        'allowed: "intersection", "penetration"',
+        "Did you mean 'intersection'?",
+    ),
+    swap("unknown format", "every = 1", 'formats = ["vtk"]', "output.formats[0]: unknown value"),
+    # ---- units
+    swap("no unit at all", '"mm"', '"bananas"', "units.length: not a known unit", kind=UnitError),
+    swap(
+        "unit of another dimension",
+        '"ms"',
+        '"mm"',
+        "units.time: not a unit of time; found 'mm'",
+        "s, ms",
+        kind=UnitError,
+    ),
+    # ---- time
+    swap(
+        "end before start", "end = 13.0", "end = -1.0", "time.end: the end must come after", "> 0"
+    ),
+    swap("end at start", "end = 13.0", "end = 5.0\nstart = 5.0", "time.end: the end must come"),
+    swap("no step", "step = 1.0", "step = 0", "time.step: is too small; found 0", "allowed: > 0"),
+    swap("step back", "step = 1.0", "step = -0.5", "time.step: is too small; found -0.5"),
+    swap("step too long", "step = 1.0", "step = 14.0", "time.step: the step is longer", "most 13"),
+    # ---- names
+    swap(
+        "master not defined",
+        'master = "plate"',
+        'master = "plat"',
+        "contact[0].master: no body of this name is defined; found 'plat'",
+        'allowed: "plate"',
+        "Did you mean 'plate'?",
+    ),
+    swap(
+        "slave as master",
+        'master = "plate"',
+        'master = "cylinder"',
+        "contact[0].master: no body",
+        "'cylinder' is a slave",
+    ),
+    swap("slave not defined", 'slave = "cylinder"', 'slave = "x"', "contact[0].slave: no slave"),
+    swap(
+        "two bodies of one name",
+        FIXED,
+        '[[body]]\nname = "plate"\ngeometry = { shape = "plane" }',
+        "body[1].name: the name is used 2 times; found 'plate'",
+    ),
+    swap(
+        "body and slave of one name",
+        'name = "cylinder"',
+        'name = "plate"',
+        "slave[0].name: a body and a slave must not have the same name",
+    ),
+    swap("no name", 'name = "plate"', 'name = ""', "body[0].name: is not a name; found ''"),
+    swap("comma in a name", 'name = "plate"', 'name = "a,b"', "body[0].name: is not a name"),
+    # ---- curves and tables
+    swap(
+        "abscissae go back",
+        LAW,
+        '{ kind = "force", curve = [[0, 0], [2, 1], [1, 2]] }',
+        "contact[0].law.curve: the abscissae go back or repeat at row 2; found [2.0, 1.0]",
+        "x strictly increasing",
+    ),
+    swap(
+        "one point is no curve",
+        LAW,
+        '{ kind = "force", curve = [[0, 0]] }',
+        "contact[0].law.curve: a characteristic needs at least two points; found 1",
+    ),
+    swap(
+        "three columns in a curve",
+        LAW,
+        '{ kind = "force", curve = [[0, 0, 0], [1, 1, 1]] }',
+        "contact[0].law.curve: a characteristic table must have two columns; found (2, 3)",
+    ),
+    swap(
+        "text as a curve", LAW, '{ kind = "force", curve = "steel" }', "contact[0].law.curve: must"
+    ),
+    swap(
+        "text in a curve",
+        LAW,
+        '{ kind = "force", curve = [[0, 0], [1, "b"]] }',
+        "contact[0].law.curve[1][1]: must be a number; found 'b'",
+    ),
+    swap(
+        "unknown extrapolation",
+        LAW,
+        '{ kind = "force", curve = { points = [[0, 0], [1, 1]], extrapolation = "lin" } }',
+        "contact[0].law.curve.extrapolation: unknown value; found 'lin'",
+        '"linear", "constant", "error"',
+    ),
+    swap(
+        "curve wrong in a damped law",
+        LAW,
+        '{ kind = "stress", elastic = 1, thickness = 1, damping_curve = [[0, 0], [0, 1]] }',
+        "contact[0].law.damping_curve: the abscissae go back",
+    ),
+    swap(
+        "thickness of zero",
+        LAW,
+        '{ kind = "stress", elastic = 1, thickness = 0 }',
+        "contact[0].law.thickness: is too small; found 0",
+    ),
+    swap(
+        "times of a motion go back",
+        MOVE,
+        '{ kind = "translate", table = [[1, 0, 0, 0], [0, 0, 0, 0]] }',
+        "slave[0].motion.table: the times go back or repeat at row 1; found [1.0, 0.0]",
+    ),
+    swap(
+        "columns missing in a motion",
+        MOVE,
+        '{ kind = "translate", table = [[0, 0, 0]] }',
+        "slave[0].motion.table: a motion table must have 4 columns",
+        "[t, dx, dy, dz]",
+    ),
+    swap(
+        "axis of length zero",
+        FIXED,
+        'motion = { kind = "rotate", axis = [0, 0, 0], table = [[0, 0]] }',
+        "body[0].motion.axis: an axis must not be the zero vector",
+        kind=InputError,
+    ),
+    swap(
+        "poses from nowhere",
+        FIXED,
+        'motion = { kind = "poses" }',
+        "body[0].motion: must have exactly one of the keys file or table",
+    ),
+    # ---- combined contact
+    swap(
+        "combined without the master's law",
+        "area =",
+        'type = "combined"\narea =',
+        "contact[0].master_law: is missing",
+        "needs both laws",
+    ),
+    swap(
+        "combined with the force law",
+        "area =",
+        'type = "combined"\nmaster_law = { kind = "stress", elastic = 1, thickness = 1 }\narea =',
+        "contact[0].law: combined contact balances the stresses",
+        "'ForceLaw'",
+        "StressLaw",
+    ),
+    swap(
+        "a master's law alone",
+        "area =",
+        'master_law = { kind = "stress", elastic = 1, thickness = 1 }\narea =',
+        'contact[0].master_law: only a contact of type "combined"',
+    ),
+    swap(
+        "the master's own thickness missing",
+        f"law = {LAW}",
+        'type = "master"\nlaw = { kind = "stress", elastic = 1 }',
+        "contact[0].law.thickness: is missing",
+        "not the slave's",
+    ),
+    # ---- geometry
+    swap(
+        "unknown shape",
+        GEOMETRY,
+        '{ shape = "sphre" }',
+        "body[0].geometry.shape: there is no such surface; found 'sphre'",
+        "bumpy_plate, cone, cylinder",
+        "Did you mean 'sphere'?",
+    ),
+    swap("a curve as a body", GEOMETRY, '{ shape = "circle" }', "geometry.shape: there is no such"),
+    swap(
+        "unknown argument of a shape",
+        GEOMETRY,
+        '{ shape = "sphere", raduis = 1 }',
+        "body[0].geometry.raduis: unknown key",
+        "Did you mean 'radius'?",
+    ),
+    swap(
+        "argument of a shape missing",
+        GEOMETRY,
+        '{ shape = "extruded", direction = [0, 0, 1] }',
+        "body[0].geometry.curve: is missing; extruded needs it",
+    ),
+    swap(
+        "a shape that cannot be",
+        GEOMETRY,
+        '{ shape = "sphere", radius = -1 }',
+        "body[0].geometry.radius: a size must be positive; found -1",
+        kind=InputError,
+    ),
+    swap(
+        "a shape in a shape that cannot be",
+        GEOMETRY,
+        '{ shape = "extruded", direction = [0, 0, 1], curve = { shape = "arc", radius = 0 } }',
+        "body[0].geometry.curve.radius: a size must be positive; found 0",
+        kind=InputError,
+    ),
+    swap(
+        "geometry of no kind",
+        GEOMETRY,
+        '{ fle = "a.step" }',
+        "body[0].geometry: must have exactly one of the keys file, shape, nurbs, profile or pat",
+        "Did you mean 'file'?",
+    ),
+    swap(
+        "geometry of two kinds",
+        GEOMETRY,
+        '{ file = "a.step", shape = "plane" }',
+        "body[0].geometry: must have exactly one of the keys",
+        "found 'file, shape'",
+    ),
+    swap(
+        "knots that decrease",
+        GEOMETRY,
+        "{ nurbs = { degrees = [1, 1], knots = [[0, 0, 1, 0.5], [0, 0, 1, 1]],"
+        " control_points = [[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0]]] } }",
+        "body[0].geometry",
+        "knots",
+        "decrease",
+        kind=InputError,
+    ),
+    swap(
+        "a weight of zero",
+        GEOMETRY,
+        "{ nurbs = { degrees = [1, 1], knots = [[0, 0, 1, 1], [0, 0, 1, 1]],"
+        " weights = [[1, 1], [1, 0]],"
+        " control_points = [[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0]]] } }",
+        "body[0].geometry",
+        "weights",
+        kind=InputError,
+    ),
+    swap(
+        "a transform of two steps in one",
+        GEOMETRY,
+        '{ shape = "plane", transform = [{ translate = [0, 0, 1], scale = 2.0 }] }',
+        "body[0].geometry.transform[0]: must have exactly one of the keys translate, rotate or sc",
+    ),
+    swap("no bodies", "[[body]]", "[[bodies]]", "bodies: unknown key", "'body'"),
+    # ---- points
+    swap("points of no kind", POINTS, "{ n = 4 }", "slave[0].points: must have exactly one of"),
+    swap(
+        "one point along u",
+        POINTS,
+        '{ sample = { shape = "plane", nu = 1, nv = 3 } }',
+        "slave[0].points.sample.nu: is too small; found 1; allowed: >= 2",
+    ),
+    swap(
+        "no points",
+        POINTS,
+        "{ random = { box = [[0,0,0],[1,1,1]], n = 0 } }",
+        "slave[0].points.random.n: is too small",
+    ),
+    swap(
+        "a box inside out",
+        POINTS,
+        "{ random = { box = [[0,0,0],[1,-1,1]], n = 3 } }",
+        "slave[0].points.random",
+        "lower corner of a box",
+        kind=InputError,
+    ),
+    swap(
+        "a coordinate that is not finite",
+        POINTS,
+        "{ coordinates = [[0, 0, inf]] }",
+        "slave[0].points.coordinates[0][2]: must be finite; found inf",
+    ),
+    swap(
+        "two coordinates",
+        POINTS,
+        "{ coordinates = [[0, 0]] }",
+        "slave[0].points.coordinates[0]: has the wrong length; found 2; allowed: at least 3",
+    ),
+    # ---- files
+    swap(
+        "missing geometry file",
+        GEOMETRY,
+        '{ file = "none.step" }',
+        "body[0].geometry.file: no such file; found 'none.step'",
+        "looked for",
+        kind=FileError,
+    ),
+    swap(
+        "folder as a mesh",
+        POINTS,
+        '{ file = "." }',
+        "slave[0].points.file: this is a folder",
+        kind=FileError,
+    ),
+    swap(
+        "no file of a series",
+        MOVE,
+        '{ kind = "series", files = "step_*.vtu" }',
+        "slave[0].motion.files: ",
+        "no file fits the pattern; found 'step_*.vtu'",
+        kind=FileError,
+    ),
+    swap(
+        "missing pose file",
+        FIXED,
+        'motion = { kind = "poses", file = "poses.csv" }',
+        "body[0].motion.file: no such file; found 'poses.csv'",
+        kind=FileError,
+    ),
+    # ---- TOML itself
+    swap("not TOML", "end = 13.0", "end = ", "is not valid TOML", "line 7"),
+    swap("a key twice", "end = 13.0", "end = 13.0\nend = 14.0", "is not valid TOML", "line 8"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "pieces", "kind"), TABLE)
+def test_a_wrong_case_is_refused_with_its_key(
+    tmp_path: Path, old: str, new: str, pieces: tuple[str, ...], kind: type[InputError]
+) -> None:
+    assert old in GOOD
+    path = tmp_path / "case.toml"
+    path.write_text(GOOD.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(kind) as caught:
+        load_case(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    for piece in pieces:
+        assert piece in message
+    assert caught.value.exit_code == 2
+    assert "pydantic" not in message
+    assert "<" not in message.replace("allowed: <", "")
+
+
+def test_the_good_case_is_good(tmp_path: Path) -> None:
+    path = tmp_path / "case.toml"
+    path.write_text(GOOD, encoding="utf-8")
+    assert load_case(path).file == path
+
+
+def test_a_missing_case_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=r"none\.toml: no such file") as caught:
+        load_case(tmp_path / "none.toml")
+    assert caught.value.exit_code == 2
+
+
+def test_a_folder_or_a_binary_file_is_no_case(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="cannot be read"):
+        load_case(tmp_path)
+    (tmp_path / "a.toml").write_bytes(np.arange(255, dtype=np.uint8).tobytes())
+    with pytest.raises(FileError, match="not UTF-8"):
+        load_case(tmp_path / "a.toml")
+
+
+def test_everything_wrong_is_told_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "case.toml"
+    text = GOOD.replace("step = 1.0", "step = 0").replace('"force"', '"forse"')
+    path.write_text(text.replace('"mm"', '"xy"'), encoding="utf-8")
+    with pytest.raises(CaseError, match="3 things are wrong") as caught:
+        load_case(path)
+    lines = str(caught.value).splitlines()
+    assert [line.split(":")[0].strip() for line in lines[1:]] == [
+        "units.length",
+        "time.step",
+        "contact[0].law.kind",
+    ]
