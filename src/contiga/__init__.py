@@ -27,7 +27,7 @@ _HOME = {
     "Contact": "contiga.sim.contact",
     "State": "contiga.sim.state",
     "load_case": "contiga.case.schema",
-    "run": "contiga.case.build",
+    "run": "contiga.api",
     "Feature": "contiga.records",
     "Status": "contiga.records",
     "ContactStatus": "contiga.records",
@@ -45,8 +45,8 @@ __all__ = ["__version__", *_HOME, *_ROOMS]  # noqa: PLE0604
 
 if TYPE_CHECKING:
     from contiga import errors, motion
+    from contiga.api import run
     from contiga.area.nodal import NodalArea
-    from contiga.case.build import run
     from contiga.case.schema import load_case
     from contiga.forces.characteristic import Characteristic
     from contiga.forces.laws import AdaptiveLaw, ForceLaw, PenaltyLaw, StressLaw

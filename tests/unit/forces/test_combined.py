@@ -113,6 +113,11 @@ def test_damping_of_one_side_is_kept_and_never_pulls() -> None:
     np.testing.assert_allclose(law.forces(law_input([1.0, 1.0], rate=[1.0, -9.0])), [1.5, 0.0])
 
 
+def test_the_rate_of_touching_points_is_shared_equally() -> None:
+    law = CombinedLaw(StressLaw(1.0, 1.0, damping=4.0), StressLaw(9.0, 1.0))
+    np.testing.assert_allclose(law.forces(law_input([0.0], rate=1.0)), [1.0])
+
+
 def test_no_points_and_no_depth_give_no_force() -> None:
     for elastic in (2.0, np.square):
         law = CombinedLaw(StressLaw(elastic, 1.0), StressLaw(2.0, 1.0))
