@@ -12,6 +12,7 @@ import numpy as np
 from contiga.area.nodal import NodalArea
 from contiga.case.contact_spec import ConstantAreaSpec, ContactSpec
 from contiga.case.motion_spec import SeriesSpec
+from contiga.case.problems import relocated
 from contiga.case.schema import BodySpec, Case, SlaveSpec
 from contiga.case.toml import resolved_toml
 from contiga.errors import CaseError, InputError
@@ -103,8 +104,7 @@ def _at(case: Case, key: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        kind = CaseError if type(error) is InputError else type(error)
-        raise kind(str(error), where=f"{case.file}: {key}") from error
+        raise relocated(error, key, str(case.file)) from error
 
 
 def _body(spec: BodySpec, unit: str) -> Body:

@@ -43,15 +43,20 @@ def first_problem(error: ValidationError, data: object, key: str) -> InputError:
     return _problem(error.errors(include_url=False)[0], data, key)
 
 
+def relocated(error: InputError, key: str, file: str) -> InputError:
+    """`error` with the key of the case it belongs to; a plain `InputError` as a `CaseError`."""
+    kind = CaseError if type(error) is InputError else type(error)
+    details: dict[str, Any] = {"allowed": error.allowed, "remedy": error.remedy}
+    if error.has_found:
+        details["found"] = _short(error.found)
+    return kind(error.what, where=_join(file, _inside(key, error.where)), **details)
+
+
 def _problem(detail: ErrorDetails, data: object, key: str, file: str = "") -> InputError:
     path = key_path(detail["loc"], data, key)
     inner = (detail.get("ctx") or {}).get("error")
     if isinstance(inner, InputError):
-        kind = CaseError if type(inner) is InputError else type(inner)
-        details: dict[str, Any] = {"allowed": inner.allowed, "remedy": inner.remedy}
-        if inner.has_found:
-            details["found"] = _short(inner.found)
-        return kind(inner.what, where=_join(file, _inside(path, inner.where)), **details)
+        return relocated(inner, path, file)
     return CaseError(where=_join(file, path), **_words(detail))
 
 
