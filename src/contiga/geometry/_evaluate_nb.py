@@ -30,6 +30,7 @@ class CurveArrays(NamedTuple):
     """Clamped."""
     net: np.ndarray
     """(n, 4) Cartesian x, y, z and the weight."""
+    rational: bool
 
 
 class SurfaceArrays(NamedTuple):
@@ -191,9 +192,9 @@ def curve_range(c, t, order, out):
         for a in range(order + 1):
             for d in range(3):
                 value = sums[a, d]
-                for i in range(1, a + 1):
+                for i in range(1, a + 1 if c.rational else 1):
                     value -= binomial[a, i] * sums[i, 3] * out[k, a - i, d]
-                out[k, a, d] = value / sums[0, 3]
+                out[k, a, d] = value / sums[0, 3] if c.rational else value
         for d in range(3):
             out[k, 0, d] += c.net[centre, d]
 

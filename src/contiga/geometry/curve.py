@@ -38,9 +38,8 @@ class NurbsCurve:
     array([[1., 0., 0.]])
     """
 
-    __slots__ = ("__weakref__", "_arrays", "_rational")
+    __slots__ = ("__weakref__", "_arrays")
     _arrays: CurveArrays
-    _rational: bool
 
     def __init__(
         self,
@@ -71,9 +70,8 @@ class NurbsCurve:
         self._set(p, U, net, factors is not None)
 
     def _set(self, degree: int, knots: FloatArray, net: FloatArray, rational: bool) -> None:
-        arrays = CurveArrays(degree, read_only(knots), read_only(net))
+        arrays = CurveArrays(degree, read_only(knots), read_only(net), rational)
         object.__setattr__(self, "_arrays", arrays)
-        object.__setattr__(self, "_rational", rational)
 
     @classmethod
     def _from_homogeneous(
@@ -91,7 +89,7 @@ class NurbsCurve:
         return type(self), (self.degree, self.knots, self.control_points, self.weights)
 
     def __repr__(self) -> str:
-        kind = "NURBS" if self._rational else "B-spline"
+        kind = "NURBS" if self.is_rational else "B-spline"
         a, b = self.domain
         return (
             f"<{kind} curve, degree {self.degree}, {len(self.control_points)} points, [{a}, {b}]>"
@@ -119,11 +117,11 @@ class NurbsCurve:
     @property
     def weights(self) -> FloatArray | None:
         """(n,), read-only; None for a B-spline."""
-        return self._arrays.net[:, 3] if self._rational else None
+        return self._arrays.net[:, 3] if self.is_rational else None
 
     @property
     def is_rational(self) -> bool:
-        return self._rational
+        return self._arrays.rational
 
     @property
     def homogeneous(self) -> FloatArray:
@@ -165,7 +163,7 @@ class NurbsCurve:
 
     def _refined(self, refined: FloatArray) -> NurbsCurve:
         points = refine.refine_points(self.knots, self.degree, self.homogeneous, refined)
-        return self._from_homogeneous(self.degree, refined, points, self._rational)
+        return self._from_homogeneous(self.degree, refined, points, self.is_rational)
 
     def elevate(self, t: int = 1) -> NurbsCurve:
         """The same curve with its degree `t` higher and its smoothness kept."""
@@ -173,7 +171,7 @@ class NurbsCurve:
         knots, points = self.knots, self.homogeneous
         for degree in range(self.degree, self.degree + t):
             knots, points = refine.elevate_points(knots, degree, points)
-        return self._from_homogeneous(self.degree + t, knots, points, self._rational)
+        return self._from_homogeneous(self.degree + t, knots, points, self.is_rational)
 
     def k_refined(self, t: int, u: ArrayLike = ()) -> NurbsCurve:
         """Degree `t` higher, then the knots `u` inserted, which so are as smooth as can be."""
@@ -197,7 +195,7 @@ class NurbsCurve:
     def reversed(self) -> NurbsCurve:
         """The same curve run backwards over the same domain: u becomes ``u0 + u1 - u``."""
         curve = type(self).__new__(type(self))
-        curve._set(self.degree, kv.mirrored(self.knots), self._arrays.net[::-1], self._rational)
+        curve._set(self.degree, kv.mirrored(self.knots), self._arrays.net[::-1], self.is_rational)
         return curve
 
     def transformed(self, matrix: ArrayLike) -> NurbsCurve:
@@ -208,7 +206,7 @@ class NurbsCurve:
         net = np.array(self._arrays.net)
         net[:, :3] = transform.apply(matrix, self.control_points)
         curve = type(self).__new__(type(self))
-        curve._set(self.degree, self.knots, net, self._rational)
+        curve._set(self.degree, self.knots, net, self.is_rational)
         return curve
 
     def translated(self, d: ArrayLike) -> NurbsCurve:
