@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError
 from contiga.geometry import transform
+from contiga.geometry.bezier import extract
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
-from contiga.geometry.trim import Loop, check_loops
+from contiga.geometry.trim import Loop, TrimTables, build_trim_tables, check_loops
 from contiga.num.arrays import as_points, read_only
 from contiga.records import FloatArray, Hit, Projection
 
@@ -97,6 +98,8 @@ class Body:
         self._unit = unit
         self._reference_point = read_only(as_points(reference_point, "reference_point")[0])
         self._area: float | None = None
+        self._bounds: FloatArray | None = None
+        self._tables: TrimTables | None = None
 
     def _checked_trims(
         self, trims: Sequence[Sequence[Sequence[NurbsCurve]] | None] | None
@@ -182,10 +185,25 @@ class Body:
         trimmed = sum(entry is not None for entry in self._trims)
         return f"Body({self._name!r}, {len(self._patches)} patches, {trimmed} trimmed)"
 
+    @property
+    def trim_tables(self) -> TrimTables:
+        """Tables for `point_in_trim` and `box_state`, built when first asked for."""
+        if self._tables is None:
+            self._tables = build_trim_tables(self)
+        return self._tables
+
     def bounds(self) -> FloatArray:
-        """(2, 3) low and high corner of a box that holds every patch (their control points)."""
-        boxes = np.array([patch.bounds() for patch in self._patches])
-        return np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+        """(2, 3) low and high corner of a box that holds every face.
+
+        Control points of each patch's elements; of trimmed patches only the part around the
+        loops is counted.
+        """
+        if self._bounds is None:
+            boxes = np.array(
+                [face_bounds(*face) for face in zip(self._patches, self._trims, strict=True)]
+            )
+            self._bounds = read_only(np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)]))
+        return self._bounds
 
     def area(self, rtol: float = 1e-9) -> float:
         """Area of what the trims leave, length². Adaptive Gauss quadrature to about `rtol`."""
@@ -320,6 +338,20 @@ class Body:
         from contiga.search import contains
 
         return contains(self, as_points(points))
+
+
+def face_bounds(patch: NurbsSurface, loops: tuple[Loop, ...] | None) -> FloatArray:
+    """(2, 3) box of a face from the Bézier points of the part its loops reach."""
+    if loops is not None:
+        reach = np.concatenate([curve.bounds()[:, :2] for loop in loops for curve in loop])
+        low, high = np.array(patch.domain).T
+        a = np.clip(reach.min(axis=0), low, high)
+        b = np.clip(reach.max(axis=0), low, high)
+        if np.all(a < b):
+            patch = patch.restricted((float(a[0]), float(b[0])), (float(a[1]), float(b[1])))
+    coefs = extract(patch).coefs
+    points = (coefs[..., :3] / coefs[..., 3:]).reshape(-1, 3)
+    return np.array([points.min(axis=0), points.max(axis=0)])
 
 
 def mirrored(curve: NurbsCurve, domain: tuple[float, float]) -> NurbsCurve:

@@ -16,7 +16,9 @@ from contiga.geometry.curve import NurbsCurve
 from contiga.records import FloatArray
 
 STRAIGHT = 1e-12
-"""A control polygon this close to its chord, as a share of its size, is a straight line."""
+"""Misses of this share of a face are rounding."""
+LEVEL = 1e-7
+"""Largest share of a face by which its border may miss the rectangle it is taken for."""
 
 
 class Strand(NamedTuple):
@@ -166,15 +168,15 @@ def rectangle_sides(loop: Loop, box: FloatArray, speed: FloatArray) -> Sides | N
     speed : (2,) largest |S_u| and |S_v| on the face: turns misses in (u, v) into lengths
 
     A strand lies on a side if its control points miss it by no more than the strand's own
-    tolerance, and the strands must go round the whole border once.
+    tolerance and `LEVEL` of the face, and the strands must go round the whole border once.
     """
     span = box[1] - box[0]
     result = Sides([], [], [])
     travelled = np.zeros(2)
     for strand in loop:
         points = strand.curve.control_points[:, :2]
-        slack = np.maximum(STRAIGHT * span, strand.tolerance / np.maximum(speed, 1e-300))
-        slack = np.minimum(slack, 1e-2 * span)
+        slack = np.minimum(strand.tolerance / np.maximum(speed, 1e-300), LEVEL * span)
+        slack = np.maximum(slack, STRAIGHT * span)
         missed = np.abs(points[:, None, :] - box[None, :, :]).max(axis=0)
         # missed[k, axis]: how far the strand is from the low (0) or high (1) line of an axis
         candidates = [
