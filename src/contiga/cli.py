@@ -128,51 +128,53 @@ def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path
 def check(case: CaseFile) -> None:
     """Read a case and all its files, and say what a run would do."""
     from contiga.case.build import build
+    from contiga.case.describe import describe
     from contiga.case.schema import load_case
 
-    _table(_case_rows(build(load_case(case))))
+    loaded = load_case(case)
+    build(loaded)
+    _table(describe(loaded))
     print(f"{case} is ready to run")
-
-
-def _case_rows(simulation: Any) -> Iterable[tuple[str, str]]:
-    times = simulation.times
-    length, mass, time = simulation.units
-    yield "title", simulation.title
-    yield "units", f"{length}, {mass}, {time}"
-    yield "time", f"{len(times) - 1} steps from {times[0]:g} to {times[-1]:g} {time}"
-    for name, part in simulation.bodies.items():
-        yield f"body {name}", f"{len(part.body.patches)} patches, moved {_motion(part.motion)}"
-    for name, part in simulation.slaves.items():
-        slave = part.slave
-        facets = 0 if slave.facets is None else len(slave.facets)
-        shape = f"{facets} triangles" if facets else "no facets"
-        yield (
-            f"slave {name}",
-            f"{len(slave.points)} points, {int(slave.active.sum())} take part, {shape}, "
-            f"moved {_motion(part.motion)}",
-        )
-    for contact in simulation.contacts:
-        law = type(contact.contact.law).__name__
-        yield f"contact {contact.name}", f"{contact.slave} on {contact.master}, {law}"
-    output = simulation.output
-    yield "output", f"every {output.every} steps: {', '.join(output.formats)}"
-
-
-def _motion(motion: Any) -> str:
-    return str(getattr(motion, "kind", "") or type(motion).__name__)
 
 
 @app.command()
 def info(file: Annotated[Path, typer.Argument(metavar="FILE", help="CAD file or mesh.")]) -> None:
     """Say what is in a CAD file (patches, degrees, trims, size) or in a mesh (counts)."""
-    from contiga.io import cad, mesh
+    from contiga.io.cad import SUFFIXES, body_summary, read_cad
+    from contiga.io.mesh import read_mesh
+    from contiga.io.slave import mesh_summary
 
-    if not file.is_file():
+    if not file.exists():
         raise FileError("no such file", where=str(file))
-    if file.suffix.lower() in cad.SUFFIXES:
-        _table(cad.summary(cad.read_cad(file)))
+    if file.suffix.lower() in SUFFIXES:
+        summary = body_summary(read_cad(file))
     else:
-        _table(mesh.summary(mesh.read_mesh(file)))
+        summary = mesh_summary(read_mesh(file))
+    _table(_summary_rows(summary))
+
+
+def _summary_rows(summary: dict[str, Any]) -> Iterable[tuple[str, str]]:
+    """Rows of a summary: what is not known or empty is left out."""
+    for key, value in summary.items():
+        label = key.replace("_", " ")
+        if key == "bounds":
+            for axis, low, high in zip("xyz", *value, strict=True):
+                yield axis, f"{low:.6g} to {high:.6g}, {high - low:.6g} long"
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            for k, entry in enumerate(value):
+                yield (label if k == 0 else ""), _in_words(entry)
+        elif value is not None and value not in ([], {}, ""):
+            yield label, _in_words(value)
+
+
+def _in_words(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{_in_words(v)} {str(k).replace('_', ' ')}" for k, v in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(_in_words(v) for v in value)
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return str(value)
 
 
 def _table(rows: Iterable[tuple[str, str]]) -> None:

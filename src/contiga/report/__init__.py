@@ -33,7 +33,7 @@ def write_report(folder: str | Path) -> Path:
     from contiga.report.folder import read_fields, read_run
     from contiga.report.html import page
     from contiga.report.peak import at_frame, peak_frame
-    from contiga.report.plots import history_figure, view_figure
+    from contiga.report.plots import history_figures, view_figure
     from contiga.report.scene import draw_still
 
     run = read_run(Path(folder))
@@ -50,7 +50,7 @@ def write_report(folder: str | Path) -> Path:
         run,
         still=still,
         view=view,
-        history=history_figure(run, peak_time),
+        history=history_figures(run, peak_time),
         peak_time=peak_time,
     )
     with atomic_write(run.folder / PAGE) as path:

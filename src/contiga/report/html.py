@@ -8,6 +8,7 @@ from importlib.resources import files
 from typing import Any
 
 from contiga.report.folder import Run
+from contiga.report.plots import PLOT_CONFIG, VIEW_CONFIG
 from contiga.report.tables import (
     inputs_table,
     key_figures,
@@ -19,7 +20,7 @@ from contiga.report.tables import (
 _BODY_BUTTONS = """
 <div class="choice" role="group" aria-label="How the body is drawn">
 <button data-opacity="1" aria-pressed="false">Solid body</button>
-<button data-opacity="0.35" aria-pressed="true">Glass</button>
+<button data-opacity="0.25" aria-pressed="true">Glass</button>
 <button data-opacity="0" aria-pressed="false">Hidden</button></div>
 <script>
 document.querySelectorAll(".choice button").forEach(function (button) {
@@ -35,13 +36,16 @@ document.querySelectorAll(".choice button").forEach(function (button) {
 """
 
 
-def page(run: Run, *, still: bytes | None, view: Any, history: Any, peak_time: float | None) -> str:
+def page(
+    run: Run, *, still: bytes | None, view: Any, history: list[Any], peak_time: float | None
+) -> str:
     """The whole report as one text.
 
     Parameters
     ----------
     still : the picture of the peak as PNG, None where the run wrote no fields
-    view, history : plotly figures, `view` None where the run wrote no fields
+    view : plotly figure, None where the run wrote no fields
+    history : plotly figures
     peak_time : the recorded time the pictures show
     """
     title = escape(str(run.summary.get("title") or "Contact run"))
@@ -51,7 +55,7 @@ def page(run: Run, *, still: bytes | None, view: Any, history: Any, peak_time: f
         key_figures(run),
         _pictures(run, still, view, peak_time),
         "<h2>Over time</h2>",
-        f'<div class="frame">{_figure(history, "history")}</div>',
+        _histories(history),
         _peak_note(peak_time),
         _tables(run),
         _warnings(run),
@@ -110,16 +114,22 @@ def _pictures(run: Run, still: bytes | None, view: Any, peak_time: float | None)
         "are; dots mark the points.</figcaption></figure>"
         "<h2>Turn it about</h2>"
         f"{_BODY_BUTTONS}"
-        f'<div class="frame">{_figure(view, "view")}</div>'
+        f'<div class="frame">{_figure(view, "view", VIEW_CONFIG)}</div>'
         '<p class="caption">Drag to turn, scroll to come closer, double-click to go back. '
         "Slave points are drawn where they are, so those in contact lie inside the body.</p>"
     )
 
 
-def _figure(figure: Any, name: str) -> str:
-    from contiga.report.plots import CONFIG
+def _histories(figures: list[Any]) -> str:
+    panels = "".join(
+        f'<div class="frame">{_figure(figure, f"history-{k}", PLOT_CONFIG)}</div>'
+        for k, figure in enumerate(figures)
+    )
+    return f'<div class="panels">{panels}</div>'
 
-    return str(figure.to_html(full_html=False, include_plotlyjs=False, div_id=name, config=CONFIG))
+
+def _figure(figure: Any, name: str, config: dict[str, Any]) -> str:
+    return str(figure.to_html(full_html=False, include_plotlyjs=False, div_id=name, config=config))
 
 
 def _peak_note(peak_time: float | None) -> str:

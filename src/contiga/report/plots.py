@@ -14,7 +14,19 @@ FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, s
 INK, MUTED, GRID = "#21262d", "#6a737d", "#e8eaed"
 LINES = ("#1f5f8b", "#c4473a", "#3f7f4f", "#8a5a9e", "#b07d1e", "#4b5563")
 BODY, SLAVE = "#8f9eb0", "#dedad0"
-CONFIG = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["sendDataToCloud"]}
+_CONFIG = {"displaylogo": False, "responsive": True}
+PLOT_CONFIG = {
+    **_CONFIG,
+    "modeBarButtons": [["toImage", "zoom2d", "pan2d", "resetScale2d"]],
+}
+VIEW_CONFIG = {
+    **_CONFIG,
+    "scrollZoom": True,
+    "modeBarButtons": [["toImage", "orbitRotation", "pan3d", "resetCameraDefault3d"]],
+}
+"""Buttons are named one by one: the standard set has some that send data elsewhere."""
+GLASS = 0.25
+"""Opacity of the body at first."""
 _PANELS = (
     ("force", "Force", "force"),
     ("max_penetration", "Deepest penetration", "length"),
@@ -28,42 +40,42 @@ def with_unit(label: str, unit: str) -> str:
     return f"{label} [{unit}]" if unit else label
 
 
-def history_figure(run: Run, peak_time: float | None) -> Any:
-    """Force, penetration, area and count over time, one line a contact."""
-    import plotly.graph_objects as go
-    from plotly.subplots import make_subplots
+def history_figures(run: Run, peak_time: float | None) -> list[Any]:
+    """Force, penetration, area and count over time, a figure each, one line a contact."""
+    return [_panel(run, peak_time, *panel) for panel in _PANELS]
 
-    figure = make_subplots(rows=2, cols=2, vertical_spacing=0.16, horizontal_spacing=0.10)
-    for k, (column, label, kind) in enumerate(_PANELS):
-        row, col = k // 2 + 1, k % 2 + 1
-        unit = getattr(run.units, kind) if kind else ""
-        for i, (name, columns) in enumerate(run.contacts.items()):
-            if column in columns:
-                figure.add_trace(
-                    go.Scatter(
-                        x=run.times,
-                        y=columns[column],
-                        name="magnitude" if len(run.contacts) == 1 else name,
-                        legendgroup=name,
-                        showlegend=k == 0,
-                        mode="lines",
-                        line={"color": LINES[i % len(LINES)], "width": 2.2},
-                        hovertemplate=f"%{{y:.5g}} {unit}<extra>{name}</extra>",
-                    ),
-                    row=row,
-                    col=col,
+
+def _panel(run: Run, peak_time: float | None, column: str, label: str, kind: str) -> Any:
+    import plotly.graph_objects as go
+
+    figure = go.Figure()
+    unit = getattr(run.units, kind) if kind else ""
+    alone = len(run.contacts) == 1
+    components = alone and column == "force" and _add_components(figure, run)
+    for i, (name, columns) in enumerate(run.contacts.items()):
+        if column in columns:
+            name = "magnitude" if components else name
+            figure.add_trace(
+                go.Scatter(
+                    x=run.times,
+                    y=columns[column],
+                    name=name,
+                    mode="lines",
+                    line={"color": LINES[i % len(LINES)], "width": 2.2},
+                    hovertemplate=f"%{{y:.5g}} {unit}<extra>{name}</extra>",
                 )
-        if column == "force" and len(run.contacts) == 1:
-            _add_components(figure, run)
-        figure.update_yaxes(title_text=with_unit(label, unit), rangemode="tozero", row=row, col=col)
-        figure.update_xaxes(title_text=with_unit("Time", run.units.time), row=row, col=col)
+            )
+    figure.update_yaxes(title_text=with_unit(label, unit), rangemode="tozero")
+    figure.update_xaxes(title_text=with_unit("Time", run.units.time))
     if peak_time is not None:
         figure.add_vline(x=peak_time, line={"color": "#9aa3ad", "width": 1, "dash": "dot"})
-    _plain(figure, 620)
+    _plain(figure, 310)
+    figure.update_layout(showlegend=bool(components) or not alone)
     return figure
 
 
-def _add_components(figure: Any, run: Run) -> None:
+def _add_components(figure: Any, run: Run) -> bool:
+    """Thin lines of the force along x, y and z where there is any; whether one was drawn."""
     import plotly.graph_objects as go
 
     (columns,) = run.contacts.values()
@@ -76,22 +88,21 @@ def _add_components(figure: Any, run: Run) -> None:
                     y=values,
                     name=f"along {axis}",
                     mode="lines",
-                    line={"color": colour, "width": 1.2},
+                    line={"color": colour, "width": 1.3},
                     hovertemplate=f"%{{y:.5g}} {run.units.force}<extra>along {axis}</extra>",
-                ),
-                row=1,
-                col=1,
+                )
             )
+    return bool(figure.data)
 
 
 def _plain(figure: Any, height: int) -> None:
     figure.update_layout(
         template="none",
         height=height,
-        margin={"l": 70, "r": 20, "t": 34, "b": 56},
+        margin={"l": 62, "r": 14, "t": 34, "b": 50},
         font={"family": FONT, "size": 13, "color": INK},
         hovermode="x",
-        legend={"orientation": "h", "y": 1.06, "x": 0.0, "font": {"size": 12}},
+        legend={"orientation": "h", "y": 1.14, "x": 0.0, "font": {"size": 12}},
         paper_bgcolor="white",
         plot_bgcolor="white",
     )
@@ -105,7 +116,7 @@ def view_figure(peak: Peak, length: str) -> Any:
     import plotly.graph_objects as go
 
     figure = go.Figure()
-    figure.add_trace(_mesh(peak.body_points, peak.body_triangles, "body", BODY, 0.35))
+    figure.add_trace(_mesh(peak.body_points, peak.body_triangles, "body", BODY, GLASS))
     deepest = max(float(peak.penetration.max(initial=0.0)), 1e-300)
     # two stops so close that they lie in neighbouring entries of the 256 a browser keeps
     scale = [[0.0, SLAVE], [0.004, SLAVE], [0.008, SCALE[0]]]

@@ -9,36 +9,43 @@ import numpy as np
 from contiga.io.vtkhdf import read_fields
 from contiga.report.folder import read_run
 from contiga.report.peak import at_frame
-from contiga.report.plots import history_figure, view_figure, with_unit
+from contiga.report.plots import history_figures, view_figure, with_unit
 
 from .conftest import write_fields
 
 
-def test_history_figure_draws_the_columns(run_folder: Path) -> None:
+def test_history_figures_draw_the_columns(run_folder: Path) -> None:
     run = read_run(run_folder)
-    figure = history_figure(run, 2.0)
-    for name, column in (("magnitude", "force"), ("along z", "force_z")):
-        (trace,) = (t for t in figure.data if t.name == name and t.xaxis == "x")
-        np.testing.assert_array_equal(trace.y, run.contacts["press"][column])
-    assert not [t for t in figure.data if t.name == "along x"], "no line for a force of zero"
+    columns = run.contacts["press"]
+    force, *others = history_figures(run, 2.0)
+    assert [t.name for t in force.data] == ["along z", "magnitude"], "no line for a zero force"
+    np.testing.assert_array_equal(force.data[0].y, columns["force_z"])
+    np.testing.assert_array_equal(force.data[1].y, columns["force"])
+    for figure, name in zip(others, ("max_penetration", "area", "n_contact"), strict=True):
+        (trace,) = figure.data
+        np.testing.assert_array_equal(trace.y, columns[name])
+        np.testing.assert_array_equal(trace.x, run.times)
+        assert figure.layout.shapes[0].x0 == 2.0
 
 
 def test_every_axis_names_its_unit(run_folder: Path) -> None:
-    layout = history_figure(read_run(run_folder), None).layout
-    assert layout.yaxis.title.text == "Force [N]"
-    assert layout.yaxis2.title.text == "Deepest penetration [mm]"
-    assert layout.yaxis3.title.text == "Contact area [mm²]"
-    assert layout.yaxis4.title.text == "Nodes in contact"
-    assert layout.xaxis3.title.text == "Time [ms]"
+    figures = history_figures(read_run(run_folder), None)
+    assert [f.layout.yaxis.title.text for f in figures] == [
+        "Force [N]",
+        "Deepest penetration [mm]",
+        "Contact area [mm²]",
+        "Nodes in contact",
+    ]
+    assert {f.layout.xaxis.title.text for f in figures} == {"Time [ms]"}
     assert with_unit("Force", "") == "Force"
 
 
 def test_two_contacts_get_a_line_each_in_every_panel(run_folder: Path) -> None:
     run = read_run(run_folder)
     columns = run.contacts["press"]
-    figure = history_figure(run._replace(contacts={"a": columns, "b": columns}), None)
-    assert [t.name for t in figure.data] == ["a", "b"] * 4
-    assert [t.showlegend for t in figure.data] == [True, True] + [False] * 6
+    for figure in history_figures(run._replace(contacts={"a": columns, "b": columns}), None):
+        assert [t.name for t in figure.data] == ["a", "b"]
+        assert figure.layout.showlegend
 
 
 def test_view_holds_body_slave_and_contact(tmp_path: Path) -> None:
