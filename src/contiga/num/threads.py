@@ -1,0 +1,47 @@
+"""Kernels that release the GIL, run over ranges of rows on a few threads.
+
+The rows are cut into ranges that the threads take as they come free. Every kernel treats its rows
+one by one, so results are the same bits for any number of threads. The count is numba's own
+(environment variable NUMBA_NUM_THREADS, all cores by default).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from typing import Any
+
+import numba
+
+RANGES_PER_THREAD = 6
+
+
+def thread_count() -> int:
+    """Threads the kernels run on."""
+    return int(numba.config.NUMBA_NUM_THREADS)
+
+
+@lru_cache(maxsize=1)
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(thread_count(), thread_name_prefix="contiga")
+
+
+def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> None:
+    """Call ``kernel(*args, start, stop)`` until rows 0 … n are done.
+
+    Ranges hold at least `grain` rows, and start at multiples of it: below that a thread costs
+    more than it saves.
+    """
+    threads = thread_count()
+    if n <= grain or threads == 1:
+        if n:
+            kernel(*args, 0, n)
+        return
+    pieces = min(threads * RANGES_PER_THREAD, -(-n // grain))
+    step = -(-(-(-n // pieces)) // grain) * grain
+    jobs = [
+        _pool().submit(kernel, *args, start, min(start + step, n)) for start in range(0, n, step)
+    ]
+    for job in jobs:
+        job.result()

@@ -1,0 +1,207 @@
+"""Rigorous bounds of an element's derivatives over a box, from Bernstein coefficients.
+
+The derivative of a Bézier element is a Bézier element of the coefficient differences, so the
+largest difference bounds it. For a rational element S = A/w the quotient rule turns bounds on
+A, w and their derivatives into bounds on S: with the origin moved into the box, |S| ≤ R and
+
+    |S_s| ≤ (|A_s| + |w_s| R)/w_min,    |S_ss| ≤ (|A_ss| + 2|w_s||S_s| + |w_ss| R)/w_min, …
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def _cut(net, n, stride, start, a, b):
+    """Bernstein coefficients net[start + i*stride, :], i = 0..n, restricted to [a, b] in place."""
+    for c in range(4):
+        for k in range(1, n + 1):  # de Casteljau at b: keep the left part
+            for i in range(n, k - 1, -1):
+                x = net[start + (i - 1) * stride, c]
+                net[start + i * stride, c] = x + b * (net[start + i * stride, c] - x)
+        r = a / b if b > 0.0 else 0.0
+        for k in range(1, n + 1):  # then at a/b: keep the right part
+            for i in range(n - k + 1):
+                x = net[start + i * stride, c]
+                net[start + i * stride, c] = x + r * (net[start + (i + 1) * stride, c] - x)
+
+
+@njit(cache=True)
+def restrict(coefs, degree, box, net):
+    """Coefficients of the element on `box` (s0, s1, t0, t1 in [-1/2, 1/2]) into net[k, 4]."""
+    p, q = degree
+    for k in range((p + 1) * (q + 1)):
+        for c in range(4):
+            net[k, c] = coefs[4 * k + c]
+    for j in range(q + 1):
+        _cut(net, p, q + 1, j, box[0] + 0.5, box[1] + 0.5)
+    for i in range(p + 1):
+        _cut(net, q, 1, i * (q + 1), box[2] + 0.5, box[3] + 0.5)
+
+
+@njit(cache=True)
+def _difference(net, degree, order, work):
+    """Largest |A| and |w| of the net's mixed difference of `order`, as a derivative on [0, 1]²."""
+    p, q = degree
+    a, b = order
+    if a > p or b > q:
+        return 0.0, 0.0
+    for k in range((p + 1) * (q + 1)):
+        for c in range(4):
+            work[k, c] = net[k, c]
+    factor = 1.0
+    for m in range(a):
+        factor *= p - m
+        for i in range(p - m):
+            for j in range(q + 1):
+                for c in range(4):
+                    work[i * (q + 1) + j, c] = (
+                        work[(i + 1) * (q + 1) + j, c] - work[i * (q + 1) + j, c]
+                    )
+    for m in range(b):
+        factor *= q - m
+        for i in range(p + 1 - a):
+            for j in range(q - m):
+                for c in range(4):
+                    work[i * (q + 1) + j, c] = work[i * (q + 1) + j + 1, c] - work[i * (q + 1) + j, c]
+    top = 0.0
+    top_w = 0.0
+    for i in range(p + 1 - a):
+        for j in range(q + 1 - b):
+            k = i * (q + 1) + j
+            x = work[k, 0] ** 2 + work[k, 1] ** 2 + work[k, 2] ** 2
+            top = max(top, x)
+            top_w = max(top_w, abs(work[k, 3]))
+    return factor * math.sqrt(top), factor * top_w
+
+
+@njit(cache=True)
+def derivative_bounds(net, degree, size, bound, low, high):
+    """Bounds over a box whose coefficients are `net` and whose sides are `size` long.
+
+    Fills bound[9] (orders 10, 01, 20, 11, 02, 30, 21, 12, 03) and the corners low, high of the
+    box around the control points. Changes `net`: its origin is moved to the middle of the box.
+    """
+    p, q = degree
+    n = (p + 1) * (q + 1)
+    w_min = net[0, 3]
+    for c in range(3):
+        low[c] = math.inf
+        high[c] = -math.inf
+    for k in range(n):
+        w_min = min(w_min, net[k, 3])
+        for c in range(3):
+            x = net[k, c] / net[k, 3]
+            low[c] = min(low[c], x)
+            high[c] = max(high[c], x)
+    radius = 0.0
+    for k in range(n):
+        square = 0.0
+        for c in range(3):
+            middle = 0.5 * (low[c] + high[c])
+            square += (net[k, c] / net[k, 3] - middle) ** 2
+            net[k, c] -= net[k, 3] * middle
+        radius = max(radius, square)
+    radius = math.sqrt(radius)
+    work = np.empty((n, 4))
+    a10, w10 = _difference(net, degree, (1, 0), work)
+    a01, w01 = _difference(net, degree, (0, 1), work)
+    a20, w20 = _difference(net, degree, (2, 0), work)
+    a11, w11 = _difference(net, degree, (1, 1), work)
+    a02, w02 = _difference(net, degree, (0, 2), work)
+    a30, w30 = _difference(net, degree, (3, 0), work)
+    a21, w21 = _difference(net, degree, (2, 1), work)
+    a12, w12 = _difference(net, degree, (1, 2), work)
+    a03, w03 = _difference(net, degree, (0, 3), work)
+    v = 1.0 / w_min
+    k10 = (a10 + w10 * radius) * v
+    k01 = (a01 + w01 * radius) * v
+    k20 = (a20 + 2.0 * w10 * k10 + w20 * radius) * v
+    k11 = (a11 + w10 * k01 + w01 * k10 + w11 * radius) * v
+    k02 = (a02 + 2.0 * w01 * k01 + w02 * radius) * v
+    k30 = (a30 + 3.0 * w10 * k20 + 3.0 * w20 * k10 + w30 * radius) * v
+    k21 = (a21 + 2.0 * w10 * k11 + w01 * k20 + w20 * k01 + 2.0 * w11 * k10 + w21 * radius) * v
+    k12 = (a12 + 2.0 * w01 * k11 + w10 * k02 + w02 * k10 + 2.0 * w11 * k01 + w12 * radius) * v
+    k03 = (a03 + 3.0 * w01 * k02 + 3.0 * w02 * k01 + w03 * radius) * v
+    hs, ht = size
+    bound[0] = k10 / hs
+    bound[1] = k01 / ht
+    bound[2] = k20 / hs**2
+    bound[3] = k11 / (hs * ht)
+    bound[4] = k02 / ht**2
+    bound[5] = k30 / hs**3
+    bound[6] = k21 / (hs**2 * ht)
+    bound[7] = k12 / (hs * ht**2)
+    bound[8] = k03 / ht**3
+
+
+@njit(cache=True)
+def split_direction(bound, size, flatness):
+    """Which way to halve a box: 0 in s, 1 in t, -1 when it is flat and square enough.
+
+    Flat: the surface leaves its tangent parallelogram by less than `flatness` of the box's
+    larger extent. Square: no extent more than thrice the other, unless it is already flat.
+    """
+    hs = 0.5 * size[0]
+    ht = 0.5 * size[1]
+    bend_s = 0.5 * bound[2] * hs * hs
+    bend_t = 0.5 * bound[4] * ht * ht
+    twist = bound[3] * hs * ht
+    extent_s = bound[0] * hs
+    extent_t = bound[1] * ht
+    if bend_s + bend_t + twist <= flatness * max(extent_s, extent_t):
+        return -1
+    if extent_s > 3.0 * extent_t:
+        return 0
+    if extent_t > 3.0 * extent_s:
+        return 1
+    return 0 if bend_s >= bend_t else 1
+
+
+@njit(cache=True)
+def subdivide(elements, e, flatness, depth, boxes, bounds, corners):
+    """Leaves of element e into boxes[:, 4], bounds[:, 9], corners[:, 6]; returns how many.
+
+    `corners` are relative to the element's origin. At most `depth` halvings a leaf.
+    """
+    p = elements.table[e]["degree"][0]
+    q = elements.table[e]["degree"][1]
+    start = elements.table[e]["bernstein"]
+    n = (p + 1) * (q + 1)
+    coefs = elements.coefs[start : start + 4 * n]
+    net = np.empty((n, 4))
+    stack = np.empty((64, 5))
+    stack[0] = (-0.5, 0.5, -0.5, 0.5, 0.0)
+    top = 1
+    found = 0
+    while top > 0:
+        top -= 1
+        s0, s1, t0, t1, level = stack[top]
+        box = (s0, s1, t0, t1)
+        restrict(coefs, (p, q), box, net)
+        size = (s1 - s0, t1 - t0)
+        derivative_bounds(
+            net, (p, q), size, bounds[found], corners[found, :3], corners[found, 3:]
+        )
+        way = split_direction(bounds[found], size, flatness)
+        if way < 0 or level >= depth:
+            boxes[found, 0] = s0
+            boxes[found, 1] = s1
+            boxes[found, 2] = t0
+            boxes[found, 3] = t1
+            found += 1
+        elif way == 0:
+            m = 0.5 * (s0 + s1)
+            stack[top] = (s0, m, t0, t1, level + 1.0)
+            stack[top + 1] = (m, s1, t0, t1, level + 1.0)
+            top += 2
+        else:
+            m = 0.5 * (t0 + t1)
+            stack[top] = (s0, s1, t0, m, level + 1.0)
+            stack[top + 1] = (s0, s1, m, t1, level + 1.0)
+            top += 2
+    return found

@@ -1,0 +1,226 @@
+"""Evaluation of one Bézier element and its derivatives to second order.
+
+Horner's scheme carries the value and its first two derivatives together (value, slope and half
+the curvature), in t for every power of s and then in s. The rational case follows the quotient
+rule of Piegl & Tiller, The NURBS Book, Eq. 4.20.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+FAST = {"contract", "reassoc", "nsz", "arcp"}
+
+# Columns of the table `h`: value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt².
+VALUE, DS, DT, DSS, DST, DTT = 0, 1, 2, 3, 4, 5
+
+
+@njit(inline="always")
+def cubic(a, b, c, d, x):
+    """Value, slope and half the curvature of a + b x + c x² + d x³."""
+    v = d * x + c
+    d1 = d * x + v
+    v = v * x + b
+    d2 = d * x + d1
+    d1 = d1 * x + v
+    return v * x + a, d1, d2
+
+
+@njit(inline="always")
+def bicubic(k, o, s, t):
+    """Value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt² of the sixteen coefficients from k[o]."""
+    b0, p0, q0 = cubic(k[o], k[o + 1], k[o + 2], k[o + 3], t)
+    b1, p1, q1 = cubic(k[o + 4], k[o + 5], k[o + 6], k[o + 7], t)
+    b2, p2, q2 = cubic(k[o + 8], k[o + 9], k[o + 10], k[o + 11], t)
+    b3, p3, q3 = cubic(k[o + 12], k[o + 13], k[o + 14], k[o + 15], t)
+    v, v_s, v_ss = cubic(b0, b1, b2, b3, s)
+    v_t, v_st, _ = cubic(p0, p1, p2, p3, s)
+    v_tt = ((q3 * s + q2) * s + q1) * s + q0
+    return v, v_s, v_t, 2.0 * v_ss, v_st, 2.0 * v_tt
+
+
+@njit(inline="always")
+def quotient(n, w):
+    """Derivatives of a quotient, from those of numerator n and denominator w."""
+    i = 1.0 / w[0]
+    v = n[0] * i
+    v_s = (n[1] - w[1] * v) * i
+    v_t = (n[2] - w[2] * v) * i
+    v_ss = (n[3] - 2.0 * w[1] * v_s - w[3] * v) * i
+    v_st = (n[4] - w[1] * v_t - w[2] * v_s - w[4] * v) * i
+    v_tt = (n[5] - 2.0 * w[2] * v_t - w[5] * v) * i
+    return v, v_s, v_t, v_ss, v_st, v_tt
+
+
+@njit(cache=True, fastmath=FAST, inline="never")
+def _cubic_element(k, s, t, h, rational):
+    """As `_horner`, for coefficients kept as a bicubic: 2.5 times as fast, unrolled."""
+    x = bicubic(k, 0, s, t)
+    y = bicubic(k, 16, s, t)
+    z = bicubic(k, 32, s, t)
+    if rational:
+        w = bicubic(k, 48, s, t)
+        x = quotient(x, w)
+        y = quotient(y, w)
+        z = quotient(z, w)
+    for i in range(6):
+        h[0, i] = x[i]
+        h[1, i] = y[i]
+        h[2, i] = z[i]
+
+
+@njit(cache=True, fastmath=FAST, inline="never")
+def _horner(coefs, start, degree, s, t, h, components):
+    p, q = degree
+    for c in range(components):
+        a = a_s = a_ss = a_t = a_st = a_tt = 0.0
+        for i in range(p, -1, -1):
+            b = b_t = b_tt = 0.0
+            k = start + (i * (q + 1) + q) * 4 + c
+            for _ in range(q + 1):
+                b_tt = b_tt * t + b_t
+                b_t = b_t * t + b
+                b = b * t + coefs[k]
+                k -= 4
+            a_ss = a_ss * s + a_s
+            a_s = a_s * s + a
+            a = a * s + b
+            a_st = a_st * s + a_t
+            a_t = a_t * s + b_t
+            a_tt = a_tt * s + b_tt
+        h[c, 0] = a
+        h[c, 1] = a_s
+        h[c, 2] = a_t
+        h[c, 3] = 2.0 * a_ss
+        h[c, 4] = a_st
+        h[c, 5] = 2.0 * a_tt
+
+
+@njit(cache=True, inline="never")
+def bernstein_basis(degree, x, basis):
+    """Bernstein polynomials of `degree` at x in [0, 1] with two derivatives into basis[3, :]."""
+    low = degree - 2
+    basis[0, 0] = 1.0
+    for k in range(1, degree + 1):
+        if k - 1 == low:
+            for i in range(degree + 1):
+                left = basis[0, i - 2] if 2 <= i else 0.0
+                mid = basis[0, i - 1] if 1 <= i <= degree - 1 else 0.0
+                right = basis[0, i] if i <= low else 0.0
+                basis[2, i] = degree * (degree - 1) * (left - 2.0 * mid + right)
+        if k == degree:
+            for i in range(degree + 1):
+                left = basis[0, i - 1] if 1 <= i else 0.0
+                right = basis[0, i] if i <= degree - 1 else 0.0
+                basis[1, i] = degree * (left - right)
+        saved = 0.0
+        for i in range(k):
+            value = basis[0, i]
+            basis[0, i] = saved + (1.0 - x) * value
+            saved = x * value
+        basis[0, k] = saved
+    if degree == 1:
+        basis[2, 0] = 0.0
+        basis[2, 1] = 0.0
+
+
+@njit(cache=True, inline="never")
+def _bernstein(coefs, start, degree, s, t, h, components):
+    p, q = degree
+    bs = np.zeros((3, 16))
+    bt = np.zeros((3, 16))
+    bernstein_basis(p, s + 0.5, bs)
+    bernstein_basis(q, t + 0.5, bt)
+    for c in range(components):
+        for k in range(6):
+            h[c, k] = 0.0
+        for i in range(p + 1):
+            r0 = r1 = r2 = 0.0
+            k = start + i * (q + 1) * 4 + c
+            for j in range(q + 1):
+                r0 += bt[0, j] * coefs[k]
+                r1 += bt[1, j] * coefs[k]
+                r2 += bt[2, j] * coefs[k]
+                k += 4
+            h[c, 0] += bs[0, i] * r0
+            h[c, 1] += bs[1, i] * r0
+            h[c, 2] += bs[0, i] * r1
+            h[c, 3] += bs[2, i] * r0
+            h[c, 4] += bs[1, i] * r1
+            h[c, 5] += bs[0, i] * r2
+
+
+@njit(cache=True, fastmath=FAST)
+def evaluate(elements, e, s, t, h):
+    """Point and derivatives of element e at (s, t) into h[:3, :6], relative to its origin."""
+    form = elements.table[e]["form"]
+    if form != 0:
+        _cubic_element(elements.table[e]["cubic"], s, t, h, form == 2)
+        return
+    p = elements.table[e]["degree"][0]
+    q = elements.table[e]["degree"][1]
+    n = elements.table[e]["components"]
+    start = elements.table[e]["monomial"]
+    if start >= 0:
+        _horner(elements.coefs, start, (p, q), s, t, h, n)
+    else:
+        _bernstein(elements.coefs, elements.table[e]["bernstein"], (p, q), s, t, h, n)
+    if n == 4:
+        w = 1.0 / h[3, 0]
+        w_s = h[3, 1]
+        w_t = h[3, 2]
+        w_ss = h[3, 3]
+        w_st = h[3, 4]
+        w_tt = h[3, 5]
+        for c in range(3):
+            x = h[c, 0] * w
+            x_s = (h[c, 1] - w_s * x) * w
+            x_t = (h[c, 2] - w_t * x) * w
+            h[c, 0] = x
+            h[c, 1] = x_s
+            h[c, 2] = x_t
+            h[c, 3] = (h[c, 3] - 2.0 * w_s * x_s - w_ss * x) * w
+            h[c, 4] = (h[c, 4] - w_s * x_t - w_t * x_s - w_st * x) * w
+            h[c, 5] = (h[c, 5] - 2.0 * w_t * x_t - w_tt * x) * w
+
+
+@njit(cache=True)
+def locate(grid, patch, u, v):
+    """Element of `patch` that holds (u, v), and the local (s, t) there."""
+    row = grid.patches[patch]
+    ku = _span(grid.breaks, row["u"][0], row["u"][1], u)
+    kv = _span(grid.breaks, row["v"][0], row["v"][1], v)
+    u0 = grid.breaks[ku]
+    v0 = grid.breaks[kv]
+    s = (u - u0) / (grid.breaks[ku + 1] - u0) - 0.5
+    t = (v - v0) / (grid.breaks[kv + 1] - v0) - 0.5
+    s = min(max(s, -0.5), 0.5)
+    t = min(max(t, -0.5), 0.5)
+    nv = row["v"][1] - row["v"][0] - 1
+    return row["first"] + (ku - row["u"][0]) * nv + kv - row["v"][0], s, t
+
+
+@njit(cache=True)
+def _span(breaks, start, stop, x):
+    low = start
+    high = stop - 1
+    while high - low > 1:
+        mid = (low + high) >> 1
+        if x >= breaks[mid]:
+            low = mid
+        else:
+            high = mid
+    return low
+
+
+@njit(cache=True)
+def parameters(elements, e, s, t):
+    """Patch parameters (u, v) of local (s, t); exact on the element's sides."""
+    u0 = elements.table[e]["box"][0]
+    u1 = elements.table[e]["box"][1]
+    v0 = elements.table[e]["box"][2]
+    v1 = elements.table[e]["box"][3]
+    u = u0 if s <= -0.5 else (u1 if s >= 0.5 else u0 + (s + 0.5) * (u1 - u0))
+    v = v0 if t <= -0.5 else (v1 if t >= 0.5 else v0 + (t + 0.5) * (v1 - v0))
+    return u, v

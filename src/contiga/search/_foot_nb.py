@@ -1,0 +1,298 @@
+"""From a foot to its record: point, normal, gap; kinks; crossing to the next face.
+
+At a kink the side of a point is decided by the sum of the adjoining normals weighted by the
+angle each face takes there (Baerentzen & Aanaes 2005, doi 10.1109/TVCG.2005.49).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contiga.search._curve_nb import curve_point
+from contiga.search._element_nb import parameters
+from contiga.search._global_nb import closest, in_face
+from contiga.search._sides_nb import normal_at
+from contiga.search._walk_nb import cross, walk
+
+OK, BORDER, TRIMMED, MAX_ITERATIONS = 0, 1, 2, 3
+FACE, EDGE, VERTEX = 0, 1, 2
+CREASE = 1
+JOIN = 1e-5
+"""Faces closer than this share of the body's size at a common edge are taken as joined."""
+RING = 24
+HOPS = 4
+
+
+@njit(cache=True)
+def write_foot(tables, k, foot, status, feature, point, out, h):
+    """Write row k of the projection `out`; the gap and normal of a face."""
+    e, s, t = foot
+    elements = tables.elements
+    x, y, z = normal_at(elements, e, s, t, h)
+    u, v = parameters(elements, e, s, t)
+    out.patch[k] = elements.table[e]["patch"]
+    out.uv[k, 0] = u
+    out.uv[k, 1] = v
+    out.normal[k, 0] = x
+    out.normal[k, 1] = y
+    out.normal[k, 2] = z
+    gap = 0.0
+    for c in range(3):
+        out.point[k, c] = h[c, 0] + elements.table[e]["origin"][c]
+        # Formed from the element's origin: no digits are lost far from the world's.
+        gap += (point[c] - elements.table[e]["origin"][c] - h[c, 0]) * out.normal[k, c]
+    out.gap[k] = gap
+    out.feature[k] = feature
+    out.status[k] = status
+
+
+@njit(cache=True)
+def turn_normal(tables, k, toward, point, out):
+    """At a kink: the normal runs through the point, on the side `toward` (three numbers) says."""
+    square = 0.0
+    side = 0.0
+    for c in range(3):
+        r = point[c] - out.point[k, c]
+        square += r * r
+        side += r * toward[c]
+    distance = math.sqrt(square)
+    length = math.sqrt(toward[0] ** 2 + toward[1] ** 2 + toward[2] ** 2)
+    if distance <= 4.0 * tables.scale[1]:
+        if length > 0.0:
+            for c in range(3):
+                out.normal[k, c] = toward[c] / length
+            out.gap[k] = side / length
+        return
+    sign = 1.0 if side >= 0.0 else -1.0
+    for c in range(3):
+        out.normal[k, c] = sign * (point[c] - out.point[k, c]) / distance
+    out.gap[k] = sign * distance
+
+
+@njit(cache=True)
+def _corner_angle(h, s, t):
+    """Angle an element takes at the point: π inside a side, that of its tangents at a corner."""
+    if (s <= -0.5 or s >= 0.5) and (t <= -0.5 or t >= 0.5):
+        a = b = m = 0.0
+        for c in range(3):
+            a += h[c, 1] * h[c, 1]
+            b += h[c, 2] * h[c, 2]
+            m += h[c, 1] * h[c, 2]
+        if a > 0.0 and b > 0.0:
+            flip = (s > 0.0) != (t > 0.0)
+            cosine = min(max(m / math.sqrt(a * b), -1.0), 1.0)
+            return math.acos(-cosine if flip else cosine)
+    return math.pi
+
+
+@njit(cache=True)
+def _add_linked(tables, foot, total, h):
+    """Add the weighted normals of every element that meets at the foot through linked sides."""
+    elements = tables.elements
+    seen = np.empty(RING, np.int64)
+    todo_s = np.empty(RING)
+    todo_t = np.empty(RING)
+    seen[0], todo_s[0], todo_t[0] = foot
+    n = 1
+    k = 0
+    while k < n:
+        e = seen[k]
+        s = todo_s[k]
+        t = todo_t[k]
+        x, y, z = normal_at(elements, e, s, t, h)
+        weight = _corner_angle(h, s, t)
+        total[0] += weight * x
+        total[1] += weight * y
+        total[2] += weight * z
+        for side in range(4):
+            here = (s <= -0.5, s >= 0.5, t <= -0.5, t >= 0.5)[side]
+            if here and elements.table[e]["kind"][side] <= CREASE:
+                e2, s2, t2, _ = cross(elements, e, side, s, t)
+                known = False
+                for i in range(n):
+                    known = known or seen[i] == e2
+                if not known and n < RING:
+                    seen[n] = e2
+                    todo_s[n] = s2
+                    todo_t[n] = t2
+                    n += 1
+        k += 1
+
+
+@njit(cache=True)
+def pseudo_normal(tables, foot, total, h):
+    """Angle-weighted sum of the normals of all faces at a foot on a kink, into total[3]."""
+    elements = tables.elements
+    total[:] = 0.0
+    _add_linked(tables, foot, total, h)
+    e, s, t = foot
+    home = elements.table[e]["patch"]
+    normal_at(elements, e, s, t, h)
+    point = (
+        h[0, 0] + elements.table[e]["origin"][0],
+        h[1, 0] + elements.table[e]["origin"][1],
+        h[2, 0] + elements.table[e]["origin"][2],
+    )
+    found = np.empty(3)
+    grid = tables.grid
+    near = grid.patches[home]["adjacent"]
+    for k in range(near[0] + 1, near[1]):
+        patch = grid.adjacent[k]
+        if not grid.loose[k]:
+            continue
+        if math.isfinite(closest(tables, point, patch, JOIN * tables.scale[0], found, h)):
+            e2, s2, t2 = surface_foot(tables, found, h)
+            x, y, z = normal_at(elements, e2, s2, t2, h)
+            total[0] += math.pi * x
+            total[1] += math.pi * y
+            total[2] += math.pi * z
+
+
+@njit(cache=True)
+def surface_foot(tables, found, h):
+    """(element, s, t) of what `closest` found, on a face or on a trimming curve."""
+    if found[0] >= 0:
+        return int(found[0]), found[1], found[2]
+    d = np.empty((3, 3))
+    piece = int(-1 - found[0])
+    return curve_point(tables.elements, tables.grid, tables.trims, piece, found[1], h, d)
+
+
+@njit(cache=True)
+def global_foot(tables, k, point, out, found, h):
+    """The closest point of the whole body: fills row k of `out`."""
+    elements = tables.elements
+    if not math.isfinite(closest(tables, point, -1, math.inf, found, h)):
+        out.status[k] = MAX_ITERATIONS
+        return
+    foot = surface_foot(tables, found, h)
+    status = OK
+    feature = EDGE
+    if found[0] >= 0:
+        status, e, s, t, feature = walk(elements, foot, point, tables.scale[1], h)
+        if status == MAX_ITERATIONS or in_face(elements, tables.trims, e, s, t):
+            foot = (e, s, t)
+        else:
+            status = OK
+            feature = EDGE
+    elif tables.piece_open[int(-1 - found[0])] != 0.0:
+        status = TRIMMED
+    write_foot(tables, k, foot, status, feature, point, out, h)
+    if feature != FACE:
+        total = np.empty(3)
+        pseudo_normal(tables, foot, total, h)
+        turn_normal(tables, k, total, point, out)
+
+
+@njit(cache=True)
+def _distance2(tables, foot, point, h):
+    elements = tables.elements
+    e, s, t = foot
+    normal_at(elements, e, s, t, h)
+    total = 0.0
+    for c in range(3):
+        total += (h[c, 0] + elements.table[e]["origin"][c] - point[c]) ** 2
+    return total
+
+
+@njit(cache=True)
+def _edge_foot(tables, foot, point, found, h):
+    """Where a tracked foot that ran out of its face leaves it: (open border?, element, s, t).
+
+    The closest point of the face to the runaway foot starts a search along its border for the
+    foot of the point itself.
+    """
+    elements = tables.elements
+    e, s, t = foot
+    home = elements.table[e]["patch"]
+    normal_at(elements, e, s, t, h)
+    runaway = (
+        h[0, 0] + elements.table[e]["origin"][0],
+        h[1, 0] + elements.table[e]["origin"][1],
+        h[2, 0] + elements.table[e]["origin"][2],
+    )
+    closest(tables, runaway, home, math.inf, found, h)
+    near = surface_foot(tables, found, h)
+    reach = math.sqrt(_distance2(tables, near, point, h))
+    if math.isfinite(closest(tables, point, home, reach * (1.0 + 1e-9), found, h)):
+        near = surface_foot(tables, found, h)
+    is_open = found[0] < 0 and tables.piece_open[int(-1 - found[0])] != 0.0
+    return is_open, near[0], near[1], near[2]
+
+
+@njit(cache=True)
+def _next_face(tables, edge, point, found, h):
+    """Foot on the face across the edge that lies closer to the point than the edge does.
+
+    Returns (status, element, s, t, feature, out of its face), element −1 where no adjoining face
+    comes closer.
+    """
+    elements = tables.elements
+    grid = tables.grid
+    e, s, t = edge
+    home = elements.table[e]["patch"]
+    best = _distance2(tables, edge, point, h)
+    best -= 1e-12 * best + tables.scale[1] ** 2
+    at = (
+        h[0, 0] + elements.table[e]["origin"][0],
+        h[1, 0] + elements.table[e]["origin"][1],
+        h[2, 0] + elements.table[e]["origin"][2],
+    )
+    result = (OK, -1, 0.0, 0.0, FACE, False)
+    near = grid.patches[home]["adjacent"]
+    for k in range(near[0] + 1, near[1]):
+        if not grid.loose[k]:
+            continue
+        if not math.isfinite(closest(tables, at, grid.adjacent[k], JOIN * tables.scale[0], found, h)):
+            continue
+        start = surface_foot(tables, found, h)
+        status, e2, s2, t2, feature = walk(elements, start, point, tables.scale[1], h)
+        inside = in_face(elements, tables.trims, e2, s2, t2)
+        square = _distance2(tables, (e2, s2, t2), point, h)
+        if not inside:
+            _, e3, s3, t3 = _edge_foot(tables, (e2, s2, t2), point, found, h)
+            square = _distance2(tables, (e3, s3, t3), point, h)
+        if square < best:
+            best = square
+            result = (status, e2, s2, t2, feature, not inside)
+    return result
+
+
+@njit(cache=True)
+def tracked_foot(tables, k, start, point, out, found, h):
+    """The foot continued from `start` = (element, s, t): fills row k of `out`.
+
+    Over linked sides the walk goes on by itself; at an edge where faces meet without lining up,
+    or at a trimmed edge, the adjoining faces are tried from the point where the foot arrives.
+    """
+    elements = tables.elements
+    status, e, s, t, feature = walk(elements, start, point, tables.scale[1], h)
+    inside = in_face(elements, tables.trims, e, s, t)
+    for _ in range(HOPS):
+        if status == MAX_ITERATIONS or (inside and feature == FACE):
+            break
+        at = (e, s, t)
+        is_open = False
+        if not inside:
+            is_open, e0, s0, t0 = _edge_foot(tables, at, point, found, h)
+            at = (e0, s0, t0)
+        new = _next_face(tables, at, point, found, h)
+        if new[1] < 0:
+            if not inside:
+                e, s, t = at
+                feature = EDGE
+                status = TRIMMED if is_open else OK
+                inside = True
+            break
+        status, e, s, t, feature, outside = new
+        inside = not outside
+    if not inside:
+        status = TRIMMED
+    write_foot(tables, k, (e, s, t), status, feature, point, out, h)
+    if feature != FACE and status == OK:
+        total = np.empty(3)
+        pseudo_normal(tables, (e, s, t), total, h)
+        turn_normal(tables, k, total, point, out)

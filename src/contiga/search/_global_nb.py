@@ -1,0 +1,284 @@
+"""The closest point of a body: branch and bound with rigorous lower bounds.
+
+A leaf is searched cell by cell. With the point's residual r and the derivative bounds of the
+leaf, a cell is dropped when
+
+* its tangent parallelogram, less the largest departure from it, is farther than the best foot;
+* the gradient of f = |S − P|²/2 cannot vanish in it (cells that touch a border or a kink stay);
+
+and it is finished when f is convex on it (the Hessian at its middle outweighs the largest change
+over the cell), because Newton then finds its only minimum. What is neither is halved.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contiga.geometry._trim_nb import point_in_trim
+from contiga.search._curve_nb import closest_on_stretch
+from contiga.search._element_nb import evaluate, parameters
+from contiga.search._tree_nb import box_distance2
+
+SMOOTH = 0
+OUT, IN, CUT = 0, 1, 2
+MAX_CELLS = 4000
+"""Cells one query may open; a point with a continuum of closest points (an axis) needs a bound."""
+SMALLEST = 1e-6
+"""Half-size of a cell (local parameters) that is not halved further."""
+PRUNE = 10.0
+"""A cell must promise this many tolerances less distance to be opened."""
+
+
+@njit(cache=True)
+def in_face(elements, trims, e, s, t):
+    """Whether (s, t) of element e belongs to the trimmed face."""
+    state = elements.table[e]["trim"]
+    if state == CUT:
+        u, v = parameters(elements, e, s, t)
+        return point_in_trim(trims, elements.table[e]["patch"], u, v) != 0
+    return state == IN
+
+
+@njit(cache=True)
+def _touches_kink(elements, e, cell):
+    return (
+        (cell[0] <= -0.5 and elements.table[e]["kind"][0] != SMOOTH)
+        or (cell[1] >= 0.5 and elements.table[e]["kind"][1] != SMOOTH)
+        or (cell[2] <= -0.5 and elements.table[e]["kind"][2] != SMOOTH)
+        or (cell[3] >= 0.5 and elements.table[e]["kind"][3] != SMOOTH)
+    )
+
+
+@njit(cache=True)
+def _plate_distance(rr, rx, ry, xx, xy, yy):
+    """Smallest |r + x a + y b| over |x|, |y| ≤ 1, from the products of r, a and b."""
+    det = xx * yy - xy * xy
+    if det > 1e-12 * xx * yy:
+        x = (-rx * yy + ry * xy) / det
+        y = (-ry * xx + rx * xy) / det
+        if -1.0 <= x <= 1.0 and -1.0 <= y <= 1.0:
+            return math.sqrt(max(0.0, rr + x * rx + y * ry))
+    best = math.inf
+    for k in range(2):
+        fix = 1.0 - 2.0 * k
+        y = -(ry + fix * xy) / yy if yy > 0.0 else 0.0
+        y = min(max(y, -1.0), 1.0)
+        best = min(best, rr + xx + y * y * yy + 2.0 * (fix * rx + y * ry + fix * y * xy))
+        x = -(rx + fix * xy) / xx if xx > 0.0 else 0.0
+        x = min(max(x, -1.0), 1.0)
+        best = min(best, rr + yy + x * x * xx + 2.0 * (fix * ry + x * rx + fix * x * xy))
+    return math.sqrt(max(0.0, best))
+
+
+@njit(cache=True)
+def _cell_minimum(elements, e, cell, point, h):
+    """Minimum of f on a cell where it is convex: projected Newton. Returns s, t, distance."""
+    s = 0.5 * (cell[0] + cell[1])
+    t = 0.5 * (cell[2] + cell[3])
+    best = math.inf
+    best_s = s
+    best_t = t
+    for _ in range(12):
+        evaluate(elements, e, s, t, h)
+        f = g_s = g_t = h_ss = h_st = h_tt = 0.0
+        for c in range(3):
+            r = h[c, 0] - point[c]
+            f += r * r
+            g_s += r * h[c, 1]
+            g_t += r * h[c, 2]
+            h_ss += r * h[c, 3] + h[c, 1] * h[c, 1]
+            h_st += r * h[c, 4] + h[c, 1] * h[c, 2]
+            h_tt += r * h[c, 5] + h[c, 2] * h[c, 2]
+        if f >= best:
+            break
+        best = f
+        best_s = s
+        best_t = t
+        fixed_s = (s <= cell[0] and g_s > 0.0) or (s >= cell[1] and g_s < 0.0)
+        fixed_t = (t <= cell[2] and g_t > 0.0) or (t >= cell[3] and g_t < 0.0)
+        det = h_ss * h_tt - h_st * h_st
+        if fixed_s and fixed_t:
+            break
+        if fixed_s or det <= 0.0 and not fixed_t:
+            d_s = 0.0
+            d_t = -g_t / h_tt if h_tt > 0.0 else 0.0
+        elif fixed_t:
+            d_s = -g_s / h_ss if h_ss > 0.0 else 0.0
+            d_t = 0.0
+        else:
+            d_s = (-g_s * h_tt + g_t * h_st) / det
+            d_t = (-g_t * h_ss + g_s * h_st) / det
+        s = min(max(s + d_s, cell[0]), cell[1])
+        t = min(max(t + d_t, cell[2]), cell[3])
+    return best_s, best_t, math.sqrt(best)
+
+
+@njit(cache=True)
+def _search_leaf(elements, trims, leaf, point, best, slack, found, stack, h):
+    """Improve `best` (distance) and `found` (element, s, t) by one surface leaf.
+
+    Returns the best distance and the number of cells opened. `stack` (64, 4) and `h` are work.
+    """
+    e = leaf["element"]
+    k = leaf["bound"]
+    origin = elements.table[e]["origin"]
+    local = (point[0] - origin[0], point[1] - origin[1], point[2] - origin[2])
+    for c in range(4):
+        stack[0, c] = leaf["box"][c]
+    top = 1
+    opened = 0
+    while top > 0:
+        top -= 1
+        opened += 1
+        cell = (stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3])
+        sc = 0.5 * (cell[0] + cell[1])
+        tc = 0.5 * (cell[2] + cell[3])
+        hs = 0.5 * (cell[1] - cell[0])
+        ht = 0.5 * (cell[3] - cell[2])
+        evaluate(elements, e, sc, tc, h)
+        rr = rx = ry = xx = xy = yy = hxx = hxy = hyy = 0.0
+        for c in range(3):
+            r = h[c, 0] - local[c]
+            x = h[c, 1] * hs
+            y = h[c, 2] * ht
+            rr += r * r
+            rx += r * x
+            ry += r * y
+            xx += x * x
+            xy += x * y
+            yy += y * y
+            hxx += r * h[c, 3]
+            hxy += r * h[c, 4]
+            hyy += r * h[c, 5]
+        distance = math.sqrt(rr)
+        if distance < best and in_face(elements, trims, e, sc, tc):
+            best = distance
+            found[0] = e
+            found[1] = sc
+            found[2] = tc
+        kx = k[0] * hs
+        ky = k[1] * ht
+        kxx = k[2] * hs * hs
+        kxy = k[3] * hs * ht
+        kyy = k[4] * ht * ht
+        bend = 0.5 * (kxx + kyy) + kxy
+        if _plate_distance(rr, rx, ry, xx, xy, yy) - bend > best - slack:
+            continue
+        kxxx = k[5] * hs**3
+        kxxy = k[6] * hs * hs * ht
+        kxyy = k[7] * hs * ht * ht
+        kyyy = k[8] * ht**3
+        far = distance + kx + ky
+        hxx = hxx * hs * hs + xx
+        hxy = hxy * hs * ht + xy
+        hyy = hyy * ht * ht + yy
+        dxx = 3.0 * kxx * kx + 2.0 * kxy * kx + ky * kxx + far * (kxxx + kxxy)
+        dyy = 3.0 * kyy * ky + 2.0 * kxy * ky + kx * kyy + far * (kyyy + kxyy)
+        dxy = 2.0 * kxy * (kx + ky) + kxx * ky + kx * kyy + far * (kxxy + kxyy)
+        kink = _touches_kink(elements, e, cell)
+        if not kink and (
+            abs(rx) > abs(hxx) + dxx + abs(hxy) + dxy or abs(ry) > abs(hyy) + dyy + abs(hxy) + dxy
+        ):
+            continue
+        low = hxx - dxx
+        low_y = hyy - dyy
+        convex = low > 0.0 and low_y > 0.0 and low * low_y > (abs(hxy) + dxy) ** 2
+        if convex:
+            s, t, distance = _cell_minimum(elements, e, cell, local, h)
+            if distance < best and in_face(elements, trims, e, s, t):
+                best = distance
+                found[0] = e
+                found[1] = s
+                found[2] = t
+            continue
+        if max(hs, ht) < SMALLEST or opened > MAX_CELLS or top > 61:
+            continue
+        # The half nearer to the linear foot is opened first: it is pushed last.
+        if kx >= ky:
+            if rx > 0.0:
+                stack[top] = (sc, cell[1], cell[2], cell[3])
+                stack[top + 1] = (cell[0], sc, cell[2], cell[3])
+            else:
+                stack[top] = (cell[0], sc, cell[2], cell[3])
+                stack[top + 1] = (sc, cell[1], cell[2], cell[3])
+        elif ry > 0.0:
+            stack[top] = (cell[0], cell[1], tc, cell[3])
+            stack[top + 1] = (cell[0], cell[1], cell[2], tc)
+        else:
+            stack[top] = (cell[0], cell[1], cell[2], tc)
+            stack[top + 1] = (cell[0], cell[1], tc, cell[3])
+        top += 2
+    return best, opened
+
+
+@njit(cache=True)
+def closest(tables, point, only, reach, found, h):
+    """Closest point to `point` no farther than `reach`, on patch `only` (−1: on any).
+
+    Fills `found` with element, s, t, or with −1 − piece and the piece's parameter when a trimming
+    curve is closest. Returns the distance, infinite where nothing was found.
+    """
+    tree = tables.tree
+    leaves = tables.leaves
+    elements = tables.elements
+    trims = tables.trims
+    x, y, z = point
+    best = reach
+    hit = False
+    opened = 0
+    nodes = np.empty(128, np.int64)
+    bounds = np.empty(128)
+    stack = np.empty((64, 4))
+    slack = PRUNE * tables.scale[1]
+    nodes[0] = 0
+    bounds[0] = 0.0
+    top = 1 if leaves.shape[0] > 0 else 0
+    while top > 0:
+        top -= 1
+        limit = best - slack
+        if limit <= 0.0 and hit:
+            break
+        if bounds[top] > limit * limit:
+            continue
+        node = nodes[top]
+        n = tree[node]["count"]
+        first = tree[node]["first"]
+        if n == 0:
+            a = box_distance2(tree, first, x, y, z)
+            b = box_distance2(tree, first + 1, x, y, z)
+            near = 0 if a <= b else 1
+            nodes[top] = first + 1 - near
+            bounds[top] = b if near == 0 else a
+            nodes[top + 1] = first + near
+            bounds[top + 1] = a if near == 0 else b
+            top += 2
+            continue
+        for k in range(first, first + n):
+            leaf = leaves[k]
+            if only >= 0 and leaf["patch"] != only:
+                continue
+            e = leaf["element"]
+            if e >= 0:
+                if opened > MAX_CELLS:
+                    continue
+                distance, cells = _search_leaf(
+                    elements, trims, leaf, point, best, slack, found, stack, h
+                )
+                opened += cells
+                if distance < best:
+                    best = distance
+                    hit = True
+            else:
+                limits = (leaf["box"][0], leaf["box"][1])
+                r, distance = closest_on_stretch(
+                    elements, tables.grid, trims, -1 - e, limits, point, h
+                )
+                if distance < best:
+                    best = distance
+                    found[0] = e
+                    found[1] = r
+                    hit = True
+    return best if hit else math.inf

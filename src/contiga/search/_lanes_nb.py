@@ -1,0 +1,101 @@
+"""Newton's method on many points of one element at once: the fast lane of tracking.
+
+Elements of degree up to three in each direction are kept as bicubics. Points are binned by
+element and taken sixteen at a time: the coefficients are the same for all lanes, the lanes' data
+lie one after the other in one work array, and the body of the lane loop has no branches, so the
+compiler turns it into vector code without gathers. Lanes that want to leave the element, meet an
+indefinite Hessian or do not descend are handed back; the careful walk takes them.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from contiga.search._element_nb import FAST, bicubic, quotient
+
+LANES = 16
+# Rows of the work array, each LANES long.
+ROW_S, ROW_T, ROW_X, ROW_Y, ROW_Z, ROW_F, ROW_STATE = 0, 1, 2, 3, 4, 5, 6
+ROW_FOOT, ROW_NORMAL, ROW_GAP = 7, 10, 13
+ROWS = 14
+ACTIVE, DONE, GIVEN_BACK = 0.0, 1.0, 2.0
+
+
+@njit(inline="always")
+def _round(lanes, l, x, y, z, tolerance):
+    """One Newton round of lane l, from the derivatives x, y, z of the surface's coordinates."""
+    n = LANES
+    s = lanes[l]
+    t = lanes[n + l]
+    r_x = x[0] - lanes[2 * n + l]
+    r_y = y[0] - lanes[3 * n + l]
+    r_z = z[0] - lanes[4 * n + l]
+    f = r_x * r_x + r_y * r_y + r_z * r_z
+    g_s = r_x * x[1] + r_y * y[1] + r_z * z[1]
+    g_t = r_x * x[2] + r_y * y[2] + r_z * z[2]
+    a = x[1] * x[1] + y[1] * y[1] + z[1] * z[1]
+    b = x[2] * x[2] + y[2] * y[2] + z[2] * z[2]
+    m = x[1] * x[2] + y[1] * y[2] + z[1] * z[2]
+    h_ss = r_x * x[3] + r_y * y[3] + r_z * z[3] + a
+    h_st = r_x * x[4] + r_y * y[4] + r_z * z[4] + m
+    h_tt = r_x * x[5] + r_y * y[5] + r_z * z[5] + b
+    det = h_ss * h_tt - h_st * h_st
+    # Squared tangential miss in length units against the tolerance.
+    settled = (g_s * g_s <= tolerance * a) & (g_t * g_t <= tolerance * b)
+    sound = (det > 1e-6 * a * b) & (h_ss > 0.0) & (f <= lanes[5 * n + l])
+    i = 1.0 / det
+    new_s = s + (g_t * h_st - g_s * h_tt) * i
+    new_t = t + (g_s * h_st - g_t * h_ss) * i
+    inside = (new_s >= -0.5) & (new_s <= 0.5) & (new_t >= -0.5) & (new_t <= 0.5)
+    state = lanes[6 * n + l]
+    now = 2.0 if not sound else (1.0 if settled else (0.0 if inside else 2.0))
+    active = state == 0.0
+    step = active & (now == 0.0)
+    lanes[l] = new_s if step else s
+    lanes[n + l] = new_t if step else t
+    lanes[5 * n + l] = f * (1.0 + 1e-12) if active else lanes[5 * n + l]
+    lanes[6 * n + l] = now if active else state
+    n_x = y[1] * z[2] - z[1] * y[2]
+    n_y = z[1] * x[2] - x[1] * z[2]
+    n_z = x[1] * y[2] - y[1] * x[2]
+    i = 1.0 / math.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
+    n_x *= i
+    n_y *= i
+    n_z *= i
+    lanes[7 * n + l] = x[0]
+    lanes[8 * n + l] = y[0]
+    lanes[9 * n + l] = z[0]
+    lanes[10 * n + l] = n_x
+    lanes[11 * n + l] = n_y
+    lanes[12 * n + l] = n_z
+    lanes[13 * n + l] = -(r_x * n_x + r_y * n_y + r_z * n_z)
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def newton_rational(lanes, k, tolerance):
+    """One round on all lanes; k holds the coefficients of x, y, z, w, sixteen each.
+
+    `tolerance` is the square of the accepted tangential miss.
+    """
+    for l in range(LANES):
+        s = lanes[l]
+        t = lanes[LANES + l]
+        w = bicubic(k, 48, s, t)
+        x = quotient(bicubic(k, 0, s, t), w)
+        y = quotient(bicubic(k, 16, s, t), w)
+        z = quotient(bicubic(k, 32, s, t), w)
+        _round(lanes, l, x, y, z, tolerance)
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def newton_polynomial(lanes, k, tolerance):
+    """As `newton_rational`, for elements whose weight is one."""
+    for l in range(LANES):
+        s = lanes[l]
+        t = lanes[LANES + l]
+        x = bicubic(k, 0, s, t)
+        y = bicubic(k, 16, s, t)
+        z = bicubic(k, 32, s, t)
+        _round(lanes, l, x, y, z, tolerance)

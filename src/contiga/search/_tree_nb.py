@@ -1,0 +1,68 @@
+"""A binary hierarchy of boxes, built by halving at the median of the longest axis."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+LEAF_SIZE = 2
+
+
+@njit(cache=True)
+def build(low, high):
+    """Node arrays (low, high, first, count) and the order of the n boxes `low`, `high` (n, 3)."""
+    n = low.shape[0]
+    order = np.arange(n).astype(np.int32)
+    middle = 0.5 * (low + high)
+    size = max(1, 2 * n)
+    node_low = np.empty((size, 3))
+    node_high = np.empty((size, 3))
+    first = np.zeros(size, np.int32)
+    count = np.zeros(size, np.int32)
+    stack = np.empty((128, 3), np.int64)
+    stack[0] = (0, 0, n)
+    top = 1
+    used = 1
+    while top > 0:
+        top -= 1
+        node, start, stop = stack[top]
+        spread_low = np.full(3, math.inf)
+        spread_high = np.full(3, -math.inf)
+        for c in range(3):
+            node_low[node, c] = math.inf
+            node_high[node, c] = -math.inf
+        for k in range(start, stop):
+            i = order[k]
+            for c in range(3):
+                node_low[node, c] = min(node_low[node, c], low[i, c])
+                node_high[node, c] = max(node_high[node, c], high[i, c])
+                spread_low[c] = min(spread_low[c], middle[i, c])
+                spread_high[c] = max(spread_high[c], middle[i, c])
+        if stop - start <= LEAF_SIZE:
+            first[node] = start
+            count[node] = stop - start
+            continue
+        axis = int(np.argmax(spread_high - spread_low))
+        part = order[start:stop]
+        ranks = np.argsort(middle[part, axis], kind="mergesort")
+        order[start:stop] = part[ranks]
+        half = (start + stop) // 2
+        first[node] = used
+        stack[top] = (used, start, half)
+        stack[top + 1] = (used + 1, half, stop)
+        used += 2
+        top += 2
+    return node_low[:used].copy(), node_high[:used].copy(), first[:used].copy(), count[:used].copy(), order
+
+
+@njit(cache=True)
+def box_distance2(tree, node, x, y, z):
+    """Squared distance of (x, y, z) to a node's box, zero inside."""
+    low = tree[node]["low"]
+    high = tree[node]["high"]
+    a = max(low[0] - x, x - high[0], 0.0)
+    b = max(low[1] - y, y - high[1], 0.0)
+    c = max(low[2] - z, z - high[2], 0.0)
+    return a * a + b * b + c * c

@@ -1,0 +1,40 @@
+"""Leaves and hierarchy of a body: pieces of elements and of trimming curves, in boxes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.geometry.trim import TrimTables
+from contiga.search import _hierarchy_nb, _tree_nb
+from contiga.search.records import LEAF, NODE, Elements, Grid, Records
+
+# A leaf leaves its tangent parallelogram by at most this share of its larger extent.
+FLATNESS = 0.25
+# Halvings of one element at most.
+DEPTH = 9
+# Stretches a trimming piece is cut into, per element boundary it may cross.
+STRETCHES = 8
+
+
+def build_hierarchy(
+    elements: Elements, grid: Grid, trims: TrimTables
+) -> tuple[Records, Records]:
+    """Leaves over every element that is not trimmed away whole, and over every trimming piece.
+
+    Returns the leaves in the order of the hierarchy, and its nodes.
+    """
+    faces = _hierarchy_nb.surface_leaves(elements, FLATNESS, DEPTH)
+    curves = _hierarchy_nb.curve_leaves(elements, grid, trims, STRETCHES)
+    element, box, bound, low, high = (
+        np.concatenate(pair) for pair in zip(faces, curves, strict=True)
+    )
+    margin = 4.0 * np.finfo(float).eps * float(np.abs(low).max())
+    node_low, node_high, first, count, order = _tree_nb.build(low - margin, high + margin)
+    tree = np.zeros(len(first), NODE)
+    tree["low"], tree["high"], tree["first"], tree["count"] = node_low, node_high, first, count
+    leaves = np.zeros(len(order), LEAF)
+    leaves["element"], leaves["box"], leaves["bound"] = element[order], box[order], bound[order]
+    on_face = leaves["element"] >= 0
+    leaves["patch"][on_face] = elements.table["patch"][leaves["element"][on_face]]
+    leaves["patch"][~on_face] = trims.piece_patch[-1 - leaves["element"][~on_face]]
+    return leaves, tree

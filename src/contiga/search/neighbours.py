@@ -1,0 +1,172 @@
+"""Which element continues the surface across each side, within a patch, a seam or between patches.
+
+Sides are matched by what they are in space: the same end points and the same points between.
+Faces that share a CAD edge without lining up element by element are listed as adjacent patches.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.geometry.body import Body
+from contiga.records import FloatArray, IntArray
+from contiga.search import _sides_nb
+from contiga.search.records import BORDER, CREASE, POLE, SHARED, SMOOTH, Elements, Grid
+
+# Sides closer than this share of the body's size are one side.
+MATCH = 1e-7
+# Sides shorter than this share of the body's size are one point.
+COLLAPSED = 1e-9
+# Normals that differ by less than this (radians) make a smooth joint.
+SMOOTH_ANGLE = 1e-6
+
+
+def join(elements: Elements, grid: Grid, body: Body) -> Grid:
+    """Fill in the sides of `elements`; returns `grid` with the list of touching patches."""
+    table = elements.table
+    points, normals = _sides_nb.sample(elements)  # (n, 4, 5, 3), body axes
+    size = body.size
+    n = len(table)
+    kind = np.full((n, 4), BORDER)
+    neighbour = np.full((n, 4), -1)
+    side = np.zeros((n, 4), int)
+    flip = np.zeros((n, 4), int)
+    collapsed = np.ptp(points, axis=2).max(axis=2) <= COLLAPSED * size
+    _within_patches(grid, neighbour, side)
+    _across(points, collapsed, neighbour, side, flip, MATCH * size)
+    linked = neighbour >= 0
+    kind[linked] = _joint(normals, neighbour, side, flip)[linked]
+    kind[collapsed] = POLE
+    neighbour[collapsed] = -1
+    _mark_shared(table["patch"], body, kind)
+    table["kind"] = kind
+    table["neighbour"] = neighbour
+    table["neighbour_side"] = side
+    table["flip"] = flip
+    table["ring"] = _rings(points[:, :, 0], collapsed, MATCH * size)
+    return _with_adjacency(grid, table["patch"], body, neighbour)
+
+
+def _within_patches(grid: Grid, neighbour: IntArray, side: IntArray) -> None:
+    for row in grid.patches:
+        nu, nv = int(np.ptp(row["u"])) - 1, int(np.ptp(row["v"])) - 1
+        index = int(row["first"]) + np.arange(nu * nv).reshape(nu, nv)
+        for own, other, a, b in (
+            (index[1:], index[:-1], 0, 1),
+            (index[:-1], index[1:], 1, 0),
+            (index[:, 1:], index[:, :-1], 2, 3),
+            (index[:, :-1], index[:, 1:], 3, 2),
+        ):
+            neighbour[own, a] = other
+            side[own, a] = b
+
+
+def _across(
+    points: FloatArray,
+    collapsed: np.ndarray,
+    neighbour: IntArray,
+    side: IntArray,
+    flip: IntArray,
+    tolerance: float,
+) -> None:
+    """Match the open sides of all patches (seams included) by their points in space."""
+    from scipy.spatial import cKDTree
+
+    e, s = np.nonzero((neighbour < 0) & ~collapsed)
+    if len(e) < 2:
+        return
+    curves = points[e, s]  # (m, 5, 3)
+    pairs = cKDTree(curves[:, 2]).query_pairs(tolerance, output_type="ndarray")
+    if len(pairs) == 0:
+        return
+    a, b = curves[pairs[:, 0]], curves[pairs[:, 1]]
+    same = np.abs(a - b).max(axis=(1, 2))
+    turned = np.abs(a - b[:, ::-1]).max(axis=(1, 2))
+    off = np.minimum(same, turned)
+    for k in np.argsort(off, kind="stable"):
+        if off[k] > tolerance:
+            break
+        i, j = pairs[k]
+        if neighbour[e[i], s[i]] >= 0 or neighbour[e[j], s[j]] >= 0:
+            continue  # more than two sides in one place: only the closest pair is joined
+        for own, other in ((i, j), (j, i)):
+            neighbour[e[own], s[own]] = e[other]
+            side[e[own], s[own]] = s[other]
+            flip[e[own], s[own]] = turned[k] < same[k]
+
+
+def _joint(
+    normals: FloatArray, neighbour: IntArray, side: IntArray, flip: IntArray
+) -> np.ndarray:
+    """SMOOTH or CREASE of every side that has a neighbour."""
+    other = normals[neighbour, side]  # rows without a neighbour read nonsense and are not used
+    other = np.where(flip[:, :, None, None] == 1, other[:, :, ::-1], other)
+    sine = np.linalg.norm(np.cross(normals, other), axis=3).max(axis=2)
+    cosine = (normals * other).sum(axis=3).min(axis=2)
+    return np.where((sine < SMOOTH_ANGLE) & (cosine > 0.0), SMOOTH, CREASE)
+
+
+def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntArray:
+    """(n, 4) the next of the sides (element*4 + side) that collapse to the same point."""
+    ring = np.full(collapsed.shape, -1)
+    e, s = np.nonzero(collapsed)
+    if len(e) == 0:
+        return ring
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    pairs = cKDTree(corner[e, s]).query_pairs(tolerance, output_type="ndarray")
+    link = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(e), len(e)))
+    number, label = connected_components(link, directed=False)
+    for pole in range(number):
+        own = np.flatnonzero(label == pole)
+        after = np.roll(own, -1)
+        ring[e[own], s[own]] = 4 * e[after] + s[after]
+    return ring
+
+
+def _mark_shared(patch_of: IntArray, body: Body, kind: IntArray) -> None:
+    """Natural sides on which the topology knows a second face: SHARED instead of BORDER."""
+    shared: dict[tuple[int, int], bool] = {}
+    for edge in body.edges:
+        for use in edge.uses:
+            if use.loop < 0:
+                key = (use.patch, use.index)
+                shared[key] = shared.get(key, True) and len(edge.uses) > 1
+    for (patch, side), both in shared.items():
+        own = patch_of == patch
+        if both:
+            kind[own, side] = np.where(kind[own, side] == BORDER, SHARED, kind[own, side])
+
+
+def _with_adjacency(grid: Grid, patch_of: IntArray, body: Body, neighbour: IntArray) -> Grid:
+    """`grid` with, for each patch, itself and then the patches it touches."""
+    n = len(body.patches)
+    linked: list[set[int]] = [set() for _ in range(n)]
+    touching: list[set[int]] = [set() for _ in range(n)]
+    e, s = np.nonzero(neighbour >= 0)
+    pairs = np.stack([patch_of[e], patch_of[neighbour[e, s]]], axis=1)
+    for i, j in np.unique(pairs, axis=0).tolist():
+        linked[i].add(j)
+    for edge in body.edges:
+        patches = {use.patch for use in edge.uses}
+        for i in patches:
+            touching[i] |= patches
+    adjacent: list[int] = []
+    loose: list[int] = []
+    patches_table = grid.patches.copy()
+    for i in range(n):
+        others = sorted((linked[i] | touching[i]) - {i})
+        patches_table["adjacent"][i] = len(adjacent), len(adjacent) + 1 + len(others)
+        adjacent += [i, *others]
+        loose.append(0)
+        for j in others:
+            whole = body.trims[i] is None and body.trims[j] is None
+            loose.append(int(j in touching[i] and not (j in linked[i] and whole)))
+    return Grid(
+        patches_table,
+        grid.breaks,
+        np.array(adjacent, dtype=np.int32),
+        np.array(loose, dtype=np.int8),
+    )

@@ -1,0 +1,140 @@
+"""Everything the search knows about a body, worked out once: elements, neighbours, hierarchy.
+
+The tables of a body are kept as long as the body lives (`tables_of`).
+"""
+
+from __future__ import annotations
+
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from contiga.geometry import _trim_nb, bezier, trim
+from contiga.geometry.body import Body
+from contiga.records import FloatArray
+from contiga.search.hierarchy import build_hierarchy
+from contiga.search.neighbours import join
+from contiga.search.records import (
+    CUBIC,
+    ELEMENT,
+    PATCH,
+    RATIONAL_CUBIC,
+    Elements,
+    Grid,
+    Records,
+    Tables,
+)
+
+# Monomials lose digits above this degree: such elements are evaluated in Bernstein form.
+MONOMIAL_DEGREE = 5
+# Tangential miss accepted at a foot, relative to the body's size.
+RELATIVE_TOLERANCE = 1e-12
+
+
+_KEPT: WeakKeyDictionary[Body, Tables] = WeakKeyDictionary()
+
+
+def tables_of(body: Body) -> Tables:
+    """The search tables of `body`, built at the first call."""
+    tables = _KEPT.get(body)
+    if tables is None:
+        tables = _KEPT[body] = _build(body)
+    return tables
+
+
+def _build(body: Body) -> Tables:
+    trims = trim.build_trim_tables(body)
+    elements, grid = _elements(body, trims)
+    grid = join(elements, grid, body)
+    leaves, tree = build_hierarchy(elements, grid, trims)
+    scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
+    return Tables(elements, grid, leaves, tree, trims, _open_pieces(body, trims), scale)
+
+
+def _open_pieces(body: Body, trims: trim.TrimTables) -> FloatArray:
+    single = np.array([len(edge.uses) < 2 for edge in body.edges], dtype=bool)
+    edge = np.asarray(trims.piece_edge)
+    is_open = np.ones(len(edge))
+    known = edge >= 0
+    is_open[known] = single[edge[known]]
+    return is_open
+
+
+def monomial_matrix(degree: int) -> FloatArray:
+    """(degree+1, degree+1) from Bernstein coefficients on [0, 1] to powers of x − 1/2."""
+    matrix = np.zeros((degree + 1, degree + 1))
+    low, high = np.array([0.5, -1.0]), np.array([0.5, 1.0])  # 1 − x and x in powers of x − 1/2
+    for k in range(degree + 1):
+        poly = np.ones(1)
+        for _ in range(k):
+            poly = np.convolve(poly, high)
+        for _ in range(degree - k):
+            poly = np.convolve(poly, low)
+        binomial = np.prod([(degree - m) / (m + 1) for m in range(k)])
+        matrix[:, k] = binomial * poly
+    return matrix
+
+
+def _elements(body: Body, trims: trim.TrimTables) -> tuple[Elements, Grid]:
+    grids = [bezier.extract(patch) for patch in body.patches]
+    counts = [g.coefs.shape[0] * g.coefs.shape[1] for g in grids]
+    first = np.concatenate(([0], np.cumsum(counts)))
+    table = np.zeros(int(first[-1]), ELEMENT)
+    patches = np.zeros(len(grids), PATCH)
+    coefs: list[FloatArray] = []
+    breaks: list[FloatArray] = []
+    used = places = 0
+    for k, (patch, g) in enumerate(zip(body.patches, grids, strict=True)):
+        rows = table[first[k] : first[k + 1]]
+        rows["patch"] = k
+        rows["degree"] = patch.degrees
+        rows["components"] = 4 if patch.is_rational else 3
+        rows["box"] = _parameter_boxes(g.u_breaks, g.v_breaks)
+        rows["trim"] = [_trim_nb.box_state(trims, k, *b) for b in rows["box"].tolist()]
+        for part in _fill(rows, g.coefs, used):
+            coefs.append(part)
+            used += part.size
+        u, v = len(g.u_breaks), len(g.v_breaks)
+        patches["u"][k] = places, places + u
+        patches["v"][k] = places + u, places + u + v
+        patches["first"][k] = first[k]
+        breaks += [g.u_breaks, g.v_breaks]
+        places += u + v
+    nothing = np.zeros(0, np.int32), np.zeros(0, np.int8)
+    grid = Grid(patches, np.concatenate(breaks), *nothing)
+    return Elements(table, np.concatenate(coefs)), grid
+
+
+def _fill(rows: Records, coefs: FloatArray, used: int) -> list[FloatArray]:
+    """Coefficients of a patch's elements about an origin of each element's own.
+
+    Fills the rows' origin, cubic, form and places; returns what is to stand in the flat array
+    from place `used` on.
+    """
+    p, q = coefs.shape[2] - 1, coefs.shape[3] - 1
+    net = coefs.reshape(-1, p + 1, q + 1, 4).copy()
+    origin = (net[..., :3] / net[..., 3:]).mean(axis=(1, 2))
+    net[..., :3] -= net[..., 3:] * origin[:, None, None, :]
+    rows["origin"] = origin
+    stride = 4 * (p + 1) * (q + 1)
+    rows["bernstein"] = used + stride * np.arange(len(rows))
+    rows["monomial"] = -1
+    if max(p, q) > MONOMIAL_DEGREE:
+        return [net.ravel()]
+    monomial = np.einsum(
+        "ai,bj,eijc->eabc", monomial_matrix(p), monomial_matrix(q), net, optimize=True
+    )
+    rows["monomial"] = used + net.size + stride * np.arange(len(rows))
+    if max(p, q) <= 3:
+        cubic = np.zeros((len(net), 4, 4, 4))  # element, component, power of s, power of t
+        cubic[:, :, : p + 1, : q + 1] = np.moveaxis(monomial, 3, 1)
+        rows["cubic"] = cubic.reshape(-1, 64)
+        rows["form"] = np.where(rows["components"] == 4, RATIONAL_CUBIC, CUBIC)
+    return [net.ravel(), monomial.ravel()]
+
+
+def _parameter_boxes(u: FloatArray, v: FloatArray) -> FloatArray:
+    """(nu*nv, 4) u0, u1, v0, v1 of the elements between the breaks."""
+    low_u, low_v = np.meshgrid(u[:-1], v[:-1], indexing="ij")
+    high_u, high_v = np.meshgrid(u[1:], v[1:], indexing="ij")
+    return np.stack([a.ravel() for a in (low_u, high_u, low_v, high_v)], axis=1)
