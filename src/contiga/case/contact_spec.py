@@ -20,6 +20,15 @@ class CurveTable(Spec):
     points: list[list[float]]
     extrapolation: Literal["linear", "constant", "error"] = "linear"
 
+    def describe(self) -> str:
+        """In words."""
+        (x0, _), (x1, y1) = self.points[0], self.points[-1]
+        beyond = {"linear": "goes on straight", "constant": "held", "error": "the run stops"}
+        return (
+            f"{len(self.points)} points from x = {x0:g} to ({x1:g}, {y1:g}), "
+            f"{beyond[self.extrapolation]} beyond"
+        )
+
 
 def _as_curve_table(value: Any) -> Any:
     # Numbers and plain tables are short forms: a line through the origin, and linear ends.
@@ -40,10 +49,23 @@ Curve = Annotated[CurveTable, BeforeValidator(_as_curve_table)]
 
 
 class _LawSpec(Spec):
+    kind: str
+
     @cached_property
     def law(self) -> Law:
         """The law."""
         raise NotImplementedError
+
+    def describe(self) -> str:
+        """In words."""
+        given = []
+        for name in type(self).model_fields:
+            value = getattr(self, name)
+            if isinstance(value, CurveTable):
+                given.append(f"{name} {value.describe()}")
+            elif name != "kind" and value is not None:
+                given.append(f"{name} {value}")
+        return f"{self.kind}: {'; '.join(given)}"
 
     @model_validator(mode="after")
     def _law_is_possible(self) -> Self:

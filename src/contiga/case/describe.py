@@ -53,13 +53,13 @@ def _placed(text: str, spec: object) -> str:
 
 
 def _contact(contact: ContactSpec) -> list[tuple[str, str]]:
-    laws: str = contact.law.kind
+    laws = [("  law", contact.law.describe())]
     if contact.master_law is not None:
-        laws += f" (slave) and {contact.master_law.kind} (master)"
+        laws.append(("  master law", contact.master_law.describe()))
     area = "tributary" if contact.area is None else contact.area.describe()
     return [
         (f"contact {contact.title}", f"{contact.slave} against {contact.master}"),
         ("  search", f"{contact.search}, type {contact.type}, on an edge: {contact.on_edge}"),
-        ("  law", laws),
+        *laws,
         ("  area", area),
     ]

@@ -66,6 +66,9 @@ def _words(detail: ErrorDetails) -> dict[str, Any]:
     if kind == "missing":
         return {"what": "is missing"}
     said: dict[str, Any] = {"found": _short(found)}
+    if kind == "list_type" and isinstance(found, Mapping) and len(detail["loc"]) == 1:
+        brackets = f"Write [[{detail['loc'][0]}]] in double brackets: there may be several"
+        return {"what": "must be a list of tables", **said, "remedy": brackets}
     if kind in _TYPES:
         return {"what": f"must be {_TYPES[kind]}", **said}
     if kind == "literal_error":

@@ -96,6 +96,13 @@ TABLE = [
         '{ kind = "translate", table = [[0, 0, 0, 0], [13, "a", 0, 0]] }',
         "slave[0].motion.table[1][1]: must be a number; found 'a'",
     ),
+    swap(
+        "single brackets around a body",
+        "[[body]]",
+        "[body]",
+        "body: must be a list of tables",
+        "Write [[body]] in double brackets",
+    ),
     # ---- choices
     swap(
         "unknown law",

@@ -210,6 +210,7 @@ def test_the_description_says_what_a_run_would_do() -> None:
     assert "pad against plate" in text
     rows = dict(describe(case))
     assert rows["body plate"] == "plane()"
+    assert rows["  law"] == "force: curve 2 points from x = 0 to (1, 2), goes on straight beyond"
     assert rows["slave pad"] == "1 given points"
 
 
