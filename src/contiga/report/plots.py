@@ -99,10 +99,10 @@ def _plain(figure: Any, height: int) -> None:
     figure.update_layout(
         template="none",
         height=height,
-        margin={"l": 62, "r": 14, "t": 34, "b": 50},
+        margin={"l": 62, "r": 14, "t": 52, "b": 50},
         font={"family": FONT, "size": 13, "color": INK},
         hovermode="x",
-        legend={"orientation": "h", "y": 1.14, "x": 0.0, "font": {"size": 12}},
+        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.0, "font": {"size": 12}},
         paper_bgcolor="white",
         plot_bgcolor="white",
     )

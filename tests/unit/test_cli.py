@@ -1,0 +1,245 @@
+"""The command line: what it prints where, and its exit codes."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+import contiga
+import contiga.api
+from contiga import cli
+from contiga.errors import RunError
+
+CASE = """
+title = "Ball and sheet"
+units = { length = "mm", mass = "g", time = "ms" }
+time = { end = 2.0, step = 0.5 }
+[[body]]
+name = "ball"
+geometry = { shape = "sphere", radius = 10.0 }
+motion = { kind = "translate", table = [[0, 0, 0, 11], [1, 0, 0, 9], [2, 0, 0, 11]] }
+[[slave]]
+name = "sheet"
+points = { grid = { shape = "plane", width = 20, length = 20, nu = 9, nv = 9 } }
+[[contact]]
+master = "ball"
+slave = "sheet"
+law = { kind = "force", curve = [[0, 0], [1, 10]] }
+"""
+
+TETRAHEDRON = """OFF
+4 4 0
+0 0 0
+1 0 0
+0 1 0
+0 0 1
+3 0 2 1
+3 0 1 3
+3 0 3 2
+3 1 2 3
+"""
+
+PATCH = """<xml><Geometry type="TensorBSpline2" id="0">
+<Basis type="TensorBSplineBasis2">
+<Basis type="BSplineBasis" index="0"><KnotVector degree="1">0 0 1 1</KnotVector></Basis>
+<Basis type="BSplineBasis" index="1"><KnotVector degree="1">0 0 1 1</KnotVector></Basis>
+</Basis><coefs geoDim="3">0 0 0 2 0 0 0 3 0 2 3 0</coefs></Geometry></xml>
+"""
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> Path:
+    path = tmp_path / "press.toml"
+    path.write_text(CASE, encoding="utf-8")
+    return path
+
+
+class Command:
+    """Runs ``contiga …`` in this process."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+        self._patch, self._capture = monkeypatch, capsys
+
+    def __call__(self, *arguments: object) -> tuple[int, str, str]:
+        """Exit code, standard output, error output."""
+        self._patch.setattr(sys, "argv", ["contiga", *map(str, arguments)])
+        code = 0
+        try:
+            cli.main()
+        except SystemExit as left:
+            code = int(left.code or 0)
+        out, err = self._capture.readouterr()
+        return code, out, err
+
+
+@pytest.fixture
+def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
+    monkeypatch.delenv("CONTIGA_DEBUG", raising=False)
+    return Command(monkeypatch, capsys)
+
+
+def one_message(err: str) -> str:
+    """The error message, which must be the only line and no traceback."""
+    lines = err.strip().splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("contiga: error: ")
+    return lines[0]
+
+
+def test_version(command: Command) -> None:
+    assert command("--version") == (0, f"contiga {contiga.__version__}\n", "")
+
+
+@pytest.mark.parametrize("arguments", [["nonsense"], ["run"], ["run", "a.toml", "--fast"]])
+def test_wrong_usage_leaves_with_two(command: Command, arguments: list[str]) -> None:
+    code, out, err = command(*arguments)
+    assert code == 2
+    assert out == ""
+    assert "Usage" in err
+
+
+def test_run_writes_the_whole_folder(command: Command, case: Path, tmp_path: Path) -> None:
+    out = tmp_path / "results"
+    code, text, _ = command("run", case, "-o", out)
+    assert code == 0
+    names = {path.name for path in out.iterdir()}
+    assert {"history.csv", "fields.vtkhdf", "summary.json", "case.toml", "report.html"} <= names
+    assert not [name for name in names if name.startswith(".")]
+    assert "peak force 10" in text
+    assert f"report: {out / 'report.html'}" in text
+
+
+def test_run_without_out_writes_beside_the_case(command: Command, case: Path) -> None:
+    assert command("run", case, "--quiet") == (0, "", "")
+    assert (case.parent / "press_out" / "history.csv").is_file()
+
+
+def test_finished_run_resumes_to_the_same_history(command: Command, case: Path) -> None:
+    command("run", case, "--quiet")
+    history = case.parent / "press_out" / "history.csv"
+    before = history.read_text(encoding="utf-8").splitlines()
+    assert command("run", case, "--quiet", "--resume")[0] == 0
+    after = history.read_text(encoding="utf-8").splitlines()
+    clock = before[0].split(",").index("wall_time")
+    for one, two in zip(before, after, strict=True):
+        first, second = one.split(","), two.split(",")
+        assert first[:clock] + first[clock + 1 :] == second[:clock] + second[clock + 1 :]
+
+
+def test_check_says_what_a_run_would_do_and_writes_nothing(command: Command, case: Path) -> None:
+    code, out, err = command("check", case)
+    assert code == 0
+    assert err == ""
+    for text in ("Ball and sheet", "sphere(radius = 10.0)", "4 steps", "ready to run"):
+        assert text in out
+    assert list(case.parent.iterdir()) == [case]
+
+
+@pytest.mark.parametrize("name", ["run", "check"])
+def test_wrong_case_is_one_message_and_leaves_nothing(
+    command: Command, case: Path, name: str
+) -> None:
+    case.write_text(CASE.replace("radius = 10.0", "radiuss = 10.0"), encoding="utf-8")
+    code, out, err = command(name, case)
+    assert code == 2
+    assert out == ""
+    assert "radiuss" in one_message(err)
+    assert "radius" in err.replace("radiuss", "")
+    assert list(case.parent.iterdir()) == [case]
+
+
+@pytest.mark.parametrize("name", ["run", "check", "info", "report"])
+def test_missing_file_is_one_message(command: Command, tmp_path: Path, name: str) -> None:
+    code, out, err = command(name, tmp_path / "nowhere.toml")
+    assert code == 2
+    assert out == ""
+    assert "nowhere.toml" in one_message(err)
+
+
+def test_output_folder_of_something_else_is_refused(command: Command, case: Path) -> None:
+    foreign = case.parent / "thesis"
+    foreign.mkdir()
+    (foreign / "chapter1.txt").write_text("my work", encoding="utf-8")
+    code, _, err = command("run", case, "-o", foreign, "--quiet")
+    assert code == 2
+    assert "thesis" in one_message(err)
+    assert [path.name for path in foreign.iterdir()] == ["chapter1.txt"]
+
+
+def raising(error: BaseException):
+    def run(*_: object, **__: object) -> None:
+        raise error
+
+    return run
+
+
+def test_run_that_fails_leaves_with_one(
+    command: Command, case: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(contiga.api, "run", raising(RunError("no convergence")))
+    code, _, err = command("run", case)
+    assert code == 1
+    assert one_message(err) == "contiga: error: no convergence"
+
+
+def test_unexpected_failure_says_how_to_see_more(
+    command: Command, case: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(contiga.api, "run", raising(ZeroDivisionError("a\nb")))
+    code, _, err = command("run", case)
+    assert code == 1
+    assert "ZeroDivisionError: a" in one_message(err)
+    assert "CONTIGA_DEBUG=1" in err
+    monkeypatch.setenv("CONTIGA_DEBUG", "1")
+    with pytest.raises(ZeroDivisionError):
+        command("run", case)
+
+
+def test_stopped_run_says_how_to_go_on(
+    command: Command, case: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(contiga.api, "run", raising(KeyboardInterrupt()))
+    code, _, err = command("run", case)
+    assert code == 130
+    assert f"contiga run {case} -o {case.parent / 'press_out'} --resume" in err.replace("\n", " ")
+
+
+def test_info_of_a_mesh_counts(command: Command, tmp_path: Path) -> None:
+    path = tmp_path / "tetrahedron.off"
+    path.write_text(TETRAHEDRON, encoding="utf-8")
+    code, out, _ = command("info", path)
+    assert code == 0
+    facts = dict(line.split(maxsplit=1) for line in out.splitlines() if " " in line.strip())
+    assert facts["nodes"].strip() == "4"
+    assert facts["facets"].strip() == "4"
+    assert float(facts["area"]) == pytest.approx(1.5 + 3**0.5 / 2, rel=1e-5)
+
+
+def test_info_of_cad_names_patches_and_area(command: Command, tmp_path: Path) -> None:
+    path = tmp_path / "patch.xml"
+    path.write_text(PATCH, encoding="utf-8")
+    code, out, _ = command("info", path)
+    assert code == 0
+    facts = dict(line.split(maxsplit=1) for line in out.splitlines() if " " in line.strip())
+    assert facts["patches"].strip() == "1"
+    assert float(facts["area"].split()[0]) == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize("suffix", [".step", ".iges", ".xml", ".3dm", ".off", ".vtu"])
+def test_info_of_garbage_is_one_message(command: Command, tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"garbage{suffix}"
+    path.write_bytes(b"\x00garbage\xff" * 20)
+    code, out, err = command("info", path)
+    assert code == 2
+    assert out == ""
+    assert "garbage" in one_message(err)
+
+
+def test_report_is_written_again(command: Command, case: Path) -> None:
+    command("run", case, "--quiet")
+    page = case.parent / "press_out" / "report.html"
+    page.unlink()
+    assert command("report", page.parent) == (0, f"report: {page}\n", "")
+    assert page.is_file()
