@@ -108,6 +108,17 @@ SHELLS: dict[str, int] = {
 }
 """Surface cells and their numbers of corners."""
 
+N_NODES: dict[str, int] = {
+    "triangle": 3,
+    "triangle6": 6,
+    "triangle7": 7,
+    "quad": 4,
+    "quad8": 8,
+    "quad9": 9,
+    **{kind: solid.n_nodes for kind, solid in SOLIDS.items()},
+}
+"""Nodes of one cell of each kind."""
+
 _FACE_KINDS = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}
 
 _SPLITS: dict[str, tuple[Face, ...]] = {

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.errors import FileError, MeshError
-from contiga.io.cells import SHELLS, SOLIDS
+from contiga.errors import FileError, InputError, MeshError
+from contiga.io.cells import N_NODES, SHELLS, SOLIDS
+from contiga.io.guarded import GuardedFile, GuardedText
 from contiga.io.raw import Group, RawMesh
 from contiga.io.skin import CellBlock
 from contiga.records import FloatArray
@@ -36,20 +37,26 @@ _PART_NUMBERS = (
 )
 _PASSED_OVER = ("vertex", "line")
 _MESSAGE_LENGTH = 300
+# meshio's readers of these never end on damaged files: wkt is lost in a regular expression and
+# tetgen opens its two files itself.
+_NOT_READ = {"wkt", "tetgen"}
+# These ask for line after line at the end of a file cut short, but take an open file.
+_SPINNING = {"off": "r", "tecplot": "r", "mdpa": "rb", "ansys": "rb"}
 
 
 def suffixes() -> list[str]:
-    """File endings meshio has a reader for."""
+    """File endings that can be read."""
     import meshio
 
-    return sorted(meshio.extension_to_filetypes)
+    known = meshio.extension_to_filetypes.items()
+    return sorted(ending for ending, formats in known if not _NOT_READ.issuperset(formats))
 
 
 def read_with_meshio(path: Path) -> RawMesh:
     """Points, cells and groups of any format meshio reads.
 
-    meshio prints, and on some errors ends the program; here nothing is printed and every failure
-    is a `FileError` with what meshio had to say.
+    meshio prints, on some errors ends the program and on some damaged files never ends; here
+    nothing is printed and every failure is a `FileError` with what meshio had to say.
 
     Raises
     ------
@@ -59,6 +66,15 @@ def read_with_meshio(path: Path) -> RawMesh:
         The mesh has cells of a kind that has no facets here.
     """
     mesh = _read(path)
+    try:
+        return _converted(mesh, path)
+    except (ValueError, IndexError, KeyError, TypeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise _unreadable(path, f"its arrays do not fit together ({error})") from error
+
+
+def _converted(mesh: Any, path: Path) -> RawMesh:
     points = _three_columns(np.asarray(mesh.points), path)
     blocks: list[CellBlock] = []
     place: list[tuple[int, int] | None] = []
@@ -85,32 +101,57 @@ def merge_duplicates(
 
 
 def _read(path: Path) -> Any:
+    """The meshio mesh, from the first of the formats with this suffix that fits."""
     import meshio
 
-    heard = io.StringIO()
-    try:
-        with (
-            contextlib.redirect_stdout(heard),
-            contextlib.redirect_stderr(heard),
-            warnings.catch_warnings(),
-            np.errstate(all="ignore"),
-        ):
-            warnings.simplefilter("ignore")
-            return meshio.read(path)
-    except ImportError as error:
-        raise FileError(
-            f"reading {path.suffix} files needs a package that is not installed",
-            where=str(path),
-            remedy=f"{error}",
-        ) from error
-    except (Exception, SystemExit) as error:
-        # Readers fail in their own ways (KeyError, IndexError, struct.error …) on bad files.
-        said = " ".join(f"{heard.getvalue()} {_words(error)}".split())[:_MESSAGE_LENGTH]
-        raise FileError(
-            f"cannot be read as {path.suffix}: {said}" if said else "cannot be read",
-            where=str(path),
-            allowed="a complete, undamaged mesh file whose content fits its suffix",
-        ) from error
+    endings = ("".join(path.suffixes[-2:]).lower(), path.suffix.lower())
+    formats = next(f for e in endings if (f := meshio.extension_to_filetypes.get(e)))
+    # Of the two formats called .msh, Gmsh is the likelier.
+    failures = []
+    for file_format in sorted(formats, key=lambda name: name != "gmsh"):
+        heard = io.StringIO()
+        try:
+            with (
+                contextlib.redirect_stdout(heard),
+                contextlib.redirect_stderr(heard),
+                warnings.catch_warnings(),
+                np.errstate(all="ignore"),
+                _source(path, file_format) as source,
+            ):
+                warnings.simplefilter("ignore")
+                return meshio.read(source, file_format)
+        except ImportError as error:
+            raise FileError(
+                f"reading {path.suffix} files needs a package that is not installed",
+                where=str(path),
+                remedy=f"{error}",
+            ) from error
+        except (Exception, SystemExit) as error:
+            # Readers fail in their own ways (KeyError, struct.error …) on bad files.
+            failures.append(f"{heard.getvalue()} {_words(error)}")
+    raise _unreadable(path, " ".join(failures[0].split())[:_MESSAGE_LENGTH])
+
+
+@contextlib.contextmanager
+def _source(path: Path, file_format: str) -> Iterator[Any]:
+    """What to hand to meshio: the path, or for readers that spin at its end a guarded file."""
+    mode = _SPINNING.get(file_format)
+    if mode is None:
+        yield path
+        return
+    with GuardedFile(io.FileIO(path)) as binary:
+        if mode == "rb":
+            yield binary
+        else:
+            yield GuardedText(binary, encoding="utf-8", errors="replace")
+
+
+def _unreadable(path: Path, said: str) -> FileError:
+    return FileError(
+        f"cannot be read as {path.suffix}: {said}" if said else "cannot be read",
+        where=str(path),
+        allowed="a complete, undamaged mesh file whose content fits its suffix",
+    )
 
 
 def _words(error: BaseException) -> str:
@@ -144,6 +185,14 @@ def _block(block: Any, n_points: int, path: Path) -> CellBlock | None:
             remedy="Save the mesh with linear or quadratic cells.",
         )
     nodes = np.asarray(block.data, dtype=np.int64)
+    if len(nodes) == 0:
+        nodes = nodes.reshape(0, N_NODES[kind])
+    if nodes.shape != (len(nodes), N_NODES[kind]):
+        raise MeshError(
+            f"a {kind} has {N_NODES[kind]} nodes",
+            where=str(path),
+            found=f"an array of shape {nodes.shape}",
+        )
     check_cells(kind, nodes, n_points, str(path))
     return CellBlock(kind, nodes)
 
