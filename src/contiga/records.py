@@ -45,8 +45,8 @@ class Status(IntEnum):
     """The point has a NaN or infinite coordinate. Mend the input."""
     NO_HIT = 6
     """The segment meets the surface nowhere from its free side (first hit only)."""
-    STARTED_INSIDE = 7
-    """The segment starts on the contact side of the surface at no distance from it."""
+    AT_START = 7
+    """The segment starts on the surface and leads inside: its fraction is 0 (first hit only)."""
 
 
 class ContactStatus(IntEnum):

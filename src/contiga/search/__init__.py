@@ -1,5 +1,7 @@
 """Feet and first hits of points on exact geometry."""
 
+from contiga.search.hits import first_hit
+from contiga.search.inside import contains
 from contiga.search.projection import project
 
-__all__ = ["project"]
+__all__ = ["contains", "first_hit", "project"]

@@ -1,0 +1,301 @@
+"""First entry of a swept point: the segment p0 → p1 against the exact surface.
+
+S(s, t) = p0 + τ (p1 − p0) is solved cell by cell. With M = [S_s, S_t, −d] at the cell's middle,
+every solution in the cell lies within |rows of M⁻¹| · (departure from the tangent plane) of the
+linear one: a cell whose interval misses it is dropped. Where the derivative changes so little
+over the cell that Newton's map contracts (‖M⁻¹ ΔM‖ < 1) there is at most one solution, and
+Newton's method finds it; other cells are halved (interval Newton, Moore, Kearfott & Cloud 2009,
+ch. 8).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contiga.search._element_nb import evaluate, parameters
+from contiga.search._global_nb import in_face
+
+OK, NOT_FINITE, NO_HIT, AT_START = 0, 5, 6, 7
+SMALLEST = 1e-9
+"""Half-size of a cell (local parameters) that is not halved further: the path grazes there."""
+MAX_CELLS = 20000
+INCLUSIVE = 1e-9
+"""Solutions this far outside an element (local parameters) still belong to it."""
+
+
+@njit(cache=True)
+def _segment_meets(node, p, d, limit):
+    """Whether p + τ d, 0 ≤ τ ≤ limit, meets the node's box, and the smallest such τ."""
+    near = 0.0
+    far = limit
+    for c in range(3):
+        low = node["low"][c] - p[c]
+        high = node["high"][c] - p[c]
+        if d[c] == 0.0:
+            if low > 0.0 or high < 0.0:
+                return False, 0.0
+        else:
+            a = low / d[c]
+            b = high / d[c]
+            near = max(near, min(a, b))
+            far = min(far, max(a, b))
+    return near <= far * (1.0 + 1e-12) + 1e-15, near
+
+
+@njit(cache=True)
+def _inverse(h, hs, ht, d, m):
+    """Inverse of [S_s hs, S_t ht, −d] into m[3, 3]; returns False where it is singular."""
+    a0 = h[0, 1] * hs
+    a1 = h[1, 1] * hs
+    a2 = h[2, 1] * hs
+    b0 = h[0, 2] * ht
+    b1 = h[1, 2] * ht
+    b2 = h[2, 2] * ht
+    # Rows of the inverse are the cross products of the other two columns over the determinant.
+    n0 = a1 * b2 - a2 * b1
+    n1 = a2 * b0 - a0 * b2
+    n2 = a0 * b1 - a1 * b0
+    det = -(n0 * d[0] + n1 * d[1] + n2 * d[2])
+    size = math.sqrt((n0 * n0 + n1 * n1 + n2 * n2) * (d[0] ** 2 + d[1] ** 2 + d[2] ** 2))
+    if abs(det) <= 1e-14 * size or size == 0.0:
+        return False
+    i = 1.0 / det
+    m[0, 0] = -(b1 * d[2] - b2 * d[1]) * i
+    m[0, 1] = -(b2 * d[0] - b0 * d[2]) * i
+    m[0, 2] = -(b0 * d[1] - b1 * d[0]) * i
+    m[1, 0] = -(d[1] * a2 - d[2] * a1) * i
+    m[1, 1] = -(d[2] * a0 - d[0] * a2) * i
+    m[1, 2] = -(d[0] * a1 - d[1] * a0) * i
+    m[2, 0] = n0 * i
+    m[2, 1] = n1 * i
+    m[2, 2] = n2 * i
+    return True
+
+
+@njit(cache=True)
+def _row_length(m, i):
+    return math.sqrt(m[i, 0] ** 2 + m[i, 1] ** 2 + m[i, 2] ** 2)
+
+
+@njit(cache=True)
+def _solve(elements, e, cell, start, p, d, h, m):
+    """Newton for (s, t, τ) from `start`; returns converged, s, t, τ, d·normal (unscaled)."""
+    s, t, tau = start
+    width = cell[1] - cell[0]
+    height = cell[3] - cell[2]
+    length = math.sqrt(d[0] ** 2 + d[1] ** 2 + d[2] ** 2)
+    for _ in range(12):
+        evaluate(elements, e, s, t, h)
+        if not _inverse(h, 1.0, 1.0, d, m):
+            return False, s, t, tau, 0.0
+        r0 = p[0] + tau * d[0] - h[0, 0]
+        r1 = p[1] + tau * d[1] - h[1, 0]
+        r2 = p[2] + tau * d[2] - h[2, 0]
+        ds = m[0, 0] * r0 + m[0, 1] * r1 + m[0, 2] * r2
+        dt = m[1, 0] * r0 + m[1, 1] * r1 + m[1, 2] * r2
+        dtau = m[2, 0] * r0 + m[2, 1] * r1 + m[2, 2] * r2
+        s = min(max(s + ds, cell[0] - width), cell[1] + width)
+        t = min(max(t + dt, cell[2] - height), cell[3] + height)
+        tau += dtau
+        miss = math.sqrt(r0 * r0 + r1 * r1 + r2 * r2)
+        if abs(ds) < 1e-13 and abs(dt) < 1e-13 and abs(dtau) < 1e-13 or miss < 1e-15 * length:
+            n0 = h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2]
+            n1 = h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2]
+            n2 = h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2]
+            return True, s, t, tau, n0 * d[0] + n1 * d[1] + n2 * d[2]
+    return False, s, t, tau, 0.0
+
+
+@njit(cache=True)
+def _search_leaf(elements, trims, leaf, path, best, found, work):
+    """Smallest fraction below `best` at which the path enters through one leaf.
+
+    `path` is (p0, d, slack): slack is how far before its start (in fractions) a hit still counts.
+    Fills `found` with element, s, t; returns the fraction.
+    """
+    stack, h, m = work
+    p0, d, slack = path
+    e = leaf["element"]
+    k = leaf["bound"]
+    origin = elements.table[e]["origin"]
+    p = (p0[0] - origin[0], p0[1] - origin[1], p0[2] - origin[2])
+    for c in range(4):
+        stack[0, c] = leaf["box"][c]
+    top = 1
+    opened = 0
+    while top > 0:
+        top -= 1
+        opened += 1
+        s0, s1, t0, t1 = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
+        sc = 0.5 * (s0 + s1)
+        tc = 0.5 * (t0 + t1)
+        hs = 0.5 * (s1 - s0)
+        ht = 0.5 * (t1 - t0)
+        evaluate(elements, e, sc, tc, h)
+        r0 = p[0] - h[0, 0]
+        r1 = p[1] - h[1, 0]
+        r2 = p[2] - h[2, 0]
+        # The part of the path nearest to the cell's middle must come within its radius.
+        kx = k[0] * hs
+        ky = k[1] * ht
+        dd = d[0] ** 2 + d[1] ** 2 + d[2] ** 2
+        tau = -(r0 * d[0] + r1 * d[1] + r2 * d[2]) / dd
+        tau = min(max(tau, -slack), min(1.0 + slack, best))
+        a0 = r0 + tau * d[0]
+        a1 = r1 + tau * d[1]
+        a2 = r2 + tau * d[2]
+        if a0 * a0 + a1 * a1 + a2 * a2 > ((kx + ky) * (1.0 + 1e-9)) ** 2:
+            continue
+        kxx = k[2] * hs * hs
+        kxy = k[3] * hs * ht
+        kyy = k[4] * ht * ht
+        bend = 0.5 * (kxx + kyy) + kxy
+        n0 = h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2]
+        n1 = h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2]
+        n2 = h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2]
+        n = math.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
+        if n > 0.0:
+            # Both ends on the same side of the slab that holds the cell.
+            w = (r0 * n0 + r1 * n1 + r2 * n2) / n
+            w1 = w + (d[0] * n0 + d[1] * n1 + d[2] * n2) / n
+            pad = bend + slack * math.sqrt(dd)
+            if (w > pad and w1 > pad) or (w < -pad and w1 < -pad):
+                continue
+        unique = False
+        start = (sc, tc, tau)
+        if _inverse(h, hs, ht, d, m):
+            x = m[0, 0] * r0 + m[0, 1] * r1 + m[0, 2] * r2
+            y = m[1, 0] * r0 + m[1, 1] * r1 + m[1, 2] * r2
+            z = m[2, 0] * r0 + m[2, 1] * r1 + m[2, 2] * r2
+            g0 = _row_length(m, 0)
+            g1 = _row_length(m, 1)
+            g2 = _row_length(m, 2)
+            tiny = INCLUSIVE / min(hs, ht)
+            if (
+                abs(x) - g0 * bend > 1.0 + tiny
+                or abs(y) - g1 * bend > 1.0 + tiny
+                or z + g2 * bend < -slack
+                or z - g2 * bend > min(best, 1.0 + slack)
+            ):
+                continue
+            unique = max(g0, g1, g2 * 1.0) * (kxx + 2.0 * kxy + kyy) < 1.0
+            start = (sc + min(max(x, -1.0), 1.0) * hs, tc + min(max(y, -1.0), 1.0) * ht, z)
+        if unique or max(hs, ht) < SMALLEST:
+            good, s, t, tau, entering = _solve(elements, e, (s0, s1, t0, t1), start, p, d, h, m)
+            inside = (
+                s >= s0 - INCLUSIVE
+                and s <= s1 + INCLUSIVE
+                and t >= t0 - INCLUSIVE
+                and t <= t1 + INCLUSIVE
+                and tau >= -slack
+                and tau <= 1.0 + slack
+            )
+            if good and inside and entering < 0.0 and tau < best:
+                s = min(max(s, -0.5), 0.5)
+                t = min(max(t, -0.5), 0.5)
+                if in_face(elements, trims, e, s, t):
+                    best = tau
+                    found[0] = e
+                    found[1] = s
+                    found[2] = t
+            continue
+        if opened > MAX_CELLS or top > 61:
+            continue
+        if kx >= ky:
+            stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = s0, sc, t0, t1
+            stack[top + 1, 0], stack[top + 1, 1] = sc, s1
+            stack[top + 1, 2], stack[top + 1, 3] = t0, t1
+        else:
+            stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = s0, s1, t0, tc
+            stack[top + 1, 0], stack[top + 1, 1] = s0, s1
+            stack[top + 1, 2], stack[top + 1, 3] = tc, t1
+        top += 2
+    return best
+
+
+@njit(cache=True)
+def first_entry(tables, p0, p1, found, work):
+    """Smallest fraction of p0 → p1 at which the path enters the body from its free side.
+
+    Returns infinity where it does not. `found` takes element, s, t.
+    """
+    tree = tables.tree
+    leaves = tables.leaves
+    elements = tables.elements
+    trims = tables.trims
+    d = (p1[0] - p0[0], p1[1] - p0[1], p1[2] - p0[2])
+    length = math.sqrt(d[0] ** 2 + d[1] ** 2 + d[2] ** 2)
+    if length == 0.0 or leaves.shape[0] == 0:
+        return math.inf
+    slack = tables.scale[1] / length
+    path = (p0, d, slack)
+    best = math.inf
+    nodes = np.empty(128, np.int64)
+    entry = np.empty(128)
+    meets, near = _segment_meets(tree[0], p0, d, 1.0)
+    top = 0
+    if meets:
+        nodes[0] = 0
+        entry[0] = near
+        top = 1
+    while top > 0:
+        top -= 1
+        if entry[top] > best + slack:
+            continue
+        node = tree[nodes[top]]
+        n = node["count"]
+        first = node["first"]
+        if n == 0:
+            limit = min(1.0, best)
+            a, near_a = _segment_meets(tree[first], p0, d, limit)
+            b, near_b = _segment_meets(tree[first + 1], p0, d, limit)
+            swap = 1 if a and b and near_a <= near_b else 0  # the nearer child goes on top
+            for i in range(2):
+                child = i ^ swap
+                if (a, b)[child]:
+                    nodes[top] = first + child
+                    entry[top] = (near_a, near_b)[child]
+                    top += 1
+            continue
+        for k in range(first, first + n):
+            if leaves[k]["element"] >= 0:
+                best = _search_leaf(elements, trims, leaves[k], path, best, found, work)
+    return best
+
+
+@njit(cache=True, nogil=True)
+def first_hits(tables, p0, p1, rows, out, start, stop):
+    """First entries of the segments p0[rows] → p1[rows], rows start … stop, into `out`."""
+    work = (np.empty((64, 4)), np.empty((4, 6)), np.empty((3, 3)))
+    found = np.empty(3)
+    for i in range(start, stop):
+        k = rows[i]
+        a = (p0[k, 0], p0[k, 1], p0[k, 2])
+        b = (p1[k, 0], p1[k, 1], p1[k, 2])
+        out.patch[k] = -1
+        out.fraction[k] = math.nan
+        for c in range(2):
+            out.uv[k, c] = math.nan
+        for c in range(3):
+            out.point[k, c] = math.nan
+        if not math.isfinite(a[0] + a[1] + a[2] + b[0] + b[1] + b[2]):
+            out.status[k] = NOT_FINITE
+            continue
+        tau = first_entry(tables, a, b, found, work)
+        if not math.isfinite(tau):
+            out.status[k] = NO_HIT
+            continue
+        e = int(found[0])
+        u, v = parameters(tables.elements, e, found[1], found[2])
+        h = work[1]
+        evaluate(tables.elements, e, found[1], found[2], h)
+        out.fraction[k] = min(max(tau, 0.0), 1.0)
+        out.patch[k] = tables.elements.table[e]["patch"]
+        out.uv[k, 0] = u
+        out.uv[k, 1] = v
+        for c in range(3):
+            out.point[k, c] = h[c, 0] + tables.elements.table[e]["origin"][c]
+        out.status[k] = AT_START if tau <= 0.0 else OK

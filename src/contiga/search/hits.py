@@ -1,0 +1,61 @@
+"""First entry of moving points into a body."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import InputError
+from contiga.geometry.body import Body
+from contiga.num.arrays import as_points
+from contiga.num.threads import run_ranges
+from contiga.records import Hit
+from contiga.search import _hit_nb
+from contiga.search.tables import tables_of
+
+# Segments below which a second thread does not pay.
+SEGMENTS = 256
+
+
+def empty_hit(n: int) -> Hit:
+    """A record of n hits to be filled."""
+    return Hit(
+        np.empty(n), np.empty(n, np.int32), np.empty((n, 2)), np.empty((n, 3)), np.empty(n, np.int8)
+    )
+
+
+def first_hit(body: Body, p0: ArrayLike, p1: ArrayLike) -> Hit:
+    """Where each segment p0 → p1 first enters `body` from its free side.
+
+    Interval Newton on S(u, v) = p0 + τ (p1 − p0) over the hierarchy: the smallest τ in [0, 1]
+    with (p1 − p0)·n < 0, both ends included.
+
+    Parameters
+    ----------
+    p0, p1 : (n, 3) float64, length, body frame
+
+    Returns
+    -------
+    Hit
+        fraction τ, NaN with status NO_HIT where the path does not enter; AT_START where it
+        starts on the surface.
+
+    Raises
+    ------
+    InputError
+        Arrays that are not (n, 3) or differ in n.
+    """
+    a_B = as_points(p0, "p0")
+    b_B = as_points(p1, "p1")
+    if a_B.shape != b_B.shape:
+        raise InputError(
+            "segments need as many ends as starts",
+            where="p1",
+            found=b_B.shape,
+            allowed=str(a_B.shape),
+        )
+    out = empty_hit(len(a_B))
+    rows = np.arange(len(a_B), dtype=np.int32)
+    tables = tables_of(body)
+    run_ranges(_hit_nb.first_hits, len(rows), SEGMENTS, tables, a_B, b_B, rows, out)
+    return out
