@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError, InputError
 from contiga.geometry import transform
-from contiga.geometry.flatness import first_derivative_bounds
+from contiga.geometry.slopes import first_derivative_bounds
 from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
 

@@ -14,14 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import GeometryError, InputError
+from contiga.geometry._chord_nb import elements_within
 from contiga.geometry.bezier import BezierGrid, extract
-from contiga.geometry.flatness import second_derivative_bounds
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trimesh import TriMesh
 from contiga.records import FloatArray
 
 MAX_CELLS = 20_000_000
 _WELD = 1e-12
+# Samples of the curvature in each direction of an element.
+_SAMPLES = 4
+# How much finer an element is cut where the proof fails.
+_STEP = 1.15
 
 
 def tessellate(
@@ -80,28 +84,71 @@ def grid_mesh(surface: NurbsSurface, u: FloatArray, v: FloatArray, weld: bool = 
 def chord_grid(surface: NurbsSurface, tol: float) -> tuple[FloatArray, FloatArray]:
     """Parameters (u, v) of a grid whose triangles stay within the distance `tol`.
 
-    A linear triangle with legs a and b in parameters misses the surface by at most
-    ``(a²|S_uu| + 2ab|S_uv| + b²|S_vv|) / 8`` (Filip, Magedson and Markot 1986). The second
-    derivatives are bounded by Bernstein coefficients, so the tolerance is kept for certain.
+    Counts come from the curvature at samples (Filip, Magedson and Markot 1986: a triangle with
+    legs a and b in parameters misses by about ``(a²|S_uu| + 2ab|S_uv| + b²|S_vv|) / 8``, of
+    which only parts across the surface and its iso-lines matter). Each cell is then proved to be
+    within `tol` by its control points, and cut finer until it is.
     """
     _checked_tolerance(tol)
-    bounds, u_breaks, v_breaks = second_derivative_bounds(surface)
-    rows = np.ones(u_breaks.size - 1)
-    columns = np.ones(v_breaks.size - 1)
+    size = float(np.ptp(surface.bounds(), axis=0).max())
+    # Rounding of the proof itself, not to be mistaken for a miss.
+    allowed = tol + 1e-13 * size
+    coefs, u_breaks, v_breaks = extract(surface.translated(-surface.bounds().mean(axis=0)))
+    bend = _bends(surface, u_breaks, v_breaks)
+    rows, columns = _estimated(bend, tol)
+    missed = np.ones((rows.size, columns.size), dtype=np.bool_)
     while True:
-        uu = bounds[0] / rows[:, None] ** 2
-        uv = bounds[1] / (rows[:, None] * columns)
-        vv = bounds[2] / columns**2
-        excess = (uu + 2.0 * uv + vv) / (8.0 * tol)
+        elements_within(coefs, rows.astype(np.int64), columns.astype(np.int64), allowed, missed)
+        if not missed.any():
+            return _subdivided(u_breaks, rows), _subdivided(v_breaks, columns)
+        uu, vv = bend[0] / rows[:, None] ** 2, bend[2] / columns**2
+        by_row = (missed & (uu >= vv)).any(axis=1)
+        by_column = (missed & (uu <= vv)).any(axis=0)
+        rows = np.where(by_row, np.maximum(rows + 1.0, np.floor(_STEP * rows)), rows)
+        columns = np.where(by_column, np.maximum(columns + 1.0, np.floor(_STEP * columns)), columns)
+        _checked_size(float(rows.sum()), float(columns.sum()), tol)
+        missed |= by_row[:, None] | by_column
+
+
+def _estimated(bend: FloatArray, tol: float) -> tuple[FloatArray, FloatArray]:
+    """Cuts of each element row and column that the sampled curvature asks for."""
+    rows, columns = np.ones(bend.shape[1]), np.ones(bend.shape[2])
+    while True:
+        uu, vv = bend[0] / rows[:, None] ** 2, bend[2] / columns**2
+        excess = (uu + 2.0 * bend[1] / (rows[:, None] * columns) + vv) / (8.0 * tol)
         if (excess <= 1.0).all():
-            break
+            return rows, columns
         # The direction that adds more to a bad cell is cut finer, by about the missing factor.
         by_row = np.where((excess > 1.0) & (uu >= vv), excess, 0.0).max(axis=1)
         by_column = np.where((excess > 1.0) & (uu <= vv), excess, 0.0).max(axis=0)
-        rows = _finer(rows, by_row)
-        columns = _finer(columns, by_column)
+        rows, columns = _finer(rows, by_row), _finer(columns, by_column)
         _checked_size(float(rows.sum()), float(columns.sum()), tol)
-    return _subdivided(u_breaks, rows), _subdivided(v_breaks, columns)
+
+
+def _bends(surface: NurbsSurface, u: FloatArray, v: FloatArray) -> FloatArray:
+    """(3, nu, nv) largest sampled bend of each element: across the u-lines, n·S_uv, the v-lines.
+
+    For parameters that run from 0 to 1 in each element.
+    """
+    # Samples keep off the borders: derivatives there may belong to the next element.
+    shares = np.concatenate([[1e-6], np.arange(1, _SAMPLES) / _SAMPLES, [1.0 - 1e-6]])
+    at = [(b[:-1, None] + np.diff(b)[:, None] * shares).ravel() for b in (u, v)]
+    uv = np.stack(np.meshgrid(*at, indexing="ij"), -1).reshape(-1, 2)
+    D = surface.derivatives(uv, 2)
+    across = np.abs((surface.normal(uv) * D[:, 1, 1]).sum(axis=1))
+    values = np.array([_across(D[:, 2, 0], D[:, 1, 0]), across, _across(D[:, 0, 2], D[:, 0, 1])])
+    values = np.nan_to_num(values, nan=0.0)
+    blocks = values.reshape(3, u.size - 1, shares.size, v.size - 1, shares.size)
+    a, b = np.diff(u)[:, None], np.diff(v)
+    return np.asarray(blocks.max(axis=(2, 4)) * np.array([a**2 + 0 * b, a * b, b**2 + 0 * a]))
+
+
+def _across(second: FloatArray, first: FloatArray) -> FloatArray:
+    """Length (k,) of the part of `second` across the direction of `first`."""
+    square = (first * first).sum(axis=1, keepdims=True)
+    along = (second * first).sum(axis=1, keepdims=True)
+    share = np.divide(along, square, out=np.zeros_like(along), where=square > 0.0)
+    return np.asarray(np.linalg.norm(second - share * first, axis=1))
 
 
 def net_grid(surface: NurbsSurface, tol: float) -> tuple[FloatArray, FloatArray]:

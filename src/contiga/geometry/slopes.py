@@ -1,8 +1,8 @@
-"""How fast a surface runs and bends: rigorous bounds on its first and second derivatives.
+"""How fast a surface runs: rigorous bounds on its first derivatives.
 
-The derivatives of a rational element are ``N / w²`` and ``N / w³`` with polynomials N. Their
-Bernstein coefficients are found by exact products, so the largest length is a true bound, with
-none of the cancellation lost that a bound term by term would lose.
+Those of a rational element are ``N / w²`` with a polynomial N. Its Bernstein coefficients are found
+by exact products, so the largest length is a true bound, with none of the cancellation lost that a
+bound term by term would lose.
 """
 
 from __future__ import annotations
@@ -14,33 +14,16 @@ from contiga.geometry.bezier import extract
 from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
 
-# Elements are cut in so many parts each way before they are bounded, which tightens the bound.
-_PARTS = 2
-
-
-def second_derivative_bounds(
-    surface: NurbsSurface,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Bounds on |S_uu|, |S_uv| and |S_vv| over each element.
-
-    Returns
-    -------
-    bounds : (3, nu, nv), for parameters that run from 0 to 1 in each element
-    u_breaks, v_breaks : (nu + 1,) and (nv + 1,) borders of the elements
-    """
-    coefs, u_breaks, v_breaks = _elements(surface, _PARTS)
-    bounds = _second_rational(coefs) if surface.is_rational else _second(coefs[..., :3])
-    nu, nv = bounds.shape[1] // _PARTS, bounds.shape[2] // _PARTS
-    of_parts = bounds.reshape(3, nu, _PARTS, nv, _PARTS).max(axis=(2, 4))
-    return of_parts * _PARTS**2, u_breaks[::_PARTS], v_breaks[::_PARTS]
-
 
 def first_derivative_bounds(
     surface: NurbsSurface, parts: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Bounds (2, nu, nv) on |S_u| and |S_v| over elements cut in `parts` each way, and borders.
 
-    As `second_derivative_bounds`; the borders returned are those of the parts.
+    Returns
+    -------
+    bounds : (2, nu, nv), for parameters that run from 0 to 1 in each part
+    u_breaks, v_breaks : (nu + 1,) and (nv + 1,) borders of the parts
     """
     coefs, u_breaks, v_breaks = _elements(surface, parts)
     A, w = coefs[..., :3], coefs[..., 3:]
@@ -91,25 +74,6 @@ def _binomials(p: int, q: int) -> FloatArray:
 def _largest(coefs: FloatArray) -> FloatArray:
     """Largest length of the coefficients of each element."""
     return np.asarray(np.linalg.norm(coefs, axis=-1).max(axis=(-2, -1)))
-
-
-def _second(coefs: FloatArray) -> FloatArray:
-    u, v = _slope(coefs, 2), _slope(coefs, 3)
-    return np.array([_largest(_slope(u, 2)), _largest(_slope(u, 3)), _largest(_slope(v, 3))])
-
-
-def _second_rational(coefs: FloatArray) -> FloatArray:
-    """With S = A / w: S_u = F / w², F = A_u w − A w_u, and S_ua = (F_a w − 2 F w_a) / w³."""
-    A, w = coefs[..., :3], coefs[..., 3:]
-    smallest = w.min(axis=(2, 3, 4)) ** 3
-    w_u, w_v = _raised(_slope(w, 2), w), _raised(_slope(w, 3), w)
-    F, G = _numerator(A, w, 2), _numerator(A, w, 3)
-    second = (
-        _product(_raised(_slope(F, 2), F), w) - 2.0 * _product(F, w_u),
-        _product(_raised(_slope(F, 3), F), w) - 2.0 * _product(F, w_v),
-        _product(_raised(_slope(G, 3), G), w) - 2.0 * _product(G, w_v),
-    )
-    return np.array([_largest(N) / smallest for N in second])
 
 
 def _numerator(A: FloatArray, w: FloatArray, axis: int) -> FloatArray:
