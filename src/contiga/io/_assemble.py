@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,6 @@ from contiga.geometry.body import UNTRIMMED, Body, BodyEdge, EdgeUse, mirrored
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
 from contiga.io._loops import Loop, Sides, Strand, ends, gaps
-from contiga.records import FloatArray
 
 BRIDGED = 1e-9
 """Gaps in a loop above this share of the domain get a straight closing piece."""
@@ -137,9 +137,27 @@ def bridged(loop: Loop, surface: NurbsSurface) -> Loop:
     return result
 
 
-def open_by(loop: Loop, speed: FloatArray) -> float:
-    """Largest gap of a loop as a length in space, with |S_u|, |S_v| at most `speed`."""
-    return float(np.linalg.norm(gaps(loop) * speed, axis=1).max())
+def merged(bodies: list[Body], path: Path, unit: str | None) -> Body:
+    """All faces of `bodies` as one body named after the file.
+
+    Raises
+    ------
+    FileError
+        No bodies.
+    """
+    if not bodies:
+        Assembly(str(path)).body(path.stem, lambda _: None, unit)
+    patches: list[NurbsSurface] = []
+    trims: list[tuple[tuple[NurbsCurve, ...], ...] | None] = []
+    edges: list[BodyEdge] = []
+    for body in bodies:
+        first = len(patches)
+        patches += body.patches
+        trims += body.trims
+        for edge in body.edges:
+            uses = tuple(use._replace(patch=use.patch + first) for use in edge.uses)
+            edges.append(edge._replace(uses=uses))
+    return Body(patches, path.stem, trims, edges, unit)
 
 
 def warn(message: str) -> None:

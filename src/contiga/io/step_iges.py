@@ -14,21 +14,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.errors import FileError, UnitError
+from contiga.errors import FileError
 from contiga.geometry.body import Body
 from contiga.io import _occ_geometry as occ
-from contiga.io._assemble import Assembly, Edge, open_by, warn
+from contiga.io._assemble import Assembly, Edge, warn
 from contiga.io._loops import (
     Loop,
     Sides,
     Strand,
     aligned,
     chained,
+    ends,
     exact_box,
+    gaps,
     rectangle_sides,
 )
 from contiga.io._warp import bent
-from contiga.io.units import length_factor
+from contiga.io.units import length_factor, short_name
 from contiga.records import FloatArray
 
 OCC_UNIT = "mm"
@@ -79,21 +81,15 @@ def read_step_iges(path: Path, file_unit: str | None, unit: str | None) -> Body:
     with quiet():
         found = _transfer_iges(path) if is_iges(path) else _transfer_step(path)
         own = file_unit or found.unit
-        target = unit or own
-        # OpenCASCADE has multiplied by the unit the file states; file_unit overrides that one.
-        scale = 1.0 if found.unit is None else length_factor(OCC_UNIT, found.unit, str(path))
-        if own is not None and target is not None:
-            scale = _product(scale, length_factor(own, target, str(path)))
-        elif unit is not None:
-            raise UnitError(
-                "the file does not say its length unit",
-                where=str(path),
-                remedy="Give it with file_unit.",
-            )
-        return _body(found.shape, path, scale, target)
+        # OpenCASCADE has multiplied by the unit the file states, which file_unit overrides.
+        stated = 1.0 if found.unit is None else length_factor(OCC_UNIT, found.unit, str(path))
+        wanted = length_factor(own, unit, str(path)) if own and unit else 1.0
+        result = short_name(unit or own) if own else None
+        return _body(found.shape, path, _product(stated, wanted), result)
 
 
 def _product(a: float, b: float) -> float:
+    """a · b to the 15 digits that units are known to: 0.001 · 1000 is 1."""
     return float(f"{a * b:.15g}")
 
 
@@ -165,7 +161,7 @@ def _body(shape: Any, path: Path, scale: float, unit: str | None) -> Body:
         number = 0
         while explorer.More():
             face = TopoDS.Face(explorer.Current())
-            _add_face(assembly, face, edges, scale, f"{path}, face {number}")
+            add_face(assembly, face, edges, scale, f"{path}, face {number}")
             explorer.Next()
             number += 1
 
@@ -190,7 +186,8 @@ def _edge(edge: Any, scale: float) -> Edge | None:
     return Edge(occ.curve3d_from(curve, first, last, scale), tolerance)
 
 
-def _add_face(assembly: Assembly, face: Any, edges: Any, scale: float, where: str) -> None:
+def add_face(assembly: Assembly, face: Any, edges: Any, scale: float, where: str) -> None:
+    """Convert a TopoDS_Face and add it; ``edges.Add(edge)`` numbers its edges."""
     raw = _raw_face(face, edges)
     if raw is None or np.any(raw.box[1] <= raw.box[0]):
         warn(f"{where}: a face without extent was left out")
@@ -215,7 +212,7 @@ def _add_face(assembly: Assembly, face: Any, edges: Any, scale: float, where: st
 def _closed(raw: RawFace, where: str) -> bool:
     """Whether the loops close; a face whose loops do not is kept whole, with a warning."""
     size = float(np.linalg.norm((raw.box[1] - raw.box[0]) * raw.speed))
-    worst = max((open_by(loop, raw.speed) for loop in raw.loops), default=0.0)
+    worst = max((_open_by(loop, raw.surface) for loop in raw.loops), default=0.0)
     if worst > OPEN * size:
         warn(
             f"{where}: a trimming loop is open by {worst:.3g} mm; the face is kept as the "
@@ -223,6 +220,17 @@ def _closed(raw: RawFace, where: str) -> bool:
         )
         return False
     return True
+
+
+def _open_by(loop: Loop, surface: Any) -> float:
+    """Largest gap of a loop in space: none at a pole, however far apart in (u, v)."""
+    worst = 0.0
+    for strand, gap in zip(loop, gaps(loop), strict=True):
+        if gap.any():
+            (u, v), (x, y) = ends(strand)[1], ends(strand)[1] + gap
+            point = surface.Value(float(u), float(v))
+            worst = max(worst, float(point.Distance(surface.Value(float(x), float(y)))))
+    return worst
 
 
 def _mapped_sides(sides: Sides, patch: occ.Patch) -> Sides:

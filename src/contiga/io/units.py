@@ -151,3 +151,16 @@ def _named(value: float, names: dict[str, float]) -> str | None:
         if math.isclose(value, size, rel_tol=1e-12):
             return name
     return None
+
+
+def short_name(unit: str, dimension: str = "length") -> str:
+    """The usual short name of a unit: "millimetre" and "MM" are "mm"; others stay as they are.
+
+    >>> short_name("INCH")
+    'in'
+    """
+    size = base_factor(unit, dimension)
+    for name in COMMON[dimension]:
+        if math.isclose(base_factor(name, dimension), size, rel_tol=1e-12):
+            return name
+    return unit
