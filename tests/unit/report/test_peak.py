@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contiga.io.vtkhdf import read_fields
+from contiga.io.vtkhdf import FieldsWriter, read_fields
+from contiga.io.vtkhdf_layout import Part
 from contiga.report.peak import at_frame, peak_frame, stacked
 
 from .conftest import DEPTHS, RADIUS, ball, sheet, write_fields
@@ -58,3 +59,12 @@ def test_parts_of_a_kind_are_stacked_with_their_own_triangles(series) -> None:
     np.testing.assert_array_equal(triangles, facets)
     np.testing.assert_array_equal(rows, len(body) + np.arange(len(slave)))
     np.testing.assert_array_equal(stacked(series, 1, "body")[1], faces)
+
+
+def test_triangles_of_a_second_part_are_numbered_after_the_first(tmp_path: Path) -> None:
+    body, faces = ball(4)
+    parts = [Part(name, "body", len(body), faces) for name in ("one", "two")]
+    with FieldsWriter(tmp_path / "two.vtkhdf", parts) as writer:
+        writer.append(0.0, np.vstack([body, body + 50.0]), {})
+    points, triangles, _ = stacked(read_fields(tmp_path / "two.vtkhdf"), 0, "body")
+    np.testing.assert_array_equal(points[triangles], np.vstack([body[faces], body[faces] + 50.0]))

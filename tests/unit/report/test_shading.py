@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from contiga.report.camera import look, project
 from contiga.report.shading import (
@@ -66,6 +67,18 @@ def test_values_at_pixels_are_linear_on_a_mesh() -> None:
     assert layer.seen.mean() > 0.5
     column = project(camera, points)[:, 0]
     np.testing.assert_allclose(layer.at_pixels(column), np.nonzero(layer.seen)[1], atol=1e-9)
+
+
+@pytest.mark.parametrize("inside_out", [False, True])
+def test_normals_at_pixels_are_the_surface_turned_to_the_eye(inside_out: bool) -> None:
+    points, triangles = ball(48)
+    camera = look(np.array([1.0, 0.2, -0.3]), UP, points, (80, 80))
+    layer = mesh_layer(camera, points, triangles[:, ::-1] if inside_out else triangles)
+    here = np.stack([layer.at_pixels(points[:, k]) for k in range(3)], axis=1)
+    outward = here / np.linalg.norm(here, axis=1)[:, None] @ camera.axes.T
+    normal = layer.normal[layer.seen]
+    np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1.0, rtol=1e-12)
+    assert np.einsum("ki,ki->k", normal, outward).min() > 0.98
 
 
 def test_every_lit_colour_is_one_that_can_be_shown() -> None:
