@@ -41,7 +41,7 @@ _MESSAGE_LENGTH = 300
 # tetgen opens its two files itself.
 _NOT_READ = {"wkt", "tetgen"}
 # These ask for line after line at the end of a file cut short, but take an open file.
-_SPINNING = {"off": "r", "tecplot": "r", "mdpa": "rb", "ansys": "rb"}
+_SPINNING = {"off": "r", "tecplot": "r", "mdpa": "rb", "ansys": "rb", "ply": "rb", "nastran": "r"}
 
 
 def suffixes() -> list[str]:
