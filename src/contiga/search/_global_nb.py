@@ -18,16 +18,20 @@ import numpy as np
 from numba import njit
 
 from contiga.geometry._trim_nb import point_in_trim
+from contiga.search._bounds_nb import cell_bounds
 from contiga.search._curve_nb import closest_on_stretch
 from contiga.search._element_nb import evaluate, parameters
 from contiga.search._tree_nb import box_distance2
 
-SMOOTH = 0
+SMOOTH, POLE = 0, 3
 OUT, IN, CUT = 0, 1, 2
 MAX_CELLS = 4000
 """Cells one query may open; a point with a continuum of closest points (an axis) needs a bound."""
 SMALLEST = 1e-6
 """Half-size of a cell (local parameters) that is not halved further."""
+DEEP = 1.0 / 64.0
+"""Cells of an element with a pole, smaller than this share of their leaf, get bounds of their own:
+the leaf's do not shrink towards the pole."""
 PRUNE = 10.0
 """A cell must promise this many tolerances less distance to be opened."""
 
@@ -40,6 +44,13 @@ def in_face(elements, trims, e, s, t):
         u, v = parameters(elements, e, s, t)
         return point_in_trim(trims, elements.table[e]["patch"], u, v) != 0
     return state == IN
+
+
+@njit(cache=True)
+def has_pole(elements, e):
+    """Whether a side of element e is one point."""
+    kind = elements.table[e]["kind"]
+    return kind[0] == POLE or kind[1] == POLE or kind[2] == POLE or kind[3] == POLE
 
 
 @njit(cache=True)
@@ -123,7 +134,9 @@ def _search_leaf(elements, trims, leaf, point, best, slack, found, stack, h):
     Returns the best distance and the number of cells opened. `stack` (64, 4) and `h` are work.
     """
     e = leaf["element"]
-    k = leaf["bound"]
+    k = np.empty(9)
+    pole = has_pole(elements, e)
+    whole = DEEP * (leaf["box"][1] - leaf["box"][0]) * (leaf["box"][3] - leaf["box"][2])
     origin = elements.table[e]["origin"]
     local = (point[0] - origin[0], point[1] - origin[1], point[2] - origin[2])
     for c in range(4):
@@ -159,6 +172,11 @@ def _search_leaf(elements, trims, leaf, point, best, slack, found, stack, h):
             found[0] = e
             found[1] = sc
             found[2] = tc
+        if 4.0 * hs * ht < whole and pole:
+            cell_bounds(elements, e, cell, k)
+        else:
+            for c in range(9):
+                k[c] = leaf["bound"][c]
         kx = k[0] * hs
         ky = k[1] * ht
         kxx = k[2] * hs * hs
@@ -197,7 +215,7 @@ def _search_leaf(elements, trims, leaf, point, best, slack, found, stack, h):
         if max(hs, ht) < SMALLEST or opened > MAX_CELLS or top > 61:
             continue
         # The half nearer to the linear foot is opened first: it is pushed last.
-        if kx >= ky:
+        if xx >= yy:
             if rx > 0.0:
                 stack[top] = (sc, cell[1], cell[2], cell[3])
                 stack[top + 1] = (cell[0], sc, cell[2], cell[3])

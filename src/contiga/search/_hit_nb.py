@@ -15,12 +15,15 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.search._bounds_nb import cell_bounds
 from contiga.search._element_nb import evaluate, parameters
-from contiga.search._global_nb import in_face
+from contiga.search._global_nb import DEEP, has_pole, in_face
+from contiga.search._sides_nb import normal_at
 
 OK, NOT_FINITE, NO_HIT, AT_START = 0, 5, 6, 7
-SMALLEST = 1e-9
-"""Half-size of a cell (local parameters) that is not halved further: the path grazes there."""
+POINT = 1e-10
+"""A cell smaller than this share of the body is taken as a point: at a pole, where the path
+grazes, and where it meets a kink in the parametrisation."""
 MAX_CELLS = 20000
 INCLUSIVE = 1e-9
 """Solutions this far outside an element (local parameters) still belong to it."""
@@ -113,13 +116,15 @@ def _solve(elements, e, cell, start, p, d, h, m):
 def _search_leaf(elements, trims, leaf, path, best, found, work):
     """Smallest fraction below `best` at which the path enters through one leaf.
 
-    `path` is (p0, d, slack): slack is how far before its start (in fractions) a hit still counts.
-    Fills `found` with element, s, t; returns the fraction.
+    `path` is (p0, d, slack, size): slack is how far before its start (in fractions) a hit still
+    counts, size the length below which a cell is a point. Fills `found` with element, s, t; returns the fraction.
     """
     stack, h, m = work
-    p0, d, slack = path
+    p0, d, slack, small = path
     e = leaf["element"]
-    k = leaf["bound"]
+    k = np.empty(9)
+    pole = has_pole(elements, e)
+    whole = DEEP * (leaf["box"][1] - leaf["box"][0]) * (leaf["box"][3] - leaf["box"][2])
     origin = elements.table[e]["origin"]
     p = (p0[0] - origin[0], p0[1] - origin[1], p0[2] - origin[2])
     for c in range(4):
@@ -138,6 +143,11 @@ def _search_leaf(elements, trims, leaf, path, best, found, work):
         r0 = p[0] - h[0, 0]
         r1 = p[1] - h[1, 0]
         r2 = p[2] - h[2, 0]
+        if 4.0 * hs * ht < whole and pole:
+            cell_bounds(elements, e, (s0, s1, t0, t1), k)
+        else:
+            for c in range(9):
+                k[c] = leaf["bound"][c]
         # The part of the path nearest to the cell's middle must come within its radius.
         kx = k[0] * hs
         ky = k[1] * ht
@@ -183,28 +193,36 @@ def _search_leaf(elements, trims, leaf, path, best, found, work):
                 continue
             unique = max(g0, g1, g2 * 1.0) * (kxx + 2.0 * kxy + kyy) < 1.0
             start = (sc + min(max(x, -1.0), 1.0) * hs, tc + min(max(y, -1.0), 1.0) * ht, z)
-        if unique or max(hs, ht) < SMALLEST:
-            good, s, t, tau, entering = _solve(elements, e, (s0, s1, t0, t1), start, p, d, h, m)
+        point_like = kx + ky < small
+        if unique or point_like:
+            good, s, t, tau_s, entering = _solve(elements, e, (s0, s1, t0, t1), start, p, d, h, m)
             inside = (
                 s >= s0 - INCLUSIVE
                 and s <= s1 + INCLUSIVE
                 and t >= t0 - INCLUSIVE
                 and t <= t1 + INCLUSIVE
-                and tau >= -slack
-                and tau <= 1.0 + slack
             )
-            if good and inside and entering < 0.0 and tau < best:
+            if point_like and not (good and inside):
+                s = sc
+                t = tc
+                tau_s = tau
+                n0, n1, n2 = normal_at(elements, e, sc, tc, h)
+                entering = n0 * d[0] + n1 * d[1] + n2 * d[2]
+                good = inside = True
+            if good and inside and entering < 0.0 and -slack <= tau_s <= 1.0 + slack and tau_s < best:
                 s = min(max(s, -0.5), 0.5)
                 t = min(max(t, -0.5), 0.5)
                 if in_face(elements, trims, e, s, t):
-                    best = tau
+                    best = tau_s
                     found[0] = e
                     found[1] = s
                     found[2] = t
             continue
         if opened > MAX_CELLS or top > 61:
             continue
-        if kx >= ky:
+        extent_s = h[0, 1] ** 2 + h[1, 1] ** 2 + h[2, 1] ** 2
+        extent_t = h[0, 2] ** 2 + h[1, 2] ** 2 + h[2, 2] ** 2
+        if extent_s * hs * hs >= extent_t * ht * ht:
             stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = s0, sc, t0, t1
             stack[top + 1, 0], stack[top + 1, 1] = sc, s1
             stack[top + 1, 2], stack[top + 1, 3] = t0, t1
@@ -231,7 +249,7 @@ def first_entry(tables, p0, p1, found, work):
     if length == 0.0 or leaves.shape[0] == 0:
         return math.inf
     slack = tables.scale[1] / length
-    path = (p0, d, slack)
+    path = (p0, d, slack, POINT * tables.scale[0])
     best = math.inf
     nodes = np.empty(128, np.int64)
     entry = np.empty(128)
@@ -268,34 +286,34 @@ def first_entry(tables, p0, p1, found, work):
 
 @njit(cache=True, nogil=True)
 def first_hits(tables, p0, p1, rows, out, start, stop):
-    """First entries of the segments p0[rows] → p1[rows], rows start … stop, into `out`."""
+    """First entry of each segment p0[rows[i]] → p1[rows[i]] into row i of `out`."""
     work = (np.empty((64, 4)), np.empty((4, 6)), np.empty((3, 3)))
     found = np.empty(3)
     for i in range(start, stop):
         k = rows[i]
         a = (p0[k, 0], p0[k, 1], p0[k, 2])
         b = (p1[k, 0], p1[k, 1], p1[k, 2])
-        out.patch[k] = -1
-        out.fraction[k] = math.nan
+        out.patch[i] = -1
+        out.fraction[i] = math.nan
         for c in range(2):
-            out.uv[k, c] = math.nan
+            out.uv[i, c] = math.nan
         for c in range(3):
-            out.point[k, c] = math.nan
+            out.point[i, c] = math.nan
         if not math.isfinite(a[0] + a[1] + a[2] + b[0] + b[1] + b[2]):
-            out.status[k] = NOT_FINITE
+            out.status[i] = NOT_FINITE
             continue
         tau = first_entry(tables, a, b, found, work)
         if not math.isfinite(tau):
-            out.status[k] = NO_HIT
+            out.status[i] = NO_HIT
             continue
         e = int(found[0])
         u, v = parameters(tables.elements, e, found[1], found[2])
         h = work[1]
         evaluate(tables.elements, e, found[1], found[2], h)
-        out.fraction[k] = min(max(tau, 0.0), 1.0)
-        out.patch[k] = tables.elements.table[e]["patch"]
-        out.uv[k, 0] = u
-        out.uv[k, 1] = v
+        out.fraction[i] = min(max(tau, 0.0), 1.0)
+        out.patch[i] = tables.elements.table[e]["patch"]
+        out.uv[i, 0] = u
+        out.uv[i, 1] = v
         for c in range(3):
-            out.point[k, c] = h[c, 0] + tables.elements.table[e]["origin"][c]
-        out.status[k] = AT_START if tau <= 0.0 else OK
+            out.point[i, c] = h[c, 0] + tables.elements.table[e]["origin"][c]
+        out.status[i] = AT_START if tau <= 0.0 else OK

@@ -44,7 +44,8 @@ def _round(lanes, l, x, y, z, tolerance):
     det = h_ss * h_tt - h_st * h_st
     # Squared tangential miss in length units against the tolerance.
     settled = (g_s * g_s <= tolerance * a) & (g_t * g_t <= tolerance * b)
-    sound = (det > 1e-6 * a * b) & (h_ss > 0.0) & (f <= lanes[5 * n + l])
+    regular = (a > 1e-12 * b) & (b > 1e-12 * a)  # away from poles
+    sound = regular & (det > 1e-6 * a * b) & (h_ss > 0.0) & (f <= lanes[5 * n + l])
     i = 1.0 / det
     new_s = s + (g_t * h_st - g_s * h_tt) * i
     new_t = t + (g_s * h_st - g_t * h_ss) * i

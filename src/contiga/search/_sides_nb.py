@@ -10,8 +10,8 @@ from numba import njit
 from contiga.search._element_nb import evaluate
 
 SAMPLES = 5
-INSET = 1e-7
-"""How far inside the element a normal is taken where the side itself has none (a pole)."""
+COLLAPSED = 1e-14
+"""A tangent this much shorter than the twist (squared) is that of a point, not of a side."""
 
 
 @njit(cache=True)
@@ -27,32 +27,38 @@ def side_point(side, x):
 
 
 @njit(cache=True)
-def unit_normal(h):
-    """Unit S_s × S_t of a table of derivatives; zero where the two are parallel."""
-    x = h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2]
-    y = h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2]
-    z = h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2]
+def _unit_cross(h, a, b, sign):
+    """Unit vector along sign · h[:, a] × h[:, b]; zero where the two are parallel."""
+    x = h[1, a] * h[2, b] - h[2, a] * h[1, b]
+    y = h[2, a] * h[0, b] - h[0, a] * h[2, b]
+    z = h[0, a] * h[1, b] - h[1, a] * h[0, b]
     length = math.sqrt(x * x + y * y + z * z)
-    scale_s = math.sqrt(h[0, 1] ** 2 + h[1, 1] ** 2 + h[2, 1] ** 2)
-    scale_t = math.sqrt(h[0, 2] ** 2 + h[1, 2] ** 2 + h[2, 2] ** 2)
-    if length <= 1e-14 * scale_s * scale_t or length == 0.0:
+    if length <= 1e-14 * math.sqrt(_square(h, a) * _square(h, b)) or length == 0.0:
         return 0.0, 0.0, 0.0
-    return x / length, y / length, z / length
+    return sign * x / length, sign * y / length, sign * z / length
+
+
+@njit(cache=True)
+def _square(h, a):
+    return h[0, a] ** 2 + h[1, a] ** 2 + h[2, a] ** 2
 
 
 @njit(cache=True)
 def normal_at(elements, e, s, t, h):
-    """Unit normal at (s, t), through the limit from inside where a side is collapsed.
+    """Unit normal at (s, t); `h` holds the derivatives there afterwards.
 
-    `h` holds the derivatives at (s, t) afterwards in any case.
+    At a side that is one point S_s vanishes and S_s ≈ (t ∓ 1/2) S_st: the limit of the normal
+    from inside is ± S_st × S_t. Zero where that vanishes too.
     """
     evaluate(elements, e, s, t, h)
-    x, y, z = unit_normal(h)
-    if x == 0.0 and y == 0.0 and z == 0.0:
-        evaluate(elements, e, s * (1.0 - 2.0 * INSET), t * (1.0 - 2.0 * INSET), h)
-        x, y, z = unit_normal(h)
-        evaluate(elements, e, s, t, h)
-    return x, y, z
+    a = _square(h, 1)
+    b = _square(h, 2)
+    m = _square(h, 4)
+    if a <= COLLAPSED * m:
+        return _unit_cross(h, 4, 2, 1.0 if t < 0.0 else -1.0)
+    if b <= COLLAPSED * m:
+        return _unit_cross(h, 1, 4, 1.0 if s < 0.0 else -1.0)
+    return _unit_cross(h, 1, 2, 1.0)
 
 
 @njit(cache=True)

@@ -9,8 +9,9 @@ from contiga.errors import InputError
 from contiga.geometry.body import Body
 from contiga.num.arrays import as_points
 from contiga.num.threads import run_ranges
-from contiga.records import Hit
+from contiga.records import FloatArray, Hit, IntArray
 from contiga.search import _hit_nb
+from contiga.search.records import Tables
 from contiga.search.tables import tables_of
 
 # Segments below which a second thread does not pay.
@@ -54,8 +55,12 @@ def first_hit(body: Body, p0: ArrayLike, p1: ArrayLike) -> Hit:
             found=b_B.shape,
             allowed=str(a_B.shape),
         )
-    out = empty_hit(len(a_B))
     rows = np.arange(len(a_B), dtype=np.int32)
-    tables = tables_of(body)
+    return hits_of_rows(tables_of(body), a_B, b_B, rows)
+
+
+def hits_of_rows(tables: Tables, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
+    """First entries of the segments a_B[rows] → b_B[rows], one row an entry of `rows`."""
+    out = empty_hit(len(rows))
     run_ranges(_hit_nb.first_hits, len(rows), SEGMENTS, tables, a_B, b_B, rows, out)
     return out

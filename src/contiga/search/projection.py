@@ -70,8 +70,7 @@ def project(
     tables = tables_of(body)
     out = empty_projection(len(p_B))
     if mode == "global":
-        rows = np.arange(len(p_B), dtype=np.int32)
-        run_ranges(_project_nb.project_global, len(rows), POINTS, tables, p_B, rows, out)
+        closest_of_rows(tables, p_B, np.arange(len(p_B), dtype=np.int32), out)
         return out
     patch, uv = _checked_start(start, len(p_B), len(body.patches))
     track(tables, p_B, patch, uv, out)
@@ -117,8 +116,12 @@ def track(tables: Tables, p_B: FloatArray, patch: IntArray, uv: FloatArray, out:
     starts = (patch, uv)
     run_ranges(_project_nb.project_tracked, len(rows), POINTS, tables, p_B, starts, rows, out)
     if len(order) < len(p_B):
-        rows = np.flatnonzero(patch < 0).astype(np.int32)
-        run_ranges(_project_nb.project_global, len(rows), POINTS, tables, p_B, rows, out)
+        closest_of_rows(tables, p_B, np.flatnonzero(patch < 0).astype(np.int32), out)
+
+
+def closest_of_rows(tables: Tables, p_B: FloatArray, rows: IntArray, out: Projection) -> None:
+    """Closest points of p_B[rows] into the same rows of `out`."""
+    run_ranges(_project_nb.project_global, len(rows), POINTS, tables, p_B, rows, out)
 
 
 def bin_by_element(

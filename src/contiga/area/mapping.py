@@ -1,0 +1,34 @@
+"""Areas carried along the normal from the slave to the master."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.geometry.body import Body
+from contiga.records import Feature, FloatArray, Projection
+
+
+def offset_ratio(body: Body, feet: Projection) -> FloatArray:
+    """(n,) area at the point over area at its foot, for a slave parallel to the master.
+
+    The surface S + g n at the gap g has the area element (1 − 2 H g + K g²) dA, with the mean
+    and Gaussian curvature H, K of S towards n (do Carmo, Differential Geometry of Curves and
+    Surfaces, 3-5, exercise 11). One where the foot lies on a kink, or beyond a focal point.
+    """
+    ratio = np.ones(len(feet.patch))
+    smooth = feet.feature == Feature.FACE
+    for k in np.unique(feet.patch[smooth]):
+        rows = np.flatnonzero(smooth & (feet.patch == k))
+        d = body.patches[int(k)].derivatives(feet.uv[rows], 2)
+        s_u, s_v = d[:, 1, 0], d[:, 0, 1]
+        n, g = feet.normal[rows], feet.gap[rows]
+        e, f, h = (s_u * s_u).sum(1), (s_u * s_v).sum(1), (s_v * s_v).sum(1)
+        l, m, q = (d[:, 2, 0] * n).sum(1), (d[:, 1, 1] * n).sum(1), (d[:, 0, 2] * n).sum(1)
+        det = e * h - f * f
+        regular = det > 0.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            mean = (e * q - 2.0 * f * m + h * l) / (2.0 * det)
+            gauss = (l * q - m * m) / det
+            value = 1.0 - 2.0 * mean * g + gauss * g * g
+        ratio[rows] = np.where(regular & (value > 0.0), value, 1.0)
+    return ratio

@@ -1,0 +1,34 @@
+"""Rigid motion of many points: the same bits whatever the number of threads or rows."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def to_body(points, pose):
+    """Rᵀ (p − t) of (n, 3) points for a (4, 4) pose."""
+    out = np.empty_like(points)
+    for k in range(points.shape[0]):
+        x = points[k, 0] - pose[0, 3]
+        y = points[k, 1] - pose[1, 3]
+        z = points[k, 2] - pose[2, 3]
+        for c in range(3):
+            out[k, c] = pose[0, c] * x + pose[1, c] * y + pose[2, c] * z
+    return out
+
+
+@njit(cache=True)
+def to_world(points, pose, shift):
+    """R p + t of (n, 3) points for a (4, 4) pose; R p where `shift` is 0."""
+    out = np.empty_like(points)
+    for k in range(points.shape[0]):
+        for c in range(3):
+            out[k, c] = (
+                pose[c, 0] * points[k, 0]
+                + pose[c, 1] * points[k, 1]
+                + pose[c, 2] * points[k, 2]
+                + shift * pose[c, 3]
+            )
+    return out

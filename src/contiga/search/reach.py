@@ -1,0 +1,16 @@
+"""How far free points can go before they can touch (distance changes by at most the way gone)."""
+
+from __future__ import annotations
+
+from contiga.num.threads import run_ranges
+from contiga.records import FloatArray, IntArray
+from contiga.search import _reach_nb
+from contiga.search.records import Tables
+
+# Points below which a second thread does not pay.
+POINTS = 1024
+
+
+def box_reach(tables: Tables, p_B: FloatArray, rows: IntArray, reach: FloatArray) -> None:
+    """Lower bounds of the distance of p_B[rows] to the body into reach[rows]; zero when near."""
+    run_ranges(_reach_nb.box_reach, len(rows), POINTS, tables.tree, p_B, rows, reach)

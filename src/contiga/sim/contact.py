@@ -1,0 +1,320 @@
+"""A contact between a rigid master and a slave: from positions to forces, step by step."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager, nullcontext
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.area.base import AreaInput, AreaMethod, Areas
+from contiga.area.mapping import offset_ratio
+from contiga.area.nodal import NodalArea
+from contiga.errors import InputError
+from contiga.forces.combined import CombinedLaw
+from contiga.forces.laws import Law, StressLaw
+from contiga.geometry.body import Body
+from contiga.io.slave import Slave
+from contiga.motion.pose import as_pose, identity
+from contiga.num.arrays import as_points
+from contiga.num.rigid import to_body, to_world, turn_to_world
+from contiga.records import FloatArray, LawInput, Projection
+from contiga.search.tables import tables_of
+from contiga.sim.detect import Detected, Last, Options, first_look, is_closed, look
+from contiga.sim.state import State
+
+SEARCHES = ("intersection", "penetration")
+TYPES = ("slave", "master", "combined")
+EDGES = ("release", "hold")
+
+# Share of its size an open body reaches behind its faces when nothing else is said.
+OPEN_DEPTH = 0.1
+
+
+class StageClock(Protocol):
+    """Called with the name of a stage, gives a context that times it."""
+
+    def __call__(self, stage: str) -> AbstractContextManager[None]: ...  # pragma: no cover
+
+
+def _untimed(_: str) -> AbstractContextManager[None]:
+    return nullcontext()
+
+
+class Contact:
+    """Contact of a slave with a rigid master.
+
+    Parameters
+    ----------
+    master : the rigid body, exact geometry
+    slave : the points, and what they know of facets, areas, thickness and mass
+    law : from penetration and area to force
+    area : nodal contact areas; the slave's tributary areas if omitted
+    search : "intersection": a point is in contact from the step in which its path enters the body
+        from the free side; "penetration": from the step in which it lies inside
+    contact_type : which side deforms (thesis, 3.2). "slave": areas of the slave. "master": the
+        same areas carried along the normal to the master. "combined": both, the penetration is
+        split so that the stresses agree; needs stress laws of both
+    on_edge : "release" points whose foot leaves the surface over a border, or "hold" them on it
+    master_law : stress law of the master, for type "combined"
+    depth : deepest penetration that search by penetration takes for one, length; without limit
+        for closed bodies and a tenth of the size for open ones if omitted
+
+    Raises
+    ------
+    InputError
+        An option that is not known, a law that lacks what it needs (thickness, mass), areas that
+        do not fit the slave.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    >>> pad = cg.Slave([[0.0, 0.0, 1.1]], area=[0.5])
+    >>> contact = cg.Contact(ball, pad, law=cg.PenaltyLaw(100.0))
+    >>> state = contact.start(pad.points)
+    >>> state = contact.step(state, pad.points - [0.0, 0.0, 0.2], dt=1.0)
+    >>> round(state.max_penetration, 12), state.total_force.round(9).tolist()
+    (0.1, [0.0, 0.0, 10.0])
+    """
+
+    def __init__(
+        self,
+        master: Body,
+        slave: Slave,
+        *,
+        law: Law,
+        area: AreaMethod | None = None,
+        search: str = "intersection",
+        contact_type: str = "slave",
+        on_edge: str = "release",
+        master_law: StressLaw | None = None,
+        depth: float | None = None,
+    ) -> None:
+        _choice("search", search, SEARCHES)
+        _choice("contact_type", contact_type, TYPES)
+        _choice("on_edge", on_edge, EDGES)
+        _kind("master", master, Body)
+        _kind("slave", slave, Slave)
+        if depth is not None and not depth > 0.0:
+            raise InputError("the depth must be positive", where="depth", found=depth)
+        self.master = master
+        self.slave = slave
+        self.contact_type = contact_type
+        self.law = _law_of(law, master_law, contact_type)
+        self.area: AreaMethod = NodalArea() if area is None else area
+        _check_needs(self.law, slave)
+        if isinstance(self.area, NodalArea):
+            self.area.nodal(len(slave), slave.area)
+        self.search = search
+        self.on_edge = on_edge
+        self._depth = depth
+
+    def _options(self) -> Options:
+        depth = self._depth
+        if depth is None:
+            tables = tables_of(self.master)
+            depth = np.inf if is_closed(tables) else OPEN_DEPTH * self.master.size
+        return Options(self.search == "penetration", self.on_edge == "hold", depth)
+
+    def start(
+        self, points: ArrayLike, pose: ArrayLike | None = None, *, clock: StageClock = _untimed
+    ) -> State:
+        """The state at the start.
+
+        Search by intersection starts without contact: a point that begins inside has not come in
+        from the free side, and would make a force at once. Search by penetration takes it.
+
+        Parameters
+        ----------
+        points : (n, 3) slave points, world axes
+        pose : (4, 4) X_WB of the master, the identity if omitted
+        clock : times the stages
+
+        Raises
+        ------
+        InputError
+            Points that do not fit the slave, a pose that is not one.
+        """
+        p_W, X_WB = self._checked(points, pose)
+        with clock("search"):
+            p_B = to_body(X_WB, p_W)
+            found = first_look(tables_of(self.master), p_B, self.slave.active, self._options())
+        return self._respond(found, (p_W, p_B, X_WB), np.zeros(len(p_B)), 0.0, clock)
+
+    def step(
+        self,
+        state: State,
+        points: ArrayLike,
+        pose: ArrayLike | None = None,
+        dt: float = 1.0,
+        *,
+        clock: StageClock = _untimed,
+    ) -> State:
+        """The state after a step in which the slave went to `points` and the master to `pose`.
+
+        Pure: `state` is not changed, and the same arguments give the same bits.
+
+        Parameters
+        ----------
+        state : of the last step
+        points : (n, 3) slave points, world axes
+        pose : (4, 4) X_WB of the master, the identity if omitted
+        dt : length of the step, > 0
+        clock : times the stages
+
+        Raises
+        ------
+        InputError
+            Points that do not fit the slave or the state, a pose that is not one, dt ≤ 0.
+        """
+        p_W, X_WB = self._checked(points, pose)
+        if not (np.isfinite(dt) and dt > 0.0):
+            raise InputError("a step must have a length", where="dt", found=dt, allowed="> 0")
+        if len(state.status) != len(p_W):
+            raise InputError(
+                "the state is of another slave",
+                where="state",
+                found=len(state.status),
+                allowed=f"{len(p_W)} points",
+            )
+        with clock("search"):
+            p_B = to_body(X_WB, p_W)
+            last = Last(state.points_B, state.patch, state.uv, state.reach)
+            tables = tables_of(self.master)
+            found = look(tables, p_B, last, self.slave.active, self._options())
+            rate = _rates(state, found, p_B, dt)
+        return self._respond(found, (p_W, p_B, X_WB), rate, dt, clock)
+
+    def _checked(self, points: ArrayLike, pose: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
+        p_W = as_points(points)
+        if len(p_W) != len(self.slave):
+            raise InputError(
+                "points must have one row a slave point",
+                where="points",
+                found=len(p_W),
+                allowed=str(len(self.slave)),
+            )
+        return p_W, identity() if pose is None else as_pose(pose)
+
+    def _respond(
+        self,
+        found: Detected,
+        where: tuple[FloatArray, FloatArray, FloatArray],
+        rate: FloatArray,
+        dt: float,
+        clock: StageClock,
+    ) -> State:
+        """Areas, forces and sums of what the search has found."""
+        p_W, p_B, X_WB = where
+        rows = np.flatnonzero(found.feet.patch >= 0).astype(np.int32)
+        feet = Projection(*(part[rows] for part in found.feet))
+        with clock("area"):
+            areas = self._areas(AreaInput(self.master, rows, p_B, feet, self.slave.area))
+        with clock("forces"):
+            depth = np.maximum(-feet.gap, 0.0)
+            slave = self.slave
+            size = self.law.forces(
+                LawInput(
+                    depth,
+                    rate[rows],
+                    areas.area,
+                    None if slave.thickness is None else slave.thickness[rows],
+                    None if slave.mass is None else slave.mass[rows],
+                    dt,
+                )
+            )
+            n_W = turn_to_world(X_WB, feet.normal)
+            foot_W = to_world(X_WB, feet.point)
+            force = size[:, None] * n_W
+            reference_W = to_world(X_WB, self.master.reference_point[None, :])[0]
+            arm = foot_W - reference_W
+            wrench = np.concatenate((-force.sum(axis=0), -np.cross(arm, force).sum(axis=0)))
+        n = len(p_W)
+        return State(
+            status=found.status,
+            feature=found.feet.feature,
+            patch=found.feet.patch,
+            uv=found.feet.uv,
+            penetration=_scattered(n, rows, depth),
+            normal=_scattered(n, rows, n_W),
+            foot=_scattered(n, rows, foot_W, p_W),
+            area=_scattered(n, rows, areas.area),
+            force=_scattered(n, rows, force),
+            clusters=_scattered(n, rows, areas.clusters, np.full(n, -1, np.int32)),
+            points_B=p_B,
+            reach=found.reach,
+            wrench=wrench,
+        )
+
+    def _areas(self, inp: AreaInput) -> Areas:
+        areas = self.area.measure(inp)
+        if self.contact_type != "master":
+            return areas
+        return areas._replace(area=areas.area / offset_ratio(self.master, inp.feet))
+
+
+def _rates(state: State, found: Detected, p_B: FloatArray, dt: float) -> FloatArray:
+    """(n,) dλ/dt: the change of λ of old contacts, the speed of approach of new ones."""
+    now = np.maximum(-found.feet.gap, 0.0)
+    old = (now - state.penetration) / dt
+    with np.errstate(invalid="ignore"):
+        approach = -((p_B - state.points_B) * found.feet.normal).sum(axis=1) / dt
+    return np.where(state.patch >= 0, old, np.where(np.isfinite(approach), approach, 0.0))
+
+
+def _scattered(
+    n: int, rows: np.ndarray, values: np.ndarray, base: np.ndarray | None = None
+) -> np.ndarray:
+    """`values` in their rows of an array of n, `base` (zero if omitted) in the others."""
+    whole = np.zeros((n, *values.shape[1:]), values.dtype) if base is None else base.copy()
+    whole[rows] = values
+    return whole
+
+
+def _choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
+    if value not in allowed:
+        raise InputError(
+            f"unknown {name}", where=name, found=value, allowed=", ".join(map(repr, allowed))
+        )
+
+
+def _kind(name: str, value: object, wanted: type) -> None:
+    if not isinstance(value, wanted):
+        raise InputError(
+            f"the {name} must be a {wanted.__name__}", where=name, found=type(value).__name__
+        )
+
+
+def _law_of(law: Law, master_law: StressLaw | None, contact_type: str) -> Law:
+    if contact_type == "combined":
+        if isinstance(law, CombinedLaw) and master_law is None:
+            return law
+        if master_law is None:
+            raise InputError(
+                "combined contact needs the characteristic of the master too",
+                where="master_law",
+                found=None,
+                allowed="StressLaw",
+            )
+        return CombinedLaw(law, master_law)  # type: ignore[arg-type]  # checked there
+    if master_law is not None:
+        raise InputError(
+            "only combined contact has a law of the master",
+            where="master_law",
+            found=contact_type,
+            allowed='contact_type "combined"',
+        )
+    return law
+
+
+def _check_needs(law: Law, slave: Slave) -> None:
+    for name in ("thickness", "mass"):
+        if getattr(law, f"needs_{name}") and getattr(slave, name) is None:
+            raise InputError(
+                f"the law needs the slave's nodal {name}",
+                where="law",
+                found=f"a slave without {name}",
+                remedy=f"Give the slave a {name}, or the law one of its own",
+            )

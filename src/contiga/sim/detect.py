@@ -1,0 +1,185 @@
+"""Search and detailed search of one step: which points touch, and where their feet are.
+
+Free points (type a): a point that cannot have come as far as the surface is left alone (distance
+is 1-Lipschitz); the others sweep the segment of their step against it, in the body's frame, and
+those that enter start their foot where they entered. Points in contact (type b): the foot is
+continued from the last one; the point is released when it is back on the free side (Eq. 4.7 with
+the sign put right) and has slid off when the foot passed a border of the body.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.records import ByteArray, ContactStatus, FloatArray, IntArray, Projection, Status
+from contiga.search.hits import hits_of_rows
+from contiga.search.projection import closest_of_rows, empty_projection, track
+from contiga.search.reach import box_reach
+from contiga.search.records import BORDER, Tables
+
+
+class Options(NamedTuple):
+    """What the search of a contact is to do."""
+
+    penetration: bool
+    """Search by penetration: points count as in contact where they lie inside."""
+    hold: bool
+    """Keep points that slide over a border on its closest point."""
+    depth: float
+    """Deepest penetration a search by penetration takes for one, length."""
+
+
+class Last(NamedTuple):
+    """What the search needs to know of the last step."""
+
+    points_B: FloatArray
+    patch: IntArray
+    uv: FloatArray
+    reach: FloatArray
+
+
+class Detected(NamedTuple):
+    """Outcome of the search for n points; feet in body axes, blank without contact."""
+
+    status: ByteArray
+    feet: Projection
+    reach: FloatArray
+
+
+def is_closed(tables: Tables) -> bool:
+    """Whether the body has no border anywhere."""
+    borders = (tables.elements.table["kind"] == BORDER).any(axis=1)
+    trimmed_away = tables.elements.table["trim"] == 0
+    return not bool(tables.piece_open.any()) and not bool((borders & ~trimmed_away).any())
+
+
+def _blank(n: int) -> Projection:
+    feet = empty_projection(n)
+    feet.patch[:] = -1
+    feet.uv[:] = 0.0
+    feet.point[:] = 0.0
+    feet.normal[:] = 0.0
+    feet.gap[:] = 0.0
+    feet.feature[:] = -1
+    feet.status[:] = 0
+    return feet
+
+
+def first_look(
+    tables: Tables, p_B: FloatArray, active: np.ndarray, options: Options
+) -> Detected:
+    """The start: nothing is in contact, or, by penetration, what already lies inside."""
+    n = len(p_B)
+    finite = np.isfinite(p_B).all(axis=1)
+    status = np.where(finite, ContactStatus.FREE, ContactStatus.NOT_FINITE).astype(np.int8)
+    feet = _blank(n)
+    reach = np.full(n, np.inf)
+    rows = np.flatnonzero(finite & active).astype(np.int32)
+    box_reach(tables, p_B, rows, reach)
+    if options.penetration:
+        _look_inside(tables, p_B, rows, (status, feet, reach), options)
+    return Detected(status, feet, reach)
+
+
+def look(
+    tables: Tables, now: FloatArray, last: Last, active: np.ndarray, options: Options
+) -> Detected:
+    """One step: from the points of the last step to those of this one, body axes."""
+    before = last.points_B
+    n = len(now)
+    finite = np.isfinite(now).all(axis=1)
+    status = np.where(finite, ContactStatus.FREE, ContactStatus.NOT_FINITE).astype(np.int8)
+    feet = _blank(n)
+    touching = finite & (last.patch >= 0)
+    _continue(tables, now, last, np.flatnonzero(touching).astype(np.int32), (status, feet, options))
+    with np.errstate(invalid="ignore"):
+        reach = last.reach - np.sqrt(np.square(now - before).sum(axis=1))
+    free = finite & active & ~touching
+    # A point that was not finite has no path to sweep: it is looked at afresh.
+    came_back = free & ~np.isfinite(before).all(axis=1)
+    reach[came_back] = 0.0
+    reach[~free] = 0.0
+    reach[~active] = np.inf
+    near = np.flatnonzero(free & (reach <= 0.0)).astype(np.int32)
+    result = (status, feet, reach)
+    if options.penetration:
+        _look_inside(tables, now, near, result, options)
+    else:
+        _sweep(tables, (before, now), near, result)
+        rest = near[feet.patch[near] < 0]
+        box_reach(tables, now, rest, reach)
+    return Detected(status, feet, reach)
+
+
+def _continue(
+    tables: Tables,
+    now: FloatArray,
+    last: Last,
+    rows: IntArray,
+    result: tuple[ByteArray, Projection, Options],
+) -> None:
+    """Old contacts (type b): continue the feet, release what came back or slid off."""
+    status, feet, options = result
+    if len(rows) == 0:
+        return
+    out = empty_projection(len(rows))
+    p_B = np.ascontiguousarray(now[rows])
+    track(tables, p_B, last.patch[rows], np.ascontiguousarray(last.uv[rows]), out)
+    failed = np.flatnonzero(out.status == Status.MAX_ITERATIONS).astype(np.int32)
+    closest_of_rows(tables, p_B, failed, out)
+    at_border = (out.status == Status.BORDER) | (out.status == Status.TRIMMED)
+    solved = (out.status == Status.OK) | at_border
+    keep = solved & (out.gap <= 0.0) & (options.hold | ~at_border)
+    new = np.where(at_border, ContactStatus.HELD, ContactStatus.OLD)
+    new = np.where(keep, new, np.where(at_border, ContactStatus.SLID_OFF, ContactStatus.RELEASED))
+    status[rows] = np.where(solved, new, ContactStatus.LOST)
+    _take(feet, rows[keep], out, keep)
+
+
+def _sweep(
+    tables: Tables,
+    path: tuple[FloatArray, FloatArray],
+    rows: IntArray,
+    result: tuple[ByteArray, Projection, FloatArray],
+) -> None:
+    """New contacts (type a): points whose step enters the body, feet started at the entry."""
+    status, feet, _ = result
+    before, now = path
+    hits = hits_of_rows(tables, before, now, rows)
+    entered = np.flatnonzero(hits.patch >= 0)
+    if len(entered) == 0:
+        return
+    rows = rows[entered]
+    out = empty_projection(len(rows))
+    p_B = np.ascontiguousarray(now[rows])
+    track(tables, p_B, hits.patch[entered], np.ascontiguousarray(hits.uv[entered]), out)
+    keep = (out.status == Status.OK) & (out.gap <= 0.0)
+    status[rows[keep]] = ContactStatus.NEW
+    status[rows[out.status == Status.MAX_ITERATIONS]] = ContactStatus.LOST
+    _take(feet, rows[keep], out, keep)
+
+
+def _look_inside(
+    tables: Tables,
+    p_B: FloatArray,
+    rows: IntArray,
+    result: tuple[ByteArray, Projection, FloatArray],
+    options: Options,
+) -> None:
+    """Search by penetration: points that lie inside, feet at the closest points."""
+    status, feet, reach = result
+    out = empty_projection(len(rows))
+    inner = np.ascontiguousarray(p_B[rows])
+    closest_of_rows(tables, inner, np.arange(len(rows), dtype=np.int32), out)
+    reach[rows] = np.abs(out.gap)
+    keep = (out.status == Status.OK) & (out.gap <= 0.0) & (out.gap >= -options.depth)
+    status[rows[keep]] = ContactStatus.NEW
+    reach[rows[keep]] = 0.0
+    _take(feet, rows[keep], out, keep)
+
+
+def _take(feet: Projection, rows: IntArray, out: Projection, keep: np.ndarray) -> None:
+    for whole, part in zip(feet, out, strict=True):
+        whole[rows] = part[keep]

@@ -1,0 +1,84 @@
+"""The state of a contact: a record of arrays, new at every step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Where n slave points stand after a step, in world axes where not said otherwise.
+
+    The arrays take 146 bytes a point.
+    """
+
+    status: ByteArray
+    """(n,) `ContactStatus`."""
+    feature: ByteArray
+    """(n,) `Feature` of the foot, −1 without contact."""
+    patch: IntArray
+    """(n,) patch of the foot, −1 without contact."""
+    uv: FloatArray
+    """(n, 2) parameters of the foot."""
+    penetration: FloatArray
+    """(n,) λ ≥ 0."""
+    normal: FloatArray
+    """(n, 3) unit normal at the foot, to the free side; zero without contact."""
+    foot: FloatArray
+    """(n, 3) foot; the point itself without contact."""
+    area: FloatArray
+    """(n,) nodal contact area, zero without contact."""
+    force: FloatArray
+    """(n, 3) on the slave points."""
+    clusters: IntArray
+    """(n,) connected region of contact, −1 without contact."""
+    points_B: FloatArray
+    """(n, 3) the slave points in the body's axes."""
+    reach: FloatArray
+    """(n,) way a free point can go before it can touch."""
+    wrench: FloatArray
+    """(6,) force and moment about the body's reference point, on the master."""
+
+    @property
+    def in_contact(self) -> NDArray[np.bool_]:
+        """(n,) which points carry contact."""
+        return np.isin(self.status, IN_CONTACT)
+
+    @property
+    def n_contact(self) -> int:
+        """Number of points in contact."""
+        return int(self.in_contact.sum())
+
+    @property
+    def max_penetration(self) -> float:
+        """Largest penetration, zero without contact."""
+        return float(self.penetration.max(initial=0.0))
+
+    @property
+    def total_force(self) -> FloatArray:
+        """(3,) on the slave: the sum of `force`. The master feels the opposite."""
+        total: FloatArray = self.force.sum(axis=0)
+        return total
+
+    @property
+    def total_area(self) -> float:
+        """Contact area."""
+        return float(self.area.sum())
+
+    @property
+    def n_clusters(self) -> int:
+        """Number of connected regions of contact."""
+        return int(self.clusters.max(initial=-1)) + 1
+
+    @property
+    def pressure(self) -> FloatArray:
+        """(n,) |force| over area, zero where there is none."""
+        size = np.linalg.norm(self.force, axis=1)
+        result = np.zeros_like(size)
+        np.divide(size, self.area, out=result, where=self.area > 0.0)
+        return result
