@@ -58,11 +58,24 @@ def _sign_changes(c):
 
 
 @njit(cache=True)
+def _noted(roots, count, root):
+    """Append `root` unless it is there; returns the new count."""
+    for i in range(count):
+        if abs(roots[i] - root) < 4.0 * ROOT_WIDTH:
+            return count
+    if count < roots.shape[0]:
+        roots[count] = root
+        count += 1
+    return count
+
+
+@njit(cache=True)
 def roots_inside(c):
     """Parameters in (0, 1) at which a Bernstein polynomial changes sign.
 
     Halves the interval by de Casteljau until each part has no sign change among its coefficients
-    (then no root: variation diminishing) or is `ROOT_WIDTH` wide. Multiple roots are no trouble.
+    (then no root: variation diminishing) or is `ROOT_WIDTH` wide. A middle that is a root itself
+    is noted on the way, since neither half shows it. Multiple roots are no trouble.
     """
     n = c.shape[0]
     roots = np.empty(4 * n)
@@ -80,14 +93,7 @@ def roots_inside(c):
         if _sign_changes(here) == 0:
             continue
         if width < ROOT_WIDTH or top + 2 >= stack.shape[0]:
-            root = low + 0.5 * width
-            new = True
-            for i in range(count):
-                if abs(roots[i] - root) < 4.0 * ROOT_WIDTH:
-                    new = False
-            if new and count < roots.shape[0]:
-                roots[count] = root
-                count += 1
+            count = _noted(roots, count, low + 0.5 * width)
             continue
         left = np.empty(n)
         for r in range(n):
@@ -97,6 +103,8 @@ def roots_inside(c):
         for i in range(n):
             stack[top, i] = here[i]
             stack[top + 1, i] = left[i]
+        if here[0] == 0.0:
+            count = _noted(roots, count, low + 0.5 * width)
         lows[top], widths[top] = low + 0.5 * width, 0.5 * width
         lows[top + 1], widths[top + 1] = low, 0.5 * width
         top += 2

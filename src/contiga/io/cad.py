@@ -8,7 +8,10 @@ from pathlib import Path
 
 from contiga.errors import FileError
 from contiga.geometry.body import Body
+from contiga.geometry.summary import body_summary
 from contiga.io.units import base_factor
+
+__all__ = ["SUFFIXES", "body_summary", "read_cad"]
 
 Reader = Callable[[Path, str | None, str | None], Body]
 SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
