@@ -182,7 +182,10 @@ class FieldsWriter:
             if last.tobytes() == values.tobytes():
                 return start
         stored = root[name]
-        start = len(stored)
+        # Steps start with a chunk: one that held the end of a step too would be packed anew, and
+        # the room it had would be lost.
+        rows = stored.chunks[0]
+        start = -(-len(stored) // rows) * rows
         stored.resize(start + len(values), axis=0)
         stored[start:] = values
         self._last[name] = (start, values.copy())

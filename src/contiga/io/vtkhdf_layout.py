@@ -117,8 +117,13 @@ def _write_cells(group: Any, cells: NDArray[np.int64]) -> None:
     count, corners = cells.shape
     group["NumberOfCells"] = np.array([count], dtype=np.int64)
     group["NumberOfConnectivityIds"] = np.array([cells.size], dtype=np.int64)
-    group["Offsets"] = corners * np.arange(count + 1, dtype=np.int64)
-    group["Connectivity"] = cells.ravel()
+    arrays = {
+        "Offsets": corners * np.arange(count + 1, dtype=np.int64),
+        "Connectivity": cells.ravel(),
+    }
+    for name, values in arrays.items():
+        packed = _PACKED if len(values) > _STEP_CHUNK else {}
+        group.create_dataset(name, data=values, **packed)
 
 
 def read_parts(root: Any, own: Any) -> tuple[Part, ...]:
@@ -144,7 +149,7 @@ def _create_growing(group: Any, name: str, columns: tuple[int, ...], dtype: Any)
 
 
 def create_array(root: Any, name: str, values: NDArray[Any]) -> None:
-    """An array that grows by a step's rows, in chunks that end with the step as far as may be."""
+    """An array that grows by a step's rows, in chunks that fill the step with few rows to spare."""
     pieces = -(-len(values) // _CHUNK_ROWS)
     rows = -(-len(values) // max(pieces, 1))
     columns = values.shape[1:]
