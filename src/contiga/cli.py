@@ -140,7 +140,8 @@ def check(case: CaseFile) -> None:
 @app.command()
 def info(file: Annotated[Path, typer.Argument(metavar="FILE", help="CAD file or mesh.")]) -> None:
     """Say what is in a CAD file (patches, degrees, trims, size) or in a mesh (counts)."""
-    from contiga.io.cad import SUFFIXES, body_summary, read_cad
+    from contiga.geometry.summary import body_summary
+    from contiga.io.cad import SUFFIXES, read_cad
     from contiga.io.mesh import read_mesh
     from contiga.io.slave import mesh_summary
 
@@ -169,7 +170,7 @@ def _summary_rows(summary: dict[str, Any]) -> Iterable[tuple[str, str]]:
 
 def _in_words(value: Any) -> str:
     if isinstance(value, dict):
-        return ", ".join(f"{_in_words(v)} {str(k).replace('_', ' ')}" for k, v in value.items())
+        return ", ".join(f"{str(k).replace('_', ' ')}: {_in_words(v)}" for k, v in value.items())
     if isinstance(value, list | tuple):
         return ", ".join(_in_words(v) for v in value)
     if isinstance(value, float):
