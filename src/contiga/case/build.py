@@ -16,6 +16,7 @@ from contiga.case.problems import relocated
 from contiga.case.schema import BodySpec, Case, SlaveSpec
 from contiga.case.toml import resolved_toml
 from contiga.errors import CaseError, InputError
+from contiga.forces.laws import StressLaw
 from contiga.geometry.body import Body
 from contiga.io.series import MeshSeries, find_files
 from contiga.io.slave import Slave
@@ -80,7 +81,7 @@ def run(
     out: str | Path | None = None,
     *,
     resume: bool = False,
-    progress: Callable[..., Any] | None = None,
+    progress: Callable[[int, int, int], None] | None = None,
     on_finish: Callable[[Path], Any] | None = None,
 ) -> Result:
     """Build a case and run it.
@@ -89,7 +90,7 @@ def run(
     ----------
     out : folder for the results; None keeps them in memory only
     resume : go on from the checkpoint in `out`
-    progress : told of every step, as `contiga.sim.run.run` does
+    progress : called with steps done, steps in all, points in contact
     on_finish : called with `out` after a run that is to have a report
     """
     result = run_simulation(build(case), out, resume=resume, progress=progress)
@@ -165,9 +166,6 @@ def _series(spec: SeriesSpec, case: Case) -> MeshSeries:
 
 
 def _contact(spec: ContactSpec, body: Body, slave: Slave) -> Contact:
-    law = spec.law.law
-    _check_has(slave.thickness, law.needs_thickness, "thickness", "the law has none of its own")
-    _check_has(slave.mass, law.needs_mass, "mass", "the adaptive law is made of nodal masses")
     value = spec.area.value if isinstance(spec.area, ConstantAreaSpec) else None
     if value is None and slave.area is None:
         raise CaseError(
@@ -176,22 +174,17 @@ def _contact(spec: ContactSpec, body: Body, slave: Slave) -> Contact:
             found="none" if spec.area is None else spec.area.kind,
             allowed='{ kind = "constant", value = … }, or an area of the slave',
         )
+    master_law = None if spec.master_law is None else spec.master_law.law
+    # The schema refuses other laws on the master's side.
+    assert master_law is None or isinstance(master_law, StressLaw)
     return Contact(
         body,
         slave,
-        law=law,
+        law=spec.law.law,
         area=NodalArea(value),
         search=spec.search,
         contact_type=spec.type,
         on_edge=spec.on_edge,
-        master_law=None if spec.master_law is None else spec.master_law.law,
+        master_law=master_law,
+        depth=spec.depth,
     )
-
-
-def _check_has(values: FloatArray | None, needed: bool, name: str, reason: str) -> None:
-    if needed and values is None:
-        raise CaseError(
-            f"the slave's nodes have no {name}, and {reason}",
-            where="law",
-            remedy=f"Give the slave a {name}, or the law what it needs",
-        )

@@ -178,6 +178,8 @@ class ContactSpec(Spec):
     type: Literal["slave", "master", "combined"] = "slave"
     search: Literal["intersection", "penetration"] = "intersection"
     on_edge: Literal["release", "hold"] = "release"
+    depth: Positive | None = None
+    """Deepest penetration that search by penetration takes for one; see `Contact`."""
     law: LawSpec
     master_law: LawSpec | None = None
     """The master's side of a combined contact."""

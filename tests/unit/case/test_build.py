@@ -110,12 +110,12 @@ def test_a_series_moves_the_points(tmp_path: Path, extra: str, time: float, expe
         (
             {"LAW": 'law = { kind = "adaptive" }'},
             CaseError,
-            r"contact\[0\]\.law: the slave's nodes have no mass",
+            r"contact\[0\]\.law: the law needs the slave's nodal mass",
         ),
         (
             {"LAW": 'law = { kind = "stress", elastic = 1 }'},
             CaseError,
-            r"contact\[0\]\.law: the slave's nodes have no thickness",
+            r"contact\[0\]\.law: the law needs the slave's nodal thickness",
         ),
         (
             {"POINTS": 'points = { file = "empty.vtu" }'},
