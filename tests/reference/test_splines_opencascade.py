@@ -49,18 +49,21 @@ def random_surface(p, q):
 
 @pytest.mark.parametrize(("p", "q"), [(1, 1), (2, 3), (5, 5), (8, 3), (15, 2), (15, 15)])
 def test_points_and_derivatives_agree(p, q):
+    """To nine digits: at degree 15 OpenCASCADE is 8e-11 off the value in exact fractions."""
     surface = random_surface(p, q)
     theirs = occ_surface(surface)
     uv = np.random.default_rng(0).random((25, 2))
     D = surface.derivatives(uv, order=2)
     for row, (u, v) in enumerate(uv.tolist()):
         point = theirs.Value(u, v)
-        np.testing.assert_allclose(D[row, 0, 0], [point.X(), point.Y(), point.Z()], atol=1e-12)
+        np.testing.assert_allclose(
+            D[row, 0, 0], [point.X(), point.Y(), point.Z()], rtol=0, atol=1e-12
+        )
         for a, b in ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2)):
             slope = theirs.DN(u, v, a, b)
             expected = np.array([slope.X(), slope.Y(), slope.Z()])
             scale = 1.0 + np.abs(expected).max()
-            np.testing.assert_allclose(D[row, a, b], expected, atol=1e-10 * scale)
+            np.testing.assert_allclose(D[row, a, b], expected, rtol=0, atol=1e-9 * scale)
 
 
 @pytest.mark.parametrize(("p", "q"), [(2, 3), (5, 5), (14, 9)])
@@ -74,7 +77,7 @@ def test_elevation_agrees(p, q):
         for j in range(theirs.NbVPoles()):
             pole = theirs.Pole(i + 1, j + 1)
             expected = [pole.X(), pole.Y(), pole.Z()]
-            np.testing.assert_allclose(ours.control_points[i, j], expected, atol=1e-9)
+            np.testing.assert_allclose(ours.control_points[i, j], expected, rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ def test_arc_runs_from_angle_to_angle(start, end):
     points = curve.evaluate(T)
     assert np.abs(np.hypot(points[:, 0], points[:, 1]) / 2.0 - 1.0).max() < 1e-14
     ends = 2.0 * np.array([[math.cos(a), math.sin(a), 0.0] for a in (start, end)])
-    np.testing.assert_allclose(points[[0, -1]], ends, atol=1e-14)
+    np.testing.assert_allclose(points[[0, -1]], ends, rtol=0, atol=1e-14)
     turned = np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
     assert (np.diff(turned) > 0.0).all()
     assert curve.length() == pytest.approx(2.0 * (end - start), rel=1e-12)
@@ -47,7 +47,7 @@ def test_sphere_is_exact_and_outward():
     surface = shapes.sphere(radius=2.5)
     points = surface.evaluate(UV)
     assert np.abs(np.linalg.norm(points, axis=1) / 2.5 - 1.0).max() < 1e-14
-    np.testing.assert_allclose(surface.normal(UV), points / 2.5, atol=1e-13)
+    np.testing.assert_allclose(surface.normal(UV), points / 2.5, rtol=0, atol=1e-13)
 
 
 def test_ellipsoid_is_exact_and_outward():
@@ -56,7 +56,7 @@ def test_ellipsoid_is_exact_and_outward():
     assert np.abs(((points / [3.0, 2.0, 0.5]) ** 2).sum(axis=1) - 1.0).max() < 1e-14
     gradient = points / np.square([3.0, 2.0, 0.5])
     gradient /= np.linalg.norm(gradient, axis=1, keepdims=True)
-    np.testing.assert_allclose(surface.normal(UV), gradient, atol=1e-12)
+    np.testing.assert_allclose(surface.normal(UV), gradient, rtol=0, atol=1e-12)
 
 
 def test_torus_is_exact_and_outward():
@@ -65,15 +65,15 @@ def test_torus_is_exact_and_outward():
     ring = points * [1, 1, 0] / np.hypot(points[:, 0], points[:, 1])[:, None] * 3.0
     away = points - ring
     assert np.abs(np.linalg.norm(away, axis=1) / 0.7 - 1.0).max() < 1e-14 * 3.7 / 0.7
-    np.testing.assert_allclose(surface.normal(UV), away / 0.7, atol=1e-13)
+    np.testing.assert_allclose(surface.normal(UV), away / 0.7, rtol=0, atol=1e-13)
 
 
 def test_cylinder_is_exact_outward_and_centred():
     surface = shapes.cylinder(radius=2.0, height=5.0)
     points = surface.evaluate(UV)
     assert np.abs(np.hypot(points[:, 0], points[:, 1]) / 2.0 - 1.0).max() < 1e-14
-    np.testing.assert_allclose(points[:, 2], 5.0 * (UV[:, 1] - 0.5), atol=1e-14)
-    np.testing.assert_allclose(surface.normal(UV), points * [0.5, 0.5, 0.0], atol=1e-13)
+    np.testing.assert_allclose(points[:, 2], 5.0 * (UV[:, 1] - 0.5), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(surface.normal(UV), points * [0.5, 0.5, 0.0], rtol=0, atol=1e-13)
 
 
 def test_cone_and_its_stump_are_exact_and_outward():
@@ -81,16 +81,18 @@ def test_cone_and_its_stump_are_exact_and_outward():
         surface = shapes.cone(radius=2.0, height=3.0, top_radius=top)
         points = surface.evaluate(UV)
         radius = 2.0 + (top - 2.0) * points[:, 2] / 3.0
-        np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), radius, atol=1e-14)
+        np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), radius, rtol=0, atol=1e-14)
         assert (surface.normal(UV) * (points * [1, 1, 0])).sum(axis=1).min() >= 0.0
 
 
 def test_disc_is_flat_round_and_faces_its_axis():
     surface = shapes.disc(radius=2.0)
     points = surface.evaluate(UV)
-    np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), 2.0 * UV[:, 0], atol=1e-14)
-    np.testing.assert_allclose(surface.normal(UV), [[0.0, 0.0, 1.0]] * len(UV), atol=1e-13)
-    np.testing.assert_allclose(surface.normal([[0.0, 0.4]]), [[0.0, 0.0, 1.0]], atol=1e-15)
+    np.testing.assert_allclose(
+        np.hypot(points[:, 0], points[:, 1]), 2.0 * UV[:, 0], rtol=0, atol=1e-14
+    )
+    np.testing.assert_allclose(surface.normal(UV), [[0.0, 0.0, 1.0]] * len(UV), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(surface.normal([[0.0, 0.4]]), [[0.0, 0.0, 1.0]], rtol=0, atol=1e-15)
 
 
 def test_plane_spans_its_sizes():
@@ -102,15 +104,15 @@ def test_plane_spans_its_sizes():
 def test_saddle_obeys_its_equation():
     points = shapes.saddle(width=2.0, length=4.0, height=0.3).evaluate(UV)
     expected = 0.3 * (points[:, 0] ** 2 - (points[:, 1] / 2.0) ** 2)
-    np.testing.assert_allclose(points[:, 2], expected, atol=1e-14)
+    np.testing.assert_allclose(points[:, 2], expected, rtol=0, atol=1e-14)
 
 
 def test_bumpy_plate_is_close_to_its_sines():
     surface = shapes.bumpy_plate(width=2.0, length=3.0, amplitude=0.2, waves=(2, 3))
     points = surface.evaluate(UV)
     x, y = UV.T
-    np.testing.assert_allclose(points[:, 0], 2.0 * (x - 0.5), atol=1e-14)
-    np.testing.assert_allclose(points[:, 1], 3.0 * (y - 0.5), atol=1e-14)
+    np.testing.assert_allclose(points[:, 0], 2.0 * (x - 0.5), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(points[:, 1], 3.0 * (y - 0.5), rtol=0, atol=1e-14)
     height = 0.2 * np.sin(4 * PI * x) * np.sin(6 * PI * y)
     assert np.abs(points[:, 2] - height).max() < 0.003 * 0.2
     assert surface.normal(UV)[:, 2].min() > 0.0
@@ -130,8 +132,8 @@ def test_ruled_joins_curves_of_different_kind():
         surface.evaluate(np.column_stack([T, 0 * T])),
         surface.evaluate(np.column_stack([T, 1 + 0 * T])),
     )
-    np.testing.assert_allclose(ends[0], low.evaluate(T), atol=1e-14)
-    np.testing.assert_allclose(ends[1], high.evaluate(T), atol=1e-14)
+    np.testing.assert_allclose(ends[0], low.evaluate(T), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(ends[1], high.evaluate(T), rtol=0, atol=1e-14)
     middle = surface.evaluate([[0.3, 0.5]])[0]
     assert np.linalg.norm(np.cross(ends[1][300] - ends[0][300], middle - ends[0][300])) < 1e-14
 
@@ -141,7 +143,7 @@ def test_extruded_moves_its_curve():
     surface = shapes.extruded(curve, (0.0, 1.0, 3.0))
     points = surface.evaluate(UV)
     expected = curve.evaluate(UV[:, 0]) + UV[:, 1:] * [0.0, 1.0, 3.0]
-    np.testing.assert_allclose(points, expected, atol=1e-14)
+    np.testing.assert_allclose(points, expected, rtol=0, atol=1e-14)
 
 
 @pytest.mark.parametrize("angle", [0.3, PI, 2 * PI])
@@ -157,10 +159,10 @@ def test_revolved_points_keep_height_and_distance(angle):
         return np.column_stack([height, np.linalg.norm(away - np.outer(height, axis), axis=1)])
 
     turned, start = surface.evaluate(UV), curve.evaluate(UV[:, 1])
-    np.testing.assert_allclose(measures(turned), measures(start), atol=1e-13)
+    np.testing.assert_allclose(measures(turned), measures(start), rtol=0, atol=1e-13)
     end = surface.evaluate(np.column_stack([np.ones(9), T[::125]]))
     np.testing.assert_allclose(
-        end, curve.rotated(axis, angle, origin).evaluate(T[::125]), atol=1e-13
+        end, curve.rotated(axis, angle, origin).evaluate(T[::125]), rtol=0, atol=1e-13
     )
 
 
@@ -170,8 +172,10 @@ def test_centre_and_axis_place_a_shape(axis):
     surface = shapes.cylinder(radius=1.0, height=4.0, centre=(1, 2, 3), axis=axis)
     away = surface.evaluate(UV) - [1, 2, 3]
     along = away @ k
-    np.testing.assert_allclose(along, 4.0 * (UV[:, 1] - 0.5), atol=1e-14)
-    np.testing.assert_allclose(np.linalg.norm(away - np.outer(along, k), axis=1), 1.0, atol=1e-14)
+    np.testing.assert_allclose(along, 4.0 * (UV[:, 1] - 0.5), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(
+        np.linalg.norm(away - np.outer(along, k), axis=1), 1.0, rtol=0, atol=1e-14
+    )
     assert (surface.normal(UV) * (away - np.outer(along, k))).sum(axis=1).min() > 0.99
 
 

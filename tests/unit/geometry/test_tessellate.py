@@ -209,12 +209,32 @@ def test_proof_refuses_a_dome_that_is_too_high_and_takes_one_that_is_not():
 
 
 @pytest.mark.interpreted
+def test_proof_sees_what_bridges_the_edge_between_the_triangles():
+    """All four points of a twisted bilinear patch lie on its triangles; its middle does not.
+
+    The middle (½, ½, ¼) of the patch is 1/√24 = 0.204 from both triangles z = 0…y and z = 0…x.
+    """
+    net = np.ones((2, 2, 4))
+    net[..., :3] = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
+    one = np.ones(1, np.int64)
+    middle, quad = np.array([0.5, 0.5, 0.25]), net[[0, 1, 1, 0], [0, 0, 1, 1], :3]
+    true = min(
+        chord.triangle_distance(middle, quad[0], quad[1], quad[2]),
+        chord.triangle_distance(middle, quad[0], quad[2], quad[3]),
+    )
+    for tol, proved in ((0.95 * true, False), (1.3 * true, True)):
+        missed = np.ones((1, 1), dtype=np.bool_)
+        chord.elements_within(net[None, None], one, one, tol, missed)
+        assert missed[0, 0] != proved
+
+
+@pytest.mark.interpreted
 def test_restriction_is_the_part_of_the_polynomial():
     coefs = np.random.default_rng(0).normal(size=(4, 2))
     part = coefs.copy()
     chord.restrict(part, 0.2, 0.7)
     ends = shapes.NurbsCurve(3, [0, 0, 0, 0, 1, 1, 1, 1], coefs).restricted(0.2, 0.7)
-    np.testing.assert_allclose(part, ends.control_points[:, :2], atol=1e-15)
+    np.testing.assert_allclose(part, ends.control_points[:, :2], rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("method", ["chord", "net"])
