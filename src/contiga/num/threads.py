@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
+from math import ceil
 from typing import Any
 
 import numba
@@ -38,8 +39,8 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
         if n:
             kernel(*args, 0, n)
         return
-    pieces = min(threads * RANGES_PER_THREAD, -(-n // grain))
-    step = -(-(-(-n // pieces)) // grain) * grain
+    grains = ceil(n / grain)
+    step = ceil(grains / min(threads * RANGES_PER_THREAD, grains)) * grain
     jobs = [
         _pool().submit(kernel, *args, start, min(start + step, n)) for start in range(0, n, step)
     ]

@@ -32,6 +32,19 @@ def empty_projection(n: int) -> Projection:
     )
 
 
+def rows_of(feet: Projection, rows: IntArray) -> Projection:
+    """Some rows of a projection."""
+    return Projection(
+        feet.patch[rows],
+        feet.uv[rows],
+        feet.point[rows],
+        feet.normal[rows],
+        feet.gap[rows],
+        feet.feature[rows],
+        feet.status[rows],
+    )
+
+
 def project(
     body: Body, points: ArrayLike, start: Projection | None = None, mode: str = "global"
 ) -> Projection:
@@ -104,14 +117,14 @@ def _checked_start(start: Projection | None, n: int, patches: int) -> tuple[IntA
     return patch, uv
 
 
-def track(tables: Tables, p_B: FloatArray, patch: IntArray, uv: FloatArray, out: Projection) -> None:
+def track(
+    tables: Tables, p_B: FloatArray, patch: IntArray, uv: FloatArray, out: Projection
+) -> None:
     """Continue the feet (patch, uv) to the points `p_B`, into `out`; rows of patch −1 globally."""
     order, blocks = bin_by_element(tables, patch, uv)
     back = np.zeros(len(p_B), np.uint8)
     bins = (order, blocks)
-    run_ranges(
-        _project_nb.project_lanes, len(blocks), BLOCKS, tables, p_B, uv, bins, (out, back)
-    )
+    run_ranges(_project_nb.project_lanes, len(blocks), BLOCKS, tables, p_B, uv, bins, (out, back))
     rows = np.flatnonzero(back).astype(np.int32)
     starts = (patch, uv)
     run_ranges(_project_nb.project_tracked, len(rows), POINTS, tables, p_B, starts, rows, out)
@@ -144,7 +157,5 @@ def bin_by_element(
     )
     start = _project_nb.first_places(counts)
     order = np.empty(int(start[-1]), np.int32)
-    run_ranges(
-        _project_nb.place_parts, _project_nb.SORT_PARTS, grain, element, counts, order
-    )
+    run_ranges(_project_nb.place_parts, _project_nb.SORT_PARTS, grain, element, counts, order)
     return order, _project_nb.blocks_of(start)

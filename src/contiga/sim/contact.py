@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +19,8 @@ from contiga.io.slave import Slave
 from contiga.motion.pose import as_pose, identity
 from contiga.num.arrays import as_points
 from contiga.num.rigid import to_body, to_world, turn_to_world
-from contiga.records import FloatArray, LawInput, Projection
+from contiga.records import FloatArray, LawInput
+from contiga.search.projection import rows_of
 from contiga.search.tables import tables_of
 from contiga.sim.detect import Detected, Last, Options, first_look, is_closed, look
 from contiga.sim.state import State
@@ -32,10 +33,8 @@ EDGES = ("release", "hold")
 OPEN_DEPTH = 0.1
 
 
-class StageClock(Protocol):
-    """Called with the name of a stage, gives a context that times it."""
-
-    def __call__(self, stage: str) -> AbstractContextManager[None]: ...  # pragma: no cover
+StageClock = Callable[[str], AbstractContextManager[None]]
+"""Called with the name of a stage, gives a context that times it."""
 
 
 def _untimed(_: str) -> AbstractContextManager[None]:
@@ -209,7 +208,7 @@ class Contact:
         """Areas, forces and sums of what the search has found."""
         p_W, p_B, X_WB = where
         rows = np.flatnonzero(found.feet.patch >= 0).astype(np.int32)
-        feet = Projection(*(part[rows] for part in found.feet))
+        feet = rows_of(found.feet, rows)
         with clock("area"):
             areas = self._areas(AreaInput(self.master, rows, p_B, feet, self.slave.area))
         with clock("forces"):
@@ -230,7 +229,8 @@ class Contact:
             force = size[:, None] * n_W
             reference_W = to_world(X_WB, self.master.reference_point[None, :])[0]
             arm = foot_W - reference_W
-            wrench = np.concatenate((-force.sum(axis=0), -np.cross(arm, force).sum(axis=0)))
+            moment = np.cross(arm, force).sum(axis=0)
+            wrench = 0.0 - np.concatenate((force.sum(axis=0), moment))
         n = len(p_W)
         return State(
             status=found.status,

@@ -67,9 +67,7 @@ def _blank(n: int) -> Projection:
     return feet
 
 
-def first_look(
-    tables: Tables, p_B: FloatArray, active: np.ndarray, options: Options
-) -> Detected:
+def first_look(tables: Tables, p_B: FloatArray, active: np.ndarray, options: Options) -> Detected:
     """The start: nothing is in contact, or, by penetration, what already lies inside."""
     n = len(p_B)
     finite = np.isfinite(p_B).all(axis=1)
@@ -181,5 +179,10 @@ def _look_inside(
 
 
 def _take(feet: Projection, rows: IntArray, out: Projection, keep: np.ndarray) -> None:
-    for whole, part in zip(feet, out, strict=True):
-        whole[rows] = part[keep]
+    feet.patch[rows] = out.patch[keep]
+    feet.uv[rows] = out.uv[keep]
+    feet.point[rows] = out.point[keep]
+    feet.normal[rows] = out.normal[keep]
+    feet.gap[rows] = out.gap[keep]
+    feet.feature[rows] = out.feature[keep]
+    feet.status[rows] = out.status[keep]

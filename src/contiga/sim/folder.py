@@ -1,0 +1,68 @@
+"""The output folder of a run: what may be written to, names, final renames."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from contiga.errors import OutputError
+from contiga.io.atomic import atomic_write
+
+HISTORY, FIELDS, CASE = "history.csv", "fields.vtkhdf", "case.toml"
+SUMMARY, CHECKPOINT = "summary.json", "checkpoint.h5"
+UNFINISHED = FIELDS + ".part"
+OURS = (HISTORY, FIELDS, CASE, SUMMARY, CHECKPOINT, UNFINISHED)
+
+
+def open_folder(folder: Path) -> Path:
+    """Make sure that `folder` can be written to and holds nothing of somebody else.
+
+    Raises
+    ------
+    OutputError
+        It is a file, cannot be made or written, or holds files but no run.
+    """
+    where = str(folder)
+    if folder.exists() and not folder.is_dir():
+        raise OutputError("the output folder is a file", where=where, allowed="a folder")
+    if folder.is_dir():
+        names = {path.name for path in folder.iterdir()}
+        if names and not names & set(OURS):
+            raise OutputError(
+                "the output folder holds files that are not of a run",
+                where=where,
+                found=sorted(names)[0],
+                allowed="a new or empty folder, or that of an earlier run",
+            )
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / f".probe-{os.getpid()}"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise OutputError(
+            "the output folder cannot be written",
+            where=where,
+            found=error.strerror,
+            allowed="a folder you may write to",
+        ) from error
+    return folder
+
+
+def clear_last_run(folder: Path) -> None:
+    """Remove what would be taken for a part of the new run."""
+    for name in (CHECKPOINT, UNFINISHED):
+        (folder / name).unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole or not at all."""
+    with atomic_write(path) as temporary:
+        Path(temporary).write_text(text, encoding="utf-8")
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Write a JSON file whole or not at all."""
+    write_text(path, json.dumps(content, indent=2, ensure_ascii=False) + "\n")

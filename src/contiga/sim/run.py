@@ -1,0 +1,88 @@
+"""A whole run: step by step through the times, with history, fields and checkpoints."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from contiga.records import FloatArray
+from contiga.sim.clock import Clock
+from contiga.sim.recorder import Progress, Recorder
+from contiga.sim.simulation import (
+    BodyPart,
+    ContactPart,
+    OutputOptions,
+    Simulation,
+    SlavePart,
+)
+from contiga.sim.state import State
+from contiga.sim.step import advance
+from contiga.sim.summary import compile_timer, summarise
+
+__all__ = [
+    "BodyPart",
+    "ContactPart",
+    "OutputOptions",
+    "Result",
+    "Simulation",
+    "SlavePart",
+    "run",
+]
+
+
+class Result(NamedTuple):
+    """What a run leaves."""
+
+    history: dict[str, FloatArray]
+    """Columns by name, one row a step."""
+    out: Path | None
+    """Output folder, None where nothing was written."""
+    states: dict[str, State]
+    """At the end, by contact."""
+    summary: dict[str, Any]
+    """Counts, timings, statuses: the content of summary.json."""
+
+
+def run(
+    simulation: Simulation,
+    out: str | Path | None = None,
+    *,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> Result:
+    """Carry out a simulation.
+
+    Parameters
+    ----------
+    simulation : what to run
+    out : folder for history, fields, checkpoint and summary; None keeps all in memory
+    resume : go on from the checkpoint in `out`; the results are the same bits as of one run
+    progress : called with steps done, steps in all, points in contact
+
+    Raises
+    ------
+    OutputError
+        The folder cannot be written or is somebody else's.
+    CheckpointError
+        Nothing to resume, or the checkpoint is of another case.
+
+    Notes
+    -----
+    When the run is stopped (an exception, Ctrl-C) a checkpoint of the last whole step is left.
+    """
+    clock = Clock()
+    with compile_timer() as compiled, clock("total"):
+        recorder = Recorder(simulation, clock, progress)
+        if out is not None:
+            recorder.open(Path(out), resume=resume)
+        try:
+            for k in range(recorder.done, len(simulation.times)):
+                recorder.take(advance(simulation, k, recorder.states, clock))
+        except BaseException:
+            recorder.save()
+            raise
+        recorder.save()
+    history = recorder.columns()
+    summary = summarise(simulation, history, clock.seconds, compiled.seconds)
+    recorder.finish(summary)
+    return Result(history, recorder.folder, recorder.states, summary)

@@ -1,0 +1,110 @@
+"""What a run was: counts, timings, statuses. The content of summary.json."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+
+from contiga.num.threads import thread_count
+from contiga.records import ContactStatus, FloatArray
+from contiga.search.tables import tables_of
+from contiga.sim.simulation import Simulation
+from contiga.sim.step import COUNTED
+from contiga.version import __version__
+
+
+class CompileTime:
+    """Seconds numba spent compiling (kernels found in its cache cost none)."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+
+@contextmanager
+def compile_timer() -> Iterator[CompileTime]:
+    """Time lost to compiling inside the block."""
+    from numba.core import event
+
+    result = CompileTime()
+
+    def done(seconds: float) -> None:
+        result.seconds = seconds
+
+    with event.install_timer("numba:compile", done):
+        yield result
+
+
+def summarise(
+    simulation: Simulation,
+    history: dict[str, FloatArray],
+    seconds: dict[str, float],
+    compiling: float,
+) -> dict[str, Any]:
+    """The summary of a finished run."""
+    several = len(simulation.contacts) > 1
+    statuses = {
+        part.name: _statuses(history, f"{part.name}." if several else "")
+        for part in simulation.contacts
+    }
+    return {
+        "title": simulation.title,
+        "version": __version__,
+        "units": dict(zip(("length", "mass", "time"), simulation.units, strict=True)),
+        "timings": {**seconds, "compile": compiling},
+        "steps": len(simulation.times),
+        "n_points": sum(len(part.slave.points) for part in simulation.slaves.values()),
+        "n_elements": sum(
+            len(tables_of(part.body).elements.table) for part in simulation.bodies.values()
+        ),
+        "threads": thread_count(),
+        "statuses": statuses,
+        "inputs": _inputs(simulation),
+        "warnings": _warnings(statuses),
+    }
+
+
+def _statuses(history: dict[str, FloatArray], prefix: str) -> dict[str, int]:
+    """Points that took each status, summed over the steps."""
+    return {
+        status.name: int(np.sum(history[prefix + column])) for column, status in COUNTED.items()
+    }
+
+
+def _inputs(simulation: Simulation) -> dict[str, dict[str, Any]]:
+    inputs: dict[str, dict[str, Any]] = {}
+    for name, body_part in simulation.bodies.items():
+        body = body_part.body
+        inputs[name] = {
+            "kind": "body",
+            "patches": len(body.patches),
+            "trimmed": sum(trims is not None for trims in body.trims),
+            "elements": len(tables_of(body).elements.table),
+            "size": body.size,
+        }
+    for name, slave_part in simulation.slaves.items():
+        slave = slave_part.slave
+        inputs[name] = {
+            "kind": "slave",
+            "points": len(slave.points),
+            "active": int(slave.active.sum()),
+            "facets": 0 if slave.facets is None else len(slave.facets),
+        }
+    return inputs
+
+
+def _warnings(statuses: dict[str, dict[str, int]]) -> list[str]:
+    texts = []
+    for name, counts in statuses.items():
+        lost = counts[ContactStatus.LOST.name]
+        if lost:
+            texts.append(
+                f"{name}: {lost} times a point in contact could not be solved and was left out of "
+                "the forces; take smaller steps"
+            )
+        bad = counts[ContactStatus.NOT_FINITE.name]
+        if bad:
+            texts.append(f"{name}: {bad} times a point had no finite position")
+    return texts
