@@ -247,26 +247,73 @@ def _shift_to(spline: Any, start: FloatArray, periods: FloatArray) -> FloatArray
 
 
 def _analytic(surface: Any, box: FloatArray, scale: float) -> Patch:
-    from OCP.Geom import Geom_RectangularTrimmedSurface
-    from OCP.GeomConvert import GeomConvert
+    """A surface with circles: exact rational form, a whole turn made of two halves.
 
+    OpenCASCADE converts a whole turn by cutting a periodic spline at a parameter that is not the
+    angle, so that it starts in the wrong place; halves come out right.
+    """
+    from OCP.Geom import Geom_RectangularTrimmedSurface
+
+    for axis, period in enumerate(periods_of(surface)):
+        if period > 0.0 and box[1, axis] - box[0, axis] > 0.95 * period:
+            parts = np.array([box, box])
+            parts[0, 1, axis] = parts[1, 0, axis] = 0.5 * (box[0, axis] + box[1, axis])
+            joined = _joined_patches(*(_analytic(surface, part, scale) for part in parts), axis)
+            if joined is not None:
+                return joined
     (u0, v0), (u1, v1) = (tuple(map(float, corner)) for corner in box)
     trimmed = Geom_RectangularTrimmedSurface(surface, u0, u1, v0, v1)
-    spline = None
+    exact = _exact_form(surface, trimmed, box)
+    if exact is not None:
+        spline, shift, maps = exact
+        return Patch(surface_from(spline, shift, scale), maps)
+    return Patch(surface_from(_approximated(trimmed), np.zeros(2), scale), (identity, identity))
+
+
+def _exact_form(
+    surface: Any, trimmed: Any, box: FloatArray
+) -> tuple[Any, FloatArray, tuple[Map, Map]] | None:
+    """Rational form of a trimmed surface, shift of its knots, parameter maps; None if none."""
+    from OCP.GeomConvert import GeomConvert
+
     try:
         spline = GeomConvert.SurfaceToBSplineSurface_s(trimmed)
     except Exception:  # OpenCASCADE raises its own kinds for surfaces without an exact form
-        spline = None
-    if spline is not None:
-        if spline.IsUPeriodic():
-            spline.SetUNotPeriodic()
-        if spline.IsVPeriodic():
-            spline.SetVNotPeriodic()
-        shift = _shift_to(spline, box[0], periods_of(surface))
-        for maps in _possible_maps(spline, shift):
-            if _agrees(surface, spline, maps, (box, shift)):
-                return Patch(surface_from(spline, shift, scale), maps)
-    return Patch(surface_from(_approximated(trimmed), np.zeros(2), scale), (identity, identity))
+        return None
+    if spline.IsUPeriodic():
+        spline.SetUNotPeriodic()
+    if spline.IsVPeriodic():
+        spline.SetVNotPeriodic()
+    shift = _shift_to(spline, box[0], periods_of(surface))
+    for maps in _possible_maps(spline, shift):
+        if _agrees(surface, spline, maps, (box, shift)):
+            return spline, shift, maps
+    return None
+
+
+def _joined_patches(one: Patch, two: Patch, axis: int) -> Patch | None:
+    """Two patches that meet at a line of constant u (axis 0) or v, as one; None if unlike."""
+    a, b = one.surface, two.surface
+    other = 1 - axis
+    if a.degrees != b.degrees or not np.array_equal(a.knots[other], b.knots[other]):
+        return None
+    p = a.degrees[axis]
+    knots = list(a.knots)
+    knots[axis] = np.concatenate([a.knots[axis][:-1], b.knots[axis][p + 1 :]])
+    weights = [
+        np.ones(s.control_points.shape[:2]) if s.weights is None else s.weights for s in (a, b)
+    ]
+    rest = (slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))
+    points = np.concatenate([a.control_points, b.control_points[rest]], axis=axis)
+    joined = np.concatenate([weights[0], weights[1][rest]], axis=axis)
+    maps = list(one.maps)
+    first, second = one.maps[axis], two.maps[axis]
+    if isinstance(first, AngleMap) and isinstance(second, AngleMap):
+        maps[axis] = AngleMap(np.concatenate([first.breaks, second.breaks[1:]]))
+    elif first is not second:
+        return None
+    surface = NurbsSurface(a.degrees, (knots[0], knots[1]), points, _rational(joined))
+    return Patch(surface, (maps[0], maps[1]))
 
 
 def _possible_maps(spline: Any, shift: FloatArray) -> list[tuple[Map, Map]]:
