@@ -10,8 +10,23 @@ from contiga.geometry._trim_nb import bernstein_at, parameter_at, point_in_trim
 
 
 @njit(cache=True)
+def flux(A, A_u, A_v):
+    """S · (S_u × S_v) from the homogeneous point (4,) and its derivatives.
+
+    The parts of the derivatives along S drop out of the product, so w³ is all that divides.
+    """
+    x = A_u[1] * A_v[2] - A_u[2] * A_v[1]
+    y = A_u[2] * A_v[0] - A_u[0] * A_v[2]
+    z = A_u[0] * A_v[1] - A_u[1] * A_v[0]
+    return (A[0] * x + A[1] * y + A[2] * z) / A[3] ** 3
+
+
+@njit(cache=True)
 def element_integral(coefs, box, nodes, weights):
-    """∫ |S_s × S_t| ds over ``s`` in box[0]…box[1] at ``t`` = box[2], all local to one element."""
+    """∫ |S_s × S_t| ds over ``s`` in box[0]…box[1] at ``t`` = box[2], all local to one element.
+
+    With box[3] set the integrand is S · (S_s × S_t).
+    """
     p, q = coefs.shape[0] - 1, coefs.shape[1] - 1
     B, dB = np.empty(p + 1), np.empty(p + 1)
     C, dC = np.empty(q + 1), np.empty(q + 1)
@@ -33,7 +48,8 @@ def element_integral(coefs, box, nodes, weights):
                 A[d] += B[i] * row[i, d]
                 A_s[d] += dB[i] * row[i, d]
                 A_t[d] += B[i] * row_t[i, d]
-        total += weights[k] * jacobian(A, A_s, A_t)
+        value = flux(A, A_s, A_t) if box[3] > 0.0 else jacobian(A, A_s, A_t)
+        total += weights[k] * value
     return total * (box[1] - box[0])
 
 
@@ -41,11 +57,11 @@ def element_integral(coefs, box, nodes, weights):
 def strip(grid, start, u, v, rule):
     """∫ |S_u × S_v| du from u = `start` to `u` at constant `v`, element by element.
 
-    `grid` is (coefs, u_breaks, v_breaks) and `rule` (nodes, weights, parts): every element is
-    integrated in `parts` equal parts.
+    `grid` is (coefs, u_breaks, v_breaks) and `rule` (nodes, weights, parts, kind): every element
+    is integrated in `parts` equal parts; `kind` 1 takes S · (S_u × S_v) instead.
     """
     coefs, u_breaks, v_breaks = grid
-    nodes, weights, parts = rule
+    nodes, weights, parts, kind = rule
     low, high = min(start, u), max(start, u)
     j = min(max(np.searchsorted(v_breaks, v, side="right") - 1, 0), v_breaks.size - 2)
     height = v_breaks[j + 1] - v_breaks[j]
@@ -57,7 +73,7 @@ def strip(grid, start, u, v, rule):
         a = max(low - u_breaks[i], 0.0) / width
         b = min(high - u_breaks[i], width) / width
         for k in range(parts):
-            box = (a + (b - a) * k / parts, a + (b - a) * (k + 1) / parts, t)
+            box = (a + (b - a) * k / parts, a + (b - a) * (k + 1) / parts, t, 1.0 * kind)
             total += element_integral(coefs[i, j], box, nodes, weights)
         i += 1
     # ds = du / width cancels the width in S_s = S_u · width; dt does not.
@@ -93,7 +109,7 @@ def piece_integral(tables, piece, start, grid, rule):
         tables.domain[tables.piece_patch[piece], 2],
         tables.domain[tables.piece_patch[piece], 3],
     )
-    nodes, weights, parts = rule
+    nodes, weights, parts, _ = rule
     breaks = _knot_crossings(tables, piece, grid[1], grid[2])
     total = 0.0
     B, dB = np.empty(degree + 1), np.empty(degree + 1)
@@ -160,8 +176,8 @@ def side_of_piece(tables, piece):
 
 
 @njit(cache=True)
-def loop_area(tables, pieces, grid, rule):
-    """Signed contribution of one loop (its pieces in order) to the area of its patch."""
+def loop_integral(tables, pieces, grid, rule):
+    """Signed contribution of one loop (its pieces in order) to the integral over its patch."""
     longest = 0.0
     sign = 0
     start = np.inf
@@ -182,3 +198,18 @@ def loop_area(tables, pieces, grid, rule):
     for p in pieces:
         total += piece_integral(tables, p, start, grid, rule)
     return sign * total
+
+
+@njit(cache=True)
+def rectangle_integral(grid, rule):
+    """∬ over the whole patch: strips from side to side, element by element in v."""
+    _, u_breaks, v_breaks = grid
+    nodes, weights, parts, _ = rule
+    total = 0.0
+    for j in range(v_breaks.size - 1):
+        height = (v_breaks[j + 1] - v_breaks[j]) / parts
+        for part in range(parts):
+            for k in range(nodes.size):
+                v = v_breaks[j] + (part + nodes[k]) * height
+                total += weights[k] * height * strip(grid, u_breaks[0], u_breaks[-1], v, rule)
+    return total

@@ -213,6 +213,15 @@ class Body:
             self._area = body_area(self, rtol)
         return self._area
 
+    def volume(self) -> float:
+        """Volume the body encloses, length³: positive if its normals point outward.
+
+        Means something for closed bodies only.
+        """
+        from contiga.geometry.trim_area import body_volume
+
+        return body_volume(self)
+
     def tessellate(self, tol: float) -> TriMesh:
         """Triangles within `tol` (length) of the surface, trims obeyed; for pictures and fields."""
         from contiga.geometry.trim_mesh import body_mesh

@@ -12,49 +12,77 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga.geometry._trim_area_nb import loop_area
+from contiga.geometry._trim_area_nb import loop_integral, rectangle_integral
 from contiga.geometry._trim_nb import TrimTables
 from contiga.geometry.bezier import extract
 from contiga.geometry.quadrature import gauss, surface_area
-from contiga.geometry.surface import NurbsSurface
+from contiga.records import FloatArray
 
 if TYPE_CHECKING:
     from contiga.geometry.body import Body
 
+AREA, VOLUME = 0, 1
 MOST_PARTS = 64
 _EXTRA = 5
 
 
 def body_area(body: Body, rtol: float = 1e-9) -> float:
     """Area of `body`, trims obeyed, to about the relative tolerance `rtol`; length²."""
-    return float(sum(patch_areas(body, rtol)))
+    return float(patch_areas(body, rtol).sum())
 
 
-def patch_areas(body: Body, rtol: float = 1e-9) -> np.ndarray:
+def body_volume(body: Body, rtol: float = 1e-9) -> float:
+    """Volume that `body` encloses, length³: ⅓ ∮ S · n dA, positive if normals point outward.
+
+    Positions count from the middle of the bounds, which leaves a closed body's volume as it is.
+    """
+    return float(patch_volumes(body, body.bounds().mean(axis=0), rtol).sum())
+
+
+def patch_areas(body: Body, rtol: float = 1e-9) -> FloatArray:
     """(m,) area of every patch of `body`, trims obeyed."""
-    tables = body.trim_tables
     areas = np.empty(len(body.patches))
     for k, (patch, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
         if loops is None:
             areas[k] = surface_area(patch, max(rtol, 1e-13))
         else:
-            areas[k] = _trimmed_area(tables, k, patch, rtol)
+            areas[k] = _integral(body, k, patch.bounds().mean(axis=0), (AREA, rtol))
     return areas
 
 
-def _trimmed_area(tables: TrimTables, k: int, patch: NurbsSurface, rtol: float) -> float:
-    centre = patch.bounds().mean(axis=0)
-    grid = tuple(extract(patch.translated(-centre)))
+def patch_volumes(body: Body, origin: FloatArray, rtol: float = 1e-9) -> FloatArray:
+    """(m,) signed volume of the cone from `origin` over every patch, trims obeyed."""
+    return np.array(
+        [_integral(body, k, origin, (VOLUME, rtol)) / 3.0 for k in range(len(body.patches))]
+    )
+
+
+def _integral(body: Body, k: int, origin: FloatArray, task: tuple[int, float]) -> float:
+    """The area or flux integral over patch `k`, halving parts until two results agree."""
+    kind, rtol = task
+    patch = body.patches[k]
+    grid = tuple(extract(patch.translated(-origin)))
     nodes, weights = gauss(max(patch.degrees) + _EXTRA)
-    first, last = tables.patch_start[k], tables.patch_start[k + 1]
-    pieces = np.arange(first, last)
-    loops = tables.piece_loop[first:last, 0]
-    groups = [pieces[loops == number] for number in np.unique(loops)]
+    groups = _loops_of(body.trim_tables, k) if body.trims[k] is not None else None
+    scale = patch.bounds()
+    floor = rtol * float(np.linalg.norm(scale[1] - scale[0])) ** (2 + kind) if kind else 0.0
     before = np.inf
     parts = 1
     while True:
-        rule = (nodes, weights, parts)
-        area = float(sum(loop_area(tables, group, grid, rule) for group in groups))
-        if abs(area - before) <= 10.0 * rtol * abs(area) or parts >= MOST_PARTS:
-            return area
-        before, parts = area, 2 * parts
+        rule = (nodes, weights, parts, kind)
+        if groups is None:
+            value = float(rectangle_integral(grid, rule))
+        else:
+            tables = body.trim_tables
+            value = float(sum(loop_integral(tables, group, grid, rule) for group in groups))
+        if abs(value - before) <= max(10.0 * rtol * abs(value), floor) or parts >= MOST_PARTS:
+            return value
+        before, parts = value, 2 * parts
+
+
+def _loops_of(tables: TrimTables, k: int) -> list[np.ndarray]:
+    """The pieces of each loop of patch `k`, in order."""
+    first, last = tables.patch_start[k], tables.patch_start[k + 1]
+    pieces = np.arange(first, last)
+    loops = tables.piece_loop[first:last, 0]
+    return [pieces[loops == number] for number in np.unique(loops)]

@@ -26,7 +26,9 @@ class Patch(NamedTuple):
 
 
 def _values(array: Any) -> FloatArray:
-    return np.array(list(array), dtype=np.float64)
+    # Ending an iteration costs the bindings a C++ exception: counting is ten times faster.
+    count = range(array.Lower(), array.Upper() + 1)
+    return np.array([array.Value(i) for i in count], dtype=np.float64)
 
 
 def _rational(weights: FloatArray) -> FloatArray | None:
