@@ -109,14 +109,13 @@ def _pictures(run: Run, still: bytes | None, view: Any, peak_time: float | None)
         f"<h2>The peak, at t = {when}</h2>"
         f'<figure><img alt="Body, slave and contact at the peak" '
         f'src="data:image/png;base64,{image}">'
-        '<figcaption class="caption">The recorded time of greatest force. Slave points in contact '
-        "are drawn where they touch, at their feet on the body, and coloured by how deep they "
-        "are; dots mark the points.</figcaption></figure>"
+        '<figcaption class="caption">The recorded time of greatest force. Slave points are drawn '
+        "where they are, so those in contact lie inside the body; colour says how deep, dots mark "
+        "the points.</figcaption></figure>"
         "<h2>Turn it about</h2>"
         f"{_BODY_BUTTONS}"
         f'<div class="frame">{_figure(view, "view", VIEW_CONFIG)}</div>'
-        '<p class="caption">Drag to turn, scroll to come closer, double-click to go back. '
-        "Slave points are drawn where they are, so those in contact lie inside the body.</p>"
+        '<p class="caption">Drag to turn, scroll to come closer; the house goes back.</p>'
     )
 
 
@@ -143,7 +142,7 @@ def _tables(run: Run) -> str:
         f'<h2>{title}</h2><div class="wide">{table}</div>'
         for title, table in (
             ("What went in", inputs_table(run)),
-            ("How the points ended", status_table(run)),
+            ("Statuses, points counted over all steps", status_table(run)),
             ("Where the time went", timings_table(run)),
         )
         if table

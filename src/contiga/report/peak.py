@@ -22,9 +22,7 @@ class Peak(NamedTuple):
     body_triangles: IntArray
     """(m_b, 3)."""
     slave_points: FloatArray
-    """(n_s, 3) where they are."""
-    shown_points: FloatArray
-    """(n_s, 3) the same, but points in contact at their feet on the body."""
+    """(n_s, 3), those in contact inside the body."""
     slave_triangles: IntArray
     """(m_s, 3), no rows for a bare cloud."""
     in_contact: NDArray[np.bool_]
@@ -81,7 +79,6 @@ def at_frame(series: FieldSeries, frame: int) -> Peak:
         body_points=body_points,
         body_triangles=body_triangles,
         slave_points=slave_points,
-        shown_points=slave_points + penetration[:, None] * normal,
         slave_triangles=slave_triangles,
         in_contact=in_contact,
         penetration=penetration,

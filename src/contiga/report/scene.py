@@ -49,7 +49,7 @@ def outside_direction(peak: Peak) -> FloatArray:
 
 def outside_view(peak: Peak, size: tuple[int, int]) -> Camera:
     """The whole scene from the side, a little from above and from behind the body."""
-    points = np.vstack([peak.body_points, peak.shown_points])
+    points = np.vstack([peak.body_points, peak.slave_points])
     points = points[np.isfinite(points).all(axis=1)]
     return look(outside_direction(peak), upwards(peak), points, size)
 
@@ -60,19 +60,19 @@ def through_view(peak: Peak, size: tuple[int, int]) -> Camera:
         return outside_view(peak, size)
     up = upwards(peak)
     towards = peak.direction - 0.42 * _sideways(peak, up) - 0.16 * up
-    patch = peak.shown_points[peak.in_contact]
+    patch = peak.slave_points[peak.in_contact]
     centre = (patch.min(axis=0) + patch.max(axis=0)) / 2.0
-    # surroundings as wide as the contact again: enough of the part to see where it is
+    # enough of the part around the contact to see where on it that is
     least = 0.06 * float(np.ptp(peak.body_points, axis=0).max())
-    reach = max(2.0, least / max(float(np.abs(patch - centre).max()), 1e-300))
+    reach = max(1.7, least / max(float(np.abs(patch - centre).max()), 1e-300))
     return look(towards, up, centre + reach * (patch - centre), size)
 
 
 def _slave_layer(camera: Camera, peak: Peak) -> shading.Layer:
     if len(peak.slave_triangles):
-        return shading.mesh_layer(camera, peak.shown_points, peak.slave_triangles)
-    radius = float(np.clip(0.35 * camera.size[0] / np.sqrt(len(peak.shown_points) + 1.0), 3, 14))
-    return shading.cloud_layer(camera, peak.shown_points, radius)
+        return shading.mesh_layer(camera, peak.slave_points, peak.slave_triangles)
+    radius = float(np.clip(0.35 * camera.size[0] / np.sqrt(len(peak.slave_points) + 1.0), 3, 14))
+    return shading.cloud_layer(camera, peak.slave_points, radius)
 
 
 def slave_colours(layer: shading.Layer, peak: Peak) -> FloatArray:
@@ -101,7 +101,7 @@ def render(camera: Camera, peak: Peak, *, through: bool) -> FloatArray:
     picture[front] = shaded[front]
     for points, triangles in (
         (peak.body_points, peak.body_triangles),
-        (peak.shown_points, peak.slave_triangles),
+        (peak.slave_points, peak.slave_triangles),
     ):
         nearest = np.minimum(body.buffer.depth, slave.buffer.depth)
         edges = shading.free_edges(triangles)
@@ -111,10 +111,10 @@ def render(camera: Camera, peak: Peak, *, through: bool) -> FloatArray:
 
 
 def _with_dots(camera: Camera, peak: Peak, picture: FloatArray) -> FloatArray:
-    patch = peak.shown_points[peak.in_contact]
+    patch = peak.slave_points[peak.in_contact]
     if not len(patch):
         return picture
-    radius = float(np.clip(0.09 * camera.size[0] / np.sqrt(len(patch)), 1.2, 5.0))
+    radius = float(np.clip(0.07 * camera.size[0] / np.sqrt(len(patch)), 1.2, 5.0))
     dots = shading.cloud_layer(camera, patch, radius).seen[:, :, None]
     return np.asarray(np.where(dots, 0.45 * picture + 0.55 * INK, picture))
 

@@ -52,11 +52,20 @@ def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     """(m, 3, 3) unit normals at the corners: smooth, but sharp across creases."""
     p = points[triangles]
     facet = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    facet /= np.maximum(np.linalg.norm(facet, axis=1, keepdims=True), 1e-300)
     at_point = np.zeros_like(points)
     for corner in range(3):
-        np.add.at(at_point, triangles[:, corner], facet)
+        ahead = p[:, (corner + 1) % 3] - p[:, corner]
+        behind = p[:, (corner + 2) % 3] - p[:, corner]
+        # weighted by the corner's angle: slivers, whatever their size, do not tilt the mean
+        angle = np.arctan2(
+            np.linalg.norm(np.cross(ahead, behind), axis=1), np.einsum("mi,mi->m", ahead, behind)
+        )
+        for axis in range(3):
+            at_point[:, axis] += np.bincount(
+                triangles[:, corner], angle * facet[:, axis], minlength=len(points)
+            )
     at_point /= np.maximum(np.linalg.norm(at_point, axis=1, keepdims=True), 1e-300)
-    facet /= np.maximum(np.linalg.norm(facet, axis=1, keepdims=True), 1e-300)
     smooth = at_point[triangles]
     sharp = np.einsum("mci,mi->mc", smooth, facet) < _CREASE
     return np.where(sharp[:, :, None], facet[:, None, :], smooth)

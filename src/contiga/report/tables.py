@@ -12,6 +12,7 @@ _STAGES = {
     "import": "Loading packages",
     "build": "Reading files, building tables",
     "compile": "Compiling kernels (first run on a machine only)",
+    "motion": "Moving bodies and slaves",
     "search": "Search",
     "area": "Contact area",
     "forces": "Forces",
@@ -67,29 +68,24 @@ def key_figures(run: Run) -> str:
 def inputs_table(run: Run) -> str:
     """Bodies and slaves with their counts."""
     rows = []
-    for name, facts in _flat_inputs(run.summary.get("inputs") or {}):
-        said = " · ".join(f"{escape(_words(k))} {escape(_shown(v))}" for k, v in facts.items())
-        rows.append(f"<tr><td>{escape(name)}</td><td>{said}</td></tr>")
+    for name, facts in (run.summary.get("inputs") or {}).items():
+        kind = escape(str(facts.get("kind", "")))
+        said = [
+            f"{escape(_words(key))} {escape(_shown(value))}"
+            + (f" {escape(run.units.length)}" if key == "size" else "")
+            for key, value in facts.items()
+            if key != "kind"
+        ]
+        cells = f"<td>{escape(name)}</td><td>{kind}</td><td>{' · '.join(said)}</td>"
+        rows.append(f"<tr>{cells}</tr>")
     for key, label in (("n_points", "points in all"), ("n_elements", "elements in all")):
         if run.summary.get(key) is not None:
             count = number(float(run.summary[key]), 9)
-            rows.append(f'<tr class="total"><td>{label}</td><td>{count}</td></tr>')
+            rows.append(f'<tr class="total"><td>{label}</td><td></td><td>{count}</td></tr>')
     if not rows:
         return ""
-    return f"<table><thead><tr><th>Name</th><th>Counts</th></tr></thead>{''.join(rows)}</table>"
-
-
-def _flat_inputs(inputs: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
-    """``(name, facts)``; one level of grouping ("bodies": {name: facts}) is taken apart."""
-    rows: list[tuple[str, dict[str, Any]]] = []
-    for key, value in inputs.items():
-        if isinstance(value, dict) and value and all(isinstance(v, dict) for v in value.values()):
-            rows += [(name, facts) for name, facts in value.items()]
-        elif isinstance(value, dict):
-            rows.append((key, value))
-        else:
-            rows.append((key, {"": value}))
-    return rows
+    head = "<thead><tr><th>Name</th><th>Kind</th><th>Counts</th></tr></thead>"
+    return f"<table>{head}{''.join(rows)}</table>"
 
 
 def _words(key: str) -> str:
@@ -111,7 +107,7 @@ def _shown(value: Any) -> str:
 
 
 def status_table(run: Run) -> str:
-    """How many points ended in each status, a row a contact."""
+    """How many points took each status, summed over the steps, a row a contact."""
     statuses = run.summary.get("statuses") or {}
     if not statuses:
         return ""

@@ -100,7 +100,10 @@ def write_folder(folder: Path, *, fields: bool = True, cloud: bool = False) -> P
         "n_elements": 8,
         "threads": 2,
         "statuses": {"press": {"FREE": 169, "OLD": 0}},
-        "inputs": {"bodies": {"ball": {"patches": 1}}, "slaves": {"sheet": {"points": 169}}},
+        "inputs": {
+            "ball": {"kind": "body", "patches": 1, "size": 34.64},
+            "sheet": {"kind": "slave", "points": 169},
+        },
         "warnings": [],
     }
     (folder / "summary.json").write_text(json.dumps(summary), encoding="utf-8")

@@ -11,7 +11,7 @@ from contiga.io.vtkhdf import FieldsWriter, read_fields
 from contiga.io.vtkhdf_layout import Part
 from contiga.report.peak import at_frame, peak_frame, stacked
 
-from .conftest import DEPTHS, RADIUS, ball, sheet, write_fields
+from .conftest import DEPTHS, ball, penetration_of, sheet, write_fields
 
 TIMES = np.arange(5.0)
 
@@ -36,13 +36,13 @@ def test_without_force_the_peak_is_the_deepest(series) -> None:
     assert peak_frame(series, TIMES, np.zeros(5)) == int(np.argmax(DEPTHS))
 
 
-def test_points_in_contact_are_shown_on_the_body(series) -> None:
+def test_contact_and_depth_are_those_of_the_frame(series) -> None:
+    slave, _ = sheet()
     peak = at_frame(series, 2)
-    centre = np.array([0.0, 0.0, RADIUS - DEPTHS[2]])
-    distance = np.linalg.norm(peak.shown_points[peak.in_contact] - centre, axis=1)
-    np.testing.assert_allclose(distance, RADIUS, rtol=1e-12)
-    free = ~peak.in_contact
-    np.testing.assert_array_equal(peak.shown_points[free], peak.slave_points[free])
+    depth, _ = penetration_of(slave, DEPTHS[2])
+    np.testing.assert_array_equal(peak.slave_points, slave)
+    np.testing.assert_array_equal(peak.in_contact, depth > 0.0)
+    np.testing.assert_array_equal(peak.penetration, depth)
     assert peak.in_contact.sum() > 20
 
 

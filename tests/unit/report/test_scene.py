@@ -33,7 +33,7 @@ def peak_at(tmp_path: Path, frame: int, *, cloud: bool = False) -> Peak:
 def test_contact_is_coloured_and_the_rest_is_not(tmp_path: Path) -> None:
     peak = peak_at(tmp_path, 2)
     camera = through_view(peak, (150, 160))
-    layer = mesh_layer(camera, peak.shown_points, peak.slave_triangles)
+    layer = mesh_layer(camera, peak.slave_points, peak.slave_triangles)
     colours = slave_colours(layer, peak)
     plain = (colours == SLAVE).all(axis=1)
     touching = layer.at_pixels(peak.in_contact.astype(float)) > 0.5
@@ -46,7 +46,7 @@ def test_contact_is_coloured_and_the_rest_is_not(tmp_path: Path) -> None:
 def test_both_views_hold_the_contact(tmp_path: Path) -> None:
     peak = peak_at(tmp_path, 2)
     for view in (outside_view, through_view):
-        column, row, _ = project(view(peak, (150, 160)), peak.shown_points[peak.in_contact]).T
+        column, row, _ = project(view(peak, (150, 160)), peak.slave_points[peak.in_contact]).T
         assert column.min() >= 0.0
         assert column.max() < 160.0
         assert row.min() >= 0.0

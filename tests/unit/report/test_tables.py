@@ -66,8 +66,8 @@ def test_statuses_have_a_row_a_contact_and_a_column_a_status(run: Run) -> None:
 
 def test_inputs_name_bodies_and_slaves(run: Run) -> None:
     table = inputs_table(run)
-    assert "<td>ball</td><td>patches 1</td>" in table
-    assert "<td>sheet</td><td>points 169</td>" in table
+    assert "<td>ball</td><td>body</td><td>patches 1 · size 34.64 mm</td>" in table
+    assert "<td>sheet</td><td>slave</td><td>points 169</td>" in table
 
 
 def test_tables_of_an_empty_summary_are_left_out(run: Run) -> None:
