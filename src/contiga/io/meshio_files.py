@@ -83,21 +83,7 @@ def _converted(mesh: Any, path: Path) -> RawMesh:
         place.append(None if piece is None else (len(blocks), len(piece.nodes)))
         if piece is not None:
             blocks.append(piece)
-    if path.suffix.lower() == ".stl":
-        points, blocks = merge_duplicates(points, blocks)
     return RawMesh(points, tuple(blocks), tuple(_groups(mesh, place, len(blocks))))
-
-
-def merge_duplicates(
-    points: FloatArray, blocks: list[CellBlock]
-) -> tuple[FloatArray, list[CellBlock]]:
-    """Make equal points one, in the order they first come; STL writes them once a facet."""
-    _, first, inverse = np.unique(points, axis=0, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty(len(order), dtype=np.int64)
-    rank[order] = np.arange(len(order))
-    new = rank[inverse.ravel()]
-    return points[first[order]], [CellBlock(b.kind, new[b.nodes]) for b in blocks]
 
 
 def _read(path: Path) -> Any:

@@ -141,7 +141,7 @@ def _choose(faces: list[_Faces]) -> list[NDArray[np.bool_]]:
     starts[1:] = (upper[1:] != upper[:-1]) | (lower[1:] != lower[:-1])
     group = np.cumsum(starts) - 1
     solids_in_group = np.bincount(group, weights=solid)[group]
-    on_surface = starts & np.where(solid, solids_in_group == 1, solids_in_group == 0)
+    on_surface = starts & (~solid | (solids_in_group == 1))
     on_surface &= keys[order, 1] >= 0  # fewer than three different corners: no area
     chosen = np.empty(len(order), dtype=bool)
     chosen[order] = on_surface

@@ -184,8 +184,8 @@ class FieldsWriter:
         stored = root[name]
         # Steps start with a chunk: one that held the end of a step too would be packed anew, and
         # the room it had would be lost.
-        rows = int(stored.chunks[0])
-        start: int = -(-len(stored) // rows) * rows
+        rows: int = stored.chunks[0]
+        start = -(-len(stored) // rows) * rows
         stored.resize(start + len(values), axis=0)
         stored[start:] = values
         self._last[name] = (start, values.copy())

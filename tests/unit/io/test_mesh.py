@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from types import SimpleNamespace
 
 import meshio
 import numpy as np
@@ -306,3 +307,12 @@ def test_a_file_cut_short_ends_in_an_error_or_a_smaller_mesh(tmp_path, suffix, s
         return
     assert np.isfinite(slave.points).all()
     assert slave.facets is None or slave.facets.max() < len(slave)
+
+
+def test_arrays_that_do_not_fit_together_are_a_file_error(tmp_path, monkeypatch):
+    path = write(tmp_path / "a.vtu", SQUARE, [("triangle", np.array([[0, 1, 2]]))])
+    ragged = SimpleNamespace(type="triangle", data=[[0, 1, 2], [0, 1]])
+    mesh = SimpleNamespace(points=SQUARE, cells=[ragged])
+    monkeypatch.setattr(meshio, "read", lambda *_: mesh)
+    with pytest.raises(FileError, match="do not fit together"):
+        read_mesh(path)

@@ -106,6 +106,7 @@ def test_hexahedron_and_pyramid_meet_on_a_quadrilateral():
     ("nodes", "own_volume"),
     [
         ([0, 1, 3, 4, 4, 4, 4, 4], 1 / 6),  # LS-DYNA's tetrahedron
+        ([1, 0, 3, 4, 4, 4, 4, 4], 1 / 6),  # its folded base would split the wrong way
         ([0, 1, 3, 3, 4, 4, 4, 4], 1 / 6),  # and other codes'
         ([0, 1, 2, 3, 4, 4, 4, 4], 1 / 3),  # pyramid
         ([0, 1, 2, 3, 4, 4, 7, 7], 0.5),  # LS-DYNA's wedge

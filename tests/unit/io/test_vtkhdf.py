@@ -72,6 +72,7 @@ def assert_vtk_reads(path, steps):
         )
         assert np.diff(vtk_to_numpy(mesh.GetPolys().GetOffsetsArray())).tolist() == [3] * 5
         assert vtk_to_numpy(mesh.GetVerts().GetConnectivityArray()).tolist() == list(range(5, 12))
+        assert np.diff(vtk_to_numpy(mesh.GetVerts().GetOffsetsArray())).tolist() == [1] * 7
         assert mesh.GetNumberOfLines() == mesh.GetNumberOfStrips() == 0
         assert mesh.GetPointData().GetNumberOfArrays() == len(data)
         for name, values in data.items():
@@ -199,6 +200,8 @@ def test_many_points_are_chunked_and_light(tmp_path):
     assert path.stat().st_size < 1.05 * 2 * moved[0].nbytes
     with h5py.File(path) as file:
         assert file["VTKHDF/Points"].chunks[0] < n
+        # Each step starts with a chunk.
+        assert file["VTKHDF/Steps/PointOffsets"][1] % file["VTKHDF/Points"].chunks[0] == 0
     reader = vtk_reader(path)
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
