@@ -32,7 +32,6 @@ _THICKNESSES = (16,) * 4
 # More cards for each shell than the one with its nodes; the first holds thickness at its corners.
 _SHELL_OPTIONS = {"THICKNESS": 1, "BETA": 1, "MCID": 1, "OFFSET": 1}
 _SOLIDS = ("ELEMENT_SOLID", "ELEMENT_TSHELL")
-_NO_SURFACE = ("ELEMENT_SHELL_SOURCE_SINK", "ELEMENT_SHELL_NURBS_PATCH")
 
 _PLAIN_NUMBER = re.compile(r" *[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)? *")
 
@@ -149,7 +148,7 @@ def _from_cards(
                     continue
                 ids.append(whole(node, block, card))
                 points.append([real(value, block, card) for value in xyz])
-        elif block.keyword.startswith("ELEMENT_SHELL") and block.keyword not in _NO_SURFACE:
+        elif block.keyword.startswith("ELEMENT_SHELL"):
             shells.append(_shell_cards(block))
         elif block.keyword.startswith(_SOLIDS):
             solids.append(_solid_cards(block))

@@ -95,11 +95,6 @@ def skin(points: FloatArray, blocks: list[CellBlock] | tuple[CellBlock, ...]) ->
     return np.ascontiguousarray(np.concatenate(pieces), dtype=np.int32)
 
 
-def solid_volumes(points: FloatArray, block: CellBlock) -> FloatArray:
-    """(m,) volumes of the solids of a block, from their corners; negative if turned inside out."""
-    return _volumes(points, block.kind, block.nodes)
-
-
 def mend_degenerate(block: CellBlock) -> list[CellBlock]:
     """Hexahedra that are tetrahedra written with their fourth node five times, apart.
 
