@@ -1,0 +1,1 @@
+"""Speed of contiga beside other codes, in one run and on moving data."""

@@ -1,0 +1,20 @@
+"""`python -m benchmarks`: every benchmark, one after the other."""
+
+from __future__ import annotations
+
+from contiga.num.threads import thread_count
+
+from benchmarks import startup, tracking
+
+
+def main() -> None:
+    """Print the tables."""
+    print(f"{thread_count()} threads")
+    for title, run in (("Tracking", tracking.run), ("Start", startup.run)):
+        print(f"\n{title}")
+        for line in run():
+            print(f"  {line}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

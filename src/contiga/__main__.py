@@ -1,0 +1,5 @@
+"""`python -m contiga`: the command line."""
+
+from contiga.cli import main
+
+main()
