@@ -17,6 +17,8 @@ from contiga.records import FloatArray
 
 STRAIGHT = 1e-12
 """Misses of this share of a face are rounding."""
+CLOSED = 1e-6
+"""Gaps of this share of a loop leave no doubt about its order."""
 LEVEL = 1e-7
 """Largest share of a face by which its border may miss the rectangle it is taken for."""
 
@@ -59,9 +61,12 @@ def chained(loop: Loop, periods: FloatArray) -> Loop:
     The order of the file is kept where it already closes; else the nearest start follows.
     """
     ordered = _joined(loop, periods)
-    if worst_gap(ordered) <= worst_gap(greedy := _joined(_nearest_order(loop, periods), periods)):
+    reach = float(np.ptp(np.concatenate([ends(strand) for strand in ordered]), axis=0).max())
+    if worst_gap(ordered) <= CLOSED * reach:
         return ordered
-    return greedy
+    # Only then: on a surface that is periodic both ways every strand may follow every other.
+    nearest = _joined(_nearest_order(loop, periods), periods)
+    return nearest if worst_gap(nearest) < 0.5 * worst_gap(ordered) else ordered
 
 
 def _joined(loop: Loop, periods: FloatArray) -> Loop:
