@@ -44,7 +44,8 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
             group = file.create_group(f"states/{name}")
             for field in fields(State):
                 group.create_dataset(field.name, data=getattr(state, field.name))
-        history = file.create_group("history")
+        # Columns stay in their order: a resumed run writes the same file.
+        history = file.create_group("history", track_order=True)
         for name, column in checkpoint.history.items():
             history.create_dataset(name, data=column)
 

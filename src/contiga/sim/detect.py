@@ -12,12 +12,15 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.records import ByteArray, ContactStatus, FloatArray, IntArray, Projection, Status
 from contiga.search.hits import hits_of_rows
 from contiga.search.projection import closest_of_rows, empty_projection, track
 from contiga.search.reach import box_reach
 from contiga.search.records import BORDER, Tables
+
+BoolArray = NDArray[np.bool_]
 
 
 class Options(NamedTuple):
@@ -101,14 +104,36 @@ def look(
     reach[~free] = 0.0
     reach[~active] = np.inf
     near = np.flatnonzero(free & (reach <= 0.0)).astype(np.int32)
-    result = (status, feet, reach)
     if options.penetration:
-        _look_inside(tables, now, near, result, options)
+        _look_inside(tables, now, near, (status, feet, reach), options)
     else:
-        _sweep(tables, (before, now), near, result)
+        _sweep(tables, (before, now), near, (status, feet, options))
         rest = near[feet.patch[near] < 0]
         box_reach(tables, now, rest, reach)
     return Detected(status, feet, reach)
+
+
+class _Tracked(NamedTuple):
+    """Feet continued from where they were, and what is to become of them."""
+
+    feet: Projection
+    solved: BoolArray
+    at_border: BoolArray
+    keep: BoolArray
+    """Inside, and on the surface or (where the options hold it) on its border."""
+
+
+def _track(
+    tables: Tables, p_B: FloatArray, patch: IntArray, uv: FloatArray, options: Options
+) -> _Tracked:
+    out = empty_projection(len(p_B))
+    track(tables, p_B, patch, np.ascontiguousarray(uv), out)
+    failed = np.flatnonzero(out.status == Status.MAX_ITERATIONS).astype(np.int32)
+    closest_of_rows(tables, p_B, failed, out)
+    at_border = (out.status == Status.BORDER) | (out.status == Status.TRIMMED)
+    solved = (out.status == Status.OK) | at_border
+    keep = solved & (out.gap <= 0.0) & (options.hold | ~at_border)
+    return _Tracked(out, solved, at_border, keep)
 
 
 def _continue(
@@ -122,41 +147,34 @@ def _continue(
     status, feet, options = result
     if len(rows) == 0:
         return
-    out = empty_projection(len(rows))
-    p_B = np.ascontiguousarray(now[rows])
-    track(tables, p_B, last.patch[rows], np.ascontiguousarray(last.uv[rows]), out)
-    failed = np.flatnonzero(out.status == Status.MAX_ITERATIONS).astype(np.int32)
-    closest_of_rows(tables, p_B, failed, out)
-    at_border = (out.status == Status.BORDER) | (out.status == Status.TRIMMED)
-    solved = (out.status == Status.OK) | at_border
-    keep = solved & (out.gap <= 0.0) & (options.hold | ~at_border)
-    new = np.where(at_border, ContactStatus.HELD, ContactStatus.OLD)
-    new = np.where(keep, new, np.where(at_border, ContactStatus.SLID_OFF, ContactStatus.RELEASED))
-    status[rows] = np.where(solved, new, ContactStatus.LOST)
-    _take(feet, rows[keep], out, keep)
+    found = _track(tables, now[rows], last.patch[rows], last.uv[rows], options)
+    held = np.where(found.at_border, ContactStatus.HELD, ContactStatus.OLD)
+    slid_off = found.at_border & (not options.hold)
+    gone = np.where(slid_off, ContactStatus.SLID_OFF, ContactStatus.RELEASED)
+    new = np.where(found.keep, held, gone)
+    status[rows] = np.where(found.solved, new, ContactStatus.LOST)
+    _take(feet, rows, found.feet, found.keep)
 
 
 def _sweep(
     tables: Tables,
     path: tuple[FloatArray, FloatArray],
     rows: IntArray,
-    result: tuple[ByteArray, Projection, FloatArray],
+    result: tuple[ByteArray, Projection, Options],
 ) -> None:
     """New contacts (type a): points whose step enters the body, feet started at the entry."""
-    status, feet, _ = result
+    status, feet, options = result
     before, now = path
     hits = hits_of_rows(tables, before, now, rows)
     entered = np.flatnonzero(hits.patch >= 0)
     if len(entered) == 0:
         return
     rows = rows[entered]
-    out = empty_projection(len(rows))
-    p_B = np.ascontiguousarray(now[rows])
-    track(tables, p_B, hits.patch[entered], np.ascontiguousarray(hits.uv[entered]), out)
-    keep = (out.status == Status.OK) & (out.gap <= 0.0)
-    status[rows[keep]] = ContactStatus.NEW
-    status[rows[out.status == Status.MAX_ITERATIONS]] = ContactStatus.LOST
-    _take(feet, rows[keep], out, keep)
+    found = _track(tables, now[rows], hits.patch[entered], hits.uv[entered], options)
+    new = np.where(found.at_border, ContactStatus.HELD, ContactStatus.NEW)
+    status[rows[found.keep]] = new[found.keep]
+    status[rows[~found.solved]] = ContactStatus.LOST
+    _take(feet, rows, found.feet, found.keep)
 
 
 def _look_inside(
@@ -171,14 +189,17 @@ def _look_inside(
     out = empty_projection(len(rows))
     inner = np.ascontiguousarray(p_B[rows])
     closest_of_rows(tables, inner, np.arange(len(rows), dtype=np.int32), out)
-    reach[rows] = np.abs(out.gap)
+    # Behind an open surface, deeper than contact reaches or beside its border, a point is as far
+    # from contact as from that depth. A foot that was not found (NaN) is looked for again.
+    reach[rows] = np.where(out.gap > 0.0, out.gap, np.fmax(-out.gap - options.depth, 0.0))
     keep = (out.status == Status.OK) & (out.gap <= 0.0) & (out.gap >= -options.depth)
     status[rows[keep]] = ContactStatus.NEW
-    reach[rows[keep]] = 0.0
-    _take(feet, rows[keep], out, keep)
+    _take(feet, rows, out, keep)
 
 
-def _take(feet: Projection, rows: IntArray, out: Projection, keep: np.ndarray) -> None:
+def _take(feet: Projection, rows: IntArray, out: Projection, keep: BoolArray) -> None:
+    """Write the rows of `out` that are kept into `rows` of `feet`."""
+    rows = rows[keep]
     feet.patch[rows] = out.patch[keep]
     feet.uv[rows] = out.uv[keep]
     feet.point[rows] = out.point[keep]

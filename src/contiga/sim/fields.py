@@ -45,7 +45,6 @@ class Fields:
         self._writer = (
             FieldsWriter(path, parts) if written is None else FieldsWriter.reopen(path, written)
         )
-        self.written = written or 0
 
     def append(self, moment: Moment) -> None:
         """Write one step."""
@@ -63,7 +62,6 @@ class Fields:
                     _add(data, slice(first, first + n), moment.states[part.name])
             first += n
         self._writer.append(moment.time, points, data)
-        self.written += 1
 
     def _blank(self, n: int, first_slave: int) -> dict[str, NDArray[np.generic]]:
         status = np.zeros(n, np.int32)

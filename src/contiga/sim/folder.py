@@ -16,8 +16,13 @@ UNFINISHED = FIELDS + ".part"
 OURS = (HISTORY, FIELDS, CASE, SUMMARY, CHECKPOINT, UNFINISHED)
 
 
-def open_folder(folder: Path) -> Path:
+def open_folder(folder: Path) -> bool:
     """Make sure that `folder` can be written to and holds nothing of somebody else.
+
+    Returns
+    -------
+    bool
+        Whether it has been made.
 
     Raises
     ------
@@ -36,6 +41,7 @@ def open_folder(folder: Path) -> Path:
                 found=sorted(names)[0],
                 allowed="a new or empty folder, or that of an earlier run",
             )
+    missing = not folder.exists()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / f".probe-{os.getpid()}"
@@ -48,7 +54,7 @@ def open_folder(folder: Path) -> Path:
             found=error.strerror,
             allowed="a folder you may write to",
         ) from error
-    return folder
+    return missing
 
 
 def clear_last_run(folder: Path) -> None:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,6 +26,16 @@ CHECKPOINT_SECONDS = 5.0
 Progress = Callable[[int, int, int], Any]
 
 
+class _Stand(NamedTuple):
+    """How far a run has come. Replaced as one, so that a stop at any line leaves a whole step."""
+
+    done: int
+    """Steps recorded, the start counted."""
+    written: int
+    """Of them in the fields file."""
+    states: dict[str, State]
+
+
 class Recorder:
     """Takes the steps of a run as they come.
 
@@ -38,14 +49,24 @@ class Recorder:
     def __init__(self, simulation: Simulation, clock: Clock, progress: Progress | None) -> None:
         self.simulation = simulation
         self.folder: Path | None = None
-        self.states: dict[str, State] = {}
-        self.done = 0
+        self._stand = _Stand(0, 0, {})
         self._rows: dict[str, list[float]] = {}
         self._fields: Fields | None = None
+        self._made = False
         self._fingerprint = ""
         self._saved = perf_counter()
         self._clock = clock
         self._progress = progress
+
+    @property
+    def done(self) -> int:
+        """Steps recorded, the start counted."""
+        return self._stand.done
+
+    @property
+    def states(self) -> dict[str, State]:
+        """After the last step recorded, by contact."""
+        return self._stand.states
 
     def open(self, folder: Path, *, resume: bool) -> None:
         """Write to `folder` from now on, or go on from what is there."""
@@ -53,13 +74,13 @@ class Recorder:
         checkpoint = None
         if resume:
             checkpoint = read_checkpoint(folder / names.CHECKPOINT, self._fingerprint)
-        self.folder = names.open_folder(folder)
+        self._made = names.open_folder(folder)
+        self.folder = folder
         written = None
         if checkpoint is None:
             names.clear_last_run(folder)
         else:
-            self.states = checkpoint.states
-            self.done = checkpoint.done
+            self._stand = _Stand(checkpoint.done, checkpoint.written, checkpoint.states)
             self._rows = {name: list(column) for name, column in checkpoint.history.items()}
             written = checkpoint.written
         finished = self.done >= len(self.simulation.times)
@@ -69,14 +90,18 @@ class Recorder:
 
     def take(self, moment: Moment) -> None:
         """Record one step."""
-        for name, value in history_row(self.simulation, moment).items():
-            self._rows.setdefault(name, []).append(value)
-        self.states = moment.states
-        with self._clock("output"):
-            last = self.done == len(self.simulation.times) - 1
-            if self._fields and (last or self.done % self.simulation.output.every == 0):
+        row = history_row(self.simulation, moment)
+        done, written, _ = self._stand
+        last = done == len(self.simulation.times) - 1
+        if self._fields and (last or done % self.simulation.output.every == 0):
+            with self._clock("output"):
                 self._fields.append(moment)
-        self.done += 1
+            written += 1
+        for name, value in row.items():
+            column = self._rows.setdefault(name, [])
+            del column[done:]
+            column.append(value)
+        self._stand = _Stand(done + 1, written, moment.states)
         if perf_counter() - self._saved > CHECKPOINT_SECONDS:
             self._checkpoint()
         if self._progress is not None:
@@ -86,13 +111,19 @@ class Recorder:
     def columns(self) -> dict[str, FloatArray]:
         """The history so far; counts are whole numbers."""
         return {
-            name: np.array(values, dtype=np.int64 if is_count(name) else np.float64)
+            name: np.array(values[: self.done], np.int64 if is_count(name) else np.float64)
             for name, values in self._rows.items()
         }
 
     def save(self) -> None:
-        """Leave a checkpoint of the last whole step and close the fields."""
-        if self.folder is None or self.done == 0:
+        """Leave a checkpoint of the last whole step; nothing at all where there is none."""
+        if self.folder is None:
+            return
+        if self.done == 0:
+            names.clear_last_run(self.folder)
+            if self._made:
+                with suppress(OSError):
+                    self.folder.rmdir()
             return
         self._checkpoint()
         if self._fields is not None:
@@ -106,7 +137,8 @@ class Recorder:
             write_history(self.folder / names.HISTORY, self.columns())
         if self.simulation.case_text:
             names.write_text(self.folder / names.CASE, self.simulation.case_text)
-        if self._fields is not None:
+        # Also there where a run was stopped after its last step and goes on from it.
+        if (self.folder / names.UNFINISHED).exists():
             (self.folder / names.UNFINISHED).replace(self.folder / names.FIELDS)
         names.write_json(self.folder / names.SUMMARY, summary)
 
@@ -121,7 +153,7 @@ class Recorder:
                 Checkpoint(
                     self._fingerprint,
                     self.done,
-                    0 if self._fields is None else self._fields.written,
+                    self._stand.written,
                     self.states,
                     self.columns(),
                 ),

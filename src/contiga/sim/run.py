@@ -68,14 +68,15 @@ def run(
 
     Notes
     -----
-    When the run is stopped (an exception, Ctrl-C) a checkpoint of the last whole step is left.
+    When the run is stopped (an exception, Ctrl-C) a checkpoint of the last whole step is left;
+    before the first one nothing is.
     """
     clock = Clock()
     with compile_timer() as compiled, clock("total"):
         recorder = Recorder(simulation, clock, progress)
-        if out is not None:
-            recorder.open(Path(out), resume=resume)
         try:
+            if out is not None:
+                recorder.open(Path(out), resume=resume)
             for k in range(recorder.done, len(simulation.times)):
                 recorder.take(advance(simulation, k, recorder.states, clock))
         except BaseException:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+from numpy.typing import NDArray
 
 from contiga.geometry.body import Body
 from contiga.io.slave import Slave
@@ -73,16 +76,28 @@ class Simulation:
     base_folder: Path = Path()
 
     def fingerprint(self) -> str:
-        """Of the case text, the geometry and the slaves: changes when any of them does."""
+        """Of all that decides the results: case, geometry, slaves, contacts, where things move."""
         digest = hashlib.sha256(self.case_text.encode())
-        digest.update(self.times.tobytes())
+        _add(digest, "times", self.times)
         for name, part in self.bodies.items():
-            digest.update(name.encode())
-            for patch in part.body.patches:
-                digest.update(patch.control_points.tobytes())
-                for knots in patch.knots:
-                    digest.update(knots.tobytes())
-        for name, slave in self.slaves.items():
-            digest.update(name.encode())
-            digest.update(slave.slave.points.tobytes())
+            _add(digest, name, part.body.reference_point)
+            _add(digest, "poses", *(part.motion.pose(float(t)) for t in self.times))
+            for patch, loops in zip(part.body.patches, part.body.trims, strict=True):
+                _add(digest, "patch", *patch.knots, patch.control_points, patch.weights)
+                for curve in chain.from_iterable(loops or ()):
+                    _add(digest, "trim", curve.knots, curve.control_points, curve.weights)
+        for name, (slave, motion) in self.slaves.items():
+            _add(digest, name, slave.points, slave.area, slave.thickness, slave.mass, slave.active)
+            _add(digest, "points", motion.points(float(self.times[-1])))
+        for contact in self.contacts:
+            law = contact.contact
+            options = (law.search, law.contact_type, law.on_edge, type(law.law).__name__)
+            digest.update(repr((contact.name, contact.master, contact.slave, *options)).encode())
         return digest.hexdigest()
+
+
+def _add(digest: hashlib._Hash, label: str, *arrays: NDArray[Any] | None) -> None:
+    """Add arrays under a label; their lengths are added too, so that none runs into the next."""
+    digest.update(f"{label}:{len(arrays)}".encode())
+    for array in arrays:
+        digest.update(b"none" if array is None else str(array.shape).encode() + array.tobytes())
