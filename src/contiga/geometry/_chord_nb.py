@@ -17,79 +17,87 @@ MAX_DEPTH = 4
 
 
 @njit(cache=True)
-def cut(coefs, t, keep_low):
-    """Bernstein coefficients (p + 1, ...) of the part below or above `t`, in place (axis 0)."""
-    p = coefs.shape[0] - 1
+def cut(coefs, axis, t, keep_low):
+    """Bernstein coefficients (p + 1, q + 1, d) of the part below or above `t`, in place."""
+    p = coefs.shape[axis] - 1
     for r in range(1, p + 1):
-        if keep_low:
-            for i in range(p, r - 1, -1):
-                coefs[i] += (1.0 - t) * (coefs[i - 1] - coefs[i])
-        else:
-            for i in range(p - r + 1):
-                coefs[i] += t * (coefs[i + 1] - coefs[i])
+        for k in range(p - r + 1):
+            # The point that changes, and the one it moves towards.
+            i = p - k if keep_low else k
+            other = i - 1 if keep_low else i + 1
+            share = 1.0 - t if keep_low else t
+            for j in range(coefs.shape[1 - axis]):
+                for d in range(coefs.shape[2]):
+                    if axis == 0:
+                        coefs[i, j, d] += share * (coefs[other, j, d] - coefs[i, j, d])
+                    else:
+                        coefs[j, i, d] += share * (coefs[j, other, d] - coefs[j, i, d])
 
 
 @njit(cache=True)
-def restrict(coefs, low, high):
-    """Bernstein coefficients over ``[low, high]`` of [0, 1], in place (axis 0)."""
+def restrict(coefs, axis, low, high):
+    """Bernstein coefficients over ``[low, high]`` of [0, 1] along `axis`, in place."""
     if high < 1.0:
-        cut(coefs, high, True)
+        cut(coefs, axis, high, True)
     if low > 0.0:
-        cut(coefs, low / high, False)
-
-
-@njit(cache=True)
-def dot(a, b):
-    """Scalar product of 3-vectors."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+        cut(coefs, axis, low / high, False)
 
 
 @njit(cache=True)
 def triangle_distance(x, a, b, c):
     """Distance from the point `x` to the triangle abc (Ericson, Real-Time Collision Detection)."""
-    ab = b - a
-    ac = c - a
-    ax = x - a
-    d1 = dot(ab, ax)
-    d2 = dot(ac, ax)
-    bx = x - b
-    d3 = dot(ab, bx)
-    d4 = dot(ac, bx)
-    cx = x - c
-    d5 = dot(ab, cx)
-    d6 = dot(ac, cx)
+    abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    acx, acy, acz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    px, py, pz = x[0] - a[0], x[1] - a[1], x[2] - a[2]
+    d1 = abx * px + aby * py + abz * pz
+    d2 = acx * px + acy * py + acz * pz
+    qx, qy, qz = x[0] - b[0], x[1] - b[1], x[2] - b[2]
+    d3 = abx * qx + aby * qy + abz * qz
+    d4 = acx * qx + acy * qy + acz * qz
+    rx, ry, rz = x[0] - c[0], x[1] - c[1], x[2] - c[2]
+    d5 = abx * rx + aby * ry + abz * rz
+    d6 = acx * rx + acy * ry + acz * rz
     va = d3 * d6 - d5 * d4
     vb = d5 * d2 - d1 * d6
     vc = d1 * d4 - d3 * d2
+    # Shares s, t of the two sides at the nearest point a + s ab + t ac.
+    s = 0.0
+    t = 0.0
     if d1 <= 0.0 and d2 <= 0.0:
-        r = ax
+        pass
     elif d3 >= 0.0 and d4 <= d3:
-        r = bx
+        s = 1.0
     elif d6 >= 0.0 and d5 <= d6:
-        r = cx
+        t = 1.0
     elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0 and d1 > d3:
-        r = ax - (d1 / (d1 - d3)) * ab
+        s = d1 / (d1 - d3)
     elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0 and d2 > d6:
-        r = ax - (d2 / (d2 - d6)) * ac
+        t = d2 / (d2 - d6)
     elif va <= 0.0 and d4 >= d3 and d5 >= d6 and (d4 - d3) + (d5 - d6) > 0.0:
-        r = bx - ((d4 - d3) / ((d4 - d3) + (d5 - d6))) * (c - b)
+        t = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+        s = 1.0 - t
     elif va + vb + vc > 0.0:
-        r = ax - (vb / (va + vb + vc)) * ab - (vc / (va + vb + vc)) * ac
-    else:
-        # No area, by rounding: the nearest corner is an upper bound on the distance.
-        return math.sqrt(min(dot(ax, ax), dot(bx, bx), dot(cx, cx)))
-    return math.sqrt(dot(r, r))
+        s = vb / (va + vb + vc)
+        t = vc / (va + vb + vc)
+    # In a triangle without area a corner is taken: an upper bound on the distance.
+    ex = px - s * abx - t * acx
+    ey = py - s * aby - t * acy
+    ez = pz - s * abz - t * acz
+    return math.sqrt(ex * ex + ey * ey + ez * ez)
 
 
 @njit(cache=True)
-def cutting_plane(quad):
+def cutting_plane(quad, plane):
     """Normal of a plane through the diagonal between the two triangles, towards the second."""
-    edge = quad[2] - quad[0]
-    towards = quad[3] - quad[1]
-    size = dot(edge, edge)
-    if size > 0.0:
-        towards = towards - (dot(towards, edge) / size) * edge
-    return towards
+    square = 0.0
+    along = 0.0
+    for d in range(3):
+        edge = quad[2, d] - quad[0, d]
+        square += edge * edge
+        along += edge * (quad[3, d] - quad[1, d])
+    share = along / square if square > 0.0 else 0.0
+    for d in range(3):
+        plane[d] = quad[3, d] - quad[1, d] - share * (quad[2, d] - quad[0, d])
 
 
 @njit(cache=True)
@@ -98,13 +106,16 @@ def hull_within(points, quad, tol):
     n = points.shape[0]
     first = True
     second = True
-    plane = cutting_plane(quad)
-    height = np.empty(n)
+    plane = np.empty(3)
+    cutting_plane(quad, plane)
+    height = np.zeros(n)
+    x = np.empty(3)
     parted = True
     for i in range(n):
         d1 = triangle_distance(points[i], quad[0], quad[1], quad[2])
         d2 = triangle_distance(points[i], quad[0], quad[2], quad[3])
-        height[i] = dot(points[i] - quad[0], plane)
+        for d in range(3):
+            height[i] += (points[i, d] - quad[0, d]) * plane[d]
         first = first and d1 <= tol
         second = second and d2 <= tol
         parted = parted and (d1 if height[i] <= 0.0 else d2) <= tol
@@ -118,7 +129,9 @@ def hull_within(points, quad, tol):
         for j in range(n):
             if height[j] <= 0.0:
                 continue
-            x = points[i] + (height[i] / (height[i] - height[j])) * (points[j] - points[i])
+            share = height[i] / (height[i] - height[j])
+            for d in range(3):
+                x[d] = points[i, d] + share * (points[j, d] - points[i, d])
             if triangle_distance(x, quad[0], quad[1], quad[2]) > tol:
                 return False
             if triangle_distance(x, quad[0], quad[2], quad[3]) > tol:
@@ -127,16 +140,37 @@ def hull_within(points, quad, tol):
 
 
 @njit(cache=True)
-def corners_within(coefs, quad, tol):
+def to_points(coefs, points):
+    """Cartesian control points ((p + 1)(q + 1), 3) of a piece (p + 1, q + 1, 4)."""
+    m = coefs.shape[1]
+    for i in range(coefs.shape[0]):
+        for j in range(m):
+            for d in range(3):
+                points[i * m + j, d] = coefs[i, j, d] / coefs[i, j, 3]
+
+
+@njit(cache=True)
+def copy_piece(source, target):
+    """target = source, entry by entry: numba takes seconds to compile the slice assignment."""
+    for i in range(source.shape[0]):
+        for j in range(source.shape[1]):
+            for d in range(source.shape[2]):
+                target[i, j, d] = source[i, j, d]
+
+
+@njit(cache=True)
+def corner_rows(p, q):
+    """Rows of the control points at the corners of a piece, around its border."""
+    return (0, p * (q + 1), p * (q + 1) + q, q)
+
+
+@njit(cache=True)
+def corners_within(points, corners, quad, tol):
     """Whether the four corners of a piece, which are points of the surface, are within `tol`."""
-    p = coefs.shape[0] - 1
-    q = coefs.shape[1] - 1
-    for k in range(4):
-        c = coefs[p * (k % 2), q * (k // 2)]
-        x = c[:3] / c[3]
+    for k in corners:
         if (
-            triangle_distance(x, quad[0], quad[1], quad[2]) > tol
-            and triangle_distance(x, quad[0], quad[2], quad[3]) > tol
+            triangle_distance(points[k], quad[0], quad[1], quad[2]) > tol
+            and triangle_distance(points[k], quad[0], quad[2], quad[3]) > tol
         ):
             return False
     return True
@@ -148,36 +182,34 @@ def cell_within(net, tol, stack, depth, points):
 
     False is also the answer where the proof does not close in MAX_DEPTH quarterings.
     """
-    p = net.shape[0] - 1
-    q = net.shape[1] - 1
+    corners = corner_rows(net.shape[0] - 1, net.shape[1] - 1)
+    to_points(net, points)
     quad = np.empty((4, 3))
-    quad[0] = net[0, 0, :3] / net[0, 0, 3]
-    quad[1] = net[p, 0, :3] / net[p, 0, 3]
-    quad[2] = net[p, q, :3] / net[p, q, 3]
-    quad[3] = net[0, q, :3] / net[0, q, 3]
-    stack[0] = net
+    for k in range(4):
+        for d in range(3):
+            quad[k, d] = points[corners[k], d]
+    copy_piece(net, stack[0])
     depth[0] = 0
     top = 1
     while top > 0:
         top -= 1
-        piece = stack[top].copy()
         level = depth[top]
-        if not corners_within(piece, quad, tol):
+        to_points(stack[top], points)
+        if not corners_within(points, corners, quad, tol):
             return False
-        for i in range(p + 1):
-            for j in range(q + 1):
-                for d in range(3):
-                    points[i * (q + 1) + j, d] = piece[i, j, d] / piece[i, j, 3]
         if hull_within(points, quad, tol):
             continue
         if level == MAX_DEPTH:
             return False
-        for k in range(4):
-            stack[top] = piece
-            cut(stack[top], 0.5, k % 2 == 0)
-            cut(stack[top].transpose(1, 0, 2), 0.5, k // 2 == 0)
-            depth[top] = level + 1
-            top += 1
+        # The quarters take the place of the piece, which is cut last.
+        for k in range(3, -1, -1):
+            part = stack[top + k]
+            if k > 0:
+                copy_piece(stack[top], part)
+            cut(part, 0, 0.5, k % 2 == 0)
+            cut(part, 1, 0.5, k // 2 == 0)
+            depth[top + k] = level + 1
+        top += 4
     return True
 
 
@@ -189,12 +221,14 @@ def element_within(coefs, rows, columns, tol):
     stack = np.empty((3 * MAX_DEPTH + 4, p + 1, q + 1, 4))
     depth = np.empty(3 * MAX_DEPTH + 4, np.int64)
     points = np.empty(((p + 1) * (q + 1), 3))
+    strip = np.empty_like(coefs)
+    cell = np.empty_like(coefs)
     for r in range(rows):
-        strip = coefs.copy()
-        restrict(strip, r / rows, (r + 1) / rows)
+        copy_piece(coefs, strip)
+        restrict(strip, 0, r / rows, (r + 1) / rows)
         for c in range(columns):
-            cell = strip.copy()
-            restrict(cell.transpose(1, 0, 2), c / columns, (c + 1) / columns)
+            copy_piece(strip, cell)
+            restrict(cell, 1, c / columns, (c + 1) / columns)
             if not cell_within(cell, tol, stack, depth, points):
                 return False
     return True

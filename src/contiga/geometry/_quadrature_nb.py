@@ -47,7 +47,7 @@ def jacobian(A, A_u, A_v):
 
 @njit(cache=True)
 def box_area(coefs, box, nodes, weights):
-    """Gauss value of the area over ``box`` = (u0, u1, v0, v1) in local coordinates."""
+    """Gauss value of the area over ``box`` = (u0, u1, v0, v1, ...) in local coordinates."""
     p = coefs.shape[0] - 1
     q = coefs.shape[1] - 1
     B = np.empty(p + 1)
@@ -88,33 +88,32 @@ def element_area(coefs, nodes, weights, rtol, floor):
     A box is done when the two differ by less than `rtol` of its area, or of its share of
     `floor`, an absolute size for the element.
     """
-    stack = np.empty((3 * MAX_DEPTH + 4, 6))
-    stack[0] = np.array([0.0, 1.0, 0.0, 1.0, 0.0, 0.0])
-    stack[0, 4] = box_area(coefs, stack[0, :4], nodes, weights)
+    # Rows: the box (u0, u1, v0, v1), its value and its depth.
+    stack = np.zeros((3 * MAX_DEPTH + 4, 6))
+    stack[0, 1] = 1.0
+    stack[0, 3] = 1.0
+    stack[0, 4] = box_area(coefs, stack[0], nodes, weights)
     top = 1
     total = 0.0
-    parts = np.empty((4, 6))
     while top > 0:
         top -= 1
-        u0, u1, v0, v1, whole, depth = stack[top]
-        u = 0.5 * (u0 + u1)
-        v = 0.5 * (v0 + v1)
+        u0, u1, v0, v1 = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
+        whole, depth = stack[top, 4], stack[top, 5]
         fine = 0.0
         for k in range(4):
-            parts[k, 0] = u if k % 2 else u0
-            parts[k, 1] = u1 if k % 2 else u
-            parts[k, 2] = v if k // 2 else v0
-            parts[k, 3] = v1 if k // 2 else v
-            parts[k, 4] = box_area(coefs, parts[k, :4], nodes, weights)
-            parts[k, 5] = depth + 1.0
-            fine += parts[k, 4]
+            part = stack[top + k]
+            part[0] = 0.5 * (u0 + u1) if k % 2 else u0
+            part[1] = u1 if k % 2 else 0.5 * (u0 + u1)
+            part[2] = 0.5 * (v0 + v1) if k // 2 else v0
+            part[3] = v1 if k // 2 else 0.5 * (v0 + v1)
+            part[4] = box_area(coefs, part, nodes, weights)
+            part[5] = depth + 1.0
+            fine += part[4]
         allowed = rtol * max(fine, floor * (u1 - u0) * (v1 - v0))
         if abs(fine - whole) <= allowed or depth >= MAX_DEPTH:
             total += fine
         else:
-            for k in range(4):
-                stack[top] = parts[k]
-                top += 1
+            top += 4
     return total
 
 
@@ -162,13 +161,15 @@ def piece_length(coefs, low, high, nodes, weights):
 def element_length(coefs, nodes, weights, rtol, floor):
     """Arc length of one element (p + 1, 4), halved where two parts disagree with the whole."""
     limit = 2 * MAX_DEPTH
-    stack = np.empty((limit + 2, 4))
-    stack[0] = np.array([0.0, 1.0, piece_length(coefs, 0.0, 1.0, nodes, weights), 0.0])
+    # Rows: the ends of a part, its value and its depth.
+    stack = np.zeros((limit + 2, 4))
+    stack[0, 1] = 1.0
+    stack[0, 2] = piece_length(coefs, 0.0, 1.0, nodes, weights)
     top = 1
     total = 0.0
     while top > 0:
         top -= 1
-        low, high, whole, depth = stack[top]
+        low, high, whole, depth = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
         middle = 0.5 * (low + high)
         left = piece_length(coefs, low, middle, nodes, weights)
         right = piece_length(coefs, middle, high, nodes, weights)
@@ -176,8 +177,12 @@ def element_length(coefs, nodes, weights, rtol, floor):
         if abs(left + right - whole) <= allowed or depth >= limit:
             total += left + right
         else:
-            stack[top] = np.array([low, middle, left, depth + 1.0])
-            stack[top + 1] = np.array([middle, high, right, depth + 1.0])
+            stack[top, 1] = middle
+            stack[top, 2] = left
+            stack[top + 1, 0] = middle
+            stack[top + 1, 1] = high
+            stack[top + 1, 2] = right
+            stack[top, 3] = stack[top + 1, 3] = depth + 1.0
             top += 2
     return total
 

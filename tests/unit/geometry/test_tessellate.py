@@ -230,11 +230,13 @@ def test_proof_sees_what_bridges_the_edge_between_the_triangles():
 
 @pytest.mark.interpreted
 def test_restriction_is_the_part_of_the_polynomial():
-    coefs = np.random.default_rng(0).normal(size=(4, 2))
-    part = coefs.copy()
-    chord.restrict(part, 0.2, 0.7)
-    ends = shapes.NurbsCurve(3, [0, 0, 0, 0, 1, 1, 1, 1], coefs).restricted(0.2, 0.7)
-    np.testing.assert_allclose(part, ends.control_points[:, :2], rtol=0, atol=1e-15)
+    coefs = np.random.default_rng(0).normal(size=(4, 1, 2))
+    part, turned = coefs.copy(), coefs.transpose(1, 0, 2).copy()
+    chord.restrict(part, 0, 0.2, 0.7)
+    chord.restrict(turned, 1, 0.2, 0.7)
+    np.testing.assert_array_equal(turned[0], part[:, 0])
+    ends = shapes.NurbsCurve(3, [0, 0, 0, 0, 1, 1, 1, 1], coefs[:, 0]).restricted(0.2, 0.7)
+    np.testing.assert_allclose(part[:, 0], ends.control_points[:, :2], rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("method", ["chord", "net"])
