@@ -24,6 +24,9 @@ _HOME = {
     "AdaptiveLaw": "contiga.forces.laws",
     "Characteristic": "contiga.forces.characteristic",
     "NodalArea": "contiga.area.nodal",
+    "FacetArea": "contiga.area.facet",
+    "HullArea": "contiga.area.hull",
+    "CloudArea": "contiga.area.cloud",
     "Contact": "contiga.sim.contact",
     "State": "contiga.sim.state",
     "load_case": "contiga.case.schema",
@@ -46,6 +49,9 @@ __all__ = ["__version__", *_HOME, *_ROOMS]  # noqa: PLE0604
 if TYPE_CHECKING:
     from contiga import errors, motion
     from contiga.api import run
+    from contiga.area.cloud import CloudArea
+    from contiga.area.facet import FacetArea
+    from contiga.area.hull import HullArea
     from contiga.area.nodal import NodalArea
     from contiga.case.schema import load_case
     from contiga.forces.characteristic import Characteristic

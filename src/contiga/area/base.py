@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from contiga.geometry.body import Body
 from contiga.records import FloatArray, IntArray, Projection
+
+
+class Rest(NamedTuple):
+    """What never changes about a slave."""
+
+    points: FloatArray
+    """(n, 3) at rest."""
+    facets: IntArray | None
+    """(m, 3) triangles, where there are any."""
+    area: FloatArray | None
+    """(n,) tributary areas, where there are any."""
 
 
 class AreaInput(NamedTuple):
@@ -21,6 +32,10 @@ class AreaInput(NamedTuple):
     """n_c rows: the feet of the points in contact, body frame."""
     slave_area: FloatArray | None
     """(n,) tributary areas of the slave, where it has them."""
+    on: str = "slave"
+    """Whose area is wanted: "slave" or "master"."""
+    prepared: Any = None
+    """What the method's `prepare` made of the slave."""
 
 
 class Areas(NamedTuple):
@@ -30,12 +45,25 @@ class Areas(NamedTuple):
     """(n_c,) length²."""
     clusters: IntArray
     """(n_c,) number of the region, from 0."""
+    on: str = "slave"
+    """Whose area it is: "slave" or "master"."""
 
 
 @runtime_checkable
 class AreaMethod(Protocol):
-    """How much area each point in contact stands for."""
+    """How much area each point in contact stands for.
+
+    A method that keeps something about the slave (its neighbours, say) has a method `prepare`
+    beside `measure`, which is called once with the slave's `Rest`; what it returns comes back in
+    every `AreaInput`. Methods themselves never change.
+    """
 
     def measure(self, inp: AreaInput) -> Areas:
         """Areas of the points in contact; empty arrays where there are none."""
         ...  # pragma: no cover
+
+
+def prepared(method: AreaMethod, rest: Rest) -> Any:
+    """What `method` keeps about a slave; None for methods that keep nothing."""
+    prepare = getattr(method, "prepare", None)
+    return None if prepare is None else prepare(rest)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.area.base import AreaInput, Areas
+from contiga.area.base import AreaInput, Areas, Rest
 from contiga.errors import InputError
 from contiga.num.arrays import read_only
 from contiga.records import FloatArray
@@ -72,7 +72,14 @@ class NodalArea:
             )
         return self.value
 
+    def prepare(self, rest: Rest) -> FloatArray:
+        """The area of every point."""
+        return self.nodal(len(rest.points), rest.area)
+
     def measure(self, inp: AreaInput) -> Areas:
         """The constant areas of the points in contact."""
-        area = self.nodal(len(inp.points), inp.slave_area)[inp.rows]
+        whole = inp.prepared
+        if whole is None:
+            whole = self.nodal(len(inp.points), inp.slave_area)
+        area = whole[inp.rows]
         return Areas(area, np.zeros(len(inp.rows), np.int32))

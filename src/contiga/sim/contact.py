@@ -8,7 +8,8 @@ from contextlib import AbstractContextManager, nullcontext
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.area.base import AreaInput, AreaMethod, Areas
+from contiga.area.base import AreaInput, AreaMethod, Areas, Rest, prepared
+from contiga.area.facet import FacetArea
 from contiga.area.mapping import offset_ratio
 from contiga.area.nodal import NodalArea
 from contiga.errors import InputError
@@ -19,7 +20,7 @@ from contiga.io.slave import Slave
 from contiga.motion.pose import as_pose, identity
 from contiga.num.arrays import as_points
 from contiga.num.rigid import to_body, to_world, turn_to_world
-from contiga.records import FloatArray, LawInput
+from contiga.records import FloatArray, IntArray, LawInput, Projection
 from contiga.search.projection import rows_of
 from contiga.search.tables import tables_of
 from contiga.sim.detect import Detected, Last, Options, first_look, is_closed, look
@@ -49,11 +50,13 @@ class Contact:
     master : the rigid body, exact geometry
     slave : the points, and what they know of facets, areas, thickness and mass
     law : from penetration and area to force
-    area : nodal contact areas; the slave's tributary areas if omitted
+    area : nodal contact areas; `FacetArea` if omitted, the slave's tributary areas for a slave
+        without facets
     search : "intersection": a point is in contact from the step in which its path enters the body
         from the free side; "penetration": from the step in which it lies inside
     contact_type : which side deforms (thesis, 3.2). "slave": areas of the slave. "master": the
-        same areas carried along the normal to the master. "combined": both, the penetration is
+        areas of the master; those of methods that measure on the slave are carried there along
+        the normal. "combined": both, the penetration is
         split so that the stresses agree; needs stress laws of both
     on_edge : "release" points whose foot leaves the surface over a border, or "hold" them on it
     master_law : stress law of the master, for type "combined"
@@ -102,10 +105,9 @@ class Contact:
         self.slave = slave
         self.contact_type = contact_type
         self.law = _law_of(law, master_law, contact_type)
-        self.area: AreaMethod = NodalArea() if area is None else area
+        self.area: AreaMethod = _default_area(slave) if area is None else area
         _check_needs(self.law, slave)
-        if isinstance(self.area, NodalArea):
-            self.area.nodal(len(slave), slave.area)
+        self._prepared = prepared(self.area, Rest(slave.points, slave.facets, slave.area))
         self.search = search
         self.on_edge = on_edge
         self._depth = depth
@@ -210,7 +212,7 @@ class Contact:
         rows = np.flatnonzero(found.feet.patch >= 0).astype(np.int32)
         feet = rows_of(found.feet, rows)
         with clock("area"):
-            areas = self._areas(AreaInput(self.master, rows, p_B, feet, self.slave.area))
+            areas = self._areas(rows, p_B, feet)
         with clock("forces"):
             depth = np.maximum(-feet.gap, 0.0)
             slave = self.slave
@@ -248,11 +250,19 @@ class Contact:
             wrench=wrench,
         )
 
-    def _areas(self, inp: AreaInput) -> Areas:
+    def _areas(self, rows: IntArray, p_B: FloatArray, feet: Projection) -> Areas:
+        side = "master" if self.contact_type == "master" else "slave"
+        own = self.slave.area
+        inp = AreaInput(self.master, rows, p_B, feet, own, side, self._prepared)
         areas = self.area.measure(inp)
-        if self.contact_type != "master":
+        if side == "slave" or areas.on == "master":
             return areas
-        return areas._replace(area=areas.area / offset_ratio(self.master, inp.feet))
+        return areas._replace(area=areas.area / offset_ratio(self.master, feet))
+
+
+def _default_area(slave: Slave) -> AreaMethod:
+    has_facets = slave.facets is not None and len(slave.facets) > 0
+    return FacetArea() if has_facets else NodalArea()
 
 
 def _rates(state: State, found: Detected, p_B: FloatArray, dt: float) -> FloatArray:

@@ -1,0 +1,65 @@
+"""Connected components by union and find."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def _root(parent, i):
+    while parent[i] != i:
+        parent[i] = parent[parent[i]]
+        i = parent[i]
+    return i
+
+
+@njit(cache=True)
+def _join(parent, a, b):
+    a = _root(parent, a)
+    b = _root(parent, b)
+    if a < b:
+        parent[b] = a
+    else:
+        parent[a] = b
+
+
+@njit(cache=True)
+def _numbered(parent):
+    label = np.empty(parent.shape[0], np.int32)
+    count = 0
+    for i in range(parent.shape[0]):
+        r = _root(parent, i)
+        if r == i:
+            label[i] = count
+            count += 1
+        else:
+            label[i] = label[r]
+    return label
+
+
+@njit(cache=True, nogil=True)
+def facet_components(corner, n_c):
+    """(n_c,) regions of the corners below n_c that facets (m, 3) join, numbered as they come."""
+    parent = np.arange(n_c)
+    for f in range(corner.shape[0]):
+        for k in range(3):
+            a = corner[f, k]
+            b = corner[f, (k + 1) % 3]
+            if a < n_c and b < n_c:
+                _join(parent, a, b)
+    return _numbered(parent)
+
+
+@njit(cache=True, nogil=True)
+def graph_components(first, neighbour, rows, place):
+    """(n_c,) regions of the points `rows` in a graph of n points; `place` is (n,), −1."""
+    for i in range(rows.shape[0]):
+        place[rows[i]] = i
+    parent = np.arange(rows.shape[0])
+    for i in range(rows.shape[0]):
+        for j in range(first[rows[i]], first[rows[i] + 1]):
+            k = place[neighbour[j]]
+            if k >= 0:
+                _join(parent, i, k)
+    return _numbered(parent)

@@ -1,0 +1,101 @@
+"""Connected regions of contact, found without being told how many there are.
+
+Points in contact are joined over the slave's facets where it has them. The points of a cloud are
+joined to neighbours within `REACH` times the local spacing of the cloud at rest. Both happen in
+space: a seam or a border between patches of the master does not part a region, as it does for
+clusters in (u, v).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.area import _facet_nb, _union_nb
+from contiga.area.base import Rest
+from contiga.errors import InputError
+from contiga.records import FloatArray, IntArray
+
+# A point is a neighbour within this many times the local spacing: past the diagonal of a square
+# grid (√2), short of its second neighbour (2).
+REACH = 1.6
+# The local spacing is the distance to this nearest neighbour: the third is still one step away in
+# a grid and on its edge.
+NEIGHBOUR = 3
+
+
+class Topology(NamedTuple):
+    """The facets of a slave, and which of them meet at each point."""
+
+    facets: IntArray
+    first: NDArray[np.int64]
+    incident: IntArray
+
+
+class Graph(NamedTuple):
+    """Neighbours of each point: neighbour[first[i]:first[i+1]]."""
+
+    first: NDArray[np.int64]
+    neighbour: IntArray
+
+
+def topology_of(facets: IntArray, n: int) -> Topology:
+    """Which facets meet at each of n points.
+
+    Raises
+    ------
+    InputError
+        A facet that names a point which is not there.
+    """
+    own = np.ascontiguousarray(facets, dtype=np.int32)
+    bad = np.flatnonzero(((own < 0) | (own >= n)).any(axis=1))
+    if len(bad):
+        raise InputError(
+            f"facet {int(bad[0])} names a point that is not there",
+            where="facets",
+            found=own[bad[0]].tolist(),
+            allowed=f"0 to {n - 1}",
+        )
+    return Topology(own, *_facet_nb.incidence(own, n))
+
+
+def neighbours_of(points: FloatArray, reach: float = REACH) -> Graph:
+    """Points closer than `reach` times the larger of their local spacings, of a cloud (n, 3).
+
+    The local spacing of a point is the distance to its third neighbour (the last of fewer).
+    """
+    from scipy.spatial import cKDTree
+
+    n = len(points)
+    if n < 2:
+        return Graph(np.zeros(n + 1, np.int64), np.zeros(0, np.int32))
+    tree = cKDTree(points)
+    k = min(NEIGHBOUR + 1, n)
+    spacing = tree.query(points, k=k)[0][:, -1]
+    lists = tree.query_ball_point(points, reach * spacing * (1.0 + 1e-9))
+    counts = np.array([len(entry) for entry in lists])
+    own = np.repeat(np.arange(n), counts)
+    other = np.concatenate([np.asarray(entry, dtype=np.int64) for entry in lists])
+    apart = own != other
+    ends = np.concatenate([own[apart], other[apart]]), np.concatenate([other[apart], own[apart]])
+    order = np.argsort(ends[0], kind="stable")
+    first = np.concatenate(([0], np.cumsum(np.bincount(ends[0], minlength=n))))
+    return Graph(first.astype(np.int64), ends[1][order].astype(np.int32))
+
+
+def structure_of(rest: Rest, reach: float = REACH) -> Topology | Graph:
+    """What joins the points of a slave: its facets, or else its neighbours."""
+    if rest.facets is not None and len(rest.facets):
+        return topology_of(rest.facets, len(rest.points))
+    return neighbours_of(rest.points, reach)
+
+
+def regions(structure: Topology | Graph, rows: IntArray, points: FloatArray) -> IntArray:
+    """(n_c,) number of the connected region of each point `rows`, from 0 as they come."""
+    place = np.full(len(points), -1, np.int32)
+    if isinstance(structure, Graph):
+        return _union_nb.graph_components(structure.first, structure.neighbour, rows, place)
+    found, _, _ = _facet_nb.touched(structure, points, rows, place)
+    return _union_nb.facet_components(place[structure.facets[found]], len(rows))
