@@ -17,6 +17,7 @@ PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
 .DEFAULT_GOAL := demo
 
 demo: $(BIN)/.run-stamp $(GENERATED)/headform.step $(GENERATED)/pad.vtu
+	@test -d $(DEMO) || echo "The first run compiles the kernels: a few minutes, once."
 	$(BIN)/contiga run examples/01_headform.toml -o $(DEMO)
 	@echo "The report: $(abspath $(DEMO)/report.html)"
 

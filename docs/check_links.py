@@ -1,4 +1,4 @@
-"""Check that every relative link and picture of the pages exists: ``python docs/check_links.py``."""
+"""Check that every relative link of the pages leads somewhere: ``python docs/check_links.py``."""
 
 from __future__ import annotations
 

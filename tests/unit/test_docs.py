@@ -8,7 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from contiga.case.schema import parse_case
+from contiga.case.base import Spec
+from contiga.case.contact_spec import ContactSpec
+from contiga.case.schema import (
+    BodySpec,
+    OutputSpec,
+    SlaveSpec,
+    TimeSpec,
+    UnitsSpec,
+    parse_case,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -42,3 +51,11 @@ def test_program_on_a_page_runs(page: str, text: str, capsys: pytest.CaptureFixt
     exec(compile(text, page, "exec"), {})
     expected = re.findall(r"print\(.*#\s*(.+)$", text, re.M)
     assert capsys.readouterr().out.split("\n")[:-1] == expected
+
+
+@pytest.mark.parametrize(
+    "spec", [UnitsSpec, TimeSpec, BodySpec, SlaveSpec, ContactSpec, OutputSpec]
+)
+def test_every_key_of_a_case_is_on_its_page(spec: type[Spec]) -> None:
+    page = (ROOT / "docs" / "case.md").read_text(encoding="utf-8")
+    assert [key for key in spec.model_fields if f"`{key}`" not in page] == []

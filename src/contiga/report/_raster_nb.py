@@ -141,3 +141,25 @@ def normals_at_pixels(buffer, corners, axes, normal):
             for k in range(3):
                 turned = axes[k, 0] * x + axes[k, 1] * y + axes[k, 2] * z
                 normal[row, column, k] = scale * turned
+
+
+@njit(cache=True)
+def light_at_pixels(owner, normal, hollow, lamps, light):
+    """What each pixel's colour is multiplied by and what is added: `light` (h, w, 2).
+
+    `lamps` (2, 3) are the directions to the main light and half-way between it and the eye.
+    """
+    height, width = owner.shape
+    for row in range(height):
+        for column in range(width):
+            if owner[row, column] < 0:
+                continue
+            n = normal[row, column]
+            key = max(0.0, n[0] * lamps[0, 0] + n[1] * lamps[0, 1] + n[2] * lamps[0, 2])
+            gloss = max(0.0, n[0] * lamps[1, 0] + n[1] * lamps[1, 1] + n[2] * lamps[1, 2])
+            sky = 0.5 - 0.5 * n[1]
+            bend = hollow[row // 2, column // 2]
+            shade = 1.0 - 0.75 * bend if bend > 0.0 else 1.0 - 0.25 * bend
+            away = 1.0 - min(max(-n[2], 0.0), 1.0)
+            light[row, column, 0] = (0.46 + 0.24 * sky + 0.46 * key) * shade
+            light[row, column, 1] = 0.10 * gloss**40 + 0.18 * away**3

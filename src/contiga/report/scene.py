@@ -6,11 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.records import FloatArray
 from contiga.report import shading
 from contiga.report.camera import Camera, look, unit
 from contiga.report.peak import Peak
+
+Picture = NDArray[np.float32]
 
 BODY = np.array([0.56, 0.62, 0.69])
 SLAVE = np.array([0.90, 0.88, 0.83])
@@ -83,10 +86,11 @@ def slave_colours(layer: shading.Layer, peak: Peak) -> FloatArray:
     return np.asarray(np.where(touching[:, None], colour_map()(depth)[:, :3], SLAVE))
 
 
-def render(camera: Camera, peak: Peak, *, through: bool) -> FloatArray:
+def render(camera: Camera, peak: Peak, *, through: bool) -> Picture:
     """(h, w, 3) picture; with `through` the body is only hinted at."""
     span = float(np.ptp(np.nan_to_num(camera.axes @ peak.body_points.T)))
-    picture = np.ones((*camera.size, 3))
+    # single precision is plenty for eight bits a colour and halves the memory
+    picture = np.ones((*camera.size, 3), dtype=np.float32)
     body = shading.mesh_layer(camera, peak.body_points, peak.body_triangles)
     slave = _slave_layer(camera, peak)
     picture[slave.seen] = shading.lit(slave, slave_colours(slave, peak), span)
@@ -94,29 +98,27 @@ def render(camera: Camera, peak: Peak, *, through: bool) -> FloatArray:
         facing = -body.normal[body.seen][:, 2]
         veil = (0.05 + 0.38 * (1.0 - np.clip(facing, 0.0, 1.0)) ** 2)[:, None]
         picture[body.seen] = (1.0 - veil) * picture[body.seen] + veil * (0.75 * BODY)
-        return _with_dots(camera, peak, picture)
-    front = body.seen & (body.buffer.depth < slave.buffer.depth)
-    shaded = np.ones_like(picture)
-    shaded[body.seen] = shading.lit(body, BODY, span)
-    picture[front] = shaded[front]
+        _draw_dots(camera, peak, picture)
+        return picture
+    front = (body.buffer.depth < slave.buffer.depth)[body.seen]
+    picture[body.seen] = np.where(front[:, None], shading.lit(body, BODY, span), picture[body.seen])
+    nearest = np.minimum(body.buffer.depth, slave.buffer.depth)
     for points, triangles in (
         (peak.body_points, peak.body_triangles),
         (peak.slave_points, peak.slave_triangles),
     ):
-        nearest = np.minimum(body.buffer.depth, slave.buffer.depth)
         edges = shading.free_edges(triangles)
-        ink = 0.4 * shading.line_ink(camera, points, edges, nearest, 2e-3 * span)[:, :, None]
-        picture = (1.0 - ink) * picture + ink * INK
+        inked = shading.line_ink(camera, points, edges, nearest, 2e-3 * span) > 0.0
+        picture[inked] = 0.6 * picture[inked] + 0.4 * INK
     return picture
 
 
-def _with_dots(camera: Camera, peak: Peak, picture: FloatArray) -> FloatArray:
+def _draw_dots(camera: Camera, peak: Peak, picture: Picture) -> None:
     patch = peak.slave_points[peak.in_contact]
-    if not len(patch):
-        return picture
-    radius = float(np.clip(0.07 * camera.size[0] / np.sqrt(len(patch)), 1.2, 5.0))
-    dots = shading.cloud_layer(camera, patch, radius).seen[:, :, None]
-    return np.asarray(np.where(dots, 0.45 * picture + 0.55 * INK, picture))
+    if len(patch):
+        radius = float(np.clip(0.07 * camera.size[0] / np.sqrt(len(patch)), 1.2, 5.0))
+        dots = shading.cloud_layer(camera, patch, radius).seen
+        picture[dots] = 0.45 * picture[dots] + 0.55 * INK
 
 
 def draw_still(peak: Peak, path: Path, *, length: str, time: str) -> None:

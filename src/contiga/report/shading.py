@@ -14,12 +14,14 @@ from contiga.report._raster_nb import (
     draw_lines,
     draw_triangles,
     empty_buffer,
+    light_at_pixels,
     normals_at_pixels,
 )
 from contiga.report.camera import Camera, project
 
 _KEY = np.array([-0.45, -0.65, -0.62]) / np.linalg.norm([0.45, 0.65, 0.62])
 """Towards the main light in camera axes (right, down, forward): over the left shoulder."""
+_LAMPS = np.stack([_KEY, (_KEY - [0.0, 0.0, 1.0]) / np.linalg.norm(_KEY - [0.0, 0.0, 1.0])])
 _CREASE = np.cos(np.radians(35.0))
 """Facets that turn away more than this from the mean normal of a corner keep an edge there."""
 
@@ -113,13 +115,6 @@ def hollows(depth: FloatArray, reach: int, size: float) -> FloatArray:
     return np.clip(np.nan_to_num(total) / (8.0 * len(steps) * size), -1.0, 1.0)
 
 
-def _coarse_hollows(depth: FloatArray, size: float) -> FloatArray:
-    """`hollows` at every other pixel: a soft shade needs no more, and it takes a quarter."""
-    reach = max(2, depth.shape[0] // 120)
-    coarse = hollows(depth[::2, ::2], reach, size)
-    return coarse.repeat(2, axis=0).repeat(2, axis=1)[: depth.shape[0], : depth.shape[1]]
-
-
 def _moved(depth: FloatArray, shift: tuple[int, int]) -> FloatArray:
     """`depth` moved by whole pixels, infinity coming in from outside."""
     rows, columns = shift
@@ -132,28 +127,27 @@ def _moved(depth: FloatArray, shift: tuple[int, int]) -> FloatArray:
 
 
 def lit(layer: Layer, colour: FloatArray, size: float) -> FloatArray:
-    """(k, 3) colours in [0, 1] of the pixels of `layer.seen`; `colour` is (3,) or (k, 3)."""
-    seen = layer.seen
-    normal = layer.normal[seen]
-    key = np.clip(normal @ _KEY, 0.0, None)
-    sky = 0.5 - 0.5 * normal[:, 1]
-    facing = np.clip(-normal[:, 2], 0.0, 1.0)
-    half_way = _KEY + np.array([0.0, 0.0, -1.0])
-    gloss = np.clip(normal @ (half_way / np.linalg.norm(half_way)), 0.0, 1.0) ** 40
-    hollow = _coarse_hollows(layer.buffer.depth, 0.02 * size)[seen]
-    light = 0.46 + 0.24 * sky + 0.46 * key
-    light *= 1.0 - 0.75 * np.clip(hollow, 0.0, 1.0) + 0.25 * np.clip(-hollow, 0.0, 1.0)
-    rim = 0.18 * (1.0 - facing) ** 3
-    picture = colour * light[:, None] + (0.10 * gloss + rim)[:, None]
-    return np.asarray(np.clip(picture, 0.0, 1.0))
+    """(k, 3) colours in [0, 1] of the pixels of `layer.seen`; `colour` is (3,) or (k, 3).
+
+    `size` is that of the scene: bends of a fiftieth of it are the strongest that are shaded.
+    """
+    depth = layer.buffer.depth
+    # every other pixel: a soft shade needs no more, and it takes a quarter of the time
+    hollow = hollows(depth[::2, ::2], max(2, depth.shape[0] // 120), 0.02 * size)
+    light = np.zeros((*depth.shape, 2))
+    light_at_pixels(layer.buffer.owner, layer.normal, hollow, _LAMPS, light)
+    factor, added = light[layer.seen].T
+    return np.asarray(np.clip(colour * factor[:, None] + added[:, None], 0.0, 1.0))
 
 
 def free_edges(triangles: IntArray) -> IntArray:
     """(k, 2) edges that belong to one triangle only: the borders of faces and sheets."""
     pairs = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    pairs = np.sort(pairs, axis=1)
-    edges, count = np.unique(pairs, axis=0, return_counts=True)
-    return np.ascontiguousarray(edges[count == 1], dtype=np.int32)
+    low, high = pairs.min(axis=1).astype(np.int64), pairs.max(axis=1).astype(np.int64)
+    n = int(high.max(initial=0)) + 1
+    edges, count = np.unique(low * n + high, return_counts=True)
+    free = edges[count == 1]
+    return np.ascontiguousarray(np.stack([free // n, free % n], axis=1), dtype=np.int32)
 
 
 def line_ink(
@@ -165,7 +159,7 @@ def line_ink(
     return ink
 
 
-def shrunk(picture: FloatArray, factor: int) -> FloatArray:
+def shrunk(picture: NDArray[np.floating], factor: int) -> NDArray[np.floating]:
     """`picture` (h·f, w·f, c) averaged to (h, w, c): smooth edges."""
     h, w, c = picture.shape
     blocks = picture[: h // factor * factor, : w // factor * factor].reshape(

@@ -10,7 +10,9 @@ from numba import njit
 from contiga.search._element_nb import bernstein_basis, evaluate, locate
 
 MAX_ITERATIONS = 30
-STARTS = 4
+SMALLEST = 1e-9
+"""Half-width of an interval (of a piece's parameter) that is not halved further."""
+MOST_INTERVALS = 400
 
 
 @njit(cache=True)
@@ -65,61 +67,119 @@ def curve_point(elements, grid, trims, piece, t, h, d):
 
 
 @njit(cache=True)
-def closest_on_stretch(elements, grid, trims, piece, limits, point, h):
-    """Closest point of the stretch `limits` (t0, t1) of a piece: t and the distance.
+def _expand(tables, piece, t, point, h, d):
+    """f = |C − P|²/2, f', f'' and |C'|² at t."""
+    e = curve_point(tables.elements, tables.grid, tables.trims, piece, t, h, d)[0]
+    origin = tables.elements.table[e]["origin"]
+    f = slope = curvature = speed = 0.0
+    for k in range(3):
+        r = d[0, k] - (point[k] - origin[k])
+        f += r * r
+        slope += d[1, k] * r
+        curvature += d[2, k] * r
+        speed += d[1, k] * d[1, k]
+    return 0.5 * f, slope, curvature + speed, speed
 
-    Safeguarded Newton on C'·(C − P) = 0 from the best of a few samples.
-    """
-    t0, t1 = limits
-    d = np.empty((3, 3))
-    best_t = t0
-    best = math.inf
-    for k in range(STARTS + 1):
-        t = t0 + (t1 - t0) * k / STARTS
-        f = _squared(elements, grid, trims, piece, t, point, h, d)
-        if f < best:
-            best = f
-            best_t = t
-    t = best_t
-    step = (t1 - t0) / STARTS
+
+@njit(cache=True)
+def _descend(tables, piece, limits, start, point, h, d):
+    """Newton on f' = 0 inside `limits`, f falling from step to step: t and f there."""
+    low, high = limits
+    t = start
+    q = _expand(tables, piece, t, point, h, d)
     for _ in range(MAX_ITERATIONS):
-        e = curve_point(elements, grid, trims, piece, t, h, d)[0]
-        slope = 0.0
-        curvature = 0.0
-        speed = 0.0
-        for k in range(3):
-            r = d[0, k] + elements.table[e]["origin"][k] - point[k]
-            slope += d[1, k] * r
-            curvature += d[2, k] * r
-            speed += d[1, k] * d[1, k]
-        curvature += speed
+        f, slope, curvature, speed = q
         if curvature <= 0.1 * speed:
             curvature = speed
         if curvature <= 0.0:
             break
-        move = min(max(-slope / curvature, -step), step)
-        new = min(max(t + move, t0), t1)
-        if new == t:
+        new = min(max(t - slope / curvature, low), high)
+        share = 1.0
+        better = False
+        while new != t and share > 1e-12:
+            q = _expand(tables, piece, new, point, h, d)
+            if q[0] <= f:
+                better = True
+                break
+            share *= 0.5
+            new = t + 0.5 * (new - t)
+        if not better:
+            return t, f
+        settled = abs(new - t) < 1e-16 or q[0] == f
+        t = new
+        if settled:
             break
-        f = _squared(elements, grid, trims, piece, new, point, h, d)
-        if f <= best:
-            best = f
-            best_t = new
-            settled = abs(new - t) < 1e-15
-            t = new
-            if settled:
-                break
-        else:
-            step = 0.5 * abs(new - t)
-            if step < 1e-15:
-                break
-    return best_t, math.sqrt(best)
+    return t, q[0]
 
 
 @njit(cache=True)
-def _squared(elements, grid, trims, piece, t, point, h, d):
-    e = curve_point(elements, grid, trims, piece, t, h, d)[0]
-    total = 0.0
-    for k in range(3):
-        total += (d[0, k] + elements.table[e]["origin"][k] - point[k]) ** 2
-    return total
+def _straight_distance(f, slope, speed, h):
+    """Smallest |r + C' x| over |x| ≤ h."""
+    x = -slope / speed if speed > 0.0 else 0.0
+    x = min(max(x, -h), h)
+    return math.sqrt(max(0.0, 2.0 * f + 2.0 * slope * x + speed * x * x))
+
+
+@njit(cache=True)
+def closest_on_stretch(tables, leaf, point, best, slack, h):
+    """Closest point of a curve leaf nearer than `best`: t and the distance, or `best` unchanged.
+
+    Intervals are dropped and finished as the cells of a face are (see `_global_nb`), with the
+    leaf's bounds on |C'|, |C''| and |C'''|.
+    """
+    piece = -1 - leaf["element"]
+    t0 = leaf["box"][0]
+    t1 = leaf["box"][1]
+    k1 = leaf["bound"][0]
+    k2 = leaf["bound"][1]
+    k3 = leaf["bound"][2]
+    d = np.empty((3, 3))
+    stack = np.empty((40, 2))
+    stack[0, 0] = t0
+    stack[0, 1] = t1
+    top = 1
+    best_t = t0
+    opened = 0
+    while top > 0:
+        top -= 1
+        opened += 1
+        low = stack[top, 0]
+        high = stack[top, 1]
+        t = 0.5 * (low + high)
+        w = 0.5 * (high - low)
+        f, slope, curvature, speed = _expand(tables, piece, t, point, h, d)
+        distance = math.sqrt(2.0 * f)
+        if distance < best:
+            best = distance
+            best_t = t
+        if _straight_distance(f, slope, speed, w) - 0.5 * k2 * w * w > best - slack:
+            continue
+        change = w * (3.0 * k1 * k2 + (distance + k1 * w) * k3)
+        at_end = low <= t0 or high >= t1
+        if not at_end and abs(slope) > w * (abs(curvature) + change):
+            continue
+        if curvature > change or w < SMALLEST or opened > MOST_INTERVALS or top > 37:
+            start = t if speed == 0.0 else min(max(t - slope / speed, low), high)
+            x, f = _descend(tables, piece, (low, high), start, point, h, d)
+            distance = math.sqrt(2.0 * f)
+            if distance < best:
+                best = distance
+                best_t = x
+            continue
+        first = 0 if slope > 0.0 else 1  # pushed last, opened first: the way f falls
+        stack[top, 0] = t if first == 0 else low
+        stack[top, 1] = high if first == 0 else t
+        stack[top + 1, 0] = low if first == 0 else t
+        stack[top + 1, 1] = t if first == 0 else high
+        top += 2
+    return best_t, best
+
+
+@njit(cache=True)
+def surface_foot(tables, found, h):
+    """(element, s, t) of what a search found: a point of a face, or of a trimming piece."""
+    if found[0] >= 0:
+        return int(found[0]), found[1], found[2]
+    d = np.empty((3, 3))
+    piece = int(-1 - found[0])
+    return curve_point(tables.elements, tables.grid, tables.trims, piece, found[1], h, d)

@@ -1,8 +1,4 @@
-"""From a foot to its record: point, normal, gap; kinks; crossing to the next face.
-
-At a kink the side of a point is decided by the sum of the adjoining normals weighted by the
-angle each face takes there (Baerentzen & Aanaes 2005, doi 10.1109/TVCG.2005.49).
-"""
+"""From a foot to its record: point, normal, gap; crossing to the next face."""
 
 from __future__ import annotations
 
@@ -11,19 +7,30 @@ import math
 import numpy as np
 from numba import njit
 
-from contiga.search._curve_nb import curve_point
+from contiga.search._curve_nb import surface_foot
 from contiga.search._element_nb import parameters
 from contiga.search._global_nb import closest, in_face
+from contiga.search._kink_nb import JOIN, pseudo_normal
 from contiga.search._sides_nb import normal_at
-from contiga.search._walk_nb import cross, walk
+from contiga.search._walk_nb import walk
 
 OK, BORDER, TRIMMED, MAX_ITERATIONS = 0, 1, 2, 3
 FACE, EDGE, VERTEX = 0, 1, 2
-CREASE = 1
-JOIN = 1e-5
-"""Faces closer than this share of the body's size at a common edge are taken as joined."""
-RING = 24
 HOPS = 4
+
+
+@njit(cache=True)
+def blank(out, k, status):
+    """Row k of `out` for a point without a foot."""
+    out.patch[k] = -1
+    out.feature[k] = -1
+    out.status[k] = status
+    out.gap[k] = math.nan
+    for c in range(3):
+        out.point[k, c] = math.nan
+        out.normal[k, c] = math.nan
+    out.uv[k, 0] = math.nan
+    out.uv[k, 1] = math.nan
 
 
 @njit(cache=True)
@@ -73,100 +80,11 @@ def turn_normal(tables, k, toward, point, out):
 
 
 @njit(cache=True)
-def _corner_angle(h, s, t):
-    """Angle an element takes at the point: π inside a side, that of its tangents at a corner."""
-    if (s <= -0.5 or s >= 0.5) and (t <= -0.5 or t >= 0.5):
-        a = b = m = 0.0
-        for c in range(3):
-            a += h[c, 1] * h[c, 1]
-            b += h[c, 2] * h[c, 2]
-            m += h[c, 1] * h[c, 2]
-        if a > 0.0 and b > 0.0:
-            flip = (s > 0.0) != (t > 0.0)
-            cosine = min(max(m / math.sqrt(a * b), -1.0), 1.0)
-            return math.acos(-cosine if flip else cosine)
-    return math.pi
-
-
-@njit(cache=True)
-def _add_linked(tables, foot, total, h):
-    """Add the weighted normals of every element that meets at the foot through linked sides."""
-    elements = tables.elements
-    seen = np.empty(RING, np.int64)
-    todo_s = np.empty(RING)
-    todo_t = np.empty(RING)
-    seen[0], todo_s[0], todo_t[0] = foot
-    n = 1
-    k = 0
-    while k < n:
-        e = seen[k]
-        s = todo_s[k]
-        t = todo_t[k]
-        x, y, z = normal_at(elements, e, s, t, h)
-        weight = _corner_angle(h, s, t)
-        total[0] += weight * x
-        total[1] += weight * y
-        total[2] += weight * z
-        for side in range(4):
-            here = (s <= -0.5, s >= 0.5, t <= -0.5, t >= 0.5)[side]
-            if here and elements.table[e]["kind"][side] <= CREASE:
-                e2, s2, t2, _ = cross(elements, e, side, s, t)
-                known = False
-                for i in range(n):
-                    known = known or seen[i] == e2
-                if not known and n < RING:
-                    seen[n] = e2
-                    todo_s[n] = s2
-                    todo_t[n] = t2
-                    n += 1
-        k += 1
-
-
-@njit(cache=True)
-def pseudo_normal(tables, foot, total, h):
-    """Angle-weighted sum of the normals of all faces at a foot on a kink, into total[3]."""
-    elements = tables.elements
-    total[:] = 0.0
-    _add_linked(tables, foot, total, h)
-    e, s, t = foot
-    home = elements.table[e]["patch"]
-    normal_at(elements, e, s, t, h)
-    point = (
-        h[0, 0] + elements.table[e]["origin"][0],
-        h[1, 0] + elements.table[e]["origin"][1],
-        h[2, 0] + elements.table[e]["origin"][2],
-    )
-    found = np.empty(3)
-    grid = tables.grid
-    near = grid.patches[home]["adjacent"]
-    for k in range(near[0] + 1, near[1]):
-        patch = grid.adjacent[k]
-        if not grid.loose[k]:
-            continue
-        if math.isfinite(closest(tables, point, patch, JOIN * tables.scale[0], found, h)):
-            e2, s2, t2 = surface_foot(tables, found, h)
-            x, y, z = normal_at(elements, e2, s2, t2, h)
-            total[0] += math.pi * x
-            total[1] += math.pi * y
-            total[2] += math.pi * z
-
-
-@njit(cache=True)
-def surface_foot(tables, found, h):
-    """(element, s, t) of what `closest` found, on a face or on a trimming curve."""
-    if found[0] >= 0:
-        return int(found[0]), found[1], found[2]
-    d = np.empty((3, 3))
-    piece = int(-1 - found[0])
-    return curve_point(tables.elements, tables.grid, tables.trims, piece, found[1], h, d)
-
-
-@njit(cache=True)
 def global_foot(tables, k, point, out, found, h):
     """The closest point of the whole body: fills row k of `out`."""
     elements = tables.elements
     if not math.isfinite(closest(tables, point, -1, math.inf, found, h)):
-        out.status[k] = MAX_ITERATIONS
+        blank(out, k, MAX_ITERATIONS)
         return
     foot = surface_foot(tables, found, h)
     status = OK
@@ -183,7 +101,7 @@ def global_foot(tables, k, point, out, found, h):
     write_foot(tables, k, foot, status, feature, point, out, h)
     if feature != FACE:
         total = np.empty(3)
-        pseudo_normal(tables, foot, total, h)
+        pseudo_normal(tables, foot, found, total, h)
         turn_normal(tables, k, total, point, out)
 
 
@@ -294,5 +212,5 @@ def tracked_foot(tables, k, start, point, out, found, h):
     write_foot(tables, k, (e, s, t), status, feature, point, out, h)
     if feature != FACE and status == OK:
         total = np.empty(3)
-        pseudo_normal(tables, (e, s, t), total, h)
+        pseudo_normal(tables, (e, s, t), found, total, h)
         turn_normal(tables, k, total, point, out)

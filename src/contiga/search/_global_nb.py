@@ -4,7 +4,7 @@ A leaf is searched cell by cell. With the point's residual r and the derivative 
 leaf, a cell is dropped when
 
 * its tangent parallelogram, less the largest departure from it, is farther than the best foot;
-* the gradient of f = |S − P|²/2 cannot vanish in it (cells that touch a border or a kink stay);
+* the gradient of f = |S − P|²/2 cannot vanish in it (at a border or a kink it may press outward);
 
 and it is finished when f is convex on it (the Hessian at its middle outweighs the largest change
 over the cell), because Newton then finds its only minimum. What is neither is halved.
@@ -21,6 +21,7 @@ from contiga.geometry._trim_nb import point_in_trim
 from contiga.search._bounds_nb import cell_bounds
 from contiga.search._curve_nb import closest_on_stretch
 from contiga.search._element_nb import evaluate, parameters
+from contiga.search._local_nb import expand
 from contiga.search._tree_nb import box_distance2
 
 SMOOTH, POLE = 0, 3
@@ -32,6 +33,7 @@ SMALLEST = 1e-6
 DEEP = 1.0 / 64.0
 """Cells of an element with a pole, smaller than this share of their leaf, get bounds of their own:
 the leaf's do not shrink towards the pole."""
+MINIMUM_STEPS = 30
 PRUNE = 10.0
 """A cell must promise this many tolerances less distance to be opened."""
 
@@ -54,13 +56,19 @@ def has_pole(elements, e):
 
 
 @njit(cache=True)
-def _touches_kink(elements, e, cell):
-    return (
-        (cell[0] <= -0.5 and elements.table[e]["kind"][0] != SMOOTH)
-        or (cell[1] >= 0.5 and elements.table[e]["kind"][1] != SMOOTH)
-        or (cell[2] <= -0.5 and elements.table[e]["kind"][2] != SMOOTH)
-        or (cell[3] >= 0.5 and elements.table[e]["kind"][3] != SMOOTH)
-    )
+def _slopes_away(elements, e, side, kept, g, change):
+    """Whether f has no minimum in a cell because its slope across it keeps its sign.
+
+    `kept` tells for `side` (0: s, 2: t) which of the two ends the cell reaches; a minimum may
+    stand there against the slope where the surface has a kink or ends. `g` is the slope in the
+    cell's middle, `change` its largest change.
+    """
+    kind = elements.table[e]["kind"]
+    if g > change:
+        return not (kept[0] and kind[side] != SMOOTH)
+    if -g > change:
+        return not (kept[1] and kind[side + 1] != SMOOTH)
+    return False
 
 
 @njit(cache=True)
@@ -86,45 +94,52 @@ def _plate_distance(rr, rx, ry, xx, xy, yy):
 
 @njit(cache=True)
 def _cell_minimum(elements, e, cell, point, h):
-    """Minimum of f on a cell where it is convex: projected Newton. Returns s, t, distance."""
+    """Minimum of f on a cell where it is convex: s, t and the distance.
+
+    Newton's method with the sides of the cell as an active set; steps that do not lower f are
+    halved.
+    """
     s = 0.5 * (cell[0] + cell[1])
     t = 0.5 * (cell[2] + cell[3])
-    best = math.inf
-    best_s = s
-    best_t = t
-    for _ in range(12):
-        evaluate(elements, e, s, t, h)
-        f = g_s = g_t = h_ss = h_st = h_tt = 0.0
-        for c in range(3):
-            r = h[c, 0] - point[c]
-            f += r * r
-            g_s += r * h[c, 1]
-            g_t += r * h[c, 2]
-            h_ss += r * h[c, 3] + h[c, 1] * h[c, 1]
-            h_st += r * h[c, 4] + h[c, 1] * h[c, 2]
-            h_tt += r * h[c, 5] + h[c, 2] * h[c, 2]
-        if f >= best:
-            break
-        best = f
-        best_s = s
-        best_t = t
+    q = expand(elements, e, s, t, point, h)
+    for _ in range(MINIMUM_STEPS):
+        f, g_s, g_t, h_ss, h_st, h_tt, _, _ = q
         fixed_s = (s <= cell[0] and g_s > 0.0) or (s >= cell[1] and g_s < 0.0)
         fixed_t = (t <= cell[2] and g_t > 0.0) or (t >= cell[3] and g_t < 0.0)
-        det = h_ss * h_tt - h_st * h_st
-        if fixed_s and fixed_t:
+        d_s = 0.0 if fixed_s else -g_s / h_ss
+        d_t = 0.0 if fixed_t else -g_t / h_tt
+        if not fixed_s and not fixed_t:
+            det = h_ss * h_tt - h_st * h_st
+            n_s = (-g_s * h_tt + g_t * h_st) / det
+            n_t = (-g_t * h_ss + g_s * h_st) / det
+            # Where it would leave the cell at once, the steps of one variable each stand in.
+            if not (
+                (s <= cell[0] and n_s < 0.0)
+                or (s >= cell[1] and n_s > 0.0)
+                or (t <= cell[2] and n_t < 0.0)
+                or (t >= cell[3] and n_t > 0.0)
+            ):
+                d_s = n_s
+                d_t = n_t
+        better = False
+        for _ in range(MINIMUM_STEPS):
+            new_s = min(max(s + d_s, cell[0]), cell[1])
+            new_t = min(max(t + d_t, cell[2]), cell[3])
+            if new_s == s and new_t == t:
+                break
+            q = expand(elements, e, new_s, new_t, point, h)
+            better = q[0] < f
+            if better:
+                break
+            d_s *= 0.5
+            d_t *= 0.5
+        if not better:
+            return s, t, math.sqrt(2.0 * f)
+        s = new_s
+        t = new_t
+        if f - q[0] <= 1e-15 * f:
             break
-        if fixed_s or det <= 0.0 and not fixed_t:
-            d_s = 0.0
-            d_t = -g_t / h_tt if h_tt > 0.0 else 0.0
-        elif fixed_t:
-            d_s = -g_s / h_ss if h_ss > 0.0 else 0.0
-            d_t = 0.0
-        else:
-            d_s = (-g_s * h_tt + g_t * h_st) / det
-            d_t = (-g_t * h_ss + g_s * h_st) / det
-        s = min(max(s + d_s, cell[0]), cell[1])
-        t = min(max(t + d_t, cell[2]), cell[3])
-    return best_s, best_t, math.sqrt(best)
+    return s, t, math.sqrt(2.0 * q[0])
 
 
 @njit(cache=True)
@@ -196,16 +211,17 @@ def _search_leaf(elements, trims, leaf, point, best, slack, found, stack, h):
         dxx = 3.0 * kxx * kx + 2.0 * kxy * kx + ky * kxx + far * (kxxx + kxxy)
         dyy = 3.0 * kyy * ky + 2.0 * kxy * ky + kx * kyy + far * (kyyy + kxyy)
         dxy = 2.0 * kxy * (kx + ky) + kxx * ky + kx * kyy + far * (kxxy + kxyy)
-        kink = _touches_kink(elements, e, cell)
-        if not kink and (
-            abs(rx) > abs(hxx) + dxx + abs(hxy) + dxy or abs(ry) > abs(hyy) + dyy + abs(hxy) + dxy
+        if _slopes_away(
+            elements, e, 0, (cell[0] <= -0.5, cell[1] >= 0.5), rx, abs(hxx) + dxx + abs(hxy) + dxy
+        ) or _slopes_away(
+            elements, e, 2, (cell[2] <= -0.5, cell[3] >= 0.5), ry, abs(hyy) + dyy + abs(hxy) + dxy
         ):
             continue
         low = hxx - dxx
         low_y = hyy - dyy
         convex = low > 0.0 and low_y > 0.0 and low * low_y > (abs(hxy) + dxy) ** 2
         if convex:
-            s, t, distance = _cell_minimum(elements, e, cell, local, h)
+            s, t, distance = _cell_minimum(elements, e, cell, point, h)
             if distance < best and in_face(elements, trims, e, s, t):
                 best = distance
                 found[0] = e
@@ -290,10 +306,7 @@ def closest(tables, point, only, reach, found, h):
                     best = distance
                     hit = True
             else:
-                limits = (leaf["box"][0], leaf["box"][1])
-                r, distance = closest_on_stretch(
-                    elements, tables.grid, trims, -1 - e, limits, point, h
-                )
+                r, distance = closest_on_stretch(tables, leaf, point, best, slack, h)
                 if distance < best:
                     best = distance
                     found[0] = e

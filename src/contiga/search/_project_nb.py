@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from contiga.search._element_nb import locate
-from contiga.search._foot_nb import global_foot, tracked_foot, write_foot
+from contiga.search._foot_nb import blank, global_foot, tracked_foot
 from contiga.search._global_nb import in_face
 from contiga.search._lanes_nb import LANES, ROWS, newton_polynomial, newton_rational
 
@@ -24,19 +24,6 @@ def _finite(points, k):
     return math.isfinite(points[k, 0] + points[k, 1] + points[k, 2])
 
 
-@njit(cache=True)
-def _blank(out, k, status):
-    out.patch[k] = -1
-    out.feature[k] = -1
-    out.status[k] = status
-    out.gap[k] = math.nan
-    for c in range(3):
-        out.point[k, c] = math.nan
-        out.normal[k, c] = math.nan
-    out.uv[k, 0] = math.nan
-    out.uv[k, 1] = math.nan
-
-
 @njit(cache=True, nogil=True)
 def project_global(tables, points, rows, out, start, stop):
     """Closest points of points[rows[start:stop]] into the same rows of `out`."""
@@ -48,7 +35,7 @@ def project_global(tables, points, rows, out, start, stop):
             point = (points[k, 0], points[k, 1], points[k, 2])
             global_foot(tables, k, point, out, found, h)
         else:
-            _blank(out, k, NOT_FINITE)
+            blank(out, k, NOT_FINITE)
 
 
 @njit(cache=True, nogil=True)
@@ -60,7 +47,7 @@ def project_tracked(tables, points, starts, rows, out, start, stop):
     for i in range(start, stop):
         k = rows[i]
         if not _finite(points, k):
-            _blank(out, k, NOT_FINITE)
+            blank(out, k, NOT_FINITE)
             continue
         point = (points[k, 0], points[k, 1], points[k, 2])
         foot = locate(tables.grid, patch[k], uv[k, 0], uv[k, 1])

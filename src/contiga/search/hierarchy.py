@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.geometry.trim import TrimTables
-from contiga.search import _hierarchy_nb, _tree_nb
+from contiga.search import _curve_leaves_nb, _hierarchy_nb, _tree_nb
 from contiga.search.records import LEAF, NODE, Elements, Grid, Records
 
 # A leaf leaves its tangent parallelogram by at most this share of its larger extent.
 FLATNESS = 0.25
 # Halvings of one element at most.
 DEPTH = 9
-# Stretches a trimming piece is cut into, per element boundary it may cross.
-STRETCHES = 8
+# Halvings of a stretch of a trimming piece at most.
+CURVE_DEPTH = 8
 
 
 def build_hierarchy(
@@ -24,11 +24,12 @@ def build_hierarchy(
     Returns the leaves in the order of the hierarchy, and its nodes.
     """
     faces = _hierarchy_nb.surface_leaves(elements, FLATNESS, DEPTH)
-    curves = _hierarchy_nb.curve_leaves(elements, grid, trims, STRETCHES)
+    curves = _curve_leaves_nb.curve_leaves(elements, grid, trims, FLATNESS, CURVE_DEPTH)
     element, box, bound, low, high = (
         np.concatenate(pair) for pair in zip(faces, curves, strict=True)
     )
-    margin = 4.0 * np.finfo(float).eps * float(np.abs(low).max())
+    reach = max(float(np.abs(low).max(initial=0.0)), float(np.abs(high).max(initial=0.0)))
+    margin = 4.0 * np.finfo(float).eps * reach
     node_low, node_high, first, count, order = _tree_nb.build(low - margin, high + margin)
     tree = np.zeros(len(first), NODE)
     tree["low"], tree["high"], tree["first"], tree["count"] = node_low, node_high, first, count

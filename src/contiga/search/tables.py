@@ -17,6 +17,7 @@ from contiga.search.neighbours import join
 from contiga.search.records import (
     CUBIC,
     ELEMENT,
+    GENERAL,
     PATCH,
     RATIONAL_CUBIC,
     Elements,
@@ -27,8 +28,12 @@ from contiga.search.records import (
 
 # Monomials lose digits above this degree: such elements are evaluated in Bernstein form.
 MONOMIAL_DEGREE = 5
+# They lose digits too where weights of one element differ by more than this factor.
+MONOMIAL_WEIGHTS = 1e3
 # Tangential miss accepted at a foot, relative to the body's size.
 RELATIVE_TOLERANCE = 1e-12
+# A trimming curve that stays this close to its start, relative to the body's size, is a point.
+RELATIVE_POINT = 1e-9
 
 
 _KEPT: WeakKeyDictionary[Body, Tables] = WeakKeyDictionary()
@@ -57,7 +62,17 @@ def _open_pieces(body: Body, trims: trim.TrimTables) -> FloatArray:
     is_open = np.ones(len(edge))
     known = edge >= 0
     is_open[known] = single[edge[known]]
+    for piece in np.flatnonzero(~known):
+        is_open[piece] = not _is_point(body, trims, int(piece))
     return is_open
+
+
+def _is_point(body: Body, trims: trim.TrimTables, piece: int) -> bool:
+    """Whether a trimming piece that is of no edge runs along a pole: the surface does not end."""
+    homogeneous = trims.piece_coefs[piece, : trims.piece_degree[piece] + 1]
+    a, b = homogeneous[[0, -1], :2] / homogeneous[[0, -1], 2:]
+    points = body.patches[int(trims.piece_patch[piece])].evaluate(np.array([a, 0.5 * (a + b), b]))
+    return bool(np.abs(points - points[0]).max() <= RELATIVE_POINT * body.size)
 
 
 def monomial_matrix(degree: int) -> FloatArray:
@@ -125,11 +140,15 @@ def _fill(rows: Records, coefs: FloatArray, used: int) -> list[FloatArray]:
         "ai,bj,eijc->eabc", monomial_matrix(p), monomial_matrix(q), net, optimize=True
     )
     rows["monomial"] = used + net.size + stride * np.arange(len(rows))
+    weights = net[..., 3].reshape(len(net), -1)
+    uneven = weights.max(axis=1) > MONOMIAL_WEIGHTS * weights.min(axis=1)
+    rows["monomial"][uneven] = -1
     if max(p, q) <= 3:
         cubic = np.zeros((len(net), 4, 4, 4))  # element, component, power of s, power of t
         cubic[:, :, : p + 1, : q + 1] = np.moveaxis(monomial, 3, 1)
         rows["cubic"] = cubic.reshape(-1, 64)
-        rows["form"] = np.where(rows["components"] == 4, RATIONAL_CUBIC, CUBIC)
+        form = np.where(rows["components"] == 4, RATIONAL_CUBIC, CUBIC)
+        rows["form"] = np.where(uneven, GENERAL, form)
     return [net.ravel(), monomial.ravel()]
 
 

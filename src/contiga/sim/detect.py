@@ -53,9 +53,11 @@ class Detected(NamedTuple):
 
 def is_closed(tables: Tables) -> bool:
     """Whether the body has no border anywhere."""
-    borders = (tables.elements.table["kind"] == BORDER).any(axis=1)
-    trimmed_away = tables.elements.table["trim"] == 0
-    return not bool(tables.piece_open.any()) and not bool((borders & ~trimmed_away).any())
+    # What a trimmed patch ends at are its trimming curves, wherever its rectangle ends.
+    table = tables.elements.table
+    whole = tables.trims.trimmed[table["patch"]] == 0
+    borders = (table["kind"] == BORDER).any(axis=1) & whole
+    return not bool(tables.piece_open.any()) and not bool(borders.any())
 
 
 def _blank(n: int) -> Projection:

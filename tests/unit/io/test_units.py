@@ -1,0 +1,91 @@
+"""Units at the door."""
+
+from __future__ import annotations
+
+import pytest
+
+from contiga.errors import UnitError
+from contiga.io.units import (
+    base_factor,
+    derived_units,
+    length_factor,
+    mass_factor,
+    short_name,
+    time_factor,
+)
+
+
+@pytest.mark.parametrize(
+    ("spelling", "millimetres"),
+    [
+        ("mm", 1.0),
+        ("MM", 1.0),
+        ("millimetre", 1.0),
+        ("Millimeters", 1.0),
+        ("M", 1000.0),
+        ("metre", 1000.0),
+        ("CM", 10.0),
+        ("in", 25.4),
+        ("INCH", 25.4),
+        ("inches", 25.4),
+        ("FT", 304.8),
+        ("feet", 304.8),
+        ("mile", 1609344.0),
+        ("mil", 0.0254),
+        ("um", 0.001),
+        ("micron", 0.001),
+        (" mm ", 1.0),
+    ],
+)
+def test_spellings_of_cad_files_are_understood_to_the_bit(spelling, millimetres):
+    assert length_factor(spelling, "mm") == millimetres
+
+
+def test_masses_and_times():
+    assert mass_factor("t", "kg") == 1000.0
+    assert mass_factor("lb", "kg") == 0.45359237
+    assert time_factor("ms", "s") == 0.001
+
+
+def test_factors_there_and_back_are_inverse():
+    for unit in ("mm", "in", "ft", "km"):
+        there, back = length_factor("m", unit), length_factor(unit, "m")
+        assert there * back == pytest.approx(1.0, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["", "foo", "3", "mm+", "1/0", "milimetre", None, 5, "()"])
+def test_what_is_no_unit_is_refused(text):
+    with pytest.raises(UnitError, match="not a known unit"):
+        length_factor(text, "mm")
+
+
+def test_a_unit_of_another_dimension_is_named_so():
+    with pytest.raises(UnitError, match=r"units\.length: not a unit of length; found 'kg'"):
+        base_factor("kg", "length", "units.length")
+
+
+def test_a_slip_gets_a_suggestion():
+    with pytest.raises(UnitError, match="Did you mean 'millimetre'"):
+        length_factor("milimetre", "mm")
+
+
+@pytest.mark.parametrize(
+    ("units", "force", "stress"),
+    [
+        (("m", "kg", "s"), "N", "Pa"),
+        (("mm", "t", "s"), "N", "MPa"),
+        (("mm", "kg", "ms"), "kN", "GPa"),
+        (("mm", "g", "ms"), "N", "MPa"),
+        (("in", "lb", "s"), "lb·in/s²", "lb/(in·s²)"),
+    ],
+)
+def test_labels_of_consistent_sets(units, force, stress):
+    labels = derived_units(*units)
+    assert (labels["force"], labels["stress"]) == (force, stress)
+    assert labels["area"] == units[0] + "²"
+
+
+def test_short_names():
+    assert short_name("INCH") == "in"
+    assert short_name("millimetre") == "mm"
+    assert short_name("mile") == "mile"
