@@ -1,0 +1,118 @@
+"""Clusters of points by the methods of scikit-learn."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.errors import InputError
+from contiga.records import FloatArray, IntArray
+
+METHODS = ("kmeans", "dbscan", "meanshift", "hdbscan")
+_STARTS = 10
+_SEED = 0
+
+
+def clusters_of(
+    points: FloatArray, method: str, *, k: int = 1, eps: float = 0.1, min_points: int = 4
+) -> IntArray:
+    """(n,) number of the cluster of each point (n, d), from 0 as they come; −1 for noise.
+
+    Parameters
+    ----------
+    method : "kmeans" (k clusters; as many as points where those are fewer), "dbscan" (radius
+        `eps`, `min_points` within it, the point itself counted), "meanshift" (bandwidth estimated
+        from the points), "hdbscan" (clusters of at least `min_points`)
+
+    Raises
+    ------
+    InputError
+        An unknown method, k < 1, eps ≤ 0, min_points < 1.
+    """
+    check_options(method, k, eps, min_points)
+    n = len(points)
+    if n == 0:
+        return np.zeros(0, np.int32)
+    if n == 1:
+        return np.full(1, -1 if method == "dbscan" and min_points > 1 else 0, np.int32)
+    return _as_they_come(np.asarray(_fitted(points, method, min(k, n), eps, min_points)))
+
+
+def check_options(method: str, k: int, eps: float, min_points: int) -> None:
+    """Refuse options that no method can use."""
+    if method not in METHODS:
+        raise InputError(
+            "unknown method of clustering",
+            where="clusters",
+            found=method,
+            allowed=", ".join(map(repr, ("auto", *METHODS))) + ", or a number of clusters",
+        )
+    if isinstance(k, bool) or not isinstance(k, int | np.integer) or k < 1:
+        raise InputError("clusters are counted from 1", where="k", found=k, allowed="1 or more")
+    if not (np.isfinite(eps) and eps > 0.0):
+        raise InputError("the radius must be positive", where="eps", found=eps, allowed="> 0")
+    if isinstance(min_points, bool) or not isinstance(min_points, int) or min_points < 1:
+        raise InputError(
+            "points are counted from 1", where="min_points", found=min_points, allowed="1 or more"
+        )
+
+
+def _fitted(points: FloatArray, method: str, k: int, eps: float, least: int) -> IntArray:
+    from sklearn import cluster
+
+    if method == "kmeans":
+        distinct = len(np.unique(points, axis=0))
+        model = cluster.KMeans(min(k, distinct), n_init=_STARTS, random_state=_SEED)
+        return model.fit_predict(points)
+    if method == "dbscan":
+        return cluster.DBSCAN(eps=eps, min_samples=least).fit_predict(points)
+    if method == "meanshift":
+        width = cluster.estimate_bandwidth(points, quantile=0.3, random_state=_SEED)
+        if not width > 0.0:
+            return np.zeros(len(points), np.int32)
+        return cluster.MeanShift(bandwidth=width).fit_predict(points)
+    size = max(least, 2)
+    if len(points) <= size:
+        return np.zeros(len(points), np.int32)
+    return cluster.HDBSCAN(min_cluster_size=size, copy=True).fit_predict(points)
+
+
+def _as_they_come(label: IntArray) -> IntArray:
+    found, first, inverse = np.unique(label, return_index=True, return_inverse=True)
+    order = np.argsort(np.where(found < 0, -1, first), kind="stable")
+    number = np.empty(len(found), np.int32)
+    number[order] = np.arange(len(found)) - int((found < 0).any())
+    return number[inverse]
+
+
+def cluster_study(points: FloatArray, eps: FloatArray, k: int = 2) -> dict[str, list[int]]:
+    """Numbers of clusters each method finds, the data of chapter 7 of the thesis.
+
+    Parameters
+    ----------
+    points : (n, 2) feet in (u, v), or (n, 3) in space
+    eps : radii for DBSCAN, in the units of `points`
+    k : what k-means is told
+
+    Returns
+    -------
+    dict
+        "kmeans", "dbscan, P_min 1", "dbscan, P_min 10", "meanshift", "hdbscan", "auto": counts,
+        one a radius for DBSCAN, else one.
+    """
+    from contiga.area.base import Rest
+    from contiga.area.regions import regions, structure_of
+
+    def count(method: str, radius: float = 1.0, least: int = 4) -> int:
+        found = clusters_of(points, method, k=k, eps=radius, min_points=least)
+        return int(found.max(initial=-1)) + 1
+
+    rows = np.arange(len(points), dtype=np.int32)
+    own = regions(structure_of(Rest(points, None, None)), rows, points)
+    return {
+        "kmeans": [count("kmeans")],
+        "dbscan, P_min 1": [count("dbscan", float(e), 1) for e in eps],
+        "dbscan, P_min 10": [count("dbscan", float(e), 10) for e in eps],
+        "meanshift": [count("meanshift")],
+        "hdbscan": [count("hdbscan")],
+        "auto": [int(own.max(initial=-1)) + 1],
+    }

@@ -1,0 +1,182 @@
+"""The thesis' contact area: clusters, their hulls in (u, v), and a map to space (4.5.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from contiga.area import _hull_nb
+from contiga.area.base import AreaInput, Areas, Rest
+from contiga.area.cluster import check_options, clusters_of
+from contiga.area.polygon import area_over, closing, plane_area
+from contiga.area.profile import profile_depth
+from contiga.area.regions import Graph, Topology, regions, structure_of
+from contiga.errors import InputError
+from contiga.geometry.body import Body
+from contiga.geometry.surface import NurbsSurface
+from contiga.geometry.tessellate import grid_mesh, net_grid
+from contiga.records import FloatArray, IntArray
+
+MAPPINGS = ("linear", "exact")
+# Share of a patch's net area that its base may miss, where no tolerance is given.
+BASE = 1e-3
+
+
+class _Patch(NamedTuple):
+    """What the maps need of a patch."""
+
+    surface: NurbsSurface
+    periods: tuple[float, float]
+    domain: float
+    """Area of the domain in (u, v)."""
+
+
+@dataclass(frozen=True)
+class HullArea:
+    """Area of the convex hulls of the feet in (u, v), one a cluster, shared alike by its points.
+
+    Parameters
+    ----------
+    clusters : "auto": regions joined over facets, or over neighbours in space. A number: k-means
+        with that many. "kmeans", "dbscan", "meanshift", "hdbscan": by scikit-learn, in (u, v)
+        scaled to the unit square as in the thesis; in space where the feet are on several patches
+    mapping : "linear": Eq. 4.10, hull over domain times the patch's base area. "exact":
+        ∫ |S_u × S_v| du dv over the hull
+    k : clusters of k-means; as many as points where those are fewer
+    eps : radius of DBSCAN > 0, in the unit square (a length on several patches)
+    min_points : P_min of DBSCAN, or the least size of a cluster of HDBSCAN
+    tolerance : largest Σ|A_net − A_base| (Eq. 4.8), area; a thousandth of each patch if omitted
+
+    Raises
+    ------
+    InputError
+        An unknown method or mapping, k < 1, eps ≤ 0, a tolerance that is not positive.
+
+    Notes
+    -----
+    The area is the master's, whatever the contact type. A hull covers holes and hollows of its
+    cluster, and misses half a spacing around it. A cluster on several patches has one hull on
+    each, and the hulls' areas are added; across a seam (u, v) is unrolled first. Points that
+    DBSCAN or HDBSCAN calls noise have no area, and cluster −1. On a body made by
+    `Body.from_profile`, points in its plane stand for its whole depth.
+    """
+
+    clusters: str | int = "auto"
+    mapping: str = "linear"
+    k: int = 2
+    eps: float = 0.1
+    min_points: int = 4
+    tolerance: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.mapping not in MAPPINGS:
+            raise InputError(
+                "unknown mapping", where="mapping", found=self.mapping, allowed='"linear", "exact"'
+            )
+        if self.clusters != "auto":
+            check_options(self._method, self._k, self.eps, self.min_points)
+        if self.tolerance is not None and not self.tolerance > 0.0:
+            raise InputError(
+                "a tolerance must be positive", where="tolerance", found=self.tolerance
+            )
+
+    @property
+    def _method(self) -> str:
+        return self.clusters if isinstance(self.clusters, str) else "kmeans"
+
+    @property
+    def _k(self) -> int:
+        return self.k if isinstance(self.clusters, str) else self.clusters
+
+    def prepare(self, rest: Rest) -> Topology | Graph | None:
+        """What joins the slave's points, where regions are found by it."""
+        return structure_of(rest) if self.clusters == "auto" else None
+
+    def measure(self, inp: AreaInput) -> Areas:
+        """Areas of the points in contact, by the hulls of their clusters."""
+        if len(inp.rows) == 0:
+            return Areas(np.zeros(0), np.zeros(0, np.int32), "master")
+        label = self._clusters(inp)
+        area = np.zeros(len(label))
+        for cluster in range(int(label.max()) + 1):
+            own = np.flatnonzero(label == cluster)
+            area[own] = self._cluster_area(inp, own) / len(own)
+        return Areas(area, label, "master")
+
+    def _clusters(self, inp: AreaInput) -> IntArray:
+        if self.clusters == "auto":
+            return regions(inp.prepared, inp.rows, inp.points)
+        places = inp.feet.point
+        if (inp.feet.patch == inp.feet.patch[0]).all():
+            (u0, u1), (v0, v1) = inp.body.patches[int(inp.feet.patch[0])].domain
+            places = (inp.feet.uv - (u0, v0)) / (u1 - u0, v1 - v0)
+        return clusters_of(
+            places, self._method, k=self._k, eps=self.eps, min_points=self.min_points
+        )
+
+    def _cluster_area(self, inp: AreaInput, own: np.ndarray) -> float:
+        total = 0.0
+        for k in np.unique(inp.feet.patch[own]):
+            patch = _patch_of(inp.body, int(k))
+            uv = unrolled(inp.feet.uv[own[inp.feet.patch[own] == k]], patch.periods)
+            polygon = hull_of(_over_depth(inp.body, uv))
+            if self.mapping == "exact":
+                total += area_over(patch.surface, polygon, patch.periods)
+            else:
+                base = _base_area(inp.body, int(k), self.tolerance)
+                total += plane_area(polygon) / patch.domain * base
+        return total
+
+
+def hull_of(points: FloatArray) -> FloatArray:
+    """Corners (h, 2) of the convex hull, counter-clockwise; one or two where it has no area."""
+    return points[_hull_nb.jarvis(np.ascontiguousarray(points, dtype=np.float64))]
+
+
+def unrolled(uv: FloatArray, periods: tuple[float, float]) -> FloatArray:
+    """(n, 2) parameters without a jump at a seam: cut where the widest gap is."""
+    out = uv.copy()
+    for axis, period in enumerate(periods):
+        if period == 0.0 or len(uv) < 2:
+            continue
+        order = np.sort(uv[:, axis])
+        gaps = np.append(np.diff(order), order[0] + period - order[-1])
+        widest = int(np.argmax(gaps))
+        if widest < len(order) - 1:
+            out[uv[:, axis] <= order[widest], axis] += period
+    return out
+
+
+def _over_depth(body: Body, uv: FloatArray) -> FloatArray:
+    """Points in the plane of a profile stand for its depth."""
+    depth = profile_depth(body)
+    if depth is None or np.abs(uv[:, 1]).max() > 1e-9 * depth:
+        return uv
+    half = np.array([0.0, 0.5 * depth])
+    return np.concatenate([uv - half, uv + half])
+
+
+_PATCHES: WeakKeyDictionary[Body, dict[int, _Patch]] = WeakKeyDictionary()
+_BASES: WeakKeyDictionary[Body, dict[tuple[int, float | None], float]] = WeakKeyDictionary()
+
+
+def _patch_of(body: Body, k: int) -> _Patch:
+    kept = _PATCHES.setdefault(body, {})
+    if k not in kept:
+        surface = body.patches[k]
+        (u0, u1), (v0, v1) = surface.domain
+        kept[k] = _Patch(surface, closing(surface), (u1 - u0) * (v1 - v0))
+    return kept[k]
+
+
+def _base_area(body: Body, k: int, tolerance: float | None) -> float:
+    kept = _BASES.setdefault(body, {})
+    if (k, tolerance) not in kept:
+        surface = body.patches[k]
+        tol = BASE * surface.net_area() if tolerance is None else tolerance
+        mesh = grid_mesh(surface, *net_grid(surface, tol))
+        kept[k, tolerance] = float(mesh.area())
+    return kept[k, tolerance]

@@ -1,0 +1,143 @@
+"""Area of a surface over a convex polygon in (u, v)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.errors import GeometryError
+from contiga.geometry.quadrature import gauss
+from contiga.geometry.surface import NurbsSurface
+from contiga.records import FloatArray
+
+RTOL = 1e-12
+MAX_LEVELS = 12
+
+
+def plane_area(polygon: FloatArray) -> float:
+    """Area of a polygon (n, 2) in its own plane, positive counter-clockwise."""
+    if len(polygon) < 3:
+        return 0.0
+    x, y = (polygon - polygon[0]).T
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+
+def area_over(surface: NurbsSurface, polygon: FloatArray, periods: tuple[float, float]) -> float:
+    """∫ |S_u × S_v| over a convex polygon (n, 2), counter-clockwise, to 1e-12 of itself.
+
+    The polygon is cut along the knots, where the integrand has kinks, and each piece into
+    triangles with a Gauss rule of their own, quartered until four agree with one.
+
+    Parameters
+    ----------
+    periods : length of the domain in u and v where the surface closes there, 0 where it does
+        not: the polygon may then reach beyond the domain
+    """
+    if len(polygon) < 3:
+        return 0.0
+    triangles = _triangles(surface, polygon, periods)
+    if len(triangles) == 0:
+        return 0.0
+    count = max(surface.degrees) + 5
+    value = _integrals(surface, triangles, periods, count)
+    scale = value.sum()
+    total = 0.0
+    for _ in range(MAX_LEVELS):
+        parts = _quartered(triangles)
+        fine = _integrals(surface, parts, periods, count).reshape(-1, 4)
+        good = np.abs(fine.sum(axis=1) - value) <= RTOL * scale / np.sqrt(len(value))
+        total += float(fine[good].sum())
+        triangles, value = parts.reshape(-1, 4, 3, 2)[~good].reshape(-1, 3, 2), fine[~good].ravel()
+        if len(value) == 0:
+            return total
+    return total + float(value.sum())
+
+
+def closing(surface: NurbsSurface) -> tuple[float, float]:
+    """Length of the domain in u and in v where the surface closes there, 0 where it does not."""
+    (u0, u1), (v0, v1) = surface.domain
+    s = np.linspace(0.0, 1.0, 9)
+    u, v = u0 + (u1 - u0) * s, v0 + (v1 - v0) * s
+    small = 1e-9 * float(np.ptp(surface.bounds(), axis=0).max())
+
+    def same(first: FloatArray, second: FloatArray) -> bool:
+        return bool(np.abs(surface.evaluate(first) - surface.evaluate(second)).max() <= small)
+
+    in_u = same(np.column_stack([0 * v + u0, v]), np.column_stack([0 * v + u1, v]))
+    in_v = same(np.column_stack([u, 0 * u + v0]), np.column_stack([u, 0 * u + v1]))
+    return (u1 - u0) * in_u, (v1 - v0) * in_v
+
+
+def _triangles(
+    surface: NurbsSurface, polygon: FloatArray, periods: tuple[float, float]
+) -> FloatArray:
+    pieces = [polygon]
+    for axis in range(2):
+        low, high = polygon[:, axis].min(), polygon[:, axis].max()
+        for knot in _knots(surface, axis, low, high, periods[axis]):
+            pieces = [
+                part
+                for piece in pieces
+                for part in (_below(piece, axis, knot, 1.0), _below(piece, axis, knot, -1.0))
+                if len(part) > 2
+            ]
+    fans = [
+        np.stack([np.broadcast_to(p[0], p[1:-1].shape), p[1:-1], p[2:]], axis=1) for p in pieces
+    ]
+    return np.concatenate(fans) if fans else np.zeros((0, 3, 2))
+
+
+def _knots(
+    surface: NurbsSurface, axis: int, low: float, high: float, period: float
+) -> FloatArray:
+    values = np.unique(surface.knots[axis])
+    if period > 0.0:
+        values = np.unique(np.concatenate([values + k * period for k in (-1.0, 0.0, 1.0)]))
+    return values[(values > low) & (values < high)]
+
+
+def _below(polygon: FloatArray, axis: int, knot: float, sign: float) -> FloatArray:
+    """The part of a convex polygon with sign * x[axis] ≤ sign * knot."""
+    d = sign * (polygon[:, axis] - knot)
+    kept = []
+    for i in range(len(polygon)):
+        j = (i + 1) % len(polygon)
+        if d[i] <= 0.0:
+            kept.append(polygon[i])
+        if (d[i] < 0.0 < d[j]) or (d[j] < 0.0 < d[i]):
+            point = polygon[i] + d[i] / (d[i] - d[j]) * (polygon[j] - polygon[i])
+            point[axis] = knot
+            kept.append(point)
+    return np.array(kept).reshape(-1, 2)
+
+
+def _quartered(triangles: FloatArray) -> FloatArray:
+    a, b, c = np.moveaxis(triangles, 1, 0)
+    ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
+    parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+    return np.stack([np.stack(p, axis=1) for p in parts], axis=1).reshape(-1, 3, 2)
+
+
+def _integrals(
+    surface: NurbsSurface, triangles: FloatArray, periods: tuple[float, float], count: int
+) -> FloatArray:
+    """(m,) Gauss values, by the square collapsed to a triangle."""
+    x, w = gauss(count)
+    s, t = np.meshgrid(x, x, indexing="ij")
+    bary = np.stack([(1 - s), s * (1 - t), s * t], -1).reshape(-1, 3)
+    weight = (np.outer(w, w) * s).ravel()
+    edge1, edge2 = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    twice = np.abs(edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0])
+    uv = np.einsum("gk,mkc->mgc", bary, triangles)
+    # A triangle lies between two knots: its middle says which period it is in.
+    middle = triangles.mean(axis=1)
+    for axis, period in enumerate(periods):
+        low, high = surface.domain[axis]
+        if period > 0.0:
+            uv[:, :, axis] -= (np.floor((middle[:, axis] - low) / period) * period)[:, None]
+        slack = 1e-9 * (high - low)
+        if uv[:, :, axis].min() < low - slack or uv[:, :, axis].max() > high + slack:
+            raise GeometryError("the polygon leaves the surface", where="polygon")
+        np.clip(uv[:, :, axis], low, high, out=uv[:, :, axis])
+    d = surface.derivatives(uv.reshape(-1, 2), 1)
+    size = np.linalg.norm(np.cross(d[:, 1, 0], d[:, 0, 1]), axis=1).reshape(uv.shape[:2])
+    return (size @ weight) * twice
