@@ -9,8 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from contiga.area.base import AreaMethod
+from contiga.area.facet import FacetArea
 from contiga.area.nodal import NodalArea
-from contiga.case.contact_spec import ConstantAreaSpec, ContactSpec
+from contiga.case.contact_spec import (
+    CloudAreaSpec,
+    ConstantAreaSpec,
+    ContactSpec,
+    FacetAreaSpec,
+    HullAreaSpec,
+)
 from contiga.case.motion_spec import SeriesSpec
 from contiga.case.problems import relocated
 from contiga.case.schema import BodySpec, Case, SlaveSpec
@@ -59,7 +67,9 @@ def build(case: Case) -> Simulation:
     for i, contact_spec in enumerate(case.contact):
         with _at(case, f"contact[{i}]"):
             body, slave = bodies[contact_spec.master].body, slaves[contact_spec.slave].slave
-            contact = _contact(contact_spec, body, slave)
+            given = {s.name for s in case.slave if s.area is not None}
+            area = _area(contact_spec, slave, contact_spec.slave in given)
+            contact = _contact(contact_spec, body, slave, area)
         contacts.append(
             ContactPart(contact_spec.title, contact_spec.master, contact_spec.slave, contact)
         )
@@ -165,15 +175,26 @@ def _series(spec: SeriesSpec, case: Case) -> MeshSeries:
     return MeshSeries(files, times, factor=factor)
 
 
-def _contact(spec: ContactSpec, body: Body, slave: Slave) -> Contact:
-    value = spec.area.value if isinstance(spec.area, ConstantAreaSpec) else None
-    if value is None and slave.area is None:
+def _area(spec: ContactSpec, slave: Slave, given: bool) -> AreaMethod:
+    """The method the case asks for; facets, unless the case gave the nodes an area."""
+    if isinstance(spec.area, FacetAreaSpec | CloudAreaSpec | HullAreaSpec):
+        return spec.area.method
+    if isinstance(spec.area, ConstantAreaSpec):
+        return NodalArea(spec.area.value)
+    if spec.area is None and slave.facets is not None and not given:
+        return FacetArea()
+    if slave.area is None:
         raise CaseError(
             f"the points of {slave.name!r} have no facets to take areas from",
             where="area",
             found="none" if spec.area is None else spec.area.kind,
-            allowed='{ kind = "constant", value = … }, or an area of the slave',
+            allowed='{ kind = "constant", value = … }, { kind = "cloud" }, { kind = "hull" }, '
+            "or an area of the slave",
         )
+    return NodalArea()
+
+
+def _contact(spec: ContactSpec, body: Body, slave: Slave, area: AreaMethod) -> Contact:
     master_law = None if spec.master_law is None else spec.master_law.law
     # The schema refuses other laws on the master's side.
     assert master_law is None or isinstance(master_law, StressLaw)
@@ -181,7 +202,7 @@ def _contact(spec: ContactSpec, body: Body, slave: Slave) -> Contact:
         body,
         slave,
         law=spec.law.law,
-        area=NodalArea(value),
+        area=area,
         search=spec.search,
         contact_type=spec.type,
         on_edge=spec.on_edge,

@@ -7,6 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, model_validator
 
+from contiga.area.base import AreaMethod
+from contiga.area.cloud import CloudArea
+from contiga.area.facet import FacetArea
+from contiga.area.hull import HullArea
 from contiga.case.base import Name, NotNegative, Positive, Spec, by_kind
 from contiga.errors import CaseError
 from contiga.forces.characteristic import Characteristic
@@ -160,12 +164,82 @@ class TributaryAreaSpec(Spec):
         return "tributary"
 
 
+class FacetAreaSpec(Spec):
+    """`{ kind = "facet", on }`: `FacetArea`."""
+
+    kind: Literal["facet"] = "facet"
+    on: Literal["slave", "master"] | None = None
+
+    @cached_property
+    def method(self) -> AreaMethod:
+        """The method."""
+        return FacetArea(self.on)
+
+    def describe(self) -> str:
+        """In words."""
+        return "facets cut where contact ends" + (f", on the {self.on}" if self.on else "")
+
+
+class CloudAreaSpec(Spec):
+    """`{ kind = "cloud", on, bridge }`: `CloudArea`."""
+
+    kind: Literal["cloud"] = "cloud"
+    on: Literal["slave", "master"] | None = None
+    bridge: Positive = 3.0
+
+    @cached_property
+    def method(self) -> AreaMethod:
+        """The method."""
+        return CloudArea(self.on, self.bridge)
+
+    @model_validator(mode="after")
+    def _method_is_possible(self) -> Self:
+        assert self.method is not None
+        return self
+
+    def describe(self) -> str:
+        """In words."""
+        return "triangles between the points at rest, cut where contact ends"
+
+
+class HullAreaSpec(Spec):
+    """`{ kind = "hull", clusters, mapping, k, eps, min_points, tolerance }`: `HullArea`."""
+
+    kind: Literal["hull"] = "hull"
+    clusters: str | int = "auto"
+    mapping: Literal["linear", "exact"] = "linear"
+    k: int = 2
+    eps: Positive = 0.1
+    min_points: int = 4
+    tolerance: Positive | None = None
+
+    @cached_property
+    def method(self) -> AreaMethod:
+        """The method."""
+        return HullArea(
+            self.clusters, self.mapping, self.k, self.eps, self.min_points, self.tolerance
+        )
+
+    @model_validator(mode="after")
+    def _method_is_possible(self) -> Self:
+        assert self.method is not None
+        return self
+
+    def describe(self) -> str:
+        """In words."""
+        return f"hulls of clusters ({self.clusters}), {self.mapping} map"
+
+
 if TYPE_CHECKING:
     LawSpec = ForceSpec | StressSpec | PenaltySpec | AdaptiveSpec
-    AreaSpec = ConstantAreaSpec | TributaryAreaSpec
+    AreaSpec = (
+        ConstantAreaSpec | TributaryAreaSpec | FacetAreaSpec | CloudAreaSpec | HullAreaSpec
+    )
 else:
     LawSpec = by_kind(ForceSpec, StressSpec, PenaltySpec, AdaptiveSpec)
-    AreaSpec = by_kind(ConstantAreaSpec, TributaryAreaSpec)
+    AreaSpec = by_kind(
+        ConstantAreaSpec, TributaryAreaSpec, FacetAreaSpec, CloudAreaSpec, HullAreaSpec
+    )
 
 
 class ContactSpec(Spec):
@@ -184,7 +258,8 @@ class ContactSpec(Spec):
     master_law: LawSpec | None = None
     """The master's side of a combined contact."""
     area: AreaSpec | None = None
-    """Tributary where the slave has facets or areas; must be given where it has not."""
+    """Facets cut where contact ends, where the slave has facets and was given no areas; else
+    tributary. Must be given for a cloud without areas."""
 
     @property
     def title(self) -> str:

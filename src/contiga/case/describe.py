@@ -52,11 +52,14 @@ def _placed(text: str, spec: object) -> str:
     return text + moved + (", flipped" if getattr(spec, "flip", False) else "")
 
 
+_DEFAULT_AREA = "facets cut where contact ends, else tributary"
+
+
 def _contact(contact: ContactSpec) -> list[tuple[str, str]]:
     laws = [("  law", contact.law.describe())]
     if contact.master_law is not None:
         laws.append(("  master law", contact.master_law.describe()))
-    area = "tributary" if contact.area is None else contact.area.describe()
+    area = _DEFAULT_AREA if contact.area is None else contact.area.describe()
     return [
         (f"contact {contact.title}", f"{contact.slave} against {contact.master}"),
         ("  search", f"{contact.search}, type {contact.type}, on an edge: {contact.on_edge}"),

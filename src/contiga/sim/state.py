@@ -76,6 +76,27 @@ class State:
         return int(self.clusters.max(initial=-1)) + 1
 
     @property
+    def mean_pressure(self) -> float:
+        """Sum of the nodal forces' magnitudes over the contact area, zero without contact."""
+        area = self.total_area
+        return float(np.linalg.norm(self.force, axis=1).sum()) / area if area > 0.0 else 0.0
+
+    @property
+    def max_pressure(self) -> float:
+        """Largest nodal pressure, zero without contact."""
+        return float(self.pressure.max(initial=0.0))
+
+    @property
+    def centre_of_pressure(self) -> FloatArray:
+        """(3,) mean of the feet, weighted by the nodal forces' magnitudes; NaN without force."""
+        size = np.linalg.norm(self.force, axis=1)
+        total = size.sum()
+        if not total > 0.0:
+            return np.full(3, np.nan)
+        centre: FloatArray = size @ self.foot / total
+        return centre
+
+    @property
     def pressure(self) -> FloatArray:
         """(n,) |force| over area, zero where there is none."""
         size = np.linalg.norm(self.force, axis=1)

@@ -73,6 +73,7 @@ def history_row(simulation: Simulation, moment: Moment) -> dict[str, float]:
         state = moment.states[part.name]
         prefix = "" if len(simulation.contacts) == 1 else f"{part.name}."
         force, moment_about = state.total_force, state.wrench[3:]
+        centre = state.centre_of_pressure
         columns: dict[str, float] = {
             "n_contact": state.n_contact,
             "max_penetration": state.max_penetration,
@@ -85,6 +86,11 @@ def history_row(simulation: Simulation, moment: Moment) -> dict[str, float]:
             "moment_z": moment_about[2],
             "area": state.total_area,
             "n_clusters": state.n_clusters,
+            "mean_pressure": state.mean_pressure,
+            "max_pressure": state.max_pressure,
+            "centre_x": centre[0],
+            "centre_y": centre[1],
+            "centre_z": centre[2],
             "wall_time": moment.walls[part.name],
         }
         counts = np.bincount(state.status, minlength=len(ContactStatus))
