@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from contiga.num.threads import thread_count
-
 from benchmarks import startup, tracking
+from contiga.num.threads import thread_count
 
 
 def main() -> None:

@@ -44,28 +44,38 @@ _ROOMS = {
     "motion": "contiga.motion",
 }
 
-__all__ = ["__version__", *_HOME, *_ROOMS]  # noqa: PLE0604
+__all__ = ["__version__", *_HOME, *_ROOMS]
 
 if TYPE_CHECKING:
-    from contiga import errors, motion
-    from contiga.api import run
-    from contiga.area.cloud import CloudArea
-    from contiga.area.facet import FacetArea
-    from contiga.area.hull import HullArea
-    from contiga.area.nodal import NodalArea
-    from contiga.case.schema import load_case
-    from contiga.forces.characteristic import Characteristic
-    from contiga.forces.laws import AdaptiveLaw, ForceLaw, PenaltyLaw, StressLaw
-    from contiga.geometry import clouds, shapes
-    from contiga.geometry.body import Body
-    from contiga.geometry.curve import NurbsCurve
-    from contiga.geometry.surface import NurbsSurface
-    from contiga.geometry.trimesh import TriMesh
-    from contiga.io.cad import read_cad
-    from contiga.io.mesh import Slave, read_mesh
-    from contiga.records import ContactStatus, Feature, Hit, Projection, Status
-    from contiga.sim.contact import Contact
-    from contiga.sim.state import State
+    from contiga import errors as errors
+    from contiga import motion as motion
+    from contiga.api import run as run
+    from contiga.area.cloud import CloudArea as CloudArea
+    from contiga.area.facet import FacetArea as FacetArea
+    from contiga.area.hull import HullArea as HullArea
+    from contiga.area.nodal import NodalArea as NodalArea
+    from contiga.case.schema import load_case as load_case
+    from contiga.forces.characteristic import Characteristic as Characteristic
+    from contiga.forces.laws import AdaptiveLaw as AdaptiveLaw
+    from contiga.forces.laws import ForceLaw as ForceLaw
+    from contiga.forces.laws import PenaltyLaw as PenaltyLaw
+    from contiga.forces.laws import StressLaw as StressLaw
+    from contiga.geometry import clouds as clouds
+    from contiga.geometry import shapes as shapes
+    from contiga.geometry.body import Body as Body
+    from contiga.geometry.curve import NurbsCurve as NurbsCurve
+    from contiga.geometry.surface import NurbsSurface as NurbsSurface
+    from contiga.geometry.trimesh import TriMesh as TriMesh
+    from contiga.io.cad import read_cad as read_cad
+    from contiga.io.mesh import Slave as Slave
+    from contiga.io.mesh import read_mesh as read_mesh
+    from contiga.records import ContactStatus as ContactStatus
+    from contiga.records import Feature as Feature
+    from contiga.records import Hit as Hit
+    from contiga.records import Projection as Projection
+    from contiga.records import Status as Status
+    from contiga.sim.contact import Contact as Contact
+    from contiga.sim.state import State as State
 
 
 def __getattr__(name: str) -> Any:

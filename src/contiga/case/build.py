@@ -31,6 +31,7 @@ from contiga.io.slave import Slave
 from contiga.io.units import length_factor
 from contiga.motion.prescribed import Moved, SlaveMotion
 from contiga.records import FloatArray
+from contiga.sim.clock import Clock
 from contiga.sim.contact import Contact
 from contiga.sim.run import (
     BodyPart,
@@ -103,7 +104,10 @@ def run(
     progress : called with steps done, steps in all, points in contact
     on_finish : called with `out` after a run that is to have a report
     """
-    result = run_simulation(build(case), out, resume=resume, progress=progress)
+    clock = Clock()
+    with clock.watching(), clock("total"), clock("build"):
+        simulation = build(case)
+    result = run_simulation(simulation, out, resume=resume, progress=progress, clock=clock)
     if on_finish is not None and out is not None and case.output.report:
         on_finish(Path(out))
     return result

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from contiga.geometry._trim_nb import CUT, MARGIN, TrimTables, _crosses_right, _range_in_row
+from contiga.geometry._trim_nb import CUT, MARGIN, _crosses_right, _range_in_row
 
 ROOT_WIDTH = 1e-14
 FLAT = 1e-15
@@ -251,7 +251,7 @@ def _parity_right(tables, pieces, first, column, v):
 
 
 @njit(cache=True)
-def fill_cells(tables: TrimTables):
+def fill_cells(tables):
     """Cell states, parities, piece lists and toggles of all grids of `tables`.
 
     Returns ``cell_start, cell_pieces, toggle_start, toggles``; states and parities are written

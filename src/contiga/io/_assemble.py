@@ -13,6 +13,7 @@ from contiga.errors import ContigaWarning, FileError, GeometryError
 from contiga.geometry.body import UNTRIMMED, Body, BodyEdge, EdgeUse, mirrored
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
+from contiga.geometry.trim import check_loops
 from contiga.io._loops import Loop, Sides, Strand, ends, gaps
 
 BRIDGED = 1e-9
@@ -49,12 +50,23 @@ class Assembly:
         return len(self._patches)
 
     def add_trimmed(self, surface: NurbsSurface, loops: list[Loop], *, flip: bool = False) -> None:
-        """A face cut out by `loops`; `flip` reverses its free side and mirrors the loops."""
+        """A face cut out by `loops`; `flip` reverses its free side and mirrors the loops.
+
+        A face whose loops do not fit is kept whole, with a warning: one bad face is no reason to
+        refuse a file.
+        """
         patch = len(self._patches)
         domain = surface.domain[0]
+        closed = [bridged(loop, surface) for loop in loops]
+        try:
+            curves = tuple(tuple(strand.curve for strand in loop) for loop in closed)
+            check_loops(curves, surface.domain, f"{self.where}, face {patch}")
+        except GeometryError as error:
+            warn(f"{error}. The face is kept whole")
+            self.add_whole(surface, flip=flip)
+            return
         trims: list[list[NurbsCurve]] = []
-        for loop in loops:
-            strands = bridged(loop, surface)
+        for strands in closed:
             trims.append([mirrored(s.curve, domain) if flip else s.curve for s in strands])
             for index, strand in enumerate(strands):
                 use = EdgeUse(patch, len(trims) - 1, index, strand.reversed)

@@ -9,6 +9,8 @@ import numpy as np
 
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
+from contiga.io._occ_geometry import pcurve_from
+from contiga.io._warp import on_edge
 from contiga.records import FloatArray
 
 
@@ -44,6 +46,20 @@ def occ_curve(curve: NurbsCurve) -> Any:
         poles.SetValue(i + 1, gp_Pnt(*map(float, point)))
     weights = np.ones(len(points)) if curve.weights is None else curve.weights
     return Geom_BSplineCurve(poles, _doubles(weights), *_knots(curve.knots), curve.degree)
+
+
+def occ_pcurve(curve: NurbsCurve) -> Any:
+    """A p-curve as a Geom2d_BSplineCurve."""
+    from OCP.collections import Array1_gp_Pnt2d
+    from OCP.Geom2d import Geom2d_BSplineCurve
+    from OCP.gp import gp_Pnt2d
+
+    points = curve.control_points
+    poles = Array1_gp_Pnt2d(1, len(points))
+    for i, point in enumerate(points):
+        poles.SetValue(i + 1, gp_Pnt2d(float(point[0]), float(point[1])))
+    weights = np.ones(len(points)) if curve.weights is None else curve.weights
+    return Geom2d_BSplineCurve(poles, _doubles(weights), *_knots(curve.knots), curve.degree)
 
 
 def occ_surface(surface: NurbsSurface) -> Any:
@@ -101,6 +117,7 @@ class OccEdges:
     def __init__(self, curves: Sequence[NurbsCurve], tolerance: float) -> None:
         from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
 
+        self._curves = list(curves)
         self._tolerance = tolerance
         self._edges = [BRepBuilderAPI_MakeEdge(occ_curve(curve)).Edge() for curve in curves]
 
@@ -114,8 +131,8 @@ class OccEdges:
     def face(self, surface: NurbsSurface, trims: list[Any], turned: bool) -> Any:
         """A TopoDS_Face on `surface`; `trims` are loops of items with ``edge`` and ``reversed``.
 
-        p-curves are left to be made by projection when they are asked for. Trims at a pole
-        (edge −1) are left out: the loop closes over the pole.
+        OpenCASCADE's p-curves by projection are good to its tolerance; on curved surfaces they
+        are drawn anew. Trims at a pole (edge −1) are left out: the loop closes over the pole.
         """
         from OCP.BRep import BRep_Builder
         from OCP.TopAbs import TopAbs_Orientation
@@ -127,7 +144,8 @@ class OccEdges:
         )
         builder = BRep_Builder()
         face = TopoDS_Face()
-        base = occ_plane(surface) or occ_surface(surface)
+        plane = occ_plane(surface)
+        base = plane or occ_surface(surface)
         builder.MakeFace(face, base, self._tolerance)
         for loop in trims:
             wire = TopoDS_Wire()
@@ -137,4 +155,26 @@ class OccEdges:
                     way = backward if trim.reversed else forward
                     builder.Add(wire, self._edges[trim.edge].Oriented(way))
             builder.Add(face, wire)
+        if plane is None:
+            self._sharpen(face, surface, [trim.edge for loop in trims for trim in loop])
         return TopoDS.Face(face.Oriented(backward if turned else forward))
+
+    def _sharpen(self, face: Any, surface: NurbsSurface, used: list[int]) -> None:
+        """Project the edges of `face` exactly; seams, which have two p-curves, stay as they are."""
+        from OCP.BRep import BRep_Builder, BRep_Tool
+        from OCP.ShapeFix import ShapeFix_Edge
+
+        for number in set(used):
+            if number < 0 or used.count(number) > 1:
+                continue
+            edge = self._edges[number]
+            ShapeFix_Edge().FixAddPCurve(edge, face, False)
+            rough = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 0.0)
+            if rough is not None:
+                first, last = BRep_Tool.Range_s(edge, face)
+                near = pcurve_from(rough, first, last)
+                far = 100.0 * self._tolerance
+                exact = on_edge(near, self._curves[number], surface, far)
+                if exact is None:
+                    continue
+                BRep_Builder().UpdateEdge(edge, occ_pcurve(exact), face, self._tolerance)

@@ -260,7 +260,8 @@ def _analytic(surface: Any, box: FloatArray, scale: float) -> Patch:
         if period > 0.0 and box[1, axis] - box[0, axis] > 0.95 * period:
             parts = np.array([box, box])
             parts[0, 1, axis] = parts[1, 0, axis] = 0.5 * (box[0, axis] + box[1, axis])
-            joined = _joined_patches(*(_analytic(surface, part, scale) for part in parts), axis)
+            one, two = (_analytic(surface, part, scale) for part in parts)
+            joined = _joined_patches(one, two, axis)
             if joined is not None:
                 return joined
     (u0, v0), (u1, v1) = (tuple(map(float, corner)) for corner in box)

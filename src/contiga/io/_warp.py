@@ -1,9 +1,11 @@
-"""Parameters of circles: from the angle of an analytic surface to that of its rational form.
+"""p-curves drawn anew: where a surface's parameters change, and where they were only near.
 
 A circular arc of half-angle α as a rational quadratic over [k, k + h] passes the angle θ at
 ``k + h/2 · (1 + tan((θ − θm)/2) / tan(α/2))``, θm its middle (stereographic projection). Patches
 made from cylinders, spheres, … have their knots at true angles, so that the map keeps them and
 p-curves given in angles only need to be bent between them.
+
+p-curves that were approximated from an edge are brought onto it by projection.
 """
 
 from __future__ import annotations
@@ -17,9 +19,12 @@ from contiga.geometry._trim_build_nb import monotone_pieces
 from contiga.geometry._trim_nb import parameter_at
 from contiga.geometry.bezier import extract_curve
 from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
 
 DEGREE = 5
+STEPS = 4
+CHECKED = 65
 TOLERANCE = 1e-10
 """Largest deviation of a bent p-curve, as a share of the domain."""
 
@@ -62,13 +67,23 @@ def bent(curve: NurbsCurve, maps: tuple[Map, Map], span: FloatArray) -> NurbsCur
         along = points[[0, -1]].copy()
         if np.abs(np.diff(points[:, 1 - level[0]])).sum() <= reach[1 - level[0]] * (1.0 + 1e-12):
             a, b = curve.domain
-            mapped = np.stack([maps[0](along[:, 0]), maps[1](along[:, 1])], axis=1)
-            return NurbsCurve(1, [a, a, b, b], mapped)
-    return _fitted(curve, maps, span)
+            ends = np.stack([maps[0](along[:, 0]), maps[1](along[:, 1])], axis=1)
+            return NurbsCurve(1, [a, a, b, b], ends)
+
+    def mapped(t: FloatArray) -> FloatArray:
+        uv = curve.evaluate(t)
+        return np.stack([maps[0](uv[:, 0]), maps[1](uv[:, 1])], axis=1)
+
+    return fitted(mapped, _borders(curve, maps), span)
 
 
-def _fitted(curve: NurbsCurve, maps: tuple[Map, Map], span: FloatArray) -> NurbsCurve:
-    borders = _borders(curve, maps)
+def fitted(
+    image: Callable[[FloatArray], FloatArray], borders: FloatArray, span: FloatArray
+) -> NurbsCurve:
+    """A chain of quintics through ``image(t)`` (k, 2), smooth between `borders`.
+
+    Pieces are halved until they miss by no more than `TOLERANCE` · span in between.
+    """
     tolerance = TOLERANCE * np.maximum(span, 1e-300)
     pieces: list[FloatArray] = []
     breaks = [float(borders[0])]
@@ -76,7 +91,7 @@ def _fitted(curve: NurbsCurve, maps: tuple[Map, Map], span: FloatArray) -> Nurbs
     smallest = (borders[-1] - borders[0]) * 2.0**-20
     while todo:
         a, b = todo.pop()
-        control, miss = _quintic(curve, maps, a, b)
+        control, miss = _quintic(image, a, b)
         if np.all(miss <= tolerance) or b - a <= smallest:
             pieces.append(control)
             breaks.append(float(b))
@@ -87,6 +102,37 @@ def _fitted(curve: NurbsCurve, maps: tuple[Map, Map], span: FloatArray) -> Nurbs
     times = np.full(len(breaks), DEGREE)
     times[[0, -1]] += 1
     return NurbsCurve(DEGREE, np.repeat(breaks, times), points)
+
+
+def on_edge(
+    curve: NurbsCurve, edge: NurbsCurve, surface: NurbsSurface, tolerance: float
+) -> NurbsCurve | None:
+    """The p-curve of `edge` on `surface`, from a rough one with the same parameters.
+
+    Every point of the edge is projected by Gauss-Newton, which converges at once since edges lie
+    on their surfaces. None if a point stays farther away than `tolerance` (length): the edge then
+    runs over a seam or leaves the surface.
+    """
+    low, high = np.array(surface.domain).T
+
+    def image(t: FloatArray) -> FloatArray:
+        uv = np.clip(curve.evaluate(np.clip(t, *curve.domain))[:, :2], low, high)
+        points = edge.evaluate(t)
+        for _ in range(STEPS):
+            first = surface.derivatives(uv, 1)
+            J = np.stack([first[:, 1, 0], first[:, 0, 1]], axis=2)
+            step = np.linalg.pinv(J) @ (points - first[:, 0, 0])[..., None]
+            uv = np.clip(uv + step[..., 0], low, high)
+        return uv
+
+    a, b = edge.domain
+    t = np.linspace(a, b, CHECKED)
+    missed = np.linalg.norm(surface.evaluate(image(t)) - edge.evaluate(t), axis=1).max()
+    if missed > tolerance:
+        return None
+    knots = np.unique(np.concatenate([edge.knots, curve.knots]))
+    borders = knots[(knots > a + 1e-9 * (b - a)) & (knots < b - 1e-9 * (b - a))]
+    return fitted(image, np.concatenate([[a], borders, [b]]), high - low)
 
 
 def _borders(curve: NurbsCurve, maps: tuple[Map, Map]) -> FloatArray:
@@ -131,12 +177,10 @@ _AT_CHECKS = _bernstein(_CHECKS)
 
 
 def _quintic(
-    curve: NurbsCurve, maps: tuple[Map, Map], a: float, b: float
+    image: Callable[[FloatArray], FloatArray], a: float, b: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Quintic through the mapped curve on [a, b], and its largest miss (2,) in between."""
-    t = np.concatenate([_NODES, _CHECKS])
-    points = curve.evaluate(np.clip(a + (b - a) * t, a, b))
-    mapped = np.stack([maps[0](points[:, 0]), maps[1](points[:, 1])], axis=1)
+    """Quintic through the image of [a, b], and its largest miss (2,) in between."""
+    mapped = image(np.clip(a + (b - a) * np.concatenate([_NODES, _CHECKS]), a, b))
     control = _TO_BERNSTEIN @ mapped[: DEGREE + 1]
     control[[0, -1]] = mapped[[0, DEGREE]]
     return control, np.abs(_AT_CHECKS @ control - mapped[DEGREE + 1 :]).max(axis=0)

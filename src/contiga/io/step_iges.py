@@ -37,6 +37,8 @@ OCC_UNIT = "mm"
 """OpenCASCADE brings every file to millimetres."""
 _IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 5: "mile", 6: "m", 7: "km", 8: "thou", 9: "um"}
 _IGES_UNITS |= {10: "cm", 11: "microinch"}
+THIN = 1e-10
+"""Faces this much longer than wide are lines."""
 OPEN = 1e-3
 """A loop open by more than this share of the face is not a loop; below it is closed straight."""
 
@@ -189,7 +191,7 @@ def _edge(edge: Any, scale: float) -> Edge | None:
 def add_face(assembly: Assembly, face: Any, edges: Any, scale: float, where: str) -> None:
     """Convert a TopoDS_Face and add it; ``edges.Add(edge)`` numbers its edges."""
     raw = _raw_face(face, edges)
-    if raw is None or np.any(raw.box[1] <= raw.box[0]):
+    if raw is None or _is_thin(raw):
         warn(f"{where}: a face without extent was left out")
         return
     sides = rectangle_sides(raw.loops[0], raw.box, raw.speed) if len(raw.loops) == 1 else None
@@ -207,6 +209,12 @@ def add_face(assembly: Assembly, face: Any, edges: Any, scale: float, where: str
         for loop in raw.loops
     ]
     assembly.add_trimmed(patch.surface, loops, flip=raw.reversed)
+
+
+def _is_thin(raw: RawFace) -> bool:
+    """Whether the loops of a face enclose a line or a point in (u, v)."""
+    extent = (raw.box[1] - raw.box[0]) * raw.speed
+    return bool(extent.min() <= THIN * extent.max())
 
 
 def _closed(raw: RawFace, where: str) -> bool:

@@ -8,10 +8,22 @@ from time import perf_counter
 
 
 class Clock:
-    """Adds up wall-clock seconds by the name of a stage."""
+    """Adds up wall-clock seconds by the name of a stage, and what numba spends compiling."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
+        self.compiled = 0.0
+
+    @contextmanager
+    def watching(self) -> Iterator[None]:
+        """Count the seconds of compiling inside; kernels found in numba's cache cost none."""
+        from numba.core import event
+
+        def add(seconds: float) -> None:
+            self.compiled += seconds
+
+        with event.install_timer("numba:compile", add):
+            yield
 
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:

@@ -321,10 +321,14 @@ def _law_of(law: Law, master_law: StressLaw | None, contact_type: str) -> Law:
 
 def _check_needs(law: Law, slave: Slave) -> None:
     for name in ("thickness", "mass"):
-        if getattr(law, f"needs_{name}") and getattr(slave, name) is None:
+        if not getattr(law, f"needs_{name}"):
+            continue
+        values = getattr(slave, name)
+        bare = len(slave) if values is None else int((values[slave.active] <= 0.0).sum())
+        if bare:
             raise InputError(
                 f"the law needs the slave's nodal {name}",
                 where="law",
-                found=f"a slave without {name}",
+                found=f"{bare} points without {name}",
                 remedy=f"Give the slave a {name}, or the law one of its own",
             )

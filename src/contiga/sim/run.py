@@ -17,7 +17,7 @@ from contiga.sim.simulation import (
 )
 from contiga.sim.state import State
 from contiga.sim.step import advance
-from contiga.sim.summary import compile_timer, summarise
+from contiga.sim.summary import summarise
 
 __all__ = [
     "BodyPart",
@@ -49,6 +49,7 @@ def run(
     *,
     resume: bool = False,
     progress: Progress | None = None,
+    clock: Clock | None = None,
 ) -> Result:
     """Carry out a simulation.
 
@@ -58,6 +59,7 @@ def run(
     out : folder for history, fields, checkpoint and summary; None keeps all in memory
     resume : go on from the checkpoint in `out`; the results are the same bits as of one run
     progress : called with steps done, steps in all, points in contact
+    clock : goes on counting from what was spent before (reading, building)
 
     Raises
     ------
@@ -71,8 +73,8 @@ def run(
     When the run is stopped (an exception, Ctrl-C) a checkpoint of the last whole step is left;
     before the first one nothing is.
     """
-    clock = Clock()
-    with compile_timer() as compiled, clock("total"):
+    clock = Clock() if clock is None else clock
+    with clock.watching(), clock("total"):
         recorder = Recorder(simulation, clock, progress)
         try:
             if out is not None:
@@ -84,6 +86,6 @@ def run(
             raise
         recorder.save()
     history = recorder.columns()
-    summary = summarise(simulation, history, clock.seconds, compiled.seconds)
+    summary = summarise(simulation, history, clock)
     recorder.finish(summary)
     return Result(history, recorder.folder, recorder.states, summary)

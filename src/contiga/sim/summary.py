@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -11,37 +9,16 @@ import numpy as np
 from contiga.num.threads import thread_count
 from contiga.records import ContactStatus, FloatArray
 from contiga.search.tables import tables_of
+from contiga.sim.clock import Clock
 from contiga.sim.simulation import Simulation
 from contiga.sim.step import COUNTED
 from contiga.version import __version__
 
 
-class CompileTime:
-    """Seconds numba spent compiling (kernels found in its cache cost none)."""
-
-    def __init__(self) -> None:
-        self.seconds = 0.0
-
-
-@contextmanager
-def compile_timer() -> Iterator[CompileTime]:
-    """Time lost to compiling inside the block."""
-    from numba.core import event
-
-    result = CompileTime()
-
-    def done(seconds: float) -> None:
-        result.seconds = seconds
-
-    with event.install_timer("numba:compile", done):
-        yield result
-
-
 def summarise(
     simulation: Simulation,
     history: dict[str, FloatArray],
-    seconds: dict[str, float],
-    compiling: float,
+    clock: Clock,
 ) -> dict[str, Any]:
     """The summary of a finished run."""
     several = len(simulation.contacts) > 1
@@ -53,7 +30,7 @@ def summarise(
         "title": simulation.title,
         "version": __version__,
         "units": dict(zip(("length", "mass", "time"), simulation.units, strict=True)),
-        "timings": {**seconds, "compile": compiling},
+        "timings": {**clock.seconds, "compile": clock.compiled},
         "steps": len(simulation.times),
         "n_points": sum(len(part.slave.points) for part in simulation.slaves.values()),
         "n_elements": sum(

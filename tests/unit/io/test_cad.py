@@ -195,6 +195,37 @@ def test_rhino_solids_are_oriented_outward_and_have_no_free_edges(tmp_path, name
     assert all(len(edge.uses) == 2 for edge in body.edges)
 
 
+def cap_of_a_sphere(axis: tuple[float, float, float]) -> cg.Body:
+    """A sphere of radius 2 cut by the edge of a cap of height ½ about `axis`, p-curve missing."""
+    from contiga.io._assemble import Assembly
+    from contiga.io._occ_build import OccEdges
+    from contiga.io.rhino import _Trim
+    from contiga.io.step_iges import add_face
+
+    n = np.array(axis) / np.linalg.norm(axis)
+    x = np.cross(n, [0.1, 0.9, 0.3])
+    x /= np.linalg.norm(x)
+    frame = np.eye(4)
+    frame[:3] = np.stack([x, np.cross(n, x), n, 1.5 * n], axis=1)
+    circle = cg.shapes.circle(radius=math.sqrt(4 - 1.5**2)).transformed(frame)
+    edges = OccEdges([circle], 1e-6)
+    assembly = Assembly("cap")
+    face = edges.face(cg.shapes.sphere(radius=2.0), [[_Trim(0, False)]], False)
+    add_face(assembly, face, edges, 1.0, "cap, face 0")
+    return assembly.body("cap", lambda _: None, None)
+
+
+@pytest.mark.parametrize("axis", [(-1.0, 0.2, 0.3), (1.0, 1.0, 0.0)])
+def test_missing_pcurves_on_curved_faces_are_drawn_exactly(axis):
+    assert cap_of_a_sphere(axis).area() == pytest.approx(2 * math.pi, rel=1e-11)
+
+
+def test_an_edge_over_a_seam_is_not_cut_in_half_in_silence():
+    with pytest.warns(ContigaWarning, match=r"rectangle.*kept whole"):
+        body = cap_of_a_sphere((1.0, 0.0, 0.3))
+    assert body.area() == pytest.approx(16 * math.pi, rel=1e-9)
+
+
 def test_rhino_unit_is_converted(tmp_path):
     path = rhino_file(tmp_path / "a.3dm", rhino_shapes()["box"][0], unit="Inches")
     assert cg.read_cad(path).unit == "in"
