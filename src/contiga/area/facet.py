@@ -104,7 +104,15 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
     else:
         sides = (n_c, row, ends)
         run_ranges(
-            _facet_nb.master_pieces, len(found), FACETS, tables, corner, feet, sides, fraction, share
+            _facet_nb.master_pieces,
+            len(found),
+            FACETS,
+            tables,
+            corner,
+            feet,
+            sides,
+            fraction,
+            share,
         )
     clusters = _union_nb.facet_components(corner, n_c)
     return Areas(_facet_nb.gather(corner, share, n_c), clusters, on)
@@ -116,7 +124,10 @@ def _with_free(tables: Tables, inp: AreaInput, free: IntArray, start: IntArray) 
     if len(free):
         points = np.ascontiguousarray(inp.points[free])
         track(tables, points, inp.feet.patch[start], inp.feet.uv[start], out)
-    return Projection(*(np.concatenate(pair) for pair in zip(inp.feet, out, strict=True)))
+    feet = inp.feet
+    return Projection(
+        *(np.concatenate([getattr(feet, f), getattr(out, f)]) for f in Projection._fields)
+    )
 
 
 def _ends(
@@ -152,7 +163,7 @@ def _leave(
         track(tables, p_B, last.patch, last.uv, out)
         good = (out.status == Status.OK) & (out.gap <= 0.0)
         low, high = np.where(good, t, low), np.where(good, high, t)
-        for kept, new in zip(last, out, strict=True):
-            kept[good] = new[good]
+        for name in Projection._fields:
+            getattr(last, name)[good] = getattr(out, name)[good]
     fraction[border] = low
     return last

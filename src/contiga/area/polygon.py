@@ -86,9 +86,7 @@ def _triangles(
     return np.concatenate(fans) if fans else np.zeros((0, 3, 2))
 
 
-def _knots(
-    surface: NurbsSurface, axis: int, low: float, high: float, period: float
-) -> FloatArray:
+def _knots(surface: NurbsSurface, axis: int, low: float, high: float, period: float) -> FloatArray:
     values = np.unique(surface.knots[axis])
     if period > 0.0:
         values = np.unique(np.concatenate([values + k * period for k in (-1.0, 0.0, 1.0)]))

@@ -232,9 +232,7 @@ class HullAreaSpec(Spec):
 
 if TYPE_CHECKING:
     LawSpec = ForceSpec | StressSpec | PenaltySpec | AdaptiveSpec
-    AreaSpec = (
-        ConstantAreaSpec | TributaryAreaSpec | FacetAreaSpec | CloudAreaSpec | HullAreaSpec
-    )
+    AreaSpec = ConstantAreaSpec | TributaryAreaSpec | FacetAreaSpec | CloudAreaSpec | HullAreaSpec
 else:
     LawSpec = by_kind(ForceSpec, StressSpec, PenaltySpec, AdaptiveSpec)
     AreaSpec = by_kind(
