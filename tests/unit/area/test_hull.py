@@ -78,7 +78,7 @@ def test_exact_map_goes_on_over_a_seam():
     (u0, u1), _ = tube.domain
     band = np.array([[u0, 0.2], [u1, 0.2], [u1, 0.7], [u0, 0.7]])
     whole = area_over(tube, band, closing(tube))
-    moved = area_over(tube, band + [0.3 * (u1 - u0), 0.0], closing(tube))
+    moved = area_over(tube, band + np.array([0.3 * (u1 - u0), 0.0]), closing(tube))
     assert whole == pytest.approx(2 * np.pi * 2.0 * 1.5, rel=1e-12)
     assert moved == pytest.approx(whole, rel=1e-12)
 
