@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -30,7 +32,7 @@ def holed() -> cg.Body:
     """A square with a round hole of radius 0.2 in the middle."""
     patch = cg.shapes.plane(width=2 * HALF, length=2 * HALF)
     corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)]
-    pairs = zip(corners[:-1], corners[1:], strict=True)
+    pairs = pairwise(corners)
     outer = [cg.shapes.line((*a, 0.0), (*b, 0.0)) for a, b in pairs]
     hole = [cg.shapes.circle(radius=0.2, centre=(0.5, 0.5, 0.0)).reversed()]
     return cg.Body([patch], trims=[[outer, hole]])

@@ -1,4 +1,4 @@
-"""Far points are left alone, and none is missed for it; points that are not finite or not active."""
+"""Far points are left alone and none is missed; points that are not finite or not active."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_far_points_are_not_looked_at(
     monkeypatch: pytest.MonkeyPatch, search: str, name: str
 ) -> None:
     ball = cg.Body([cg.shapes.sphere()])
-    points = np.random.default_rng(0).uniform(-1.0, 1.0, (500, 3)) + [0.0, 0.0, 6.0]
+    points = np.random.default_rng(0).uniform([-1.0, -1.0, 5.0], [1.0, 1.0, 7.0], (500, 3))
     contact = _contact(ball, 500, search=search)
     state = contact.start(points)
     looked = _Looked(monkeypatch, name)

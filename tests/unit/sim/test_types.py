@@ -114,7 +114,7 @@ def test_adaptive_stiffness_follows_mass_and_step() -> None:
     points = np.array([[0.0, 0.0, -0.1], [0.5, 0.5, -0.1]])
     cloud = cg.Slave(points, area=[1.0, 1.0], mass=[2.0, 6.0])
     contact = cg.Contact(PLATE, cloud, law=cg.AdaptiveLaw(0.5))
-    state = contact.start(points + [0.0, 0.0, 1.0])
+    state = contact.start(points + np.array([0.0, 0.0, 1.0]))
     state = contact.step(state, points, dt=0.1)
     np.testing.assert_allclose(state.force[:, 2], 0.5 * np.array([2.0, 6.0]) / 0.01 * 0.1)
 
