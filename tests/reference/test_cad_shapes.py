@@ -254,6 +254,25 @@ def test_annulus_has_two_loops_and_its_area(tmp_path):
     assert np.allclose(patch_areas(body)[flat], 3.0 * math.pi, rtol=1e-10)
 
 
+def test_trims_of_reversed_faces_are_mirrored_with_them(tmp_path):
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    axes = gp_Ax2(gp_Pnt(0.3, 0.7, -1.0), gp_Dir(0.0, 0.0, 1.0))
+    bore = BRepPrimAPI_MakeCylinder(axes, 0.2, 9.0).Shape()
+    body = cg.read_cad(write_step(tmp_path / "b.step", cut(box(), bore)))
+    pierced = [k for k, loops in enumerate(body.trims) if loops is not None]
+    assert len(pierced) == 2
+    for k in pierced:
+        low, high = np.array(body.patches[k].domain).T
+        uv = low + np.random.default_rng(k).random((2000, 2)) * (high - low)
+        x, y, z = body.patches[k].evaluate(uv).T
+        outside = np.hypot(x - 0.3, y - 0.7) > 0.2
+        assert np.array_equal(points_in_trim(body.trim_tables, k, uv), outside)
+        assert body.patches[k].normal(uv[:1])[0, 2] == pytest.approx(1.0 if z[0] > 1 else -1.0)
+    assert body.volume() == pytest.approx(6.0 - 0.12 * math.pi, rel=1e-9)
+
+
 def test_oblique_cut_of_a_cylinder_has_the_area_of_the_closed_form(tmp_path):
     # Height 3 + x under the plane z = 3 + x: mean height 3, so area 2πr·3 on the side.
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace

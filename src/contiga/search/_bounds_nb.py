@@ -155,6 +155,66 @@ def cell_bounds(elements, e, cell, bound):
 
 
 @njit(cache=True)
+def _beyond(net, degree, limit):
+    """Whether |A|² − limit² w² > 0 on the whole box whose coefficients are `net`.
+
+    The Bernstein coefficients of the product of two polynomials are the convolution of theirs,
+    each times a binomial (Farouki & Rajan 1988, doi 10.1016/0167-8396(88)90016-7); only their sign
+    is asked for. Changes `net`: multiplied by the binomials.
+    """
+    p, q = degree
+    binomial = 1.0
+    for i in range(p + 1):
+        other = binomial
+        for j in range(q + 1):
+            for c in range(3):
+                net[i * (q + 1) + j, c] *= other
+            net[i * (q + 1) + j, 3] *= other * limit
+            other *= (q - j) / (j + 1.0)
+        binomial *= (p - i) / (i + 1.0)
+    for k in range(2 * p + 1):
+        for m in range(2 * q + 1):
+            total = 0.0
+            for i in range(max(0, k - p), min(k, p) + 1):
+                row = i * (q + 1)
+                back = (k - i) * (q + 1) + m
+                for j in range(max(0, m - q), min(m, q) + 1):
+                    a = net[row + j]
+                    b = net[back - j]
+                    total += a[0] * b[0] + a[1] * b[1] + a[2] * b[2] - a[3] * b[3]
+            if total <= 0.0:
+                return False
+    return True
+
+
+@njit(cache=True)
+def look_closer(elements, e, cell, point, limit, bound):
+    """Whether a cell is all farther than `limit` from `point` (about the element's origin).
+
+    If not, `bound` takes the derivative bounds over this cell alone.
+    """
+    table = elements.table[e]
+    p = table["degree"][0]
+    q = table["degree"][1]
+    start = table["bernstein"]
+    n = (p + 1) * (q + 1)
+    coefs = elements.coefs[start : start + 4 * n]
+    net = np.empty((n, 4))
+    moved = np.empty((n, 4))
+    corner = np.empty((2, 3))
+    restrict(coefs, (p, q), cell, net)
+    for k in range(n):
+        for c in range(3):
+            moved[k, c] = net[k, c] - net[k, 3] * point[c]
+        moved[k, 3] = net[k, 3]
+    if limit > 0.0 and _beyond(moved, (p, q), limit):
+        return True
+    size = (cell[1] - cell[0], cell[3] - cell[2])
+    derivative_bounds(net, (p, q), size, bound, corner[0], corner[1])
+    return False
+
+
+@njit(cache=True)
 def split_direction(bound, size, flatness):
     """Which way to halve a box: 0 in s, 1 in t, -1 when it is flat and square enough.
 

@@ -7,6 +7,8 @@ rule of Piegl & Tiller, The NURBS Book, Eq. 4.20.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -14,6 +16,8 @@ FAST = {"contract", "reassoc", "nsz", "arcp"}
 
 # Columns of the table `h`: value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt².
 VALUE, DS, DT, DSS, DST, DTT = 0, 1, 2, 3, 4, 5
+
+BINOMIAL = np.array([[float(math.comb(n, k)) for k in range(16)] for n in range(16)])
 
 
 @njit(inline="always")
@@ -125,30 +129,67 @@ def bernstein_basis(degree, x, basis):
         basis[2, 1] = 0.0
 
 
+@njit(cache=True)
+def _row(coefs, k, q, t):
+    """Value, slope and curvature at t in [0, 1] of the Bernstein coefficients coefs[k], k + 4, …
+
+    Nested: value·(1 − t) + binomial·tʲ·coefficient; all terms of a positive polynomial are
+    positive, no digits are lost however much its coefficients differ.
+    """
+    r = 1.0 - t
+    b0 = b1 = b2 = 0.0
+    power = before = twice = 1.0
+    x1 = x2 = 0.0
+    for j in range(q + 1):
+        x = coefs[k]
+        k += 4
+        b0 = b0 * r + BINOMIAL[q, j] * power * x
+        if j > 0:
+            b1 = b1 * r + BINOMIAL[q - 1, j - 1] * before * (x - x1)
+        if j > 1:
+            b2 = b2 * r + BINOMIAL[q - 2, j - 2] * twice * (x - 2.0 * x1 + x2)
+        x2 = x1
+        x1 = x
+        twice = before
+        before = power
+        power *= t
+    return b0, q * b1, q * (q - 1) * b2
+
+
 @njit(cache=True, inline="never")
 def _bernstein(coefs, start, degree, s, t, h, components):
     p, q = degree
-    bs = np.zeros((3, 16))
-    bt = np.zeros((3, 16))
-    bernstein_basis(p, s + 0.5, bs)
-    bernstein_basis(q, t + 0.5, bt)
+    s += 0.5
+    t += 0.5
+    r = 1.0 - s
     for c in range(components):
-        for k in range(6):
-            h[c, k] = 0.0
+        v = v_s = v_t = v_ss = v_st = v_tt = 0.0
+        power = before = twice = 1.0
+        x1 = y1 = x2 = 0.0
         for i in range(p + 1):
-            r0 = r1 = r2 = 0.0
-            k = start + i * (q + 1) * 4 + c
-            for j in range(q + 1):
-                r0 += bt[0, j] * coefs[k]
-                r1 += bt[1, j] * coefs[k]
-                r2 += bt[2, j] * coefs[k]
-                k += 4
-            h[c, 0] += bs[0, i] * r0
-            h[c, 1] += bs[1, i] * r0
-            h[c, 2] += bs[0, i] * r1
-            h[c, 3] += bs[2, i] * r0
-            h[c, 4] += bs[1, i] * r1
-            h[c, 5] += bs[0, i] * r2
+            x, y, z = _row(coefs, start + i * (q + 1) * 4 + c, q, t)
+            weight = BINOMIAL[p, i] * power
+            v = v * r + weight * x
+            v_t = v_t * r + weight * y
+            v_tt = v_tt * r + weight * z
+            if i > 0:
+                weight = BINOMIAL[p - 1, i - 1] * before
+                v_s = v_s * r + weight * (x - x1)
+                v_st = v_st * r + weight * (y - y1)
+            if i > 1:
+                v_ss = v_ss * r + BINOMIAL[p - 2, i - 2] * twice * (x - 2.0 * x1 + x2)
+            x2 = x1
+            x1 = x
+            y1 = y
+            twice = before
+            before = power
+            power *= s
+        h[c, 0] = v
+        h[c, 1] = p * v_s
+        h[c, 2] = v_t
+        h[c, 3] = p * (p - 1) * v_ss
+        h[c, 4] = p * v_st
+        h[c, 5] = v_tt
 
 
 @njit(cache=True, fastmath=FAST)

@@ -87,6 +87,7 @@ def global_foot(tables, k, point, out, found, h):
         blank(out, k, MAX_ITERATIONS)
         return
     foot = surface_foot(tables, found, h)
+    given_up = found[3] != 0.0
     status = OK
     feature = EDGE
     if found[0] >= 0:
@@ -98,6 +99,8 @@ def global_foot(tables, k, point, out, found, h):
             feature = EDGE
     elif tables.piece_open[int(-1 - found[0])] != 0.0:
         status = TRIMMED
+    if given_up:
+        status = MAX_ITERATIONS
     write_foot(tables, k, foot, status, feature, point, out, h)
     if feature != FACE:
         total = np.empty(3)

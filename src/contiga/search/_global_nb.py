@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 
 from contiga.geometry._trim_nb import point_in_trim
-from contiga.search._bounds_nb import cell_bounds
+from contiga.search._bounds_nb import look_closer
 from contiga.search._curve_nb import closest_on_stretch
 from contiga.search._element_nb import evaluate, parameters
 from contiga.search._local_nb import expand
@@ -26,8 +26,12 @@ from contiga.search._tree_nb import box_distance2
 
 SMOOTH, POLE = 0, 3
 OUT, IN, CUT = 0, 1, 2
-MAX_CELLS = 4000
-"""Cells one query may open; a point with a continuum of closest points (an axis) needs a bound."""
+MAX_CELLS = 20000
+"""Cells one query may open; then it is given up."""
+EASY = 12
+"""Cells of a leaf after which its bounds are taken for too loose, and each cell gets its own."""
+MANY = 100
+"""Cells of a query after which all get bounds of their own."""
 SMALLEST = 1e-6
 """Half-size of a cell (local parameters) that is not halved further."""
 DEEP = 1.0 / 64.0
@@ -143,11 +147,14 @@ def _cell_minimum(elements, e, cell, point, h):
 
 
 @njit(cache=True)
-def _search_leaf(elements, trims, leaf, point, best, slack, found, stack, h):
-    """Improve `best` (distance) and `found` (element, s, t) by one surface leaf.
+def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
+    """Improve the best distance and `found` (element, s, t) by one surface leaf.
 
-    Returns the best distance and the number of cells opened. `stack` (64, 4) and `h` are work.
+    `limits` is (best, slack, cells opened before). Returns the best distance and the number of
+    cells opened here. `stack` (64, 4) and `h` are work.
     """
+    best, slack, before = limits
+    easy = EASY if before < MANY else 0
     e = leaf["element"]
     k = np.empty(9)
     pole = has_pole(elements, e)
@@ -187,8 +194,10 @@ def _search_leaf(elements, trims, leaf, point, best, slack, found, stack, h):
             found[0] = e
             found[1] = sc
             found[2] = tc
-        if 4.0 * hs * ht < whole and pole:
-            cell_bounds(elements, e, cell, k)
+        hard = opened > easy
+        if hard or (pole and 4.0 * hs * ht < whole):
+            if look_closer(elements, e, cell, local, best - slack, k):
+                continue
         else:
             for c in range(9):
                 k[c] = leaf["bound"][c]
@@ -228,10 +237,14 @@ def _search_leaf(elements, trims, leaf, point, best, slack, found, stack, h):
                 found[1] = s
                 found[2] = t
             continue
-        if max(hs, ht) < SMALLEST or opened > MAX_CELLS or top > 61:
+        if max(hs, ht) < SMALLEST:
             continue
-        # The half nearer to the linear foot is opened first: it is pushed last.
-        if xx >= yy:
+        if before + opened > MAX_CELLS or top > 61:
+            found[3] = 1.0
+            continue
+        # Halved where the surface is longer, or f varies more; the lower half is pushed last.
+        wide = abs(rx) + abs(hxx) >= abs(ry) + abs(hyy) if hard else xx >= yy
+        if wide:
             if rx > 0.0:
                 stack[top] = (sc, cell[1], cell[2], cell[3])
                 stack[top + 1] = (cell[0], sc, cell[2], cell[3])
@@ -253,7 +266,8 @@ def closest(tables, point, only, reach, found, h):
     """Closest point to `point` no farther than `reach`, on patch `only` (−1: on any).
 
     Fills `found` with element, s, t, or with −1 − piece and the piece's parameter when a trimming
-    curve is closest. Returns the distance, infinite where nothing was found.
+    curve is closest, and found[3] with 1 if the search was given up. Returns the distance,
+    infinite where nothing was found.
     """
     tree = tables.tree
     leaves = tables.leaves
@@ -261,6 +275,7 @@ def closest(tables, point, only, reach, found, h):
     trims = tables.trims
     x, y, z = point
     best = reach
+    found[3] = 0.0
     hit = False
     opened = 0
     nodes = np.empty(128, np.int64)
@@ -297,9 +312,10 @@ def closest(tables, point, only, reach, found, h):
             e = leaf["element"]
             if e >= 0:
                 if opened > MAX_CELLS:
+                    found[3] = 1.0
                     continue
                 distance, cells = _search_leaf(
-                    elements, trims, leaf, point, best, slack, found, stack, h
+                    elements, trims, leaf, point, (best, slack, opened), found, stack, h
                 )
                 opened += cells
                 if distance < best:

@@ -85,7 +85,7 @@ def _row_length(m, i):
 
 @njit(cache=True)
 def _solve(elements, e, cell, start, p, d, h, m):
-    """Newton for (s, t, τ) from `start`; returns converged, s, t, τ, d·normal (unscaled)."""
+    """Newton for (s, t, τ) from `start`; returns converged, s, t, τ."""
     s, t, tau = start
     width = cell[1] - cell[0]
     height = cell[3] - cell[2]
@@ -93,7 +93,7 @@ def _solve(elements, e, cell, start, p, d, h, m):
     for _ in range(12):
         evaluate(elements, e, s, t, h)
         if not _inverse(h, 1.0, 1.0, d, m):
-            return False, s, t, tau, 0.0
+            return False, s, t, tau
         r0 = p[0] + tau * d[0] - h[0, 0]
         r1 = p[1] + tau * d[1] - h[1, 0]
         r2 = p[2] + tau * d[2] - h[2, 0]
@@ -105,11 +105,8 @@ def _solve(elements, e, cell, start, p, d, h, m):
         tau += dtau
         miss = math.sqrt(r0 * r0 + r1 * r1 + r2 * r2)
         if abs(ds) < 1e-13 and abs(dt) < 1e-13 and abs(dtau) < 1e-13 or miss < 1e-15 * length:
-            n0 = h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2]
-            n1 = h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2]
-            n2 = h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2]
-            return True, s, t, tau, n0 * d[0] + n1 * d[1] + n2 * d[2]
-    return False, s, t, tau, 0.0
+            return True, s, t, tau
+    return False, s, t, tau
 
 
 @njit(cache=True)
@@ -195,7 +192,7 @@ def _search_leaf(elements, trims, leaf, path, best, found, work):
             start = (sc + min(max(x, -1.0), 1.0) * hs, tc + min(max(y, -1.0), 1.0) * ht, z)
         point_like = kx + ky < small
         if unique or point_like:
-            good, s, t, tau_s, entering = _solve(elements, e, (s0, s1, t0, t1), start, p, d, h, m)
+            good, s, t, tau_s = _solve(elements, e, (s0, s1, t0, t1), start, p, d, h, m)
             inside = (
                 s >= s0 - INCLUSIVE
                 and s <= s1 + INCLUSIVE
@@ -206,13 +203,13 @@ def _search_leaf(elements, trims, leaf, path, best, found, work):
                 s = sc
                 t = tc
                 tau_s = tau
-                n0, n1, n2 = normal_at(elements, e, sc, tc, h)
-                entering = n0 * d[0] + n1 * d[1] + n2 * d[2]
                 good = inside = True
-            if good and inside and entering < 0.0 and -slack <= tau_s <= 1.0 + slack and tau_s < best:
+            if good and inside and -slack <= tau_s <= 1.0 + slack and tau_s < best:
                 s = min(max(s, -0.5), 0.5)
                 t = min(max(t, -0.5), 0.5)
-                if in_face(elements, trims, e, s, t):
+                n0, n1, n2 = normal_at(elements, e, s, t, h)
+                entering = n0 * d[0] + n1 * d[1] + n2 * d[2] < 0.0
+                if entering and in_face(elements, trims, e, s, t):
                     best = tau_s
                     found[0] = e
                     found[1] = s

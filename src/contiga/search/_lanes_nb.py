@@ -42,13 +42,19 @@ def _round(lanes, l, x, y, z, tolerance):
     h_st = r_x * x[4] + r_y * y[4] + r_z * z[4] + m
     h_tt = r_x * x[5] + r_y * y[5] + r_z * z[5] + b
     det = h_ss * h_tt - h_st * h_st
-    # Squared tangential miss in length units against the tolerance.
-    settled = (g_s * g_s <= tolerance * a) & (g_t * g_t <= tolerance * b)
     regular = (a > 1e-12 * b) & (b > 1e-12 * a)  # away from poles
-    sound = regular & (det > 1e-6 * a * b) & (h_ss > 0.0) & (f <= lanes[5 * n + l])
+    sound = regular & (det > 1e-6 * a * b) & (h_ss > 0.0) & (f <= lanes[5 * n + l] + tolerance)
     i = 1.0 / det
     new_s = s + (g_t * h_st - g_s * h_tt) * i
     new_t = t + (g_s * h_st - g_t * h_ss) * i
+    step_s = new_s - s
+    step_t = new_t - t
+    # Squared tangential miss and squared step, as lengths, against the tolerance.
+    settled = (
+        (g_s * g_s <= tolerance * a)
+        & (g_t * g_t <= tolerance * b)
+        & (step_s * step_s * a + step_t * step_t * b <= tolerance)
+    )
     inside = (new_s >= -0.5) & (new_s <= 0.5) & (new_t >= -0.5) & (new_t <= 0.5)
     state = lanes[6 * n + l]
     now = 2.0 if not sound else (1.0 if settled else (0.0 if inside else 2.0))

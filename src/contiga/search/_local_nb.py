@@ -17,7 +17,6 @@ POINT = 1e-24
 INDEFINITE = 1e-12
 SHIFT = 1e-3
 ARMIJO = 1e-4
-ROUNDING = 4e-16
 HALVINGS = 40
 
 
@@ -120,11 +119,13 @@ def _moved(x, d, reach, ends):
 
 
 @njit(cache=True)
-def line_search(elements, e, foot, step, q, point, h):
+def line_search(elements, e, foot, step, q, target, h):
     """Go along `step` to the first side at most, less while f does not fall enough.
 
-    Returns (moved, s, t, expansion there).
+    `target` is (point, noise): changes of f below the noise are its rounding. Returns (moved, s,
+    t, expansion there).
     """
+    point, noise = target
     s, t = foot
     d_s, d_t = step
     f = q[0]
@@ -137,7 +138,7 @@ def line_search(elements, e, foot, step, q, point, h):
         new_s = _moved(s, d_s, reach, first and reach_s <= reach and reach_s < 1.0)
         new_t = _moved(t, d_t, reach, first and reach_t <= reach and reach_t < 1.0)
         new = expand(elements, e, new_s, new_t, point, h)
-        if new[0] <= f + ARMIJO * reach * descent + ROUNDING * f:
+        if new[0] <= f + ARMIJO * reach * descent + noise:
             return new_s != s or new_t != t, new_s, new_t, new
         reach *= 0.5
     return False, s, t, expand(elements, e, s, t, point, h)

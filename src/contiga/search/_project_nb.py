@@ -28,7 +28,7 @@ def _finite(points, k):
 def project_global(tables, points, rows, out, start, stop):
     """Closest points of points[rows[start:stop]] into the same rows of `out`."""
     h = np.empty((4, 6))
-    found = np.empty(3)
+    found = np.empty(4)
     for i in range(start, stop):
         k = rows[i]
         if _finite(points, k):
@@ -42,7 +42,7 @@ def project_global(tables, points, rows, out, start, stop):
 def project_tracked(tables, points, starts, rows, out, start, stop):
     """Continued feet of points[rows[start:stop]] from starts = (patch, uv), one by one."""
     h = np.empty((4, 6))
-    found = np.empty(3)
+    found = np.empty(4)
     patch, uv = starts
     for i in range(start, stop):
         k = rows[i]

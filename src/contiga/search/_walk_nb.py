@@ -21,9 +21,16 @@ FACE, EDGE, VERTEX = 0, 1, 2
 SMOOTH, CREASE, BORDER, POLE, SHARED = 0, 1, 2, 3, 4
 STEPS = 400
 """Bound on the steps of one walk; each passes one element at most."""
-QUIET = 1e-14
-"""A step that promises to lower f by less than this share is lost in its rounding."""
+ROUNDING = 4e-16
+POSITION = 1e-3
+"""Rounding of a point, as a share of the tolerance (1e-12 of the body's size)."""
+QUIET = 10.0
+"""A step that promises to lower f by less than this many times its rounding may find nothing."""
 QUIET_STEPS = 4
+GIVE_IN = 1e3
+NEAR_POLE = 1e-6
+CLOSE_TO_POLE = 1e-8
+"""|S_s|² / |S_t|² below which the direction of S_s has lost half its digits."""
 
 
 @njit(cache=True)
@@ -52,6 +59,23 @@ def _pressed(q, s, t, miss):
         elif t >= 0.5 and -g_t > limit_t:
             out_t = 3
     return out_s, out_t
+
+
+@njit(cache=True)
+def _lost(g, own, other, distance):
+    """Whether, next to a pole, a slope is rounding of the short tangent (squares of both given)."""
+    return own < CLOSE_TO_POLE * other and abs(g) <= 4.0 * ROUNDING * distance * math.sqrt(other)
+
+
+@njit(cache=True)
+def _at_pole(elements, e, s, t, q):
+    """(s, t) moved onto the collapsed side it has come within rounding of."""
+    kind = elements.table[e]["kind"]
+    if q[6] <= POINT * q[7] and abs(t) > 0.5 - NEAR_POLE and kind[3 if t > 0.0 else 2] == POLE:
+        return s, math.copysign(0.5, t)
+    if q[7] <= POINT * q[6] and abs(s) > 0.5 - NEAR_POLE and kind[1 if s > 0.0 else 0] == POLE:
+        return math.copysign(0.5, s), t
+    return s, t
 
 
 @njit(cache=True)
@@ -87,7 +111,11 @@ def walk(elements, start, point, tolerance, h):
     q = expand(elements, e, s, t, point, h)
     quiet = 0
     for _ in range(STEPS):
-        miss = tolerance + 8e-16 * math.sqrt(2.0 * q[0])
+        distance = math.sqrt(2.0 * q[0])
+        miss = tolerance + 2.0 * ROUNDING * distance
+        if q[6] <= POINT * q[7] or q[7] <= POINT * q[6]:
+            s, t = _at_pole(elements, e, s, t, q)
+            q = expand(elements, e, s, t, point, h)
         out = _pressed(q, s, t, miss)
         if out[0] >= 0 or out[1] >= 0:
             e2, s2, t2 = _way_on(elements, (e, s, t), out, point, miss, h)
@@ -98,20 +126,25 @@ def walk(elements, start, point, tolerance, h):
                 out = _pressed(q, s, t, miss)
         a = q[6]
         b = q[7]
-        free_s = out[0] < 0 and a > POINT * b
-        free_t = out[1] < 0 and b > POINT * a
+        free_s = out[0] < 0 and a > POINT * b and not _lost(q[1], a, b, distance)
+        free_t = out[1] < 0 and b > POINT * a and not _lost(q[2], b, a, distance)
         slip_s = abs(q[1]) if free_s else 0.0
         slip_t = abs(q[2]) if free_t else 0.0
-        if slip_s <= miss * math.sqrt(a) and slip_t <= miss * math.sqrt(b):
-            return _settle(elements, e, s, t, out)
         d_s, d_t = direction(q, s, t, free_s, free_t)
+        if (
+            slip_s <= miss * math.sqrt(a)
+            and slip_t <= miss * math.sqrt(b)
+            and d_s * d_s * a + d_t * d_t * b <= miss * miss
+        ):
+            return _settle(elements, e, s, t, out)
         promise = -(q[1] * d_s + q[2] * d_t)
-        quiet += 1 if promise <= QUIET * q[0] else 0
+        noise = ROUNDING * q[0] + POSITION * tolerance * (distance + POSITION * tolerance)
+        quiet += 1 if promise <= QUIET * noise else 0
         if quiet > QUIET_STEPS:
             return _settle(elements, e, s, t, out)
-        moved, s, t, q = line_search(elements, e, (s, t), (d_s, d_t), q, point, h)
+        moved, s, t, q = line_search(elements, e, (s, t), (d_s, d_t), q, (point, noise), h)
         if not moved:
-            if promise <= 1e3 * QUIET * q[0] + miss * miss:
+            if promise <= GIVE_IN * noise + miss * miss:
                 return _settle(elements, e, s, t, out)
             return MAX_ITERATIONS, e, s, t, FACE
     return MAX_ITERATIONS, e, s, t, FACE
@@ -131,5 +164,7 @@ def _settle(elements, e, s, t, out):
         if kind == POLE:
             feature = VERTEX
         elif kind != SMOOTH:
-            feature = min(feature + 1, VERTEX)
+            feature = max(feature, EDGE)
+    if feature == EDGE and out[0] >= 0 and out[1] >= 0:
+        feature = VERTEX
     return status, e, s, t, feature

@@ -71,7 +71,9 @@ def _is_point(body: Body, trims: trim.TrimTables, piece: int) -> bool:
     """Whether a trimming piece that is of no edge runs along a pole: the surface does not end."""
     homogeneous = trims.piece_coefs[piece, : trims.piece_degree[piece] + 1]
     a, b = homogeneous[[0, -1], :2] / homogeneous[[0, -1], 2:]
-    points = body.patches[int(trims.piece_patch[piece])].evaluate(np.array([a, 0.5 * (a + b), b]))
+    patch = body.patches[int(trims.piece_patch[piece])]
+    low, high = np.transpose(patch.domain)  # p-curves of CAD files stick out by their tolerance
+    points = patch.evaluate(np.clip([a, 0.5 * (a + b), b], low, high))
     return bool(np.abs(points - points[0]).max() <= RELATIVE_POINT * body.size)
 
 

@@ -161,6 +161,7 @@ def test_boxes_that_are_in_or_out_hold_no_point_of_the_other_side():
     assert min(counts.values()) > 200
 
 
+@pytest.mark.interpreted
 def test_boxes_that_a_trim_crosses_by_a_hair_are_cut_and_others_are_not():
     tables = build_trim_tables(Body(plate(4, 4), trims=[[circle(2, 2, 1.0)]]))
     assert nb.box_state(tables, 0, 3.0 - 1e-9, 3.5, 1.9, 2.1) == CUT
@@ -171,6 +172,7 @@ def test_boxes_that_a_trim_crosses_by_a_hair_are_cut_and_others_are_not():
     assert nb.box_state(tables, 0, 2.0, 2.0 + 0.71, 2.0, 2.0 + 0.71) == CUT
 
 
+@pytest.mark.interpreted
 def test_untrimmed_patches_are_inside_everywhere_beside_trimmed_ones():
     body = Body([plate(), plate(4, 4)], trims=[None, [circle(2, 2, 1.0)]])
     tables = body.trim_tables
@@ -202,6 +204,7 @@ def test_size_and_place_of_the_parameters_do_not_matter(scale):
     assert body.area() == pytest.approx(math.pi * scale**2, rel=1e-9)
 
 
+@pytest.mark.interpreted
 def test_small_gaps_are_closed_straight_and_large_ones_are_errors():
     corners = [(0.2, 0.2), (0.8, 0.2), (0.8, 0.8), (0.2, 0.8)]
     sides = list(polygon(*corners))
@@ -219,6 +222,7 @@ def test_loops_outside_the_rectangle_are_errors():
         Body(plate(), trims=[[circle(0.5, 0.5, 0.6)]])
 
 
+@pytest.mark.interpreted
 def test_pieces_know_their_edge_loop_and_parameters():
     outer, inner = circle(2, 2, 1.5), circle(2, 2, 0.5)
     edge = BodyEdge(inner[0], 0.0, (EdgeUse(0, 1, 0, False),))
@@ -245,6 +249,7 @@ def test_area_of_a_trimmed_sphere_cap_is_that_of_the_closed_form():
     assert patch_areas(cap)[0] == pytest.approx(2 * math.pi * 2.0 * height, rel=1e-9)
 
 
+@pytest.mark.interpreted
 def test_roots_at_halves_and_double_roots_are_found():
     # (t − ½)(t − ¼) and (t − ⅓)², in Bernstein form of degree 2.
     found = build_nb.roots_inside(np.array([0.125, -0.25, 0.375]))

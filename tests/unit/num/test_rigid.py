@@ -1,0 +1,49 @@
+"""Points and directions between body and world axes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from contiga.motion import pose
+from contiga.num.rigid import to_body, to_world, turn_to_world
+
+X_WB = pose.compose(pose.translation([1.0, -2.0, 3.0]), pose.rotation("z", 0.7))
+
+
+@pytest.fixture
+def points() -> np.ndarray:
+    return np.random.default_rng(0).normal(size=(50, 3))
+
+
+@pytest.mark.interpreted
+def test_world_points_are_the_homogeneous_product(points: np.ndarray) -> None:
+    expected = (X_WB @ np.column_stack([points, np.ones(50)]).T).T[:, :3]
+    np.testing.assert_allclose(to_world(X_WB, points), expected, rtol=0, atol=1e-14)
+
+
+@pytest.mark.interpreted
+def test_body_points_undo_world_points(points: np.ndarray) -> None:
+    np.testing.assert_allclose(to_body(X_WB, to_world(X_WB, points)), points, rtol=0, atol=1e-14)
+
+
+@pytest.mark.interpreted
+def test_directions_turn_and_do_not_move(points: np.ndarray) -> None:
+    turned = turn_to_world(X_WB, points)
+    np.testing.assert_allclose(turned, points @ X_WB[:3, :3].T, rtol=0, atol=1e-15)
+    lengths = np.linalg.norm(points, axis=1)
+    np.testing.assert_allclose(np.linalg.norm(turned, axis=1), lengths, rtol=1e-14)
+
+
+@pytest.mark.interpreted
+def test_every_row_is_treated_alone(points: np.ndarray) -> None:
+    whole = to_body(X_WB, points)
+    for k in range(len(points)):
+        assert to_body(X_WB, points[k : k + 1]).tobytes() == whole[k].tobytes()
+
+
+@pytest.mark.interpreted
+def test_not_finite_rows_stay_alone(points: np.ndarray) -> None:
+    points[3, 1] = np.nan
+    moved = to_world(X_WB, points)
+    assert np.flatnonzero(~np.isfinite(moved).all(axis=1)).tolist() == [3]

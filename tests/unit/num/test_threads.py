@@ -1,0 +1,57 @@
+"""Kernels over ranges of rows: every row once, whatever the number of threads."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from contiga.num import threads
+
+
+def _count(rows: np.ndarray, start: int, stop: int) -> None:
+    rows[start:stop] += 1
+
+
+@pytest.mark.parametrize("n_threads", [1, 2, 5])
+@pytest.mark.parametrize("n", [0, 1, 7, 8, 9, 100, 1001])
+def test_every_row_is_done_once(monkeypatch: pytest.MonkeyPatch, n: int, n_threads: int) -> None:
+    monkeypatch.setattr(threads, "thread_count", lambda: n_threads)
+    threads._pool.cache_clear()
+    rows = np.zeros(n, dtype=int)
+    threads.run_ranges(_count, n, 8, rows)
+    assert (rows == 1).all()
+    threads._pool.cache_clear()
+
+
+def test_ranges_start_at_multiples_of_the_grain(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threads, "thread_count", lambda: 2)
+    starts: list[int] = []
+    threads.run_ranges(lambda start, stop: starts.append(start), 1000, 16)
+    assert len(starts) > 2
+    assert all(start % 16 == 0 for start in starts)
+
+
+def test_few_rows_stay_on_the_calling_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threads, "thread_count", lambda: 2)
+
+    def no_pool() -> None:
+        raise AssertionError("a pool was asked for")
+
+    monkeypatch.setattr(threads, "_pool", no_pool)
+    rows = np.zeros(8, dtype=int)
+    threads.run_ranges(_count, 8, 8, rows)
+    assert (rows == 1).all()
+
+
+def test_no_rows_call_no_kernel() -> None:
+    threads.run_ranges(lambda start, stop: pytest.fail("called"), 0, 8)
+
+
+def test_an_error_in_a_kernel_comes_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threads, "thread_count", lambda: 2)
+
+    def fail(start: int, stop: int) -> None:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        threads.run_ranges(fail, 100, 8)

@@ -1,0 +1,109 @@
+"""Wrong input of a contact: one clear error each, with what, where and what is allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import contiga as cg
+from contiga.errors import InputError
+
+PLANE = cg.Body([cg.shapes.plane()])
+CLOUD = cg.Slave(np.zeros((4, 3)), area=np.ones(4))
+LAW = cg.PenaltyLaw(1.0)
+POINTS = np.zeros((4, 3))
+CONTACT = cg.Contact(PLANE, CLOUD, law=LAW)
+
+
+def _make(**options: object) -> Callable[[], object]:
+    master, slave = options.pop("master", PLANE), options.pop("slave", CLOUD)
+    law = options.pop("law", LAW)
+    return lambda: cg.Contact(master, slave, law=law, **options)  # type: ignore[arg-type]
+
+
+def _step(points: object = POINTS, pose: object = None, dt: float = 1.0) -> Callable[[], object]:
+    return lambda: CONTACT.step(CONTACT.start(POINTS), points, pose, dt)  # type: ignore[arg-type]
+
+
+MIRROR = np.diag([1.0, 1.0, -1.0, 1.0])
+SHEARED = np.eye(4) + 0.1 * np.eye(4, k=1)
+NOT_FINITE = np.full((4, 4), np.nan)
+
+CASES = {
+    "search": (_make(search="both"), "search", "both", "'intersection', 'penetration'"),
+    "type": (_make(contact_type="Slave"), "contact_type", "Slave", "'slave', 'master', 'combined'"),
+    "edge": (_make(on_edge="keep"), "on_edge", "keep", "'release', 'hold'"),
+    "master is a surface": (
+        _make(master=cg.shapes.plane()),
+        "master",
+        "NurbsSurface",
+        "the master must be a Body",
+    ),
+    "slave is an array": (_make(slave=POINTS), "slave", "ndarray", "the slave must be a Slave"),
+    "depth zero": (_make(depth=0.0), "depth", "0.0", "positive"),
+    "depth not a number": (_make(depth=float("nan")), "depth", "nan", "positive"),
+    "combined alone": (_make(contact_type="combined"), "master_law", "None", "StressLaw"),
+    "combined of a force law": (
+        _make(contact_type="combined", law=cg.ForceLaw(1.0), master_law=cg.StressLaw(1.0, 1.0)),
+        "law",
+        "ForceLaw",
+        "StressLaw",
+    ),
+    "master law for nothing": (
+        _make(master_law=cg.StressLaw(1.0, 1.0)),
+        "master_law",
+        "slave",
+        "combined",
+    ),
+    "no thickness": (_make(law=cg.StressLaw(1.0)), "law", "without thickness", "Give the slave"),
+    "no mass": (_make(law=cg.AdaptiveLaw()), "law", "without mass", "Give the slave"),
+    "fewer points": (_step(np.zeros((3, 3))), "points", "3", "4"),
+    "more points": (_step(np.zeros((5, 3))), "points", "5", "4"),
+    "flat points": (_step(np.zeros((4, 2))), "points", "(4, 2)", "(n, 3)"),
+    "words": (_step("points"), "points", "array of numbers", "(n, 3)"),
+    "start with other points": (lambda: CONTACT.start(np.zeros((2, 3))), "points", "2", "4"),
+    "no step": (_step(dt=0.0), "dt", "0.0", "> 0"),
+    "back in time": (_step(dt=-1e-9), "dt", "-1e-09", "> 0"),
+    "endless step": (_step(dt=float("inf")), "dt", "inf", "> 0"),
+    "step of no number": (_step(dt=float("nan")), "dt", "nan", "> 0"),
+    "pose of three rows": (_step(pose=np.eye(3)), "pose", "(3, 3)", "(4, 4)"),
+    "mirroring pose": (_step(pose=MIRROR), "pose", "", ""),
+    "sheared pose": (_step(pose=SHEARED), "pose", "", ""),
+    "scaled pose": (_step(pose=np.diag([2.0, 2.0, 2.0, 1.0])), "pose", "", ""),
+    "pose of no numbers": (_step(pose=NOT_FINITE), "pose", "", ""),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_wrong_input_is_told_clearly(name: str) -> None:
+    call, where, found, allowed = CASES[name]
+    with pytest.raises(InputError) as error:
+        call()
+    text = str(error.value)
+    assert where in text
+    assert found in text
+    assert allowed in text
+    assert error.value.exit_code == 2
+
+
+def test_a_state_of_another_slave_is_refused() -> None:
+    other = cg.Contact(PLANE, cg.Slave(np.zeros((3, 3)), area=np.ones(3)), law=LAW)
+    with pytest.raises(InputError, match="the state is of another slave") as error:
+        CONTACT.step(other.start(np.zeros((3, 3))), POINTS)
+    assert (error.value.where, error.value.found, error.value.allowed) == ("state", 3, "4 points")
+
+
+def test_lists_and_single_points_are_points() -> None:
+    contact = cg.Contact(PLANE, cg.Slave([0.0, 0.0, 1.0], area=[1.0]), law=LAW)
+    state = contact.step(contact.start([0, 0, 1]), [0, 0, -1])
+    assert state.penetration.tolist() == [1.0]
+
+
+def test_a_state_cannot_be_assigned_to() -> None:
+    state = CONTACT.start(POINTS)
+    with pytest.raises(AttributeError):
+        state.penetration = POINTS[:, 0]  # type: ignore[misc]
+    assert replace(state, penetration=np.ones(4)).max_penetration == 1.0
