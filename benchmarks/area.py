@@ -7,7 +7,7 @@ from itertools import repeat
 import numpy as np
 
 import contiga as cg
-from benchmarks.scene import OFFSET, surface
+from benchmarks.scene import OFFSET, STEP, surface
 from benchmarks.timing import median_seconds
 from contiga.area.base import AreaInput, Rest
 from contiga.area.regions import regions, structure_of
@@ -27,13 +27,14 @@ def run() -> list[str]:
     a, b, c, d = i[:-1, :-1].ravel(), i[1:, :-1].ravel(), i[1:, 1:].ravel(), i[:-1, 1:].ravel()
     facets = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
     feet = body.project(nodes)
+    moved = nodes + STEP  # a step on, as in a run
     rows = np.arange(len(nodes), dtype=np.int32)
     rest = Rest(nodes, facets, None)
     inp = AreaInput(body, rows, nodes, feet, None, "slave", cg.FacetArea().prepare(rest))
     cloud = structure_of(Rest(nodes, None, None))
     work = {
         "projection, global": lambda _: body.project(nodes),
-        "projection, tracked": lambda _: body.project(nodes, start=feet, mode="track"),
+        "projection, tracked": lambda _: body.project(moved, start=feet, mode="track"),
         "FacetArea with clusters, on the slave": lambda _: cg.FacetArea().measure(inp),
         "FacetArea with clusters, on the master": lambda _: cg.FacetArea("master").measure(inp),
         'clusters "auto", cloud': lambda _: regions(cloud, rows, nodes),

@@ -24,7 +24,8 @@ Make = Callable[..., Simulation]
 COLUMNS = [
     "time",
     *("n_contact", "max_penetration", "force_x", "force_y", "force_z", "force"),
-    *("moment_x", "moment_y", "moment_z", "area", "n_clusters", "wall_time"),
+    *("moment_x", "moment_y", "moment_z", "area", "n_clusters", "mean_pressure", "max_pressure"),
+    *("centre_x", "centre_y", "centre_z", "wall_time"),
     *COUNTED,
 ]
 
@@ -47,6 +48,8 @@ def test_the_history_has_a_row_a_step_of_what_the_states_say(simulation: Simulat
             "force": float(np.linalg.norm(state.total_force)),
             "area": state.total_area,
             "n_clusters": state.n_clusters,
+            "mean_pressure": state.mean_pressure,
+            "max_pressure": state.max_pressure,
         } | dict(zip(("force_x", "force_y", "force_z"), state.total_force, strict=True))
         expected |= dict(zip(("moment_x", "moment_y", "moment_z"), state.wrench[3:], strict=True))
         expected |= {name: int((state.status == s).sum()) for name, s in COUNTED.items()}
