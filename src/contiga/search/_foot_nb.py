@@ -97,8 +97,14 @@ def global_foot(tables, k, point, out, found, h):
         else:
             status = OK
             feature = EDGE
-    elif tables.piece_open[int(-1 - found[0])] != 0.0:
-        status = TRIMMED
+    else:
+        # A foot inside the face may be closer by less than the search tells apart.
+        inner = walk(elements, foot, point, tables.scale[1], h)
+        if inner[0] == OK and inner[4] == FACE and in_face(elements, tables.trims, *inner[1:4]):
+            foot = inner[1:4]
+            feature = FACE
+        elif tables.piece_open[int(-1 - found[0])] != 0.0:
+            status = TRIMMED
     if given_up:
         status = MAX_ITERATIONS
     write_foot(tables, k, foot, status, feature, point, out, h)

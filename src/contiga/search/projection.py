@@ -73,7 +73,9 @@ def project(
     Notes
     -----
     Newton's method for point inversion: Piegl & Tiller, The NURBS Book, ch. 6. On kinks the sign
-    of the gap follows the angle-weighted sum of the adjoining normals.
+    of the gap follows the angle-weighted sum of the adjoining normals. Past a border the global
+    mode gives the distance, with the normal along it; a tracked foot there keeps the surface's own
+    normal, so that a point held at a border is not pushed sideways.
     """
     p_B = as_points(points)
     if mode not in ("global", "track"):

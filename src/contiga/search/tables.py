@@ -15,11 +15,13 @@ from contiga.records import FloatArray
 from contiga.search.hierarchy import build_hierarchy
 from contiga.search.neighbours import join
 from contiga.search.records import (
+    BORDER,
     CUBIC,
     ELEMENT,
     GENERAL,
     PATCH,
     RATIONAL_CUBIC,
+    SHARED,
     Elements,
     Grid,
     Records,
@@ -34,6 +36,8 @@ MONOMIAL_WEIGHTS = 1e3
 RELATIVE_TOLERANCE = 1e-12
 # A trimming curve that stays this close to its start, relative to the body's size, is a point.
 RELATIVE_POINT = 1e-9
+# A trimming curve this close to a side of its patch's rectangle, as a share of it, runs along it.
+NEAR = 1e-3
 
 
 _KEPT: WeakKeyDictionary[Body, Tables] = WeakKeyDictionary()
@@ -51,9 +55,11 @@ def _build(body: Body) -> Tables:
     trims = trim.build_trim_tables(body)
     elements, grid = _elements(body, trims)
     grid = join(elements, grid, body)
+    is_open = _open_pieces(body, trims)
+    _share_trimmed_sides(elements, trims, is_open)
     leaves, tree = build_hierarchy(elements, grid, trims)
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
-    return Tables(elements, grid, leaves, tree, trims, _open_pieces(body, trims), scale)
+    return Tables(elements, grid, leaves, tree, trims, is_open, scale)
 
 
 def _open_pieces(body: Body, trims: trim.TrimTables) -> FloatArray:
@@ -65,6 +71,27 @@ def _open_pieces(body: Body, trims: trim.TrimTables) -> FloatArray:
     for piece in np.flatnonzero(~known):
         is_open[piece] = not _is_point(body, trims, int(piece))
     return is_open
+
+
+def _share_trimmed_sides(elements: Elements, trims: trim.TrimTables, is_open: FloatArray) -> None:
+    """Sides of a trimmed patch's rectangle end the surface where its open trimming curves run.
+
+    Elsewhere another face goes on, across the edge of the trimming curve that runs there.
+    """
+    table = elements.table
+    ends = trims.piece_ends.reshape(-1, 2, 2)
+    for k in np.unique(table["patch"][trims.trimmed[table["patch"]] != 0]):
+        rows = np.flatnonzero(table["patch"] == k)
+        low, high = trims.domain[k].reshape(2, 2).T
+        own = ends[np.flatnonzero((trims.piece_patch == k) & (is_open != 0.0))]
+        for side in range(4):
+            along, end = side // 2, (low, high)[side % 2][side // 2]
+            near = np.abs(own[:, :, along] - end).max(axis=1) <= NEAR * (high - low)[along]
+            first, last = np.sort(own[near][:, :, 1 - along], axis=1).T
+            box = table["box"][rows][:, 2 * (1 - along) :][:, :2]
+            meets = (first < box[:, 1:]) & (last > box[:, :1])
+            shared = (table["kind"][rows, side] == BORDER) & ~meets.any(axis=1)
+            table["kind"][rows[shared], side] = SHARED
 
 
 def _is_point(body: Body, trims: trim.TrimTables, piece: int) -> bool:

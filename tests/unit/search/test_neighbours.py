@@ -1,0 +1,98 @@
+"""Which element lies across each side, and what kind of joint it is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import contiga as cg
+from contiga.search import _around_nb, _sides_nb
+from contiga.search.records import BORDER, CREASE, POLE, SMOOTH
+from contiga.search.tables import tables_of
+
+
+def rows(*patches):
+    return tables_of(cg.Body(list(patches))).elements.table
+
+
+def check_mutual(table):
+    for e, row in enumerate(table):
+        for side in range(4):
+            other = row["neighbour"][side]
+            if other >= 0:
+                back = row["neighbour_side"][side]
+                assert table[other]["neighbour"][back] == e
+                assert table[other]["neighbour_side"][back] == side
+                assert table[other]["flip"][back] == row["flip"][side]
+
+
+@pytest.mark.interpreted
+def test_a_plane_is_all_border():
+    table = rows(cg.shapes.plane())
+    assert (table["kind"] == BORDER).all()
+    assert (table["neighbour"] == -1).all()
+
+
+def test_a_torus_is_smooth_everywhere():
+    table = rows(cg.shapes.torus())
+    assert (table["kind"] == SMOOTH).all()
+    check_mutual(table)
+
+
+def test_a_sphere_has_two_poles_and_a_smooth_seam():
+    table = rows(cg.shapes.sphere())
+    assert set(np.unique(table["kind"])) == {SMOOTH, POLE}
+    assert (table["kind"] == POLE).sum() == 8
+    check_mutual(table)
+    for start in np.argwhere(table["kind"] == POLE):
+        link, length = table[start[0]]["ring"][start[1]], 1
+        while link != 4 * start[0] + start[1]:
+            link, length = table[link // 4]["ring"][link % 4], length + 1
+        assert length == 4
+
+
+@pytest.mark.parametrize("turn", ["as is", "flipped", "transposed", "both"])
+def test_patches_join_however_they_run(turn):
+    left, right = cg.shapes.bumpy_plate().split(u=0.5)
+    if turn in ("flipped", "both"):
+        right = right.flipped()
+    if turn in ("transposed", "both"):
+        right = right.transposed()
+    table = rows(left, right)
+    check_mutual(table)
+    across = table["patch"][table["neighbour"]] != table["patch"][:, None]
+    across &= table["neighbour"] >= 0
+    assert across.sum() > 0
+    # A patch whose normal is turned over meets the other at a kink: its free side is the other.
+    kind = SMOOTH if turn in ("as is", "both") else CREASE
+    assert (table["kind"][across] == kind).all()
+    elements = tables_of(cg.Body([left, right])).elements
+    points, _ = _sides_nb.sample(elements)
+    for e, side in np.argwhere(across):
+        for x in (-0.5, 0.1):
+            s, t = _sides_nb.side_point(side, x)
+            e2, s2, t2, _ = _around_nb.cross(elements, e, side, s, t)
+            a, b = (body_point(elements, *place) for place in ((e, s, t), (e2, s2, t2)))
+            np.testing.assert_allclose(a, b, atol=1e-12)
+    assert len(points) == len(table)
+
+
+def body_point(elements, e, s, t):
+    from contiga.search._element_nb import evaluate
+
+    h = np.empty((4, 6))
+    evaluate(elements, e, s, t, h)
+    return h[:3, 0] + elements.table[e]["origin"]
+
+
+def test_all_elements_around_a_corner_and_a_pole_are_listed():
+    list_e, list_st = np.empty(64, np.int64), np.empty((64, 2))
+    elements = tables_of(cg.Body([cg.shapes.bumpy_plate()])).elements
+    inner = next(e for e in range(len(elements.table)) if (elements.table[e]["neighbour"] >= 0).all())
+    assert _around_nb.around(elements, (inner, 0.5, 0.5), list_e, list_st) == 4
+    assert _around_nb.around(elements, (inner, 0.5, 0.1), list_e, list_st) == 2
+    assert _around_nb.around(elements, (inner, 0.2, 0.1), list_e, list_st) == 1
+    ball = tables_of(cg.Body([cg.shapes.sphere()])).elements
+    e, side = np.argwhere(ball.table["kind"] == POLE)[0]
+    s, t = _sides_nb.side_point(side, 0.3)
+    assert _around_nb.around(ball, (e, s, t), list_e, list_st) == 4

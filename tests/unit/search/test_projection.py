@@ -1,0 +1,170 @@
+"""Projection: inputs, records, edges between faces, tracking over them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import contiga as cg
+from contiga.errors import InputError
+from contiga.records import Feature, Status
+
+
+@pytest.mark.interpreted
+def test_a_point_over_a_plane_and_one_past_its_corner():
+    feet = cg.Body([cg.shapes.plane()]).project([[0.1, 0.2, 0.3], [1.5, 1.5, 1.0]])
+    np.testing.assert_allclose(feet.gap, [0.3, np.sqrt(3.0)], atol=1e-14)
+    assert feet.feature.tolist() == [Feature.FACE, Feature.VERTEX]
+    assert feet.status.tolist() == [Status.OK, Status.BORDER]
+
+
+@pytest.mark.interpreted
+def test_tracking_without_compilation():
+    body = cg.Body([cg.shapes.plane()])
+    feet = body.project([[0.1, 0.2, 0.3]])
+    feet = body.project([[0.2, 0.1, 0.4]], start=feet, mode="track")
+    np.testing.assert_allclose(feet.point, [[0.2, 0.1, 0.0]], atol=1e-14)
+
+
+def test_bad_input_is_refused():
+    body = cg.Body([cg.shapes.plane()])
+    feet = body.project(np.zeros((2, 3)))
+    with pytest.raises(InputError, match="mode"):
+        body.project([[0, 0, 0]], mode="nearest")
+    with pytest.raises(InputError, match="start"):
+        body.project([[0, 0, 0]], mode="track")
+    with pytest.raises(InputError, match="one row a point"):
+        body.project([[0, 0, 0]], start=feet, mode="track")
+    with pytest.raises(InputError):
+        body.project([[0, 0]])
+    with pytest.raises(InputError, match="patch that is not there"):
+        start = feet._replace(patch=np.array([0, 5], np.int32))
+        body.project(np.zeros((2, 3)), start=start, mode="track")
+
+
+def test_no_points_give_no_feet():
+    body = cg.Body([cg.shapes.sphere()])
+    feet = body.project(np.zeros((0, 3)))
+    again = body.project(np.zeros((0, 3)), start=feet, mode="track")
+    assert len(feet.gap) == len(again.gap) == 0
+
+
+def test_rows_without_a_start_are_found_globally():
+    body = cg.Body([cg.shapes.torus()])
+    p = np.random.default_rng(0).normal(size=(20, 3))
+    whole = body.project(p)
+    start = whole._replace(patch=np.where(np.arange(20) % 2, whole.patch, -1).astype(np.int32))
+    mixed = body.project(p, start=start, mode="track")
+    np.testing.assert_allclose(mixed.gap, whole.gap, atol=1e-12)
+
+
+def test_a_start_that_is_far_off_still_ends_at_a_local_minimum():
+    patch = cg.shapes.bumpy_plate(waves=4, amplitude=0.02)
+    body = cg.Body([patch])
+    rng = np.random.default_rng(1)
+    uv = rng.random((500, 2))
+    p = patch.evaluate(uv) + [0, 0, 0.01]
+    start = body.project(p)._replace(uv=rng.random((500, 2)))
+    feet = body.project(p, start=start, mode="track")
+    assert np.isin(feet.status, (Status.OK, Status.BORDER)).all()
+
+
+def square_with_hole():
+    """Plane of 2 by 2 with a round hole of radius 0.5."""
+    patch = cg.shapes.plane(width=2.0, length=2.0)
+    square = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]
+    outer = tuple(
+        cg.NurbsCurve(1, [0, 0, 1, 1], [[*a, 0.0], [*b, 0.0]])
+        for a, b in zip(square, square[1:], strict=False)
+    )
+    hole = (cg.shapes.circle(radius=0.25, centre=[0.5, 0.5, 0.0]),)
+    return cg.Body([patch], trims=[(outer, hole)])
+
+
+def test_a_foot_never_stands_in_a_hole():
+    body = square_with_hole()
+    p = np.random.default_rng(2).uniform([-0.9, -0.9, -1], [0.9, 0.9, 1], (500, 3))
+    rho = np.hypot(p[:, 0], p[:, 1])
+    away = np.hypot(np.maximum(0.5 - rho, 0.0), p[:, 2])
+    feet = body.project(p)
+    over = rho < 0.5
+    np.testing.assert_allclose(np.abs(feet.gap), away, atol=1e-12)
+    assert (feet.status[over] == Status.TRIMMED).all()
+    assert (feet.feature[over] == Feature.EDGE).all()
+    assert (feet.status[~over] == Status.OK).all()
+    np.testing.assert_array_equal(np.sign(feet.gap), np.sign(p[:, 2]))
+
+
+@pytest.mark.parametrize("speed", [0.01, 0.3])
+def test_a_tracked_foot_stops_at_the_rim_of_a_hole(speed):
+    body = square_with_hole()
+    x = np.arange(0.8037, 0.1, -speed)
+    feet = body.project([[0.8037, 0.0, -0.1]])
+    for at in x:
+        p = np.array([[at, 0.0, -0.1]])
+        feet = body.project(p, start=feet, mode="track")
+        assert np.hypot(*feet.point[0, :2]) >= 0.5 - 1e-9
+        assert feet.status[0] == (Status.OK if at > 0.5 else Status.TRIMMED)
+        np.testing.assert_allclose(feet.point[0], [max(at, 0.5), 0, 0], atol=1e-9)
+
+
+@pytest.mark.parametrize("away", [1e-3, 1e-7, 1e-10])
+def test_points_a_hair_from_a_trim(away):
+    body = square_with_hole()
+    angle = np.linspace(0, 6, 50)
+    ring = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    inner = body.project((0.5 - away) * ring + [0, 0, 0.1])
+    outer = body.project((0.5 + away) * ring + [0, 0, 0.1])
+    assert (inner.status == Status.TRIMMED).all()
+    assert (outer.status == Status.OK).all()
+    np.testing.assert_allclose(inner.point, 0.5 * ring, atol=1e-9)
+    np.testing.assert_allclose(outer.point, (0.5 + away) * ring, atol=1e-9)
+
+
+def folded(z):
+    """A strip along x, folded at x = 0, as degree 1 and as degree 3 with a C0 knot."""
+    net = np.array([[[x, y, h] for y in (0.0, 1.0)] for x, h in zip((-1.0, 0, 1), z, strict=True)])
+    flat = cg.NurbsSurface((1, 1), ([0, 0, 1, 2, 2], [0, 0, 1, 1]), net)
+    return [cg.Body([flat]), cg.Body([flat.elevate(u=2, v=2)]), cg.Body(list(flat.split(u=1.0)))]
+
+
+@pytest.mark.parametrize("body", folded([0, 1, 0]), ids=["linear", "cubic", "two patches"])
+@pytest.mark.parametrize("steps", [9, 200])
+def test_a_foot_tracked_over_a_ridge_stands_on_it_while_the_point_is_above(body, steps):
+    feet = body.project([[-0.9, 0.5, 1.5]])
+    for x in np.linspace(-0.9, 0.9, steps):
+        p = np.array([[x, 0.5, 1.5]])
+        feet = body.project(p, start=feet, mode="track")
+        best = body.project(p)
+        np.testing.assert_allclose(feet.point, best.point, atol=1e-11)
+        np.testing.assert_allclose(feet.gap, best.gap, atol=1e-12)
+        assert feet.status[0] == Status.OK
+        assert feet.feature[0] == (Feature.EDGE if abs(x) < 0.5 else Feature.FACE)
+
+
+@pytest.mark.parametrize("body", folded([1, 0, 1]), ids=["linear", "cubic", "two patches"])
+@pytest.mark.parametrize("steps", [9, 200])
+def test_a_foot_tracked_into_a_valley_keeps_its_side_until_it_meets_the_bottom(body, steps):
+    feet = body.project([[-0.5, 0.5, 0.2]])
+    for x in np.linspace(-0.5, 0.51, steps):
+        feet = body.project([[x, 0.5, 0.2]], start=feet, mode="track")
+        foot = 0.5 * (x - 0.2) if x < 0.2 else 0.5 * (x + 0.2)
+        np.testing.assert_allclose(feet.point, [[foot, 0.5, abs(foot)]], atol=1e-11)
+        assert feet.status[0] == Status.OK
+
+
+def test_the_teapot_with_its_collapsed_edges(data_dir):
+    body = cg.read_cad(data_dir / "utah_teapot_32bezier_gismo.xml")
+    rng = np.random.default_rng(3)
+    low, high = body.bounds()
+    p = rng.uniform(low - 0.2, high + 0.2, (400, 3))
+    feet = body.project(p)
+    assert np.isin(feet.status, (Status.OK, Status.BORDER)).all()
+    distance = np.linalg.norm(p - feet.point, axis=1)
+    alone = np.min(
+        [np.linalg.norm(p - cg.Body([s]).project(p).point, axis=1) for s in body.patches], axis=0
+    )
+    np.testing.assert_allclose(distance, alone, atol=1e-11 * body.size)
+    top = p + 0.01 * rng.normal(size=p.shape)
+    later = body.project(top, start=feet, mode="track")
+    assert (later.status != Status.MAX_ITERATIONS).all()
