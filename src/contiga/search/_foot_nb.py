@@ -159,7 +159,7 @@ def _next_face(tables, edge, point, found, h):
     """
     elements = tables.elements
     grid = tables.grid
-    e, s, t = edge
+    e, _s, _t = edge
     home = elements.table[e]["patch"]
     best = _distance2(tables, edge, point, h)
     best -= 1e-12 * best + tables.scale[1] ** 2
@@ -173,7 +173,9 @@ def _next_face(tables, edge, point, found, h):
     for k in range(near[0] + 1, near[1]):
         if not grid.loose[k]:
             continue
-        if not math.isfinite(closest(tables, at, grid.adjacent[k], JOIN * tables.scale[0], found, h)):
+        if not math.isfinite(
+            closest(tables, at, grid.adjacent[k], JOIN * tables.scale[0], found, h)
+        ):
             continue
         start = surface_foot(tables, found, h)
         status, e2, s2, t2, feature = walk(elements, start, point, tables.scale[1], h)

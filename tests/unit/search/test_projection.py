@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -37,8 +39,8 @@ def test_bad_input_is_refused():
         body.project([[0, 0, 0]], start=feet, mode="track")
     with pytest.raises(InputError):
         body.project([[0, 0]])
+    start = feet._replace(patch=np.array([0, 5], np.int32))
     with pytest.raises(InputError, match="patch that is not there"):
-        start = feet._replace(patch=np.array([0, 5], np.int32))
         body.project(np.zeros((2, 3)), start=start, mode="track")
 
 
@@ -63,7 +65,7 @@ def test_a_start_that_is_far_off_still_ends_at_a_local_minimum():
     body = cg.Body([patch])
     rng = np.random.default_rng(1)
     uv = rng.random((500, 2))
-    p = patch.evaluate(uv) + [0, 0, 0.01]
+    p = [*patch.evaluate(uv), 0, 0, 0.01]
     start = body.project(p)._replace(uv=rng.random((500, 2)))
     feet = body.project(p, start=start, mode="track")
     assert np.isin(feet.status, (Status.OK, Status.BORDER)).all()
@@ -75,7 +77,7 @@ def square_with_hole():
     square = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]
     outer = tuple(
         cg.NurbsCurve(1, [0, 0, 1, 1], [[*a, 0.0], [*b, 0.0]])
-        for a, b in zip(square, square[1:], strict=False)
+        for a, b in itertools.pairwise(square)
     )
     hole = (cg.shapes.circle(radius=0.25, centre=[0.5, 0.5, 0.0]),)
     return cg.Body([patch], trims=[(outer, hole)])
