@@ -1,0 +1,100 @@
+"""Whole runs from a case file, and what physics asks of every one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import contiga as cg
+from contiga.case.build import build
+from contiga.records import ContactStatus as Is
+from contiga.sim.clock import Clock
+from contiga.sim.run import ContactPart, Simulation
+from contiga.sim.step import Moment, advance
+
+
+class Followed(NamedTuple):
+    """A run with the states of all its steps."""
+
+    simulation: Simulation
+    contact: ContactPart
+    moments: list[Moment]
+    history: dict[str, np.ndarray]
+
+    @property
+    def states(self) -> list[cg.State]:
+        return [moment.states[self.contact.name] for moment in self.moments]
+
+    @property
+    def body(self) -> cg.Body:
+        return self.simulation.bodies[self.contact.master].body
+
+    def points(self, k: int) -> np.ndarray:
+        return self.moments[k].points[self.contact.slave]
+
+    @property
+    def peak(self) -> int:
+        return int(self.history["max_penetration"].argmax())
+
+
+def follow(text: str, folder: Path) -> Followed:
+    """Run a case through the public door, and once more step by step; both must agree."""
+    path = folder / "case.toml"
+    path.write_text(text)
+    case = cg.load_case(path)
+    result = cg.run(case, out=folder / "out")
+    simulation = build(case)
+    (contact,) = simulation.contacts
+    moments: list[Moment] = []
+    states: dict[str, cg.State] = {}
+    for k in range(len(simulation.times)):
+        moments.append(advance(simulation, k, states, Clock()))
+        states = moments[-1].states
+    followed = Followed(simulation, contact, moments, result.history)
+    counts = [state.n_contact for state in followed.states]
+    np.testing.assert_array_equal(counts, result.history["n_contact"])
+    force = [np.linalg.norm(state.total_force) for state in followed.states]
+    np.testing.assert_array_equal(force, result.history["force"])
+    return followed
+
+
+def check_physics(run: Followed, *, slides_off: bool = False, corners: bool = False) -> None:
+    """What holds in every run: action and reaction, no jumps, nothing lost.
+
+    A distance to something at rest changes by at most the way gone, so penetration may not grow,
+    begin or end by more than a point has moved against the body in the step. With `corners`,
+    points may leave round sharp edges: the foot then goes from the face they came in by to the
+    one they go out by, and only those whose foot stays on its face are held to that.
+    """
+    size = run.body.size
+    for last, state in zip([None, *run.states], run.states, strict=False):
+        np.testing.assert_array_equal(state.wrench[:3], -state.total_force)
+        assert not (state.status == Is.LOST).any()
+        assert not (state.status == Is.NOT_FINITE).any()
+        assert slides_off or not (state.status == Is.SLID_OFF).any()
+        on = state.in_contact
+        np.testing.assert_allclose(np.linalg.norm(state.normal[on], axis=1), 1.0, atol=1e-12)
+        assert ((state.force * state.normal).sum(axis=1) >= 0.0).all()
+        assert not state.force[~on].any()
+        if last is None:
+            continue
+        way = np.linalg.norm(state.points_B - last.points_B, axis=1)
+        kept = state.status != Is.SLID_OFF
+        if corners:
+            kept = (state.status == Is.NEW) | (state.patch == last.patch)
+        change = np.abs(state.penetration - last.penetration)[kept]
+        assert (change <= way[kept] + 1e-10 * size).all()
+
+
+@pytest.fixture
+def run_case(tmp_path: Path) -> Callable[[str], Followed]:
+    return lambda text: follow(text, tmp_path)
+
+
+@pytest.fixture
+def physics() -> Callable[..., None]:
+    return check_physics
