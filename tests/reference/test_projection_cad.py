@@ -194,9 +194,7 @@ def test_no_foot_is_farther_than_opencascades_best(data_dir, name):
         np.testing.assert_allclose(
             np.abs(feet.gap), np.linalg.norm(p - feet.point, axis=1), rtol=0, atol=1e-11 * size
         )
-        np.testing.assert_allclose(
-            patch.evaluate(feet.uv), feet.point, rtol=0, atol=1e-11 * size
-        )
+        np.testing.assert_allclose(patch.evaluate(feet.uv), feet.point, rtol=0, atol=1e-11 * size)
         outside = ~theirs.inside(feet.uv)
         if outside.any():  # on the border then, where the polygon cannot tell
             span = np.ptp(np.array(patch.domain), axis=1)
