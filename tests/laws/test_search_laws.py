@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -42,7 +43,7 @@ def points_about(patch, n, seed):
 def oracle_distance(patch, points, per=10, keep=6, rounds=40):
     """Distance by brute force: the best local minima of a fine grid, zoomed in on."""
     marks = [
-        np.unique(np.concatenate([np.linspace(a, b, per + 1) for a, b in zip(k, k[1:], strict=False)]))
+        np.unique(np.concatenate([np.linspace(a, b, per + 1) for a, b in pairwise(k)]))
         for k in map(np.unique, patch.knots)
     ]
     (u0, u1), (v0, v1) = patch.domain

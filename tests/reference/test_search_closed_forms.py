@@ -146,9 +146,9 @@ def test_ten_turns_round_a_seam(r):
     angle = np.linspace(0, 20 * np.pi, 700)
     n = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     z = body.bounds().mean(axis=0)[2]
-    status, point, _ = tracked_turns(body, r * n + [0, 0, z])
+    status, point, _ = tracked_turns(body, r * n + np.array([0, 0, z]))
     assert (status == Status.OK).all()
-    np.testing.assert_allclose(point, n + [0, 0, z], atol=1e-11)
+    np.testing.assert_allclose(point, n + np.array([0, 0, z]), atol=1e-11)
 
 
 @pytest.mark.parametrize("tilt", [0.0, 1e-9, 1e-4, 0.1])
@@ -156,8 +156,9 @@ def test_ten_turns_round_a_seam(r):
 def test_ten_turns_over_the_poles(tilt, r):
     body = cg.Body([cg.shapes.sphere()])
     angle = np.linspace(0, 20 * np.pi, 640)  # meets the poles on and off its steps
-    n = np.stack([np.cos(tilt) * np.sin(angle), np.sin(tilt) * np.sin(angle) + tilt,
-                  np.cos(angle)], axis=1)
+    n = np.stack(
+        [np.cos(tilt) * np.sin(angle), np.sin(tilt) * np.sin(angle) + tilt, np.cos(angle)], axis=1
+    )
     n = unit(n)
     status, point, _ = tracked_turns(body, r * n)
     assert (status == Status.OK).all()
@@ -231,11 +232,15 @@ def test_a_sharp_wedge_has_the_right_side_past_its_edge():
     a = np.radians(10.0)
     tip = ([0, 0, 0], [0, 1, 0])
     up, down = np.array([-np.cos(a), 0, np.sin(a)]), np.array([-np.cos(a), 0, -np.sin(a)])
-    over = cg.shapes.bilinear(tip[0], tip[1], up, up + [0, 1, 0]).flipped()
-    under = cg.shapes.bilinear(tip[0], tip[1], down, down + [0, 1, 0])
+    over = cg.shapes.bilinear(tip[0], tip[1], up, up + np.array([0, 1, 0])).flipped()
+    under = cg.shapes.bilinear(tip[0], tip[1], down, down + np.array([0, 1, 0]))
     n_over = over.normal([[0.5, 0.5]])[0]
-    body = cg.Body([over if n_over[2] > 0 else over.flipped(),
-                    under if under.normal([[0.5, 0.5]])[0, 2] < 0 else under.flipped()])
+    body = cg.Body(
+        [
+            over if n_over[2] > 0 else over.flipped(),
+            under if under.normal([[0.5, 0.5]])[0, 2] < 0 else under.flipped(),
+        ]
+    )
     angle = np.radians(np.linspace(-75, 75, 31))
     p = np.column_stack([np.cos(angle), np.full(31, 0.5), np.sin(angle)])
     feet = body.project(p)
@@ -288,8 +293,9 @@ def test_entries_through_poles_seams_and_knot_lines():
     knots = np.linspace(0, 2 * np.pi, 9)
     heights = np.radians([-90, -45, 0, 45, 90])
     angle, height = (x.ravel() for x in np.meshgrid(knots, heights))
-    n = np.stack([np.cos(angle) * np.cos(height), np.sin(angle) * np.cos(height),
-                  np.sin(height)], axis=1)
+    n = np.stack(
+        [np.cos(angle) * np.cos(height), np.sin(angle) * np.cos(height), np.sin(height)], axis=1
+    )
     hit = body.first_hit(2 * n, 0 * n)
     np.testing.assert_allclose(hit.fraction, 0.5, atol=1e-12)
     assert (hit.status == Status.OK).all()

@@ -67,7 +67,9 @@ def _difference(net, degree, order, work):
         for i in range(p + 1 - a):
             for j in range(q - m):
                 for c in range(4):
-                    work[i * (q + 1) + j, c] = work[i * (q + 1) + j + 1, c] - work[i * (q + 1) + j, c]
+                    work[i * (q + 1) + j, c] = (
+                        work[i * (q + 1) + j + 1, c] - work[i * (q + 1) + j, c]
+                    )
     top = 0.0
     top_w = 0.0
     for i in range(p + 1 - a):
@@ -259,9 +261,7 @@ def subdivide(elements, e, flatness, depth, boxes, bounds, corners):
         box = (s0, s1, t0, t1)
         restrict(coefs, (p, q), box, net)
         size = (s1 - s0, t1 - t0)
-        derivative_bounds(
-            net, (p, q), size, bounds[found], corners[found, :3], corners[found, 3:]
-        )
+        derivative_bounds(net, (p, q), size, bounds[found], corners[found, :3], corners[found, 3:])
         way = split_direction(bounds[found], size, flatness)
         if way < 0 or level >= depth:
             boxes[found, 0] = s0

@@ -109,13 +109,13 @@ def bernstein_basis(degree, x, basis):
     for k in range(1, degree + 1):
         if k - 1 == low:
             for i in range(degree + 1):
-                left = basis[0, i - 2] if 2 <= i else 0.0
+                left = basis[0, i - 2] if i >= 2 else 0.0
                 mid = basis[0, i - 1] if 1 <= i <= degree - 1 else 0.0
                 right = basis[0, i] if i <= low else 0.0
                 basis[2, i] = degree * (degree - 1) * (left - 2.0 * mid + right)
         if k == degree:
             for i in range(degree + 1):
-                left = basis[0, i - 1] if 1 <= i else 0.0
+                left = basis[0, i - 1] if i >= 1 else 0.0
                 right = basis[0, i] if i <= degree - 1 else 0.0
                 basis[1, i] = degree * (left - right)
         saved = 0.0

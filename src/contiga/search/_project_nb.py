@@ -190,9 +190,7 @@ def _store(tables, e, rows, lanes, results):
         k = rows[l]
         s = lanes[l]
         t = lanes[LANES + l]
-        if lanes[6 * LANES + l] != 1.0 or (
-            cut and not in_face(elements, tables.trims, e, s, t)
-        ):
+        if lanes[6 * LANES + l] != 1.0 or (cut and not in_face(elements, tables.trims, e, s, t)):
             back[k] = 1
             continue
         out.patch[k] = patch

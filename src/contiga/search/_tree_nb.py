@@ -54,7 +54,13 @@ def build(low, high):
         stack[top + 1] = (used + 1, half, stop)
         used += 2
         top += 2
-    return node_low[:used].copy(), node_high[:used].copy(), first[:used].copy(), count[:used].copy(), order
+    return (
+        node_low[:used].copy(),
+        node_high[:used].copy(),
+        first[:used].copy(),
+        count[:used].copy(),
+        order,
+    )
 
 
 @njit(cache=True)

@@ -16,9 +16,7 @@ DEPTH = 9
 CURVE_DEPTH = 8
 
 
-def build_hierarchy(
-    elements: Elements, grid: Grid, trims: TrimTables
-) -> tuple[Records, Records]:
+def build_hierarchy(elements: Elements, grid: Grid, trims: TrimTables) -> tuple[Records, Records]:
     """Leaves over every element that is not trimmed away whole, and over every trimming piece.
 
     Returns the leaves in the order of the hierarchy, and its nodes.

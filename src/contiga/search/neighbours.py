@@ -95,9 +95,7 @@ def _across(
             flip[e[own], s[own]] = turned[k] < same[k]
 
 
-def _joint(
-    normals: FloatArray, neighbour: IntArray, side: IntArray, flip: IntArray
-) -> np.ndarray:
+def _joint(normals: FloatArray, neighbour: IntArray, side: IntArray, flip: IntArray) -> np.ndarray:
     """SMOOTH or CREASE of every side that has a neighbour."""
     other = normals[neighbour, side]  # rows without a neighbour read nonsense and are not used
     other = np.where(flip[:, :, None, None] == 1, other[:, :, ::-1], other)

@@ -63,4 +63,7 @@ def test_behind_an_open_sheet_but_not_past_its_border():
 
 @pytest.mark.interpreted
 def test_inside_without_compilation():
-    assert cg.Body([cg.shapes.plane()]).contains([[0, 0, -0.1], [0, 0, 0.1]]).tolist() == [True, False]
+    assert cg.Body([cg.shapes.plane()]).contains([[0, 0, -0.1], [0, 0, 0.1]]).tolist() == [
+        True,
+        False,
+    ]

@@ -30,9 +30,7 @@ def lanes_only(body, points, start):
 def walk_only(body, points, start):
     tables, out = tables_of(body), empty_projection(len(points))
     rows = np.arange(len(points), dtype=np.int32)
-    _project_nb.project_tracked(
-        tables, points, (start.patch, start.uv), rows, out, 0, len(points)
-    )
+    _project_nb.project_tracked(tables, points, (start.patch, start.uv), rows, out, 0, len(points))
     return out
 
 

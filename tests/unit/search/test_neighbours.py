@@ -88,7 +88,9 @@ def body_point(elements, e, s, t):
 def test_all_elements_around_a_corner_and_a_pole_are_listed():
     list_e, list_st = np.empty(64, np.int64), np.empty((64, 2))
     elements = tables_of(cg.Body([cg.shapes.bumpy_plate()])).elements
-    inner = next(e for e in range(len(elements.table)) if (elements.table[e]["neighbour"] >= 0).all())
+    inner = next(
+        e for e in range(len(elements.table)) if (elements.table[e]["neighbour"] >= 0).all()
+    )
     assert _around_nb.around(elements, (inner, 0.5, 0.5), list_e, list_st) == 4
     assert _around_nb.around(elements, (inner, 0.5, 0.1), list_e, list_st) == 2
     assert _around_nb.around(elements, (inner, 0.2, 0.1), list_e, list_st) == 1
