@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import subprocess
 import sys
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -43,7 +43,7 @@ def points_about(patch, n, seed):
 def oracle_distance(patch, points, per=10, keep=6, rounds=40):
     """Distance by brute force: the best local minima of a fine grid, zoomed in on."""
     marks = [
-        np.unique(np.concatenate([np.linspace(a, b, per + 1) for a, b in itertools.pairwise(k)]))
+        np.unique(np.concatenate([np.linspace(a, b, per + 1) for a, b in pairwise(k)]))
         for k in map(np.unique, patch.knots)
     ]
     (u0, u1), (v0, v1) = patch.domain

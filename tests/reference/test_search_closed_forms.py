@@ -146,9 +146,9 @@ def test_ten_turns_round_a_seam(r):
     angle = np.linspace(0, 20 * np.pi, 700)
     n = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     z = body.bounds().mean(axis=0)[2]
-    status, point, _ = tracked_turns(body, r * n + [0, 0, z])
+    status, point, _ = tracked_turns(body, r * n + np.array([0, 0, z]))
     assert (status == Status.OK).all()
-    np.testing.assert_allclose(point, [*n, 0, 0, z], atol=1e-11)
+    np.testing.assert_allclose(point, n + np.array([0, 0, z]), atol=1e-11)
 
 
 @pytest.mark.parametrize("tilt", [0.0, 1e-9, 1e-4, 0.1])
@@ -232,8 +232,8 @@ def test_a_sharp_wedge_has_the_right_side_past_its_edge():
     a = np.radians(10.0)
     tip = ([0, 0, 0], [0, 1, 0])
     up, down = np.array([-np.cos(a), 0, np.sin(a)]), np.array([-np.cos(a), 0, -np.sin(a)])
-    over = cg.shapes.bilinear(tip[0], tip[1], up, [*up, 0, 1, 0]).flipped()
-    under = cg.shapes.bilinear(tip[0], tip[1], down, [*down, 0, 1, 0])
+    over = cg.shapes.bilinear(tip[0], tip[1], up, up + np.array([0, 1, 0])).flipped()
+    under = cg.shapes.bilinear(tip[0], tip[1], down, down + np.array([0, 1, 0]))
     n_over = over.normal([[0.5, 0.5]])[0]
     body = cg.Body(
         [

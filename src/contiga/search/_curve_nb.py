@@ -9,7 +9,9 @@ from numba import njit
 
 from contiga.search._element_nb import bernstein_basis, evaluate, locate
 
-MAX_ITERATIONS = 30
+MAX_ITERATIONS = 60
+POLISH_STEPS = 3
+POLISH_REACH = 1e-5
 SMALLEST = 1e-9
 """Half-width of an interval (of a piece's parameter) that is not halved further."""
 MOST_INTERVALS = 400
@@ -83,33 +85,28 @@ def _expand(tables, piece, t, point, h, d):
 
 @njit(cache=True)
 def _descend(tables, piece, limits, start, point, h, d):
-    """Newton on f' = 0 inside `limits`, f falling from step to step: t and f there."""
+    """Minimum of f where f'' > 0 inside `limits`: Newton in a bracket. Returns t and f there."""
     low, high = limits
     t = start
-    q = _expand(tables, piece, t, point, h, d)
+    best_t = t
+    best = math.inf
     for _ in range(MAX_ITERATIONS):
-        f, slope, curvature, speed = q
-        if curvature <= 0.1 * speed:
-            curvature = speed
-        if curvature <= 0.0:
+        f, slope, curvature, _ = _expand(tables, piece, t, point, h, d)
+        if f < best:
+            best = f
+            best_t = t
+        if slope > 0.0:
+            high = t
+        else:
+            low = t
+        new = t - slope / curvature if curvature > 0.0 else 0.5 * (low + high)
+        new = min(max(new, limits[0]), limits[1])
+        if new != t and not (low <= new <= high):
+            new = 0.5 * (low + high)
+        if abs(new - t) <= 2e-16:
             break
-        new = min(max(t - slope / curvature, low), high)
-        share = 1.0
-        better = False
-        while new != t and share > 1e-12:
-            q = _expand(tables, piece, new, point, h, d)
-            if q[0] <= f:
-                better = True
-                break
-            share *= 0.5
-            new = t + 0.5 * (new - t)
-        if not better:
-            return t, f
-        settled = abs(new - t) < 1e-16 or q[0] == f
         t = new
-        if settled:
-            break
-    return t, q[0]
+    return best_t, best
 
 
 @njit(cache=True)
@@ -173,6 +170,25 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
         stack[top + 1, 1] = t if first == 0 else high
         top += 2
     return best_t, best
+
+
+@njit(cache=True)
+def polish(tables, found, point, h):
+    """Newton on f' = 0 from what a search found on a piece: where f is flat its rounding hides
+    the last half of the digits of found[1].
+    """
+    piece = int(-1 - found[0])
+    d = np.empty((3, 3))
+    t = found[1]
+    for _ in range(POLISH_STEPS):
+        _, slope, curvature, _ = _expand(tables, piece, t, point, h, d)
+        if curvature <= 0.0:
+            break
+        step = slope / curvature
+        if abs(step) > POLISH_REACH:
+            break
+        t = min(max(t - step, 0.0), 1.0)
+    found[1] = t
 
 
 @njit(cache=True)

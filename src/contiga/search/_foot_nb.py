@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from contiga.search._curve_nb import surface_foot
+from contiga.search._curve_nb import polish, surface_foot
 from contiga.search._element_nb import parameters
 from contiga.search._global_nb import closest, in_face
 from contiga.search._kink_nb import JOIN, pseudo_normal
@@ -86,6 +86,8 @@ def global_foot(tables, k, point, out, found, h):
     if not math.isfinite(closest(tables, point, -1, math.inf, found, h)):
         blank(out, k, MAX_ITERATIONS)
         return
+    if found[0] < 0:
+        polish(tables, found, point, h)
     foot = surface_foot(tables, found, h)
     given_up = found[3] != 0.0
     status = OK
@@ -146,6 +148,9 @@ def _edge_foot(tables, foot, point, found, h):
     reach = math.sqrt(_distance2(tables, near, point, h))
     if math.isfinite(closest(tables, point, home, reach * (1.0 + 1e-9), found, h)):
         near = surface_foot(tables, found, h)
+    if found[0] < 0:
+        polish(tables, found, point, h)
+        near = surface_foot(tables, found, h)
     is_open = found[0] < 0 and tables.piece_open[int(-1 - found[0])] != 0.0
     return is_open, near[0], near[1], near[2]
 
@@ -159,7 +164,7 @@ def _next_face(tables, edge, point, found, h):
     """
     elements = tables.elements
     grid = tables.grid
-    e, _s, _t = edge
+    e = edge[0]
     home = elements.table[e]["patch"]
     best = _distance2(tables, edge, point, h)
     best -= 1e-12 * best + tables.scale[1] ** 2

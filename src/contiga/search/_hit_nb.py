@@ -104,7 +104,7 @@ def _solve(elements, e, cell, start, p, d, h, m):
         t = min(max(t + dt, cell[2] - height), cell[3] + height)
         tau += dtau
         miss = math.sqrt(r0 * r0 + r1 * r1 + r2 * r2)
-        if (abs(ds) < 1e-13 and abs(dt) < 1e-13 and abs(dtau) < 1e-13) or miss < 1e-15 * length:
+        if max(abs(ds), abs(dt), abs(dtau)) < 1e-13 or miss < 1e-15 * length:
             return True, s, t, tau
     return False, s, t, tau
 
@@ -114,8 +114,8 @@ def _search_leaf(elements, trims, leaf, path, best, found, work):
     """Smallest fraction below `best` at which the path enters through one leaf.
 
     `path` is (p0, d, slack, size): slack is how far before its start (in fractions) a hit still
-    counts, size the length below which a cell is a point. Fills `found` with element, s, t;
-    returns the fraction.
+    counts, size the length below which a cell is a point. Fills `found` with element, s, t; returns
+    the fraction.
     """
     stack, h, m = work
     p0, d, slack, small = path

@@ -64,7 +64,7 @@ def newton(q):
 @njit(cache=True)
 def newton_along(g, curvature, metric):
     """Newton's step of one variable; the metric stands in for a curvature that is not positive."""
-    return -g / (curvature if curvature > SHIFT * metric else metric)
+    return -g / (curvature if curvature > INDEFINITE * metric else metric)
 
 
 @njit(cache=True)

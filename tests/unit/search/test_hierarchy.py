@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -17,8 +17,7 @@ def holed_plate(waves=2):
     patch = cg.shapes.bumpy_plate(waves=waves)
     square = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]
     outer = tuple(
-        cg.NurbsCurve(1, [0, 0, 1, 1], [[*a, 0.0], [*b, 0.0]])
-        for a, b in itertools.pairwise(square)
+        cg.NurbsCurve(1, [0, 0, 1, 1], [[*a, 0.0], [*b, 0.0]]) for a, b in pairwise(square)
     )
     hole = (cg.shapes.circle(radius=0.2, centre=[0.5, 0.5, 0]),)
     return cg.Body([patch], trims=[(outer, hole)])

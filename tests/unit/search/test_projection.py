@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -65,7 +65,7 @@ def test_a_start_that_is_far_off_still_ends_at_a_local_minimum():
     body = cg.Body([patch])
     rng = np.random.default_rng(1)
     uv = rng.random((500, 2))
-    p = [*patch.evaluate(uv), 0, 0, 0.01]
+    p = patch.evaluate(uv) + np.array([0, 0, 0.01])
     start = body.project(p)._replace(uv=rng.random((500, 2)))
     feet = body.project(p, start=start, mode="track")
     assert np.isin(feet.status, (Status.OK, Status.BORDER)).all()
@@ -76,8 +76,7 @@ def square_with_hole():
     patch = cg.shapes.plane(width=2.0, length=2.0)
     square = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]
     outer = tuple(
-        cg.NurbsCurve(1, [0, 0, 1, 1], [[*a, 0.0], [*b, 0.0]])
-        for a, b in itertools.pairwise(square)
+        cg.NurbsCurve(1, [0, 0, 1, 1], [[*a, 0.0], [*b, 0.0]]) for a, b in pairwise(square)
     )
     hole = (cg.shapes.circle(radius=0.25, centre=[0.5, 0.5, 0.0]),)
     return cg.Body([patch], trims=[(outer, hole)])
@@ -95,6 +94,17 @@ def test_a_foot_never_stands_in_a_hole():
     assert (feet.feature[over] == Feature.EDGE).all()
     assert (feet.status[~over] == Status.OK).all()
     np.testing.assert_array_equal(np.sign(feet.gap), np.sign(p[:, 2]))
+
+
+@pytest.mark.parametrize("off", [0.1, 1e-2, 1e-4, 1e-7])
+def test_points_near_the_axis_of_a_round_hole(off):
+    """The rim is almost equally far all round: the curvature of the distance is almost nothing."""
+    body = square_with_hole()
+    angle = np.linspace(0, 6, 80)
+    ring = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    feet = body.project(off * ring + [0, 0, 0.4])
+    np.testing.assert_allclose(np.abs(feet.gap), np.hypot(0.5 - off, 0.4), atol=1e-13)
+    np.testing.assert_allclose(feet.point, 0.5 * ring, atol=1e-13 / off**1.5 + 1e-9)
 
 
 @pytest.mark.parametrize("speed", [0.01, 0.3])
