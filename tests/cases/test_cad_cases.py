@@ -12,6 +12,8 @@ import pytest
 
 from contiga.records import ContactStatus as Is
 from contiga.records import Feature
+from contiga.search.tables import tables_of
+from contiga.sim.detect import is_closed
 
 
 @pytest.fixture(scope="session")
@@ -151,6 +153,7 @@ def test_casting_pressed_into_a_cloud(
         )
     )
     physics(run)
+    assert is_closed(tables_of(run.body))
     assert run.history["n_contact"][10] > 100
     assert run.history["n_contact"][-1] == 0
     shape = occ.read_shape(casting)

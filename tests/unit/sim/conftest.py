@@ -32,7 +32,7 @@ def make_simulation(**changes: object) -> Simulation:
     values: dict[str, object] = {
         "title": "A ball dips into a sheet",
         "units": ("mm", "kg", "ms"),
-        "times": np.linspace(0.0, 12.0, STEPS + 1),
+        "times": 12.0 * np.linspace(0.0, 1.0, STEPS + 1) ** 1.1,
         "bodies": {"ball": BodyPart(ball, Combine([roll, dip]))},
         "slaves": {"sheet": SlavePart(sheet, Moved(sheet.points, Fixed()))},
         "contacts": (ContactPart("dip", "ball", "sheet", cg.Contact(ball, sheet, law=law)),),
