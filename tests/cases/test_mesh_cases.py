@@ -38,6 +38,7 @@ motions = [
 master = "road"
 slave = "tyre"
 law = {{ kind = "stress", elastic = 2e5, thickness = 0.05, damping = 100.0 }}
+area = {{ kind = "tributary" }}
 {QUIET}""")
     physics(run)
     slave = run.simulation.slaves["tyre"].slave
