@@ -15,7 +15,7 @@ from contiga.sim.state import State
 from contiga.sim.step import Moment
 
 # Largest departure of the drawn triangles from a body, relative to its size.
-DRAWN = 1e-3
+DRAWN = 2e-3
 
 
 class Fields:
