@@ -109,6 +109,25 @@ def test_facet_area_is_of_second_order(scene):
     assert errors[-1] < 3e-3
 
 
+@pytest.mark.parametrize("scene", list(scenes())[::2], ids=lambda s: s[0])
+def test_facets_are_closer_than_the_hulls_of_the_thesis_at_equal_point_count(scene):
+    # On the master, what hulls measure: the closed form of the pair that is taken there.
+    name, body, place, half, _ = scene
+    exact = {other[0]: other[4][1] for other in scenes() if other[4][0] == "master"}
+    on_master = {"two discs": "two caps", "annulus": "ring of a torus"}.get(name, name)
+
+    def error(method):
+        def area(mesh):
+            return touch(body, mesh, place, method).total_area
+
+        return errors_of(area, exact[on_master], half, sizes=(64,))[0]
+
+    facet, cloud = error(cg.FacetArea("master")), error(cg.CloudArea("master", by="feet"))
+    hulls = [error(cg.HullArea("auto", mapping)) for mapping in ("linear", "exact")]
+    assert 3.0 * facet < min(hulls)
+    assert 2.0 * cloud < min(hulls)
+
+
 @pytest.mark.parametrize("on", ["master", "slave"])
 def test_cylinder_in_a_trough_that_ends_before_it(on):
     # Wider slave than master: contact ends at the border of the trough, which is cut exactly.
@@ -179,6 +198,25 @@ def test_force_of_a_ball_in_a_winkler_foundation():
     errors = errors_of(force, exact, 0.66, None, FINE)
     assert order(errors, FINE) >= 1.9
     assert errors[-1] < 1e-3
+
+
+def test_other_areas_make_a_larger_error_of_that_force():
+    exact = STIFFNESS / THICKNESS * np.pi * DEPTH**2 * (R - DEPTH / 3.0)
+    law = cg.StressLaw(STIFFNESS, thickness=THICKNESS)
+    errors = {}
+    for name, area in (
+        ("facets", cg.FacetArea()),
+        ("constant", cg.NodalArea()),
+        ("hulls", cg.HullArea("auto", "linear")),
+    ):
+
+        def force(mesh, area=area):
+            place = ball_below(R, R - DEPTH)
+            return touch(plate(), mesh, place, area, law, "master").total_force[2]
+
+        (errors[name],) = errors_of(force, exact, 0.66, None, (64,))
+    print("relative errors of the force:", errors)
+    assert 10.0 * errors["facets"] < errors["hulls"] < errors["constant"]
 
 
 def test_force_of_a_ball_master_on_a_winkler_layer():

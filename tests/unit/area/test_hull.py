@@ -60,6 +60,14 @@ def test_exact_map_of_a_skew_polygon_is_that_of_its_parts_by_quadpack():
     assert area_over(saddle, polygon, closing(saddle)) == pytest.approx(exact, rel=1e-10)
 
 
+def test_exact_map_of_a_line_rounded_to_a_sliver_ends_at_nothing():
+    ball = cg.shapes.sphere(radius=1.0)
+    u = np.linspace(0.1, 0.9, 8)
+    rng = np.random.default_rng(0)
+    line = np.column_stack([u, 0.99 + 1e-13 * rng.normal(size=8)])
+    assert 0.0 <= area_over(ball, hull_of(line), closing(ball)) < 1e-11
+
+
 def test_exact_map_of_the_whole_domain_is_the_area():
     for surface in (
         cg.shapes.torus(major=2.0, minor=0.5),
