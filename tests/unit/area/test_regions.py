@@ -85,6 +85,7 @@ def test_first_touch_of_one_node_has_next_to_no_area():
     assert 0.0 < state.total_area < 1e-8
 
 
+@pytest.mark.interpreted
 def test_cut_of_one_facet_is_exact():
     points = np.array([[0.0, 0, -1.0], [1.0, 0, 1.0], [0, 1.0, 3.0]])
     state = touch(PLATE, points, [[0, 1, 2]], cg.FacetArea("slave"))
@@ -103,10 +104,15 @@ def test_no_contact_is_no_area():
         assert np.isnan(state.centre_of_pressure).all()
 
 
-def test_facets_without_area_count_for_nothing():
+@pytest.mark.parametrize("on", ["slave", "master"])
+def test_facets_without_area_count_for_nothing(on):
     points, facets = lattice(2, 2)
-    more = np.concatenate([facets, [[0, 0, 1], [3, 3, 3]]])
-    assert touch(PLATE, points, more).total_area == pytest.approx(4.0)
+    more = np.concatenate([facets, [[0, 0, 1], [3, 3, 3], [0, 3, 6]]])
+    assert touch(PLATE, points, more, cg.FacetArea(on)).total_area == pytest.approx(4.0)
+    points[0, 2] = 0.1  # now some of them are cut
+    pair = (facets, more[:-1])  # the last is upright now, and has an area
+    plain, with_more = (touch(PLATE, points, f, cg.FacetArea(on)) for f in pair)
+    assert with_more.total_area == pytest.approx(plain.total_area, rel=1e-12)
 
 
 def test_cloud_of_a_sheet_is_measured_like_its_mesh():
