@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.geometry import knots as kv
 from contiga.geometry.curve import NurbsCurve
 from contiga.records import FloatArray
-from contiga.thesis.drawing import LINES, plane
+from contiga.thesis.drawing import LINES, MUTED, draw_curve, draw_polygon, plane
 from contiga.thesis.records import Claim, Experiment, Outcome, Picture, Table
 
 if TYPE_CHECKING:
@@ -17,12 +19,16 @@ if TYPE_CHECKING:
 
 _FINE = 2001
 _UNIFORM = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0])
-_QUADRATIC = np.array([0, 0, 0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1, 1, 1])
-_BEZIER = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0])
-_CUBIC = NurbsCurve(3, _BEZIER, [[0.0, 0.0], [0.6, 1.6], [2.0, 1.9], [3.0, 0.2]])
-_EIGHT = np.array(
-    [[0, 0], [0.4, 1.5], [1.4, 1.9], [1.9, 0.3], [2.9, 0.1], [3.2, 1.6], [4.3, 1.8], [4.8, 0.4]]
-)
+EIGHT = NurbsCurve(
+    3,
+    kv.open_knots(3, 8),
+    [
+        [0.0, 0.0], [0.4, 1.5], [1.4, 1.9], [1.9, 0.1],
+        [2.9, -0.1], [3.2, 1.6], [4.3, 1.8], [4.8, 0.2],
+    ],
+)  # fmt: skip
+"""A cubic with eight control points."""
+_FINE_U = np.linspace(0.0, 1.0, 4001)
 
 
 # ---------------------------------------------------------------- bases (2.2.1)
@@ -138,6 +144,170 @@ def _draw_bases(figure: Figure) -> None:
         axes.legend(loc="upper right", handlelength=1.2)
 
 
+# ---------------------------------------------------------------- properties of curves (2.2.2)
+
+
+def _hull() -> Outcome:
+    from scipy.spatial import ConvexHull
+
+    misses = []
+    curve = EIGHT
+    p, knots = curve.degree, curve.knots
+    for i in range(p, len(knots) - p - 1):
+        u = np.linspace(knots[i], knots[i + 1], 401)
+        facets = ConvexHull(curve.control_points[i - p : i + 1, :2]).equations
+        outside = curve.evaluate(u)[:, :2] @ facets[:, :2].T + facets[:, 2]
+        misses.append((i, float(knots[i]), float(knots[i + 1]), float(outside.max())))
+    worst = max(row[3] for row in misses)
+    return Outcome(
+        tables=(
+            Table(
+                "2.2.2 hull",
+                "A cubic with eight control points: how far the piece over each knot span leaves "
+                "the hull of its own four control points (negative: it stays inside).",
+                ("span", "from u", "to u", "largest distance outside"),
+                tuple(misses),
+            ),
+        ),
+        pictures=(
+            Picture(
+                "2.2",
+                "The piece of a cubic B-spline curve over one knot span lies in the convex hull "
+                "of four neighbouring control points; so does every other piece in its own.",
+                _draw_hull,
+                (6.4, 3.2),
+            ),
+        ),
+        claims=(
+            Claim(
+                "For u in [u_i, u_i+1] the curve lies in the hull of P_i−p … P_i.",
+                worst <= 1e-14,
+                f"it leaves it by at most {worst:.1e}",
+            ),
+        ),
+        difference="Fig. 2.2 is taken from elsewhere; the curve here is our own.",
+    )
+
+
+def _draw_hull(figure: Figure) -> None:
+    from scipy.spatial import ConvexHull
+
+    axes = plane(figure.subplots())
+    curve, i = EIGHT, 5
+    corners = curve.control_points[i - 3 : i + 1, :2]
+    ring = corners[ConvexHull(corners).vertices]
+    axes.fill(*ring.T, color=LINES[4], alpha=0.22, lw=0, label=f"hull of $P_{i - 3}$ … $P_{i}$")
+    draw_polygon(axes, curve)
+    draw_curve(axes, curve)
+    piece = curve.evaluate(np.linspace(curve.knots[i], curve.knots[i + 1], 60))
+    axes.plot(piece[:, 0], piece[:, 1], color=LINES[4], lw=3.2, label="its piece of the curve")
+    for k, (x, y) in enumerate(curve.control_points[:, :2]):
+        axes.annotate(f"$P_{k}$", (x, y), xytext=(4, 4), textcoords="offset points", fontsize=8)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def _crossings(values: FloatArray) -> NDArray[np.intp]:
+    """(k,) sign changes along each row of (k, n) `values`."""
+    signs = np.sign(values)
+    return np.asarray((signs[:, 1:] * signs[:, :-1] < 0.0).sum(axis=1))
+
+
+def _variation() -> Outcome:
+    rng = np.random.default_rng(7)
+    polygon = EIGHT.control_points[:, :2]
+    angle = rng.uniform(0.0, np.pi, 2000)
+    through = rng.uniform(polygon.min(axis=0), polygon.max(axis=0), (2000, 2))
+    normal = np.column_stack([np.cos(angle), np.sin(angle)])
+    offset = (normal * through).sum(axis=1)
+    cuts = _crossings(normal @ polygon.T - offset[:, None])
+    rows = []
+    for p in (1, 2, 3, 5, 7):
+        curve = NurbsCurve(p, kv.open_knots(p, 8), polygon)
+        # what is sampled crosses at most as often as the curve, the fine polygon at least
+        fine = curve.insert_knots(np.linspace(0.0, 1.0, 402)[1:-1])
+        most = _crossings(normal @ fine.control_points[:, :2].T - offset[:, None])
+        least = _crossings(normal @ curve.evaluate(_FINE_U)[:, :2].T - offset[:, None])
+        more = int((most > cuts).sum())
+        rows.append((p, float(cuts.mean()), float(least.mean()), float(most.mean()), more))
+    falling = all(a[3] >= b[2] for a, b in pairwise(rows))
+    return Outcome(
+        tables=(
+            Table(
+                "2.2.2 variation",
+                "2000 random lines against curves of rising degree on the same eight control "
+                "points: how often they cut, on average.",
+                (
+                    "degree",
+                    "cuts with the polygon",
+                    "cuts with the curve, at least",
+                    "at most",
+                    "lines that cut the curve more often than the polygon",
+                ),
+                tuple(rows),
+            ),
+        ),
+        pictures=(
+            Picture(
+                "2.3",
+                "The same control points with curves of rising degree: the higher it is, the "
+                "less of the polygon's variation is left. The line cuts the polygon five times.",
+                _draw_variation,
+                (6.4, 3.2),
+            ),
+        ),
+        claims=(
+            Claim(
+                "No line cuts a curve more often than its control polygon.",
+                all(row[4] == 0 for row in rows),
+                f"{sum(row[4] for row in rows)} of {len(rows) * 2000} lines do",
+            ),
+            Claim(
+                "The higher the degree, the fewer the cuts (Fig. 2.3).",
+                falling and rows[0][2] > rows[-1][3] + 0.3,
+                f"{rows[0][2]:.2f} cuts a line at degree 1, {rows[-1][3]:.2f} at degree 7",
+            ),
+        ),
+        difference=(
+            "The text under the heading “variation diminishing” explains the convex hull property "
+            "again and calls it local control. What the name means is tested here: a curve wiggles "
+            "no more than its control polygon."
+        ),
+    )
+
+
+def _draw_variation(figure: Figure) -> None:
+    axes = plane(figure.subplots())
+    draw_polygon(axes, EIGHT, color=MUTED)
+    for p, colour in ((2, LINES[0]), (3, LINES[1]), (5, LINES[2]), (7, LINES[3])):
+        curve = NurbsCurve(p, kv.open_knots(p, 8), EIGHT.control_points)
+        draw_curve(axes, curve, color=colour, label=f"degree {p}")
+    axes.axline((0.0, 0.86), slope=0.03, color=LINES[4], lw=1.0, label="a line")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def _affine() -> Outcome:
+    rng = np.random.default_rng(3)
+    worst = 0.0
+    for _ in range(50):
+        matrix = np.eye(4)
+        matrix[:3, :3] += rng.uniform(-0.8, 0.8, (3, 3))
+        matrix[:3, 3] = rng.uniform(-2.0, 2.0, 3)
+        weights = rng.uniform(0.5, 3.0, 8)
+        curve = NurbsCurve(3, EIGHT.knots, EIGHT.control_points, weights)
+        after = curve.evaluate(_FINE_U) @ matrix[:3, :3].T + matrix[:3, 3]
+        worst = max(worst, float(np.abs(curve.transformed(matrix).evaluate(_FINE_U) - after).max()))
+    return Outcome(
+        claims=(
+            Claim(
+                "Moving the control points by an affine map moves the curve by the same map, "
+                "with weights as well.",
+                worst <= 1e-13,
+                f"largest difference {worst:.1e} over 50 random maps",
+            ),
+        ),
+    )
+
+
 EXPERIMENTS: tuple[Experiment, ...] = (
     Experiment(
         "2.2-bases",
@@ -147,5 +317,30 @@ EXPERIMENTS: tuple[Experiment, ...] = (
         _bases,
         "Basis functions come from the Cox–de Boor recursion, are non-negative, have compact "
         "support and add up to 1.",
+    ),
+    Experiment(
+        "2.2-hull",
+        2,
+        "A curve lies in the convex hull of its control points",
+        "Section 2.2.2, Fig. 2.2",
+        _hull,
+        "Over the knot span [u_i, u_i+1] the curve lies in the convex hull of P_i−p … P_i.",
+    ),
+    Experiment(
+        "2.2-variation",
+        2,
+        "A curve varies no more than its control polygon",
+        "Section 2.2.2, Fig. 2.3",
+        _variation,
+        "As the degree rises the curve departs from its polygon and stays inside its hull; this "
+        "is given as the variation diminishing property.",
+    ),
+    Experiment(
+        "2.2-affine",
+        2,
+        "Affine maps of the control points are affine maps of the curve",
+        "Section 2.2.2",
+        _affine,
+        "Translation, rotation and scaling of the control points move the curve alike.",
     ),
 )
