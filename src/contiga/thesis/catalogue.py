@@ -8,7 +8,7 @@ from importlib import import_module
 from contiga.errors import InputError
 from contiga.thesis.records import Experiment
 
-MODULES = ("chapter2", "chapter2_refine", "chapter5_splines")
+MODULES = ("chapter2", "chapter2_refine", "chapter5_splines", "chapter5_shapes")
 """Modules of this package, each with its `EXPERIMENTS`."""
 
 CHAPTERS = {

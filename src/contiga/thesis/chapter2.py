@@ -141,7 +141,7 @@ def _draw_bases(figure: Figure) -> None:
         plane(axes, equal=False, labels=("u", ""))
         axes.set_title(f"degree {p}")
         axes.set_ylim(-0.03, 1.08)
-        axes.legend(loc="upper right", handlelength=1.2)
+        axes.legend(loc="upper right" if p else "center right", handlelength=1.2)
 
 
 # ---------------------------------------------------------------- properties of curves (2.2.2)
@@ -250,7 +250,8 @@ def _variation() -> Outcome:
             Picture(
                 "2.3",
                 "The same control points with curves of rising degree: the higher it is, the "
-                "less of the polygon's variation is left. The line cuts the polygon five times.",
+                "less of the polygon's variation is left. The line cuts none more often than the "
+                "polygon.",
                 _draw_variation,
                 (6.4, 3.2),
             ),

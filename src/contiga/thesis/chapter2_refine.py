@@ -175,7 +175,7 @@ def _elevation() -> Outcome:
         ),
         pictures=(
             Picture(
-                "2.4 elevation",
+                "2.4-elevation",
                 "Degree 3, 4 and 5 of the same curve: each elevation adds a control point and "
                 "brings the polygon closer.",
                 _draw_elevation,

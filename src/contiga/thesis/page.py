@@ -121,7 +121,7 @@ def _picture(picture: Picture, content: bytes) -> str:
 
 def _label(picture: Picture) -> str:
     """`Fig. 5.14` for a picture named after one of the thesis."""
-    return f"Fig. {picture.key}." if picture.key[:1].isdigit() else ""
+    return f"Fig. {picture.key}." if picture.key.replace(".", "").isdigit() else ""
 
 
 def _table(table: Table) -> str:
