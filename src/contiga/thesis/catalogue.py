@@ -15,6 +15,7 @@ MODULES = (
     "chapter5_shapes",
     "chapter5_search",
     "chapter5_follow",
+    "chapter5_detailed",
 )
 """Modules of this package, each with its `EXPERIMENTS`."""
 

@@ -72,7 +72,7 @@ class View:
         *,
         hides: bool = True,
     ) -> View:
-        """Shade a surface, with its borders inked, which hides what is behind unless told not to."""
+        """Shade a surface, with its borders inked; what is behind it is hidden if `hides`."""
         from matplotlib.colors import to_rgb
 
         mesh = shape if isinstance(shape, TriMesh) else shape.tessellate(_TOLERANCE * self._span)
