@@ -1,39 +1,50 @@
-"""Clusters of points by the methods of scikit-learn."""
+"""Clusters of points: connected regions, and the methods of scikit-learn."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from contiga.area.regions import neighbours_of, regions
 from contiga.errors import InputError
 from contiga.records import FloatArray, IntArray
 
-METHODS = ("kmeans", "dbscan", "meanshift", "hdbscan")
+METHODS = ("auto", "kmeans", "dbscan", "meanshift", "hdbscan")
 _STARTS = 10
 _SEED = 0
 
 
 def clusters_of(
-    points: FloatArray, method: str, *, k: int = 1, eps: float = 0.1, min_points: int = 4
+    points: FloatArray, method: str = "auto", *, k: int = 1, eps: float = 0.1, min_points: int = 4
 ) -> IntArray:
     """(n,) number of the cluster of each point (n, d), from 0 as they come; −1 for noise.
 
     Parameters
     ----------
-    method : "kmeans" (k clusters; as many as points where those are fewer), "dbscan" (radius
-        `eps`, `min_points` within it, the point itself counted), "meanshift" (bandwidth estimated
-        from the points), "hdbscan" (clusters of at least `min_points`)
+    points : (n, 2) or (n, 3); all of them in contact
+    method : "auto" (points joined to neighbours within 1.6 times the larger of their local
+        spacings, `contiga.area.regions`), "kmeans" (k clusters; as many as points where those are
+        fewer), "dbscan" (radius `eps`, `min_points` within it, the point itself counted),
+        "meanshift" (bandwidth estimated from the points), "hdbscan" (clusters of at least
+        `min_points`)
 
     Raises
     ------
     InputError
-        An unknown method, k < 1, eps ≤ 0, min_points < 1.
+        Points that are not (n, d), an unknown method, k < 1, eps ≤ 0, min_points < 1.
     """
     check_options(method, k, eps, min_points)
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    if points.ndim != 2:
+        raise InputError(
+            "points must have one row each", where="points", found=points.shape, allowed="(n, d)"
+        )
     n = len(points)
     if n == 0:
         return np.zeros(0, np.int32)
     if n == 1:
         return np.full(1, -1 if method == "dbscan" and min_points > 1 else 0, np.int32)
+    if method == "auto":
+        return regions(neighbours_of(points), np.arange(n, dtype=np.int32), points)
     return _as_they_come(np.asarray(_fitted(points, method, min(k, n), eps, min_points)))
 
 
@@ -44,7 +55,7 @@ def check_options(method: str, k: int, eps: float, min_points: int) -> None:
             "unknown method of clustering",
             where="clusters",
             found=method,
-            allowed=", ".join(map(repr, ("auto", *METHODS))) + ", or a number of clusters",
+            allowed=", ".join(map(repr, METHODS)) + ", or a number of clusters",
         )
     if isinstance(k, bool) or not isinstance(k, int | np.integer) or k < 1:
         raise InputError("clusters are counted from 1", where="k", found=k, allowed="1 or more")
@@ -99,20 +110,16 @@ def cluster_study(points: FloatArray, eps: FloatArray, k: int = 2) -> dict[str, 
         "kmeans", "dbscan, P_min 1", "dbscan, P_min 10", "meanshift", "hdbscan", "auto": counts,
         one a radius for DBSCAN, else one.
     """
-    from contiga.area.base import Rest
-    from contiga.area.regions import regions, structure_of
 
     def count(method: str, radius: float = 1.0, least: int = 4) -> int:
         found = clusters_of(points, method, k=k, eps=radius, min_points=least)
         return int(found.max(initial=-1)) + 1
 
-    rows = np.arange(len(points), dtype=np.int32)
-    own = regions(structure_of(Rest(points, None, None)), rows, points)
     return {
         "kmeans": [count("kmeans")],
         "dbscan, P_min 1": [count("dbscan", float(e), 1) for e in eps],
         "dbscan, P_min 10": [count("dbscan", float(e), 10) for e in eps],
         "meanshift": [count("meanshift")],
         "hdbscan": [count("hdbscan")],
-        "auto": [int(own.max(initial=-1)) + 1],
+        "auto": [count("auto")],
     }

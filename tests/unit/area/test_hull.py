@@ -94,7 +94,7 @@ def rows_of_points(gap):
     return np.array([[a, b, 0.0] for a in x for b in range(8)])
 
 
-@pytest.mark.parametrize("method", ["kmeans", "dbscan", "meanshift", "hdbscan"])
+@pytest.mark.parametrize("method", ["auto", "kmeans", "dbscan", "meanshift", "hdbscan"])
 def test_every_method_parts_two_far_groups(method):
     label = clusters_of(rows_of_points(20.0), method, k=2, eps=1.5, min_points=3)
     assert label.max() == 1
@@ -104,7 +104,7 @@ def test_every_method_parts_two_far_groups(method):
 def test_more_clusters_than_points_are_as_many_as_points():
     assert clusters_of(np.eye(3), "kmeans", k=7).tolist() == [0, 1, 2]
     assert clusters_of(np.zeros((4, 2)), "kmeans", k=3).tolist() == [0, 0, 0, 0]
-    for method in ("kmeans", "dbscan", "meanshift", "hdbscan"):
+    for method in ("auto", "kmeans", "dbscan", "meanshift", "hdbscan"):
         assert clusters_of(np.zeros((0, 2)), method).shape == (0,)
         assert clusters_of(np.zeros((1, 2)), method, min_points=1).tolist() == [0]
 
