@@ -111,7 +111,7 @@ class HullArea:
             return regions(inp.prepared, inp.rows, inp.points)
         places = inp.feet.point
         if (inp.feet.patch == inp.feet.patch[0]).all():
-            (u0, u1), (v0, v1) = inp.body.patches[int(inp.feet.patch[0])].domain
+            (u0, u1), (v0, v1) = inp.exact.patches[int(inp.feet.patch[0])].domain
             places = (inp.feet.uv - (u0, v0)) / (u1 - u0, v1 - v0)
         return clusters_of(
             places, self._method, k=self._k, eps=self.eps, min_points=self.min_points
@@ -120,13 +120,13 @@ class HullArea:
     def _cluster_area(self, inp: AreaInput, own: np.ndarray) -> float:
         total = 0.0
         for k in np.unique(inp.feet.patch[own]):
-            patch = _patch_of(inp.body, int(k))
+            patch = _patch_of(inp.exact, int(k))
             uv = unrolled(inp.feet.uv[own[inp.feet.patch[own] == k]], patch.periods)
-            polygon = hull_of(_over_depth(inp.body, uv))
+            polygon = hull_of(_over_depth(inp.exact, uv))
             if self.mapping == "exact":
                 total += area_over(patch.surface, polygon, patch.periods)
             else:
-                base = _base_area(inp.body, int(k), self.tolerance)
+                base = _base_area(inp.exact, int(k), self.tolerance)
                 total += plane_area(polygon) / patch.domain * base
         return total
 
