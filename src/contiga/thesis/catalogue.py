@@ -8,7 +8,15 @@ from importlib import import_module
 from contiga.errors import InputError
 from contiga.thesis.records import Experiment
 
-MODULES = ("chapter2", "chapter2_refine", "chapter5_splines", "chapter5_shapes")
+MODULES = (
+    "chapter2",
+    "chapter2_refine",
+    "chapter5_splines",
+    "chapter5_shapes",
+    "chapter5_area",
+    "chapter5_force",
+    "chapter7",
+)
 """Modules of this package, each with its `EXPERIMENTS`."""
 
 CHAPTERS = {
