@@ -1,4 +1,4 @@
-"""Facets that touch, their cut at the edge of contact, and the area of what is left."""
+"""Facets that touch in part: their cut at the edge of contact, and the area of what is left."""
 
 from __future__ import annotations
 
@@ -14,99 +14,6 @@ OK = 0
 HALF = 0.5
 # Share by which the chord between two feet may miss the tangents' before (u, v) is not trusted.
 STRAY = 0.5
-
-
-@njit(cache=True)
-def incidence(facets, n):
-    """Facets at each of n points: (first (n+1,), incident)."""
-    first = np.zeros(n + 1, np.int64)
-    for f in range(facets.shape[0]):
-        for k in range(3):
-            first[facets[f, k] + 1] += 1
-    for i in range(n):
-        first[i + 1] += first[i]
-    place = first[:-1].copy()
-    incident = np.empty(first[n], np.int32)
-    for f in range(facets.shape[0]):
-        for k in range(3):
-            i = facets[f, k]
-            incident[place[i]] = f
-            place[i] += 1
-    return first, incident
-
-
-@njit(cache=True, nogil=True)
-def touched(topology, points, rows, place):
-    """Facets with a corner in contact, and their corners that are not.
-
-    `place` is (n,), −1; filled with the index of every corner in the list of the corners in
-    contact followed by the free ones. Returns (facets (m,), free (f,) rows, start (f,) the index
-    of the nearest corner in contact). Facets with a corner that is not finite are left out.
-    """
-    for i in range(rows.shape[0]):
-        place[rows[i]] = i
-    bound = 0
-    for r in rows:
-        bound += topology.first[r + 1] - topology.first[r]
-    found = np.empty(bound, np.int32)
-    free = np.empty(2 * bound, np.int32)
-    start = np.empty(2 * bound, np.int32)
-    near = np.empty(2 * bound)
-    n_c = rows.shape[0]
-    m = 0
-    n_f = 0
-    for r in rows:
-        for j in range(topology.first[r], topology.first[r + 1]):
-            f = topology.incident[j]
-            if _first_corner(topology.facets, f, place, n_c) != r or not _finite(
-                topology.facets, f, points
-            ):
-                continue
-            found[m] = f
-            m += 1
-            for k in range(3):
-                c = topology.facets[f, k]
-                if 0 <= place[c] < n_c:
-                    continue
-                if place[c] < 0:
-                    place[c] = n_c + n_f
-                    free[n_f] = c
-                    near[n_f] = math.inf
-                    n_f += 1
-                s = place[c] - n_c
-                for l in range(3):
-                    d = topology.facets[f, l]
-                    if 0 <= place[d] < n_c:
-                        way = _distance2(points, c, d)
-                        if way < near[s]:
-                            near[s] = way
-                            start[s] = place[d]
-    return found[:m].copy(), free[:n_f].copy(), start[:n_f].copy()
-
-
-@njit(cache=True)
-def _first_corner(facets, f, place, n_c):
-    for k in range(3):
-        if 0 <= place[facets[f, k]] < n_c:
-            return facets[f, k]
-    return -1
-
-
-@njit(cache=True)
-def _finite(facets, f, points):
-    total = 0.0
-    for k in range(3):
-        for c in range(3):
-            total += points[facets[f, k], c]
-    return math.isfinite(total)
-
-
-@njit(cache=True)
-def _distance2(points, a, b):
-    total = 0.0
-    for c in range(3):
-        total += (points[a, c] - points[b, c]) ** 2
-    return total
 
 
 @njit(cache=True, nogil=True)
@@ -188,15 +95,10 @@ def slave_pieces(nodes, points, corner, n_c, fraction, share, start, stop):
     edge = np.empty(4, np.int64)
     inside = np.empty(3, np.bool_)
     for f in range(start, stop):
-        area = _triangle(points[nodes[f, 0]], points[nodes[f, 1]], points[nodes[f, 2]])
-        count = 0
+        area = triangle(points[nodes[f, 0]], points[nodes[f, 1]], points[nodes[f, 2]])
         for k in range(3):
             inside[k] = corner[f, k] < n_c
-            count += inside[k]
-            share[f, k] = area / 3.0 if count == 3 else 0.0
-        if count == 3:
-            share[f, :] = area / 3.0
-            continue
+            share[f, k] = 0.0
         n = _polygon(inside, fraction, f, polygon, edge)
         for j in range(1, n - 1):
             part = area * abs(_determinant(polygon[0], polygon[j], polygon[j + 1]))
@@ -206,7 +108,8 @@ def slave_pieces(nodes, points, corner, n_c, fraction, share, start, stop):
 
 
 @njit(cache=True)
-def _triangle(a, b, c):
+def triangle(a, b, c):
+    """Area of a triangle in space."""
     x1, y1, z1 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     x2, y2, z2 = c[0] - a[0], c[1] - a[1], c[2] - a[2]
     x = y1 * z2 - z1 * y2
@@ -286,7 +189,7 @@ def _image(tables, part, vertices, share, h):
     """Add the area of one triangle on the master to the shares of the facet's corners."""
     polygon, uv, foot, patch = vertices
     i, j, k = part
-    flat = _triangle(foot[i], foot[j], foot[k])
+    flat = triangle(foot[i], foot[j], foot[k])
     du, dv = uv[j, 0] - uv[i, 0], uv[j, 1] - uv[i, 1]
     eu, ev = uv[k, 0] - uv[i, 0], uv[k, 1] - uv[i, 1]
     cell = 0.5 * abs(du * ev - dv * eu)
@@ -341,11 +244,21 @@ def _strays(h, ds, dt, a, b):
 
 
 @njit(cache=True, nogil=True)
-def gather(corner, share, n_c):
-    """(n_c,) nodal areas from the shares of the facets' corners, summed in order."""
-    area = np.zeros(n_c)
+def slave_whole(rows, points, corner, share, start, stop):
+    """Areas of facets start … stop that touch as a whole, split to the corners."""
+    for f in range(start, stop):
+        share[f, :] = (
+            triangle(
+                points[rows[corner[f, 0]]], points[rows[corner[f, 1]]], points[rows[corner[f, 2]]]
+            )
+            / 3.0
+        )
+
+
+@njit(cache=True, nogil=True)
+def gather(corner, share, area):
+    """Add the shares of facets' corners to the nodal areas (n_c,), in order."""
     for f in range(corner.shape[0]):
         for k in range(3):
-            if corner[f, k] < n_c:
+            if corner[f, k] < area.shape[0]:
                 area[corner[f, k]] += share[f, k]
-    return area

@@ -16,6 +16,8 @@ def _root(parent, i):
 
 @njit(cache=True)
 def _join(parent, a, b):
+    if parent[a] == parent[b]:  # nearly always, once the first facets are through
+        return
     a = _root(parent, a)
     b = _root(parent, b)
     if a < b:
@@ -39,14 +41,23 @@ def _numbered(parent):
 
 
 @njit(cache=True, nogil=True)
-def facet_components(corner, n_c):
-    """(n_c,) regions of the corners below n_c that facets (m, 3) join, numbered as they come."""
+def facet_components(whole, corner, n_c):
+    """(n_c,) regions of the points in contact that facets join, numbered as they come.
+
+    Parameters
+    ----------
+    whole : (m, 3) corners of facets, all of them below n_c
+    corner : (k, 3) corners of facets of which those below n_c are joined
+    """
     parent = np.arange(n_c)
+    for f in range(whole.shape[0]):
+        _join(parent, whole[f, 0], whole[f, 1])
+        _join(parent, whole[f, 0], whole[f, 2])
     for f in range(corner.shape[0]):
         for k in range(3):
             a = corner[f, k]
             b = corner[f, (k + 1) % 3]
-            if a < n_c and b < n_c:
+            if 0 <= a < n_c and 0 <= b < n_c:
                 _join(parent, a, b)
     return _numbered(parent)
 

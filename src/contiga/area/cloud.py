@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.area.base import AreaInput, Areas, Rest
+from contiga.area.base import AreaInput, Areas, Outlines, Rest
 from contiga.area.facet import measure_facets
+from contiga.area.outline import facet_outlines, no_outlines
 from contiga.area.profile import profile_depth
 from contiga.area.regions import Graph, Topology, neighbours_of, regions, topology_of
 from contiga.errors import InputError
@@ -97,6 +98,13 @@ class CloudArea:
                 allowed="a sheet of points, or a master by Body.from_profile",
             )
         return Areas(_along_line(inp, graph, depth), clusters, "slave")
+
+    def outlines(self, inp: AreaInput) -> Outlines:
+        """Where contact ends, as for `FacetArea`; none for points on a line."""
+        topology = inp.prepared.topology
+        return (
+            no_outlines() if topology is None else facet_outlines(inp, topology, self.on or inp.on)
+        )
 
 
 def triangles_of(points: FloatArray, bridge: float = BRIDGE) -> IntArray | None:

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from contiga.area import _facet_nb, _union_nb
-from contiga.area.base import AreaInput, Areas, Rest
+from contiga.area import _facet_nb, _jacobian_nb, _touch_nb, _union_nb
+from contiga.area.base import AreaInput, Areas, Outlines, Rest
 from contiga.area.regions import Topology, topology_of
 from contiga.errors import InputError
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray, Projection, Status
-from contiga.search.projection import empty_projection, rows_of, track
+from contiga.search.projection import BLOCKS, bin_by_element, empty_projection, rows_of, track
 from contiga.search.records import Tables
 from contiga.search.tables import tables_of
 
-# Facets below which a second thread does not pay.
+# Facets, and cut facets on the master, below which a second thread does not pay.
 FACETS = 4096
+PIECES = 256
 # Halvings of an edge on which the foot leaves the master: to 1e-9 of its length.
 HALVINGS = 30
 
@@ -80,6 +82,12 @@ class FacetArea:
         """Areas of the points in contact, by the parts of their facets."""
         return measure_facets(inp, inp.prepared, self.on or inp.on)
 
+    def outlines(self, inp: AreaInput) -> Outlines:
+        """Where contact ends, on the side that is measured."""
+        from contiga.area.outline import facet_outlines
+
+        return facet_outlines(inp, inp.prepared, self.on or inp.on)
+
 
 def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
     """Nodal areas on the slave or the master from the facets of `topology`."""
@@ -87,46 +95,108 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
     if n_c == 0:
         return Areas(np.zeros(0), np.zeros(0, np.int32), on)
     place = np.full(len(inp.points), -1, np.int32)
-    found, free, start = _facet_nb.touched(topology, inp.points, inp.rows, place)
-    nodes = topology.facets[found]
-    corner = place[nodes]
+    whole, part = _touch_nb.touched(topology, inp.rows, place)
+    area = np.zeros(n_c)
+    _add_whole(inp, whole, on, area)
+    if len(part):
+        _add_parts(inp, parts_of(inp, topology, part, place), on, area)
+    clusters = _union_nb.facet_components(whole, place[topology.facets[part]], n_c)
+    return Areas(area, clusters, on)
+
+
+class Parts(NamedTuple):
+    """Facets that touch in part."""
+
+    nodes: IntArray
+    """(m, 3) corners, among all points."""
+    corner: IntArray
+    """(m, 3) corners, numbered: the inner ones and, after them, the free ones."""
+    inner: IntArray
+    """(i,) corners in contact, among the points in contact."""
+    free: IntArray
+    """(f,) corners out of contact, among all points."""
+    start: IntArray
+    """(f,) number of the nearest inner corner of each."""
+
+
+class Cut(NamedTuple):
+    """Where facets that touch in part are cut."""
+
+    feet: Projection
+    """Of the corners, inner ones first."""
+    fraction: FloatArray
+    """(m, 3) way along each edge from its end in contact."""
+    border: IntArray
+    """(m, 3) row in `ends` of edges on which the foot leaves the surface, or −1."""
+    ends: Projection
+    """Feet where it leaves."""
+
+
+def parts_of(inp: AreaInput, topology: Topology, part: IntArray, place: IntArray) -> Parts:
+    """The facets `part`, their corners numbered on their own."""
+    found, *numbered = _touch_nb.around(topology.facets, part, inp.points, place)
+    return Parts(topology.facets[found], *numbered)
+
+
+def cut_parts(inp: AreaInput, parts: Parts) -> Cut:
+    """Where contact ends on the edges of facets that touch in part."""
+    nodes, corner = parts.nodes, parts.corner
+    n_i, m = len(parts.inner), len(nodes)
     tables = tables_of(inp.body)
-    feet = _with_free(tables, inp, free, start)
-    fraction = np.empty((len(found), 3))
-    border = _facet_nb.cuts(corner, feet, n_c, fraction)
-    row = np.full((len(found), 3), -1, np.int32)
+    feet = _feet_around(tables, inp, parts)
+    fraction = np.empty((m, 3))
+    border = _facet_nb.cuts(corner, feet, n_i, fraction)
+    row = np.full((m, 3), -1, np.int32)
     row.ravel()[border] = np.arange(len(border))
-    ends = _leave(tables, inp, feet, _ends(nodes, corner, border, n_c), fraction.ravel(), border)
-    share = np.empty((len(found), 3))
+    ends = _leave(tables, inp, feet, _ends(nodes, corner, border, n_i), fraction.ravel(), border)
+    return Cut(feet, fraction, row, ends)
+
+
+def _add_whole(inp: AreaInput, corner: IntArray, on: str, area: FloatArray) -> None:
+    """Add the areas of facets whose corners (m, 3) are all in contact."""
+    share = np.empty((len(corner), 3))
     if on == "slave":
-        args = (nodes, inp.points, corner, n_c, fraction, share)
-        run_ranges(_facet_nb.slave_pieces, len(found), FACETS, *args)
+        slave = (inp.rows, inp.points, corner, share)
+        run_ranges(_facet_nb.slave_whole, len(corner), FACETS, *slave)
     else:
-        sides = (n_c, row, ends)
-        run_ranges(
-            _facet_nb.master_pieces,
-            len(found),
-            FACETS,
-            tables,
-            corner,
-            feet,
-            sides,
-            fraction,
-            share,
-        )
-    clusters = _union_nb.facet_components(corner, n_c)
-    return Areas(_facet_nb.gather(corner, share, n_c), clusters, on)
+        tables = tables_of(inp.body)
+        uv = np.ascontiguousarray(inp.feet.uv)
+        density = np.zeros((len(area), 3))
+        bins = bin_by_element(tables, inp.feet.patch, uv)
+        at_feet = (tables.elements, uv, bins, density)
+        run_ranges(_jacobian_nb.jacobians, len(bins[1]), BLOCKS, *at_feet)
+        master = (corner, inp.feet, density, share)
+        run_ranges(_jacobian_nb.master_whole, len(corner), FACETS, *master)
+    _facet_nb.gather(corner, share, area)
 
 
-def _with_free(tables: Tables, inp: AreaInput, free: IntArray, start: IntArray) -> Projection:
-    """Feet of the corners in contact, and after them those of the free corners."""
-    out = empty_projection(len(free))
-    if len(free):
-        points = np.ascontiguousarray(inp.points[free])
-        track(tables, points, inp.feet.patch[start], inp.feet.uv[start], out)
-    feet = inp.feet
+def _add_parts(inp: AreaInput, parts: Parts, on: str, area: FloatArray) -> None:
+    """Add the areas of the parts of facets that are cut where contact ends."""
+    nodes, corner = parts.nodes, parts.corner
+    n_i, m = len(parts.inner), len(nodes)
+    cut = cut_parts(inp, parts)
+    share = np.empty((m, 3))
+    if on == "slave":
+        slave = (nodes, inp.points, corner, n_i, cut.fraction, share)
+        run_ranges(_facet_nb.slave_pieces, m, FACETS, *slave)
+    else:
+        sides = (n_i, cut.border, cut.ends)
+        master = (tables_of(inp.body), corner, cut.feet, sides, cut.fraction, share)
+        run_ranges(_facet_nb.master_pieces, m, PIECES, *master)
+    own = np.zeros(n_i)
+    _facet_nb.gather(corner, share, own)
+    area[parts.inner] += own
+
+
+def _feet_around(tables: Tables, inp: AreaInput, parts: Parts) -> Projection:
+    """Feet of the inner corners, and after them those of the free ones."""
+    near = rows_of(inp.feet, parts.inner)
+    out = empty_projection(len(parts.free))
+    if len(parts.free):
+        points = np.ascontiguousarray(inp.points[parts.free])
+        track(tables, points, near.patch[parts.start], near.uv[parts.start], out)
     return Projection(
-        *(np.concatenate([getattr(feet, f), getattr(out, f)]) for f in Projection._fields)
+        *(np.concatenate([getattr(near, f), getattr(out, f)]) for f in Projection._fields)
     )
 
 

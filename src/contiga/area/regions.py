@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.area import _facet_nb, _union_nb
+from contiga.area import _touch_nb, _union_nb
 from contiga.area.base import Rest
 from contiga.errors import InputError
 from contiga.records import FloatArray, IntArray
@@ -58,7 +58,7 @@ def topology_of(facets: IntArray, n: int) -> Topology:
             found=own[bad[0]].tolist(),
             allowed=f"0 to {n - 1}",
         )
-    return Topology(own, *_facet_nb.incidence(own, n))
+    return Topology(own, *_touch_nb.incidence(own, n))
 
 
 def neighbours_of(points: FloatArray, reach: float = REACH) -> Graph:
@@ -97,5 +97,5 @@ def regions(structure: Topology | Graph, rows: IntArray, points: FloatArray) -> 
     place = np.full(len(points), -1, np.int32)
     if isinstance(structure, Graph):
         return _union_nb.graph_components(structure.first, structure.neighbour, rows, place)
-    found, _, _ = _facet_nb.touched(structure, points, rows, place)
-    return _union_nb.facet_components(place[structure.facets[found]], len(rows))
+    whole, part = _touch_nb.touched(structure, rows, place)
+    return _union_nb.facet_components(whole, place[structure.facets[part]], len(rows))

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, nullcontext
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.area.base import AreaInput, AreaMethod, Areas, Rest, prepared
+from contiga.area.base import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared
 from contiga.area.facet import FacetArea
 from contiga.area.mapping import offset_ratio
 from contiga.area.nodal import NodalArea
@@ -24,6 +24,7 @@ from contiga.records import FloatArray, IntArray, LawInput, Projection
 from contiga.search.projection import rows_of
 from contiga.search.tables import tables_of
 from contiga.sim.detect import Detected, Last, Options, first_look, is_closed, look
+from contiga.sim.outlines import outlines_of_state
 from contiga.sim.state import State
 
 SEARCHES = ("intersection", "penetration")
@@ -188,6 +189,32 @@ class Contact:
             rate = _rates(state, found, p_B, dt)
         return self._respond(found, (p_W, p_B, X_WB), rate, dt, clock)
 
+    def outlines(self, state: State, pose: ArrayLike | None = None) -> Outlines | None:
+        """Closed lines around the regions of contact of `state`, world axes.
+
+        Parameters
+        ----------
+        state : of this contact
+        pose : (4, 4) X_WB of the master then, the identity if omitted
+
+        Returns
+        -------
+        Outlines
+            On the slave or the master, whichever the area is measured on; None for area methods
+            that do not tell where contact ends (constant nodal areas).
+        """
+        X_WB = identity() if pose is None else as_pose(pose)
+        return outlines_of_state(state, X_WB, self.master, self.area, self._side, self._prepared)
+
+    @property
+    def has_outlines(self) -> bool:
+        """Whether the area method tells where contact ends."""
+        return hasattr(self.area, "outlines")
+
+    @property
+    def _side(self) -> str:
+        return "master" if self.contact_type == "master" else "slave"
+
     def _checked(self, points: ArrayLike, pose: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
         p_W = as_points(points)
         if len(p_W) != len(self.slave):
@@ -251,7 +278,7 @@ class Contact:
         )
 
     def _areas(self, rows: IntArray, p_B: FloatArray, feet: Projection) -> Areas:
-        side = "master" if self.contact_type == "master" else "slave"
+        side = self._side
         own = self.slave.area
         inp = AreaInput(self.master, rows, p_B, feet, own, side, self._prepared)
         areas = self.area.measure(inp)

@@ -13,8 +13,9 @@ from contiga.io.atomic import atomic_write
 
 HISTORY, FIELDS, CASE = "history.csv", "fields.vtkhdf", "case.toml"
 SUMMARY, CHECKPOINT = "summary.json", "checkpoint.h5"
-UNFINISHED = FIELDS + ".part"
-OURS = (HISTORY, FIELDS, CASE, SUMMARY, CHECKPOINT, UNFINISHED)
+OUTLINES = "outlines.vtkhdf"
+UNFINISHED, UNFINISHED_OUTLINES = FIELDS + ".part", OUTLINES + ".part"
+OURS = (HISTORY, FIELDS, OUTLINES, CASE, SUMMARY, CHECKPOINT, UNFINISHED, UNFINISHED_OUTLINES)
 
 
 def open_folder(folder: Path, ours: Iterable[str] = OURS, kind: str = "run") -> bool:
@@ -65,7 +66,7 @@ def open_folder(folder: Path, ours: Iterable[str] = OURS, kind: str = "run") -> 
 
 def clear_last_run(folder: Path) -> None:
     """Remove what would be taken for a part of the new run."""
-    for name in (CHECKPOINT, UNFINISHED):
+    for name in (CHECKPOINT, UNFINISHED, UNFINISHED_OUTLINES):
         (folder / name).unlink(missing_ok=True)
 
 

@@ -1,0 +1,151 @@
+"""Facets that touch, told apart by how many of their corners do."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def incidence(facets, n):
+    """Facets at each of n points: (first (n+1,), incident)."""
+    first = np.zeros(n + 1, np.int64)
+    for f in range(facets.shape[0]):
+        for k in range(3):
+            first[facets[f, k] + 1] += 1
+    for i in range(n):
+        first[i + 1] += first[i]
+    place = first[:-1].copy()
+    incident = np.empty(first[n], np.int32)
+    for f in range(facets.shape[0]):
+        for k in range(3):
+            i = facets[f, k]
+            incident[place[i]] = f
+            place[i] += 1
+    return first, incident
+
+
+@njit(cache=True, nogil=True)
+def touched(topology, rows, place):
+    """Facets with corners in contact: all three, or some of them.
+
+    `place` is (n,), −1; filled with the index in `rows` of every point in contact. Returns the
+    corners (m, 3) in `rows` of the facets that touch as a whole, and the rows (k,) of those that
+    touch in part.
+    """
+    bound = 0
+    for i in range(rows.shape[0]):
+        place[rows[i]] = i
+        bound += topology.first[rows[i] + 1] - topology.first[rows[i]]
+    facets = topology.facets
+    limit = min(bound, facets.shape[0])
+    whole = np.empty((limit, 3), np.int32)
+    part = np.empty(limit, np.int32)
+    n = 0
+    m = 0
+    # Where most facets touch, going through all of them in order misses the cache less.
+    if bound > facets.shape[0]:
+        for f in range(facets.shape[0]):
+            n, m = _sort_in(facets, f, place, whole, part, (n, m))
+        return whole[:n], part[:m]
+    for r in rows:
+        for j in range(topology.first[r], topology.first[r + 1]):
+            f = topology.incident[j]
+            if _first_corner(facets, f, place) == r:
+                n, m = _sort_in(facets, f, place, whole, part, (n, m))
+    return whole[:n], part[:m]
+
+
+@njit(cache=True)
+def _sort_in(facets, f, place, whole, part, counts):
+    n, m = counts
+    a = place[facets[f, 0]]
+    b = place[facets[f, 1]]
+    c = place[facets[f, 2]]
+    if a >= 0 and b >= 0 and c >= 0:
+        whole[n, 0] = a
+        whole[n, 1] = b
+        whole[n, 2] = c
+        return n + 1, m
+    if a >= 0 or b >= 0 or c >= 0:
+        part[m] = f
+        return n, m + 1
+    return n, m
+
+
+@njit(cache=True)
+def _first_corner(facets, f, place):
+    for k in range(3):
+        if place[facets[f, k]] >= 0:
+            return facets[f, k]
+    return -1
+
+
+@njit(cache=True, nogil=True)
+def around(facets, part, points, place):
+    """Corners of the facets `part`, numbered on their own: those in contact first.
+
+    `place` (n,) is the index of every point among those in contact, or −1. Returns (facets (m,)
+    those whose corners are finite, corner (m, 3), inner (i,) indices among the points in contact,
+    free (f,) rows of the corners out of contact, start (f,) the nearest inner corner of each).
+    """
+    found = np.empty(part.shape[0], np.int32)
+    inner = np.empty(2 * part.shape[0], np.int32)
+    free = np.empty(2 * part.shape[0], np.int32)
+    number = np.full(points.shape[0], -1, np.int32)
+    m = 0
+    n_i = 0
+    n_f = 0
+    for f in part:
+        if not _finite(facets, f, points):
+            continue
+        found[m] = f
+        m += 1
+        for k in range(3):
+            c = facets[f, k]
+            if number[c] >= 0:
+                continue
+            if place[c] >= 0:
+                inner[n_i] = place[c]
+                number[c] = n_i
+                n_i += 1
+            else:
+                free[n_f] = c
+                number[c] = n_f
+                n_f += 1
+    corner = np.empty((m, 3), np.int32)
+    start = np.empty(n_f, np.int32)
+    near = np.full(n_f, math.inf)
+    for j in range(m):
+        for k in range(3):
+            c = facets[found[j], k]
+            corner[j, k] = number[c]
+            if place[c] >= 0:
+                continue
+            corner[j, k] += n_i
+            for l in range(3):
+                d = facets[found[j], l]
+                way = _distance2(points, c, d)
+                if place[d] >= 0 and way < near[number[c]]:
+                    near[number[c]] = way
+                    start[number[c]] = number[d]
+    return found[:m].copy(), corner, inner[:n_i].copy(), free[:n_f].copy(), start
+
+
+@njit(cache=True)
+def _finite(facets, f, points):
+    total = 0.0
+    for k in range(3):
+        for c in range(3):
+            total += points[facets[f, k], c]
+    return math.isfinite(total)
+
+
+@njit(cache=True)
+def _distance2(points, a, b):
+    total = 0.0
+    for c in range(3):
+        total += (points[a, c] - points[b, c]) ** 2
+    return total
