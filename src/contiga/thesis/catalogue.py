@@ -16,6 +16,9 @@ MODULES = (
     "chapter5_area",
     "chapter5_force",
     "chapter7",
+    "chapter5_search",
+    "chapter5_follow",
+    "chapter5_detailed",
 )
 """Modules of this package, each with its `EXPERIMENTS`."""
 

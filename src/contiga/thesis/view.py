@@ -65,9 +65,14 @@ class View:
         axes.set_aspect("equal")
 
     def surface(
-        self, shape: NurbsSurface | Body | TriMesh, colour: str = "#9fb3c8", opacity: float = 1.0
+        self,
+        shape: NurbsSurface | Body | TriMesh,
+        colour: str = "#9fb3c8",
+        opacity: float = 1.0,
+        *,
+        hides: bool = True,
     ) -> View:
-        """Shade a surface, with its borders inked; it hides what is behind it."""
+        """Shade a surface, with its borders inked; what is behind it is hidden if `hides`."""
         from matplotlib.colors import to_rgb
 
         mesh = shape if isinstance(shape, TriMesh) else shape.tessellate(_TOLERANCE * self._span)
@@ -77,10 +82,12 @@ class View:
         under = self._picture[layer.seen]
         cover = np.where(front, opacity, 0.0)[:, None]
         self._picture[layer.seen] = cover * light + (1.0 - cover) * under
-        self._depth = np.minimum(self._depth, layer.buffer.depth)
+        nearest = np.minimum(self._depth, layer.buffer.depth)
         edges = shading.free_edges(mesh.triangles)
-        ink = shading.line_ink(self._camera, mesh.vertices, edges, self._depth, 2e-3 * self._span)
+        ink = shading.line_ink(self._camera, mesh.vertices, edges, nearest, 2e-3 * self._span)
         self._picture[ink > 0.0] *= 0.55
+        if hides:
+            self._depth = nearest
         return self
 
     def lines(self, points: ArrayLike, **style: Any) -> View:
