@@ -13,12 +13,12 @@ MODULES = (
     "chapter2_refine",
     "chapter5_splines",
     "chapter5_shapes",
-    "chapter5_area",
-    "chapter5_force",
-    "chapter7",
     "chapter5_search",
     "chapter5_follow",
     "chapter5_detailed",
+    "chapter5_area",
+    "chapter5_force",
+    "chapter7",
 )
 """Modules of this package, each with its `EXPERIMENTS`."""
 
