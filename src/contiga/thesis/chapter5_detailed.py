@@ -299,7 +299,7 @@ def _panels(figure: Figure, name: str, steps: Sequence[int]) -> None:
     scene = np.vstack([(0.62 if flat else 1.0) * mesh.vertices, *everywhere])
     for axes, k in zip(figure.subplots(2, len(steps) // 2).flat, steps, strict=True):
         points, on = run.points(k), run.states[k].in_contact
-        view = View(axes, scene, towards=towards, shape=(480, 400))
+        view = View(axes, scene, towards=towards, shape=(420, 350))
         view.surface(mesh, "#cfd8e2", 0.75, hides=False)
         beyond = ~on & (_beyond(points) if name == "out_of_boundary" else False)
         size = 1.6 if len(points) > 500 else 2.4

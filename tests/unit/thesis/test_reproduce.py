@@ -15,6 +15,7 @@ import pytest
 from contiga import cli
 from contiga.errors import FileError, InputError, OutputError, RunError
 from contiga.thesis.reproduce import broken_claims, reproduce
+
 from .conftest import BROKEN, FAILING, GOOD
 
 
