@@ -16,6 +16,9 @@ MODULES = (
     "chapter5_search",
     "chapter5_follow",
     "chapter5_detailed",
+    "chapter5_area",
+    "chapter5_force",
+    "chapter7",
 )
 """Modules of this package, each with its `EXPERIMENTS`."""
 

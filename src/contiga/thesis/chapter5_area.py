@@ -12,7 +12,7 @@ from contiga.area.hull import HullArea, hull_of
 from contiga.area.nodal import NodalArea
 from contiga.geometry.surface import NurbsSurface
 from contiga.io.slave import Slave
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IntArray
 from contiga.report.plots import BODY, INK, LINES, MUTED
 from contiga.thesis.play import Played, played
 from contiga.thesis.records import Cell, Claim, Experiment, Outcome, Picture, Table
@@ -421,7 +421,7 @@ def _draw_pair(figure: Figure, pair: Pair) -> None:
         _draw_regions(axes[1, column], state.uv, state.clusters)
 
 
-def _draw_regions(axes: Axes, uv: FloatArray, clusters: FloatArray) -> None:
+def _draw_regions(axes: Axes, uv: FloatArray, clusters: IntArray) -> None:
     for c in range(int(clusters.max(initial=-1)) + 1):
         own = uv[clusters == c]
         axes.fill(*hull_of(own).T, color=LINES[c], alpha=0.15)

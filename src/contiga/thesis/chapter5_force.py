@@ -17,7 +17,7 @@ from contiga.report.plots import INK, LINES, MUTED
 from contiga.sim.contact import Contact
 from contiga.thesis.chapter5_area import STEPS, THESIS, TRUE
 from contiga.thesis.play import Played, played
-from contiga.thesis.records import Claim, Experiment, Outcome, Picture, Table
+from contiga.thesis.records import Cell, Claim, Experiment, Outcome, Picture, Table
 from contiga.thesis.variants import simulation_of, slave_of, variant
 
 if TYPE_CHECKING:
@@ -89,9 +89,7 @@ class Forces(NamedTuple):
 def forces(law: ForceLaw | StressLaw) -> Forces:
     """The cylinder through the flat master by one law."""
     simulation = simulation_of("cylinder_flat")
-    runs = {
-        name: played(variant(simulation, law=law, area=area)) for name, area in kinds().items()
-    }
+    runs = {name: played(variant(simulation, law=law, area=area)) for name, area in kinds().items()}
     return Forces(runs)
 
 
@@ -196,7 +194,9 @@ def _draw_steps(axes: Axes, run: Played) -> None:
 
 def step_colour(share: float) -> tuple[float, float, float]:
     """A colour from dark blue (0) over green to orange (1), told apart in grey too."""
-    stops = np.array([[0.13, 0.22, 0.45], [0.16, 0.50, 0.55], [0.52, 0.72, 0.38], [0.93, 0.64, 0.2]])
+    stops = np.array(
+        [[0.13, 0.22, 0.45], [0.16, 0.50, 0.55], [0.52, 0.72, 0.38], [0.93, 0.64, 0.2]]
+    )
     at = share * (len(stops) - 1)
     low = min(int(at), len(stops) - 2)
     red, green, blue = stops[low] + (at - low) * (stops[low + 1] - stops[low])
@@ -222,7 +222,7 @@ def _stress_model() -> Outcome:
     damped = forces(StressLaw(MODULUS, THICKNESS, DAMPING))
     plain = forces(StressLaw(MODULUS, THICKNESS))
     names = tuple(damped.runs)
-    rows = [
+    rows: list[tuple[Cell, ...]] = [
         (label, k, float(run.depth()[i]), *(float(run.total(name)[i]) for name in names))
         for label, run in (("C_d = 0.2", damped), ("C_d = 0", plain))
         for i, k in enumerate(STEPS)
@@ -349,8 +349,8 @@ def _types() -> Outcome:
             ),
         ),
         difference=(
-            "The thesis runs type slave only. The master here is twice as thick and three times as stiff "
-            "as the slave, so that each type has a force of its own formula."
+            "The thesis runs type slave only. The master here is twice as thick and three times as "
+            "stiff as the slave, so that each type has a force of its own formula."
         ),
     )
 

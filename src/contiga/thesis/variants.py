@@ -10,7 +10,7 @@ import numpy as np
 from contiga.case.build import build
 from contiga.case.schema import load_case
 from contiga.io.slave import Slave
-from contiga.records import FloatArray, IntArray
+from contiga.records import IntArray
 from contiga.sim.contact import Contact
 from contiga.sim.simulation import Simulation
 from contiga.thesis.scenes import scene
@@ -56,8 +56,3 @@ def ring_facets(rows: int, columns: int, keep: range | None = None) -> IntArray:
             a, b = (i % rows) * columns + j, ((i + 1) % rows) * columns + j
             facets += [(a, b, b + 1), (a, b + 1, a + 1)]
     return np.array(facets, dtype=np.int32)
-
-
-def columns_of(values: dict[str, FloatArray], names: tuple[str, ...]) -> list[list[float]]:
-    """Rows of a history, of the columns named."""
-    return [list(map(float, row)) for row in zip(*(values[name] for name in names), strict=True)]
