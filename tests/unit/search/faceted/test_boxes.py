@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.search.faceted.records import NOBODY, WIDTH
+from contiga.search.faceted.records import NOBODY, TRIANGLE, WIDTH
 from contiga.search.faceted.tables import tables_of
 from contiga.search.surface import surface_of
 
@@ -16,7 +16,7 @@ def test_boxes_hold_their_children_and_each_triangle_once(tol):
     mesh = cg.shapes.torus(major=2.0, minor=0.5).tessellate(tol)
     facets = tables_of(mesh).facets
     seen = np.zeros(len(mesh.triangles), int)
-    p = facets.corner.reshape(-1, 3, 3)
+    p = facets.shape[:, [0, 1, 2, *range(12, 18)]].reshape(-1, 3, 3)
     for node, children in enumerate(facets.child):
         box = facets.box[node].reshape(2, 3, WIDTH)
         for lane, child in enumerate(children):
@@ -24,7 +24,7 @@ def test_boxes_hold_their_children_and_each_triangle_once(tol):
             if child == NOBODY:
                 assert np.isinf(low).all()
             elif child < 0:
-                seen[facets.triangle[-1 - child]] += 1
+                seen[facets.link[-1 - child, TRIANGLE]] += 1
                 assert (low <= p[-1 - child]).all()
                 assert (high >= p[-1 - child]).all()
             else:

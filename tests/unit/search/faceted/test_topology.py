@@ -30,8 +30,8 @@ def test_an_open_mesh_is_known_as_such(oracle):
     lid_off = TriMesh(box.vertices, box.triangles[:10])
     tables = tables_of(lid_off)
     assert not tables.closed
-    assert (tables.facets.neighbour == -1).sum() == 4
-    assert tables.facets.at_border.sum() == 4
+    assert (tables.facets.link[:, :3] == -1).sum() == 4
+    assert tables.facets.corner[:, 3].sum() == 4
 
 
 def test_vertices_of_no_triangle_do_not_count(oracle):
@@ -49,7 +49,7 @@ def test_triangles_given_twice_count_once(oracle):
     tables = tables_of(twice)
     assert tables.closed
     assert tables.crowded == 0
-    assert len(tables.facets.triangle) == 12
+    assert len(tables.facets.link) == 12
     points = np.random.default_rng(1).normal(size=(50, 3))
     feet = twice.project(points)
     np.testing.assert_array_equal(feet.patch, box.project(points).patch)
@@ -63,8 +63,8 @@ def test_flat_triangles_join_what_is_around_them():
     good = [[0, 3, 1], [0, 2, 4], [2, 1, 5], [2, 5, 4]]
     with_gap = TriMesh(vertices, good)
     joined = TriMesh(vertices, [*good, [0, 1, 2]])
-    assert (tables_of(with_gap).facets.neighbour == -1).sum() == 8
-    assert (tables_of(joined).facets.neighbour == -1).sum() == 5
+    assert (tables_of(with_gap).facets.link[:, :3] == -1).sum() == 8
+    assert (tables_of(joined).facets.link[:, :3] == -1).sum() == 5
     start = joined.project([[0.9, -0.3, 0.1]])
     for x in (0.5, 1.0, 1.5):
         feet = joined.project([[x, 0.2, 0.1]], start=start, mode="track")
