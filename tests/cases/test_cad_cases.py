@@ -12,8 +12,7 @@ import pytest
 
 from contiga.records import ContactStatus as Is
 from contiga.records import Feature
-from contiga.search.tables import tables_of
-from contiga.sim.detect import is_closed
+from contiga.search.surface import surface_of
 
 
 @pytest.fixture(scope="session")
@@ -153,7 +152,7 @@ def test_casting_pressed_into_a_cloud(
         )
     )
     physics(run)
-    assert is_closed(tables_of(run.body))
+    assert surface_of(run.body).closed
     assert run.history["n_contact"][10] > 100
     assert run.history["n_contact"][-1] == 0
     shape = occ.read_shape(casting)
