@@ -15,6 +15,7 @@ MODULES = (
     "chapter5_shapes",
     "chapter5_area",
     "chapter5_force",
+    "chapter6",
     "chapter7",
     "chapter5_search",
     "chapter5_follow",

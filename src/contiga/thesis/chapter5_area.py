@@ -16,7 +16,7 @@ from contiga.records import FloatArray, IntArray
 from contiga.report.plots import BODY, INK, LINES, MUTED
 from contiga.thesis.play import Played, played
 from contiga.thesis.records import Cell, Claim, Experiment, Outcome, Picture, Table
-from contiga.thesis.variants import ring_facets, simulation_of, slave_of, variant
+from contiga.thesis.variants import ring_facets, simulation_of, slave_of, surface_of, variant
 from contiga.thesis.view import View
 
 if TYPE_CHECKING:
@@ -234,8 +234,7 @@ def _corner_area(surface: NurbsSurface) -> float:
 
 
 def _split() -> Outcome:
-    (part,) = simulation_of("bumpy_master").bodies.values()
-    (surface,) = part.body.patches
+    surface = surface_of(simulation_of("bumpy_master"))
     steps, true = split_data(surface), surface.area()
     gaps = [step.net - step.base for step in steps]
     ratio = gaps[-2] / gaps[-1]

@@ -35,7 +35,9 @@ class Played(NamedTuple):
     def body(self) -> Body:
         """The master, in its own axes."""
         (contact,) = self.simulation.contacts
-        return self.simulation.bodies[contact.master].body
+        body = self.simulation.bodies[contact.master].body
+        assert isinstance(body, Body)
+        return body
 
     def points(self, k: int) -> FloatArray:
         """(n, 3) slave points after step `k`, world axes."""
