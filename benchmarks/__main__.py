@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from benchmarks import area, startup, tracking
+from benchmarks import area, faceted, startup, tracking
 from contiga.num.threads import thread_count
 
 
 def main() -> None:
     """Print the tables."""
     print(f"{thread_count()} threads")
-    for title, run in (("Tracking", tracking.run), ("Area", area.run), ("Start", startup.run)):
+    for title, run in (
+        ("Tracking", tracking.run),
+        ("Faceted", faceted.run),
+        ("Area", area.run),
+        ("Start", startup.run),
+    ):
         print(f"\n{title}")
         for line in run():
             print(f"  {line}", flush=True)

@@ -21,7 +21,7 @@ from contiga.records import FloatArray, IntArray
 _CELLS = ("Vertices", "Lines", "Polygons", "Strips")
 _LINES = _CELLS.index("Lines")
 _LABELS = ("cluster", "contact")
-_CHUNK = 1024
+_CHUNK = 256
 
 
 class Loops(NamedTuple):

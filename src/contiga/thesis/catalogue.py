@@ -13,13 +13,13 @@ MODULES = (
     "chapter2_refine",
     "chapter5_splines",
     "chapter5_shapes",
+    "chapter5_search",
+    "chapter5_follow",
+    "chapter5_detailed",
     "chapter5_area",
     "chapter5_force",
     "chapter6",
     "chapter7",
-    "chapter5_search",
-    "chapter5_follow",
-    "chapter5_detailed",
 )
 """Modules of this package, each with its `EXPERIMENTS`."""
 

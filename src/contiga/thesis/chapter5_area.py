@@ -14,9 +14,9 @@ from contiga.geometry.surface import NurbsSurface
 from contiga.io.slave import Slave
 from contiga.records import FloatArray, IntArray
 from contiga.report.plots import BODY, INK, LINES, MUTED
-from contiga.thesis.play import Played, played
+from contiga.thesis.play import Played, exact_master, played
 from contiga.thesis.records import Cell, Claim, Experiment, Outcome, Picture, Table
-from contiga.thesis.variants import ring_facets, simulation_of, slave_of, surface_of, variant
+from contiga.thesis.variants import ring_facets, simulation_of, slave_of, variant
 from contiga.thesis.view import View
 
 if TYPE_CHECKING:
@@ -234,7 +234,7 @@ def _corner_area(surface: NurbsSurface) -> float:
 
 
 def _split() -> Outcome:
-    surface = surface_of(simulation_of("bumpy_master"))
+    (surface,) = exact_master(simulation_of("bumpy_master")).patches
     steps, true = split_data(surface), surface.area()
     gaps = [step.net - step.base for step in steps]
     ratio = gaps[-2] / gaps[-1]

@@ -16,9 +16,9 @@ from contiga.sim.clock import Clock
 from contiga.sim.simulation import Simulation
 from contiga.sim.state import State
 from contiga.sim.step import advance
-from contiga.thesis.play import played
+from contiga.thesis.play import exact_master, played
 from contiga.thesis.records import Cell, Claim, Experiment, Outcome, Picture, Table
-from contiga.thesis.variants import simulation_of, surface_of, variant
+from contiga.thesis.variants import simulation_of, variant
 from contiga.thesis.view import View
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class Rivals(NamedTuple):
 def masters() -> tuple[Simulation, dict[str, TriMesh]]:
     """The scene and the meshes of its master by the thesis' tessellation."""
     simulation = simulation_of("bumpy_master")
-    surface = surface_of(simulation)
+    (surface,) = exact_master(simulation).patches
     return simulation, {f"tol {tol}": surface.tessellate(tol, "net") for tol in TOLERANCES}
 
 
@@ -78,10 +78,11 @@ def simulations() -> dict[str, Simulation]:
 def rivals() -> Rivals:
     """Penetrations and counts with every master."""
     simulation, meshes = masters()
+    (surface,) = exact_master(simulation).patches
     runs = {name: played(made) for name, made in simulations().items()}
     depth = {name: run.history["max_penetration"] for name, run in runs.items()}
     counts = {name: run.history["n_contact"] for name, run in runs.items()}
-    return Rivals(surface_of(simulation), meshes, depth, counts)
+    return Rivals(surface, meshes, depth, counts)
 
 
 def step_times(repeats: int = REPEATS) -> dict[str, FloatArray]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from contiga.records import FloatArray
 from contiga.report.plots import BODY, GRID, INK, LINES, MUTED
-from contiga.report.scene import SCALE, colour_map
+from contiga.report.shown import SCALE, colour_map
 from contiga.thesis.records import Picture
 
 if TYPE_CHECKING:

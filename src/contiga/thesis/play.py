@@ -34,15 +34,19 @@ class Played(NamedTuple):
     @property
     def body(self) -> Body:
         """The master, in its own axes."""
-        (contact,) = self.simulation.contacts
-        body = self.simulation.bodies[contact.master].body
-        assert isinstance(body, Body)
-        return body
+        return exact_master(self.simulation)
 
     def points(self, k: int) -> FloatArray:
         """(n, 3) slave points after step `k`, world axes."""
         (contact,) = self.simulation.contacts
         return self.moments[k].points[contact.slave]
+
+
+def exact_master(simulation: Simulation) -> Body:
+    """The one master of a scene, which has patches."""
+    (part,) = simulation.bodies.values()
+    assert isinstance(part.body, Body)
+    return part.body
 
 
 def play(name: str) -> Played:

@@ -9,8 +9,6 @@ import numpy as np
 
 from contiga.case.build import build
 from contiga.case.schema import load_case
-from contiga.geometry.body import Body
-from contiga.geometry.surface import NurbsSurface
 from contiga.io.slave import Slave
 from contiga.records import IntArray
 from contiga.sim.contact import Contact
@@ -37,14 +35,6 @@ def variant(simulation: Simulation, *, master: Any = None, **options: Any) -> Si
     chosen = {"law": own.law, "area": own.area, "search": own.search, **options}
     contact = Contact(own.master if master is None else master, slave, **chosen)
     return replace(simulation, contacts=(part._replace(contact=contact),))
-
-
-def surface_of(simulation: Simulation) -> NurbsSurface:
-    """The one patch of the one master, which is exact geometry."""
-    (part,) = simulation.bodies.values()
-    assert isinstance(part.body, Body)
-    (surface,) = part.body.patches
-    return surface
 
 
 def slave_of(simulation: Simulation) -> Slave:

@@ -143,9 +143,8 @@ def build(low, high):
 @njit(cache=True)
 def box_distances(box, node, x, y, z, out):
     """Squared distances of a point to the eight boxes of a node; infinite where there is none."""
-    row = box[node]
     for l in range(WIDTH):
-        a = max(row[l] - x, x - row[24 + l], 0.0)
-        b = max(row[8 + l] - y, y - row[32 + l], 0.0)
-        c = max(row[16 + l] - z, z - row[40 + l], 0.0)
+        a = max(box[node, l] - x, x - box[node, 24 + l], 0.0)
+        b = max(box[node, 8 + l] - y, y - box[node, 32 + l], 0.0)
+        c = max(box[node, 16 + l] - z, z - box[node, 40 + l], 0.0)
         out[l] = a * a + b * b + c * c

@@ -13,7 +13,15 @@ import numpy as np
 from numba import njit
 
 from contiga.search.faceted._boxes_nb import NOBODY, WIDTH, box_distances
-from contiga.search.faceted._facet_nb import NOT_FINITE, blank, closest_on, write_foot
+from contiga.search.faceted._facet_nb import (
+    NOT_FINITE,
+    TRIANGLE,
+    blank,
+    closest_on,
+    smooth_normal,
+    write_face,
+    write_kink,
+)
 
 SLACK = 1.0 + 1e-12
 """Boxes this much farther than the best triangle are still opened: both are rounded."""
@@ -21,13 +29,13 @@ DEPTH = 256
 
 
 @njit(cache=True)
-def closest(facets, x, y, z, seed, work):
+def closest(tree, point, seed, work):
     """Slot, place and its two numbers of the closest point; `seed` is a slot to start from."""
+    shape, link, box, child = tree
+    x, y, z = point
     nodes, bounds, lane = work
-    best, place, a, b = closest_on(facets, seed, x, y, z)
+    best, place, a, b = closest_on(shape, seed, x, y, z)
     slot = seed
-    box = facets.box
-    child = facets.child
     nodes[0] = 0
     bounds[0] = 0.0
     top = 1
@@ -42,8 +50,8 @@ def closest(facets, x, y, z, seed, work):
                 if lane[l] > best * SLACK or child[node, l] == NOBODY:
                     continue
                 s = -1 - child[node, l]
-                square, p, u, v = closest_on(facets, s, x, y, z)
-                if square < best or (square == best and facets.triangle[s] < facets.triangle[slot]):
+                square, p, u, v = closest_on(shape, s, x, y, z)
+                if square < best or (square == best and link[s, TRIANGLE] < link[slot, TRIANGLE]):
                     best = square
                     place = p
                     a = u
@@ -71,6 +79,10 @@ def closest(facets, x, y, z, seed, work):
 def project_global(facets, points, rows, smooth, out, start, stop):
     """Closest points of points[rows[start:stop]] into the same rows of `out`."""
     work = (np.empty(DEPTH, np.int64), np.empty(DEPTH), np.empty(WIDTH))
+    shape = facets.shape
+    link = facets.link
+    tree = (shape, link, facets.box, facets.child)
+    patch = out.patch
     seed = 0
     for i in range(start, stop):
         k = rows[i]
@@ -80,9 +92,15 @@ def project_global(facets, points, rows, smooth, out, start, stop):
         if not math.isfinite(x + y + z):
             blank(out, k, NOT_FINITE)
             continue
-        foot = closest(facets, x, y, z, seed, work)
-        seed = foot[0]
-        write_foot(facets, k, foot, (x, y, z), (False, smooth), out)
+        point = (x, y, z)
+        seed, place, a, b = closest(tree, point, seed, work)
+        patch[k] = link[seed, TRIANGLE]
+        if place == 0:
+            write_face(shape, k, seed, a, b, point, out)
+        else:
+            write_kink(facets, k, (seed, place, a), point, False, out)
+        if smooth:
+            smooth_normal(facets, seed, k, out)
 
 
 @njit(cache=True, nogil=True)

@@ -10,15 +10,20 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
 from contiga.search.faceted._facet_nb import (
     BORDER,
     MAX_ITERATIONS,
     NOT_FINITE,
+    TRIANGLE,
+    VERTICES,
     blank,
     closest_on,
-    write_foot,
+    smooth_normal,
+    write_face,
+    write_kink,
 )
 
 STEPS = 1 << 20
@@ -26,17 +31,18 @@ STEPS = 1 << 20
 
 
 @njit(cache=True)
-def _nearest_of(facets, list_, first, last, best, point):
-    """Of the triangles list_[first:last] the one that comes closer than `best`, or −1."""
+def _nearest_around(facets, number, best, point):
+    """Of the slots around a vertex or crowded edge that which comes closer than `best`, or −1."""
     found = -1
     place = 0
     a = 0.0
     b = 0.0
-    for i in range(first, last):
-        square, p, u, v = closest_on(facets, list_[i], point[0], point[1], point[2])
+    for i in range(facets.around_first[number], facets.around_first[number + 1]):
+        s = facets.around[i]
+        square, p, u, v = closest_on(facets.shape, s, point[0], point[1], point[2])
         if square < best:
             best = square
-            found = list_[i]
+            found = s
             place = p
             a = u
             b = v
@@ -44,18 +50,21 @@ def _nearest_of(facets, list_, first, last, best, point):
 
 
 @njit(cache=True)
-def walk(facets, s, point):
-    """The local minimum that is reached from triangle s: slot, place, two numbers, solved."""
-    best, place, a, b = closest_on(facets, s, point[0], point[1], point[2])
+def walk(facets, s, first, point):
+    """The local minimum reached from a place `first` of triangle s: slot, place, two numbers,
+    solved. `first` is what `closest_on` says of it."""
+    shape = facets.shape
+    link = facets.link
+    best, place, a, b = first
     for _ in range(STEPS):
         if place == 0:
             return s, place, a, b, True
         if place < 4:
-            other = facets.neighbour[s, place - 1]
+            other = link[s, place - 1]
             if other == BORDER:
                 return s, place, a, b, True
             if other >= 0:
-                square, p, u, v = closest_on(facets, other, point[0], point[1], point[2])
+                square, p, u, v = closest_on(shape, other, point[0], point[1], point[2])
                 if square >= best:
                     return s, place, a, b, True
                 best = square
@@ -64,15 +73,9 @@ def walk(facets, s, point):
                 a = u
                 b = v
                 continue
-            f = -2 - other
-            new = _nearest_of(
-                facets, facets.fan, facets.fan_first[f], facets.fan_first[f + 1], best, point
-            )
+            new = _nearest_around(facets, -2 - other, best, point)
         else:
-            v = facets.vertex[s, place - 4]
-            new = _nearest_of(
-                facets, facets.ring, facets.ring_first[v], facets.ring_first[v + 1], best, point
-            )
+            new = _nearest_around(facets, link[s, VERTICES + place - 4], best, point)
         if new[1] < 0:
             return s, place, a, b, True
         best, s, place, a, b = new
@@ -80,10 +83,14 @@ def walk(facets, s, point):
 
 
 @njit(cache=True, nogil=True)
-def project_tracked(facets, points, patch, smooth, out, start, stop):
-    """Feet of rows start … stop continued from the triangles `patch`; rows of −1 are left out."""
+def project_tracked(facets, points, slots, smooth, out, start, stop):
+    """Feet of rows start … stop continued from the triangles `slots`; rows of −1 are left out."""
+    shape = facets.shape
+    link = facets.link
+    patch = out.patch
     for k in range(start, stop):
-        if patch[k] < 0 or facets.slot[patch[k]] < 0:
+        s = np.int64(slots[k])
+        if s < 0:
             continue
         x = points[k, 0]
         y = points[k, 1]
@@ -91,7 +98,17 @@ def project_tracked(facets, points, patch, smooth, out, start, stop):
         if not math.isfinite(x + y + z):
             blank(out, k, NOT_FINITE)
             continue
-        s, place, a, b, solved = walk(facets, facets.slot[patch[k]], (x, y, z))
-        write_foot(facets, k, (s, place, a, b), (x, y, z), (True, smooth), out)
+        point = (x, y, z)
+        square, place, a, b = closest_on(shape, s, x, y, z)
+        solved = True
+        if place != 0:
+            s, place, a, b, solved = walk(facets, s, (square, place, a, b), point)
+        patch[k] = link[s, TRIANGLE]
+        if place == 0:
+            write_face(shape, k, s, a, b, point, out)
+        else:
+            write_kink(facets, k, (s, place, a), point, True, out)
+        if smooth:
+            smooth_normal(facets, s, k, out)
         if not solved:
             out.status[k] = MAX_ITERATIONS

@@ -12,7 +12,7 @@ from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray, Projection
 from contiga.search.faceted import _closest_nb, _order_nb, _walk_nb
 from contiga.search.faceted.records import Facets
-from contiga.search.faceted.tables import tables_of
+from contiga.search.faceted.tables import Tables, tables_of
 from contiga.search.projection import empty_projection
 
 # Rows below which a second thread does not pay.
@@ -63,12 +63,12 @@ def project(
         raise InputError(
             "unknown mode of projection", where="mode", found=mode, allowed='"global", "track"'
         )
-    facets = tables_of(mesh).facets
+    tables = tables_of(mesh)
     out = empty_projection(len(p_M))
     if mode == "global":
-        closest_of_rows(facets, p_M, np.arange(len(p_M), dtype=np.int32), smooth, out)
+        closest_of_rows(tables.facets, p_M, np.arange(len(p_M), dtype=np.int32), smooth, out)
         return out
-    track(facets, p_M, _checked_start(start, len(p_M), len(mesh.triangles)), smooth, out)
+    track(tables, p_M, _checked_start(start, len(p_M), len(mesh.triangles)), smooth, out)
     return out
 
 
@@ -108,15 +108,12 @@ def _checked_start(start: Projection | None, n: int, triangles: int) -> IntArray
     return patch
 
 
-def track(facets: Facets, p_M: FloatArray, patch: IntArray, smooth: bool, out: Projection) -> None:
+def track(tables: Tables, p_M: FloatArray, patch: IntArray, smooth: bool, out: Projection) -> None:
     """Continue the feet on triangles `patch` to the points `p_M`; rows of patch −1 globally."""
-    run_ranges(_walk_nb.project_tracked, len(p_M), TRACKED, facets, p_M, patch, smooth, out)
-    lost = np.flatnonzero(patch < 0).astype(np.int32)
-    if len(lost) < len(patch):
-        flat = (patch >= 0) & (facets.slot[np.maximum(patch, 0)] < 0)
-        if flat.any():
-            lost = np.flatnonzero((patch < 0) | flat).astype(np.int32)
-    closest_of_rows(facets, p_M, lost, smooth, out)
+    facets = tables.facets
+    slots = np.where(patch >= 0, tables.slot[patch], -1)
+    run_ranges(_walk_nb.project_tracked, len(p_M), TRACKED, facets, p_M, slots, smooth, out)
+    closest_of_rows(facets, p_M, np.flatnonzero(slots < 0).astype(np.int32), smooth, out)
 
 
 def closest_of_rows(

@@ -32,7 +32,7 @@ class FacetedSurface(NamedTuple):
     @property
     def n_elements(self) -> int:
         """Triangles with an area."""
-        return len(self.tables.facets.triangle)
+        return len(self.tables.facets.link)
 
     def closest(self, p_B: FloatArray, rows: IntArray, out: Projection) -> None:
         """Closest points of the mesh."""
@@ -40,7 +40,7 @@ class FacetedSurface(NamedTuple):
 
     def track(self, p_B: FloatArray, patch: IntArray, uv: FloatArray, out: Projection) -> None:
         """Feet continued over adjoining triangles."""
-        track(self.tables.facets, p_B, patch, self.smooth, out)
+        track(self.tables, p_B, patch, self.smooth, out)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First crossings of triangles from their free side."""

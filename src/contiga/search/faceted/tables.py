@@ -9,9 +9,9 @@ import numpy as np
 
 from contiga.errors import MeshError
 from contiga.geometry.trimesh import TriMesh
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IntArray
 from contiga.search.faceted import _boxes_nb
-from contiga.search.faceted.records import BORDER, Facets
+from contiga.search.faceted.records import BORDER, NEIGHBOUR, TRIANGLE, VERTEX, Facets
 from contiga.search.faceted.topology import Topology, topology_of
 
 RELATIVE_TOLERANCE = 1e-12
@@ -22,6 +22,8 @@ class Tables(NamedTuple):
     """The kernels' tables, and what else is asked of a mesh."""
 
     facets: Facets
+    slot: IntArray
+    """By triangle of the mesh its slot; that of its twin for a duplicate, −1 without area."""
     closed: bool
     """No edge belongs to one triangle only."""
     turned: int
@@ -63,12 +65,15 @@ def _build(mesh: TriMesh) -> Tables:
     low = np.ascontiguousarray(p.min(axis=1).T) - margin
     high = np.ascontiguousarray(p.max(axis=1).T) + margin
     box, child, order = _boxes_nb.build(low, high)
-    facets = _facets(topology, order, box, child)
-    closed = not bool((facets.neighbour == BORDER).any())
-    return Tables(facets, closed, topology.turned, topology.crowded)
+    facets, slot = _facets(topology, order, box, child)
+    closed = not bool((facets.link[:, :3] == BORDER).any())
+    return Tables(facets, slot, closed, topology.turned, topology.crowded)
 
 
-def _facets(t: Topology, order: np.ndarray, box: FloatArray, child: np.ndarray) -> Facets:
+def _facets(
+    t: Topology, order: IntArray, box: FloatArray, child: IntArray
+) -> tuple[Facets, IntArray]:
+    """The kernels' tables, and the slots of the mesh's triangles."""
     slot_of = np.empty(len(order), np.int32)
     slot_of[order] = np.arange(len(order), dtype=np.int32)
     vertex = t.vertex[order]
@@ -76,30 +81,25 @@ def _facets(t: Topology, order: np.ndarray, box: FloatArray, child: np.ndarray) 
     neighbour = t.neighbour[order]
     joined = neighbour >= 0
     neighbour[joined] = slot_of[neighbour[joined]]
+    neighbour[neighbour < BORDER] -= len(t.points)  # fans follow the vertices in `around`
     normal = unit_normals(p)
-    at_border = np.zeros(len(t.points), np.int8)
+    corner = np.zeros((len(t.points), 4))
+    corner[:, :3] = vertex_normals(p, vertex, normal, len(t.points))
     open_edge = neighbour == BORDER
-    at_border[vertex[open_edge]] = 1
-    at_border[np.roll(vertex, -1, axis=1)[open_edge]] = 1
-    slot = np.where(t.twin >= 0, slot_of[np.maximum(t.twin, 0)], -1)
+    corner[vertex[open_edge], 3] = 1.0
+    corner[np.roll(vertex, -1, axis=1)[open_edge], 3] = 1.0
+    shape = np.concatenate([p[:, 0], *_duals(p, normal), normal, p[:, 1], p[:, 2]], axis=1)
+    link = np.zeros((len(order), 8), np.int32)
+    link[:, NEIGHBOUR:VERTEX], link[:, VERTEX:TRIANGLE] = neighbour, vertex
+    link[:, TRIANGLE] = t.kept[order]
+    slot = np.where(t.twin >= 0, slot_of[np.maximum(t.twin, 0)], -1).astype(np.int32)
     size = float(np.linalg.norm(np.ptp(t.points, axis=0)))
+    scale = np.array([size, RELATIVE_TOLERANCE * size])
+    around_first = np.concatenate([t.ring_first, t.ring_first[-1] + t.fan_first[1:]])
+    around = slot_of[np.concatenate([t.ring, t.fan])]
     return Facets(
-        np.ascontiguousarray(np.concatenate([p[:, 0], *_duals(p, normal), normal], axis=1)),
-        np.ascontiguousarray(p.reshape(-1, 9)),
-        np.ascontiguousarray(vertex),
-        np.ascontiguousarray(neighbour),
-        t.fan_first,
-        slot_of[t.fan],
-        t.ring_first,
-        slot_of[t.ring],
-        vertex_normals(p, vertex, normal, len(t.points)),
-        at_border,
-        t.kept[order].astype(np.int32),
-        slot.astype(np.int32),
-        box,
-        child,
-        np.array([size, RELATIVE_TOLERANCE * size]),
-    )
+        np.ascontiguousarray(shape), link, corner, around_first, around, box, child, scale
+    ), slot
 
 
 def unit_normals(p: FloatArray) -> FloatArray:
