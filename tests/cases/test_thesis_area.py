@@ -89,15 +89,15 @@ def test_contact_types_take_their_own_side_and_combined_both() -> None:
 
 
 def test_forty_points_are_two_clusters_by_every_method_that_is_told_enough() -> None:
-    """Chapter 7: the thesis' 24 clusters lie a step of 0.01 beside 7, P_min 10 finds none first."""
+    """Chapter 7: the thesis' 24 clusters lie a step of 0.01 beside 8, P_min 10 finds none first."""
     study = chapter7.cluster_data()
     assert len(study.uv) == 40
     counts = study.counts()
     assert counts == {"k-means, k = 2": 2, "mean shift": 2, "HDBSCAN": 2, "auto": 2}
     one = dict(zip(chapter7.EPS.tolist(), study.dbscan[1], strict=True))
     ten = dict(zip(chapter7.EPS.tolist(), study.dbscan[10], strict=True))
-    assert [one[e] for e in (0.05, 0.07, 0.08, 0.1, 0.28)] == [40, 24, 7, 2, 1]
-    assert [ten[e] for e in (0.1, 0.17, 0.2, 0.28)] == [0, 1, 2, 1]
+    assert [one[e] for e in (0.03, 0.07, 0.08, 0.1, 0.32)] == [40, 24, 8, 2, 1]
+    assert [ten[e] for e in (0.1, 0.14, 0.2, 0.32)] == [0, 0, 2, 1]
     left = study.uv[:, 0] < 0.5
     for label in study.labels.values():
         assert len(np.unique(label[left])) == len(np.unique(label[~left])) == 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -121,7 +122,9 @@ class Contact:
     def _surface(self) -> Surface:
         return surface_of(self.master)
 
+    @cached_property
     def _options(self) -> Options:
+        # Kept: size and borders of a mesh cost as much as a small step.
         depth = self._depth
         if depth is None:
             depth = np.inf if self._surface.closed else OPEN_DEPTH * self.master.size
@@ -149,7 +152,7 @@ class Contact:
         p_W, X_WB = self._checked(points, pose)
         with clock("search"):
             p_B = to_body(X_WB, p_W)
-            found = first_look(self._surface, p_B, self.slave.active, self._options())
+            found = first_look(self._surface, p_B, self.slave.active, self._options)
         return self._respond(found, (p_W, p_B, X_WB), np.zeros(len(p_B)), 0.0, clock)
 
     def step(
@@ -191,7 +194,7 @@ class Contact:
         with clock("search"):
             p_B = to_body(X_WB, p_W)
             last = Last(state.points_B, state.patch, state.uv, state.reach)
-            found = look(self._surface, p_B, last, self.slave.active, self._options())
+            found = look(self._surface, p_B, last, self.slave.active, self._options)
             rate = _rates(state, found, p_B, dt)
         return self._respond(found, (p_W, p_B, X_WB), rate, dt, clock)
 

@@ -18,6 +18,7 @@ MODULES = (
     "chapter5_detailed",
     "chapter5_area",
     "chapter5_force",
+    "chapter6",
     "chapter7",
 )
 """Modules of this package, each with its `EXPERIMENTS`."""

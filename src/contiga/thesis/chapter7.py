@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 STEP = 9
 POINTS = 40
 """Points in contact in Fig. 7.1."""
-EPS = np.round(np.arange(0.03, 0.321, 0.01), 2)
-SHOWN = (0.07, 0.08, 0.10, 0.28)
+EPS = np.round(np.arange(0.03, 0.361, 0.01), 2)
+SHOWN = (0.07, 0.08, 0.10, 0.32)
 """Radii whose clusters are drawn, P_min = 1."""
-SHOWN_TEN = (0.10, 0.17, 0.20, 0.28)
+SHOWN_TEN = (0.08, 0.14, 0.20, 0.32)
 """And P_min = 10."""
 
 
