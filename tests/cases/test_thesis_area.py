@@ -7,6 +7,7 @@ import pytest
 
 from contiga.forces.laws import ForceLaw, StressLaw
 from contiga.thesis import chapter5_area as area
+from contiga.thesis import chapter5_split as split
 from contiga.thesis import chapter5_force as force
 from contiga.thesis import chapter7
 from contiga.thesis.variants import simulation_of
@@ -36,7 +37,7 @@ def test_split_pieces_close_in_on_the_area_of_the_surface() -> None:
     """Base below, net above, both of second order in the pieces' size (Eq. 4.8, summed)."""
     (part,) = simulation_of("bumpy_master").bodies.values()
     (surface,) = part.body.patches
-    steps, true = area.split_data(surface, 4), surface.area()
+    steps, true = split.split_data(surface, 4), surface.area()
     assert [step.pieces for step in steps] == [1, 4, 16, 64, 256]
     net = np.array([step.net - true for step in steps])
     base = np.array([true - step.base for step in steps])
