@@ -49,7 +49,7 @@ $(GENERATED)/pad.vtu: examples/make_pad.py $(BIN)/.run-stamp
 
 # numba's cache knows the file of a kernel, not those of the kernels it calls: when one has changed,
 # all are compiled anew.
-$(BIN)/.kernel-stamp: $(wildcard src/contiga/*/_*_nb.py) $(BIN)/.venv-stamp
+$(BIN)/.kernel-stamp: $(wildcard src/contiga/*/_*_nb.py src/contiga/*/*/_*_nb.py) $(BIN)/.venv-stamp
 	@find src -name '*.nb[ic]' -delete
 	@touch $@
 

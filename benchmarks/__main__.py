@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks import area, area_errors, startup, tracking
+from benchmarks import area, area_errors, faceted, startup, tracking
 from contiga.num.threads import thread_count
 
 
@@ -11,6 +11,7 @@ def main() -> None:
     print(f"{thread_count()} threads")
     for title, run in (
         ("Tracking", tracking.run),
+        ("Faceted", faceted.run),
         ("Area", area.run),
         ("Errors of the area", area_errors.run),
         ("Start", startup.run),

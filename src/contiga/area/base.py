@@ -7,7 +7,9 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.errors import InputError
 from contiga.geometry.body import Body
+from contiga.geometry.trimesh import TriMesh
 from contiga.records import FloatArray, IntArray, Projection
 
 
@@ -25,7 +27,7 @@ class Rest(NamedTuple):
 class AreaInput(NamedTuple):
     """The points in contact, as an area method sees them."""
 
-    body: Body
+    body: Body | TriMesh
     """The master."""
     rows: IntArray
     """(n_c,) rows of the points in contact."""
@@ -39,6 +41,17 @@ class AreaInput(NamedTuple):
     """Whose area is wanted: "slave" or "master"."""
     prepared: Any = None
     """What the method's `prepare` made of the slave."""
+
+    @property
+    def exact(self) -> Body:
+        """The master where its patches are asked for; a mesh has none."""
+        if isinstance(self.body, Body):
+            return self.body
+        raise InputError(
+            "hulls and areas by the feet need the (u, v) of a patch, which a mesh does not have",
+            where="area",
+            allowed="FacetArea, CloudArea at rest or NodalArea for a master of triangles",
+        )
 
 
 class Areas(NamedTuple):

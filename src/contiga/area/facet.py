@@ -13,9 +13,8 @@ from contiga.area.regions import Topology, topology_of
 from contiga.errors import InputError
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray, Projection, Status
-from contiga.search.projection import BLOCKS, bin_by_element, empty_projection, rows_of, track
-from contiga.search.records import Tables
-from contiga.search.tables import tables_of
+from contiga.search.projection import BLOCKS, bin_by_element, empty_projection, rows_of
+from contiga.search.surface import ExactSurface, Surface, surface_of
 
 # Facets, and cut facets on the master, below which a second thread does not pay.
 FACETS = 4096
@@ -142,24 +141,29 @@ def cut_parts(inp: AreaInput, parts: Parts) -> Cut:
     """Where contact ends on the edges of facets that touch in part."""
     nodes, corner = parts.nodes, parts.corner
     n_i, m = len(parts.inner), len(nodes)
-    tables = tables_of(inp.body)
-    feet = _feet_around(tables, inp, parts)
+    surface = surface_of(inp.body)
+    feet = _feet_around(surface, inp, parts)
     fraction = np.empty((m, 3))
     border = _facet_nb.cuts(corner, feet, n_i, fraction)
     row = np.full((m, 3), -1, np.int32)
     row.ravel()[border] = np.arange(len(border))
-    ends = _leave(tables, inp, feet, _ends(nodes, corner, border, n_i), fraction.ravel(), border)
+    ends = _leave(surface, inp, feet, _ends(nodes, corner, border, n_i), fraction.ravel(), border)
     return Cut(feet, fraction, row, ends)
 
 
 def _add_whole(inp: AreaInput, corner: IntArray, on: str, area: FloatArray) -> None:
     """Add the areas of facets whose corners (m, 3) are all in contact."""
     share = np.empty((len(corner), 3))
+    surface = surface_of(inp.body)
     if on == "slave":
         slave = (inp.rows, inp.points, corner, share)
         run_ranges(_facet_nb.slave_whole, len(corner), FACETS, *slave)
+    elif not isinstance(surface, ExactSurface):
+        # The image on triangles is measured by the plane triangles between the feet.
+        images = (np.arange(len(area), dtype=np.int32), inp.feet.point, corner, share)
+        run_ranges(_facet_nb.slave_whole, len(corner), FACETS, *images)
     else:
-        tables = tables_of(inp.body)
+        tables = surface.tables
         uv = np.ascontiguousarray(inp.feet.uv)
         density = np.zeros((len(area), 3))
         bins = bin_by_element(tables, inp.feet.patch, uv)
@@ -174,27 +178,31 @@ def _add_parts(inp: AreaInput, parts: Parts, on: str, area: FloatArray) -> None:
     """Add the areas of the parts of facets that are cut where contact ends."""
     nodes, corner = parts.nodes, parts.corner
     n_i, m = len(parts.inner), len(nodes)
+    surface = surface_of(inp.body)
     cut = cut_parts(inp, parts)
     share = np.empty((m, 3))
     if on == "slave":
         slave = (nodes, inp.points, corner, n_i, cut.fraction, share)
         run_ranges(_facet_nb.slave_pieces, m, FACETS, *slave)
+    elif not isinstance(surface, ExactSurface):
+        images = (corner, cut.feet.point, corner, n_i, cut.fraction, share)
+        run_ranges(_facet_nb.slave_pieces, m, FACETS, *images)
     else:
         sides = (n_i, cut.border, cut.ends)
-        master = (tables_of(inp.body), corner, cut.feet, sides, cut.fraction, share)
+        master = (surface.tables, corner, cut.feet, sides, cut.fraction, share)
         run_ranges(_facet_nb.master_pieces, m, PIECES, *master)
     own = np.zeros(n_i)
     _facet_nb.gather(corner, share, own)
     area[parts.inner] += own
 
 
-def _feet_around(tables: Tables, inp: AreaInput, parts: Parts) -> Projection:
+def _feet_around(surface: Surface, inp: AreaInput, parts: Parts) -> Projection:
     """Feet of the inner corners, and after them those of the free ones."""
     near = rows_of(inp.feet, parts.inner)
     out = empty_projection(len(parts.free))
     if len(parts.free):
         points = np.ascontiguousarray(inp.points[parts.free])
-        track(tables, points, near.patch[parts.start], near.uv[parts.start], out)
+        surface.track(points, near.patch[parts.start], near.uv[parts.start], out)
     return Projection(
         *(np.concatenate([getattr(near, f), getattr(out, f)]) for f in Projection._fields)
     )
@@ -212,7 +220,7 @@ def _ends(
 
 
 def _leave(
-    tables: Tables,
+    surface: Surface,
     inp: AreaInput,
     feet: Projection,
     ends: tuple[IntArray, IntArray, IntArray],
@@ -230,7 +238,7 @@ def _leave(
     for _ in range(HALVINGS):
         t = 0.5 * (low + high)
         p_B = a + t[:, None] * (b - a)
-        track(tables, p_B, last.patch, last.uv, out)
+        surface.track(p_B, last.patch, last.uv, out)
         good = (out.status == Status.OK) & (out.gap <= 0.0)
         low, high = np.where(good, t, low), np.where(good, high, t)
         for name in Projection._fields:

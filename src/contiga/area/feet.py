@@ -44,14 +44,14 @@ def web_of(inp: AreaInput, graph: Graph, bridge: float) -> Web:
     out = empty_projection(len(ring))
     if len(ring):
         patch, uv = inp.feet.patch[start], inp.feet.uv[start]
-        track(tables_of(inp.body), np.ascontiguousarray(inp.points[ring]), patch, uv, out)
+        track(tables_of(inp.exact), np.ascontiguousarray(inp.points[ring]), patch, uv, out)
     found = np.flatnonzero(np.isfinite(out.point).all(axis=1))
     feet = Projection(
         *(np.concatenate([getattr(inp.feet, f), getattr(out, f)[found]]) for f in out._fields)
     )
     region = np.concatenate([label, label[start[found]]])
     facets = [np.zeros((0, 3), np.int32)]
-    for own, chart in _charts(inp.body, feet, region):
+    for own, chart in _charts(inp.exact, feet, region):
         facets.append(own[_triangles(chart, feet.point[own], bridge)])
     points = np.concatenate([inp.points[inp.rows], inp.points[ring[found]]])
     rows = np.arange(n_c, dtype=np.int32)

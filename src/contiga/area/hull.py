@@ -115,7 +115,7 @@ class HullArea:
             return regions(inp.prepared, inp.rows, inp.points)
         places = inp.feet.point
         if (inp.feet.patch == inp.feet.patch[0]).all():
-            (u0, u1), (v0, v1) = inp.body.patches[int(inp.feet.patch[0])].domain
+            (u0, u1), (v0, v1) = inp.exact.patches[int(inp.feet.patch[0])].domain
             places = (inp.feet.uv - (u0, v0)) / (u1 - u0, v1 - v0)
         return clusters_of(
             places, self._method, k=self._k, eps=self.eps, min_points=self.min_points
@@ -138,7 +138,7 @@ class HullArea:
             if self.mapping == "exact":
                 total += area_over(patch.surface, polygon, patch.periods)
             else:
-                base = _base_area(inp.body, k, self.tolerance)
+                base = _base_area(inp.exact, k, self.tolerance)
                 total += plane_area(polygon) / patch.domain * base
         return total
 
@@ -146,9 +146,9 @@ class HullArea:
 def _hulls(inp: AreaInput, own: np.ndarray) -> Iterator[tuple[int, _Patch, FloatArray]]:
     """Patch and hull of the points `own` of one cluster, on each patch that has some of them."""
     for k in np.unique(inp.feet.patch[own]):
-        patch = patch_of(inp.body, int(k))
+        patch = patch_of(inp.exact, int(k))
         uv = unrolled(inp.feet.uv[own[inp.feet.patch[own] == k]], patch.periods)
-        yield int(k), patch, hull_of(_over_depth(inp.body, uv))
+        yield int(k), patch, hull_of(_over_depth(inp.exact, uv))
 
 
 def _on_surface(patch: _Patch, polygon: FloatArray) -> FloatArray:

@@ -5,17 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.geometry.body import Body
+from contiga.geometry.trimesh import TriMesh
 from contiga.records import Feature, FloatArray, Projection
 
 
-def offset_ratio(body: Body, feet: Projection) -> FloatArray:
+def offset_ratio(body: Body | TriMesh, feet: Projection) -> FloatArray:
     """(n,) area at the point over area at its foot, for a slave parallel to the master.
 
     The surface S + g n at the gap g has the area element (1 − 2 H g + K g²) dA, with the mean
     and Gaussian curvature H, K of S towards n (do Carmo, Differential Geometry of Curves and
-    Surfaces, 3-5, exercise 11). One where the foot lies on a kink, or beyond a focal point.
+    Surfaces, 3-5, exercise 11). One where the foot lies on a kink or on a flat facet, or
+    beyond a focal point.
     """
     ratio = np.ones(len(feet.patch))
+    if isinstance(body, TriMesh):
+        return ratio
     smooth = feet.feature == Feature.FACE
     for k in np.unique(feet.patch[smooth]):
         rows = np.flatnonzero(smooth & (feet.patch == k))

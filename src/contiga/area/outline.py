@@ -12,8 +12,8 @@ from contiga.area.base import AreaInput, Outlines
 from contiga.area.facet import Cut, Parts, cut_parts, parts_of
 from contiga.area.regions import Topology
 from contiga.records import FloatArray, IntArray
-from contiga.search.projection import empty_projection, track
-from contiga.search.tables import tables_of
+from contiga.search.projection import empty_projection
+from contiga.search.surface import surface_of
 
 Pairs = NDArray[np.int64]
 
@@ -143,5 +143,5 @@ def _cut_places(inp: AreaInput, cuts: _Cuts, on: str) -> FloatArray:
         return places
     out = empty_projection(len(places))
     patch, uv = inp.feet.patch[cuts.inner], inp.feet.uv[cuts.inner]
-    track(tables_of(inp.body), np.ascontiguousarray(places), patch, uv, out)
+    surface_of(inp.body).track(np.ascontiguousarray(places), patch, uv, out)
     return np.where(np.isfinite(out.point), out.point, inp.feet.point[cuts.inner])

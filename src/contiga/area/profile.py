@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.geometry.body import Body
+from contiga.geometry.trimesh import TriMesh
 
 
-def profile_depth(body: Body) -> float | None:
+def profile_depth(body: Body | TriMesh) -> float | None:
     """Depth of a body made by `Body.from_profile`, None for any other."""
-    if len(body.patches) != 1 or body.trims[0] is not None:
+    if isinstance(body, TriMesh) or len(body.patches) != 1 or body.trims[0] is not None:
         return None
     patch = body.patches[0]
     net = patch.control_points

@@ -26,6 +26,7 @@ from contiga.case.toml import resolved_toml
 from contiga.errors import CaseError, InputError
 from contiga.forces.laws import StressLaw
 from contiga.geometry.body import Body
+from contiga.geometry.trimesh import TriMesh
 from contiga.io.series import MeshSeries, find_files
 from contiga.io.slave import Slave
 from contiga.io.units import length_factor
@@ -122,11 +123,9 @@ def _at(case: Case, key: str) -> Iterator[None]:
         raise relocated(error, key, str(case.file)) from error
 
 
-def _body(spec: BodySpec, unit: str) -> Body:
+def _body(spec: BodySpec, unit: str) -> Body | TriMesh:
     body = spec.geometry.body(spec.name, unit)
-    if spec.reference_point is None:
-        return body
-    return Body(body.patches, body.name, body.trims, body.edges, body.unit, spec.reference_point)
+    return body if spec.reference_point is None else body.about(spec.reference_point)
 
 
 def _slave(spec: SlaveSpec, unit: str) -> Slave:
@@ -198,7 +197,7 @@ def _area(spec: ContactSpec, slave: Slave, given: bool) -> AreaMethod:
     return NodalArea()
 
 
-def _contact(spec: ContactSpec, body: Body, slave: Slave, area: AreaMethod) -> Contact:
+def _contact(spec: ContactSpec, body: Body | TriMesh, slave: Slave, area: AreaMethod) -> Contact:
     master_law = None if spec.master_law is None else spec.master_law.law
     # The schema refuses other laws on the master's side.
     assert master_law is None or isinstance(master_law, StressLaw)

@@ -6,7 +6,7 @@ import inspect
 import math
 from collections.abc import Callable
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import (
@@ -34,6 +34,7 @@ from contiga.geometry import shapes, transform
 from contiga.geometry.body import Body
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
+from contiga.geometry.trimesh import TriMesh
 from contiga.records import FloatArray
 
 Net = list[list[Vector]]
@@ -197,7 +198,7 @@ class _Geometry(Placed):
     flip: bool = False
     """Swaps the free side and the contact side."""
 
-    def body(self, name: str, unit: str) -> Body:
+    def body(self, name: str, unit: str) -> Body | TriMesh:
         """The body, placed and oriented, lengths in `unit`."""
         body = self.raw(name, unit)
         if self.transform:
@@ -205,7 +206,7 @@ class _Geometry(Placed):
         return body.flipped() if self.flip else body
 
     def raw(self, name: str, unit: str) -> Body:
-        """The body before it is placed and oriented."""
+        """A body of patches before it is placed and oriented."""
         raise NotImplementedError
 
 
@@ -224,6 +225,35 @@ class FileGeometry(_Geometry):
     def describe(self) -> str:
         """In words."""
         return self.file
+
+
+class MeshGeometry(_Geometry):
+    """`{ mesh, normals, unit, parts, orient }`: the surface of a mesh, triangles as they are."""
+
+    mesh: ExistingFile
+    normals: Literal["facet", "vertex"] = "facet"
+    unit: LengthUnit | None = None
+    """The file's own; the case's if omitted."""
+    parts: Annotated[list[str | int], Field(min_length=1)] | None = None
+    orient: bool = False
+    """Turns triangles that face other ways than their neighbours."""
+
+    def body(self, name: str, unit: str) -> TriMesh:
+        """The triangles, placed and oriented, lengths in `unit`."""
+        from contiga.io.mesh_master import read_master
+
+        mesh = read_master(
+            self.mesh, unit=unit, file_unit=self.unit, parts=self.parts, normals=self.normals
+        ).renamed(name)
+        if self.orient:
+            mesh = mesh.oriented()
+        if self.transform:
+            mesh = mesh.transformed(self.matrix)
+        return mesh.flipped() if self.flip else mesh
+
+    def describe(self) -> str:
+        """In words."""
+        return f"triangles of {self.mesh}, {self.normals} normals"
 
 
 class ShapeGeometry(_Geometry, _ShapeSpec):
@@ -286,10 +316,18 @@ class PatchesGeometry(_Geometry):
 
 
 if TYPE_CHECKING:
-    GeometrySpec = FileGeometry | ShapeGeometry | NurbsGeometry | ProfileGeometry | PatchesGeometry
+    GeometrySpec = (
+        FileGeometry
+        | MeshGeometry
+        | ShapeGeometry
+        | NurbsGeometry
+        | ProfileGeometry
+        | PatchesGeometry
+    )
 else:
     GeometrySpec = by_key(
         file=FileGeometry,
+        mesh=MeshGeometry,
         shape=ShapeGeometry,
         nurbs=NurbsGeometry,
         profile=ProfileGeometry,

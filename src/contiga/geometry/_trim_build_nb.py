@@ -269,7 +269,8 @@ def fill_cells(tables):
         v0, v1 = tables.domain[patch, 2], tables.domain[patch, 3]
         for j in range(nv):
             v_low = v0 + j * ((v1 - v0) / nv)
-            v_high = v0 + (j + 1) * ((v1 - v0) / nv)
+            # Rounding may leave the last line short of the domain: it holds what ends there.
+            v_high = v0 + (j + 1) * ((v1 - v0) / nv) if j < nv - 1 else v1
             pieces, first, last = _row_pieces(tables, patch, v_low, v_high)
             for i in range(nu):
                 cell = tables.grid_start[patch] + j * nu + i

@@ -279,6 +279,10 @@ class Body:
             self._patches, name, self._trims, self._edges, self._unit, self._reference_point
         )
 
+    def about(self, point: ArrayLike) -> Body:
+        """The same body with another reference point (3,)."""
+        return self._with(self._patches, reference_point=as_points(point, "reference_point")[0])
+
     def flipped(self) -> Body:
         """The same surface with free and contact side swapped; p-curves are mirrored along."""
         trims, edges = self._mirrored()

@@ -92,7 +92,7 @@ def _end_points(curve: NurbsCurve) -> FloatArray:
     return np.array([points[0, :2], points[-1, :2]])
 
 
-def _loop_pieces(loop: Loop, low: FloatArray, span: FloatArray) -> _Pieces:
+def _loop_pieces(loop: Loop, low: FloatArray, high: FloatArray) -> _Pieces:
     """Monotone pieces of one loop, closed up, straight pieces added over gaps."""
     coefs: list[FloatArray] = []
     curve_of: list[int] = []
@@ -110,22 +110,21 @@ def _loop_pieces(loop: Loop, low: FloatArray, span: FloatArray) -> _Pieces:
             curve_of.append(index)
             interval.append((float(breaks[s] + a * width), float(breaks[s] + b * width)))
     ends = np.array([[*(c[0, :2] / c[0, 2]), *(c[-1, :2] / c[-1, 2])] for c in coefs])
-    return _close(_Pieces(coefs, ends, curve_of, interval), low, span)
+    return _close(_Pieces(coefs, ends, curve_of, interval), low, high)
 
 
-def _close(pieces: _Pieces, low: FloatArray, span: FloatArray) -> _Pieces:
+def _close(pieces: _Pieces, low: FloatArray, high: FloatArray) -> _Pieces:
     """Make the end of each piece the start of the next, bit by bit."""
     coefs: list[FloatArray] = []
     ends: list[FloatArray] = []
     curve_of: list[int] = []
     interval: list[tuple[float, float]] = []
-    bounds = np.concatenate([low, low]), np.concatenate([low + span, low + span])
-    clamped = np.clip(pieces.ends, *bounds)
+    clamped = np.clip(pieces.ends, np.tile(low, 2), np.tile(high, 2))
     n = len(pieces.coefs)
     for i in range(n):
         start = clamped[(i + 1) % n, :2]
         end = clamped[i, 2:]
-        bridge = bool(np.any(np.abs(start - end) > SNAP * span))
+        bridge = bool(np.any(np.abs(start - end) > SNAP * (high - low)))
         ends.append(np.concatenate([clamped[i, :2], end if bridge else start]))
         coefs.append(pieces.coefs[i])
         curve_of.append(pieces.curve[i])
@@ -157,7 +156,7 @@ def build_trim_tables(body: Body) -> TrimTables:
     for k, (patch, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
         (u0, u1), (v0, v1) = patch.domain
         for m, loop in enumerate(loops or ()):
-            part = _loop_pieces(loop, np.array([u0, v0]), np.array([u1 - u0, v1 - v0]))
+            part = _loop_pieces(loop, np.array([u0, v0]), np.array([u1, v1]))
             coefs += part.coefs
             ends.append(part.ends)
             intervals += part.interval

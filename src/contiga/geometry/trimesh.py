@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import MeshError
 from contiga.geometry import transform
-from contiga.num.arrays import read_only
-from contiga.records import FloatArray, IntArray
+from contiga.num.arrays import as_points, read_only
+from contiga.records import FloatArray, Hit, IntArray, Projection
+
+NORMALS = ("facet", "vertex")
 
 
 class TriMesh:
@@ -20,11 +22,17 @@ class TriMesh:
     ----------
     vertices : (n, 3), finite
     triangles : (m, 3) indices into them, anticlockwise seen from the free side
+    name : what reports and messages call it
+    normals : of feet, where nothing else is asked for: "facet", the triangle's, or "vertex", those
+        of the vertices interpolated
+    unit : length unit of the coordinates, None if unknown
+    reference_point : (3,) point the wrench is taken about, length
 
     Raises
     ------
     MeshError
-        wrong shapes, coordinates that are not finite, indices that point at no vertex.
+        wrong shapes, coordinates that are not finite, indices that point at no vertex, an unknown
+        kind of normals.
 
     >>> TriMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).area()
     0.5
@@ -35,8 +43,23 @@ class TriMesh:
     """(n, 3), read-only."""
     triangles: IntArray
     """(m, 3) int32, read-only."""
+    name: str
+    normal_kind: str
+    """"facet" or "vertex"."""
+    unit: str | None
+    reference_point: FloatArray
+    """(3,), read-only."""
 
-    def __init__(self, vertices: ArrayLike, triangles: ArrayLike) -> None:
+    def __init__(
+        self,
+        vertices: ArrayLike,
+        triangles: ArrayLike,
+        *,
+        name: str = "mesh",
+        normals: str = "facet",
+        unit: str | None = None,
+        reference_point: ArrayLike = (0.0, 0.0, 0.0),
+    ) -> None:
         points, corners = _checked_points(vertices), _checked_triangles(triangles)
         if corners.size and (corners.min() < 0 or corners.max() >= len(points)):
             bad = int(np.argmax(((corners < 0) | (corners >= len(points))).any(axis=1)))
@@ -45,15 +68,48 @@ class TriMesh:
                 found=corners[bad].tolist(),
                 allowed=f"0 to {len(points) - 1}",
             )
+        if normals not in NORMALS:
+            raise MeshError(
+                "unknown kind of normals",
+                where=name,
+                found=normals,
+                allowed='"facet", "vertex"',
+            )
         corners.flags.writeable = False
-        object.__setattr__(self, "vertices", read_only(points))
-        object.__setattr__(self, "triangles", corners)
+        values: dict[str, Any] = {
+            "vertices": read_only(points),
+            "triangles": corners,
+            "name": str(name),
+            "normal_kind": normals,
+            "unit": unit,
+            "reference_point": read_only(as_points(reference_point, "reference_point")[0]),
+        }
+        for key, value in values.items():
+            object.__setattr__(self, key, value)
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"a TriMesh cannot be changed: {name}")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.vertices, self.triangles)
+        return _rebuild, (self.vertices, self.triangles, self._options())
+
+    def _options(self) -> dict[str, Any]:
+        return {
+            "name": self.name,
+            "normals": self.normal_kind,
+            "unit": self.unit,
+            "reference_point": self.reference_point,
+        }
+
+    def _with(
+        self, vertices: ArrayLike | None = None, triangles: ArrayLike | None = None, **options: Any
+    ) -> TriMesh:
+        """A copy with some of it replaced."""
+        return TriMesh(
+            self.vertices if vertices is None else vertices,
+            self.triangles if triangles is None else triangles,
+            **(self._options() | options),
+        )
 
     def __repr__(self) -> str:
         return f"<TriMesh, {len(self.vertices)} vertices, {len(self.triangles)} triangles>"
@@ -75,10 +131,22 @@ class TriMesh:
         return float(self.areas().sum())
 
     def bounds(self) -> FloatArray:
-        """(2, 3) lower and upper corner."""
-        if len(self.vertices) == 0:
-            raise MeshError("a mesh without vertices has no bounds")
-        return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+        """(2, 3) lower and upper corner of the triangles; vertices of none do not count."""
+        if len(self.triangles) == 0:
+            raise MeshError("a mesh without triangles has no bounds")
+        used = self.vertices[self.triangles].reshape(-1, 3)
+        return np.array([used.min(axis=0), used.max(axis=0)])
+
+    @property
+    def size(self) -> float:
+        """Length of the diagonal of `bounds`."""
+        low, high = self.bounds()
+        return float(np.linalg.norm(high - low))
+
+    def volume(self) -> float:
+        """Volume a closed mesh encloses, length³: positive if its normals point outward."""
+        a, b, c = (self.corners() - self.vertices[:1]).transpose(1, 0, 2)
+        return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
     def normals(self) -> FloatArray:
         """(m, 3) unit normals to the free side; NaN for triangles without area."""
@@ -88,13 +156,48 @@ class TriMesh:
 
     def flipped(self) -> TriMesh:
         """The same mesh with its sides swapped."""
-        return TriMesh(self.vertices, self.triangles[:, ::-1])
+        return self._with(triangles=self.triangles[:, ::-1])
+
+    def renamed(self, name: str) -> TriMesh:
+        """The same mesh under another name."""
+        return self._with(name=name)
+
+    def compact(self) -> TriMesh:
+        """The same triangles over the vertices they use."""
+        used, triangles = np.unique(self.triangles, return_inverse=True)
+        return self._with(self.vertices[used], triangles.reshape(-1, 3))
+
+    def oriented(self) -> TriMesh:
+        """The same triangles, turned so that neighbours face the same way.
+
+        Of each connected piece the way of most area is kept; a closed piece faces outward.
+
+        Raises
+        ------
+        MeshError
+            A piece has one side only (a Möbius strip).
+        """
+        from contiga.geometry.orientation import turned_triangles
+
+        return self._with(triangles=turned_triangles(self.vertices, self.triangles, self.name))
+
+    def about(self, point: ArrayLike) -> TriMesh:
+        """The same mesh with another reference point (3,)."""
+        return self._with(reference_point=point)
+
+    def tessellate(self, tol: float) -> TriMesh:
+        """The mesh itself: it has no finer shape, whatever `tol`."""
+        return self
 
     def transformed(self, matrix: ArrayLike) -> TriMesh:
         """The mesh moved by a regular affine (4, 4) matrix; the free side stays the free side."""
         regular = transform.affine(matrix)
         order = -1 if transform.reflects(regular) else 1
-        return TriMesh(transform.apply(regular, self.vertices), self.triangles[:, ::order])
+        return self._with(
+            transform.apply(regular, self.vertices),
+            self.triangles[:, ::order],
+            reference_point=transform.apply(regular, self.reference_point[None, :])[0],
+        )
 
     def translated(self, d: ArrayLike) -> TriMesh:
         """The mesh moved by the vector `d`."""
@@ -109,6 +212,37 @@ class TriMesh:
     def scaled(self, s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> TriMesh:
         """The mesh scaled by `s` > 0, one number or one for each axis."""
         return self.transformed(transform.scaling(s, origin))
+
+    def project(
+        self,
+        points: ArrayLike,
+        start: Projection | None = None,
+        mode: str = "global",
+        normals: str | None = None,
+    ) -> Projection:
+        """Feet of `points` (n, 3) on the triangles; see `contiga.search.faceted.project`.
+
+        `patch` is the triangle and `uv` the barycentric coordinates of the foot.
+        """
+        from contiga.search.faceted import project
+
+        return project(self, points, start, mode, normals)
+
+    def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
+        """Where points moving from `p0` to `p1` enter; see `contiga.search.faceted.first_hit`."""
+        from contiga.search.faceted import first_hit
+
+        return first_hit(self, p0, p1)
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """(n,) bool: on the contact side of the closest triangle."""
+        from contiga.search.faceted import contains
+
+        return contains(self, points)
+
+
+def _rebuild(vertices: FloatArray, triangles: IntArray, options: dict[str, Any]) -> TriMesh:
+    return TriMesh(vertices, triangles, **options)
 
 
 def _checked_points(vertices: ArrayLike) -> FloatArray:

@@ -4,26 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.area.base import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared
 from contiga.area.facet import FacetArea
+from contiga.area.hull import HullArea
 from contiga.area.mapping import offset_ratio
 from contiga.area.nodal import NodalArea
 from contiga.errors import InputError
 from contiga.forces.combined import CombinedLaw
 from contiga.forces.laws import Law, StressLaw
 from contiga.geometry.body import Body
+from contiga.geometry.trimesh import TriMesh
 from contiga.io.slave import Slave
 from contiga.motion.pose import as_pose, identity
 from contiga.num.arrays import as_points
 from contiga.num.rigid import to_body, to_world, turn_to_world
 from contiga.records import FloatArray, IntArray, LawInput, Projection
 from contiga.search.projection import rows_of
-from contiga.search.tables import tables_of
-from contiga.sim.detect import Detected, Last, Options, first_look, is_closed, look
+from contiga.search.surface import Surface, surface_of
+from contiga.sim.detect import Detected, Last, Options, first_look, look
 from contiga.sim.outlines import outlines_of_state
 from contiga.sim.state import State
 
@@ -48,7 +51,7 @@ class Contact:
 
     Parameters
     ----------
-    master : the rigid body, exact geometry
+    master : the rigid body: exact geometry, or triangles
     slave : the points, and what they know of facets, areas, thickness and mass
     law : from penetration and area to force
     area : nodal contact areas; `FacetArea` if omitted, the slave's tributary areas for a slave
@@ -84,7 +87,7 @@ class Contact:
 
     def __init__(
         self,
-        master: Body,
+        master: Body | TriMesh,
         slave: Slave,
         *,
         law: Law,
@@ -98,8 +101,10 @@ class Contact:
         _choice("search", search, SEARCHES)
         _choice("contact_type", contact_type, TYPES)
         _choice("on_edge", on_edge, EDGES)
-        _kind("master", master, Body)
+        _kind("master", master, Body, TriMesh)
         _kind("slave", slave, Slave)
+        if isinstance(master, TriMesh):
+            _check_mesh(master, area)
         if depth is not None and not depth > 0.0:
             raise InputError("the depth must be positive", where="depth", found=depth)
         self.master = master
@@ -113,11 +118,16 @@ class Contact:
         self.on_edge = on_edge
         self._depth = depth
 
+    @property
+    def _surface(self) -> Surface:
+        return surface_of(self.master)
+
+    @cached_property
     def _options(self) -> Options:
+        # Kept: size and borders of a mesh cost as much as a small step.
         depth = self._depth
         if depth is None:
-            tables = tables_of(self.master)
-            depth = np.inf if is_closed(tables) else OPEN_DEPTH * self.master.size
+            depth = np.inf if self._surface.closed else OPEN_DEPTH * self.master.size
         return Options(self.search == "penetration", self.on_edge == "hold", depth)
 
     def start(
@@ -142,7 +152,7 @@ class Contact:
         p_W, X_WB = self._checked(points, pose)
         with clock("search"):
             p_B = to_body(X_WB, p_W)
-            found = first_look(tables_of(self.master), p_B, self.slave.active, self._options())
+            found = first_look(self._surface, p_B, self.slave.active, self._options)
         return self._respond(found, (p_W, p_B, X_WB), np.zeros(len(p_B)), 0.0, clock)
 
     def step(
@@ -184,8 +194,7 @@ class Contact:
         with clock("search"):
             p_B = to_body(X_WB, p_W)
             last = Last(state.points_B, state.patch, state.uv, state.reach)
-            tables = tables_of(self.master)
-            found = look(tables, p_B, last, self.slave.active, self._options())
+            found = look(self._surface, p_B, last, self.slave.active, self._options)
             rate = _rates(state, found, p_B, dt)
         return self._respond(found, (p_W, p_B, X_WB), rate, dt, clock)
 
@@ -310,6 +319,17 @@ def _scattered(
     return whole
 
 
+def _check_mesh(mesh: TriMesh, area: AreaMethod | None) -> None:
+    surface_of(mesh)  # refuses a mesh that cannot serve
+    if isinstance(area, HullArea):
+        raise InputError(
+            "hulls are drawn in the (u, v) of a patch, which a mesh does not have",
+            where="area",
+            found="HullArea",
+            allowed="FacetArea, CloudArea or NodalArea for a master of triangles",
+        )
+
+
 def _choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
     if value not in allowed:
         raise InputError(
@@ -317,10 +337,12 @@ def _choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
         )
 
 
-def _kind(name: str, value: object, wanted: type) -> None:
+def _kind(name: str, value: object, *wanted: type) -> None:
     if not isinstance(value, wanted):
         raise InputError(
-            f"the {name} must be a {wanted.__name__}", where=name, found=type(value).__name__
+            f"the {name} must be a {' or a '.join(kind.__name__ for kind in wanted)}",
+            where=name,
+            found=type(value).__name__,
         )
 
 

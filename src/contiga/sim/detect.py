@@ -15,10 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.records import ByteArray, ContactStatus, FloatArray, IntArray, Projection, Status
-from contiga.search.hits import hits_of_rows
-from contiga.search.projection import closest_of_rows, empty_projection, track
-from contiga.search.reach import box_reach
-from contiga.search.records import BORDER, Tables
+from contiga.search.projection import empty_projection
+from contiga.search.surface import Surface
 
 BoolArray = NDArray[np.bool_]
 
@@ -51,15 +49,6 @@ class Detected(NamedTuple):
     reach: FloatArray
 
 
-def is_closed(tables: Tables) -> bool:
-    """Whether the body has no border anywhere."""
-    # What a trimmed patch ends at are its trimming curves, wherever its rectangle ends.
-    table = tables.elements.table
-    whole = tables.trims.trimmed[table["patch"]] == 0
-    borders = (table["kind"] == BORDER).any(axis=1) & whole
-    return not bool(tables.piece_open.any()) and not bool(borders.any())
-
-
 def _blank(n: int) -> Projection:
     feet = empty_projection(n)
     feet.patch[:] = -1
@@ -72,7 +61,7 @@ def _blank(n: int) -> Projection:
     return feet
 
 
-def first_look(tables: Tables, p_B: FloatArray, active: np.ndarray, options: Options) -> Detected:
+def first_look(surface: Surface, p_B: FloatArray, active: np.ndarray, options: Options) -> Detected:
     """The start: nothing is in contact, or, by penetration, what already lies inside."""
     n = len(p_B)
     finite = np.isfinite(p_B).all(axis=1)
@@ -80,14 +69,14 @@ def first_look(tables: Tables, p_B: FloatArray, active: np.ndarray, options: Opt
     feet = _blank(n)
     reach = np.full(n, np.inf)
     rows = np.flatnonzero(finite & active).astype(np.int32)
-    box_reach(tables, p_B, rows, reach)
+    surface.reach(p_B, rows, reach)
     if options.penetration:
-        _look_inside(tables, p_B, rows, (status, feet, reach), options)
+        _look_inside(surface, p_B, rows, (status, feet, reach), options)
     return Detected(status, feet, reach)
 
 
 def look(
-    tables: Tables, now: FloatArray, last: Last, active: np.ndarray, options: Options
+    surface: Surface, now: FloatArray, last: Last, active: np.ndarray, options: Options
 ) -> Detected:
     """One step: from the points of the last step to those of this one, body axes."""
     before = last.points_B
@@ -96,7 +85,9 @@ def look(
     status = np.where(finite, ContactStatus.FREE, ContactStatus.NOT_FINITE).astype(np.int8)
     feet = _blank(n)
     touching = finite & (last.patch >= 0)
-    _continue(tables, now, last, np.flatnonzero(touching).astype(np.int32), (status, feet, options))
+    _continue(
+        surface, now, last, np.flatnonzero(touching).astype(np.int32), (status, feet, options)
+    )
     with np.errstate(invalid="ignore"):
         reach = last.reach - np.sqrt(np.square(now - before).sum(axis=1))
     free = finite & active & ~touching
@@ -107,11 +98,11 @@ def look(
     reach[~active] = np.inf
     near = np.flatnonzero(free & (reach <= 0.0)).astype(np.int32)
     if options.penetration:
-        _look_inside(tables, now, near, (status, feet, reach), options)
+        _look_inside(surface, now, near, (status, feet, reach), options)
     else:
-        _sweep(tables, (before, now), near, (status, feet, options))
+        _sweep(surface, (before, now), near, (status, feet, options))
         rest = near[feet.patch[near] < 0]
-        box_reach(tables, now, rest, reach)
+        surface.reach(now, rest, reach)
     return Detected(status, feet, reach)
 
 
@@ -126,12 +117,12 @@ class _Tracked(NamedTuple):
 
 
 def _track(
-    tables: Tables, p_B: FloatArray, patch: IntArray, uv: FloatArray, options: Options
+    surface: Surface, p_B: FloatArray, patch: IntArray, uv: FloatArray, options: Options
 ) -> _Tracked:
     out = empty_projection(len(p_B))
-    track(tables, p_B, patch, np.ascontiguousarray(uv), out)
+    surface.track(p_B, patch, np.ascontiguousarray(uv), out)
     failed = np.flatnonzero(out.status == Status.MAX_ITERATIONS).astype(np.int32)
-    closest_of_rows(tables, p_B, failed, out)
+    surface.closest(p_B, failed, out)
     at_border = (out.status == Status.BORDER) | (out.status == Status.TRIMMED)
     solved = (out.status == Status.OK) | at_border
     keep = solved & (out.gap <= 0.0) & (options.hold | ~at_border)
@@ -139,7 +130,7 @@ def _track(
 
 
 def _continue(
-    tables: Tables,
+    surface: Surface,
     now: FloatArray,
     last: Last,
     rows: IntArray,
@@ -149,7 +140,7 @@ def _continue(
     status, feet, options = result
     if len(rows) == 0:
         return
-    found = _track(tables, now[rows], last.patch[rows], last.uv[rows], options)
+    found = _track(surface, now[rows], last.patch[rows], last.uv[rows], options)
     held = np.where(found.at_border, ContactStatus.HELD, ContactStatus.OLD)
     slid_off = found.at_border & (not options.hold)
     gone = np.where(slid_off, ContactStatus.SLID_OFF, ContactStatus.RELEASED)
@@ -159,7 +150,7 @@ def _continue(
 
 
 def _sweep(
-    tables: Tables,
+    surface: Surface,
     path: tuple[FloatArray, FloatArray],
     rows: IntArray,
     result: tuple[ByteArray, Projection, Options],
@@ -167,12 +158,12 @@ def _sweep(
     """New contacts (type a): points whose step enters the body, feet started at the entry."""
     status, feet, options = result
     before, now = path
-    hits = hits_of_rows(tables, before, now, rows)
+    hits = surface.entries(before, now, rows)
     entered = np.flatnonzero(hits.patch >= 0)
     if len(entered) == 0:
         return
     rows = rows[entered]
-    found = _track(tables, now[rows], hits.patch[entered], hits.uv[entered], options)
+    found = _track(surface, now[rows], hits.patch[entered], hits.uv[entered], options)
     new = np.where(found.at_border, ContactStatus.HELD, ContactStatus.NEW)
     status[rows[found.keep]] = new[found.keep]
     status[rows[~found.solved]] = ContactStatus.LOST
@@ -180,7 +171,7 @@ def _sweep(
 
 
 def _look_inside(
-    tables: Tables,
+    surface: Surface,
     p_B: FloatArray,
     rows: IntArray,
     result: tuple[ByteArray, Projection, FloatArray],
@@ -190,7 +181,7 @@ def _look_inside(
     status, feet, reach = result
     out = empty_projection(len(rows))
     inner = np.ascontiguousarray(p_B[rows])
-    closest_of_rows(tables, inner, np.arange(len(rows), dtype=np.int32), out)
+    surface.closest(inner, np.arange(len(rows), dtype=np.int32), out)
     # Behind an open surface, deeper than contact reaches or beside its border, a point is as far
     # from contact as from that depth. A foot that was not found (NaN) is looked for again.
     reach[rows] = np.where(out.gap > 0.0, out.gap, np.fmax(-out.gap - options.depth, 0.0))

@@ -9,6 +9,7 @@ import numpy as np
 
 from contiga.area.base import AreaInput, AreaMethod, Outlines, outlines_of
 from contiga.geometry.body import Body
+from contiga.geometry.trimesh import TriMesh
 from contiga.io.outlines import Loops, OutlinesWriter
 from contiga.num.rigid import to_body, to_world
 from contiga.records import FloatArray, Projection, Status
@@ -16,7 +17,7 @@ from contiga.sim.state import State
 
 
 def outlines_of_state(
-    state: State, X_WB: FloatArray, body: Body, area: AreaMethod, side: str, prepared: Any
+    state: State, X_WB: FloatArray, body: Body | TriMesh, area: AreaMethod, side: str, prepared: Any
 ) -> Outlines | None:
     """Where contact ends, world axes; None for area methods that do not say.
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from numpy.typing import NDArray
 
 from contiga.geometry.body import Body
+from contiga.geometry.trimesh import TriMesh
 from contiga.io.slave import Slave
 from contiga.motion.prescribed import BodyMotion, SlaveMotion
 from contiga.records import FloatArray
@@ -20,7 +21,7 @@ from contiga.sim.contact import Contact
 class BodyPart(NamedTuple):
     """A body and how it moves."""
 
-    body: Body
+    body: Body | TriMesh
     motion: BodyMotion
 
 
@@ -82,10 +83,7 @@ class Simulation:
         for name, part in self.bodies.items():
             _add(digest, name, part.body.reference_point)
             _add(digest, "poses", *(part.motion.pose(float(t)) for t in self.times))
-            for patch, loops in zip(part.body.patches, part.body.trims, strict=True):
-                _add(digest, "patch", *patch.knots, patch.control_points, patch.weights)
-                for curve in chain.from_iterable(loops or ()):
-                    _add(digest, "trim", curve.knots, curve.control_points, curve.weights)
+            _add_shape(digest, part.body)
         for name, (slave, motion) in self.slaves.items():
             _add(digest, name, slave.points, slave.area, slave.thickness, slave.mass, slave.active)
             _add(digest, "points", motion.points(float(self.times[-1])))
@@ -94,6 +92,16 @@ class Simulation:
             options = (law.search, law.contact_type, law.on_edge, type(law.law).__name__)
             digest.update(repr((contact.name, contact.master, contact.slave, *options)).encode())
         return digest.hexdigest()
+
+
+def _add_shape(digest: hashlib._Hash, body: Body | TriMesh) -> None:
+    if isinstance(body, TriMesh):
+        _add(digest, f"mesh {body.normal_kind}", body.vertices, body.triangles)
+        return
+    for patch, loops in zip(body.patches, body.trims, strict=True):
+        _add(digest, "patch", *patch.knots, patch.control_points, patch.weights)
+        for curve in chain.from_iterable(loops or ()):
+            _add(digest, "trim", curve.knots, curve.control_points, curve.weights)
 
 
 def _add(digest: hashlib._Hash, label: str, *arrays: NDArray[Any] | None) -> None:

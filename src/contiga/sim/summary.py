@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from contiga.geometry.body import Body
+from contiga.geometry.trimesh import TriMesh
 from contiga.num.threads import thread_count
 from contiga.records import ContactStatus, FloatArray
-from contiga.search.tables import tables_of
+from contiga.search.surface import surface_of
 from contiga.sim.clock import Clock
 from contiga.sim.simulation import Simulation
 from contiga.sim.step import COUNTED
@@ -33,9 +35,7 @@ def summarise(
         "timings": {**clock.seconds, "compile": clock.compiled},
         "steps": len(simulation.times),
         "n_points": sum(len(part.slave.points) for part in simulation.slaves.values()),
-        "n_elements": sum(
-            len(tables_of(part.body).elements.table) for part in simulation.bodies.values()
-        ),
+        "n_elements": sum(surface_of(part.body).n_elements for part in simulation.bodies.values()),
         "threads": thread_count(),
         "statuses": statuses,
         "inputs": _inputs(simulation),
@@ -53,14 +53,7 @@ def _statuses(history: dict[str, FloatArray], prefix: str) -> dict[str, int]:
 def _inputs(simulation: Simulation) -> dict[str, dict[str, Any]]:
     inputs: dict[str, dict[str, Any]] = {}
     for name, body_part in simulation.bodies.items():
-        body = body_part.body
-        inputs[name] = {
-            "kind": "body",
-            "patches": len(body.patches),
-            "trimmed": sum(trims is not None for trims in body.trims),
-            "elements": len(tables_of(body).elements.table),
-            "size": body.size,
-        }
+        inputs[name] = _master(body_part.body)
     for name, slave_part in simulation.slaves.items():
         slave = slave_part.slave
         inputs[name] = {
@@ -70,6 +63,26 @@ def _inputs(simulation: Simulation) -> dict[str, dict[str, Any]]:
             "facets": 0 if slave.facets is None else len(slave.facets),
         }
     return inputs
+
+
+def _master(body: Body | TriMesh) -> dict[str, Any]:
+    surface = surface_of(body)
+    if isinstance(body, TriMesh):
+        return {
+            "kind": "mesh",
+            "triangles": len(body.triangles),
+            "elements": surface.n_elements,
+            "normals": body.normal_kind,
+            "closed": surface.closed,
+            "size": body.size,
+        }
+    return {
+        "kind": "body",
+        "patches": len(body.patches),
+        "trimmed": sum(trims is not None for trims in body.trims),
+        "elements": surface.n_elements,
+        "size": body.size,
+    }
 
 
 def _warnings(statuses: dict[str, dict[str, int]]) -> list[str]:

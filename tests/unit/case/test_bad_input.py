@@ -335,7 +335,7 @@ TABLE = [
         "geometry of no kind",
         GEOMETRY,
         '{ fle = "a.step" }',
-        "body[0].geometry: must have exactly one of the keys file, shape, nurbs, profile or pat",
+        "body[0].geometry: must have exactly one of the keys file, mesh, shape, nurbs, profile",
         "Did you mean 'file'?",
     ),
     swap(

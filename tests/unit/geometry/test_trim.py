@@ -91,6 +91,27 @@ def test_rays_through_corners_turning_points_and_level_sides_count_right():
     assert np.array_equal(nb.points_in_trim(ring, 0, uv), in_annulus(uv, 1e-13))
 
 
+@pytest.mark.interpreted
+def test_the_border_of_any_domain_is_out_beside_the_corner_that_touches_it():
+    rng = np.random.default_rng(11)
+    for _ in range(60):
+        patch = plate(*rng.uniform(0.3, 15.0, 2), at=tuple(rng.uniform(-3.0, 3.0, 2)))
+        (u0, u1), (v0, v1) = patch.domain
+        width, height = u1 - u0, v1 - v0
+        # A rectangle turned a little: its corners touch the four borders.
+        turn = rng.uniform(0.05, 0.25)
+        top, bottom = u0 + turn * width, u1 - turn * width
+        left, right = v0 + 0.02 * height, v1 - 0.02 * height
+        tilted = polygon((u0, left), (bottom, v0), (u1, right), (top, v1))
+        tables = build_trim_tables(Body([patch], trims=[[tilted]]))
+        share = np.linspace(0.0, 0.95, 7)
+        above = np.column_stack([u0 + share * (top - u0), np.full(7, v1)])
+        below = np.column_stack([u1 - share * (u1 - bottom), np.full(7, v0)])
+        assert not nb.points_in_trim(tables, 0, above).any()
+        assert not nb.points_in_trim(tables, 0, below).any()
+        assert nb.point_in_trim(tables, 0, top, v1) == IN
+
+
 def test_arc_that_turns_exactly_in_its_middle_is_split_there():
     # One quadratic from (0, 1) to (0, −1) through (1, 0): u turns at t = ½ to the bit.
     bow = NurbsCurve(2, [0, 0, 0, 1, 1, 1], [[0.0, 1.0], [1.0, 0.0], [0.0, -1.0]])

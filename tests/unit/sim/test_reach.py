@@ -7,7 +7,7 @@ import pytest
 
 import contiga as cg
 from contiga.records import ContactStatus as Is
-from contiga.sim import detect
+from contiga.search.surface import ExactSurface
 
 NAN = float("nan")
 
@@ -23,17 +23,17 @@ class _Looked:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
         self.rows = 0
-        inner = getattr(detect, name)
+        inner = getattr(ExactSurface, name)
 
         def counted(*args: object) -> object:
-            self.rows += len(args[3] if name == "hits_of_rows" else args[2])  # type: ignore[arg-type]
+            self.rows += len(args[3] if name == "entries" else args[2])  # type: ignore[arg-type]
             return inner(*args)
 
-        monkeypatch.setattr(detect, name, counted)
+        monkeypatch.setattr(ExactSurface, name, counted)
 
 
 @pytest.mark.parametrize(
-    ("search", "name"), [("intersection", "hits_of_rows"), ("penetration", "closest_of_rows")]
+    ("search", "name"), [("intersection", "entries"), ("penetration", "closest")]
 )
 def test_far_points_are_not_looked_at(
     monkeypatch: pytest.MonkeyPatch, search: str, name: str
@@ -61,7 +61,7 @@ def test_going_round_is_looked_at_again_and_again_but_not_every_step(
     angle = np.linspace(0.0, 2.0 * np.pi, 101)
     circle = 3.0 * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
     state = contact.start(circle[:1])
-    looked = _Looked(monkeypatch, "closest_of_rows")
+    looked = _Looked(monkeypatch, "closest")
     for point in circle[1:]:
         state = contact.step(state, point[None])
     assert looked.rows == int(6.0 * np.pi / 2.0)

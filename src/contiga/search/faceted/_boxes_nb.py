@@ -1,0 +1,150 @@
+"""A hierarchy of boxes with eight children a node, built by halving at medians.
+
+Ranges are halved along the longest axis of their centres, at multiples of eight, so that the
+nodes over the triangles are full. A node's boxes lie side by side (structure of arrays): one pass
+of eight lanes tells the distance to all of them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+WIDTH = 8
+NOBODY = 2147483647
+
+
+@njit(cache=True)
+def _select(values, order, start, stop, place):
+    """Partly sort order[start:stop] by `values` so that the right one stands at `place`."""
+    low = start
+    high = stop - 1
+    while low < high:
+        a = values[order[low]]
+        b = values[order[(low + high) // 2]]
+        c = values[order[high]]
+        pivot = max(min(a, b), min(max(a, b), c))
+        i = low
+        j = high
+        while i <= j:
+            while values[order[i]] < pivot:
+                i += 1
+            while values[order[j]] > pivot:
+                j -= 1
+            if i <= j:
+                order[i], order[j] = order[j], order[i]
+                i += 1
+                j -= 1
+        if place <= j:
+            high = j
+        elif place >= i:
+            low = i
+        else:
+            return
+
+
+@njit(cache=True)
+def _halve(middle, order, start, stop):
+    """Order order[start:stop] about a median; returns where the second half starts."""
+    widest = -1.0
+    axis = 0
+    for c in range(3):
+        low = math.inf
+        high = -math.inf
+        for i in range(start, stop):
+            value = middle[c, order[i]]
+            low = min(low, value)
+            high = max(high, value)
+        if high - low > widest:
+            widest = high - low
+            axis = c
+    count = stop - start
+    half = (count // 2 + WIDTH - 1) // WIDTH * WIDTH
+    if half >= count:
+        half = count // 2
+    _select(middle[axis], order, start, stop, start + half)
+    return start + half
+
+
+@njit(cache=True)
+def _split(middle, order, start, stop, cuts):
+    """Cut a range into at most eight; `cuts` takes their ends, the number is returned."""
+    cuts[0] = start
+    cuts[1] = stop
+    n = 1
+    while n < WIDTH:
+        longest = 0
+        for i in range(1, n):
+            if cuts[i + 1] - cuts[i] > cuts[longest + 1] - cuts[longest]:
+                longest = i
+        if cuts[longest + 1] - cuts[longest] <= WIDTH:
+            break
+        at = _halve(middle, order, cuts[longest], cuts[longest + 1])
+        for i in range(n, longest, -1):
+            cuts[i + 1] = cuts[i]
+        cuts[longest + 1] = at
+        n += 1
+    return n
+
+
+@njit(cache=True)
+def build(low, high):
+    """Nodes (box, child) over the boxes `low`, `high` (3, n), and the order of these."""
+    n = low.shape[1]
+    order = np.arange(n).astype(np.int32)
+    middle = 0.5 * (low + high)
+    most = max(1, n)
+    start_of = np.empty(most, np.int64)
+    stop_of = np.empty(most, np.int64)
+    start_of[0] = 0
+    stop_of[0] = n
+    child = np.full((most, WIDTH), NOBODY, np.int32)
+    cuts = np.empty(WIDTH + 1, np.int64)
+    used = 1
+    node = 0
+    while node < used:
+        start = start_of[node]
+        stop = stop_of[node]
+        if stop - start <= WIDTH:
+            for i in range(start, stop):
+                child[node, i - start] = -1 - i
+        else:
+            parts = _split(middle, order, start, stop, cuts)
+            for i in range(parts):
+                child[node, i] = used
+                start_of[used] = cuts[i]
+                stop_of[used] = cuts[i + 1]
+                used += 1
+        node += 1
+    box = np.full((used, 6 * WIDTH), math.inf)
+    for k in range(used - 1, -1, -1):
+        for l in range(WIDTH):
+            at = child[k, l]
+            if at == NOBODY:
+                continue
+            for c in range(3):
+                lo = math.inf
+                hi = -math.inf
+                if at < 0:
+                    lo = low[c, order[-1 - at]]
+                    hi = high[c, order[-1 - at]]
+                else:
+                    for j in range(WIDTH):
+                        if child[at, j] != NOBODY:
+                            lo = min(lo, box[at, c * WIDTH + j])
+                            hi = max(hi, box[at, (3 + c) * WIDTH + j])
+                box[k, c * WIDTH + l] = lo
+                box[k, (3 + c) * WIDTH + l] = hi
+    return box, child[:used].copy(), order
+
+
+@njit(cache=True)
+def box_distances(box, node, x, y, z, out):
+    """Squared distances of a point to the eight boxes of a node; infinite where there is none."""
+    for l in range(WIDTH):
+        a = max(box[node, l] - x, x - box[node, 24 + l], 0.0)
+        b = max(box[node, 8 + l] - y, y - box[node, 32 + l], 0.0)
+        c = max(box[node, 16 + l] - z, z - box[node, 40 + l], 0.0)
+        out[l] = a * a + b * b + c * c

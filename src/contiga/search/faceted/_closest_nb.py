@@ -1,0 +1,148 @@
+"""Closest points of a mesh: branch and bound over its hierarchy.
+
+The bound starts from the triangle the point before came to, which is near when points come in an
+order along space. Of triangles at the same distance the one of the lowest number counts, so the
+answer depends neither on where the search started nor on the threads.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contiga.search.faceted._boxes_nb import NOBODY, WIDTH, box_distances
+from contiga.search.faceted._facet_nb import (
+    NOT_FINITE,
+    TRIANGLE,
+    blank,
+    closest_on,
+    smooth_normal,
+    write_face,
+    write_kink,
+)
+
+SLACK = 1.0 + 1e-12
+"""Boxes this much farther than the best triangle are still opened: both are rounded."""
+DEPTH = 256
+
+
+@njit(cache=True)
+def closest(tree, point, seed, work):
+    """Slot, place and its two numbers of the closest point; `seed` is a slot to start from."""
+    shape, link, box, child = tree
+    x, y, z = point
+    nodes, bounds, lane = work
+    best, place, a, b = closest_on(shape, seed, x, y, z)
+    slot = seed
+    nodes[0] = 0
+    bounds[0] = 0.0
+    top = 1
+    while top > 0:
+        top -= 1
+        if bounds[top] > best * SLACK:
+            continue
+        node = nodes[top]
+        box_distances(box, node, x, y, z, lane)
+        if child[node, 0] < 0:
+            for l in range(WIDTH):
+                if lane[l] > best * SLACK or child[node, l] == NOBODY:
+                    continue
+                s = -1 - child[node, l]
+                square, p, u, v = closest_on(shape, s, x, y, z)
+                if square < best or (square == best and link[s, TRIANGLE] < link[slot, TRIANGLE]):
+                    best = square
+                    place = p
+                    a = u
+                    b = v
+                    slot = s
+            continue
+        base = top
+        for l in range(WIDTH):
+            d = lane[l]
+            if d > best * SLACK or child[node, l] == NOBODY:
+                continue
+            # Kept in falling order, so that the nearest child is taken first.
+            i = top
+            while i > base and bounds[i - 1] < d:
+                bounds[i] = bounds[i - 1]
+                nodes[i] = nodes[i - 1]
+                i -= 1
+            bounds[i] = d
+            nodes[i] = child[node, l]
+            top += 1
+    return slot, place, a, b
+
+
+@njit(cache=True, nogil=True)
+def project_global(facets, points, rows, smooth, out, start, stop):
+    """Closest points of points[rows[start:stop]] into the same rows of `out`."""
+    work = (np.empty(DEPTH, np.int64), np.empty(DEPTH), np.empty(WIDTH))
+    shape = facets.shape
+    link = facets.link
+    tree = (shape, link, facets.box, facets.child)
+    patch = out.patch
+    seed = 0
+    for i in range(start, stop):
+        k = rows[i]
+        x = points[k, 0]
+        y = points[k, 1]
+        z = points[k, 2]
+        if not math.isfinite(x + y + z):
+            blank(out, k, NOT_FINITE)
+            continue
+        point = (x, y, z)
+        seed, place, a, b = closest(tree, point, seed, work)
+        patch[k] = link[seed, TRIANGLE]
+        if place == 0:
+            write_face(shape, k, seed, a, b, point, out)
+        else:
+            write_kink(facets, k, (seed, place, a), point, False, out)
+        if smooth:
+            smooth_normal(facets, seed, k, out)
+
+
+@njit(cache=True, nogil=True)
+def box_reach(facets, points, rows, reach, start, stop):
+    """Distance of points[rows] to the nearest box of a triangle into reach[rows]."""
+    nodes = np.empty(DEPTH, np.int64)
+    bounds = np.empty(DEPTH)
+    lane = np.empty(WIDTH)
+    child = facets.child
+    for i in range(start, stop):
+        k = rows[i]
+        x = points[k, 0]
+        y = points[k, 1]
+        z = points[k, 2]
+        if not math.isfinite(x + y + z):
+            reach[k] = math.inf
+            continue
+        best = math.inf
+        nodes[0] = 0
+        bounds[0] = 0.0
+        top = 1
+        while top > 0:
+            top -= 1
+            if bounds[top] >= best:
+                continue
+            node = nodes[top]
+            box_distances(facets.box, node, x, y, z, lane)
+            leaf = child[node, 0] < 0
+            base = top
+            for l in range(WIDTH):
+                d = lane[l]
+                if d >= best or child[node, l] == NOBODY:
+                    continue
+                if leaf:
+                    best = d
+                    continue
+                j = top
+                while j > base and bounds[j - 1] < d:
+                    bounds[j] = bounds[j - 1]
+                    nodes[j] = nodes[j - 1]
+                    j -= 1
+                bounds[j] = d
+                nodes[j] = child[node, l]
+                top += 1
+        reach[k] = math.sqrt(best)

@@ -1,0 +1,240 @@
+"""One point and one triangle: the closest point, and what the surface is like there."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+OK, BORDER_STATUS, MAX_ITERATIONS, NOT_FINITE = 0, 1, 3, 5
+FACE, EDGE, VERTEX = 0, 1, 2
+BORDER = -1
+NEIGHBOUR, VERTICES, TRIANGLE = 0, 3, 6
+A, B, C, N = 0, 12, 15, 9
+"""Columns of the corners and the normal in `shape`."""
+INSIDE = 1e-12
+"""Barycentric coordinates this far below zero are inside: rounding of points over an edge."""
+
+
+@njit(cache=True)
+def _on_edge(shape, s, a, b, x, y, z):
+    """Squared distance to the edge between columns a and b, and the share of it where it is."""
+    ex = shape[s, b] - shape[s, a]
+    ey = shape[s, b + 1] - shape[s, a + 1]
+    ez = shape[s, b + 2] - shape[s, a + 2]
+    vx = x - shape[s, a]
+    vy = y - shape[s, a + 1]
+    vz = z - shape[s, a + 2]
+    t = (vx * ex + vy * ey + vz * ez) / (ex * ex + ey * ey + ez * ez)
+    if t >= 1.0:
+        t = 1.0
+        vx = x - shape[s, b]
+        vy = y - shape[s, b + 1]
+        vz = z - shape[s, b + 2]
+    elif t <= 0.0:
+        t = 0.0
+    else:
+        vx -= t * ex
+        vy -= t * ey
+        vz -= t * ez
+    return vx * vx + vy * vy + vz * vz, t
+
+
+@njit(cache=True)
+def closest_on(shape, s, x, y, z):
+    """Closest point of triangle s: squared distance, place, and two numbers.
+
+    Place 0: inside, with the barycentric coordinates. 1, 2, 3: on edge 0, 1, 2, with the share
+    of the edge. 4, 5, 6: corner 0, 1, 2. Only the edges whose coordinate is negative can hold
+    the closest point of a point beside the triangle.
+    """
+    vx = x - shape[s, 0]
+    vy = y - shape[s, 1]
+    vz = z - shape[s, 2]
+    u = vx * shape[s, 3] + vy * shape[s, 4] + vz * shape[s, 5]
+    v = vx * shape[s, 6] + vy * shape[s, 7] + vz * shape[s, 8]
+    if u >= -INSIDE and v >= -INSIDE and u + v <= 1.0 + INSIDE:
+        gap = vx * shape[s, 9] + vy * shape[s, 10] + vz * shape[s, 11]
+        return gap * gap, 0, u, v
+    best = math.inf
+    edge = 0
+    share = 0.0
+    if v < 0.0:
+        best, share = _on_edge(shape, s, A, B, x, y, z)
+    if u + v > 1.0:
+        square, t = _on_edge(shape, s, B, C, x, y, z)
+        if square < best:
+            best = square
+            edge = 1
+            share = t
+    if u < 0.0:
+        square, t = _on_edge(shape, s, C, A, x, y, z)
+        if square < best:
+            best = square
+            edge = 2
+            share = t
+    if share == 0.0:
+        return best, 4 + edge, 0.0, 0.0
+    if share == 1.0:
+        return best, 4 + (edge + 1) % 3, 0.0, 0.0
+    return best, 1 + edge, share, 0.0
+
+
+@njit(cache=True)
+def barycentric(place, a, b):
+    """(u, v) of a place as `closest_on` gives it: foot = (1 − u − v) A + u B + v C."""
+    if place == 0:
+        u = min(max(a, 0.0), 1.0)
+        return u, min(max(b, 0.0), 1.0 - u)
+    if place == 1:
+        return a, 0.0
+    if place == 2:
+        return 1.0 - a, a
+    if place == 3:
+        return 0.0, 1.0 - a
+    if place == 5:
+        return 1.0, 0.0
+    if place == 6:
+        return 0.0, 1.0
+    return 0.0, 0.0
+
+
+@njit(cache=True)
+def blank(out, k, status):
+    """Row k of `out` for a point without a foot."""
+    out.patch[k] = -1
+    out.feature[k] = -1
+    out.status[k] = status
+    out.gap[k] = math.nan
+    for c in range(3):
+        out.point[k, c] = math.nan
+        out.normal[k, c] = math.nan
+    out.uv[k, 0] = math.nan
+    out.uv[k, 1] = math.nan
+
+
+@njit(cache=True)
+def write_face(shape, k, s, u, v, point, out):
+    """Row k of the projection for a foot inside triangle s, but its patch."""
+    x, y, z = point
+    nx = shape[s, 9]
+    ny = shape[s, 10]
+    nz = shape[s, 11]
+    gap = (x - shape[s, 0]) * nx + (y - shape[s, 1]) * ny + (z - shape[s, 2]) * nz
+    u = min(max(u, 0.0), 1.0)
+    out.uv[k, 0] = u
+    out.uv[k, 1] = min(max(v, 0.0), 1.0 - u)
+    out.point[k, 0] = x - gap * nx
+    out.point[k, 1] = y - gap * ny
+    out.point[k, 2] = z - gap * nz
+    out.normal[k, 0] = nx
+    out.normal[k, 1] = ny
+    out.normal[k, 2] = nz
+    out.gap[k] = gap
+    out.feature[k] = FACE
+    out.status[k] = OK
+
+
+@njit(cache=True)
+def write_kink(facets, k, foot, point, tracked, out):
+    """Row k of the projection for a foot (slot, place, share) on an edge or a corner.
+
+    A tracked foot on a border keeps the triangle's own normal.
+    """
+    shape = facets.shape
+    link = facets.link
+    small = 4.0 * facets.scale[1]
+    s, place, share = foot
+    u, v = barycentric(place, share, 0.0)
+    out.uv[k, 0] = u
+    out.uv[k, 1] = v
+    first = (place - 1) % 3
+    i = A if first == 0 else B + 3 * (first - 1)
+    j = B if first == 0 else (C if first == 1 else A)
+    r = (point[0], point[1], point[2])
+    on = (shape[s, i], shape[s, i + 1], shape[s, i + 2])
+    if place < 4:
+        on = (
+            on[0] + share * (shape[s, j] - on[0]),
+            on[1] + share * (shape[s, j + 1] - on[1]),
+            on[2] + share * (shape[s, j + 2] - on[2]),
+        )
+    r = (r[0] - on[0], r[1] - on[1], r[2] - on[2])
+    square = r[0] ** 2 + r[1] ** 2 + r[2] ** 2
+    out.point[k, 0], out.point[k, 1], out.point[k, 2] = on
+    out.feature[k] = EDGE if place < 4 else VERTEX
+    n = (shape[s, N], shape[s, N + 1], shape[s, N + 2])
+    own = r[0] * n[0] + r[1] * n[1] + r[2] * n[2]
+    if place < 4:
+        at_end = link[s, place - 1] == BORDER
+    else:
+        at_end = facets.corner[link[s, VERTICES + place - 4], 3] != 0.0
+    beside = at_end and square - own * own > small * small
+    out.status[k] = BORDER_STATUS if beside else OK
+    if at_end and (tracked or not beside):
+        out.gap[k] = own
+        out.normal[k, 0], out.normal[k, 1], out.normal[k, 2] = n
+        return
+    toward = _pseudo_normal(facets, s, place, on)
+    length = math.sqrt(toward[0] ** 2 + toward[1] ** 2 + toward[2] ** 2)
+    if length == 0.0:
+        toward = n
+        length = 1.0
+    side = r[0] * toward[0] + r[1] * toward[1] + r[2] * toward[2]
+    distance = math.sqrt(square)
+    if distance <= small:
+        out.gap[k] = side / length
+        for c in range(3):
+            out.normal[k, c] = toward[c] / length
+        return
+    sign = 1.0 if side >= 0.0 else -1.0
+    out.gap[k] = sign * distance
+    for c in range(3):
+        out.normal[k, c] = sign * r[c] / distance
+
+
+@njit(cache=True)
+def _pseudo_normal(facets, s, place, foot):
+    """Sum of the normals at an edge or a corner, weighted by angle: it tells the side of a point
+    (Baerentzen & Aanaes 2005, doi 10.1109/TVCG.2005.49)."""
+    shape = facets.shape
+    if place >= 4:
+        v = facets.link[s, VERTICES + place - 4]
+        return facets.corner[v, 0], facets.corner[v, 1], facets.corner[v, 2]
+    other = facets.link[s, place - 1]
+    x = shape[s, N]
+    y = shape[s, N + 1]
+    z = shape[s, N + 2]
+    if other >= 0:
+        x += shape[other, N]
+        y += shape[other, N + 1]
+        z += shape[other, N + 2]
+    elif other < BORDER:
+        near = (4.0 * facets.scale[1]) ** 2
+        number = -2 - other
+        for i in range(facets.around_first[number], facets.around_first[number + 1]):
+            t = facets.around[i]
+            if t != s and closest_on(shape, t, foot[0], foot[1], foot[2])[0] <= near:
+                x += shape[t, N]
+                y += shape[t, N + 1]
+                z += shape[t, N + 2]
+    return x, y, z
+
+
+@njit(cache=True)
+def smooth_normal(facets, s, k, out):
+    """The normals of the corners, interpolated, in row k; the gap stays the signed distance."""
+    u = out.uv[k, 0]
+    v = out.uv[k, 1]
+    square = 0.0
+    for c in range(3):
+        value = (
+            (1.0 - u - v) * facets.corner[facets.link[s, VERTICES], c]
+            + u * facets.corner[facets.link[s, VERTICES + 1], c]
+            + v * facets.corner[facets.link[s, VERTICES + 2], c]
+        )
+        out.normal[k, c] = value
+        square += value * value
+    length = math.sqrt(square)
+    for c in range(3):
+        out.normal[k, c] = out.normal[k, c] / length if length > 0.0 else facets.shape[s, N + c]

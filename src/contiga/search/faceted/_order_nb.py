@@ -1,0 +1,54 @@
+"""An order of points along space, so that each is near the one before."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+BITS = 7
+"""Of each coordinate: 128 cells along the longest side."""
+
+
+@njit(cache=True)
+def _spread(n):
+    """The bits of n, two places apart."""
+    n = (n | (n << 8)) & 0x0300F00F
+    n = (n | (n << 4)) & 0x030C30C3
+    return (n | (n << 2)) & 0x09249249
+
+
+@njit(cache=True)
+def along_space(points, rows, low, width):
+    """`rows` in the order of the Morton codes of their points; not-finite ones come first."""
+    n = rows.shape[0]
+    cells = (1 << BITS) - 1
+    code = np.zeros(n, np.int32)
+    scale = (cells + 1) / width
+    for i in range(n):
+        k = rows[i]
+        total = 0
+        if math.isfinite(points[k, 0] + points[k, 1] + points[k, 2]):
+            for c in range(3):
+                place = int(min(max((points[k, c] - low[c]) * scale, 0.0), float(cells)))
+                total |= _spread(place) << c
+        code[i] = total
+    # Two passes of a stable counting sort over the halves of the code.
+    half = (3 * BITS + 1) // 2
+    order = np.arange(n).astype(np.int32)
+    other = np.empty(n, np.int32)
+    for shift in (0, half):
+        first = np.zeros((1 << half) + 1, np.int32)
+        for i in range(n):
+            first[((code[i] >> shift) & ((1 << half) - 1)) + 1] += 1
+        for i in range(1 << half):
+            first[i + 1] += first[i]
+        for i in range(n):
+            key = (code[order[i]] >> shift) & ((1 << half) - 1)
+            other[first[key]] = order[i]
+            first[key] += 1
+        order, other = other, order
+    for i in range(n):
+        other[i] = rows[order[i]]
+    return other

@@ -1,0 +1,62 @@
+"""First entry of moving points into a mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import InputError
+from contiga.geometry.trimesh import TriMesh
+from contiga.num.arrays import as_points
+from contiga.num.threads import run_ranges
+from contiga.records import FloatArray, Hit, IntArray
+from contiga.search.faceted import _entry_nb
+from contiga.search.faceted.records import Facets
+from contiga.search.faceted.tables import tables_of
+from contiga.search.hits import empty_hit
+
+# Segments below which a second thread does not pay.
+SEGMENTS = 512
+
+
+def first_hit(mesh: TriMesh, p0: ArrayLike, p1: ArrayLike) -> Hit:
+    """Where each segment p0 → p1 first enters `mesh` from its free side.
+
+    The smallest fraction τ in [0, 1] at which the path crosses a triangle against its normal,
+    both ends and all edges included; of triangles at the same fraction the first.
+
+    Parameters
+    ----------
+    p0, p1 : (n, 3) float64, length, the mesh's frame
+
+    Returns
+    -------
+    Hit
+        fraction τ, NaN with status NO_HIT where the path does not enter; AT_START where it
+        starts on the surface.
+
+    Raises
+    ------
+    InputError
+        Arrays that are not (n, 3) or differ in n.
+    MeshError
+        The mesh has no triangle with an area.
+    """
+    a_M = as_points(p0, "p0")
+    b_M = as_points(p1, "p1")
+    if a_M.shape != b_M.shape:
+        raise InputError(
+            "segments need as many ends as starts",
+            where="p1",
+            found=b_M.shape,
+            allowed=str(a_M.shape),
+        )
+    rows = np.arange(len(a_M), dtype=np.int32)
+    return hits_of_rows(tables_of(mesh).facets, a_M, b_M, rows)
+
+
+def hits_of_rows(facets: Facets, a_M: FloatArray, b_M: FloatArray, rows: IntArray) -> Hit:
+    """First entries of the segments a_M[rows] → b_M[rows], one row an entry of `rows`."""
+    out = empty_hit(len(rows))
+    run_ranges(_entry_nb.first_hits, len(rows), SEGMENTS, facets, a_M, b_M, rows, out)
+    return out

@@ -1,0 +1,133 @@
+"""Feet of points on a mesh: the closest points, or those continued from the last step."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import InputError
+from contiga.geometry.trimesh import NORMALS, TriMesh
+from contiga.num.arrays import as_points
+from contiga.num.threads import run_ranges
+from contiga.records import FloatArray, IntArray, Projection
+from contiga.search.faceted import _closest_nb, _order_nb, _walk_nb
+from contiga.search.faceted.records import Facets
+from contiga.search.faceted.tables import Tables, tables_of
+from contiga.search.projection import empty_projection
+
+# Rows below which a second thread does not pay.
+POINTS = 512
+TRACKED = 4096
+# Rows below which an order along space costs more than it saves.
+ORDERED = 64
+
+
+def project(
+    mesh: TriMesh,
+    points: ArrayLike,
+    start: Projection | None = None,
+    mode: str = "global",
+    normals: str | None = None,
+) -> Projection:
+    """Feet of `points` on `mesh`; `patch` is the triangle, `uv` the barycentric coordinates.
+
+    Parameters
+    ----------
+    points : (n, 3) float64, length, the mesh's frame
+    start : the `Projection` of the same points one step ago; needed by mode "track". Rows without
+        a foot (patch −1) are projected globally.
+    mode : "global" for the closest point of the mesh, "track" for the local minimum that walking
+        over adjoining triangles from `start` comes to
+    normals : "facet": the triangle's; on an edge or a corner the direction to the point, on the
+        side the angle-weighted normals say. "vertex": the angle-weighted normals of the vertices,
+        interpolated. What the mesh was made with if omitted.
+
+    Returns
+    -------
+    Projection
+        foot = (1 − u − v) A + u B + v C of the triangle's corners. The gap is the signed distance
+        to the foot, whatever the normals; a tracked foot on a border has the gap over its
+        triangle's plane, as on a body.
+
+    Raises
+    ------
+    InputError
+        Points not of shape (n, 3), an unknown mode or kind of normals, "track" without a fitting
+        `start`.
+    MeshError
+        The mesh has no triangle with an area.
+    """
+    p_M = as_points(points)
+    smooth = is_smooth(mesh, normals)
+    if mode not in ("global", "track"):
+        raise InputError(
+            "unknown mode of projection", where="mode", found=mode, allowed='"global", "track"'
+        )
+    tables = tables_of(mesh)
+    out = empty_projection(len(p_M))
+    if mode == "global":
+        closest_of_rows(tables.facets, p_M, np.arange(len(p_M), dtype=np.int32), smooth, out)
+        return out
+    track(tables, p_M, _checked_start(start, len(p_M), len(mesh.triangles)), smooth, out)
+    return out
+
+
+def is_smooth(mesh: TriMesh, normals: str | None) -> bool:
+    """Whether normals are those of the vertices, interpolated."""
+    kind = mesh.normal_kind if normals is None else normals
+    if kind not in NORMALS:
+        raise InputError(
+            "unknown kind of normals", where="normals", found=kind, allowed='"facet", "vertex"'
+        )
+    return kind == "vertex"
+
+
+def _checked_start(start: Projection | None, n: int, triangles: int) -> IntArray:
+    if start is None:
+        raise InputError(
+            'mode "track" continues a projection',
+            where="start",
+            found=None,
+            allowed="the Projection of the same points one step ago",
+        )
+    patch = np.ascontiguousarray(start.patch, dtype=np.int32)
+    if patch.shape != (n,):
+        raise InputError(
+            "start must have one row a point",
+            where="start",
+            found=patch.shape,
+            allowed=f"patch ({n},)",
+        )
+    if n and int(patch.max()) >= triangles:
+        raise InputError(
+            "start names a triangle that is not there",
+            where="start.patch",
+            found=int(patch.max()),
+            allowed=f"-1 … {triangles - 1}",
+        )
+    return patch
+
+
+def track(tables: Tables, p_M: FloatArray, patch: IntArray, smooth: bool, out: Projection) -> None:
+    """Continue the feet on triangles `patch` to the points `p_M`; rows of patch −1 globally."""
+    facets = tables.facets
+    slots = np.where(patch >= 0, tables.slot[patch], -1)
+    run_ranges(_walk_nb.project_tracked, len(p_M), TRACKED, facets, p_M, slots, smooth, out)
+    closest_of_rows(facets, p_M, np.flatnonzero(slots < 0).astype(np.int32), smooth, out)
+
+
+def closest_of_rows(
+    facets: Facets, p_M: FloatArray, rows: IntArray, smooth: bool, out: Projection
+) -> None:
+    """Closest points of p_M[rows] into the same rows of `out`."""
+    if len(rows) > ORDERED:
+        rows = _order_nb.along_space(p_M, rows, *_grid(facets))
+    run_ranges(_closest_nb.project_global, len(rows), POINTS, facets, p_M, rows, smooth, out)
+
+
+def _grid(facets: Facets) -> tuple[FloatArray, float]:
+    """Low corner and width of the cells' cube: the mesh and half its size around."""
+    boxes = facets.box[0].reshape(2, 3, -1)
+    low = boxes[0].min(axis=1)
+    size = float(facets.scale[0])
+    return low - 0.1 * size, 1.2 * size

@@ -1,0 +1,46 @@
+"""The tables the kernels on triangle meshes work on.
+
+Triangles stand in the order of the hierarchy ("slots"), so that those of one place in space are
+in one place in memory. Few wide arrays: a kernel takes them apart once, before its loop (handing a
+tuple of arrays to a small function costs more than the function).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.records import FloatArray, IntArray
+
+BORDER = -1
+"""Neighbour across an edge where the surface ends. Below it: −2 − number in `around`."""
+WIDTH = 8
+"""Children of a node."""
+NOBODY = np.iinfo(np.int32).max
+"""Child of a node that is not there; its box is at infinity."""
+NEIGHBOUR, VERTEX, TRIANGLE = 0, 3, 6
+"""Columns of `link`."""
+
+
+class Facets(NamedTuple):
+    """What the search knows of a mesh; m triangles that have an area, v welded vertices."""
+
+    shape: FloatArray
+    """(m, 18) first corner a, duals g1 and g2, unit normal n, corners b and c: barycentric
+    coordinates of a point P are (P − a)·g1 and (P − a)·g2, its height is (P − a)·n."""
+    link: IntArray
+    """(m, 8) slots across the three edges (`BORDER`, or −2 − number where more than two meet), the
+    three vertices, the triangle of the mesh."""
+    corner: FloatArray
+    """(v, 4) unit sums of the normals around a vertex, weighted by angle; 1 at a border, else 0."""
+    around_first: IntArray
+    around: IntArray
+    """around[around_first[k] : around_first[k + 1]] are the slots around vertex k, and, from
+    number v on, those that meet at crowded edges."""
+    box: FloatArray
+    """(k, 6 · WIDTH) boxes of each node's children: low x of all, low y, … high z."""
+    child: IntArray
+    """(k, WIDTH) node, −1 − slot of a triangle, or NOBODY."""
+    scale: FloatArray
+    """(2,) size of the mesh, length below which two points are one."""

@@ -1,0 +1,72 @@
+"""The search on a triangle mesh, as contact asks for it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from contiga.errors import MeshError
+from contiga.geometry.trimesh import TriMesh
+from contiga.num.threads import run_ranges
+from contiga.records import FloatArray, Hit, IntArray, Projection
+from contiga.search.faceted import _closest_nb
+from contiga.search.faceted.hits import hits_of_rows
+from contiga.search.faceted.projection import closest_of_rows, is_smooth, track
+from contiga.search.faceted.tables import Tables, tables_of
+
+# Points below which a second thread does not pay.
+POINTS = 1024
+
+
+class FacetedSurface(NamedTuple):
+    """The search on triangles; parameters of feet are not needed to continue them."""
+
+    tables: Tables
+    smooth: bool
+    """Normals are those of the vertices, interpolated."""
+
+    @property
+    def closed(self) -> bool:
+        """Whether no edge belongs to one triangle only."""
+        return self.tables.closed
+
+    @property
+    def n_elements(self) -> int:
+        """Triangles with an area."""
+        return len(self.tables.facets.link)
+
+    def closest(self, p_B: FloatArray, rows: IntArray, out: Projection) -> None:
+        """Closest points of the mesh."""
+        closest_of_rows(self.tables.facets, p_B, rows, self.smooth, out)
+
+    def track(self, p_B: FloatArray, patch: IntArray, uv: FloatArray, out: Projection) -> None:
+        """Feet continued over adjoining triangles."""
+        track(self.tables, p_B, patch, self.smooth, out)
+
+    def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
+        """First crossings of triangles from their free side."""
+        return hits_of_rows(self.tables.facets, a_B, b_B, rows)
+
+    def reach(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
+        """Distances to the nearest box of a triangle."""
+        facets = self.tables.facets
+        run_ranges(_closest_nb.box_reach, len(rows), POINTS, facets, p_B, rows, lengths)
+
+
+def faceted_surface(mesh: TriMesh) -> FacetedSurface:
+    """The search on `mesh`, with the normals it was made with.
+
+    Raises
+    ------
+    MeshError
+        No triangle has an area, or neighbours face opposite ways: they have no common free side.
+    """
+    tables = tables_of(mesh)
+    if tables.turned:
+        raise MeshError(
+            "neighbouring triangles face opposite ways",
+            where=mesh.name,
+            found=f"{tables.turned} edges",
+            allowed="triangles anticlockwise seen from the free side",
+            remedy="Use mesh.oriented(), or orient = true beside the mesh of a case",
+        )
+    return FacetedSurface(tables, is_smooth(mesh, None))

@@ -1,0 +1,138 @@
+"""Everything the search knows about a mesh, worked out once and kept as long as the mesh lives."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from contiga.errors import MeshError
+from contiga.geometry.trimesh import TriMesh
+from contiga.records import FloatArray, IntArray
+from contiga.search.faceted import _boxes_nb
+from contiga.search.faceted.records import BORDER, NEIGHBOUR, TRIANGLE, VERTEX, Facets
+from contiga.search.faceted.topology import Topology, topology_of
+
+RELATIVE_TOLERANCE = 1e-12
+"""Length below which two points are one, relative to the size of the mesh."""
+
+
+class Tables(NamedTuple):
+    """The kernels' tables, and what else is asked of a mesh."""
+
+    facets: Facets
+    slot: IntArray
+    """By triangle of the mesh its slot; that of its twin for a duplicate, −1 without area."""
+    closed: bool
+    """No edge belongs to one triangle only."""
+    turned: int
+    """Edges at which two triangles face opposite ways."""
+    crowded: int
+    """Edges at which more than two triangles meet."""
+
+
+_KEPT: WeakKeyDictionary[TriMesh, Tables] = WeakKeyDictionary()
+
+
+def tables_of(mesh: TriMesh) -> Tables:
+    """The search tables of `mesh`, built at the first call.
+
+    Raises
+    ------
+    MeshError
+        The mesh has no triangle with an area.
+    """
+    tables = _KEPT.get(mesh)
+    if tables is None:
+        tables = _KEPT[mesh] = _build(mesh)
+    return tables
+
+
+def _build(mesh: TriMesh) -> Tables:
+    if len(mesh.triangles) == 0:
+        raise MeshError("a mesh without triangles has no surface", where=mesh.name)
+    topology = topology_of(mesh)
+    if len(topology.kept) == 0:
+        raise MeshError(
+            "none of the triangles has an area",
+            where=mesh.name,
+            found=f"{len(mesh.triangles)} triangles",
+        )
+    p = topology.points[topology.vertex]
+    reach = float(np.abs(topology.points).max())
+    margin = 4.0 * np.finfo(float).eps * reach
+    low = np.ascontiguousarray(p.min(axis=1).T) - margin
+    high = np.ascontiguousarray(p.max(axis=1).T) + margin
+    box, child, order = _boxes_nb.build(low, high)
+    facets, slot = _facets(topology, order, box, child)
+    closed = not bool((facets.link[:, :3] == BORDER).any())
+    return Tables(facets, slot, closed, topology.turned, topology.crowded)
+
+
+def _facets(
+    t: Topology, order: IntArray, box: FloatArray, child: IntArray
+) -> tuple[Facets, IntArray]:
+    """The kernels' tables, and the slots of the mesh's triangles."""
+    slot_of = np.empty(len(order), np.int32)
+    slot_of[order] = np.arange(len(order), dtype=np.int32)
+    vertex = t.vertex[order]
+    p = t.points[vertex]
+    neighbour = t.neighbour[order]
+    joined = neighbour >= 0
+    neighbour[joined] = slot_of[neighbour[joined]]
+    neighbour[neighbour < BORDER] -= len(t.points)  # fans follow the vertices in `around`
+    normal = unit_normals(p)
+    corner = np.zeros((len(t.points), 4))
+    corner[:, :3] = vertex_normals(p, vertex, normal, len(t.points))
+    open_edge = neighbour == BORDER
+    corner[vertex[open_edge], 3] = 1.0
+    corner[np.roll(vertex, -1, axis=1)[open_edge], 3] = 1.0
+    shape = np.concatenate([p[:, 0], *_duals(p, normal), normal, p[:, 1], p[:, 2]], axis=1)
+    link = np.zeros((len(order), 8), np.int32)
+    link[:, NEIGHBOUR:VERTEX], link[:, VERTEX:TRIANGLE] = neighbour, vertex
+    link[:, TRIANGLE] = t.kept[order]
+    slot = np.where(t.twin >= 0, slot_of[np.maximum(t.twin, 0)], -1).astype(np.int32)
+    size = float(np.linalg.norm(np.ptp(t.points, axis=0)))
+    scale = np.array([size, RELATIVE_TOLERANCE * size])
+    around_first = np.concatenate([t.ring_first, t.ring_first[-1] + t.fan_first[1:]])
+    around = slot_of[np.concatenate([t.ring, t.fan])]
+    return Facets(
+        np.ascontiguousarray(shape), link, corner, around_first, around, box, child, scale
+    ), slot
+
+
+def unit_normals(p: FloatArray) -> FloatArray:
+    """(m, 3) of triangles (m, 3, 3) with an area.
+
+    Taken at the corner between the two shorter sides, where the cross product loses least.
+    """
+    sides = np.roll(p, -1, axis=1) - p
+    at = np.argmax(np.square(sides).sum(axis=2), axis=1)[:, None, None]
+    first = np.take_along_axis(sides, (at + 1) % 3, axis=1)[:, 0]
+    second = np.take_along_axis(sides, (at + 2) % 3, axis=1)[:, 0]
+    cross = np.cross(first, second)
+    return np.asarray(cross / np.linalg.norm(cross, axis=1, keepdims=True))
+
+
+def _duals(p: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """g1, g2 (m, 3): (P − a)·g1 and (P − a)·g2 are the coordinates along the sides at a."""
+    e1, e2 = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
+    g1, g2 = np.cross(e2, normal), np.cross(normal, e1)
+    return (
+        g1 / (g1 * e1).sum(axis=1, keepdims=True),
+        g2 / (g2 * e2).sum(axis=1, keepdims=True),
+    )
+
+
+def vertex_normals(p: FloatArray, vertex: np.ndarray, normal: FloatArray, count: int) -> FloatArray:
+    """(count, 3) unit sums of the normals around each vertex, weighted by their angles there."""
+    total = np.zeros((count, 3))
+    for k in range(3):
+        a, b = p[:, k - 2] - p[:, k], p[:, k - 1] - p[:, k]
+        across = np.linalg.norm(np.cross(a, b), axis=1)
+        angle = np.arctan2(across, (a * b).sum(axis=1))
+        for c in range(3):
+            total[:, c] += np.bincount(vertex[:, k], angle * normal[:, c], minlength=count)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    return np.divide(total, length, out=np.zeros_like(total), where=length > 0.0)

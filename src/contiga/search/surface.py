@@ -1,0 +1,93 @@
+"""A master as contact sees it: the same few questions to exact geometry and to triangles."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+from contiga.geometry.body import Body
+from contiga.geometry.trimesh import TriMesh
+from contiga.records import FloatArray, Hit, IntArray, Projection
+from contiga.search import hits, projection, reach
+from contiga.search.records import BORDER, Tables
+from contiga.search.tables import tables_of
+
+
+class Surface(Protocol):
+    """What can be searched. Points are in the master's frame; rows choose among them."""
+
+    @property
+    def closed(self) -> bool:
+        """Whether the surface has no border anywhere."""
+        ...  # pragma: no cover
+
+    @property
+    def n_elements(self) -> int:
+        """Pieces the search works on."""
+        ...  # pragma: no cover
+
+    def closest(self, p_B: FloatArray, rows: IntArray, out: Projection) -> None:
+        """Closest points of p_B[rows] into the same rows of `out`."""
+        ...  # pragma: no cover
+
+    def track(self, p_B: FloatArray, patch: IntArray, uv: FloatArray, out: Projection) -> None:
+        """Feet continued from (patch, uv) into `out`; rows of patch −1 by `closest`."""
+        ...  # pragma: no cover
+
+    def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
+        """First entries of the segments a_B[rows] → b_B[rows], one row an entry of `rows`."""
+        ...  # pragma: no cover
+
+    def reach(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
+        """Lower bounds of the distance of p_B[rows] into lengths[rows]; zero when near."""
+        ...  # pragma: no cover
+
+
+class ExactSurface(NamedTuple):
+    """The search on a body's NURBS patches."""
+
+    tables: Tables
+
+    @property
+    def closed(self) -> bool:
+        """Whether the body has no border anywhere."""
+        # What a trimmed patch ends at are its trimming curves, wherever its rectangle ends.
+        table = self.tables.elements.table
+        whole = self.tables.trims.trimmed[table["patch"]] == 0
+        borders = (table["kind"] == BORDER).any(axis=1) & whole
+        return not bool(self.tables.piece_open.any()) and not bool(borders.any())
+
+    @property
+    def n_elements(self) -> int:
+        """Bézier pieces."""
+        return len(self.tables.elements.table)
+
+    def closest(self, p_B: FloatArray, rows: IntArray, out: Projection) -> None:
+        """Closest points of the body."""
+        projection.closest_of_rows(self.tables, p_B, rows, out)
+
+    def track(self, p_B: FloatArray, patch: IntArray, uv: FloatArray, out: Projection) -> None:
+        """Feet continued over elements, seams and edges."""
+        projection.track(self.tables, p_B, patch, uv, out)
+
+    def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
+        """First entries by interval Newton."""
+        return hits.hits_of_rows(self.tables, a_B, b_B, rows)
+
+    def reach(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
+        """Distances to the nearest box of a leaf."""
+        reach.box_reach(self.tables, p_B, rows, lengths)
+
+
+def surface_of(master: Body | TriMesh) -> Surface:
+    """The search on `master`; its tables are built at the first call and kept.
+
+    Raises
+    ------
+    MeshError
+        A mesh without a triangle that has an area.
+    """
+    if isinstance(master, TriMesh):
+        from contiga.search.faceted.surface import faceted_surface
+
+        return faceted_surface(master)
+    return ExactSurface(tables_of(master))
