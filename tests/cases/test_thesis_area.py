@@ -7,8 +7,8 @@ import pytest
 
 from contiga.forces.laws import ForceLaw, StressLaw
 from contiga.thesis import chapter5_area as area
-from contiga.thesis import chapter5_split as split
 from contiga.thesis import chapter5_force as force
+from contiga.thesis import chapter5_split as split
 from contiga.thesis import chapter7
 from contiga.thesis.variants import simulation_of
 
