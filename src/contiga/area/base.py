@@ -48,10 +48,9 @@ class AreaInput(NamedTuple):
         if isinstance(self.body, Body):
             return self.body
         raise InputError(
-            "hulls are drawn in the (u, v) of a patch, which a mesh does not have",
+            "hulls and areas by the feet need the (u, v) of a patch, which a mesh does not have",
             where="area",
-            found="HullArea",
-            allowed="FacetArea, CloudArea or NodalArea for a master of triangles",
+            allowed="FacetArea, CloudArea at rest or NodalArea for a master of triangles",
         )
 
 

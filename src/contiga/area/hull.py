@@ -146,7 +146,7 @@ class HullArea:
 def _hulls(inp: AreaInput, own: np.ndarray) -> Iterator[tuple[int, _Patch, FloatArray]]:
     """Patch and hull of the points `own` of one cluster, on each patch that has some of them."""
     for k in np.unique(inp.feet.patch[own]):
-        patch = _patch_of(inp.exact, int(k))
+        patch = patch_of(inp.exact, int(k))
         uv = unrolled(inp.feet.uv[own[inp.feet.patch[own] == k]], patch.periods)
         yield int(k), patch, hull_of(_over_depth(inp.exact, uv))
 
@@ -196,7 +196,8 @@ _PATCHES: WeakKeyDictionary[Body, dict[int, _Patch]] = WeakKeyDictionary()
 _BASES: WeakKeyDictionary[Body, dict[tuple[int, float | None], float]] = WeakKeyDictionary()
 
 
-def _patch_of(body: Body, k: int) -> _Patch:
+def patch_of(body: Body, k: int) -> _Patch:
+    """What is kept about patch `k` of a body."""
     kept = _PATCHES.setdefault(body, {})
     if k not in kept:
         surface = body.patches[k]

@@ -295,12 +295,11 @@ def _panels(figure: Figure, name: str, steps: Sequence[int]) -> None:
     flat = name == "cylinder_flat"
     towards = (-0.5, 0.8, -0.28) if flat else (-0.35, 0.75, -0.55)
     everywhere = [run.points(k) for k in steps]
-    corners = run.body.patches[0].control_points.reshape(-1, 3)
-    scene = np.vstack([(0.62 if flat else 1.0) * corners, *everywhere])
     mesh = run.body.tessellate(1e-3 * run.body.size)
+    scene = np.vstack([(0.62 if flat else 1.0) * mesh.vertices, *everywhere])
     for axes, k in zip(figure.subplots(2, len(steps) // 2).flat, steps, strict=True):
         points, on = run.points(k), run.states[k].in_contact
-        view = View(axes, scene, towards=towards, shape=(480, 400))
+        view = View(axes, scene, towards=towards, shape=(420, 350))
         view.surface(mesh, "#cfd8e2", 0.75, hides=False)
         beyond = ~on & (_beyond(points) if name == "out_of_boundary" else False)
         size = 1.6 if len(points) > 500 else 2.4

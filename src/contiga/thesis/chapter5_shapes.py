@@ -210,7 +210,7 @@ def _draw_moves(figure: Figure) -> None:
     for axes, (how, name) in zip(figure.subplots(2, 2).flat, _MOVES[:4], strict=True):
         after = _moved(surface, how)
         scene = np.concatenate([s.control_points.reshape(-1, 3) for s in (surface, after)])
-        view = View(axes, np.vstack([scene, np.zeros((1, 3))]), shape=(800, 600))
+        view = View(axes, np.vstack([scene, np.zeros((1, 3))]))
         view.surface(surface, "#c9ced5").surface(after, "#6f9bbd").iso_lines(after)
         if how in "xyz":
             tip = 0.9 * reach * np.eye(3)["xyz".index(how)]
@@ -301,7 +301,7 @@ def _slope(u: float, v: float) -> tuple[float, float]:
 
 def _draw_shapes(figure: Figure) -> None:
     for axes, (name, surface) in zip(figure.subplots(2, 2).flat, _catalogue(), strict=True):
-        view = View(axes, surface.control_points, shape=(760, 560))
+        view = View(axes, surface.control_points, shape=(600, 442))
         view.surface(surface).iso_lines(surface, 9).show()
         axes.set_title(name)
 

@@ -332,7 +332,7 @@ def _draw_surface(figure: Figure, surface: NurbsSurface) -> None:
     corners = surface.control_points.reshape(-1, 3)
     names = ("control points", "surface")
     for axes, name in ((left, names[0]), (right, names[1])):
-        view = View(axes, corners, shape=(760, 600))
+        view = View(axes, corners, shape=(600, 474))
         if name == "surface":
             view.surface(surface).iso_lines(surface)
         else:

@@ -47,7 +47,7 @@ class View:
         scene: ArrayLike,
         *,
         towards: ArrayLike = (-0.55, 0.75, -0.45),
-        shape: tuple[int, int] = (800, 600),
+        shape: tuple[int, int] = (600, 450),
     ) -> None:
         points = np.asarray(scene, dtype=np.float64).reshape(-1, 3)
         columns, rows = shape
