@@ -16,6 +16,7 @@ MODULES = (
     "chapter5_search",
     "chapter5_follow",
     "chapter5_detailed",
+    "chapter5_split",
     "chapter5_area",
     "chapter5_force",
     "chapter6",
