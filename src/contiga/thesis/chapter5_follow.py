@@ -294,7 +294,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     Experiment(
         "5.2.3-space",
         5,
-        "The same in space",
+        "A point into a body: local against global minimum in space",
         "Section 5.2.3, Fig. 5.18",
         _space,
         "A point goes up through the master surface; of two projections the one with the smaller "
