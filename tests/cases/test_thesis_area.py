@@ -7,9 +7,8 @@ import pytest
 
 from contiga.forces.laws import ForceLaw, StressLaw
 from contiga.thesis import chapter5_area as area
-from contiga.thesis import chapter5_split as split
 from contiga.thesis import chapter5_force as force
-from contiga.thesis import chapter7
+from contiga.thesis import chapter5_split, chapter7
 from contiga.thesis.variants import simulation_of
 
 
@@ -37,7 +36,7 @@ def test_split_pieces_close_in_on_the_area_of_the_surface() -> None:
     """Base below, net above, both of second order in the pieces' size (Eq. 4.8, summed)."""
     (part,) = simulation_of("bumpy_master").bodies.values()
     (surface,) = part.body.patches
-    steps, true = split.split_data(surface, 4), surface.area()
+    steps, true = chapter5_split.split_data(surface, 4), surface.area()
     assert [step.pieces for step in steps] == [1, 4, 16, 64, 256]
     net = np.array([step.net - true for step in steps])
     base = np.array([true - step.base for step in steps])
@@ -115,7 +114,7 @@ def test_a_seam_splits_clusters_in_the_parameter_plane_only() -> None:
 
 @pytest.mark.parametrize(
     "experiment",
-    [*area.EXPERIMENTS, *force.EXPERIMENTS, *chapter7.EXPERIMENTS],
+    [*chapter5_split.EXPERIMENTS, *area.EXPERIMENTS, *force.EXPERIMENTS, *chapter7.EXPERIMENTS],
     ids=lambda experiment: experiment.key,
 )
 def test_every_claim_holds(experiment) -> None:

@@ -21,6 +21,7 @@ MODULES = (
     "chapter5_force",
     "chapter6",
     "chapter7",
+    "comparison",
 )
 """Modules of this package, each with its `EXPERIMENTS`."""
 

@@ -1,4 +1,4 @@
-"""Section 5.4.1: clusters of two cylinders, and Table 5.1."""
+"""Section 5.4.1: clusters of two cylinders, and the areas of Table 5.1."""
 
 from __future__ import annotations
 

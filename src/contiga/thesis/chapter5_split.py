@@ -1,4 +1,4 @@
-"""Section 5.4.1: splitting the master until the areas of its net and of its base agree."""
+"""Section 5.4.1: splitting the master, net and base area (Algorithms 2 to 4, Eq. 4.8)."""
 
 from __future__ import annotations
 
