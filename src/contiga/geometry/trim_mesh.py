@@ -1,4 +1,4 @@
-"""Triangles of a body with its trims: for pictures and fields, not for search.
+"""Triangles of a body with its trims.
 
 A trimmed patch is meshed in (u, v): the loops are flattened to the chord tolerance, the grid of
 the untrimmed patch is thinned to what lies inside, and a Delaunay triangulation of both is refined
@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga.errors import GeometryError
 from contiga.geometry._trim_nb import TrimTables, points_in_trim
 from contiga.geometry.surface import NurbsSurface
-from contiga.geometry.tessellate import chord_grid, grid_mesh
+from contiga.geometry.tessellate import GRIDS, check_request, grid_mesh
 from contiga.geometry.trimesh import TriMesh
+from contiga.geometry.watertight import joined_faces
 from contiga.records import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -33,42 +33,38 @@ APART = 0.3
 """Grid points nearer to a loop than this share of their cell are left out."""
 
 
-def body_mesh(body: Body, tol: float) -> TriMesh:
-    """One mesh of all faces of `body`, each within `tol` (length) of its surface.
+def body_mesh(body: Body, tol: float, method: str = "chord") -> TriMesh:
+    """One mesh of all faces of `body`; faces that share an edge share its vertices.
 
-    Faces do not share vertices.
+    Parameters
+    ----------
+    tol : for "chord" a length, from the surface to the triangles. For "net" an area, by patch:
+        see `contiga.geometry.tessellate.net_grid`.
+    method : "chord" or "net"
 
     Raises
     ------
-    GeometryError
-        `tol` is not positive.
+    InputError
+        `tol` is not positive, an unknown method.
     """
-    vertices: list[FloatArray] = []
-    triangles: list[IntArray] = []
-    count = 0
-    for points, corners in face_meshes(body, tol):
-        vertices.append(points)
-        triangles.append(corners + np.int32(count))
-        count += len(points)
-    return TriMesh(np.concatenate(vertices), np.concatenate(triangles))
+    return joined_faces(body, face_meshes(body, tol, method))
 
 
-def face_meshes(body: Body, tol: float) -> list[tuple[FloatArray, IntArray]]:
+def face_meshes(body: Body, tol: float, method: str = "chord") -> list[tuple[FloatArray, IntArray]]:
     """Per patch its vertices (n, 3) and triangles (m, 3)."""
-    if not tol > 0.0:
-        raise GeometryError("a tolerance must be positive", where="tessellate", found=tol)
+    check_request(tol, method)
     result = []
     for k, (patch, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
         if loops is None:
-            mesh = grid_mesh(patch, *chord_grid(patch, tol))
+            mesh = grid_mesh(patch, *GRIDS[method](patch, tol))
             result.append((mesh.vertices, mesh.triangles))
         else:
-            result.append(_trimmed(body.trim_tables, k, patch, tol))
+            result.append(_trimmed(body.trim_tables, k, patch, tol, method))
     return result
 
 
 def _trimmed(
-    tables: TrimTables, k: int, patch: NurbsSurface, tol: float
+    tables: TrimTables, k: int, patch: NurbsSurface, tol: float, method: str
 ) -> tuple[FloatArray, IntArray]:
     pieces = np.arange(tables.patch_start[k], tables.patch_start[k + 1])
     low, high = np.array(patch.domain).T
@@ -79,19 +75,24 @@ def _trimmed(
     if np.any(box[1] <= box[0]):
         return np.empty((0, 3)), np.empty((0, 3), dtype=np.int32)
     part = patch.restricted((box[0, 0], box[1, 0]), (box[0, 1], box[1, 1]))
-    u, v = chord_grid(part, tol)
+    u, v = GRIDS[method](part, tol)
+    # An area over the patch's extent is the length that the loops of a net may miss.
+    sag = tol if method == "chord" else tol / max(float(np.sqrt(part.net_area())), 1e-300)
     metric = _metric(part)
-    chains = [_flattened(tables, piece, patch, tol) for piece in pieces]
+    chains = [_flattened(tables, piece, patch, sag) for piece in pieces]
     grid = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
     grid = grid[points_in_trim(tables, k, np.ascontiguousarray(grid))]
     grid = _apart_from(grid, chains, metric, np.array([np.diff(u).min(), np.diff(v).min()]))
-    for attempt in range(REFINEMENTS + 1):
+    last = REFINEMENTS if method == "chord" else 0
+    for attempt in range(last + 1):
         uv, triangles = _conforming(chains, grid, metric)
         middle = np.ascontiguousarray(uv[triangles].mean(axis=1))
         triangles = triangles[points_in_trim(tables, k, middle)]
         points = patch.evaluate(np.clip(uv, low, high))
+        if attempt == last:
+            break
         missed = _missed(patch, uv, points, triangles, tol)
-        if attempt == REFINEMENTS or not len(missed):
+        if not len(missed):
             break
         grid = np.unique(np.concatenate([grid, missed]), axis=0)
     return points, triangles
