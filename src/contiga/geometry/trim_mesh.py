@@ -85,9 +85,10 @@ def _trimmed(
     grid = _apart_from(grid, chains, metric, np.array([np.diff(u).min(), np.diff(v).min()]))
     last = REFINEMENTS if method == "chord" else 0
     for attempt in range(last + 1):
-        uv, triangles = _conforming(chains, grid, metric)
+        uv, triangles, region = _conforming(chains, grid, metric)
         middle = np.ascontiguousarray(uv[triangles].mean(axis=1))
-        triangles = triangles[points_in_trim(tables, k, middle)]
+        inside = points_in_trim(tables, k, middle)
+        triangles = triangles[_of_most(inside, region, uv[triangles])]
         points = patch.evaluate(np.clip(uv, low, high))
         if attempt == last:
             break
@@ -96,6 +97,17 @@ def _trimmed(
             break
         grid = np.unique(np.concatenate([grid, missed]), axis=0)
     return points, triangles
+
+
+def _of_most(inside: np.ndarray, region: IntArray, corners: FloatArray) -> np.ndarray:
+    """(m,) bool: whether most of the area of a triangle's region is inside.
+
+    Between a loop and its chords the middle of a triangle says nothing.
+    """
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    size = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    share = np.bincount(region, np.where(inside, size, -size))
+    return np.asarray(share[region] > 0.0)
 
 
 def _missed(
@@ -187,11 +199,12 @@ def _apart_from(
 
 def _conforming(
     chains: list[FloatArray], grid: FloatArray, metric: FloatArray
-) -> tuple[FloatArray, IntArray]:
+) -> tuple[FloatArray, IntArray, IntArray]:
     """Delaunay triangulation in which every segment of the chains is a side of triangles.
 
-    Segments that are missing are halved, which ends because short segments of a simple polygon
-    are Delaunay edges. Triangles are anticlockwise in (u, v); flat ones are dropped.
+    Returns points, triangles, and the region between segments that each triangle is in. Segments
+    that are missing are halved, which ends because short segments of a simple polygon are Delaunay
+    edges. Triangles are anticlockwise in (u, v); flat ones are dropped.
     """
     from scipy.spatial import Delaunay
 
@@ -213,10 +226,30 @@ def _conforming(
             np.stack([middle, segments[~present, 1]], axis=1),
         ]
         segments = np.concatenate([segments[present], *halves])
+    region = _regions(triangles, sides[:, 0] * count + sides[:, 1], wanted @ [count, 1])
+    if not present.all():
+        region = np.arange(
+            len(triangles), dtype=np.int32
+        )  # loops that cross part nothing: each for itself
     corners = (uv * metric)[triangles]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     triangles[twice < 0.0] = triangles[twice < 0.0][:, ::-1]
     longest = np.max([(a**2).sum(axis=1), (b**2).sum(axis=1), ((b - a) ** 2).sum(axis=1)], axis=0)
     whole = np.abs(twice) > LEVEL * longest
-    return uv, triangles[whole].astype(np.int32)
+    return uv, triangles[whole].astype(np.int32), region[whole]
+
+
+def _regions(triangles: IntArray, side: np.ndarray, wanted: np.ndarray) -> IntArray:
+    """(m,) number of the part each triangle is in, where `wanted` sides part neighbours."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    owner = np.repeat(np.arange(len(triangles)), 3)
+    order = np.argsort(side, kind="stable")
+    pair = np.flatnonzero(side[order][1:] == side[order][:-1])
+    pair = pair[~np.isin(side[order][pair], wanted)]
+    first, second = owner[order][pair], owner[order][pair + 1]
+    n = len(triangles)
+    graph = coo_matrix((np.ones(len(first)), (first, second)), (n, n))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int32)
