@@ -1,4 +1,4 @@
-"""The command line: ``contiga run | check | info | mesh | report``.
+"""The command line: ``contiga run | check | info | mesh | report | reproduce``.
 
 Exit codes: 0 done, 1 the run failed, 2 the input is wrong. Wrong input gets one message on the
 error stream, never a traceback; ``CONTIGA_DEBUG=1`` shows the traceback of any failure.
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from contiga import __version__
-from contiga.errors import ContigaError, FileError
+from contiga.errors import ContigaError, FileError, RunError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -238,3 +238,30 @@ def report(
     from contiga.report import write_report
 
     print(f"report: {write_report(folder)}")
+
+
+@app.command()
+def reproduce(
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Output folder.")] = Path(
+        "reproduction"
+    ),
+    only: Annotated[
+        str | None,
+        typer.Option(
+            "--only",
+            metavar="5.1,5.4,…",
+            help="Chapters, sections or experiments, separated by commas; all if left out.",
+        ),
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
+) -> None:
+    """Run the experiments of the thesis: a page, tables and pictures beside its own numbers."""
+    from contiga.thesis.reproduce import broken_claims
+    from contiga.thesis.reproduce import reproduce as run_all
+
+    page = run_all(out, only=None if only is None else only.split(","), quiet=quiet)
+    broken = broken_claims(out)
+    if not quiet:
+        print(f"report: {page}")
+    if broken:
+        raise RunError("not every statement held: " + "; ".join(broken))

@@ -15,6 +15,7 @@ from contiga.records import ContactStatus as Is
 from contiga.sim.clock import Clock
 from contiga.sim.run import ContactPart, Simulation
 from contiga.sim.step import Moment, advance
+from contiga.thesis.scenes import scene
 
 
 class Followed(NamedTuple):
@@ -41,10 +42,8 @@ class Followed(NamedTuple):
         return int(self.history["max_penetration"].argmax())
 
 
-def follow(text: str, folder: Path) -> Followed:
+def follow(path: Path, folder: Path) -> Followed:
     """Run a case through the public door, and once more step by step; both must agree."""
-    path = folder / "case.toml"
-    path.write_text(text)
     case = cg.load_case(path)
     result = cg.run(case, out=folder / "out")
     simulation = build(case)
@@ -92,7 +91,18 @@ def check_physics(run: Followed, *, slides_off: bool = False, corners: bool = Fa
 
 @pytest.fixture
 def run_case(tmp_path: Path) -> Callable[[str], Followed]:
-    return lambda text: follow(text, tmp_path)
+    def run(text: str) -> Followed:
+        path = tmp_path / "case.toml"
+        path.write_text(text)
+        return follow(path, tmp_path)
+
+    return run
+
+
+@pytest.fixture
+def run_scene(tmp_path: Path) -> Callable[[str], Followed]:
+    """Runs one of the case files of the thesis' scenes."""
+    return lambda name: follow(scene(name), tmp_path)
 
 
 @pytest.fixture

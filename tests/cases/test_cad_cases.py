@@ -187,3 +187,20 @@ def test_casting_meets_a_cloud_all_around_it(
         # Those that began inside are left out; the others are in contact where they are inside.
         np.testing.assert_array_equal(state.in_contact[fresh], inside[fresh])
     assert run.history["n_contact"].max() > 100
+
+
+def test_bearing_of_loose_faces_pressed_from_above_keeps_its_points(
+    run_case: Callable, physics: Callable, data_dir: Path, occ: ModuleType
+) -> None:
+    """213 IGES faces given one by one: points pass from face to face, none slides off between."""
+    path = data_dir / "occt_bearing.iges"
+    text = _case(
+        f'geometry = {{ file = "{path}" }}\nmotion = {_there_and_back([0, 0, 1.0], 0.004)}',
+        "points = { random = { box = [[-0.045, -0.065, 0.0315], [0.05, 0.05, 0.033]], n = 3000, "
+        "seed = 4 } }",
+    )
+    run = run_case(text)
+    physics(run)
+    assert run.history["n_contact"][10] > 100
+    assert run.history["n_contact"][-1] == 0
+    _agrees_with_occ(run, occ, path, 10, 12)

@@ -12,63 +12,65 @@ from contiga.records import ContactStatus as Is
 UNITS = '[units]\nlength = "m"\nmass = "kg"\ntime = "s"\n'
 FLAT = '[output]\nformats = ["csv"]\nreport = false\n'
 
-# Five rows of twenty points on the underside of a cylinder of radius 1, a little turned, so that
-# no two rows come through together; the table then takes 1, 3, 4, 5 … 3, 2 of them through.
-ANGLES = np.deg2rad([-36.0, -16.0, 4.0, 24.0, 44.0])
-ROWS = 1.0 - np.cos(ANGLES)
 
-
-def _travel(rows_below: list[int]) -> list[float]:
-    """Depth of the lowest point that leaves so many rows below the plane."""
-    heights = np.sort(ROWS)
-    ends = np.concatenate([[heights[0] - 0.1], heights, [heights[-1] + 0.1]])
-    return [float(0.5 * (ends[k] + ends[k + 1])) for k in rows_below]
-
-
-def test_cylinder_cloud_through_a_flat_master(run_case: Callable, physics: Callable) -> None:
+def test_cylinder_cloud_through_a_flat_master(run_scene: Callable, physics: Callable) -> None:
     """Table 5.1: 20, 60, 80, 100, 100, 100, 100, 60, 40 points in contact at steps 6 to 14."""
-    rows = [0, 0, 0, 0, 0, 0, 1, 3, 4, 5, 5, 5, 5, 3, 2, 0]
-    depths = _travel(rows)
-    y = np.linspace(-0.95, 0.95, 20)
-    x, z = np.sin(ANGLES), 1.0 - np.cos(ANGLES)
-    points = [[a, b, c] for a, c in zip(x, z, strict=True) for b in y]
-    table = [[t, 0.0, 0.0, -d] for t, d in enumerate(depths)]
-    run = run_case(f"""
-title = "Cylinder cloud through a flat master"
-{UNITS}
-[time]
-end = 15.0
-step = 1.0
-[[body]]
-name = "plate"
-geometry = {{ shape = "plane", width = 4.0, length = 4.0 }}
-[[slave]]
-name = "cylinder"
-points = {{ coordinates = {np.array(points).tolist()} }}
-motion = {{ kind = "translate", table = {table} }}
-[[contact]]
-master = "plate"
-slave = "cylinder"
-law = {{ kind = "force", curve = 0.5 }}
-area = {{ kind = "constant", value = 0.1 }}
-{FLAT}""")
+    run = run_scene("cylinder_flat")
     physics(run)
     counts = run.history["n_contact"]
     assert counts[6:15].tolist() == [20, 60, 80, 100, 100, 100, 100, 60, 40]
     assert counts[:6].tolist() == 6 * [0]
     assert counts[15] == 0
-    for k, (state, depth) in enumerate(zip(run.states, depths, strict=True)):
-        expected = np.maximum(depth - np.repeat(z, 20), 0.0)
+    for k, state in enumerate(run.states):
+        expected = np.maximum(-run.points(k)[:, 2], 0.0)
         np.testing.assert_allclose(state.penetration, expected, rtol=0, atol=1e-14)
-        # Eq. 3.1 and 3.3: half the greatest penetration, shared by penetration.
+        # Eq. 3.1 and 3.3: half the greatest penetration, shared by penetration and area.
         total = 0.5 * expected.max()
         assert run.history["force"][k] == pytest.approx(total, abs=1e-13)
         if total > 0.0:
-            shares = total * expected / expected.sum()
+            weights = expected * state.area
+            shares = total * weights / weights.sum()
             np.testing.assert_allclose(state.force[:, 2], shares, rtol=0, atol=1e-14)
-    # Widths of the strip in contact, 1 : 3 : 5 rows.
-    rows_in = [int((s.penetration > 0).sum()) // 20 for s in run.states]
-    assert rows_in == rows
+
+
+def test_master_with_two_bumps_and_points_beyond_it(run_scene: Callable, physics: Callable) -> None:
+    """Fig. 5.20: two groups of feet that stay apart; nothing touches beyond the border."""
+    run = run_scene("out_of_boundary")
+    physics(run)
+    (patch,) = run.body.patches
+    side = np.zeros(len(run.points(0)))
+    for k, state in enumerate(run.states):
+        p, on = run.points(k), state.in_contact
+        over = (p[:, 0] > 0.0) & (p[:, 0] < 4.0) & (p[:, 1] > 0.0) & (p[:, 1] < 3.0)
+        assert not on[~over].any()
+        # a foot and its penetration belong together, and the foot is on the master
+        np.testing.assert_allclose(
+            state.foot[on] - state.penetration[on, None] * state.normal[on], p[on], atol=1e-11
+        )
+        np.testing.assert_allclose(patch.evaluate(state.uv[on]), state.foot[on], atol=1e-12)
+        now = np.sign(state.foot[:, 0] - 2.0) * on
+        assert (now * side >= 0.0).all()
+        side = np.where(on, now, side)
+    peak = run.states[run.peak]
+    x = peak.foot[peak.in_contact, 0]
+    assert ((x < 1.7) | (x > 2.3)).all()
+    assert min((x < 2.0).sum(), (x > 2.0).sum()) > 100
+    assert (run.points(run.peak)[:, 1] < 0.0).sum() > 100
+
+
+def test_contact_with_two_bumps_begins_where_the_height_says(run_scene: Callable) -> None:
+    """Points are in contact exactly while they are below the master's height over them."""
+    run = run_scene("out_of_boundary")
+    (patch,) = run.body.patches
+    u = np.linspace(0.0, 1.0, 4001)
+    x_of_u = patch.evaluate(np.column_stack([u, 0.5 + 0.0 * u]))[:, 0]
+    for k, state in enumerate(run.states):
+        p = run.points(k)
+        over = (p[:, 1] > 0.0) & (p[:, 1] < 3.0)
+        uv = np.column_stack([np.interp(p[:, 0], x_of_u, u), p[:, 1] / 3.0])[over]
+        height = p[over, 2] - patch.evaluate(uv)[:, 2]
+        clear = np.abs(height) > 1e-5
+        np.testing.assert_array_equal(state.in_contact[over][clear], height[clear] < 0.0)
 
 
 def test_bumpy_master_with_points_out_of_its_boundary(
@@ -120,40 +122,51 @@ area = {{ kind = "constant", value = 0.1 }}
 
 
 def test_points_that_slide_sideways_out_of_the_boundary(
-    run_case: Callable, physics: Callable
+    run_scene: Callable, physics: Callable
 ) -> None:
-    """Sixty-eight points in contact, then the outermost two leave over the border: 68 → 66."""
-    x = -1.0 + 0.04 * np.arange(34.0)
-    points = [[a, b, 0.05] for b in (-0.2, 0.2) for a in x.tolist()]
-    table = [[0, 0, 0, 0], [1, 0, 0, -0.1], [2, 0, 0, -0.1]]
-    table += [[3 + k, 0.69 + 0.04 * k, 0, -0.1] for k in range(4)]
-    run = run_case(f"""
-title = "Sideways sliding"
-{UNITS}
-[time]
-end = 6.0
-step = 1.0
-[[body]]
-name = "plate"
-geometry = {{ shape = "plane", width = 2.0, length = 1.0 }}
-[[slave]]
-name = "row"
-points = {{ coordinates = {points}, transform = [{{ translate = [0.0101, 0, 0] }}] }}
-motion = {{ kind = "translate", table = {table} }}
-[[contact]]
-master = "plate"
-slave = "row"
-law = {{ kind = "force", curve = 0.5 }}
-area = {{ kind = "constant", value = 0.1 }}
-{FLAT}""")
+    """Fig. 5.21: 68 points in contact, then the outermost two leave over the border: 68 → 66."""
+    run = run_scene("sideways_sliding")
     physics(run, slides_off=True)
-    expected = [0, 68]
-    expected += [2 * int((x + 0.0101 + s <= 1.0).sum()) for s in (0.0, 0.69, 0.73, 0.77, 0.81)]
+    below = [run.points(k)[:, 2] < 0.0 for k in range(17)]
+    over = [run.points(k)[:, 0] >= -1.0 for k in range(17)]
+    expected = [int((b & o).sum()) for b, o in zip(below, over, strict=True)]
     assert run.history["n_contact"].tolist() == expected
-    assert expected == [0, 68, 68, 66, 64, 62, 60]
-    assert run.history["n_slid_off"].tolist() == [0, 0, 0, 2, 2, 2, 2]
+    assert expected == 3 * [0] + 11 * [68] + [66, 64, 64]
+    assert run.history["n_slid_off"].tolist() == 14 * [0] + [2, 2, 0]
     # The force model's total does not depend on how many points carry it.
-    np.testing.assert_allclose(run.history["force"][1:], 0.025, rtol=1e-12)
+    np.testing.assert_allclose(run.history["force"][4:], 0.025, rtol=1e-12)
+
+
+def test_nodes_through_a_curve_follow_their_local_minimum(
+    run_scene: Callable, physics: Callable
+) -> None:
+    """Fig. 5.14 to 5.17: none, two, three nodes; at t = 6 the other branch is closer to some."""
+    run = run_scene("curve_sequence")
+    physics(run)
+    assert run.history["n_contact"].tolist() == [0, 0, 0, 2, 3, 5, 5, 2, 0, 0]
+    turned = []
+    for k, state in enumerate(run.states):
+        on = state.in_contact
+        assert (state.normal[on, 1] < -0.9).all()
+        normal = run.body.project(run.points(k)).normal
+        turned.append(int((on & (normal[:, 1] > 0.0)).sum()))
+    assert turned == [0, 0, 0, 0, 0, 0, 2, 0, 0, 0]
+
+
+def test_point_in_space_follows_the_side_it_came_in_by(
+    run_scene: Callable, physics: Callable
+) -> None:
+    """Fig. 5.18: the foot stays below while the closest point goes over to the top."""
+    run = run_scene("point_in_space")
+    physics(run)
+    top = []
+    for k, state in enumerate(run.states):
+        if state.n_contact:
+            assert state.normal[0, 2] < -0.9
+            x, y, z = state.foot[0] / (2.0, 1.4, 0.4)
+            assert x * x + y * y + z * z == pytest.approx(1.0, abs=1e-13)
+            top.append(run.body.project(run.points(k)).normal[0, 2] > 0.0)
+    assert top == 4 * [False] + 4 * [True]
 
 
 def test_a_profile_keeps_its_local_minimum_where_the_global_one_jumps(

@@ -93,8 +93,7 @@ def test_box_has_six_whole_faces_twelve_shared_edges_and_normals_outward(tmp_pat
     assert np.allclose(body.bounds(), [[0, 0, 0], [1, 2, 3]], atol=1e-14)
 
 
-def test_shared_edges_of_a_box_run_along_both_faces_in_the_noted_sense(tmp_path):
-    body = cg.read_cad(write_step(tmp_path / "box.step", box()))
+def assert_edges_run_as_noted(body: cg.Body) -> None:
     for edge in body.edges:
         ends = edge.curve.evaluate(np.array(edge.curve.domain))
         for use in edge.uses:
@@ -103,6 +102,65 @@ def test_shared_edges_of_a_box_run_along_both_faces_in_the_noted_sense(tmp_path)
             sides += [[(u0, v0), (u1, v0)], [(u0, v1), (u1, v1)]]
             on = body.patches[use.patch].evaluate(np.array(sides[use.index]))
             assert np.allclose(on[::-1] if use.reversed else on, ends, atol=1e-12)
+
+
+def test_shared_edges_of_a_box_run_along_both_faces_in_the_noted_sense(tmp_path):
+    assert_edges_run_as_noted(cg.read_cad(write_step(tmp_path / "box.step", box())))
+
+
+def loose(shape: Any, *, turned: int = -1) -> Any:
+    """Every face of `shape` on its own, with edges of its own; face `turned` inside out."""
+    from OCP.BRep import BRep_Builder
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS_Compound
+
+    builder, made = BRep_Builder(), TopoDS_Compound()
+    builder.MakeCompound(made)
+    explorer = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
+    number = 0
+    while explorer.More():
+        face = BRepBuilderAPI_Copy(explorer.Current()).Shape()
+        builder.Add(made, face.Reversed() if number == turned else face)
+        explorer.Next()
+        number += 1
+    return made
+
+
+@pytest.mark.parametrize("turned", [-1, 0, 4])
+def test_loose_faces_of_a_box_share_their_edges_and_face_one_way(tmp_path, turned):
+    body = cg.read_cad(write_step(tmp_path / "box.step", loose(box(), turned=turned)))
+    assert len(body.patches) == 6
+    assert [len(edge.uses) for edge in body.edges] == 12 * [2]
+    assert body.volume() == pytest.approx(6.0, rel=1e-14)
+    assert outward(body)
+    assert_edges_run_as_noted(body)
+
+
+def test_faces_that_do_not_touch_keep_edges_of_their_own(tmp_path):
+    apart = moved(box(), 0.0, (1.0 + 1e-4, 0.0, 0.0))
+    body = cg.read_cad(write_step(tmp_path / "two.step", loose(box()), loose(apart)))
+    assert [len(edge.uses) for edge in body.edges] == 24 * [2]
+
+
+def test_an_edge_that_meets_two_in_turn_is_shared_with_both(tmp_path):
+    # Two small plates along one side of a long one.
+    from OCP.BRep import BRep_Builder
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.gp import gp_Pln
+    from OCP.TopoDS import TopoDS_Compound
+
+    builder, made = BRep_Builder(), TopoDS_Compound()
+    builder.MakeCompound(made)
+    for u0, u1, v0, v1 in ((0, 2, 0, 1), (0, 1, 1, 2), (1, 2, 1, 2)):
+        builder.Add(made, BRepBuilderAPI_MakeFace(gp_Pln(), u0, u1, v0, v1).Face())
+    body = cg.read_cad(write_step(tmp_path / "plates.step", made))
+    assert sorted(len(edge.uses) for edge in body.edges) == [*(7 * [1]), 2, 3]
+    contact = cg.Contact(body, cg.Slave([[0.5, 0.9, 0.1]], area=[1.0]), law=cg.PenaltyLaw(1.0))
+    state = contact.step(contact.start([[0.5, 0.9, 0.1]]), [[0.5, 0.9, -0.05]])
+    state = contact.step(state, [[0.5, 1.2, -0.05]])
+    assert state.status[0] == cg.ContactStatus.OLD
 
 
 @pytest.mark.parametrize("unit", ["MM", "M", "INCH"])

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
+import numpy as np
+from numpy.typing import NDArray
+
 from contiga.errors import InputError
 from contiga.geometry.body import Body
 from contiga.geometry.trimesh import TriMesh
@@ -45,10 +48,9 @@ class AreaInput(NamedTuple):
         if isinstance(self.body, Body):
             return self.body
         raise InputError(
-            "hulls are drawn in the (u, v) of a patch, which a mesh does not have",
+            "hulls and areas by the feet need the (u, v) of a patch, which a mesh does not have",
             where="area",
-            found="HullArea",
-            allowed="FacetArea, CloudArea or NodalArea for a master of triangles",
+            allowed="FacetArea, CloudArea at rest or NodalArea for a master of triangles",
         )
 
 
@@ -63,13 +65,25 @@ class Areas(NamedTuple):
     """Whose area it is: "slave" or "master"."""
 
 
+class Outlines(NamedTuple):
+    """Closed lines around regions of contact, body frame: points[first[i]:first[i+1]] each."""
+
+    points: FloatArray
+    """(k, 3), the first of a line not repeated at its end."""
+    first: NDArray[np.int64]
+    """(lines + 1,)."""
+    clusters: IntArray
+    """(lines,) number of the region each bounds; a region with holes has several."""
+
+
 @runtime_checkable
 class AreaMethod(Protocol):
     """How much area each point in contact stands for.
 
     A method that keeps something about the slave (its neighbours, say) has a method `prepare`
     beside `measure`, which is called once with the slave's `Rest`; what it returns comes back in
-    every `AreaInput`. Methods themselves never change.
+    every `AreaInput`. A method that can say where contact ends has `outlines(inp) -> Outlines`.
+    Methods themselves never change.
     """
 
     def measure(self, inp: AreaInput) -> Areas:
@@ -81,3 +95,9 @@ def prepared(method: AreaMethod, rest: Rest) -> Any:
     """What `method` keeps about a slave; None for methods that keep nothing."""
     prepare = getattr(method, "prepare", None)
     return None if prepare is None else prepare(rest)
+
+
+def outlines_of(method: AreaMethod, inp: AreaInput) -> Outlines | None:
+    """Where contact ends as `method` sees it; None for methods that do not say."""
+    outlines = getattr(method, "outlines", None)
+    return None if outlines is None else outlines(inp)

@@ -7,8 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.area.base import AreaInput, Areas, Rest
+from contiga.area.base import AreaInput, Areas, Outlines, Rest
 from contiga.area.facet import measure_facets
+from contiga.area.feet import web_of
+from contiga.area.outline import facet_outlines, no_outlines
 from contiga.area.profile import profile_depth
 from contiga.area.regions import Graph, Topology, neighbours_of, regions, topology_of
 from contiga.errors import InputError
@@ -21,21 +23,26 @@ LINE = 1e-9
 
 
 class Prepared(NamedTuple):
-    """Triangles between the points of a cloud at rest, or its neighbours where it is a line."""
+    """Triangles between the points of a cloud at rest, and its neighbours."""
 
     topology: Topology | None
+    """None by "feet" and on a line."""
     graph: Graph
+    line: bool
 
 
 @dataclass(frozen=True)
 class CloudArea:
-    """Area of a cloud by the Delaunay triangles of its rest positions in the best-fit plane.
+    """Area of a cloud by Delaunay triangles between its points, the dual of the Voronoi diagram.
 
-    The triangles (the dual of the Voronoi diagram) are made once and then cut where contact ends,
-    as `FacetArea` does with the facets of a mesh: of second order in the spacing.
+    The triangles are cut where contact ends, as `FacetArea` does with the facets of a mesh: of
+    second order in the spacing.
 
     Parameters
     ----------
+    by : "rest": triangles of the rest positions in their best-fit plane, made once. "feet":
+        triangles of the feet on the master, of the points in contact and those next to them,
+        made anew at every step in a chart of each region; for clouds that are no sheet at rest
     on : as for `FacetArea`
     bridge : triangles with a side longer than `bridge` times the local spacing (the distance to
         the third neighbour) are left out: they span gaps and hollows of the cloud
@@ -43,21 +50,32 @@ class CloudArea:
     Raises
     ------
     InputError
-        A `bridge` that is not above 1; at a contact, fewer than two points, or a cloud that the
-        best-fit plane does not show from one side only.
+        A `bridge` that is not above 1, an unknown `by` or `on`; at a contact, fewer than two
+        points, or by "rest" a cloud that the best-fit plane does not show from one side only.
 
     Notes
     -----
-    Limits: the cloud at rest must be a graph over its best-fit plane, which a sheet is and a
-    closed tube is not. Nothing reaches beyond the outermost points, where a Voronoi cell would
-    reach on without end. Points on a line belong to a plane problem: on a body made by
-    `Body.from_profile` each stands for half the way to its neighbours in contact, times the depth.
+    Limits by "rest": the cloud at rest must be a graph over its best-fit plane, which a sheet is
+    and a closed tube is not. By "feet": two regions fewer than three spacings apart share the
+    points between them, of which each lacks some; a region that bends by more than 60° from its
+    mean normal and lies on several patches lacks the strips between those. Nothing reaches beyond
+    the outermost points, where a Voronoi cell would reach on without end. Points on a line belong
+    to a plane problem: on a body made by `Body.from_profile` each stands for half the way to its
+    neighbours in contact, times the depth.
     """
 
     on: str | None = None
     bridge: float = BRIDGE
+    by: str = "rest"
 
     def __post_init__(self) -> None:
+        if self.by not in ("rest", "feet"):
+            raise InputError(
+                "unknown positions to take the triangles of",
+                where="by",
+                found=self.by,
+                allowed='"rest", "feet"',
+            )
         if self.on not in (None, "slave", "master"):
             raise InputError(
                 "unknown side to measure the area on",
@@ -79,15 +97,23 @@ class CloudArea:
                 allowed="two points or more",
                 remedy="Use NodalArea(value)",
             )
+        graph, line = neighbours_of(rest.points), is_line(rest.points)
+        if line or self.by == "feet":
+            return Prepared(None, graph, line)
         facets = triangles_of(rest.points, self.bridge)
-        topology = None if facets is None else topology_of(facets, len(rest.points))
-        return Prepared(topology, neighbours_of(rest.points))
+        return Prepared(topology_of(facets, len(rest.points)), graph, line)
 
     def measure(self, inp: AreaInput) -> Areas:
         """Areas of the points in contact."""
-        topology, graph = inp.prepared
+        topology, graph, line = inp.prepared
+        on = self.on or inp.on
+        if len(inp.rows) == 0:
+            return Areas(np.zeros(0), np.zeros(0, np.int32), on)
         if topology is not None:
-            return measure_facets(inp, topology, self.on or inp.on)
+            return measure_facets(inp, topology, on)
+        if not line:
+            web = web_of(inp, graph, self.bridge)
+            return measure_facets(web.inp, web.topology, on)._replace(clusters=web.clusters)
         clusters = regions(graph, inp.rows, inp.points)
         depth = profile_depth(inp.body)
         if depth is None:
@@ -98,9 +124,25 @@ class CloudArea:
             )
         return Areas(_along_line(inp, graph, depth), clusters, "slave")
 
+    def outlines(self, inp: AreaInput) -> Outlines:
+        """Where contact ends, as for `FacetArea`; none for points on a line."""
+        topology, graph, line = inp.prepared
+        if line or len(inp.rows) == 0:
+            return no_outlines()
+        if topology is not None:
+            return facet_outlines(inp, topology, self.on or inp.on)
+        web = web_of(inp, graph, self.bridge)
+        return facet_outlines(web.inp, web.topology, self.on or inp.on)
 
-def triangles_of(points: FloatArray, bridge: float = BRIDGE) -> IntArray | None:
-    """(m, 3) Delaunay triangles of a cloud (n, 3) in its best-fit plane; None for a line.
+
+def is_line(points: FloatArray) -> bool:
+    """Whether points (n, 3) lie on a line, or are fewer than three."""
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return len(points) < 3 or bool(spread[1] <= LINE * spread[0])
+
+
+def triangles_of(points: FloatArray, bridge: float = BRIDGE) -> IntArray:
+    """(m, 3) Delaunay triangles of a cloud (n, 3), no line, in its best-fit plane.
 
     Raises
     ------
@@ -110,9 +152,7 @@ def triangles_of(points: FloatArray, bridge: float = BRIDGE) -> IntArray | None:
     from scipy.spatial import Delaunay, cKDTree
 
     centred = points - points.mean(axis=0)
-    _, spread, axes = np.linalg.svd(centred, full_matrices=False)
-    if len(points) < 3 or spread[1] <= LINE * spread[0]:
-        return None
+    axes = np.linalg.svd(centred, full_matrices=False)[2]
     chart = centred @ axes[:2].T
     k = min(4, len(points))
     spacing = cKDTree(points).query(points, k=k)[0][:, -1]
@@ -128,7 +168,7 @@ def triangles_of(points: FloatArray, bridge: float = BRIDGE) -> IntArray | None:
             where="area",
             found=f"{len(triangles) - len(kept)} of {len(triangles)} triangles bridge its points",
             allowed="a sheet of points",
-            remedy="Use NodalArea(value) or HullArea(), or give the slave facets",
+            remedy='Use CloudArea(by="feet"), NodalArea(value) or HullArea(), or give facets',
         )
     return kept
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.area import _facet_nb, _jacobian_nb, _touch_nb, _union_nb
-from contiga.area.base import AreaInput, Areas, Rest
+from contiga.area.base import AreaInput, Areas, Outlines, Rest
 from contiga.area.regions import Topology, topology_of
 from contiga.errors import InputError
 from contiga.num.threads import run_ranges
@@ -81,6 +81,12 @@ class FacetArea:
         """Areas of the points in contact, by the parts of their facets."""
         return measure_facets(inp, inp.prepared, self.on or inp.on)
 
+    def outlines(self, inp: AreaInput) -> Outlines:
+        """Where contact ends, on the side that is measured."""
+        from contiga.area.outline import facet_outlines
+
+        return facet_outlines(inp, inp.prepared, self.on or inp.on)
+
 
 def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
     """Nodal areas on the slave or the master from the facets of `topology`."""
@@ -92,13 +98,12 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
     area = np.zeros(n_c)
     _add_whole(inp, whole, on, area)
     if len(part):
-        found, *numbered = _touch_nb.around(topology.facets, part, inp.points, place)
-        _add_parts(inp, _Parts(topology.facets[found], *numbered), on, area)
+        _add_parts(inp, parts_of(inp, topology, part, place), on, area)
     clusters = _union_nb.facet_components(whole, place[topology.facets[part]], n_c)
     return Areas(area, clusters, on)
 
 
-class _Parts(NamedTuple):
+class Parts(NamedTuple):
     """Facets that touch in part."""
 
     nodes: IntArray
@@ -111,6 +116,39 @@ class _Parts(NamedTuple):
     """(f,) corners out of contact, among all points."""
     start: IntArray
     """(f,) number of the nearest inner corner of each."""
+
+
+class Cut(NamedTuple):
+    """Where facets that touch in part are cut."""
+
+    feet: Projection
+    """Of the corners, inner ones first."""
+    fraction: FloatArray
+    """(m, 3) way along each edge from its end in contact."""
+    border: IntArray
+    """(m, 3) row in `ends` of edges on which the foot leaves the surface, or −1."""
+    ends: Projection
+    """Feet where it leaves."""
+
+
+def parts_of(inp: AreaInput, topology: Topology, part: IntArray, place: IntArray) -> Parts:
+    """The facets `part`, their corners numbered on their own."""
+    found, *numbered = _touch_nb.around(topology.facets, part, inp.points, place)
+    return Parts(topology.facets[found], *numbered)
+
+
+def cut_parts(inp: AreaInput, parts: Parts) -> Cut:
+    """Where contact ends on the edges of facets that touch in part."""
+    nodes, corner = parts.nodes, parts.corner
+    n_i, m = len(parts.inner), len(nodes)
+    surface = surface_of(inp.body)
+    feet = _feet_around(surface, inp, parts)
+    fraction = np.empty((m, 3))
+    border = _facet_nb.cuts(corner, feet, n_i, fraction)
+    row = np.full((m, 3), -1, np.int32)
+    row.ravel()[border] = np.arange(len(border))
+    ends = _leave(surface, inp, feet, _ends(nodes, corner, border, n_i), fraction.ravel(), border)
+    return Cut(feet, fraction, row, ends)
 
 
 def _add_whole(inp: AreaInput, corner: IntArray, on: str, area: FloatArray) -> None:
@@ -136,34 +174,29 @@ def _add_whole(inp: AreaInput, corner: IntArray, on: str, area: FloatArray) -> N
     _facet_nb.gather(corner, share, area)
 
 
-def _add_parts(inp: AreaInput, parts: _Parts, on: str, area: FloatArray) -> None:
+def _add_parts(inp: AreaInput, parts: Parts, on: str, area: FloatArray) -> None:
     """Add the areas of the parts of facets that are cut where contact ends."""
     nodes, corner = parts.nodes, parts.corner
     n_i, m = len(parts.inner), len(nodes)
     surface = surface_of(inp.body)
-    feet = _feet_around(surface, inp, parts)
-    fraction = np.empty((m, 3))
-    border = _facet_nb.cuts(corner, feet, n_i, fraction)
-    row = np.full((m, 3), -1, np.int32)
-    row.ravel()[border] = np.arange(len(border))
-    ends = _leave(surface, inp, feet, _ends(nodes, corner, border, n_i), fraction.ravel(), border)
+    cut = cut_parts(inp, parts)
     share = np.empty((m, 3))
     if on == "slave":
-        slave = (nodes, inp.points, corner, n_i, fraction, share)
+        slave = (nodes, inp.points, corner, n_i, cut.fraction, share)
         run_ranges(_facet_nb.slave_pieces, m, FACETS, *slave)
     elif not isinstance(surface, ExactSurface):
-        images = (corner, feet.point, corner, n_i, fraction, share)
+        images = (corner, cut.feet.point, corner, n_i, cut.fraction, share)
         run_ranges(_facet_nb.slave_pieces, m, FACETS, *images)
     else:
-        sides = (n_i, row, ends)
-        master = (surface.tables, corner, feet, sides, fraction, share)
+        sides = (n_i, cut.border, cut.ends)
+        master = (surface.tables, corner, cut.feet, sides, cut.fraction, share)
         run_ranges(_facet_nb.master_pieces, m, PIECES, *master)
     own = np.zeros(n_i)
     _facet_nb.gather(corner, share, own)
     area[parts.inner] += own
 
 
-def _feet_around(surface: Surface, inp: AreaInput, parts: _Parts) -> Projection:
+def _feet_around(surface: Surface, inp: AreaInput, parts: Parts) -> Projection:
     """Feet of the inner corners, and after them those of the free ones."""
     near = rows_of(inp.feet, parts.inner)
     out = empty_projection(len(parts.free))

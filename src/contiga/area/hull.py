@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
@@ -9,8 +10,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from contiga.area import _hull_nb
-from contiga.area.base import AreaInput, Areas, Rest
+from contiga.area.base import AreaInput, Areas, Outlines, Rest
 from contiga.area.cluster import check_options, clusters_of
+from contiga.area.outline import joined
 from contiga.area.polygon import area_over, closing, plane_area
 from contiga.area.profile import profile_depth
 from contiga.area.regions import Graph, Topology, regions, structure_of
@@ -23,6 +25,8 @@ from contiga.records import FloatArray, IntArray
 MAPPINGS = ("linear", "exact")
 # Share of a patch's net area that its base may miss, where no tolerance is given.
 BASE = 1e-3
+# Points a side of a hull is drawn with.
+SIDE = 8
 
 
 class _Patch(NamedTuple):
@@ -117,18 +121,47 @@ class HullArea:
             places, self._method, k=self._k, eps=self.eps, min_points=self.min_points
         )
 
+    def outlines(self, inp: AreaInput) -> Outlines:
+        """The hulls, as they lie on the master."""
+        lines, clusters = [], []
+        label = self._clusters(inp) if len(inp.rows) else np.zeros(0, np.int32)
+        for cluster in range(int(label.max(initial=-1)) + 1):
+            for _, patch, polygon in _hulls(inp, np.flatnonzero(label == cluster)):
+                if len(polygon) > 2:
+                    lines.append(_on_surface(patch, polygon))
+                    clusters.append(cluster)
+        return joined(lines, clusters)
+
     def _cluster_area(self, inp: AreaInput, own: np.ndarray) -> float:
         total = 0.0
-        for k in np.unique(inp.feet.patch[own]):
-            patch = _patch_of(inp.exact, int(k))
-            uv = unrolled(inp.feet.uv[own[inp.feet.patch[own] == k]], patch.periods)
-            polygon = hull_of(_over_depth(inp.exact, uv))
+        for k, patch, polygon in _hulls(inp, own):
             if self.mapping == "exact":
                 total += area_over(patch.surface, polygon, patch.periods)
             else:
-                base = _base_area(inp.exact, int(k), self.tolerance)
+                base = _base_area(inp.exact, k, self.tolerance)
                 total += plane_area(polygon) / patch.domain * base
         return total
+
+
+def _hulls(inp: AreaInput, own: np.ndarray) -> Iterator[tuple[int, _Patch, FloatArray]]:
+    """Patch and hull of the points `own` of one cluster, on each patch that has some of them."""
+    for k in np.unique(inp.feet.patch[own]):
+        patch = patch_of(inp.exact, int(k))
+        uv = unrolled(inp.feet.uv[own[inp.feet.patch[own] == k]], patch.periods)
+        yield int(k), patch, hull_of(_over_depth(inp.exact, uv))
+
+
+def _on_surface(patch: _Patch, polygon: FloatArray) -> FloatArray:
+    """A polygon in (u, v) as a line in space, its sides drawn with `SIDE` points each."""
+    t = np.arange(SIDE)[:, None] / SIDE
+    uv = np.concatenate(
+        [a + t * (b - a) for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True)]
+    )
+    for axis, (low, high) in enumerate(patch.surface.domain):
+        if patch.periods[axis] > 0.0:
+            uv[:, axis] = low + np.mod(uv[:, axis] - low, patch.periods[axis])
+        uv[:, axis] = np.clip(uv[:, axis], low, high)
+    return patch.surface.evaluate(uv)
 
 
 def hull_of(points: FloatArray) -> FloatArray:
@@ -163,7 +196,8 @@ _PATCHES: WeakKeyDictionary[Body, dict[int, _Patch]] = WeakKeyDictionary()
 _BASES: WeakKeyDictionary[Body, dict[tuple[int, float | None], float]] = WeakKeyDictionary()
 
 
-def _patch_of(body: Body, k: int) -> _Patch:
+def patch_of(body: Body, k: int) -> _Patch:
+    """What is kept about patch `k` of a body."""
     kept = _PATCHES.setdefault(body, {})
     if k not in kept:
         surface = body.patches[k]

@@ -181,16 +181,17 @@ class FacetAreaSpec(Spec):
 
 
 class CloudAreaSpec(Spec):
-    """`{ kind = "cloud", on, bridge }`: `CloudArea`."""
+    """`{ kind = "cloud", on, bridge, by }`: `CloudArea`."""
 
     kind: Literal["cloud"] = "cloud"
     on: Literal["slave", "master"] | None = None
     bridge: Positive = 3.0
+    by: Literal["rest", "feet"] = "rest"
 
     @cached_property
     def method(self) -> AreaMethod:
         """The method."""
-        return CloudArea(self.on, self.bridge)
+        return CloudArea(self.on, self.bridge, self.by)
 
     @model_validator(mode="after")
     def _method_is_possible(self) -> Self:
@@ -199,7 +200,8 @@ class CloudAreaSpec(Spec):
 
     def describe(self) -> str:
         """In words."""
-        return "triangles between the points at rest, cut where contact ends"
+        where = "the points at rest" if self.by == "rest" else "the feet on the master"
+        return f"triangles between {where}, cut where contact ends"
 
 
 class HullAreaSpec(Spec):

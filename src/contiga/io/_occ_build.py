@@ -121,12 +121,12 @@ class OccEdges:
         self._tolerance = tolerance
         self._edges = [BRepBuilderAPI_MakeEdge(occ_curve(curve)).Edge() for curve in curves]
 
-    def Add(self, edge: Any) -> int:  # the name an OpenCASCADE map has
-        """Number of `edge`, −1 if it is none of these."""
+    def add(self, edge: Any) -> tuple[int, bool]:
+        """Number of `edge`, −1 if it is none of these, and that it runs as that edge does."""
         for number, known in enumerate(self._edges):
             if known.IsSame(edge):
-                return number
-        return -1
+                return number, False
+        return -1, False
 
     def face(self, surface: NurbsSurface, trims: list[Any], turned: bool) -> Any:
         """A TopoDS_Face on `surface`; `trims` are loops of items with ``edge`` and ``reversed``.

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from contiga.io._loops import (
     gaps,
     rectangle_sides,
 )
+from contiga.io._sew import Sewn
 from contiga.io._warp import bent
 from contiga.io.units import length_factor, short_name
 from contiga.records import FloatArray
@@ -41,6 +42,13 @@ THIN = 1e-10
 """Faces this much longer than wide are lines."""
 OPEN = 1e-3
 """A loop open by more than this share of the face is not a loop; below it is closed straight."""
+
+
+class Numbers(Protocol):
+    """What numbers the edges of faces."""
+
+    def add(self, edge: Any) -> tuple[int, bool]:
+        """Number of a TopoDS_Edge, and whether it runs against the edge of that number."""
 
 
 class Transferred(NamedTuple):
@@ -151,24 +159,26 @@ def _transfer_iges(path: Path) -> Transferred:
 
 
 def _body(shape: Any, path: Path, scale: float, unit: str | None) -> Body:
-    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher
     from OCP.TopAbs import TopAbs_ShapeEnum
     from OCP.TopExp import TopExp_Explorer
     from OCP.TopoDS import TopoDS
 
     assembly = Assembly(str(path))
-    edges = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
+    sewn = None
     if shape is not None and not shape.IsNull():
+        sewn = Sewn(shape)
         explorer = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
         number = 0
         while explorer.More():
             face = TopoDS.Face(explorer.Current())
-            add_face(assembly, face, edges, scale, f"{path}, face {number}")
+            if sewn.turned(face):
+                face = TopoDS.Face(face.Reversed())
+            add_face(assembly, face, sewn, scale, f"{path}, face {number}")
             explorer.Next()
             number += 1
 
     def edge_of(index: int) -> Edge | None:
-        return _edge(TopoDS.Edge(edges.FindKey(index)), scale)
+        return None if sewn is None else _edge(sewn.edge(index), scale)
 
     return assembly.body(path.stem, edge_of, unit)
 
@@ -188,8 +198,8 @@ def _edge(edge: Any, scale: float) -> Edge | None:
     return Edge(occ.curve3d_from(curve, first, last, scale), tolerance)
 
 
-def add_face(assembly: Assembly, face: Any, edges: Any, scale: float, where: str) -> None:
-    """Convert a TopoDS_Face and add it; ``edges.Add(edge)`` numbers its edges."""
+def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where: str) -> None:
+    """Convert a TopoDS_Face and add it; `edges` numbers its edges."""
     raw = _raw_face(face, edges)
     if raw is None or _is_thin(raw):
         warn(f"{where}: a face without extent was left out")
@@ -252,7 +262,7 @@ def _mapped_sides(sides: Sides, patch: occ.Patch) -> Sides:
     return sides._replace(span=spans)
 
 
-def _raw_face(face: Any, edges: Any) -> RawFace | None:
+def _raw_face(face: Any, edges: Numbers) -> RawFace | None:
     """Surface, ordered loops and bounds of a face; None if it has no extent."""
     from OCP.BRep import BRep_Tool
     from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
@@ -298,7 +308,7 @@ def _box(surface: Any, loops: list[Loop], periods: FloatArray) -> FloatArray:
     return box
 
 
-def _strands(wire: Any, face: Any, edges: Any) -> Loop:
+def _strands(wire: Any, face: Any, edges: Numbers) -> Loop:
     """The p-curves of a wire in its order, each running the wire's way."""
     strands = []
     for edge in _wire_edges(wire, face):
@@ -329,7 +339,7 @@ def _wire_edges(wire: Any, face: Any) -> list[Any]:
     return ordered if len(ordered) == len(stored) else stored
 
 
-def _strand(edge: Any, face: Any, edges: Any) -> Strand | None:
+def _strand(edge: Any, face: Any, edges: Numbers) -> Strand | None:
     from OCP.BRep import BRep_Tool
     from OCP.ShapeFix import ShapeFix_Edge
     from OCP.TopAbs import TopAbs_Orientation
@@ -345,6 +355,6 @@ def _strand(edge: Any, face: Any, edges: Any) -> Strand | None:
         return None
     image = occ.pcurve_from(curve, first, last)
     turned = edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
-    number = -1 if BRep_Tool.Degenerated_s(edge) else int(edges.Add(edge))
+    number, against = (-1, False) if BRep_Tool.Degenerated_s(edge) else edges.add(edge)
     tolerance = float(BRep_Tool.Tolerance_s(edge))
-    return Strand(image.reversed() if turned else image, number, turned, tolerance)
+    return Strand(image.reversed() if turned else image, number, turned != against, tolerance)

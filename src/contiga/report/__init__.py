@@ -30,7 +30,7 @@ def write_report(folder: str | Path) -> Path:
         The folder is not that of a finished run.
     """
     from contiga.io.atomic import atomic_write
-    from contiga.report.folder import read_fields, read_run
+    from contiga.report.folder import read_fields, read_outlines, read_run
     from contiga.report.html import page
     from contiga.report.peak import at_frame, peak_frame
     from contiga.report.plots import history_figures, view_figure
@@ -40,12 +40,13 @@ def write_report(folder: str | Path) -> Path:
     series = read_fields(run)
     still = view = peak_time = None
     if series is not None:
-        peak = at_frame(series, peak_frame(series, run.times, run.total("force")))
+        frame = peak_frame(series, run.times, run.total("force"))
+        peak = at_frame(series, frame, read_outlines(run))
         peak_time = peak.time
         with atomic_write(run.folder / PICTURE) as path:
-            draw_still(peak, path, length=run.units.length, time=run.units.time)
+            draw_still(peak, path, run.units)
         still = (run.folder / PICTURE).read_bytes()
-        view = view_figure(peak, run.units.length)
+        view = view_figure(peak, run.units)
     text = page(
         run,
         still=still,

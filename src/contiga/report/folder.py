@@ -12,6 +12,7 @@ from contiga.errors import FileError
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
+    from contiga.io.outlines import OutlineSeries
     from contiga.io.vtkhdf import FieldSeries
 
 _ONLY_ONE = "contact"
@@ -115,6 +116,16 @@ def read_fields(run: Run) -> FieldSeries | None:
 
     series = read(path)
     return series if len(series.times) else None
+
+
+def read_outlines(run: Run) -> OutlineSeries | None:
+    """The outlines of the regions of contact over time, None where the run wrote none."""
+    path = run.folder / "outlines.vtkhdf"
+    if not path.is_file():
+        return None
+    from contiga.io.outlines import read_outlines as read
+
+    return read(path)
 
 
 def _units(named: dict[str, str]) -> Units:

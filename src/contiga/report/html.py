@@ -18,16 +18,25 @@ from contiga.report.tables import (
 )
 
 _BODY_BUTTONS = """
-<div class="choice" role="group" aria-label="How the body is drawn">
+<div class="choice" role="group" aria-label="How the body is drawn" data-what="body">
 <button data-opacity="1" aria-pressed="false">Solid body</button>
 <button data-opacity="0.25" aria-pressed="true">Glass</button>
 <button data-opacity="0" aria-pressed="false">Hidden</button></div>
+"""
+_CHOOSING = """
 <script>
 document.querySelectorAll(".choice button").forEach(function (button) {
   button.addEventListener("click", function () {
-    var opacity = Number(button.dataset.opacity);
-    Plotly.restyle("view", {opacity: opacity, visible: opacity > 0}, [0]);
-    document.querySelectorAll(".choice button").forEach(function (other) {
+    var group = button.parentElement;
+    if (group.dataset.what === "body") {
+      var opacity = Number(button.dataset.opacity);
+      Plotly.restyle("view", {opacity: opacity, visible: opacity > 0}, [0]);
+    } else {
+      var looks = document.getElementById("view").layout.meta.looks[button.dataset.field];
+      Plotly.restyle("view", looks[0], [1]);
+      Plotly.restyle("view", looks[1], [2]);
+    }
+    group.querySelectorAll("button").forEach(function (other) {
       other.setAttribute("aria-pressed", String(other === button));
     });
   });
@@ -110,13 +119,35 @@ def _pictures(run: Run, still: bytes | None, view: Any, peak_time: float | None)
         f'<figure><img alt="Body, slave and contact at the peak" '
         f'src="data:image/png;base64,{image}">'
         '<figcaption class="caption">The recorded time of greatest force. Slave points are drawn '
-        "where they are, so those in contact lie inside the body; colour says how deep, dots mark "
-        "the points.</figcaption></figure>"
+        "where they are, so those in contact lie inside the body. "
+        f"{_still_note(view)}</figcaption></figure>"
         "<h2>Turn it about</h2>"
-        f"{_BODY_BUTTONS}"
-        f'<div class="frame">{_figure(view, "view", VIEW_CONFIG)}</div>'
+        f"{_BODY_BUTTONS}{_field_buttons(view)}"
+        f'<div class="frame">{_figure(view, "view", VIEW_CONFIG)}</div>{_CHOOSING}'
         '<p class="caption">Drag to turn, scroll to come closer; the house goes back.</p>'
     )
+
+
+def _still_note(view: Any) -> str:
+    """What the still picture shows of the contact."""
+    bar = escape(view.data[2].marker.colorbar.title.text or "")
+    lines = len(view.data) > 3
+    marks = "lines go around the regions of contact" if lines else "dots mark the points"
+    return f"Colour is {bar[:1].lower()}{bar[1:]}; {marks}."
+
+
+def _field_buttons(view: Any) -> str:
+    """A choice of what the colours show, where there is one."""
+    meta = view.layout.meta
+    if not meta:
+        return ""
+    buttons = "".join(
+        f'<button data-field="{name}" aria-pressed="{str(name == meta["first"]).lower()}">'
+        f"{name.capitalize()}</button>"
+        for name in meta["looks"]
+    )
+    group = 'class="choice" role="group" aria-label="What the colours show" data-what="field"'
+    return f"<div {group}>{buttons}</div>"
 
 
 def _histories(figures: list[Any]) -> str:

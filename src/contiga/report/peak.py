@@ -10,7 +10,19 @@ from numpy.typing import NDArray
 from contiga.records import IN_CONTACT, FloatArray, IntArray
 
 if TYPE_CHECKING:
+    from contiga.io.outlines import OutlineSeries
     from contiga.io.vtkhdf import FieldSeries
+
+
+class Outline(NamedTuple):
+    """A closed line around a region of contact."""
+
+    points: FloatArray
+    """(k, 3), the first not repeated at the end."""
+    cluster: int
+    """Number of the region in its contact."""
+    contact: int
+    """Number of the contact."""
 
 
 class Peak(NamedTuple):
@@ -31,6 +43,12 @@ class Peak(NamedTuple):
     """(n_s,) zero outside the contact."""
     direction: FloatArray
     """(3,) mean normal of the contact, to the free side; zero without a contact."""
+    pressure: FloatArray | None = None
+    """(n_s,) zero outside the contact; None where the run recorded none."""
+    cluster: IntArray | None = None
+    """(n_s,) number of the region of contact, −1 outside; None where the run recorded none."""
+    outlines: tuple[Outline, ...] = ()
+    """Lines around the regions of contact."""
 
 
 def stacked(series: FieldSeries, frame: int, kind: str) -> tuple[FloatArray, IntArray, IntArray]:
@@ -63,13 +81,18 @@ def peak_frame(series: FieldSeries, times: FloatArray, force: FloatArray) -> int
     return int(np.argmax(depth))
 
 
-def at_frame(series: FieldSeries, frame: int) -> Peak:
-    """The scene of one recorded frame."""
+def at_frame(series: FieldSeries, frame: int, outlines: OutlineSeries | None = None) -> Peak:
+    """The scene of one recorded frame; `outlines` has the same frames as `series`."""
     body_points, body_triangles, _ = stacked(series, frame, "body")
     slave_points, slave_triangles, rows = stacked(series, frame, "slave")
     status = np.asarray(series.data(frame, "contact_status"))[rows]
     in_contact = np.isin(status, [int(member) for member in IN_CONTACT])
     penetration = np.where(in_contact, np.asarray(series.data(frame, "penetration"))[rows], 0.0)
+    pressure = cluster = None
+    if "pressure" in series.names:
+        pressure = np.where(in_contact, np.asarray(series.data(frame, "pressure"))[rows], 0.0)
+    if "cluster" in series.names:
+        cluster = np.where(in_contact, np.asarray(series.data(frame, "cluster"))[rows], -1)
     normal = np.asarray(series.data(frame, "normal"), dtype=np.float64)[rows]
     normal = np.where(in_contact[:, None], np.nan_to_num(normal), 0.0)
     mean = normal.sum(axis=0)
@@ -83,4 +106,17 @@ def at_frame(series: FieldSeries, frame: int) -> Peak:
         in_contact=in_contact,
         penetration=penetration,
         direction=mean / length if length > 0.0 else mean,
+        pressure=pressure,
+        cluster=cluster,
+        outlines=_lines(outlines, frame),
+    )
+
+
+def _lines(outlines: OutlineSeries | None, frame: int) -> tuple[Outline, ...]:
+    if outlines is None or frame >= len(outlines.times):
+        return ()
+    points, first, cluster, contact = outlines.loops(frame)
+    return tuple(
+        Outline(points[a:b], int(k), int(c))
+        for a, b, k, c in zip(first, first[1:], cluster, contact, strict=False)
     )

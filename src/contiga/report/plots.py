@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from contiga.report.folder import Run
+from contiga.report.folder import Run, Units
 from contiga.report.peak import Peak
-from contiga.report.scene import SCALE, outside_direction, upwards
+from contiga.report.scene import outside_direction, upwards
+from contiga.report.shown import REGIONS, SCALE, Shown, fields_of, region_colours
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 INK, MUTED, GRID = "#21262d", "#6a737d", "#e8eaed"
@@ -111,42 +112,33 @@ def _plain(figure: Any, height: int) -> None:
     figure.update_yaxes(**axis, exponentformat="power")
 
 
-def view_figure(peak: Peak, length: str) -> Any:
-    """Body, slave and contact at the peak, coloured by penetration, to be turned about."""
+def view_figure(peak: Peak, units: Units) -> Any:
+    """Body, slave, contact and its outlines at the peak, to be turned about.
+
+    Traces are the body, the slave, its points in contact, and a line a region. What the colours
+    may show beside the field shown first is kept in the figure's ``meta``, for `restyle`.
+    """
     import plotly.graph_objects as go
 
     figure = go.Figure()
+    length = units.length
     figure.add_trace(_mesh(peak.body_points, peak.body_triangles, "body", BODY, GLASS))
-    deepest = max(float(peak.penetration.max(initial=0.0)), 1e-300)
-    # two stops so close that they lie in neighbouring entries of the 256 a browser keeps
-    scale = [[0.0, SLAVE], [0.004, SLAVE], [0.008, SCALE[0]]]
-    scale += [[k / (len(SCALE) - 1), c] for k, c in enumerate(SCALE)][1:]
+    fields = fields_of(peak, units)
+    first = "pressure" if "pressure" in fields else "penetration"
+    looks = {name: _look(peak, shown) for name, shown in fields.items()}
+    if peak.cluster is not None and peak.cluster.max(initial=-1) > 0:
+        looks["cluster"] = _cluster_look(peak)
+    slave, contact = looks[first]
     if len(peak.slave_triangles):
         trace = _mesh(peak.slave_points, peak.slave_triangles, "slave", SLAVE, 1.0)
-        trace.update(
-            intensity=peak.penetration.astype(np.float32),
-            colorscale=scale,
-            cmin=0.0,
-            cmax=deepest,
-            showscale=False,
-        )
+        trace.update(showscale=False, **slave)
         figure.add_trace(trace)
     else:
         figure.add_trace(_dots(peak.slave_points[~peak.in_contact], "slave", 2.0, {"color": MUTED}))
-    marker = {
-        "color": peak.penetration[peak.in_contact].astype(np.float32),
-        "colorscale": [[k / (len(SCALE) - 1), c] for k, c in enumerate(SCALE)],
-        "cmin": 0.0,
-        "cmax": deepest,
-        "line": {"width": 0.5, "color": INK},
-        "colorbar": {
-            "title": {"text": with_unit("Penetration", length), "side": "right"},
-            "thickness": 12,
-            "len": 0.6,
-            "outlinewidth": 0,
-        },
-    }
+    marker = {**contact, "line": {"width": 0.5, "color": INK}}
     figure.add_trace(_dots(peak.slave_points[peak.in_contact], "in contact", 3.2, marker))
+    for key, colour in region_colours(peak.outlines).items():
+        figure.add_trace(_outline(peak, key, colour))
     up, eye = upwards(peak), -1.85 * outside_direction(peak)
     figure.update_layout(
         height=620,
@@ -160,7 +152,109 @@ def view_figure(peak: Peak, length: str) -> Any:
             **{f"{a}axis": _axis(with_unit(a, length)) for a in "xyz"},
         },
     )
+    if len(looks) > 1:
+        facets = len(peak.slave_triangles) > 0
+        figure.update_layout(meta={"first": first, "looks": _restyles(looks, facets)})
     return figure
+
+
+def _look(peak: Peak, shown: Shown) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Of the slave's mesh and of the markers in contact, coloured by one field."""
+    # two stops so close that they lie in neighbouring entries of the 256 a browser keeps
+    scale = [[0.0, SLAVE], [0.004, SLAVE], [0.008, SCALE[0]]]
+    plain = [[k / (len(SCALE) - 1), c] for k, c in enumerate(SCALE)]
+    mesh = {
+        "intensity": shown.values.astype(np.float32),
+        "intensitymode": "vertex",
+        "colorscale": scale + plain[1:],
+        "cmin": 0.0,
+        "cmax": shown.top,
+    }
+    marker = {
+        "color": shown.values[peak.in_contact].astype(np.float32),
+        "colorscale": plain,
+        "cmin": 0.0,
+        "cmax": shown.top,
+        "colorbar": _bar(with_unit(shown.label, shown.unit)),
+    }
+    return mesh, marker
+
+
+def _cluster_look(peak: Peak) -> tuple[dict[str, Any], dict[str, Any]]:
+    """As `_look`, by the number of the region: one colour each, a facet at a time."""
+    assert peak.cluster is not None
+    count = int(peak.cluster.max()) + 1
+    colours = [REGIONS[k % len(REGIONS)] for k in range(count)]
+    stops: list[tuple[float, str]] = [
+        ((k + side) / count, colour) for k, colour in enumerate(colours) for side in (0.0, 1.0)
+    ]
+    corners = peak.cluster[peak.slave_triangles].reshape(-1, 3).min(axis=1)
+    wide = [(0.0, SLAVE), (1.0 / (count + 1), SLAVE)]
+    wide += [((1.0 + at * count) / (count + 1), colour) for at, colour in stops]
+    mesh = {
+        "intensity": corners.astype(np.float32),
+        "intensitymode": "cell",
+        "colorscale": wide,
+        "cmin": -1.5,
+        "cmax": count - 0.5,
+    }
+    marker = {
+        "color": peak.cluster[peak.in_contact].astype(np.float32),
+        "colorscale": stops,
+        "cmin": -0.5,
+        "cmax": count - 0.5,
+        "colorbar": _bar("Cluster") | {"dtick": max(1, count // 10), "tick0": 0},
+    }
+    return mesh, marker
+
+
+def _bar(title: str) -> dict[str, Any]:
+    return {
+        "title": {"text": title, "side": "right"},
+        "thickness": 12,
+        "len": 0.6,
+        "outlinewidth": 0,
+    }
+
+
+def _restyles(
+    looks: dict[str, tuple[dict[str, Any], dict[str, Any]]], facets: bool
+) -> dict[str, Any]:
+    """What a browser's `restyle` is handed for each field: [of the slave, of the markers]."""
+
+    def packed(values: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+        # one entry a trace; numbers to five digits, for the size of the page
+        return {
+            prefix + name: [
+                [float(f"{v:.5g}") for v in value] if isinstance(value, np.ndarray) else value
+            ]
+            for name, value in values.items()
+        }
+
+    return {
+        name: [packed(slave) if facets else {}, packed(marker, "marker.")]
+        for name, (slave, marker) in looks.items()
+    }
+
+
+def _outline(peak: Peak, key: tuple[int, int], colour: str) -> Any:
+    """All lines around one region; its name has the region's number."""
+    import plotly.graph_objects as go
+
+    gap = np.full((1, 3), np.nan)
+    lines = [o.points for o in peak.outlines if (o.contact, o.cluster) == key]
+    x, y, z = np.concatenate([np.concatenate([p, p[:1], gap]) for p in lines]).T
+    several = len({o.contact for o in peak.outlines}) > 1
+    name = f"cluster {key[0]}.{key[1]}" if several else f"cluster {key[1]}"
+    return go.Scatter3d(
+        x=x.astype(np.float32),
+        y=y.astype(np.float32),
+        z=z.astype(np.float32),
+        name=name,
+        mode="lines",
+        line={"color": colour, "width": 5},
+        hoverinfo="name",
+    )
 
 
 def _xyz(vector: Any) -> dict[str, float]:

@@ -10,25 +10,20 @@ from numpy.typing import NDArray
 
 from contiga.records import FloatArray
 from contiga.report import shading
-from contiga.report.camera import Camera, look, unit
+from contiga.report.camera import Camera, look, project, unit
+from contiga.report.folder import Units
 from contiga.report.peak import Peak
+from contiga.report.shown import Shown, colour_map, first_field, region_colours
 
 Picture = NDArray[np.float32]
 
 BODY = np.array([0.56, 0.62, 0.69])
 SLAVE = np.array([0.90, 0.88, 0.83])
 INK = np.array([0.13, 0.15, 0.18])
-SCALE = ("#ffe9a8", "#fdbf5a", "#f4813f", "#d9433f", "#a01c5b", "#4a0f57")
-"""Penetration from shallow to deep; lightness falls all the way, so it reads without colour."""
 _SAMPLES = 2
 """Pixels drawn per pixel shown, in each direction."""
-
-
-def colour_map() -> Any:
-    """`SCALE` as a matplotlib colour map."""
-    from matplotlib.colors import LinearSegmentedColormap
-
-    return LinearSegmentedColormap.from_list("penetration", SCALE)
+_LABELS = 12
+"""Regions that are named in the picture; more names would hide it."""
 
 
 def upwards(peak: Peak) -> FloatArray:
@@ -78,27 +73,28 @@ def _slave_layer(camera: Camera, peak: Peak) -> shading.Layer:
     return shading.cloud_layer(camera, peak.slave_points, radius)
 
 
-def slave_colours(layer: shading.Layer, peak: Peak) -> FloatArray:
-    """(k, 3) colours of the slave's pixels: by penetration in contact, plain elsewhere."""
-    deepest = max(float(peak.penetration.max(initial=0.0)), 1e-300)
+def slave_colours(layer: shading.Layer, peak: Peak, shown: Shown) -> FloatArray:
+    """(k, 3) colours of the slave's pixels: by what is `shown` in contact, plain elsewhere."""
     touching = layer.at_pixels(peak.in_contact.astype(np.float64)) > 0.5
-    depth = layer.at_pixels(peak.penetration) / deepest
-    return np.asarray(np.where(touching[:, None], colour_map()(depth)[:, :3], SLAVE))
+    share = np.clip(layer.at_pixels(shown.values) / shown.top, 0.0, 1.0)
+    return np.asarray(np.where(touching[:, None], colour_map()(share)[:, :3], SLAVE))
 
 
-def render(camera: Camera, peak: Peak, *, through: bool) -> Picture:
+def render(camera: Camera, peak: Peak, shown: Shown, *, through: bool) -> Picture:
     """(h, w, 3) picture; with `through` the body is only hinted at."""
     span = float(np.ptp(np.nan_to_num(camera.axes @ peak.body_points.T)))
     # single precision is plenty for eight bits a colour and halves the memory
     picture = np.ones((*camera.size, 3), dtype=np.float32)
     body = shading.mesh_layer(camera, peak.body_points, peak.body_triangles)
     slave = _slave_layer(camera, peak)
-    picture[slave.seen] = shading.lit(slave, slave_colours(slave, peak), span)
+    picture[slave.seen] = shading.lit(slave, slave_colours(slave, peak, shown), span)
     if through:
         facing = -body.normal[body.seen][:, 2]
         veil = (0.05 + 0.38 * (1.0 - np.clip(facing, 0.0, 1.0)) ** 2)[:, None]
         picture[body.seen] = (1.0 - veil) * picture[body.seen] + veil * (0.75 * BODY)
-        _draw_dots(camera, peak, picture)
+        if not peak.outlines:  # else the dots would hide the lines
+            _draw_dots(camera, peak, picture)
+        _draw_outlines(camera, peak, picture, np.full(camera.size, np.inf), 0.0)
         return picture
     front = (body.buffer.depth < slave.buffer.depth)[body.seen]
     picture[body.seen] = np.where(front[:, None], shading.lit(body, BODY, span), picture[body.seen])
@@ -110,7 +106,49 @@ def render(camera: Camera, peak: Peak, *, through: bool) -> Picture:
         edges = shading.free_edges(triangles)
         inked = shading.line_ink(camera, points, edges, nearest, 2e-3 * span) > 0.0
         picture[inked] = 0.6 * picture[inked] + 0.4 * INK
+    _draw_outlines(camera, peak, picture, nearest, 2e-3 * span)
     return picture
+
+
+def _draw_outlines(
+    camera: Camera, peak: Peak, picture: Picture, nearest: FloatArray, bias: float
+) -> None:
+    """Lines around the regions, each region in a colour of its own with a pale rim."""
+    from matplotlib.colors import to_rgb
+
+    width = max(1, camera.size[0] // 360)
+    for key, colour in region_colours(peak.outlines).items():
+        for line in peak.outlines:
+            if (line.contact, line.cluster) != key or len(line.points) < 2:
+                continue
+            k = np.arange(len(line.points), dtype=np.int32)
+            edges = np.stack([k, np.roll(k, -1)], axis=1)
+            ink = shading.line_ink(camera, line.points, edges, nearest, bias) > 0.0
+            rim = shading.thickened(ink, width + max(1, width // 2))
+            picture[rim] = 0.25 * picture[rim] + 0.75
+            picture[shading.thickened(ink, width)] = to_rgb(colour)
+
+
+def _label_outlines(axes: Any, camera: Camera, peak: Peak) -> None:
+    """The number of each region beside the line around it."""
+    from matplotlib.patheffects import withStroke
+
+    colours = region_colours(peak.outlines)
+    for key, colour in list(colours.items())[:_LABELS]:
+        lines = [o.points for o in peak.outlines if (o.contact, o.cluster) == key]
+        screen = project(camera, np.concatenate(lines)) / _SAMPLES
+        top = screen[np.argmin(screen[:, 1])]
+        several = len({contact for contact, _ in colours}) > 1
+        axes.text(
+            top[0],
+            top[1] - 8.0,
+            f"cluster {key[0]}.{key[1]}" if several else f"cluster {key[1]}",
+            color=colour,
+            fontsize=12,
+            ha="center",
+            va="bottom",
+            path_effects=[withStroke(linewidth=3.0, foreground="white", alpha=0.85)],
+        )
 
 
 def _draw_dots(camera: Camera, peak: Peak, picture: Picture) -> None:
@@ -121,37 +159,45 @@ def _draw_dots(camera: Camera, peak: Peak, picture: Picture) -> None:
         picture[dots] = 0.45 * picture[dots] + 0.55 * INK
 
 
-def draw_still(peak: Peak, path: Path, *, length: str, time: str) -> None:
-    """Write the picture of `peak` as PNG to `path`; `length` and `time` are the units' names."""
+def draw_still(peak: Peak, path: Path, units: Units) -> None:
+    """Write the picture of `peak` as PNG to `path`."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
     rows, columns = 720, 760
     size = (rows * _SAMPLES, columns * _SAMPLES)
     views = (
-        (outside_view(peak, size), False, f"At t = {peak.time:g} {time}"),
+        (outside_view(peak, size), False, f"At t = {peak.time:g} {units.time}"),
         (through_view(peak, size), True, "The contact, seen through the body"),
     )
+    shown = first_field(peak, units)
     figure = Figure(figsize=(16.4, 8.4), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
     for k, (camera, through, title) in enumerate(views):
         axes = figure.add_axes((0.005 + 0.466 * k, 0.03, 0.4634, 0.857))
-        axes.imshow(shading.shrunk(render(camera, peak, through=through), _SAMPLES))
+        picture = render(camera, peak, shown, through=through)
+        axes.imshow(shading.shrunk(picture, _SAMPLES))
         axes.set_axis_off()
         axes.text(0.03, 1.03, title, transform=axes.transAxes, fontsize=15, color=INK, va="bottom")
-    deepest = float(peak.penetration.max(initial=0.0))
-    if deepest > 0.0:
-        bar = figure.add_axes((0.948, 0.2, 0.011, 0.52))
-        mappable = ScalarMappable(Normalize(0.0, deepest), colour_map())
-        figure.colorbar(mappable, cax=bar)
-        bar.set_title(f"Penetration\n{length}", fontsize=11, color=INK, loc="left", pad=10)
-        bar.tick_params(labelsize=11, colors=tuple(INK), length=3)
-        bar.yaxis.set_major_locator(_few_ticks())
-        for spine in bar.spines.values():
-            spine.set_visible(False)
+        if through:
+            _label_outlines(axes, camera, peak)
+    if peak.in_contact.any():
+        _colour_bar(figure, shown)
     figure.savefig(path, format="png")
+
+
+def _colour_bar(figure: Any, shown: Shown) -> None:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    bar = figure.add_axes((0.948, 0.2, 0.011, 0.52))
+    mappable = ScalarMappable(Normalize(0.0, shown.top), colour_map())
+    figure.colorbar(mappable, cax=bar, extend="max" if shown.cut else "neither")
+    bar.set_title(f"{shown.label}\n{shown.unit}", fontsize=11, color=INK, loc="left", pad=10)
+    bar.tick_params(labelsize=11, colors=tuple(INK), length=3)
+    bar.yaxis.set_major_locator(_few_ticks())
+    for spine in bar.spines.values():
+        spine.set_visible(False)
 
 
 def _few_ticks() -> Any:

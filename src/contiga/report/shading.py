@@ -159,6 +159,20 @@ def line_ink(
     return ink
 
 
+def thickened(ink: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
+    """Pixels within `width` of one in `ink` (h, w)."""
+    out = np.zeros_like(ink)
+    rows, columns = np.nonzero(ink)
+    reach = np.arange(-width, width + 1)
+    for dy in reach:
+        for dx in reach:
+            if dx * dx + dy * dy <= width * width:
+                y, x = rows + dy, columns + dx
+                kept = (y >= 0) & (y < ink.shape[0]) & (x >= 0) & (x < ink.shape[1])
+                out[y[kept], x[kept]] = True
+    return out
+
+
 def shrunk(picture: NDArray[np.floating], factor: int) -> NDArray[np.floating]:
     """`picture` (h·f, w·f, c) averaged to (h, w, c): smooth edges."""
     h, w, c = picture.shape

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.area.base import AreaInput, AreaMethod, Areas, Rest, prepared
+from contiga.area.base import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared
 from contiga.area.facet import FacetArea
 from contiga.area.hull import HullArea
 from contiga.area.mapping import offset_ratio
@@ -26,6 +27,7 @@ from contiga.records import FloatArray, IntArray, LawInput, Projection
 from contiga.search.projection import rows_of
 from contiga.search.surface import Surface, surface_of
 from contiga.sim.detect import Detected, Last, Options, first_look, look
+from contiga.sim.outlines import outlines_of_state
 from contiga.sim.state import State
 
 SEARCHES = ("intersection", "penetration")
@@ -120,7 +122,9 @@ class Contact:
     def _surface(self) -> Surface:
         return surface_of(self.master)
 
+    @cached_property
     def _options(self) -> Options:
+        # Kept: size and borders of a mesh cost as much as a small step.
         depth = self._depth
         if depth is None:
             depth = np.inf if self._surface.closed else OPEN_DEPTH * self.master.size
@@ -148,7 +152,7 @@ class Contact:
         p_W, X_WB = self._checked(points, pose)
         with clock("search"):
             p_B = to_body(X_WB, p_W)
-            found = first_look(self._surface, p_B, self.slave.active, self._options())
+            found = first_look(self._surface, p_B, self.slave.active, self._options)
         return self._respond(found, (p_W, p_B, X_WB), np.zeros(len(p_B)), 0.0, clock)
 
     def step(
@@ -190,9 +194,35 @@ class Contact:
         with clock("search"):
             p_B = to_body(X_WB, p_W)
             last = Last(state.points_B, state.patch, state.uv, state.reach)
-            found = look(self._surface, p_B, last, self.slave.active, self._options())
+            found = look(self._surface, p_B, last, self.slave.active, self._options)
             rate = _rates(state, found, p_B, dt)
         return self._respond(found, (p_W, p_B, X_WB), rate, dt, clock)
+
+    def outlines(self, state: State, pose: ArrayLike | None = None) -> Outlines | None:
+        """Closed lines around the regions of contact of `state`, world axes.
+
+        Parameters
+        ----------
+        state : of this contact
+        pose : (4, 4) X_WB of the master then, the identity if omitted
+
+        Returns
+        -------
+        Outlines
+            On the slave or the master, whichever the area is measured on; None for area methods
+            that do not tell where contact ends (constant nodal areas).
+        """
+        X_WB = identity() if pose is None else as_pose(pose)
+        return outlines_of_state(state, X_WB, self.master, self.area, self._side, self._prepared)
+
+    @property
+    def has_outlines(self) -> bool:
+        """Whether the area method tells where contact ends."""
+        return hasattr(self.area, "outlines")
+
+    @property
+    def _side(self) -> str:
+        return "master" if self.contact_type == "master" else "slave"
 
     def _checked(self, points: ArrayLike, pose: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
         p_W = as_points(points)
@@ -257,7 +287,7 @@ class Contact:
         )
 
     def _areas(self, rows: IntArray, p_B: FloatArray, feet: Projection) -> Areas:
-        side = "master" if self.contact_type == "master" else "slave"
+        side = self._side
         own = self.slave.area
         inp = AreaInput(self.master, rows, p_B, feet, own, side, self._prepared)
         areas = self.area.measure(inp)

@@ -1,4 +1,7 @@
-"""Point fields of a simulation for ParaView: all bodies and slaves stacked in one data set."""
+"""Fields of a simulation for ParaView: all bodies and slaves stacked in one data set.
+
+Beside it stand the outlines of the regions of contact, where an area method tells them.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ from numpy.typing import NDArray
 from contiga.geometry.trimesh import TriMesh
 from contiga.io.vtkhdf import FieldsWriter, Part
 from contiga.num.rigid import to_world
+from contiga.sim.outlines import OutlinesFile
 from contiga.sim.simulation import Simulation
 from contiga.sim.state import State
 from contiga.sim.step import Moment
@@ -19,16 +23,18 @@ DRAWN = 2e-3
 
 
 class Fields:
-    """Writes the fields of a run, step by step.
+    """Writes the fields and outlines of a run, step by step.
 
     Parameters
     ----------
     simulation : what is run
-    path : of the fields file
+    path, outlines : of the two files
     written : steps already in it, which are kept; None starts a new file
     """
 
-    def __init__(self, simulation: Simulation, path: Path, written: int | None = None) -> None:
+    def __init__(
+        self, simulation: Simulation, path: Path, outlines: Path, written: int | None = None
+    ) -> None:
         self._simulation = simulation
         self._meshes: dict[str, TriMesh] = {
             name: part.body.tessellate(DRAWN * part.body.size)
@@ -45,6 +51,7 @@ class Fields:
         self._writer = (
             FieldsWriter(path, parts) if written is None else FieldsWriter.reopen(path, written)
         )
+        self._outlines = OutlinesFile(outlines, written) if has_outlines(simulation) else None
 
     def append(self, moment: Moment) -> None:
         """Write one step."""
@@ -61,6 +68,13 @@ class Fields:
                 if part.slave == name:
                     _add(data, slice(first, first + n), moment.states[part.name])
             first += n
+        # Outlines first: a stop between the two leaves one too many there, which resuming drops.
+        if self._outlines is not None:
+            found = [
+                part.contact.outlines(moment.states[part.name], moment.poses[part.master])
+                for part in self._simulation.contacts
+            ]
+            self._outlines.append(moment.time, found)
         self._writer.append(moment.time, points, data)
 
     def _blank(self, n: int, first_slave: int) -> dict[str, NDArray[np.generic]]:
@@ -85,6 +99,11 @@ class Fields:
     def close(self) -> None:
         """End writing."""
         self._writer.close()
+
+
+def has_outlines(simulation: Simulation) -> bool:
+    """Whether any contact tells where its regions end."""
+    return any(part.contact.has_outlines for part in simulation.contacts)
 
 
 def _add(data: dict[str, NDArray[np.generic]], rows: slice, state: State) -> None:

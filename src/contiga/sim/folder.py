@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +13,18 @@ from contiga.io.atomic import atomic_write
 
 HISTORY, FIELDS, CASE = "history.csv", "fields.vtkhdf", "case.toml"
 SUMMARY, CHECKPOINT = "summary.json", "checkpoint.h5"
-UNFINISHED = FIELDS + ".part"
-OURS = (HISTORY, FIELDS, CASE, SUMMARY, CHECKPOINT, UNFINISHED)
+OUTLINES = "outlines.vtkhdf"
+UNFINISHED, UNFINISHED_OUTLINES = FIELDS + ".part", OUTLINES + ".part"
+OURS = (HISTORY, FIELDS, OUTLINES, CASE, SUMMARY, CHECKPOINT, UNFINISHED, UNFINISHED_OUTLINES)
 
 
-def open_folder(folder: Path) -> bool:
+def open_folder(folder: Path, ours: Iterable[str] = OURS, kind: str = "run") -> bool:
     """Make sure that `folder` can be written to and holds nothing of somebody else.
+
+    Parameters
+    ----------
+    ours : names of files that tell an earlier folder of the same kind
+    kind : what the folder is of, in words
 
     Returns
     -------
@@ -27,19 +34,19 @@ def open_folder(folder: Path) -> bool:
     Raises
     ------
     OutputError
-        It is a file, cannot be made or written, or holds files but no run.
+        It is a file, cannot be made or written, or holds files but none of `ours`.
     """
     where = str(folder)
     if folder.exists() and not folder.is_dir():
         raise OutputError("the output folder is a file", where=where, allowed="a folder")
     if folder.is_dir():
         names = {path.name for path in folder.iterdir()}
-        if names and not names & set(OURS):
+        if names and not names & set(ours):
             raise OutputError(
-                "the output folder holds files that are not of a run",
+                f"the output folder holds files that are not of a {kind}",
                 where=where,
                 found=sorted(names)[0],
-                allowed="a new or empty folder, or that of an earlier run",
+                allowed=f"a new or empty folder, or that of an earlier {kind}",
             )
     missing = not folder.exists()
     try:
@@ -59,7 +66,7 @@ def open_folder(folder: Path) -> bool:
 
 def clear_last_run(folder: Path) -> None:
     """Remove what would be taken for a part of the new run."""
-    for name in (CHECKPOINT, UNFINISHED):
+    for name in (CHECKPOINT, UNFINISHED, UNFINISHED_OUTLINES):
         (folder / name).unlink(missing_ok=True)
 
 

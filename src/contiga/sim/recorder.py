@@ -15,7 +15,7 @@ from contiga.records import FloatArray
 from contiga.sim import folder as names
 from contiga.sim.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from contiga.sim.clock import Clock
-from contiga.sim.fields import Fields
+from contiga.sim.fields import Fields, has_outlines
 from contiga.sim.simulation import Simulation
 from contiga.sim.state import State
 from contiga.sim.step import Moment, history_row
@@ -86,7 +86,8 @@ class Recorder:
         finished = self.done >= len(self.simulation.times)
         if "vtkhdf" in self.simulation.output.formats and not finished:
             with self._clock("output"):
-                self._fields = Fields(self.simulation, folder / names.UNFINISHED, written)
+                files = folder / names.UNFINISHED, folder / names.UNFINISHED_OUTLINES
+                self._fields = Fields(self.simulation, *files, written)
 
     def take(self, moment: Moment) -> None:
         """Record one step."""
@@ -140,6 +141,11 @@ class Recorder:
         # Also there where a run was stopped after its last step and goes on from it.
         if (self.folder / names.UNFINISHED).exists():
             (self.folder / names.UNFINISHED).replace(self.folder / names.FIELDS)
+            if has_outlines(self.simulation):
+                unfinished = self.folder / names.UNFINISHED_OUTLINES
+                unfinished.replace(self.folder / names.OUTLINES)
+            else:
+                (self.folder / names.OUTLINES).unlink(missing_ok=True)
         names.write_json(self.folder / names.SUMMARY, summary)
 
     def _checkpoint(self) -> None:

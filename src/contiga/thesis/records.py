@@ -62,3 +62,6 @@ class Experiment(NamedTuple):
     where: str
     """Section, figures and tables of the thesis."""
     run: Callable[[], Outcome]
+    thesis: str = ""
+    """What the thesis shows or claims there, a sentence or two; where it gives no geometry, what
+    scene was designed instead."""

@@ -12,6 +12,7 @@ from contiga.io.history import write_history
 from contiga.io.vtkhdf import FieldsWriter
 from contiga.io.vtkhdf_layout import Part
 from contiga.records import ContactStatus
+from contiga.report.peak import Outline
 
 RADIUS = 10.0
 DEPTHS = (-1.0, 1.0, 3.0, 2.0, -1.0)
@@ -73,6 +74,15 @@ def write_fields(path: Path, *, cloud: bool = False) -> None:
                     "normal": np.vstack([np.zeros((len(body), 3)), normal]),
                 },
             )
+
+
+def outlined() -> tuple[Outline, ...]:
+    """Two made-up regions: circles in the sheet on either side of the middle."""
+    angle = np.linspace(0.0, 2 * np.pi, 60, endpoint=False)
+    return tuple(
+        Outline(np.stack([x + 2 * np.cos(angle), 2 * np.sin(angle), 0 * angle], axis=1), cluster, 0)
+        for cluster, x in enumerate((-2.5, 2.5))
+    )
 
 
 def write_folder(folder: Path, *, fields: bool = True, cloud: bool = False) -> Path:

@@ -7,11 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from contiga.io.vtkhdf import read_fields
-from contiga.report.folder import read_run
-from contiga.report.peak import at_frame
+from contiga.report.folder import Units, read_run
+from contiga.report.peak import Peak, at_frame
 from contiga.report.plots import history_figures, view_figure, with_unit
+from contiga.report.shown import REGIONS
 
-from .conftest import write_fields
+from .conftest import outlined, write_fields
+
+UNITS = Units("mm", "g", "ms", "mm²", "N", "N·mm", "MPa")
 
 
 def test_history_figures_draw_the_columns(run_folder: Path) -> None:
@@ -51,7 +54,7 @@ def test_two_contacts_get_a_line_each_in_every_panel(run_folder: Path) -> None:
 def test_view_holds_body_slave_and_contact(tmp_path: Path) -> None:
     write_fields(tmp_path / "fields.vtkhdf")
     peak = at_frame(read_fields(tmp_path / "fields.vtkhdf"), 2)
-    body, slave, contact = view_figure(peak, "mm").data
+    body, slave, contact = view_figure(peak, UNITS).data
     assert (body.type, slave.type, contact.type) == ("mesh3d", "mesh3d", "scatter3d")
     assert len(contact.x) == peak.in_contact.sum()
     np.testing.assert_allclose(contact.marker.color, peak.penetration[peak.in_contact], rtol=1e-6)
@@ -61,6 +64,47 @@ def test_view_holds_body_slave_and_contact(tmp_path: Path) -> None:
 def test_cloud_is_drawn_as_dots(tmp_path: Path) -> None:
     write_fields(tmp_path / "fields.vtkhdf", cloud=True)
     peak = at_frame(read_fields(tmp_path / "fields.vtkhdf"), 2)
-    _, slave, contact = view_figure(peak, "").data
+    _, slave, contact = view_figure(peak, Units(*[""] * 7)).data
     assert slave.type == "scatter3d"
     assert len(slave.x) + len(contact.x) == len(peak.slave_points)
+
+
+def with_regions(tmp_path: Path) -> Peak:
+    """The peak with a pressure, two clusters by the sign of x, and a line around each."""
+    write_fields(tmp_path / "fields.vtkhdf")
+    peak = at_frame(read_fields(tmp_path / "fields.vtkhdf"), 2)
+    cluster = np.where(peak.in_contact, (peak.slave_points[:, 0] > 0.0).astype(int), -1)
+    return peak._replace(pressure=3.0 * peak.penetration, cluster=cluster, outlines=outlined())
+
+
+def test_view_starts_with_pressure_and_offers_the_other_fields(tmp_path: Path) -> None:
+    peak = with_regions(tmp_path)
+    figure = view_figure(peak, UNITS)
+    slave, contact = figure.data[1:3]
+    np.testing.assert_allclose(slave.intensity, peak.pressure, rtol=1e-6)
+    assert contact.marker.colorbar.title.text == "Pressure [MPa]"
+    meta = figure.layout.meta
+    assert meta["first"] == "pressure"
+    assert list(meta["looks"]) == ["penetration", "pressure", "cluster"]
+    mesh, marker = meta["looks"]["penetration"]
+    np.testing.assert_allclose(mesh["intensity"][0], peak.penetration, rtol=1e-4)
+    np.testing.assert_allclose(
+        marker["marker.color"][0], peak.penetration[peak.in_contact], rtol=1e-4
+    )
+    mesh, marker = meta["looks"]["cluster"]
+    assert mesh["intensitymode"] == ["cell"]
+    assert len(mesh["intensity"][0]) == len(peak.slave_triangles)
+    assert set(mesh["intensity"][0]) == {-1.0, 0.0, 1.0}
+    assert set(marker["marker.color"][0]) == {0.0, 1.0}
+
+
+def test_regions_have_closed_lines_of_their_own_colour(tmp_path: Path) -> None:
+    peak = with_regions(tmp_path)
+    lines = view_figure(peak, UNITS).data[3:]
+    assert [line.name for line in lines] == ["cluster 0", "cluster 1"]
+    assert [line.line.color for line in lines] == list(REGIONS[:2])
+    for line, given in zip(lines, peak.outlines, strict=True):
+        assert line.mode == "lines"
+        assert line.x[0] == line.x[-2]
+        assert np.isnan(line.x[-1])
+        np.testing.assert_allclose(line.x[:-2], given.points[:, 0], rtol=1e-6)

@@ -112,3 +112,16 @@ def test_page_that_fails_leaves_the_old_one(
         write_report(folder)
     assert (folder / "report.html").read_text(encoding="utf-8") == "old"
     assert len(list(folder.iterdir())) == 4
+
+
+def test_page_of_a_run_with_regions_lets_choose_what_is_shown(tmp_path: Path) -> None:
+    import contiga as cg
+
+    example = Path(__file__).parents[3] / "examples" / "02_two_regions.toml"
+    cg.run(cg.load_case(example), out=tmp_path / "two")
+    text = (tmp_path / "two" / "report.html").read_text(encoding="utf-8")
+    for name in ("penetration", "pressure", "cluster"):
+        assert f'data-field="{name}"' in text
+    assert "Colour is pressure [MPa]; lines go around the regions of contact." in text
+    assert '"cluster 0"' in text
+    assert '"cluster 1"' in text

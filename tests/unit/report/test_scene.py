@@ -9,6 +9,7 @@ import pytest
 
 from contiga.io.vtkhdf import read_fields
 from contiga.report.camera import project
+from contiga.report.folder import Units
 from contiga.report.peak import Peak, at_frame
 from contiga.report.scene import (
     SLAVE,
@@ -20,9 +21,12 @@ from contiga.report.scene import (
     through_view,
     upwards,
 )
-from contiga.report.shading import mesh_layer
+from contiga.report.shading import mesh_layer, thickened
+from contiga.report.shown import REGIONS, fields_of, first_field, region_colours
 
-from .conftest import write_fields
+from .conftest import outlined, write_fields
+
+UNITS = Units("mm", "g", "ms", "mm²", "N", "N·mm", "MPa")
 
 
 def peak_at(tmp_path: Path, frame: int, *, cloud: bool = False) -> Peak:
@@ -34,7 +38,7 @@ def test_contact_is_coloured_and_the_rest_is_not(tmp_path: Path) -> None:
     peak = peak_at(tmp_path, 2)
     camera = through_view(peak, (150, 160))
     layer = mesh_layer(camera, peak.slave_points, peak.slave_triangles)
-    colours = slave_colours(layer, peak)
+    colours = slave_colours(layer, peak, first_field(peak, UNITS))
     plain = (colours == SLAVE).all(axis=1)
     touching = layer.at_pixels(peak.in_contact.astype(float)) > 0.5
     np.testing.assert_array_equal(plain, ~touching)
@@ -64,7 +68,7 @@ def test_through_view_looks_from_the_body_to_the_free_side(tmp_path: Path) -> No
 def test_every_scene_can_be_drawn(tmp_path: Path, through: bool, cloud: bool, frame: int) -> None:
     peak = peak_at(tmp_path, frame, cloud=cloud)
     camera = (through_view if through else outside_view)(peak, (90, 100))
-    picture = render(camera, peak, through=through)
+    picture = render(camera, peak, first_field(peak, UNITS), through=through)
     assert picture.shape == (90, 100, 3)
     assert np.isfinite(picture).all()
     assert 0.02 < (picture < 0.99).any(axis=2).mean() < 1.0
@@ -83,7 +87,57 @@ def test_plane_problems_are_seen_along_z(tmp_path: Path) -> None:
 
 def test_picture_is_a_png_of_its_size(tmp_path: Path) -> None:
     path = tmp_path / "peak.png"
-    draw_still(peak_at(tmp_path, 2), path, length="mm", time="ms")
+    draw_still(peak_at(tmp_path, 2), path, UNITS)
     head = path.read_bytes()[:24]
     assert head[:8] == b"\x89PNG\r\n\x1a\n"
     assert (int.from_bytes(head[16:20]), int.from_bytes(head[20:24])) == (1640, 840)
+
+
+def test_pressure_is_shown_where_there_is_some(tmp_path: Path) -> None:
+    peak = peak_at(tmp_path, 2)
+    assert first_field(peak, UNITS).label == "Penetration"
+    pressed = peak._replace(pressure=2.0 * peak.penetration)
+    shown = first_field(pressed, UNITS)
+    assert (shown.label, shown.unit) == ("Pressure", "MPa")
+    assert shown.top == 2.0 * peak.penetration.max()
+    assert not shown.cut
+    assert list(fields_of(pressed, UNITS)) == ["penetration", "pressure"]
+
+
+def test_one_wild_node_does_not_take_the_colours_from_the_others(tmp_path: Path) -> None:
+    peak = peak_at(tmp_path, 2)
+    pressure = np.where(peak.in_contact, 1.0, 0.0)
+    pressure[np.flatnonzero(peak.in_contact)[0]] = 1e6
+    shown = first_field(peak._replace(pressure=pressure), UNITS)
+    assert shown.cut
+    assert shown.top == 1.0
+
+
+def test_outlines_are_drawn_in_the_colour_of_their_region(tmp_path: Path) -> None:
+    bare = peak_at(tmp_path, 2)
+    peak = bare._replace(outlines=outlined())
+    assert list(region_colours(peak.outlines).values()) == list(REGIONS[:2])
+    camera = through_view(peak, (150, 160))
+    picture = render(camera, peak, first_field(peak, UNITS), through=True)
+    for line, colour in zip(peak.outlines, REGIONS, strict=False):
+        wanted = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
+        column, row, _ = np.rint(project(camera, line.points)).astype(int).T
+        found = picture[row, column]
+        assert np.abs(found - wanted).max() < 1e-6
+
+
+def test_thick_lines_stay_in_the_picture() -> None:
+    ink = np.zeros((5, 7), dtype=bool)
+    ink[0, 0] = ink[4, 6] = True
+    thick = thickened(ink, 1)
+    assert thick.sum() == 6
+    assert thick[0, 1]
+    assert thick[3, 6]
+    assert not thick[1, 1]
+
+
+def test_picture_with_outlines_and_labels_is_written(tmp_path: Path) -> None:
+    peak = peak_at(tmp_path, 2)
+    draw_still(peak._replace(outlines=outlined()), tmp_path / "lines.png", UNITS)
+    draw_still(peak, tmp_path / "bare.png", UNITS)
+    assert (tmp_path / "lines.png").read_bytes() != (tmp_path / "bare.png").read_bytes()

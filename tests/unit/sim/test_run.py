@@ -83,7 +83,8 @@ def test_a_run_in_memory_is_the_run_on_disk(simulation: Simulation, tmp_path: Pa
 def test_the_folder_holds_whole_files_only(simulation: Simulation, tmp_path: Path) -> None:
     run(simulation, tmp_path)
     names = sorted(path.name for path in tmp_path.iterdir())
-    expected = ["case.toml", "checkpoint.h5", "fields.vtkhdf", "history.csv", "summary.json"]
+    expected = ["case.toml", "checkpoint.h5", "fields.vtkhdf", "history.csv"]
+    expected += ["outlines.vtkhdf", "summary.json"]
     assert names == expected
     assert (tmp_path / "case.toml").read_text() == simulation.case_text
 
@@ -142,8 +143,8 @@ def test_only_the_formats_asked_for_are_written(
 ) -> None:
     run(make(output=OutputOptions(formats=formats)), tmp_path)
     names = {path.name for path in tmp_path.iterdir()}
-    written = {"csv": "history.csv", "vtkhdf": "fields.vtkhdf"}
-    expected = {written[name] for name in formats}
+    written = {"csv": ["history.csv"], "vtkhdf": ["fields.vtkhdf", "outlines.vtkhdf"]}
+    expected = {file for name in formats for file in written[name]}
     assert names == expected | {"case.toml", "checkpoint.h5", "summary.json"}
 
 
@@ -226,7 +227,7 @@ def test_an_error_in_the_middle_comes_out_and_leaves_a_checkpoint(
     with pytest.raises(InputError, match="series"):
         run(simulation, tmp_path / "out")
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {"checkpoint.h5", "fields.vtkhdf.part"}
+    assert names == {"checkpoint.h5", "fields.vtkhdf.part", "outlines.vtkhdf.part"}
 
 
 def test_an_error_at_the_start_leaves_nothing(

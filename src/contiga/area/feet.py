@@ -1,0 +1,121 @@
+"""Triangles between the feet of a cloud: for clouds that are no sheet at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.area.base import AreaInput
+from contiga.area.hull import patch_of, unrolled
+from contiga.area.regions import Graph, Topology, regions, topology_of
+from contiga.geometry.body import Body
+from contiga.records import FloatArray, IntArray, Projection
+from contiga.search.projection import empty_projection, track
+from contiga.search.tables import tables_of
+
+# Cosine of the angle to their mean that no normal of a region exceeds where it is seen from there.
+SEEN = 0.5
+
+
+class Web(NamedTuple):
+    """The points in contact and those around them, with triangles between their feet."""
+
+    inp: AreaInput
+    """Of these points alone: the ones in contact first."""
+    topology: Topology
+    clusters: IntArray
+    """(n_c,) regions, joined over neighbours at rest."""
+
+
+def web_of(inp: AreaInput, graph: Graph, bridge: float) -> Web:
+    """Delaunay triangles between feet, each region in a chart of its own.
+
+    The chart is the plane across the mean normal where every normal of the region is within 60°
+    of it, whatever seams, borders and poles lie inside. A region that bends farther is laid out
+    in (u, v), scaled to lengths and unrolled over a seam, patch by patch.
+
+    Triangles with a side longer than `bridge` times the local spacing are left out.
+    """
+    n_c = len(inp.rows)
+    label = regions(graph, inp.rows, inp.points)
+    ring, start = _around(inp, graph)
+    out = empty_projection(len(ring))
+    if len(ring):
+        patch, uv = inp.feet.patch[start], inp.feet.uv[start]
+        track(tables_of(inp.exact), np.ascontiguousarray(inp.points[ring]), patch, uv, out)
+    found = np.flatnonzero(np.isfinite(out.point).all(axis=1))
+    feet = Projection(
+        *(np.concatenate([getattr(inp.feet, f), getattr(out, f)[found]]) for f in out._fields)
+    )
+    region = np.concatenate([label, label[start[found]]])
+    facets = [np.zeros((0, 3), np.int32)]
+    for own, chart in _charts(inp.exact, feet, region):
+        facets.append(own[_triangles(chart, feet.point[own], bridge)])
+    points = np.concatenate([inp.points[inp.rows], inp.points[ring[found]]])
+    rows = np.arange(n_c, dtype=np.int32)
+    corners = np.concatenate(facets).astype(np.int32)
+    topology = topology_of(corners, len(points))
+    return Web(inp._replace(rows=rows, points=points, prepared=None), topology, label)
+
+
+def _around(inp: AreaInput, graph: Graph) -> tuple[IntArray, IntArray]:
+    """Rows of the points out of contact next to some in contact, and the nearest of those."""
+    place = np.full(len(inp.points), -1, np.int32)
+    place[inp.rows] = np.arange(len(inp.rows))
+    count = np.diff(graph.first)[inp.rows]
+    own = np.repeat(np.arange(len(inp.rows)), count)
+    shift = np.arange(len(own)) - np.repeat(np.cumsum(count) - count, count)
+    near = graph.neighbour[graph.first[inp.rows][own] + shift]
+    free = (place[near] < 0) & np.isfinite(inp.points[near]).all(axis=1)
+    own, near = own[free], near[free]
+    way = np.linalg.norm(inp.points[inp.rows[own]] - inp.points[near], axis=1)
+    order = np.lexsort((own, way, near))
+    ring, first = np.unique(near[order], return_index=True)
+    return ring.astype(np.int32), own[order][first].astype(np.int32)
+
+
+def _charts(
+    body: Body, feet: Projection, region: IntArray
+) -> Iterator[tuple[IntArray, FloatArray]]:
+    """Of each region, or part of one: its points, and their places (k, 2) in a chart."""
+    for k in range(int(region.max(initial=-1)) + 1):
+        own = np.flatnonzero(region == k).astype(np.int32)
+        normal = feet.normal[own]
+        mean = normal.mean(axis=0)
+        size = np.linalg.norm(mean)
+        if size > 0.0 and (normal @ mean).min() > SEEN * size:
+            across = np.linalg.svd(mean[None, :])[2][1:]
+            yield own, feet.point[own] @ across.T
+            continue
+        for patch in np.unique(feet.patch[own]):
+            part = own[feet.patch[own] == patch]
+            yield part, _laid_out(body, feet, part)
+
+
+def _laid_out(body: Body, feet: Projection, part: IntArray) -> FloatArray:
+    """(u, v) of feet on one patch, unrolled, in lengths: times the mean |S_u| and |S_v|."""
+    patch = patch_of(body, int(feet.patch[part[0]]))
+    d = patch.surface.derivatives(feet.uv[part], 1)
+    scale = np.linalg.norm([d[:, 1, 0], d[:, 0, 1]], axis=2).mean(axis=1)
+    laid: FloatArray = unrolled(feet.uv[part], patch.periods) * scale
+    return laid
+
+
+def _triangles(chart: FloatArray, points: FloatArray, bridge: float) -> IntArray:
+    """(m, 3) Delaunay triangles in the chart whose sides in space bridge no gap."""
+    from scipy.spatial import Delaunay, QhullError, cKDTree
+
+    none = np.zeros((0, 3), np.int32)
+    if len(chart) < 3:
+        return none
+    try:
+        found = Delaunay(chart).simplices
+    except QhullError:  # all on a line
+        return none
+    spacing = cKDTree(points).query(points, k=min(4, len(points)))[0][:, -1]
+    p = points[found]
+    side = np.linalg.norm(p - np.roll(p, -1, axis=1), axis=2).max(axis=1)
+    kept: IntArray = found[side <= bridge * spacing[found].min(axis=1)].astype(np.int32)
+    return kept

@@ -1,0 +1,147 @@
+"""Outlines of the regions of contact: closed lines where contact ends."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.area import _touch_nb, _union_nb
+from contiga.area.base import AreaInput, Outlines
+from contiga.area.facet import Cut, Parts, cut_parts, parts_of
+from contiga.area.regions import Topology
+from contiga.records import FloatArray, IntArray
+from contiga.search.projection import empty_projection
+from contiga.search.surface import surface_of
+
+Pairs = NDArray[np.int64]
+
+
+class _Cuts(NamedTuple):
+    """The edges on which contact ends, each once."""
+
+    inner: IntArray
+    """(c,) the end in contact, among the points in contact."""
+    free: IntArray
+    """(c,) the other end, among all points."""
+    fraction: FloatArray
+    """(c,) way from the one to the other."""
+
+
+def facet_outlines(inp: AreaInput, topology: Topology, on: str) -> Outlines:
+    """Where the parts of facets in contact end, as they lie on the slave or on the master."""
+    n_c = len(inp.rows)
+    if n_c == 0:
+        return no_outlines()
+    place = np.full(len(inp.points), -1, np.int32)
+    whole, part = _touch_nb.touched(topology, inp.rows, place)
+    label = _union_nb.facet_components(whole, place[topology.facets[part]], n_c)
+    segments = [_sides(whole)]
+    cuts = _Cuts(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0))
+    if len(part):
+        parts = parts_of(inp, topology, part, place)
+        found, cuts = _of_parts(parts, cut_parts(inp, parts), n_c)
+        segments.append(found)
+    places = np.concatenate([_vertices(inp, on), _cut_places(inp, cuts, on)])
+    cluster = np.concatenate([label, label[cuts.inner]])
+    loops = chained(_ends_of(np.concatenate(segments)))
+    order = np.concatenate([*loops, np.zeros(0, np.int64)])
+    first = np.concatenate(([0], np.cumsum([len(loop) for loop in loops]))).astype(np.int64)
+    heads = np.array([loop[0] for loop in loops], np.int64)
+    return Outlines(places[order], first, cluster[heads].astype(np.int32))
+
+
+def no_outlines() -> Outlines:
+    """No contact, no outline."""
+    return Outlines(np.zeros((0, 3)), np.zeros(1, np.int64), np.zeros(0, np.int32))
+
+
+def joined(lines: list[FloatArray], clusters: list[int]) -> Outlines:
+    """Outlines from closed lines (k, 3), one a cluster."""
+    if not lines:
+        return no_outlines()
+    first = np.concatenate(([0], np.cumsum([len(line) for line in lines])))
+    return Outlines(
+        np.concatenate(lines), first.astype(np.int64), np.asarray(clusters, dtype=np.int32)
+    )
+
+
+def chained(segments: Pairs) -> list[NDArray[np.int64]]:
+    """Closed loops of nodes from segments (m, 2) of which every node has an even number."""
+    at: dict[int, list[int]] = {}
+    for k, (a, b) in enumerate(segments.tolist()):
+        at.setdefault(a, []).append(k)
+        at.setdefault(b, []).append(k)
+    ends = segments.tolist()
+    unused = [True] * len(ends)
+    loops = []
+    for k, (start, node) in enumerate(ends):
+        if not unused[k]:
+            continue
+        unused[k] = False
+        loop = [start]
+        while node != start:
+            loop.append(node)
+            ahead = next((s for s in at[node] if unused[s]), None)
+            if ahead is None:  # facets that meet in no proper surface: the line is closed straight
+                break
+            unused[ahead] = False
+            a, b = ends[ahead]
+            node = b if a == node else a
+        loops.append(np.array(loop, np.int64))
+    return loops
+
+
+def _sides(corner: IntArray) -> Pairs:
+    pairs = [corner[:, [0, 1]], corner[:, [1, 2]], corner[:, [2, 0]]]
+    return np.concatenate(pairs).astype(np.int64)
+
+
+def _ends_of(segments: Pairs) -> Pairs:
+    """Segments that bound: those of an odd number of parts."""
+    low, high = segments.min(axis=1), segments.max(axis=1)
+    n = int(high.max(initial=0)) + 1
+    keys, count = np.unique((low * n + high)[low != high], return_counts=True)
+    odd = keys[count % 2 == 1]
+    return np.stack([odd // n, odd % n], axis=1)
+
+
+def _of_parts(parts: Parts, cut: Cut, n_c: int) -> tuple[Pairs, _Cuts]:
+    """Sides of the parts of cut facets, cuts numbered from n_c; and the cuts."""
+    inside = parts.corner < len(parts.inner)
+    ahead = np.roll(inside, -1, axis=1)
+    facet, k = np.nonzero(inside != ahead)
+    l = (k + 1) % 3
+    first_in = inside[facet, k]
+    own = np.where(first_in, parts.corner[facet, k], parts.corner[facet, l])
+    other = np.where(first_in, parts.nodes[facet, l], parts.nodes[facet, k])
+    inner = parts.inner[own]
+    keys = inner.astype(np.int64) * (int(parts.nodes.max()) + 1) + other
+    _, once, number = np.unique(keys, return_index=True, return_inverse=True)
+    number = n_c + number.ravel()
+    # Two cuts a facet: the line between them, and from each to its end in contact.
+    across = np.stack([number[0::2], number[1::2]], axis=1)
+    along = np.stack([number, inner], axis=1)
+    facet, k = np.nonzero(inside & ahead)
+    sides = np.stack([parts.corner[facet, k], parts.corner[facet, (k + 1) % 3]], axis=1)
+    fraction = cut.fraction[np.nonzero(inside != ahead)]
+    return (
+        np.concatenate([across, along, parts.inner[sides]]).astype(np.int64),
+        _Cuts(inner[once], other[once].astype(np.int32), fraction[once]),
+    )
+
+
+def _vertices(inp: AreaInput, on: str) -> FloatArray:
+    return inp.feet.point if on == "master" else inp.points[inp.rows]
+
+
+def _cut_places(inp: AreaInput, cuts: _Cuts, on: str) -> FloatArray:
+    a, b = inp.points[inp.rows[cuts.inner]], inp.points[cuts.free]
+    places: FloatArray = a + cuts.fraction[:, None] * (b - a)
+    if on == "slave" or len(places) == 0:
+        return places
+    out = empty_projection(len(places))
+    patch, uv = inp.feet.patch[cuts.inner], inp.feet.uv[cuts.inner]
+    surface_of(inp.body).track(np.ascontiguousarray(places), patch, uv, out)
+    return np.where(np.isfinite(out.point), out.point, inp.feet.point[cuts.inner])

@@ -1,0 +1,162 @@
+"""Faces that a file gives one by one: which of their edges are one edge, and which way they face.
+
+IGES has no topology, and STEP files may hold loose faces. OpenCASCADE's sewing finds the edges
+that coincide; surfaces and p-curves stay as the file has them, only edges are given one number.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from typing import Any
+
+COINCIDENT = 1e-6
+"""Edges farther apart than this share of the whole size stay two."""
+FINEST = 1e-7
+"""OpenCASCADE's own confusion distance, mm."""
+
+
+class Sewn:
+    """Numbers the edges of a shape, those that coincide alike, and says which faces must turn.
+
+    Parameters
+    ----------
+    shape : TopoDS_Shape, left as it is
+    """
+
+    def __init__(self, shape: Any) -> None:
+        from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher
+
+        self._known = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
+        self._leader: dict[int, tuple[int, bool]] = {}
+        self._turned: set[int] = set()
+        if self._has_loose_edges(shape):
+            sewing = _sewing(shape)
+            self._lead(shape, sewing)
+            self._turn(shape, sewing)
+
+    def add(self, edge: Any) -> tuple[int, bool]:
+        """Number of a TopoDS_Edge, and whether that edge runs against the one of the number."""
+        own = self._number(edge)
+        return self._leader.get(own, (own, False))
+
+    def edge(self, number: int) -> Any:
+        """The TopoDS_Edge of a number."""
+        from OCP.TopoDS import TopoDS
+
+        return TopoDS.Edge(self._known.FindKey(number))
+
+    def turned(self, face: Any) -> bool:
+        """Whether a face must swap its sides to agree with those it is joined to."""
+        return self._number(face) in self._turned
+
+    def _number(self, shape: Any) -> int:
+        """The same for a shape and its reverse in the same place."""
+        return int(self._known.Add(shape))
+
+    def _has_loose_edges(self, shape: Any) -> bool:
+        """Whether several faces have edges of their own: then some may be one, given twice."""
+        from OCP.BRep import BRep_Tool
+        from OCP.TopoDS import TopoDS
+
+        # Numbers of faces follow the file's order.
+        if len({self._number(face) for face in _parts(shape, "FACE")}) < 2:
+            return False
+        edges = [TopoDS.Edge(edge) for edge in _parts(shape, "EDGE")]
+        uses = Counter(self._number(e) for e in edges if not BRep_Tool.Degenerated_s(e))
+        return 1 in uses.values()
+
+    def _lead(self, shape: Any, sewing: Any) -> None:
+        """Find, for each edge that was joined, the one that stands for it.
+
+        An edge that meets several edges one after the other is cut by the sewing; here it stays
+        whole and shares its number with all of them.
+        """
+        from OCP.TopAbs import TopAbs_Orientation
+
+        forward = TopAbs_Orientation.TopAbs_FORWARD
+        holders: dict[int, list[tuple[int, bool]]] = defaultdict(list)
+        for edge in _parts(shape, "EDGE"):
+            own = self._number(edge)
+            if own not in self._leader:
+                self._leader[own] = own, False
+                for part in _parts(sewing.ModifiedSubShape(edge.Oriented(forward)), "EDGE"):
+                    holders[self._number(part)].append((own, part.Orientation() != forward))
+        for (first, first_against), *others in holders.values():
+            root, turned = self._root(first)
+            for own, against in others:
+                end, flipped = self._root(own)
+                if end != root:
+                    self._leader[end] = root, (turned != first_against) != (flipped != against)
+        self._leader = {edge: self._root(edge) for edge in self._leader}
+
+    def _root(self, edge: int) -> tuple[int, bool]:
+        """The edge at the end of the chain of leaders, and whether `edge` runs against it."""
+        against = False
+        while self._leader[edge][0] != edge:
+            edge, turned = self._leader[edge]
+            against ^= turned
+        return edge, against
+
+    def _turn(self, shape: Any, sewing: Any) -> None:
+        """Find the faces that face the other way in the sewn shells than in the file.
+
+        A shell has two sides and sewing takes either. A closed one faces outward, an open one as
+        its first face does in the file.
+        """
+        origin = {
+            self._number(sewing.ModifiedSubShape(face)): face for face in _parts(shape, "FACE")
+        }
+        for shell in _parts(sewing.SewedShape(), "SHELL"):
+            faces: list[tuple[int, bool]] = []
+            for face in _parts(_outward(shell), "FACE"):
+                before = origin.get(self._number(face))
+                if before is not None:
+                    after = sewing.ModifiedSubShape(before).Orientation()
+                    faces.append((self._number(before), face.Orientation() != after))
+            inside_out = not _is_closed(shell) and min(faces, default=(0, False))[1]
+            self._turned |= {face for face, turned in faces if turned != inside_out}
+
+
+def _is_closed(shell: Any) -> bool:
+    from OCP.BRep import BRep_Tool
+
+    return bool(BRep_Tool.IsClosed_s(shell))
+
+
+def _outward(shell: Any) -> Any:
+    """A closed shell with its faces outward; an open one as it is."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid
+    from OCP.BRepLib import BRepLib
+    from OCP.TopoDS import TopoDS
+
+    if not _is_closed(shell):
+        return shell
+    solid = BRepBuilderAPI_MakeSolid(TopoDS.Shell(shell)).Solid()
+    BRepLib.OrientClosedSolid_s(solid)
+    return solid
+
+
+def _parts(shape: Any, kind: str) -> list[Any]:
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+
+    explorer = TopExp_Explorer(shape, getattr(TopAbs_ShapeEnum, f"TopAbs_{kind}"))
+    found = []
+    while explorer.More():
+        found.append(explorer.Current())
+        explorer.Next()
+    return found
+
+
+def _sewing(shape: Any) -> Any:
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_Sewing
+
+    box = Bnd_Box()
+    BRepBndLib.Add_s(shape, box)
+    size = 0.0 if box.IsVoid() else box.CornerMin().Distance(box.CornerMax())
+    sewing = BRepBuilderAPI_Sewing(max(FINEST, COINCIDENT * size))
+    sewing.Add(shape)
+    sewing.Perform()
+    return sewing

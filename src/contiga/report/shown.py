@@ -1,0 +1,69 @@
+"""What the pictures can show in colour: penetration, pressure, and the regions of contact."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.records import FloatArray
+from contiga.report.folder import Units
+from contiga.report.peak import Outline, Peak
+
+SCALE = ("#ffe9a8", "#fdbf5a", "#f4813f", "#d9433f", "#a01c5b", "#4a0f57")
+"""From little to much; lightness falls all the way, so it reads without colour."""
+REGIONS = ("#12708f", "#5b3fa8", "#2f7d3b", "#b0306a", "#8a5a00", "#3a4d8f", "#00796b", "#7a4a2a")
+"""Regions of contact in turn: cool and dark, apart from `SCALE`."""
+# A few nodes at the rim of a region, of next to no area, may have many times the pressure of all
+# others. Of `_MANY` nodes and more, colours end at this share where the greatest is beyond `_FAR`
+# times it.
+_SHARE, _FAR, _MANY = 0.98, 2.0, 20
+
+
+class Shown(NamedTuple):
+    """One field that colours can show."""
+
+    label: str
+    unit: str
+    values: FloatArray
+    """(n_s,) of the slave points, zero outside the contact."""
+    top: float
+    """Where the colours end."""
+    cut: bool
+    """Whether some values are greater."""
+
+
+def fields_of(peak: Peak, units: Units) -> dict[str, Shown]:
+    """Fields of the slave by name: penetration always, pressure where there is some."""
+    found = {"penetration": _shown("Penetration", units.length, peak.penetration, peak)}
+    if peak.pressure is not None and np.any(peak.pressure > 0.0):
+        found["pressure"] = _shown("Pressure", units.stress, peak.pressure, peak)
+    return found
+
+
+def first_field(peak: Peak, units: Units) -> Shown:
+    """What is shown first: the pressure where there is some."""
+    fields = fields_of(peak, units)
+    return fields.get("pressure", fields["penetration"])
+
+
+def _shown(label: str, unit: str, values: FloatArray, peak: Peak) -> Shown:
+    greatest = float(values.max(initial=0.0))
+    top = greatest
+    if peak.in_contact.sum() >= _MANY:
+        most = float(np.quantile(values[peak.in_contact], _SHARE, method="lower"))
+        top = most if 0.0 < _FAR * most < greatest else greatest
+    return Shown(label, unit, values, max(top, 1e-300), top < greatest)
+
+
+def region_colours(outlines: tuple[Outline, ...]) -> dict[tuple[int, int], str]:
+    """A colour for every region, by the numbers of its contact and cluster."""
+    keys = sorted({(line.contact, line.cluster) for line in outlines})
+    return {key: REGIONS[k % len(REGIONS)] for k, key in enumerate(keys)}
+
+
+def colour_map() -> Any:
+    """`SCALE` as a matplotlib colour map."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("contact", SCALE)

@@ -1,0 +1,185 @@
+"""The whole reproduction: every experiment run, its page, tables and pictures written."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from time import perf_counter
+from typing import NamedTuple
+
+from contiga.errors import FileError, RunError
+from contiga.sim.clock import Clock
+from contiga.sim.folder import open_folder, write_json, write_text
+from contiga.thesis.catalogue import chosen
+from contiga.thesis.drawing import png
+from contiga.thesis.page import page
+from contiga.thesis.records import Experiment, Outcome
+from contiga.thesis.tables import as_json, machine, tidy_csv
+
+PAGE, CSV, JSON, FIGURES = "report.html", "tables.csv", "tables.json", "figures"
+
+Progress = Callable[[str, int, int], None]
+"""Called with what is being done, how many parts are done, how many there are."""
+
+
+class Found(NamedTuple):
+    """An experiment, what it found, its pictures as PNG and what it cost."""
+
+    experiment: Experiment
+    outcome: Outcome
+    pictures: tuple[bytes, ...]
+    seconds: float
+    """Wall time of the experiment and its pictures, compiling included."""
+    compiled: float
+    """Seconds of it spent on compiling kernels."""
+
+
+def reproduce(out: str | Path, *, only: Sequence[str] | None = None, quiet: bool = True) -> Path:
+    """Run the experiments of the thesis and write what they find into the folder `out`.
+
+    Parameters
+    ----------
+    out : folder for ``report.html``, ``tables.csv``, ``tables.json`` and ``figures``
+    only : keys of experiments, or chapters and sections; all of them if omitted
+    quiet : no progress bar
+
+    Returns
+    -------
+    Path
+        The page. Nothing is written before all experiments are done; each file is written under
+        another name and renamed whole, the page last.
+
+    Raises
+    ------
+    InputError
+        An unknown experiment, or a folder that cannot be written or is somebody else's.
+    RunError
+        An experiment could not be carried through.
+    """
+    wanted = chosen(only)
+    folder = Path(out)
+    made = open_folder(folder, (CSV, JSON), "reproduction")
+    try:
+        with _bar(quiet=quiet) as progress:
+            found = run_all(wanted, progress)
+        return _write(folder, found)
+    except BaseException:
+        if made and not any(folder.iterdir()):
+            folder.rmdir()
+        raise
+
+
+def run_all(
+    experiments: Sequence[Experiment], progress: Progress | None = None
+) -> tuple[Found, ...]:
+    """Run experiments and draw their pictures, in memory.
+
+    Raises
+    ------
+    RunError
+        One could not be carried through; the message says which.
+    """
+    found = []
+    for done, experiment in enumerate(experiments):
+        if progress is not None:
+            progress(f"{experiment.key} {experiment.title}", done, len(experiments))
+        found.append(_run(experiment))
+    if progress is not None:
+        progress("done", len(experiments), len(experiments))
+    return tuple(found)
+
+
+def broken_claims(folder: str | Path) -> list[str]:
+    """Claims that did not hold in the reproduction left in `folder`, a line each.
+
+    Raises
+    ------
+    FileError
+        The folder holds no reproduction.
+    """
+    path = Path(folder) / JSON
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        return [
+            f"{experiment['key']}: {claim['text']} ({claim['measured']})"
+            for experiment in content["experiments"]
+            for claim in experiment["claims"]
+            if not claim["holds"]
+        ]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise FileError("not the tables of a reproduction", where=str(path)) from error
+
+
+def _run(experiment: Experiment) -> Found:
+    clock = Clock()
+    start = perf_counter()
+    try:
+        with clock.watching():
+            outcome = experiment.run()
+            pictures = tuple(png(picture) for picture in outcome.pictures)
+    except Exception as error:
+        raise RunError(f"experiment {experiment.key}: {type(error).__name__}: {error}") from error
+    return Found(experiment, outcome, pictures, perf_counter() - start, clock.compiled)
+
+
+def _write(folder: Path, found: tuple[Found, ...]) -> Path:
+    """The files of the folder; pictures that only an earlier reproduction had are removed."""
+    from contiga.io.atomic import atomic_write
+
+    figures = folder / FIGURES
+    figures.mkdir(exist_ok=True)
+    names = set()
+    for entry in found:
+        for picture, content in zip(entry.outcome.pictures, entry.pictures, strict=True):
+            names.add(f"{picture.key}.png")
+            with atomic_write(figures / f"{picture.key}.png") as path:
+                path.write_bytes(content)
+    for name in _pictures_of(folder) - names:
+        (figures / name).unlink(missing_ok=True)
+    facts = machine()
+    write_text(folder / CSV, tidy_csv(found))
+    write_json(folder / JSON, as_json(found, facts))
+    write_text(folder / PAGE, page(found, facts))
+    return folder / PAGE
+
+
+def _pictures_of(folder: Path) -> set[str]:
+    """Names of the pictures an earlier reproduction says it has written."""
+    try:
+        content = json.loads((folder / JSON).read_text(encoding="utf-8"))
+        listed = [p["file"] for e in content["experiments"] for p in e["pictures"]]
+        return {Path(file).name for file in listed}
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
+
+
+@contextmanager
+def _bar(*, quiet: bool) -> Iterator[Progress | None]:
+    """A progress bar on the error stream: the experiment, how many are done, time spent."""
+    if quiet:
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+    )
+
+    columns = (
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("{task.description}"),
+    )
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task("", total=None)
+
+        def progress(what: str, done: int, total: int) -> None:
+            bar.update(task, description=what, completed=done, total=total)
+
+        yield progress

@@ -1,0 +1,193 @@
+"""Pictures in space: shaded surfaces, with lines, dots and arrows that they hide from the eye."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contiga.geometry.body import Body
+from contiga.geometry.surface import NurbsSurface
+from contiga.geometry.trimesh import TriMesh
+from contiga.records import FloatArray
+from contiga.report import shading
+from contiga.report.camera import look, project
+from contiga.report.plots import INK, LINES, MUTED
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_SAMPLES = 2
+"""Pixels drawn per pixel shown, in each direction."""
+_BEHIND = 0.22
+"""Opacity of what a surface hides, against what it does not."""
+_TOLERANCE = 4e-4
+"""Chord tolerance of what is drawn, in parts of the scene's size."""
+
+
+class View:
+    """A picture in space on the axes of a figure.
+
+    Surfaces are shaded in the order in which they are given; lines and dots come over them, faint
+    where a surface hides them.
+
+    Parameters
+    ----------
+    axes : where to draw; its frame is removed
+    scene : (n, 3) points, all of which are to be in the picture
+    towards : (3,) direction the eye looks in
+    shape : width and height of the picture, pixels
+    """
+
+    def __init__(
+        self,
+        axes: Axes,
+        scene: ArrayLike,
+        *,
+        towards: ArrayLike = (-0.55, 0.75, -0.45),
+        shape: tuple[int, int] = (600, 450),
+    ) -> None:
+        points = np.asarray(scene, dtype=np.float64).reshape(-1, 3)
+        columns, rows = shape
+        size = (rows * _SAMPLES, columns * _SAMPLES)
+        self._axes = axes
+        self._camera = look(
+            np.asarray(towards, dtype=np.float64), np.array([0, 0, 1.0]), points, size
+        )
+        self._span = max(float(np.ptp(points, axis=0).max()), 1e-300)
+        self._picture = np.ones((*size, 3), dtype=np.float32)
+        self._depth = np.full(size, np.inf)
+        axes.set_axis_off()
+        axes.set_xlim(0.0, columns)
+        axes.set_ylim(rows, 0.0)
+        axes.set_aspect("equal")
+
+    def surface(
+        self,
+        shape: NurbsSurface | Body | TriMesh,
+        colour: str = "#9fb3c8",
+        opacity: float = 1.0,
+        *,
+        hides: bool = True,
+    ) -> View:
+        """Shade a surface, with its borders inked; what is behind it is hidden if `hides`."""
+        from matplotlib.colors import to_rgb
+
+        mesh = shape if isinstance(shape, TriMesh) else shape.tessellate(_TOLERANCE * self._span)
+        layer = shading.mesh_layer(self._camera, mesh.vertices, mesh.triangles)
+        front = (layer.buffer.depth < self._depth)[layer.seen]
+        light = shading.lit(layer, np.array(to_rgb(colour)), self._span)
+        under = self._picture[layer.seen]
+        cover = np.where(front, opacity, 0.0)[:, None]
+        self._picture[layer.seen] = cover * light + (1.0 - cover) * under
+        nearest = np.minimum(self._depth, layer.buffer.depth)
+        edges = shading.free_edges(mesh.triangles)
+        ink = shading.line_ink(self._camera, mesh.vertices, edges, nearest, 2e-3 * self._span)
+        self._picture[ink > 0.0] *= 0.55
+        if hides:
+            self._depth = nearest
+        return self
+
+    def lines(self, points: ArrayLike, **style: Any) -> View:
+        """A polyline through (k, 3) `points`, with matplotlib's line styles."""
+        fine = _fine(np.asarray(points, dtype=np.float64), 0.01 * self._span)
+        at, seen = self._placed(fine)
+        look_ = {"color": INK, "lw": 1.0, "solid_capstyle": "round", **style}
+        label = look_.pop("label", None)
+        for part, opacity in ((seen, 1.0), (~seen, _BEHIND)):
+            # a piece belongs to the part that either of its ends is in
+            kept = part | np.roll(part, 1) | np.roll(part, -1) if opacity == 1.0 else part
+            shown = np.where(kept[:, None], at, np.nan)
+            self._axes.plot(
+                *shown.T, alpha=opacity * look_.get("alpha", 1.0), **_without_alpha(look_)
+            )
+        if label:
+            self._axes.plot([], [], label=label, **look_)
+        return self
+
+    def net(self, surface: NurbsSurface, **style: Any) -> View:
+        """The control net of a surface: its points, joined along both directions."""
+        net = surface.control_points
+        look_ = {"color": LINES[1], "lw": 0.9, "ls": (0, (4, 3)), **style}
+        for row in [*net, *net.transpose(1, 0, 2)]:
+            self.lines(row, **look_)
+        return self.dots(net.reshape(-1, 3), color=look_["color"], ms=3.6)
+
+    def iso_lines(self, surface: NurbsSurface, count: int = 11, **style: Any) -> View:
+        """Iso-parametric lines, `count` in each direction."""
+        (u0, u1), (v0, v1) = surface.domain
+        along_u, along_v = np.linspace(u0, u1, 121), np.linspace(v0, v1, 121)
+        look_ = {"color": "white", "lw": 0.5, "alpha": 0.75, **style}
+        for v in np.linspace(v0, v1, count):
+            self.lines(surface.evaluate(np.column_stack([along_u, np.full(121, v)])), **look_)
+        for u in np.linspace(u0, u1, count):
+            self.lines(surface.evaluate(np.column_stack([np.full(121, u), along_v])), **look_)
+        return self
+
+    def dots(self, points: ArrayLike, **style: Any) -> View:
+        """Markers at (k, 3) `points`, with matplotlib's marker styles."""
+        at, seen = self._placed(np.asarray(points, dtype=np.float64).reshape(-1, 3))
+        look_ = {"color": LINES[0], "ls": "", "marker": "o", "ms": 3.0, "mew": 0.0, **style}
+        label = look_.pop("label", None)
+        for part, opacity in ((~seen, 2.0 * _BEHIND), (seen, 1.0)):
+            self._axes.plot(*at[part].T, alpha=opacity, **look_)
+        if label:
+            self._axes.plot([], [], label=label, **look_)
+        return self
+
+    def arrow(self, start: ArrayLike, end: ArrayLike, **style: Any) -> View:
+        """An arrow that nothing hides."""
+        a, b = self._placed(np.array([start, end], dtype=np.float64))[0]
+        look_ = {"color": INK, "lw": 1.4, "shrinkA": 0.0, "shrinkB": 0.0, **style}
+        self._axes.annotate("", b, a, arrowprops={"arrowstyle": "-|>", **look_})
+        return self
+
+    def text(self, at: ArrayLike, text: str, **style: Any) -> View:
+        """A text beside a point."""
+        (place,) = self._placed(np.array([at], dtype=np.float64))[0]
+        look_ = {"textcoords": "offset points", "xytext": (5, 3), "fontsize": 8.5, **style}
+        self._axes.annotate(text, place, **look_)
+        return self
+
+    def show(self, *, triad: bool = True) -> None:
+        """Put the shaded surfaces under what has been drawn, and the directions of the axes."""
+        columns, rows = self._axes.get_xlim()[1], self._axes.get_ylim()[0]
+        shaded = shading.shrunk(self._picture, _SAMPLES)
+        self._axes.imshow(shaded, extent=(0.0, columns, rows, 0.0), zorder=0, aspect="equal")
+        if triad:
+            self._triad(np.array([0.075 * columns, rows - 0.075 * columns]), 0.055 * columns)
+
+    def _triad(self, origin: FloatArray, length: float) -> None:
+        for axis, name in zip(self._camera.axes.T[:, :2], "xyz", strict=True):
+            tip = tuple(origin + length * axis)
+            look_ = {"arrowstyle": "-|>", "color": MUTED, "lw": 0.9, "shrinkA": 0, "shrinkB": 0}
+            self._axes.annotate("", tip, tuple(origin), arrowprops={**look_, "mutation_scale": 6})
+            x, y = origin + 1.35 * length * axis
+            if np.linalg.norm(axis) > 0.2:
+                self._axes.text(x, y, name, ha="center", va="center", fontsize=7.5, color=MUTED)
+
+    def _placed(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """(n, 2) places in the picture and (n,) whether nothing hides them."""
+        screen = project(self._camera, points)
+        rows, columns = self._depth.shape
+        column = np.clip(np.nan_to_num(np.rint(screen[:, 0])), 0, columns - 1).astype(np.intp)
+        row = np.clip(np.nan_to_num(np.rint(screen[:, 1])), 0, rows - 1).astype(np.intp)
+        with np.errstate(invalid="ignore"):
+            seen = screen[:, 2] <= self._depth[row, column] + 6e-3 * self._span
+        return screen[:, :2] / _SAMPLES, seen
+
+
+def _without_alpha(style: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in style.items() if name != "alpha"}
+
+
+def _fine(points: FloatArray, step: float) -> FloatArray:
+    """The polyline with points no further apart than `step`, so that parts of it can be hidden."""
+    pieces = [points[:1]]
+    for a, b in pairwise(points):
+        count = max(1, int(np.ceil(np.linalg.norm(b - a) / step)))
+        share = np.linspace(0.0, 1.0, count + 1)[1:, None]
+        pieces.append(a + share * (b - a))
+    return np.concatenate(pieces)

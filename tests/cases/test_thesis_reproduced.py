@@ -1,0 +1,27 @@
+"""Every experiment of the reproduction: its statements hold, its tables and pictures are whole."""
+
+from __future__ import annotations
+
+import pytest
+
+from contiga.thesis.catalogue import experiments
+from contiga.thesis.drawing import png
+from contiga.thesis.records import Experiment
+
+_SEEN: dict[str, str] = {}
+
+
+@pytest.mark.parametrize("experiment", experiments(), ids=lambda experiment: experiment.key)
+def test_experiment_holds(experiment: Experiment) -> None:
+    outcome = experiment.run()
+    assert outcome.claims
+    broken = [f"{claim.text} {claim.measured}" for claim in outcome.claims if not claim.holds]
+    assert broken == []
+    for table in outcome.tables:
+        assert table.rows
+        assert {len(row) for row in table.rows} == {len(table.columns)}
+    for picture in outcome.pictures:
+        # keys are the names of files: safe, and not those of another experiment
+        assert not set(picture.key) & set('/\\:*?"<>| ')
+        assert _SEEN.setdefault(picture.key, experiment.key) == experiment.key
+        assert len(png(picture)) > 5000
