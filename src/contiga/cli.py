@@ -1,4 +1,4 @@
-"""The command line: ``contiga run | check | info | report | reproduce``.
+"""The command line: ``contiga run | check | info | mesh | report | reproduce``.
 
 Exit codes: 0 done, 1 the run failed, 2 the input is wrong. Wrong input gets one message on the
 error stream, never a traceback; ``CONTIGA_DEBUG=1`` shows the traceback of any failure.
@@ -188,6 +188,46 @@ def _table(rows: Iterable[tuple[str, str]]) -> None:
     for label, text in rows:
         grid.add_row(label, text)
     Console(highlight=False).print(grid)
+
+
+@app.command()
+def mesh(
+    cad: Annotated[Path, typer.Argument(metavar="CAD", help="STEP, IGES, 3DM or G+Smo XML.")],
+    tol: Annotated[
+        float,
+        typer.Option(
+            "--tol", help="Largest distance to the surface; of the net method an area, by patch."
+        ),
+    ],
+    out: Annotated[
+        Path, typer.Option("-o", "--out", help="Mesh to write: .msh (Gmsh 4.1), .vtu or .stl.")
+    ],
+    method: Annotated[
+        str,
+        typer.Option("--method", help="chord (distance) or net (the thesis' control net rule)."),
+    ] = "chord",
+    unit: Annotated[
+        str | None, typer.Option("--unit", help="Length unit to write; the file's own if left out.")
+    ] = None,
+) -> None:
+    """Write triangles of a CAD file, without cracks where its faces share edges."""
+    from contiga.geometry.tessellate import check_request
+    from contiga.io.cad import read_cad
+    from contiga.io.mesh_out import check_suffix, write_mesh
+
+    check_suffix(out)
+    check_request(tol, method)
+    if not cad.exists():
+        raise FileError("no such file", where=str(cad))
+    triangles = read_cad(cad, unit).tessellate(tol, method)
+    write_mesh(out, triangles)
+    open_edges = len(triangles.open_edges())
+    closed = f"{open_edges} open edges" if open_edges else "closed"
+    length = "" if triangles.unit is None else f" in {triangles.unit}"
+    print(
+        f"{out}: {len(triangles.triangles)} triangles, {len(triangles.vertices)} vertices{length}, "
+        f"area {triangles.area():.6g}, {closed}"
+    )
 
 
 @app.command()

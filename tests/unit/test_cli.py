@@ -248,3 +248,40 @@ def test_report_is_written_afterwards(command: Command, case: Path) -> None:
     assert not page.exists()
     assert command("report", page.parent) == (0, f"report: {page}\n", "")
     assert page.is_file()
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".vtu", ".stl"])
+def test_mesh_of_cad_is_written(command: Command, tmp_path: Path, suffix: str) -> None:
+    cad, path = tmp_path / "patch.xml", tmp_path / f"patch{suffix}"
+    cad.write_text(PATCH, encoding="utf-8")
+    code, out, err = command("mesh", cad, "--tol", 0.1, "-o", path)
+    assert (code, err) == (0, "")
+    assert out == f"{path}: 2 triangles, 4 vertices, area 6, 4 open edges\n"
+    assert command("info", path)[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["patch.xml", "--tol", 0.0, "-o", "a.msh"], "a tolerance must be positive; found 0.0"),
+        (["patch.xml", "--tol", "nan", "-o", "a.msh"], "a tolerance must be positive"),
+        (["patch.xml", "--tol", 1, "--method", "fan", "-o", "a.msh"], "not a method; found 'fan'"),
+        (["patch.xml", "--tol", 1, "-o", "a.obj"], "found '.obj'; allowed: .msh, .vtu, .stl"),
+        (["none.step", "--tol", 1, "-o", "a.msh"], "no such file"),
+        (["patch.xml", "--tol", 1, "-o", "none/a.msh"], "a folder that exists"),
+        (["patch.xml", "--tol", 1, "--unit", "kg", "-o", "a.msh"], "kg"),
+    ],
+)
+def test_mesh_that_cannot_be_written_is_one_message(
+    command: Command,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[object],
+    message: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "patch.xml").write_text(PATCH, encoding="utf-8")
+    code, out, err = command("mesh", *arguments)
+    assert (code, out) == (2, "")
+    assert message in one_message(err)
+    assert [path.name for path in tmp_path.iterdir()] == ["patch.xml"]

@@ -222,11 +222,15 @@ class Body:
 
         return body_volume(self)
 
-    def tessellate(self, tol: float) -> TriMesh:
-        """Triangles within `tol` (length) of the surface, trims obeyed; for pictures and fields."""
+    def tessellate(self, tol: float, method: str = "chord") -> TriMesh:
+        """Triangles of the faces, trims obeyed, without cracks at shared edges.
+
+        `tol` is a length for "chord" and an area by patch for "net"; see `tessellate` of patches.
+        """
         from contiga.geometry.trim_mesh import body_mesh
 
-        return body_mesh(self, tol)
+        mesh = body_mesh(self, tol, method)
+        return mesh.like(self.name, self.unit, self.reference_point)
 
     @classmethod
     def from_profile(cls, curve: NurbsCurve, depth: float = 1.0, name: str = "profile") -> Body:

@@ -46,11 +46,15 @@ def tessellate(
     GeometryError
         a tolerance that would take more than 40 million triangles.
     """
-    grids = {"chord": chord_grid, "net": net_grid}
-    if method not in grids:
+    check_request(tol, method)
+    return grid_mesh(surface, *GRIDS[method](surface, tol))
+
+
+def check_request(tol: float, method: str) -> None:
+    """Refuse a tolerance that is not positive and a method that is not known."""
+    _checked_tolerance(tol)
+    if method not in GRIDS:
         raise InputError("not a method", where="method", found=method, allowed="'net', 'chord'")
-    u, v = grids[method](surface, tol)
-    return grid_mesh(surface, u, v)
 
 
 def net_tessellation(surface: NurbsSurface, tol: float) -> TriMesh:
@@ -176,6 +180,10 @@ def net_grid(surface: NurbsSurface, tol: float) -> tuple[FloatArray, FloatArray]
         v = _bisected(grid.v_breaks, by_column >= 0.25 * worst)
         _checked_size(u.size, v.size, tol)
         grid = extract(surface, u[1:-1], v[1:-1])
+
+
+GRIDS = {"chord": chord_grid, "net": net_grid}
+"""What gives the grid of parameters, by method."""
 
 
 def net_area(surface: NurbsSurface) -> float:

@@ -1,4 +1,4 @@
-"""Triangles of a body with its trims: for pictures and fields, not for search.
+"""Triangles of a body with its trims.
 
 A trimmed patch is meshed in (u, v): the loops are flattened to the chord tolerance, the grid of
 the untrimmed patch is thinned to what lies inside, and a Delaunay triangulation of both is refined
@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga.errors import GeometryError
 from contiga.geometry._trim_nb import TrimTables, points_in_trim
 from contiga.geometry.surface import NurbsSurface
-from contiga.geometry.tessellate import chord_grid, grid_mesh
+from contiga.geometry.tessellate import GRIDS, check_request, grid_mesh
 from contiga.geometry.trimesh import TriMesh
+from contiga.geometry.watertight import joined_faces
 from contiga.records import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -33,42 +33,38 @@ APART = 0.3
 """Grid points nearer to a loop than this share of their cell are left out."""
 
 
-def body_mesh(body: Body, tol: float) -> TriMesh:
-    """One mesh of all faces of `body`, each within `tol` (length) of its surface.
+def body_mesh(body: Body, tol: float, method: str = "chord") -> TriMesh:
+    """One mesh of all faces of `body`; faces that share an edge share its vertices.
 
-    Faces do not share vertices.
+    Parameters
+    ----------
+    tol : for "chord" a length, from the surface to the triangles. For "net" an area, by patch:
+        see `contiga.geometry.tessellate.net_grid`.
+    method : "chord" or "net"
 
     Raises
     ------
-    GeometryError
-        `tol` is not positive.
+    InputError
+        `tol` is not positive, an unknown method.
     """
-    vertices: list[FloatArray] = []
-    triangles: list[IntArray] = []
-    count = 0
-    for points, corners in face_meshes(body, tol):
-        vertices.append(points)
-        triangles.append(corners + np.int32(count))
-        count += len(points)
-    return TriMesh(np.concatenate(vertices), np.concatenate(triangles))
+    return joined_faces(body, face_meshes(body, tol, method))
 
 
-def face_meshes(body: Body, tol: float) -> list[tuple[FloatArray, IntArray]]:
+def face_meshes(body: Body, tol: float, method: str = "chord") -> list[tuple[FloatArray, IntArray]]:
     """Per patch its vertices (n, 3) and triangles (m, 3)."""
-    if not tol > 0.0:
-        raise GeometryError("a tolerance must be positive", where="tessellate", found=tol)
+    check_request(tol, method)
     result = []
     for k, (patch, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
         if loops is None:
-            mesh = grid_mesh(patch, *chord_grid(patch, tol))
+            mesh = grid_mesh(patch, *GRIDS[method](patch, tol))
             result.append((mesh.vertices, mesh.triangles))
         else:
-            result.append(_trimmed(body.trim_tables, k, patch, tol))
+            result.append(_trimmed(body.trim_tables, k, patch, tol, method))
     return result
 
 
 def _trimmed(
-    tables: TrimTables, k: int, patch: NurbsSurface, tol: float
+    tables: TrimTables, k: int, patch: NurbsSurface, tol: float, method: str
 ) -> tuple[FloatArray, IntArray]:
     pieces = np.arange(tables.patch_start[k], tables.patch_start[k + 1])
     low, high = np.array(patch.domain).T
@@ -79,22 +75,39 @@ def _trimmed(
     if np.any(box[1] <= box[0]):
         return np.empty((0, 3)), np.empty((0, 3), dtype=np.int32)
     part = patch.restricted((box[0, 0], box[1, 0]), (box[0, 1], box[1, 1]))
-    u, v = chord_grid(part, tol)
+    u, v = GRIDS[method](part, tol)
+    # An area over the patch's extent is the length that the loops of a net may miss.
+    sag = tol if method == "chord" else tol / max(float(np.sqrt(part.net_area())), 1e-300)
     metric = _metric(part)
-    chains = [_flattened(tables, piece, patch, tol) for piece in pieces]
+    chains = [_flattened(tables, piece, patch, sag) for piece in pieces]
     grid = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
     grid = grid[points_in_trim(tables, k, np.ascontiguousarray(grid))]
     grid = _apart_from(grid, chains, metric, np.array([np.diff(u).min(), np.diff(v).min()]))
-    for attempt in range(REFINEMENTS + 1):
-        uv, triangles = _conforming(chains, grid, metric)
+    last = REFINEMENTS if method == "chord" else 0
+    for attempt in range(last + 1):
+        uv, triangles, region = _conforming(chains, grid, metric)
         middle = np.ascontiguousarray(uv[triangles].mean(axis=1))
-        triangles = triangles[points_in_trim(tables, k, middle)]
+        inside = points_in_trim(tables, k, middle)
+        triangles = triangles[_of_most(inside, region, uv[triangles])]
         points = patch.evaluate(np.clip(uv, low, high))
+        if attempt == last:
+            break
         missed = _missed(patch, uv, points, triangles, tol)
-        if attempt == REFINEMENTS or not len(missed):
+        if not len(missed):
             break
         grid = np.unique(np.concatenate([grid, missed]), axis=0)
     return points, triangles
+
+
+def _of_most(inside: np.ndarray, region: IntArray, corners: FloatArray) -> np.ndarray:
+    """(m,) bool: whether most of the area of a triangle's region is inside.
+
+    Between a loop and its chords the middle of a triangle says nothing.
+    """
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    size = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    share = np.bincount(region, np.where(inside, size, -size))
+    return np.asarray(share[region] > 0.0)
 
 
 def _missed(
@@ -186,11 +199,12 @@ def _apart_from(
 
 def _conforming(
     chains: list[FloatArray], grid: FloatArray, metric: FloatArray
-) -> tuple[FloatArray, IntArray]:
+) -> tuple[FloatArray, IntArray, IntArray]:
     """Delaunay triangulation in which every segment of the chains is a side of triangles.
 
-    Segments that are missing are halved, which ends because short segments of a simple polygon
-    are Delaunay edges. Triangles are anticlockwise in (u, v); flat ones are dropped.
+    Returns points, triangles, and the region between segments that each triangle is in. Segments
+    that are missing are halved, which ends because short segments of a simple polygon are Delaunay
+    edges. Triangles are anticlockwise in (u, v); flat ones are dropped.
     """
     from scipy.spatial import Delaunay
 
@@ -212,10 +226,30 @@ def _conforming(
             np.stack([middle, segments[~present, 1]], axis=1),
         ]
         segments = np.concatenate([segments[present], *halves])
+    region = _regions(triangles, sides[:, 0] * count + sides[:, 1], wanted @ [count, 1])
+    if not present.all():
+        region = np.arange(
+            len(triangles), dtype=np.int32
+        )  # loops that cross part nothing: each for itself
     corners = (uv * metric)[triangles]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     triangles[twice < 0.0] = triangles[twice < 0.0][:, ::-1]
     longest = np.max([(a**2).sum(axis=1), (b**2).sum(axis=1), ((b - a) ** 2).sum(axis=1)], axis=0)
     whole = np.abs(twice) > LEVEL * longest
-    return uv, triangles[whole].astype(np.int32)
+    return uv, triangles[whole].astype(np.int32), region[whole]
+
+
+def _regions(triangles: IntArray, side: np.ndarray, wanted: np.ndarray) -> IntArray:
+    """(m,) number of the part each triangle is in, where `wanted` sides part neighbours."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    owner = np.repeat(np.arange(len(triangles)), 3)
+    order = np.argsort(side, kind="stable")
+    pair = np.flatnonzero(side[order][1:] == side[order][:-1])
+    pair = pair[~np.isin(side[order][pair], wanted)]
+    first, second = owner[order][pair], owner[order][pair + 1]
+    n = len(triangles)
+    graph = coo_matrix((np.ones(len(first)), (first, second)), (n, n))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int32)

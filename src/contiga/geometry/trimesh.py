@@ -154,6 +154,15 @@ class TriMesh:
         size = np.linalg.norm(crosses, axis=1, keepdims=True)
         return np.divide(crosses, size, out=np.full_like(crosses, np.nan), where=size > 0.0)
 
+    def open_edges(self) -> IntArray:
+        """(k, 2) vertices of the sides that belong to one triangle only, in its sense."""
+        a = self.triangles.ravel().astype(np.int64)
+        b = np.roll(self.triangles, -1, axis=1).ravel().astype(np.int64)
+        n = len(self.vertices)
+        low, high = np.minimum(a, b), np.maximum(a, b)
+        _, place, times = np.unique(low * n + high, return_inverse=True, return_counts=True)
+        return np.stack([a, b], axis=1)[times[place] == 1].astype(np.int32)
+
     def flipped(self) -> TriMesh:
         """The same mesh with its sides swapped."""
         return self._with(triangles=self.triangles[:, ::-1])
@@ -184,6 +193,10 @@ class TriMesh:
     def about(self, point: ArrayLike) -> TriMesh:
         """The same mesh with another reference point (3,)."""
         return self._with(reference_point=point)
+
+    def like(self, name: str, unit: str | None, reference_point: ArrayLike) -> TriMesh:
+        """The same mesh in place of a body of this name, unit and reference point."""
+        return self._with(name=name, unit=unit, reference_point=reference_point)
 
     def tessellate(self, tol: float) -> TriMesh:
         """The mesh itself: it has no finer shape, whatever `tol`."""

@@ -1,0 +1,55 @@
+"""Closest points of a curve in space, for many points near it."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from contiga.geometry.curve import NurbsCurve
+from contiga.records import FloatArray
+
+PER_SPAN = 24
+"""Samples of each knot span the search starts from, times the degree."""
+ROUNDS = 30
+CLOSED = 1e-9
+
+
+class CurveFeet:
+    """Parameters of the closest points of `curve`, by samples and safeguarded Newton steps."""
+
+    def __init__(self, curve: NurbsCurve) -> None:
+        self.curve = curve
+        breaks = np.unique(curve.knots)
+        low, high = curve.domain
+        breaks = breaks[(breaks >= low) & (breaks <= high)]
+        n = PER_SPAN * max(1, curve.degree)
+        parts = [np.linspace(a, b, n + 1)[:-1] for a, b in pairwise(breaks)]
+        self._t = np.append(np.concatenate(parts), high)
+        self._p = curve.evaluate(self._t)
+        ends = np.abs(self._p[-1] - self._p[0]).max()
+        self.period = high - low if ends <= CLOSED * np.ptp(self._p, axis=0).max() else 0.0
+        """Length of the domain of a closed curve, else 0."""
+
+    def __call__(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(n,) parameters and (n,) distances."""
+        from scipy.spatial import cKDTree
+
+        best = cKDTree(self._p).query(points)[1]
+        low = self._t[np.maximum(best - 1, 0)]
+        high = self._t[np.minimum(best + 1, len(self._t) - 1)]
+        t = self._t[best].copy()
+        for _ in range(ROUNDS):
+            d = self.curve.derivatives(t, 2)
+            r = d[:, 0] - points
+            slope = (r * d[:, 1]).sum(axis=1)
+            bend = (d[:, 1] ** 2).sum(axis=1) + (r * d[:, 2]).sum(axis=1)
+            low, high = np.where(slope < 0.0, t, low), np.where(slope > 0.0, t, high)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                new = t - slope / bend
+            new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
+            done = np.abs(new - t) <= 1e-15 * np.abs(t).max(initial=1.0)
+            t = new
+            if done.all():
+                break
+        return t, np.linalg.norm(self.curve.evaluate(t) - points, axis=1)

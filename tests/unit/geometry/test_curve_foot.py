@@ -1,0 +1,34 @@
+"""Closest points of a curve against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from contiga import shapes
+from contiga.geometry.curve_foot import CurveFeet
+
+
+def test_feet_on_a_circle():
+    circle = shapes.circle(radius=2.0)
+    points = np.random.default_rng(0).normal(size=(300, 3)) * [2.0, 2.0, 0.3]
+    feet = CurveFeet(circle)
+    t, distance = feet(points)
+    ring = np.hypot(points[:, 0], points[:, 1])
+    np.testing.assert_allclose(distance, np.hypot(ring - 2.0, points[:, 2]), rtol=0, atol=1e-12)
+    reached = circle.evaluate(t)
+    np.testing.assert_allclose(
+        reached[:, :2], 2.0 * points[:, :2] / ring[:, None], rtol=0, atol=1e-7
+    )
+    low, high = circle.domain
+    assert feet.period == high - low
+
+
+@pytest.mark.parametrize("x", [-1.0, 0.25, 2.0])
+def test_feet_on_a_line_end_at_its_ends(x):
+    feet = CurveFeet(shapes.line([0, 0, 0], [1, 0, 0]))
+    t, distance = feet(np.array([[x, 0.5, 0.0]]))
+    beyond = max(0.0, -x, x - 1.0)
+    assert distance[0] == pytest.approx(np.hypot(0.5, beyond), abs=1e-12)
+    assert feet.period == 0.0
+    assert t.shape == (1,)
