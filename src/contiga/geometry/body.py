@@ -229,8 +229,7 @@ class Body:
         """
         from contiga.geometry.trim_mesh import body_mesh
 
-        mesh = body_mesh(self, tol, method)
-        return mesh.like(self.name, self.unit, self.reference_point)
+        return body_mesh(self, tol, method).like(self.name, self.unit, self.reference_point)
 
     @classmethod
     def from_profile(cls, curve: NurbsCurve, depth: float = 1.0, name: str = "profile") -> Body:
