@@ -32,6 +32,7 @@ from contiga.io.slave import Slave
 from contiga.io.units import length_factor
 from contiga.motion.prescribed import Moved, SlaveMotion
 from contiga.records import FloatArray
+from contiga.search.surface import surface_of
 from contiga.sim.clock import Clock
 from contiga.sim.contact import Contact
 from contiga.sim.run import (
@@ -125,6 +126,8 @@ def _at(case: Case, key: str) -> Iterator[None]:
 
 def _body(spec: BodySpec, unit: str) -> Body | TriMesh:
     body = spec.geometry.body(spec.name, unit)
+    if isinstance(body, TriMesh):
+        surface_of(body)  # refuses a mesh that cannot serve
     return body if spec.reference_point is None else body.about(spec.reference_point)
 
 

@@ -6,6 +6,7 @@ import inspect
 import math
 from collections.abc import Callable
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -218,8 +219,16 @@ class FileGeometry(_Geometry):
 
     def raw(self, name: str, unit: str) -> Body:
         """The faces of the file."""
-        from contiga.io.cad import read_cad
+        from contiga.io.cad import SUFFIXES, read_cad
 
+        if Path(self.file).suffix.lower() not in SUFFIXES:
+            raise CaseError(
+                "is no CAD file",
+                where="file",
+                found=self.file,
+                allowed=" ".join(SUFFIXES),
+                remedy="For a mesh write geometry = { mesh = … }",
+            )
         return read_cad(self.file, unit, file_unit=self.unit).renamed(name)
 
     def describe(self) -> str:
@@ -240,8 +249,16 @@ class MeshGeometry(_Geometry):
 
     def body(self, name: str, unit: str) -> TriMesh:
         """The triangles, placed and oriented, lengths in `unit`."""
+        from contiga.io.cad import SUFFIXES
         from contiga.io.mesh_master import read_master
 
+        if Path(self.mesh).suffix.lower() in SUFFIXES:
+            raise CaseError(
+                "is CAD, not a mesh",
+                where="mesh",
+                found=self.mesh,
+                remedy="Write geometry = { file = … }, or make a mesh of it with contiga mesh",
+            )
         mesh = read_master(
             self.mesh, unit=unit, file_unit=self.unit, parts=self.parts, normals=self.normals
         ).renamed(name)
