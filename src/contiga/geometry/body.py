@@ -225,8 +225,7 @@ class Body:
     def tessellate(self, tol: float, method: str = "chord") -> TriMesh:
         """Triangles of the faces, trims obeyed, without cracks at shared edges.
 
-        `tol` is a length for "chord" and an area by patch for "net"; see `tessellate` of patches.
-        """
+        `tol` is a length for "chord" and an area by patch for "net", as for patches."""
         from contiga.geometry.trim_mesh import body_mesh
 
         return body_mesh(self, tol, method).like(self.name, self.unit, self.reference_point)
