@@ -52,7 +52,7 @@ def joined_faces(body: Body, faces: list[tuple[FloatArray, IntArray]]) -> TriMes
     rim = _Rim.of(triangles.astype(np.int64), face)
     near = NEAR * body.size
     edges = shared_edges(body, near)
-    along = _along(points, rim, edges, JOINED * body.size)
+    along = _along(points, rim, edges, JOINED * body.size, len(faces))
     root = np.arange(len(points))
     places = points.copy()
     chains = []
@@ -89,7 +89,7 @@ def shared_edges(body: Body, near: float) -> list[SharedEdge]:
     for i, (k, curve, p) in enumerate(sides):
         for other, _, q in sides[:i]:
             if min(np.abs(p - q).max(), np.abs(p - q[::-1]).max()) <= near:
-                named.append(SharedEdge(curve, near, (k, other)))
+                named.append(SharedEdge(curve, near, tuple({k, other})))
                 break
     return named
 
@@ -123,12 +123,14 @@ class _Along(NamedTuple):
     """(r, 2) unrolled, so that a side over the start of a closed curve has no jump."""
 
 
-def _along(points: FloatArray, rim: _Rim, edges: list[SharedEdge], joined: float) -> _Along:
+def _along(
+    points: FloatArray, rim: _Rim, edges: list[SharedEdge], joined: float, faces: int
+) -> _Along:
     best = np.full(len(rim.ends), np.inf)
     which = np.full(len(rim.ends), -1)
     span = np.zeros((len(rim.ends), 2))
     order = np.argsort(rim.face, kind="stable")
-    start = np.searchsorted(rim.face[order], np.arange(int(rim.face.max(initial=0)) + 2))
+    start = np.searchsorted(rim.face[order], np.arange(faces + 1))
     for k, edge in enumerate(edges):
         rows = np.concatenate([order[start[f] : start[f + 1]] for f in edge.patches])
         if not len(rows):

@@ -27,6 +27,14 @@ def test_a_box_of_six_patches_is_one_closed_mesh():
 
 
 @pytest.mark.parametrize("method", ["chord", "net"])
+def test_closed_faces_that_meet_only_themselves_stay_closed(method):
+    balls = Body([shapes.sphere(radius=1.0, centre=(x, 0.0, 0.0)) for x in (-2.0, 2.0)])
+    mesh = balls.tessellate(0.01, method)
+    assert open_edges(mesh) == 0
+    assert mesh.volume() == pytest.approx(8.0 * np.pi / 3.0, rel=0.03)
+
+
+@pytest.mark.parametrize("method", ["chord", "net"])
 def test_a_ball_in_pieces_of_other_fineness_is_closed(method):
     ball = shapes.sphere(radius=1.0)
     (u0, u1), (v0, v1) = ball.domain
