@@ -35,6 +35,7 @@ from contiga.records import FloatArray
 from contiga.search.surface import surface_of
 from contiga.sim.clock import Clock
 from contiga.sim.contact import Contact
+from contiga.sim.folder import keep_case_file
 from contiga.sim.run import (
     BodyPart,
     ContactPart,
@@ -105,10 +106,17 @@ def run(
     resume : go on from the checkpoint in `out`
     progress : called with steps done, steps in all, points in contact
     on_finish : called with `out` after a run that is to have a report
+
+    Raises
+    ------
+    OutputError
+        As `contiga.sim.run.run`; also where the copy of the case would replace the case file.
     """
     clock = Clock()
     with clock.watching(), clock("total"), clock("build"):
         simulation = build(case)
+        if out is not None:
+            keep_case_file(Path(out), case.file, simulation.case_text)
     result = run_simulation(simulation, out, resume=resume, progress=progress, clock=clock)
     if on_finish is not None and out is not None and case.output.report:
         on_finish(Path(out))
