@@ -132,10 +132,11 @@ class Contact:
     @cached_property
     def _options(self) -> Options:
         # Kept: size and borders of a mesh cost as much as a small step.
+        closed, size = self._surface.closed, self.master.size
         depth = self.depth
         if depth is None:
-            depth = np.inf if self._surface.closed else OPEN_DEPTH * self.master.size
-        return Options(self.search == "penetration", self.on_edge == "hold", depth)
+            depth = np.inf if closed else OPEN_DEPTH * size
+        return Options(self.search == "penetration", self.on_edge == "hold", depth, closed, size)
 
     def start(
         self, points: ArrayLike, pose: ArrayLike | None = None, *, clock: StageClock = _untimed
