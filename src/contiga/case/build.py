@@ -33,6 +33,7 @@ from contiga.io.units import length_factor
 from contiga.motion.prescribed import Moved, SlaveMotion
 from contiga.records import FloatArray
 from contiga.search.surface import surface_of
+from contiga.search.tables import check_size
 from contiga.sim.clock import Clock
 from contiga.sim.contact import Contact
 from contiga.sim.folder import keep_case_file
@@ -136,6 +137,8 @@ def _body(spec: BodySpec, unit: str) -> Body | TriMesh:
     body = spec.geometry.body(spec.name, unit)
     if isinstance(body, TriMesh):
         surface_of(body)  # refuses a mesh that cannot serve
+    else:
+        check_size(body)
     return body if spec.reference_point is None else body.about(spec.reference_point)
 
 
