@@ -123,14 +123,17 @@ def track(
     tables: Tables, p_B: FloatArray, patch: IntArray, uv: FloatArray, out: Projection
 ) -> None:
     """Continue the feet (patch, uv) to the points `p_B`, into `out`; rows of patch −1 globally."""
-    order, blocks = bin_by_element(tables, patch, uv)
-    back = np.zeros(len(p_B), np.uint8)
-    bins = (order, blocks)
-    run_ranges(_project_nb.project_lanes, len(blocks), BLOCKS, tables, p_B, uv, bins, (out, back))
-    rows = np.flatnonzero(back).astype(np.int32)
+    bins = bin_by_element(tables, patch, uv)
+    results = (out, np.zeros(len(p_B), np.uint8))
+    run_ranges(_project_nb.project_lanes, len(bins[1]), BLOCKS, tables, p_B, uv, bins, results)
+    found = len(bins[0])
+    # Feet that have left their element: once more, from where they are, sorted by the new one.
+    bins = _project_nb.bin_flagged(tables.grid, out, results[1], len(tables.elements.table))
+    run_ranges(_project_nb.project_lanes, len(bins[1]), BLOCKS, tables, p_B, out.uv, bins, results)
+    rows = np.flatnonzero(results[1]).astype(np.int32)
     starts = (patch, uv)
     run_ranges(_project_nb.project_tracked, len(rows), POINTS, tables, p_B, starts, rows, out)
-    if len(order) < len(p_B):
+    if found < len(p_B):
         closest_of_rows(tables, p_B, np.flatnonzero(patch < 0).astype(np.int32), out)
 
 
