@@ -128,28 +128,28 @@ def blocks_of(start):
 
 
 @njit(cache=True)
-def bin_flagged(grid, out, back, count):
-    """Rows flagged to be gone on with, ordered by the element they are in now, and their blocks."""
-    n = 0
-    for k in range(back.shape[0]):
-        if back[k] == GO_ON:
-            n += 1
-    rows = np.empty(n, np.int32)
-    element = np.empty(n, np.int32)
-    places = np.zeros((1, count if n else 0), np.int64)
-    i = 0
-    for k in range(back.shape[0]):
-        if back[k] == GO_ON:
-            rows[i] = k
-            element[i] = locate(grid, out.patch[k], out.uv[k, 0], out.uv[k, 1])[0]
-            places[0, element[i]] += 1
-            i += 1
-    start = first_places(places)
-    order = np.empty(n, np.int32)
-    for i in range(n):
-        order[places[0, element[i]]] = rows[i]
-        places[0, element[i]] += 1
-    return order, blocks_of(start)
+def bin_rows(grid, feet, back, wanted, size, start, stop):
+    """Rows start … stop with a foot and the flag `wanted`, ordered by element, and their blocks.
+
+    `feet` is (patch, uv), `size` the number of elements.
+    """
+    patch, uv = feet
+    element = np.empty(stop - start, np.int32)
+    places = np.zeros((1, size), np.int64)
+    for k in range(start, stop):
+        e = np.int32(-1)
+        if back[k] == wanted and patch[k] >= 0:
+            e = np.int32(locate(grid, patch[k], uv[k, 0], uv[k, 1])[0])
+            places[0, e] += 1
+        element[k - start] = e
+    first = first_places(places)
+    order = np.empty(first[-1], np.int32)
+    for k in range(start, stop):
+        e = element[k - start]
+        if e >= 0:
+            order[places[0, e]] = k
+            places[0, e] += 1
+    return order, blocks_of(first)
 
 
 @njit(cache=True)
@@ -221,9 +221,22 @@ def project_lanes(tables, points, uv, bins, results, start, stop):
         _store(tables, e, rows, lanes, results)
 
 
+@njit(cache=True, nogil=True)
+def project_chunks(tables, points, starts, size, results, start, stop):
+    """Fast tracking of the chunks start … stop of `size` rows, each binned on its own.
+
+    What a chunk reads and writes stays in the cache: points in no order take 0.85 of the time.
+    """
+    count = tables.elements.table.shape[0]
+    for c in range(start, stop):
+        last = min((c + 1) * size, points.shape[0])
+        bins = bin_rows(tables.grid, starts, results[1], 0, count, c * size, last)
+        project_lanes(tables, points, starts[1], bins, results, 0, bins[1].shape[0])
+
+
 @njit(cache=True)
 def _may_go_on(elements, e, s, t):
-    """Whether (s, t) beyond the element's sides is not far, and across smooth sides of its patch."""
+    """Whether (s, t) beyond the element is not far, and across smooth sides within its patch."""
     if not (abs(s) <= FARTHEST and abs(t) <= FARTHEST):
         return False
     own = elements.table[e]

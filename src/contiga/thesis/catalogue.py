@@ -56,9 +56,7 @@ def chapter_title(chapter: int) -> str:
     return CHAPTERS[min(chapter, max(CHAPTERS))]
 
 
-def chosen(
-    only: Sequence[str] | None, options: Options = DEFAULT
-) -> tuple[Experiment, ...]:
+def chosen(only: Sequence[str] | None, options: Options = DEFAULT) -> tuple[Experiment, ...]:
     """The experiments named in `only`, all of them for None.
 
     An entry is the key of an experiment or the start of keys: "5" is all of chapter 5, "5.1" all

@@ -26,6 +26,8 @@ DEPTH = 0.01
 """Greatest depth of the points, in sizes of the body."""
 STRIDE = 2e-3
 """Way of a point in a step, in sizes of the body."""
+REACH = 2.5 * DEPTH
+"""Depth down to which a point's foot must be the closest point of the body, in sizes of it."""
 SAME = 1e-9
 """Feet of one point that differ by less than this share of the size are one."""
 PEER_AT = 1e-5
@@ -82,8 +84,8 @@ def path(body: Body, n: int = POINTS, steps: int = STEPS) -> Path:
     """Points under the surface, each at a depth of its own, and where they go in some steps.
 
     Left out are points that at the start or at the end have their closest point on an edge or a
-    border, or nearer than the place they are followed from: over them the two sides would be
-    asked for different penetrations.
+    border, and those over which another part of the body is about as near: there a mesh, which is
+    a little elsewhere, may be asked for the penetration of the other part.
     """
     rng = np.random.default_rng(7)
     areas = np.array([patch.net_area() for patch in body.patches])
@@ -98,19 +100,19 @@ def path(body: Body, n: int = POINTS, steps: int = STEPS) -> Path:
     turn = rng.standard_normal(3)
     away = STRIDE * body.size * np.cross(feet.normal, turn / np.linalg.norm(turn))
     places = [start + k * away for k in range(steps + 1)]
-    good = _on_face(feet)
-    followed = first = body.project(start)
-    for place in places[1:]:
+    followed = feet
+    for place in places:
         followed = body.project(place, start=followed, mode="track")
-    last = body.project(places[-1])
-    for found, gap in ((first, -depth), (last, followed.gap)):
-        good &= _on_face(found) & (np.abs(found.gap - gap) <= SAME * body.size)
-    good &= _on_face(followed)
-    return Path(on[_on_face(feet)], [np.ascontiguousarray(place[good]) for place in places])
+    good = _alone(body, feet) & _alone(body, followed)
+    return Path(on, [np.ascontiguousarray(place[good]) for place in places])
 
 
-def _on_face(feet: Projection) -> np.ndarray:
-    return np.asarray((feet.status == Status.OK) & (feet.feature == Feature.FACE))
+def _alone(body: Body, feet: Projection) -> np.ndarray:
+    """Feet on a face that are the closest points from as far below as `REACH`."""
+    reach = REACH * body.size
+    below = body.project(feet.point - reach * feet.normal)
+    on_face = (feet.status == Status.OK) & (feet.feature == Feature.FACE)
+    return np.asarray(on_face & (np.abs(below.gap + reach) <= SAME * body.size))
 
 
 class Tracker:
@@ -162,8 +164,8 @@ def race(runners: list[Tracker], steps: int, rounds: int) -> list[float]:
 
     There and back, `rounds` times (odd), ending at the last step.
     """
-    there = list(range(1, steps + 1))
-    way = [k for turn in range(rounds) for k in (there if turn % 2 == 0 else there[-2::-1] + [0])]
+    there, back = range(1, steps + 1), range(steps - 1, -1, -1)
+    way = [k for turn in range(rounds) for k in (back if turn % 2 else there)]
     best = [np.inf] * len(runners)
     for k in way:
         for i, runner in enumerate(runners):

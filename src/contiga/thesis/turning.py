@@ -92,9 +92,8 @@ def turning() -> Outcome:
             ),
         ),
         difference=(
-            "Not in the thesis. Facets that come by press their middles less and their edges more "
-            "into the cloud than the surface would; a finer mesh makes the teeth of the saw smaller "
-            "and more frequent, and never none."
+            "Not in the thesis. A facet's middle lies deeper than its edges: each that comes by "
+            "makes a tooth of a saw. Finer meshes have smaller teeth, and more of them."
         ),
     )
 
