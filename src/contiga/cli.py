@@ -280,13 +280,24 @@ def reproduce(
             help="Chapters, sections or experiments, separated by commas; all if left out.",
         ),
     ] = None,
+    full: Annotated[
+        bool,
+        typer.Option(
+            "--full", help="Compare with the finest meshes memory allows: tens of minutes."
+        ),
+    ] = False,
+    cad: Annotated[
+        Path | None,
+        typer.Option("--cad", metavar="FILE", help="CAD file of the comparison's third body."),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Run the experiments of the thesis: a page, tables and pictures beside its own numbers."""
     from contiga.thesis.reproduce import broken_claims
     from contiga.thesis.reproduce import reproduce as run_all
 
-    page = run_all(out, only=None if only is None else only.split(","), quiet=quiet)
+    names = None if only is None else only.split(",")
+    page = run_all(out, only=names, full=full, cad=cad, quiet=quiet)
     broken = broken_claims(out)
     if not quiet:
         print(f"report: {page}")

@@ -59,6 +59,7 @@ def png(picture: Picture) -> bytes:
 
     with mpl.rc_context({**STYLE, "axes.prop_cycle": cycler(color=LINES)}):
         figure = Figure(figsize=picture.size, dpi=DPI, layout="constrained")
+        figure.get_layout_engine().set(w_pad=0.06, h_pad=0.06)
         FigureCanvasAgg(figure)
         picture.draw(figure)
         content = io.BytesIO()
