@@ -292,6 +292,13 @@ class ContactSpec(Spec):
                 found=self.master_law.kind,
                 remedy=f'Remove it, or set type = "combined" in place of "{self.type}"',
             )
+        if self.depth is not None and self.search != "penetration":
+            raise CaseError(
+                "only a search by penetration has a depth",
+                where="depth",
+                found=self.depth,
+                remedy='Remove it, or set search = "penetration"',
+            )
         if self.type == "master" and self.law.law.needs_thickness:
             raise CaseError(
                 "is missing",

@@ -7,6 +7,7 @@ one by one, so results are the same bits for any number of threads. The count is
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
@@ -26,6 +27,11 @@ def thread_count() -> int:
 @lru_cache(maxsize=1)
 def _pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(thread_count(), thread_name_prefix="contiga")
+
+
+# Threads do not live on in a process that was forked off: it makes its own.
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pool.cache_clear)
 
 
 def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import threading
 
 import numpy as np
@@ -57,6 +59,24 @@ def test_an_error_in_a_kernel_comes_out(monkeypatch: pytest.MonkeyPatch) -> None
 
     with pytest.raises(ZeroDivisionError):
         threads.run_ranges(fail, 100, 8)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no processes are forked here")
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_a_forked_process_has_threads_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threads, "thread_count", lambda: 2)
+    out = np.zeros(100)
+
+    def kernel(start: int, stop: int) -> None:
+        out[start:stop] += 1.0
+
+    threads.run_ranges(kernel, 100, 1)
+    child = os.fork()
+    if child == 0:
+        signal.alarm(20)  # ends a child that waits for threads which are not there
+        threads.run_ranges(kernel, 100, 1)
+        os._exit(0 if (out == 2.0).all() else 1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
 
 
 @pytest.mark.parametrize(("n_threads", "n"), [(1, 100), (2, 8), (2, 100)])

@@ -105,14 +105,20 @@ def _facets(
 def unit_normals(p: FloatArray) -> FloatArray:
     """(m, 3) of triangles (m, 3, 3) with an area.
 
-    Taken at the corner between the two shorter sides, where the cross product loses least.
+    Taken at the corner between the two shorter sides, where the cross product loses least, and
+    put square to the longest side: what is left of the error on a sliver turns it about that side,
+    along which heights are measured.
     """
     sides = np.roll(p, -1, axis=1) - p
     at = np.argmax(np.square(sides).sum(axis=2), axis=1)[:, None, None]
     first = np.take_along_axis(sides, (at + 1) % 3, axis=1)[:, 0]
     second = np.take_along_axis(sides, (at + 2) % 3, axis=1)[:, 0]
     cross = np.cross(first, second)
-    return np.asarray(cross / np.linalg.norm(cross, axis=1, keepdims=True))
+    normal = cross / np.linalg.norm(cross, axis=1, keepdims=True)
+    longest = np.take_along_axis(sides, at, axis=1)[:, 0]
+    longest = longest / np.linalg.norm(longest, axis=1, keepdims=True)
+    normal -= (normal * longest).sum(axis=1, keepdims=True) * longest
+    return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
 
 
 def _duals(p: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
