@@ -128,8 +128,9 @@ def _area(t, a, b, c, one_patch):
     """Area of the image of a triangle of rows of `t`, and the sum of their Jacobians.
 
     The Jacobian is integrated over the triangle in (u, v) from its values and slopes at the
-    corners, exactly for polynomials of second degree, so that the error is of fourth order. Where
-    the corners have no one image in (u, v) the area is that of the plane triangle, the sum zero.
+    corners, exactly for polynomials of second degree: an error of third order for one triangle, of
+    fourth for a mesh. Where the corners have no one image in (u, v) the area is that of the plane
+    triangle, the sum zero.
     """
     ab_u = t[b, 3] - t[a, 3]
     ab_v = t[b, 4] - t[a, 4]
