@@ -43,6 +43,8 @@ def main() -> None:
         _fail(str(error), error, error.exit_code)
     except KeyboardInterrupt:
         sys.exit(_INTERRUPTED)
+    except MemoryError as error:
+        _fail(f"not enough memory ({error})".replace(" ()", ""), error, 1)
     except Exception as error:
         what = f"{type(error).__name__}: {error}".rstrip(": ").splitlines()[0]
         _fail(f"unexpected {what} (set CONTIGA_DEBUG=1 for the traceback)", error, 1)
@@ -70,7 +72,30 @@ def _options(
         ),
     ] = False,
 ) -> None:
-    pass
+    if sys.stderr.isatty() and "--quiet" not in sys.argv:
+        tell_of_compiling()
+
+
+def tell_of_compiling() -> None:
+    """Say so when numba begins to compile: a first run is silent for minutes otherwise."""
+    from numba.core import event
+
+    class Teller(event.Listener):  # type: ignore[misc]
+        told = False
+
+        def on_start(self, _: object) -> None:
+            if not self.told:
+                self.told = True
+                print(
+                    "compiling kernels, which a first run on a machine does: some minutes, once",
+                    file=sys.stderr,
+                    flush=True,
+                )
+
+        def on_end(self, _: object) -> None:
+            pass
+
+    event.register("numba:compile", Teller())
 
 
 @app.command()
@@ -94,10 +119,11 @@ def run(
     try:
         result = api.run(loaded, out=folder, resume=resume, quiet=quiet)
     except KeyboardInterrupt:
+        from contiga.sim.folder import CHECKPOINT
+
+        how = f"; contiga run {case} -o {folder} --resume goes on from the last checkpoint"
         print(
-            f"\ncontiga: stopped; contiga run {case} -o {folder} --resume goes on from the last "
-            "checkpoint",
-            file=sys.stderr,
+            f"\ncontiga: stopped{how if (folder / CHECKPOINT).is_file() else ''}", file=sys.stderr
         )
         raise
     if not quiet:
@@ -116,7 +142,7 @@ def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path
     print(f"{summary.get('steps', len(history['time']))} steps in {number(total, 3)} s{apart}")
     for name, force in history.items():
         contact, _, column = name.rpartition(".")
-        if column == "force" and len(force):
+        if column == "force" and np.isfinite(force).any():
             at = int(np.nanargmax(force))
             label = f"{contact}: " if contact else ""
             print(f"{label}peak force {number(float(force[at]))} at t = {history['time'][at]:g}")
@@ -201,12 +227,13 @@ def _in_words(value: Any) -> str:
 def _table(rows: Iterable[tuple[str, str]]) -> None:
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     grid = Table.grid(padding=(0, 2))
     grid.add_column(style="bold", no_wrap=True)
     grid.add_column(overflow="fold")
     for label, text in rows:
-        grid.add_row(label, text)
+        grid.add_row(Text(label), Text(text))  # as it is: [brackets] are no styles
     Console(highlight=False).print(grid)
 
 
@@ -275,13 +302,24 @@ def reproduce(
             help="Chapters, sections or experiments, separated by commas; all if left out.",
         ),
     ] = None,
+    full: Annotated[
+        bool,
+        typer.Option(
+            "--full", help="Compare with the finest meshes memory allows: tens of minutes."
+        ),
+    ] = False,
+    cad: Annotated[
+        Path | None,
+        typer.Option("--cad", metavar="FILE", help="CAD file of the comparison's third body."),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Run the experiments of the thesis: a page, tables and pictures beside its own numbers."""
     from contiga.thesis.reproduce import broken_claims
     from contiga.thesis.reproduce import reproduce as run_all
 
-    page = run_all(out, only=None if only is None else only.split(","), quiet=quiet)
+    names = None if only is None else only.split(",")
+    page = run_all(out, only=names, full=full, cad=cad, quiet=quiet)
     broken = broken_claims(out)
     if not quiet:
         print(f"report: {page}")

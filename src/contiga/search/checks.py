@@ -31,7 +31,7 @@ def checked_patches(start: Projection | None, n: int, count: int, what: str) -> 
     Raises
     ------
     InputError
-        No start, other than n rows, a patch that is not there.
+        No start or something else, other than n rows, a patch that is not there.
     """
     if start is None:
         raise InputError(
@@ -40,6 +40,8 @@ def checked_patches(start: Projection | None, n: int, count: int, what: str) -> 
             found=None,
             allowed="the Projection of the same points one step ago",
         )
+    if not isinstance(start, Projection):
+        raise InputError("start must be a Projection", where="start", found=type(start).__name__)
     patch = np.ascontiguousarray(start.patch, dtype=np.int32)
     if patch.shape != (n,):
         raise InputError(
