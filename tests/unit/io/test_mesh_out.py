@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 import pytest
 
-from contiga import TriMesh, read_mesh, shapes
+from contiga import TriMesh, read_cad, read_mesh, shapes
 from contiga.errors import FileError, MeshError, OutputError
 from contiga.io.mesh_out import write_mesh
 
@@ -50,6 +50,31 @@ def test_gmsh_opens_the_mesh_with_every_digit(gmsh, torus, tmp_path):
     assert kinds.tolist() == [2]
     np.testing.assert_array_equal(corners[0].reshape(-1, 3) - 1, torus.triangles)
     assert np.min(quality) > 0.0
+
+
+def test_gmsh_finds_the_mesh_of_a_cad_file_sound(gmsh, data_dir, tmp_path):
+    mesh = read_cad(data_dir / "goteborg_hull.step").tessellate(0.006)
+    path = tmp_path / "hull.msh"
+    write_mesh(path, mesh)
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.open(str(path))
+        (tags,) = gmsh.model.mesh.getElements(2)[1]
+        area = np.sum(gmsh.model.mesh.getElementQualities(tags, "volume"))
+        quality = gmsh.model.mesh.getElementQualities(tags, "minSICN")
+        sides = gmsh.model.mesh.getElementEdgeNodes(2).reshape(-1, 2).astype(np.int64)
+        doubled = gmsh.model.mesh.getDuplicateNodes()
+    finally:
+        gmsh.finalize()
+    assert len(tags) == len(mesh.triangles)
+    assert area == pytest.approx(mesh.area(), rel=1e-12)
+    assert np.min(quality) > 0.0
+    assert len(doubled) == 0
+    forward, times = np.unique(sides, axis=0, return_counts=True)
+    assert times.max() == 1  # neighbours run along their common side in opposite ways
+    there = {tuple(side) for side in forward.tolist()}
+    assert sum((b, a) not in there for a, b in there) == len(mesh.open_edges())
 
 
 @pytest.mark.parametrize("suffix", [".msh", ".vtu", ".MSH"])
