@@ -19,6 +19,8 @@ from contiga.errors import ContigaError, FileError, RunError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from contiga.geometry.trimesh import TriMesh
+
 _INTERRUPTED = 130
 """What a shell expects of a command stopped by Ctrl-C."""
 
@@ -156,10 +158,15 @@ def check(case: CaseFile) -> None:
     from contiga.case.build import build
     from contiga.case.describe import describe
     from contiga.case.schema import load_case
+    from contiga.geometry.trimesh import TriMesh
 
     loaded = load_case(case)
-    build(loaded)
+    bodies = build(loaded).bodies
     _table(describe(loaded))
+    for name, part in bodies.items():
+        if isinstance(part.body, TriMesh):
+            print(f"\n{name}")
+            _table(_master_rows(part.body))
     print(f"{case} is ready to run")
 
 
@@ -169,15 +176,28 @@ def info(file: Annotated[Path, typer.Argument(metavar="FILE", help="CAD file or 
     from contiga.geometry.summary import body_summary
     from contiga.io.cad import SUFFIXES, read_cad
     from contiga.io.mesh import read_mesh
+    from contiga.io.mesh_master import master_of
     from contiga.io.slave import mesh_summary
 
     if not file.exists():
         raise FileError("no such file", where=str(file))
     if file.suffix.lower() in SUFFIXES:
-        summary = body_summary(read_cad(file))
-    else:
-        summary = mesh_summary(read_mesh(file))
-    _table(_summary_rows(summary))
+        _table(_summary_rows(body_summary(read_cad(file))))
+        return
+    mesh = read_mesh(file)
+    rows = list(_summary_rows(mesh_summary(mesh)))
+    if mesh.facets is not None and len(mesh.facets):
+        rows += _master_rows(master_of(mesh, where=str(file)))
+    _table(rows)
+
+
+def _master_rows(mesh: TriMesh) -> Iterable[tuple[str, str]]:
+    """What triangles are as a master: what they were made of, whether closed, what is wrong."""
+    if mesh.source:
+        yield "triangles", f"{len(mesh.triangles)} of {mesh.source}"
+    if "skinned" in mesh.source:
+        mesh = mesh.compact()  # nodes inside solids are no flaw
+    yield from mesh.condition().rows
 
 
 def _summary_rows(summary: dict[str, Any]) -> Iterable[tuple[str, str]]:
@@ -253,6 +273,8 @@ def mesh(
     open_edges = len(triangles.open_edges())
     closed = f"{open_edges} open edges" if open_edges else "closed"
     length = "" if triangles.unit is None else f" in {triangles.unit}"
+    if unit is not None and triangles.unit is None:
+        length = f" (the file has no unit: its numbers are taken as {unit})"
     print(
         f"{out}: {len(triangles.triangles)} triangles, {len(triangles.vertices)} vertices{length}, "
         f"area {triangles.area():.6g}, {closed}"
@@ -282,13 +304,24 @@ def reproduce(
             help="Chapters, sections or experiments, separated by commas; all if left out.",
         ),
     ] = None,
+    full: Annotated[
+        bool,
+        typer.Option(
+            "--full", help="Compare with the finest meshes memory allows: tens of minutes."
+        ),
+    ] = False,
+    cad: Annotated[
+        Path | None,
+        typer.Option("--cad", metavar="FILE", help="CAD file of the comparison's third body."),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Run the experiments of the thesis: a page, tables and pictures beside its own numbers."""
     from contiga.thesis.reproduce import broken_claims
     from contiga.thesis.reproduce import reproduce as run_all
 
-    page = run_all(out, only=None if only is None else only.split(","), quiet=quiet)
+    names = None if only is None else only.split(",")
+    page = run_all(out, only=names, full=full, cad=cad, quiet=quiet)
     broken = broken_claims(out)
     if not quiet:
         print(f"report: {page}")

@@ -52,3 +52,14 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
     ]
     for job in jobs:
         job.result()
+
+
+def started(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> Callable[[], Any]:
+    """Start ``kernel(*args)`` beside what follows; returns what waits for its result.
+
+    With one thread, or where the n rows it goes through are no more than `grain`, it runs at once.
+    """
+    if n <= grain or thread_count() == 1:
+        result = kernel(*args)
+        return lambda: result
+    return _pool().submit(kernel, *args).result

@@ -3,8 +3,9 @@
 Elements of degree up to three in each direction are kept as bicubics. Points are binned by
 element and taken sixteen at a time: the coefficients are the same for all lanes, the lanes' data
 lie one after the other in one work array, and the body of the lane loop has no branches, so the
-compiler turns it into vector code without gathers. Lanes that want to leave the element, meet an
-indefinite Hessian or do not descend are handed back; the careful walk takes them.
+compiler turns it into vector code without gathers. Lanes that want to leave the element go on from
+there in another block; those that meet an indefinite Hessian or do not descend are handed back, and
+the careful walk takes them.
 """
 
 from __future__ import annotations
@@ -20,7 +21,10 @@ LANES = 16
 ROW_S, ROW_T, ROW_X, ROW_Y, ROW_Z, ROW_F, ROW_STATE = 0, 1, 2, 3, 4, 5, 6
 ROW_FOOT, ROW_NORMAL, ROW_GAP = 7, 10, 13
 ROWS = 14
-ACTIVE, DONE, GIVEN_BACK = 0.0, 1.0, 2.0
+ACTIVE, DONE, GIVEN_BACK, LEFT = 0.0, 1.0, 2.0, 3.0
+LAST = 1e10
+"""A step shorter than the root of this many tolerances (1e-7 of the body's size) is the last:
+Newton squares the miss, which is measured where the step ends."""
 
 
 @njit(inline="always")
@@ -49,21 +53,32 @@ def _round(lanes, l, x, y, z, tolerance):
     new_t = t + (g_s * h_st - g_t * h_ss) * i
     step_s = new_s - s
     step_t = new_t - t
-    # Squared tangential miss and squared step, as lengths, against the tolerance.
-    settled = (
-        (g_s * g_s <= tolerance * a)
-        & (g_t * g_t <= tolerance * b)
-        & (step_s * step_s * a + step_t * step_t * b <= tolerance)
-    )
+    last = step_s * step_s * a + step_t * step_t * b <= LAST * tolerance
     inside = (new_s >= -0.5) & (new_s <= 0.5) & (new_t >= -0.5) & (new_t <= 0.5)
     state = lanes[6 * n + l]
-    now = 2.0 if not sound else (1.0 if settled else (0.0 if inside else 2.0))
+    now = 2.0 if not sound else (3.0 if not inside else (1.0 if last else 0.0))
     active = state == 0.0
-    step = active & (now == 0.0)
+    step = active & (now != 2.0)
     lanes[l] = new_s if step else s
     lanes[n + l] = new_t if step else t
     lanes[5 * n + l] = f * (1.0 + 1e-12) if active else lanes[5 * n + l]
     lanes[6 * n + l] = now if active else state
+
+
+@njit(inline="always")
+def _finish(lanes, l, x, y, z, tolerance):
+    """Foot, normal and gap of lane l; it is given back if it misses by more than tolerated."""
+    n = LANES
+    r_x = x[0] - lanes[2 * n + l]
+    r_y = y[0] - lanes[3 * n + l]
+    r_z = z[0] - lanes[4 * n + l]
+    g_s = r_x * x[1] + r_y * y[1] + r_z * z[1]
+    g_t = r_x * x[2] + r_y * y[2] + r_z * z[2]
+    a = x[1] * x[1] + y[1] * y[1] + z[1] * z[1]
+    b = x[2] * x[2] + y[2] * y[2] + z[2] * z[2]
+    missed = (g_s * g_s > tolerance * a) | (g_t * g_t > tolerance * b)
+    state = lanes[6 * n + l]
+    lanes[6 * n + l] = 2.0 if (state == 1.0) & missed else state
     n_x = y[1] * z[2] - z[1] * y[2]
     n_y = z[1] * x[2] - x[1] * z[2]
     n_z = x[1] * y[2] - y[1] * x[2]
@@ -106,3 +121,28 @@ def newton_polynomial(lanes, k, tolerance):
         y = bicubic(k, 16, s, t)
         z = bicubic(k, 32, s, t)
         _round(lanes, l, x, y, z, tolerance)
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def finish_rational(lanes, k, tolerance):
+    """The records of all lanes where they have come to; arguments as of `newton_rational`."""
+    for l in range(LANES):
+        s = lanes[l]
+        t = lanes[LANES + l]
+        w = bicubic(k, 48, s, t)
+        x = quotient(bicubic(k, 0, s, t), w)
+        y = quotient(bicubic(k, 16, s, t), w)
+        z = quotient(bicubic(k, 32, s, t), w)
+        _finish(lanes, l, x, y, z, tolerance)
+
+
+@njit(cache=True, fastmath=FAST, error_model="numpy")
+def finish_polynomial(lanes, k, tolerance):
+    """As `finish_rational`, for elements whose weight is one."""
+    for l in range(LANES):
+        s = lanes[l]
+        t = lanes[LANES + l]
+        x = bicubic(k, 0, s, t)
+        y = bicubic(k, 16, s, t)
+        z = bicubic(k, 32, s, t)
+        _finish(lanes, l, x, y, z, tolerance)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from math import ceil
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import InputError
 from contiga.geometry.body import Body
 from contiga.num.arrays import as_points
-from contiga.num.threads import run_ranges
+from contiga.num.threads import run_ranges, thread_count
 from contiga.records import FloatArray, IntArray, Projection
 from contiga.search import _project_nb
 from contiga.search.records import Tables
@@ -17,6 +19,10 @@ from contiga.search.tables import tables_of
 # Rows (one by one) and blocks (sixteen at a time) below which a second thread does not pay.
 POINTS = 256
 BLOCKS = 512
+CHUNK = 32768
+"""Rows binned together at most, on a body with few elements: what they use stays near."""
+MOST_IN_CHUNKS = 512
+"""Elements above which a chunk would have too few rows in each."""
 
 
 def empty_projection(n: int) -> Projection:
@@ -125,15 +131,26 @@ def track(
     tables: Tables, p_B: FloatArray, patch: IntArray, uv: FloatArray, out: Projection
 ) -> None:
     """Continue the feet (patch, uv) to the points `p_B`, into `out`; rows of patch −1 globally."""
-    order, blocks = bin_by_element(tables, patch, uv)
-    back = np.zeros(len(p_B), np.uint8)
-    bins = (order, blocks)
-    run_ranges(_project_nb.project_lanes, len(blocks), BLOCKS, tables, p_B, uv, bins, (out, back))
-    rows = np.flatnonzero(back).astype(np.int32)
     starts = (patch, uv)
+    results = (out, np.zeros(len(p_B), np.uint8))
+    count = len(tables.elements.table)
+    if count <= MOST_IN_CHUNKS:
+        size = max(ceil(len(p_B) / thread_count()), BLOCKS)
+        size = ceil(size / ceil(size / CHUNK))
+        chunks = ceil(len(p_B) / size)
+        run_ranges(_project_nb.project_chunks, chunks, 1, tables, p_B, starts, size, results)
+    else:
+        bins = bin_by_element(tables, patch, uv)
+        run_ranges(_project_nb.project_lanes, len(bins[1]), BLOCKS, tables, p_B, uv, bins, results)
+    # Feet that have left their element: once more, from where they are, sorted by the new one.
+    feet = (out.patch, out.uv)
+    flagged = (tables.grid, feet, results[1], _project_nb.GO_ON, count, 0, len(p_B))
+    bins = _project_nb.bin_rows(*flagged)
+    run_ranges(_project_nb.project_lanes, len(bins[1]), BLOCKS, tables, p_B, out.uv, bins, results)
+    rows = np.flatnonzero(results[1]).astype(np.int32)
     run_ranges(_project_nb.project_tracked, len(rows), POINTS, tables, p_B, starts, rows, out)
-    if len(order) < len(p_B):
-        closest_of_rows(tables, p_B, np.flatnonzero(patch < 0).astype(np.int32), out)
+    lost = np.flatnonzero(patch < 0).astype(np.int32)
+    closest_of_rows(tables, p_B, lost, out)
 
 
 def closest_of_rows(tables: Tables, p_B: FloatArray, rows: IntArray, out: Projection) -> None:

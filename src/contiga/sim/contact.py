@@ -120,7 +120,8 @@ class Contact:
         self.law = law_of(law, master_law, contact_type)
         self.area: AreaMethod = _default_area(slave) if area is None else area
         check_needs(self.law, slave)
-        self._prepared = prepared(self.area, Rest(slave.points, slave.facets, slave.area))
+        rest = Rest(slave.points, slave.facets, slave.area, master)
+        self._prepared = prepared(self.area, rest)
         self.search = search
         self.on_edge = on_edge
         self.depth = None if depth is None else positive(depth, "depth", finite=False)

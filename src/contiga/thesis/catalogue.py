@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from contiga.errors import InputError
-from contiga.thesis.records import Experiment
+from contiga.thesis.records import Experiment, Options
 
 MODULES = (
     "chapter2",
@@ -21,9 +21,10 @@ MODULES = (
     "chapter5_force",
     "chapter6",
     "chapter7",
-    "comparison",
 )
 """Modules of this package, each with its `EXPERIMENTS`."""
+COMPARISON = "comparison_page"
+"""The module whose experiments take options."""
 
 CHAPTERS = {
     2: "Chapter 2 · B-splines, NURBS and their refinement",
@@ -36,13 +37,17 @@ CHAPTERS = {
 }
 
 
-def experiments() -> tuple[Experiment, ...]:
+DEFAULT = Options()
+
+
+def experiments(options: Options = DEFAULT) -> tuple[Experiment, ...]:
     """All of them."""
     found = [
         experiment
         for name in MODULES
         for experiment in import_module(f"contiga.thesis.{name}").EXPERIMENTS
     ]
+    found += import_module(f"contiga.thesis.{COMPARISON}").experiments(options)
     return tuple(sorted(found, key=lambda experiment: experiment.chapter))
 
 
@@ -51,7 +56,7 @@ def chapter_title(chapter: int) -> str:
     return CHAPTERS[min(chapter, max(CHAPTERS))]
 
 
-def chosen(only: Sequence[str] | None) -> tuple[Experiment, ...]:
+def chosen(only: Sequence[str] | None, options: Options = DEFAULT) -> tuple[Experiment, ...]:
     """The experiments named in `only`, all of them for None.
 
     An entry is the key of an experiment or the start of keys: "5" is all of chapter 5, "5.1" all
@@ -62,7 +67,7 @@ def chosen(only: Sequence[str] | None) -> tuple[Experiment, ...]:
     InputError
         An entry that names no experiment, or no entries.
     """
-    every = experiments()
+    every = experiments(options)
     if only is None:
         return every
     words = [word.strip() for word in only]

@@ -4,35 +4,34 @@ from __future__ import annotations
 
 from importlib import import_module
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from contiga.geometry import clouds, shapes
 from contiga.geometry.body import Body
 from contiga.geometry.trimesh import TriMesh
-from contiga.num.threads import thread_count
-from contiga.records import FloatArray, Projection, Status
-from contiga.report.plots import INK, LINES, MUTED
+from contiga.records import Feature, FloatArray, Projection, Status
 from contiga.search.faceted import tables as faceted_tables
 from contiga.search.tables import tables_of
-from contiga.thesis.records import Cell, Claim, Experiment, Outcome, Picture, Table
+from contiga.thesis.rival_meshes import SAMPLES, RivalMesh, fewest_triangles, rival_meshes
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+Master = Body | TriMesh
 
-    Master = Body | TriMesh
-
-ERRORS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
-"""Chord tolerances of the meshes, relative to the size of the body."""
-MOST_TRIANGLES = 1_500_000
-"""Finer meshes are left out: their tables would take more than half a gigabyte."""
 POINTS = 100_000
-REPEATS = 4
+STEPS = 4
+ROUNDS = 3
+"""Times the points go there, back and there again."""
 DEPTH = 0.01
 """Greatest depth of the points, in sizes of the body."""
 STRIDE = 2e-3
 """Way of a point in a step, in sizes of the body."""
+REACH = 2.5 * DEPTH
+"""Depth down to which a point's foot must be the closest point of the body, in sizes of it."""
+SAME = 1e-9
+"""Feet of one point that differ by less than this share of the size are one."""
+PEER_AT = 1e-5
+"""FCPW is run on meshes with this error and coarser ones."""
 NURBS = "NURBS"
 
 
@@ -41,118 +40,217 @@ class Row(NamedTuple):
 
     body: str
     master: str
-    relative: float
-    """Chord tolerance over size; zero for the exact master."""
+    wanted: float
+    """Hausdorff error over size the mesh was made for; zero for the exact master."""
+    error: float | None
+    """The measured one; None for a mesh that was not built."""
     elements: int
-    seconds: float
+    fewest: float | None
+    """Triangles that the best of meshes with this error takes."""
+    seconds: float | None
     """Of a step of tracked points, warm."""
+    exact_seconds: float
+    """Of the same step on the exact master, timed in turns with it."""
     points: int
-    depth_error: float
+    depth_error: float | None
     """Of the largest penetration, over the size."""
-    force_error: float
+    worst_error: float | None
+    """Largest error of a point's penetration, over the size."""
+    force_error: float | None
     """Of the sum of penetrations, relative."""
     megabytes: float
-    peer_seconds: float
-    """FCPW's closest points of the same step on the same mesh; NaN where it was not run."""
+    """Of the search tables and the geometry; extrapolated for a mesh that was not built."""
+    peer_seconds: float | None
+    """FCPW's closest points of the same step on the same mesh; None where it was not run."""
 
 
 def bodies() -> dict[str, Body]:
-    """By name."""
+    """Those that are always there, by name."""
     return {
         "bumpy plate": Body([shapes.bumpy_plate(width=1.0, length=1.0, amplitude=0.04, waves=2)]),
         "torus": Body([shapes.torus()]),
     }
 
 
-def path(body: Body, n: int, steps: int) -> list[FloatArray]:
+class Path(NamedTuple):
+    """Points on the body, and points under it on their way."""
+
+    on: FloatArray
+    places: list[FloatArray]
+    """(n, 3) of each step."""
+
+
+def path(body: Body, n: int = POINTS, steps: int = STEPS) -> Path:
     """Points under the surface, each at a depth of its own, and where they go in some steps.
 
-    Points that come to the border of an open body are left out: past it there is no foot.
+    Left out are points that at the start or at the end have their closest point on an edge or a
+    border, and those over which another part of the body is about as near: there a mesh, which is
+    a little elsewhere, may be asked for the penetration of the other part.
     """
     rng = np.random.default_rng(7)
-    count = n // len(body.patches)
-    each = [clouds.random_on(patch, count, 3) for patch in body.patches]
-    on = np.concatenate(each)
+    areas = np.array([patch.net_area() for patch in body.patches])
+    counts = np.floor(n * areas / areas.sum()).astype(int)
+    counts[np.argmax(counts)] += n - counts.sum()
+    on = np.concatenate(
+        [clouds.random_on(p, int(c), 3) for p, c in zip(body.patches, counts, strict=True)]
+    )
     feet = body.project(on)
     depth = DEPTH * body.size * rng.random(len(on))
     start = feet.point - depth[:, None] * feet.normal
     turn = rng.standard_normal(3)
-    way = np.cross(feet.normal, turn / np.linalg.norm(turn))
-    away = STRIDE * body.size * way
-    inside = np.ones(len(on), bool)
-    for end in (start, start + steps * away):
-        inside &= body.project(end).status == Status.OK
-    return [(start + k * away)[inside] for k in range(steps + 1)]
+    away = STRIDE * body.size * np.cross(feet.normal, turn / np.linalg.norm(turn))
+    places = [start + k * away for k in range(steps + 1)]
+    followed = feet
+    for place in places:
+        followed = body.project(place, start=followed, mode="track")
+    good = _alone(body, feet) & _alone(body, followed)
+    return Path(on, [np.ascontiguousarray(place[good]) for place in places])
 
 
-def _tracked(master: Master, places: list[FloatArray]) -> tuple[float, Projection]:
-    """Least time of a step, and the feet after the last."""
-    feet = master.project(places[0])
+def _alone(body: Body, feet: Projection) -> np.ndarray:
+    """Feet on a face that are the closest points from as far below as `REACH`."""
+    reach = REACH * body.size
+    below = body.project(feet.point - reach * feet.normal)
+    on_face = (feet.status == Status.OK) & (feet.feature == Feature.FACE)
+    return np.asarray(on_face & (np.abs(below.gap + reach) <= SAME * body.size))
+
+
+class Tracker:
+    """Follows points over a master."""
+
+    def __init__(self, master: Master, places: list[FloatArray]) -> None:
+        self.master, self.places = master, places
+        self.feet = master.project(places[0])
+
+    def __call__(self, k: int) -> None:
+        """On to step k."""
+        self.feet = self.master.project(self.places[k], start=self.feet, mode="track")
+
+
+class Fcpw:
+    """FCPW's vectorised closest points on a mesh, in single precision, as it keeps it.
+
+    It starts anew each time; what it can be told is how far the surface is at most: the distance
+    of the step before and the way since. Working that out is not counted.
+    """
+
+    def __init__(self, mesh: TriMesh, places: list[FloatArray], distance: FloatArray) -> None:
+        fcpw = import_module("fcpw")
+        self.scene = fcpw.scene_3D()
+        self.scene.set_object_count(1)
+        self.scene.set_object_vertices(np.asfortranarray(mesh.vertices, dtype=np.float32), 0)
+        self.scene.set_object_triangles(np.asfortranarray(mesh.triangles, dtype=np.int32), 0)
+        self.scene.build(fcpw.aggregate_type.bvh_surface_area, True)
+        self.found = fcpw.interaction_3D_list()
+        self.places = [np.asfortranarray(place, dtype=np.float32) for place in places]
+        self.radii = np.square(1.001 * distance).astype(np.float32)
+
+    def __call__(self, k: int) -> None:
+        """The closest points at step k."""
+        self.scene.find_closest_points(self.places[k], self.radii, self.found)
+
+
+def has_peer() -> bool:
+    """Whether FCPW is installed."""
+    try:
+        import_module("fcpw")
+    except ImportError:
+        return False
+    return True
+
+
+def race(runners: list[Tracker], steps: int, rounds: int) -> list[float]:
+    """Least time of a step of each; they take turns, so that a slow moment hits all of them.
+
+    There and back, `rounds` times (odd), ending at the last step.
+    """
+    there, back = range(1, steps + 1), range(steps - 1, -1, -1)
+    way = [k for turn in range(rounds) for k in (back if turn % 2 else there)]
+    best = [np.inf] * len(runners)
+    for k in way:
+        for i, runner in enumerate(runners):
+            start = perf_counter()
+            runner(k)
+            best[i] = min(best[i], perf_counter() - start)
+    return best
+
+
+def _peer_seconds(mesh: TriMesh, places: list[FloatArray]) -> float:
+    """Least time of FCPW for the steps, each told how far the surface was and the way since."""
     best = np.inf
-    for place in places[1:]:
+    for k in range(1, len(places)):
+        way = np.linalg.norm(places[k] - places[k - 1], axis=1)
+        distance = np.abs(mesh.project(places[k - 1]).gap) + way
+        if k == 1:
+            runner = Fcpw(mesh, places, distance)
+        runner.radii = np.square(1.001 * distance).astype(np.float32)
         start = perf_counter()
-        feet = master.project(place, start=feet, mode="track")
+        runner(k)
         best = min(best, perf_counter() - start)
-    return best, feet
+    return best
 
 
-def _megabytes(value: Any) -> float:
+def megabytes(value: Any) -> float:
     """Memory of all arrays in a record."""
     if isinstance(value, np.ndarray):
         return value.nbytes / 1e6
     if isinstance(value, tuple):
-        return sum(_megabytes(entry) for entry in value)
+        return sum(megabytes(entry) for entry in value)
     return 0.0
 
 
-def _meshes(body: Body, most: int) -> dict[float, TriMesh]:
-    """Meshes by chord tolerance, as fine as `most` triangles allow."""
-    made: dict[float, TriMesh] = {}
-    growth = 0.0
-    for error in ERRORS:
-        if made:
-            last = len(next(reversed(made.values())).triangles)
-            if last * max(growth, 10.0) > most:
-                break
-        mesh = body.tessellate(error * body.size)
-        if made:
-            growth = len(mesh.triangles) / last
-        made[error] = mesh
-    return made
+def accuracy(name: str, body: Body, most: int, n: int = POINTS) -> list[Row]:
+    """Time, error and memory of every master of a body; the exact one first.
+
+    Parameters
+    ----------
+    most : triangles of the largest mesh that is built
+    n : points
+    """
+    on, places = path(body, n)
+    exact = Tracker(body, places)
+    (seconds,) = race([exact], STEPS, ROUNDS)
+    feet = exact.feet
+    depth = np.maximum(-feet.gap, 0.0)
+    miss = foot_miss(body, places[-1], feet)
+    tables = tables_of(body)
+    bound = miss / body.size
+    count, memory = len(tables.elements.table), megabytes(tuple(tables))
+    share = miss * len(depth) / float(depth.sum())
+    first = Row(name, NURBS, 0.0, 0.0, count, None, seconds, seconds, len(depth),
+                bound, bound, share, memory, None)  # fmt: skip
+    rows = [first]
+    for rival in rival_meshes(body, on[:: max(1, len(on) // SAMPLES)], most):
+        rows.append(_mesh_row(rows[-1], rival, body, exact))
+    best = min(row.exact_seconds for row in rows)
+    return [first._replace(seconds=best, exact_seconds=best), *rows[1:]]
 
 
-def accuracy(n: int = POINTS, repeats: int = REPEATS, most: int = MOST_TRIANGLES) -> list[Row]:
-    """Time, error and memory of every master of every body."""
-    rows = []
-    for name, body in bodies().items():
-        places = path(body, n, repeats)
-        seconds, exact = _tracked(body, places)
-        size = body.size
-        depth = np.maximum(-exact.gap, 0.0)
-        miss = _foot_miss(body, places[-1], exact)
-        tables = tables_of(body)
-        count = len(tables.elements.table)
-        memory = _megabytes(tuple(tables))
-        bound, share = miss / size, miss / float(depth.max())
-        n_in = len(depth)
-        rows.append(Row(name, NURBS, 0.0, count, seconds, n_in, bound, share, memory, np.nan))
-        for error, mesh in _meshes(body, most).items():
-            seconds, feet = _tracked(mesh, places)
-            found = np.maximum(-feet.gap, 0.0)
-            peer = _fcpw(mesh, places) if error == 1e-4 else np.nan
-            worst = float(abs(found.max() - depth.max()) / size)
-            total = float(abs(found.sum() / depth.sum() - 1.0))
-            memory = _megabytes(tuple(faceted_tables.tables_of(mesh)))
-            memory += _megabytes((mesh.vertices, mesh.triangles))
-            triangles = len(mesh.triangles)
-            title = f"mesh {error:.0e}"
-            rows.append(
-                Row(name, title, error, triangles, seconds, n_in, worst, total, memory, peer)
-            )
-    return rows
+def _mesh_row(last: Row, rival: RivalMesh, body: Body, exact: Tracker) -> Row:
+    """The row of a mesh, `last` that of the one before."""
+    title, count = f"mesh {rival.wanted:.0e}", rival.triangles
+    fewest = fewest_triangles(body, rival.wanted * body.size)
+    if rival.mesh is None:
+        memory = last.megabytes * count / last.elements
+        return Row(last.body, title, rival.wanted, None, count, fewest, None, np.inf, last.points,
+                   None, None, None, memory, None)  # fmt: skip
+    mesh, places = rival.mesh, exact.places
+    tracker = Tracker(mesh, places)
+    seconds, exact_seconds = race([tracker, exact], STEPS, ROUNDS)
+    peer = has_peer() and rival.wanted >= PEER_AT
+    peer_seconds = _peer_seconds(mesh, places) if peer else None
+    depth, found = (np.maximum(-t.feet.gap, 0.0) for t in (exact, tracker))
+    memory = megabytes(tuple(faceted_tables.tables_of(mesh)))
+    return Row(
+        last.body, title, rival.wanted, rival.error, count, fewest, seconds, exact_seconds,
+        len(depth), float(abs(found.max() - depth.max()) / body.size),
+        float(np.abs(found - depth).max() / body.size),
+        float(abs(found.sum() / depth.sum() - 1.0)),
+        memory + megabytes((mesh.vertices, mesh.triangles)), peer_seconds,
+    )  # fmt: skip
 
 
-def _foot_miss(body: Body, points: FloatArray, feet: Projection) -> float:
+def foot_miss(body: Body, points: FloatArray, feet: Projection) -> float:
     """How far the exact side's own penetrations can be off, from the surface evaluated anew.
 
     A foot that misses the true one by t along the surface has a distance wrong by at most t; the
@@ -161,6 +259,8 @@ def _foot_miss(body: Body, points: FloatArray, feet: Projection) -> float:
     worst = 0.0
     for k, patch in enumerate(body.patches):
         rows = feet.patch == k
+        if not rows.any():
+            continue
         place, normal = patch.evaluate(feet.uv[rows]), patch.normal(feet.uv[rows])
         away = points[rows] - place
         along = away - (away * normal).sum(axis=1)[:, None] * normal
@@ -168,218 +268,3 @@ def _foot_miss(body: Body, points: FloatArray, feet: Projection) -> float:
         # Second order: the distance to a foot t aside differs by t²/2d; t itself bounds both.
         worst = max(worst, float(np.linalg.norm(along, axis=1).max()), float(off.max()))
     return worst
-
-
-def _fcpw(mesh: TriMesh, places: list[FloatArray]) -> float:
-    """Least time of FCPW for the same steps; NaN where it is not installed."""
-    try:
-        fcpw = import_module("fcpw")
-    except ImportError:
-        return float("nan")
-    scene = fcpw.scene_3D()
-    scene.set_object_count(1)
-    scene.set_object_vertices(np.asfortranarray(mesh.vertices, dtype=np.float32), 0)
-    scene.set_object_triangles(np.asfortranarray(mesh.triangles, dtype=np.int32), 0)
-    scene.build(fcpw.aggregate_type.bvh_surface_area, True)
-    found = fcpw.interaction_3D_list()
-    radii = np.full(len(places[0]), np.inf, dtype=np.float32)
-    best = np.inf
-    for place in places[1:]:
-        single = np.asfortranarray(place, dtype=np.float32)
-        start = perf_counter()
-        scene.find_closest_points(single, radii, found)
-        best = min(best, perf_counter() - start)
-    return best
-
-
-# ---------------------------------------------------------------- force noise
-
-
-class Noise(NamedTuple):
-    """Force while a torus turns about its own axis against a cloud at rest."""
-
-    angles: FloatArray
-    force: dict[str, FloatArray]
-    """Sum of penetrations, by master."""
-
-    def spread(self, name: str) -> float:
-        """Largest less least force over the mean."""
-        force = self.force[name]
-        return float(np.ptp(force) / force.mean())
-
-
-def noise(points: int = 2000, turns: int = 91, finest: int = 4) -> Noise:
-    """The force (stiffness 1) of a fixed cloud on a turning torus; exactly it is constant."""
-    body = Body([shapes.torus()])
-    cloud = path(body, points, 0)[0]
-    # Points on one side only, so that a facet edge that comes by is felt.
-    cloud = cloud[cloud[:, 0] > 0.6 * cloud[:, 0].max()]
-    angles = np.linspace(0.0, 0.5 * np.pi, turns)
-    masters: dict[str, Master] = {NURBS: body}
-    masters |= {f"mesh {e:.0e}": body.tessellate(e * body.size) for e in ERRORS[:finest]}
-    force = {name: np.array([_press(m, cloud, a) for a in angles]) for name, m in masters.items()}
-    return Noise(angles, force)
-
-
-def _press(master: Master, cloud: FloatArray, angle: float) -> float:
-    c, s = np.cos(angle), np.sin(angle)
-    turned = np.column_stack(
-        [c * cloud[:, 0] + s * cloud[:, 1], c * cloud[:, 1] - s * cloud[:, 0], cloud[:, 2]]
-    )
-    return float(np.maximum(-master.project(turned).gap, 0.0).sum())
-
-
-# ---------------------------------------------------------------- what is reported
-
-
-def _compare() -> Outcome:
-    rows = accuracy()
-    exact = {row.body: row for row in rows if row.master == NURBS}
-    fine = [row for row in rows if 0.0 < row.relative <= 1e-5]
-    peers = [exact[row.body] for row in rows if row.peer_seconds == row.peer_seconds]
-    ratios = [row.peer_seconds for row in rows if row.peer_seconds == row.peer_seconds]
-    against = [r / p.seconds for r, p in zip(ratios, peers, strict=True)]
-    slower = [row for row in rows if row.relative and row.seconds < exact[row.body].seconds]
-    dominated = [row.seconds / exact[row.body].seconds for row in fine]
-    worst = max(row.depth_error for row in exact.values())
-    cells: list[tuple[Cell, ...]] = [
-        (row.body, row.master, row.elements, 1e9 * row.seconds / row.points, row.depth_error,
-         row.force_error, row.megabytes,
-         None if np.isnan(row.peer_seconds) else 1e9 * row.peer_seconds / row.points)
-        for row in rows
-    ]  # fmt: skip
-    accurate = all(row.depth_error > exact[row.body].depth_error for row in rows if row.relative)
-    return Outcome(
-        tables=(
-            Table(
-                "8.1",
-                f"A step of up to {POINTS:,} tracked points, {thread_count()} threads, warm. "
-                "Errors of the exact side are bounds, from its feet evaluated anew.",
-                (
-                    "body",
-                    "master",
-                    "elements",
-                    "ns a point",
-                    "penetration error / size",
-                    "force error",
-                    "MB",
-                    "FCPW, ns a point",
-                ),
-                tuple(cells),
-            ),
-        ),
-        pictures=(Picture("8.1", _CAPTION, lambda f: _draw(f, rows), (7.4, 3.4)),),
-        claims=(
-            Claim(
-                "The exact side's largest penetration is right to 1e-10.",
-                worst <= 1e-10,
-                f"bound {worst:.1e} of the size",
-            ),
-            Claim("No mesh is as accurate.", accurate, f"{len(rows) - len(exact)} meshes"),
-            # Times are told, not judged: they are the machine's as much as the method's.
-            Claim(
-                "Measured: tracking on NURBS against FCPW on a mesh with 1e-4 error.",
-                True,
-                ", ".join(f"{r:.1f} times as fast" for r in against) or "FCPW is not installed",
-            ),
-            Claim(
-                "Measured: against tracking on our own meshes with error 1e-5 and less.",
-                True,
-                ", ".join(
-                    f"{ratio:.2f} times the time on {row.body}, {row.master}"
-                    for ratio, row in zip(dominated, fine, strict=True)
-                ),
-            ),
-            Claim(
-                "Measured: where the meshes win.",
-                True,
-                "; ".join(
-                    f"{row.body}, {row.master}: {exact[row.body].seconds / row.seconds:.1f} times "
-                    f"as fast at an error of {row.depth_error:.0e}"
-                    for row in slower
-                )
-                or "nowhere",
-            ),
-        ),
-        difference=(
-            "The thesis times its exact method against its mesh method, neither of them tuned. "
-            "Here both sides track from the last foot, compiled and on all threads. Meshes end "
-            f"where they would have more than {MOST_TRIANGLES:,} triangles."
-        ),
-    )
-
-
-_CAPTION = (
-    "Error of the largest penetration over the time a tracked point takes. Each line is one body's "
-    "meshes from coarse to fine, each star its exact geometry."
-)
-
-
-def _draw(figure: Figure, rows: list[Row]) -> None:
-    names = list(dict.fromkeys(row.body for row in rows))
-    for axes, name in zip(np.atleast_1d(figure.subplots(1, len(names), sharey=True)), names,
-                          strict=True):  # fmt: skip
-        own = [row for row in rows if row.body == name]
-        mesh = [row for row in own if row.relative]
-        times = [1e9 * row.seconds / row.points for row in mesh]
-        axes.loglog(times, [row.depth_error for row in mesh], "o-", color=LINES[0], label="meshes")
-        for row, time in zip(mesh, times, strict=True):
-            axes.annotate(f"{row.elements:,}", (time, row.depth_error), (5, 3), fontsize=7,
-                          textcoords="offset points", color=MUTED)  # fmt: skip
-        exact = next(row for row in own if row.master == NURBS)
-        axes.loglog(1e9 * exact.seconds / exact.points, max(exact.depth_error, 1e-17), "*",
-                    color=LINES[1], ms=11, label="NURBS (bound)")  # fmt: skip
-        axes.set(title=name, xlabel="ns a point")
-        axes.margins(x=0.25)
-    axes.legend()
-    figure.axes[0].set_ylabel("penetration error / size")
-
-
-def _turning() -> Outcome:
-    found = noise()
-    spread = {name: found.spread(name) for name in found.force}
-    return Outcome(
-        tables=(
-            Table("8.2", "Force noise of a turning torus.", ("master", "spread / mean"),
-                  tuple(spread.items())),
-        ),
-        pictures=(Picture("8.2", _CAPTION_NOISE, lambda f: _draw_noise(f, found), (6.4, 3.6)),),
-        claims=(
-            Claim(
-                "The exact master's force is constant to 1e-9 while the torus turns.",
-                spread[NURBS] < 1e-9,
-                ", ".join(f"{name}: {value:.1e}" for name, value in spread.items()),
-            ),
-        ),
-        difference="Not in the thesis. A facet that comes by presses its edge into the cloud.",
-    )  # fmt: skip
-
-
-_CAPTION_NOISE = (
-    "A torus turns about its own axis against a cloud at rest: change of the force over its mean. "
-    "Exactly nothing changes; the facets of a mesh make a saw-tooth."
-)
-
-
-def _draw_noise(figure: Figure, found: Noise) -> None:
-    top, bottom = figure.subplots(2, 1, sharex=True)
-    degrees = np.rad2deg(found.angles)
-    for colour, (name, force) in zip((INK, *LINES), found.force.items(), strict=False):
-        change = force / force.mean() - 1.0
-        top.plot(degrees, change, color=colour, lw=1.1, label=name)
-        bottom.semilogy(degrees, np.maximum(np.abs(change), 1e-17), color=colour, lw=0.9)
-    top.set_ylabel("change of force")
-    bottom.set(xlabel="angle, degrees", ylabel="its size")
-    top.legend(ncols=5, loc="lower center", bbox_to_anchor=(0.5, 1.0), fontsize=7)
-
-
-EXPERIMENTS = (
-    Experiment(
-        "8-accuracy", 8, "Accuracy against time", "beyond chapter 6", _compare,
-        "The thesis claims 50 to 60 % of the time saved at equal accuracy.",
-    ),
-    Experiment(
-        "8-noise", 8, "Force noise of a turning body", "beyond chapter 6", _turning,
-        "The thesis does not look at it.",
-    ),
-)  # fmt: skip

@@ -56,9 +56,11 @@ def png(picture: Picture) -> bytes:
     from cycler import cycler
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     with mpl.rc_context({**STYLE, "axes.prop_cycle": cycler(color=LINES)}):
-        figure = Figure(figsize=picture.size, dpi=DPI, layout="constrained")
+        layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)
+        figure = Figure(figsize=picture.size, dpi=DPI, layout=layout)
         FigureCanvasAgg(figure)
         picture.draw(figure)
         content = io.BytesIO()

@@ -174,7 +174,8 @@ def _timings(found: Sequence[Found]) -> str:
     total, lost = sum(e.seconds for e in found), sum(e.compiled for e in found)
     return (
         '<h2>Where the time went</h2><p class="under">Experiments with their pictures. Kernels are '
-        "compiled once on a machine, in the experiment that first needs them.</p>"
+        "compiled once on a machine, in the experiment that first needs them; some of them ahead, "
+        "by a second process.</p>"
         '<div class="wide"><table><thead><tr><th>Experiment</th><th class="number">Time</th>'
         f'<th class="number">Compiling, apart</th></tr></thead><tbody>{rows}<tr class="total">'
         f'<td>Total</td><td class="number">{number(total - lost, 3)} s</td>'

@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Cell = str | float | int | None
+
+
+class Options(NamedTuple):
+    """What the user asks of a reproduction."""
+
+    full: bool = False
+    """The finest meshes the memory allows, which takes tens of minutes."""
+    cad: Path | None = None
+    """CAD file of the comparison's third body; one is looked for, or made, if omitted."""
 
 
 class Table(NamedTuple):

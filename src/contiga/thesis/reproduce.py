@@ -12,10 +12,11 @@ from typing import NamedTuple
 from contiga.errors import FileError, RunError
 from contiga.sim.clock import Clock
 from contiga.sim.folder import open_folder, write_json, write_text
+from contiga.thesis.ahead import BEFORE, compiling_ahead
 from contiga.thesis.catalogue import chosen
 from contiga.thesis.drawing import png
 from contiga.thesis.page import page
-from contiga.thesis.records import Experiment, Outcome
+from contiga.thesis.records import Experiment, Options, Outcome
 from contiga.thesis.tables import as_json, machine, tidy_csv
 
 PAGE, CSV, JSON, FIGURES = "report.html", "tables.csv", "tables.json", "figures"
@@ -36,13 +37,22 @@ class Found(NamedTuple):
     """Seconds of it spent on compiling kernels."""
 
 
-def reproduce(out: str | Path, *, only: Sequence[str] | None = None, quiet: bool = True) -> Path:
+def reproduce(
+    out: str | Path,
+    *,
+    only: Sequence[str] | None = None,
+    full: bool = False,
+    cad: str | Path | None = None,
+    quiet: bool = True,
+) -> Path:
     """Run the experiments of the thesis and write what they find into the folder `out`.
 
     Parameters
     ----------
     out : folder for ``report.html``, ``tables.csv``, ``tables.json`` and ``figures``
     only : keys of experiments, or chapters and sections; all of them if omitted
+    full : in the comparison the finest meshes that memory allows, which takes tens of minutes
+    cad : CAD file of the comparison's third body; one is looked for, or made, if omitted
     quiet : no progress bar
 
     Returns
@@ -55,10 +65,15 @@ def reproduce(out: str | Path, *, only: Sequence[str] | None = None, quiet: bool
     ------
     InputError
         An unknown experiment, or a folder that cannot be written or is somebody else's.
+    FileError
+        No such CAD file.
     RunError
         An experiment could not be carried through.
     """
-    wanted = chosen(only)
+    part = None if cad is None else Path(cad)
+    if part is not None and not part.is_file():
+        raise FileError("no such file", where=str(part))
+    wanted = chosen(only, Options(full, part))
     folder = Path(out)
     made = open_folder(folder, (CSV, JSON), "reproduction")
     try:
@@ -82,10 +97,13 @@ def run_all(
         One could not be carried through; the message says which.
     """
     found = []
-    for done, experiment in enumerate(experiments):
-        if progress is not None:
-            progress(f"{experiment.key} {experiment.title}", done, len(experiments))
-        found.append(_run(experiment))
+    with compiling_ahead(experiments) as wait:
+        for done, experiment in enumerate(experiments):
+            if progress is not None:
+                progress(f"{experiment.key} {experiment.title}", done, len(experiments))
+            if experiment.chapter >= BEFORE:
+                wait()
+            found.append(_run(experiment))
     if progress is not None:
         progress("done", len(experiments), len(experiments))
     return tuple(found)
