@@ -21,7 +21,7 @@ from contiga.records import FloatArray
 Axis = transform.Axis
 ORIGIN = (0.0, 0.0, 0.0)
 _LINE = np.array([0.0, 0.0, 1.0, 1.0])
-_LARGEST = np.finfo(np.float64).max
+_LARGEST = float(np.finfo(np.float64).max)
 
 
 # ---------------------------------------------------------------- curves
