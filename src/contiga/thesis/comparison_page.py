@@ -199,9 +199,11 @@ def draw(figure: Figure, rows: list[Row]) -> None:
         grid[1, k].set(xlabel="MB")
     for axes in grid[:, 0]:
         axes.set_ylabel("penetration error / size")
-    own = dict(zip(*reversed(grid[0, 0].get_legend_handles_labels()), strict=True))
-    own |= dict(zip(*reversed(grid[1, 0].get_legend_handles_labels()), strict=True))
-    figure.legend(own.values(), own.keys(), ncols=4, loc="outside upper center")
+    entries = {}
+    for axes in grid[:, 0]:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries[label] = handle
+    figure.legend(entries.values(), entries.keys(), ncols=4, loc="outside upper center")
 
 
 def _panel(axes: Axes, own: list[Row], x: list[float]) -> None:

@@ -46,6 +46,8 @@ STYLE: dict[str, Any] = {
     "lines.linewidth": 1.6,
     "lines.markersize": 4.5,
     "figure.facecolor": "white",
+    "figure.constrained_layout.w_pad": 0.06,
+    "figure.constrained_layout.h_pad": 0.06,
     "savefig.facecolor": "white",
 }
 
@@ -59,7 +61,6 @@ def png(picture: Picture) -> bytes:
 
     with mpl.rc_context({**STYLE, "axes.prop_cycle": cycler(color=LINES)}):
         figure = Figure(figsize=picture.size, dpi=DPI, layout="constrained")
-        figure.get_layout_engine().set(w_pad=0.06, h_pad=0.06)
         FigureCanvasAgg(figure)
         picture.draw(figure)
         content = io.BytesIO()
