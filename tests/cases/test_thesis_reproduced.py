@@ -17,6 +17,7 @@ def test_experiment_holds(experiment: Experiment) -> None:
     assert outcome.claims
     broken = [f"{claim.text} {claim.measured}" for claim in outcome.claims if not claim.holds]
     assert broken == []
+    assert outcome.difference.endswith(".")
     for table in outcome.tables:
         assert table.rows
         assert {len(row) for row in table.rows} == {len(table.columns)}
