@@ -21,8 +21,9 @@ POINTS = 400
 STRIP = 2.0
 """Width of the strip of points, degrees about the axis."""
 DEGREES = 45.0
-FINEST = 5
-"""Meshes of the test: 1e-2 to 1e-6."""
+FINEST = 4
+"""Meshes of the test: 1e-2 to 1e-5."""
+MOST_TRIANGLES = 1_000_000
 
 
 class Noise(NamedTuple):
@@ -46,9 +47,8 @@ def noise(points: int = POINTS, turns: int = 361, finest: int = FINEST) -> Noise
     cloud, on = _cloud(body, points)
     angles = np.linspace(0.0, np.deg2rad(DEGREES), turns)
     masters: dict[str, Master] = {NURBS: body}
-    most = 3_000_000
     triangles = {}
-    for _, rival in zip(range(finest), rival_meshes(body, on, most), strict=False):
+    for _, rival in zip(range(finest), rival_meshes(body, on, MOST_TRIANGLES), strict=False):
         if rival.mesh is not None:
             masters[f"mesh {rival.wanted:.0e}"] = rival.mesh
             triangles[f"mesh {rival.wanted:.0e}"] = rival.triangles
