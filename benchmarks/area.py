@@ -19,7 +19,7 @@ from contiga.area.cluster import clusters_of
 from contiga.area.regions import regions, structure_of
 from contiga.search.projection import rows_of
 
-SIDE = 352  # 352² nodes, of which 100,168 touch
+SIDE = 340  # 340² nodes, of which 100,208 touch
 REPEATS = 9
 FEW = 10_000  # DBSCAN and k-means are timed on this many of the feet
 

@@ -19,6 +19,8 @@ from contiga.errors import ContigaError, FileError, RunError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from contiga.geometry.trimesh import TriMesh
+
 _INTERRUPTED = 130
 """What a shell expects of a command stopped by Ctrl-C."""
 
@@ -41,6 +43,8 @@ def main() -> None:
         _fail(str(error), error, error.exit_code)
     except KeyboardInterrupt:
         sys.exit(_INTERRUPTED)
+    except MemoryError as error:
+        _fail(f"not enough memory ({error})".replace(" ()", ""), error, 1)
     except Exception as error:
         what = f"{type(error).__name__}: {error}".rstrip(": ").splitlines()[0]
         _fail(f"unexpected {what} (set CONTIGA_DEBUG=1 for the traceback)", error, 1)
@@ -68,7 +72,30 @@ def _options(
         ),
     ] = False,
 ) -> None:
-    pass
+    if sys.stderr.isatty() and "--quiet" not in sys.argv:
+        tell_of_compiling()
+
+
+def tell_of_compiling() -> None:
+    """Say so when numba begins to compile: a first run is silent for minutes otherwise."""
+    from numba.core import event
+
+    class Teller(event.Listener):  # type: ignore[misc]
+        told = False
+
+        def on_start(self, _: object) -> None:
+            if not self.told:
+                self.told = True
+                print(
+                    "compiling kernels, which a first run on a machine does: some minutes, once",
+                    file=sys.stderr,
+                    flush=True,
+                )
+
+        def on_end(self, _: object) -> None:
+            pass
+
+    event.register("numba:compile", Teller())
 
 
 @app.command()
@@ -92,10 +119,11 @@ def run(
     try:
         result = api.run(loaded, out=folder, resume=resume, quiet=quiet)
     except KeyboardInterrupt:
+        from contiga.sim.folder import CHECKPOINT
+
+        how = f"; contiga run {case} -o {folder} --resume goes on from the last checkpoint"
         print(
-            f"\ncontiga: stopped; contiga run {case} -o {folder} --resume goes on from the last "
-            "checkpoint",
-            file=sys.stderr,
+            f"\ncontiga: stopped{how if (folder / CHECKPOINT).is_file() else ''}", file=sys.stderr
         )
         raise
     if not quiet:
@@ -114,7 +142,7 @@ def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path
     print(f"{summary.get('steps', len(history['time']))} steps in {number(total, 3)} s{apart}")
     for name, force in history.items():
         contact, _, column = name.rpartition(".")
-        if column == "force" and len(force):
+        if column == "force" and np.isfinite(force).any():
             at = int(np.nanargmax(force))
             label = f"{contact}: " if contact else ""
             print(f"{label}peak force {number(float(force[at]))} at t = {history['time'][at]:g}")
@@ -130,10 +158,15 @@ def check(case: CaseFile) -> None:
     from contiga.case.build import build
     from contiga.case.describe import describe
     from contiga.case.schema import load_case
+    from contiga.geometry.trimesh import TriMesh
 
     loaded = load_case(case)
-    build(loaded)
+    bodies = build(loaded).bodies
     _table(describe(loaded))
+    for name, part in bodies.items():
+        if isinstance(part.body, TriMesh):
+            print(f"\n{name}")
+            _table(_master_rows(part.body))
     print(f"{case} is ready to run")
 
 
@@ -143,15 +176,28 @@ def info(file: Annotated[Path, typer.Argument(metavar="FILE", help="CAD file or 
     from contiga.geometry.summary import body_summary
     from contiga.io.cad import SUFFIXES, read_cad
     from contiga.io.mesh import read_mesh
+    from contiga.io.mesh_master import master_of
     from contiga.io.slave import mesh_summary
 
     if not file.exists():
         raise FileError("no such file", where=str(file))
     if file.suffix.lower() in SUFFIXES:
-        summary = body_summary(read_cad(file))
-    else:
-        summary = mesh_summary(read_mesh(file))
-    _table(_summary_rows(summary))
+        _table(_summary_rows(body_summary(read_cad(file))))
+        return
+    mesh = read_mesh(file)
+    rows = list(_summary_rows(mesh_summary(mesh)))
+    if mesh.facets is not None and len(mesh.facets):
+        rows += _master_rows(master_of(mesh, where=str(file)))
+    _table(rows)
+
+
+def _master_rows(mesh: TriMesh) -> Iterable[tuple[str, str]]:
+    """What triangles are as a master: what they were made of, whether closed, what is wrong."""
+    if mesh.source:
+        yield "triangles", f"{len(mesh.triangles)} of {mesh.source}"
+    if "skinned" in mesh.source:
+        mesh = mesh.compact()  # nodes inside solids are no flaw
+    yield from mesh.condition().rows
 
 
 def _summary_rows(summary: dict[str, Any]) -> Iterable[tuple[str, str]]:
@@ -181,12 +227,13 @@ def _in_words(value: Any) -> str:
 def _table(rows: Iterable[tuple[str, str]]) -> None:
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     grid = Table.grid(padding=(0, 2))
     grid.add_column(style="bold", no_wrap=True)
     grid.add_column(overflow="fold")
     for label, text in rows:
-        grid.add_row(label, text)
+        grid.add_row(Text(label), Text(text))  # as it is: [brackets] are no styles
     Console(highlight=False).print(grid)
 
 
@@ -224,6 +271,8 @@ def mesh(
     open_edges = len(triangles.open_edges())
     closed = f"{open_edges} open edges" if open_edges else "closed"
     length = "" if triangles.unit is None else f" in {triangles.unit}"
+    if unit is not None and triangles.unit is None:
+        length = f" (the file has no unit: its numbers are taken as {unit})"
     print(
         f"{out}: {len(triangles.triangles)} triangles, {len(triangles.vertices)} vertices{length}, "
         f"area {triangles.area():.6g}, {closed}"

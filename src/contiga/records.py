@@ -59,7 +59,7 @@ class ContactStatus(IntEnum):
     OLD = 2
     """In contact, and was already."""
     RELEASED = 3
-    """Came back to the free side in this step (Eq. 4.7)."""
+    """Came back to the free side in this step (Eq. 4.7), or left a closed body by another face."""
     SLID_OFF = 4
     """Its foot left the surface over a border or into a trimmed hole in this step."""
     HELD = 5

@@ -189,6 +189,27 @@ def test_casting_meets_a_cloud_all_around_it(
     assert run.history["n_contact"].max() > 100
 
 
+def test_points_go_right_through_the_casting(
+    run_case: Callable, physics: Callable, casting: Path
+) -> None:
+    """Shaken by more than its walls are thick: points that come out at the far side are free."""
+    table = "[[0, 0, 0, 0], [5, 30, 20, -20], [10, -20, -30, 30], [15, 20, 30, 10], [20, 0, 0, 0]]"
+    text = _case(
+        f'geometry = {{ file = "{casting}" }}\nmotion = {{ kind = "translate", table = {table} }}',
+        "points = { random = { box = [[-345, -45, -365], [345, 825, 45]], n = 4000, seed = 3 } }",
+    )
+    run = run_case(text)
+    physics(run, corners=True)
+    through = 0
+    for last, state in zip(run.states[:-1], run.states[1:], strict=True):
+        on = np.flatnonzero(state.in_contact)
+        assert (run.body.project(state.points_B[on]).gap <= 0.0).all()
+        left = np.flatnonzero(state.status == Is.RELEASED)
+        gap = ((state.points_B[left] - last.points_B[left]) * last.normal[left]).sum(axis=1)
+        through += int((last.penetration[left] - gap > 1.0).sum())
+    assert through > 50, "points that were still deep below the face they came in by"
+
+
 def test_bearing_of_loose_faces_pressed_from_above_keeps_its_points(
     run_case: Callable, physics: Callable, data_dir: Path, occ: ModuleType
 ) -> None:

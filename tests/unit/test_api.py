@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import signal
+import sys
+import weakref
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import contiga as cg
+from contiga import api
 from contiga.errors import CheckpointError, FileError, InputError, OutputError
 
 CASE = """\
@@ -122,3 +128,61 @@ def test_an_output_folder_that_cannot_be_made_is_refused(tmp_path: Path) -> None
         cg.run(case_file(tmp_path), out=tmp_path / "taken")
     assert caught.value.exit_code == 2
     assert (tmp_path / "taken").read_text() == "a file"
+
+
+def test_an_interrupt_where_python_drops_it_is_noted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(signal, "getsignal", lambda _: signal.default_int_handler)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with api._stoppable() as stopped:
+            handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+            assert callable(handler)
+            assert not stopped()
+            in_callback = SimpleNamespace(f_code=SimpleNamespace(co_filename=weakref.__file__))
+            handler(signal.SIGINT, in_callback)  # type: ignore[arg-type]
+            assert stopped()
+            with pytest.raises(KeyboardInterrupt):
+                handler(signal.SIGINT, sys._getframe())
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_a_noted_interrupt_stops_at_the_next_step(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(api, "_stoppable", lambda: nullcontext(lambda: True))
+    with pytest.raises(KeyboardInterrupt):
+        cg.run(case_file(tmp_path), out=tmp_path / "out")
+    assert (tmp_path / "out" / "checkpoint.h5").is_file()
+    monkeypatch.undo()
+    result = cg.run(case_file(tmp_path), out=tmp_path / "out", resume=True)
+    assert len(result.history["time"]) == 5
+
+
+def test_a_folder_that_was_moved_is_resumed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here, there = tmp_path / "here", tmp_path / "there"
+    here.mkdir()
+    points = "\n".join(f"{0.1 * k}, 0.0, 11.0" for k in range(5))
+    (here / "sheet.csv").write_text(points, encoding="utf-8")
+    grid = (
+        '{ grid = { shape = "plane", width = 4, length = 4, nu = 9, nv = 9, centre = [0, 0, 11] } }'
+    )
+    text = CASE.replace(grid, '{ file = "sheet.csv" }')
+    text = text.replace("[output]", 'area = { kind = "constant", value = 1 }\n[output]')
+    assert text != CASE
+    with monkeypatch.context() as patched:
+        patched.setattr(api, "_stoppable", lambda: nullcontext(lambda: True))
+        with pytest.raises(KeyboardInterrupt):
+            cg.run(case_file(here, text), out=here / "out")
+    here.rename(there)
+    result = cg.run(there / "case.toml", out=there / "out", resume=True)
+    whole = cg.run(there / "case.toml")
+    np.testing.assert_array_equal(result.history["force"], whole.history["force"])
+
+
+def test_what_is_no_case_is_told() -> None:
+    for wrong in (None, {}, 5):
+        with pytest.raises(InputError, match="the case must be one"):
+            cg.run(wrong)  # type: ignore[arg-type]

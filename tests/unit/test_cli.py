@@ -205,9 +205,84 @@ def test_stopped_run_says_how_to_go_on(
     command: Command, case: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(contiga.api, "run", raising(KeyboardInterrupt()))
+    assert command("run", case) == (130, "", "\ncontiga: stopped\n"), "nothing to go on from"
+    (case.parent / "press_out").mkdir()
+    (case.parent / "press_out" / "checkpoint.h5").touch()
     code, _, err = command("run", case)
     assert code == 130
     assert f"contiga run {case} -o {case.parent / 'press_out'} --resume" in err.replace("\n", " ")
+
+
+def test_a_case_is_not_written_over(command: Command, tmp_path: Path) -> None:
+    case = tmp_path / "case.toml"
+    case.write_text(CASE + NO_REPORT, encoding="utf-8")
+    assert command("run", case, "-o", tmp_path / "out", "--quiet") == (0, "", "")
+    (tmp_path / "history.csv").touch()
+    code, _, err = command("run", case, "-o", tmp_path)
+    assert code == 2
+    assert "would write its copy of the case over the case file" in one_message(err)
+    assert case.read_text(encoding="utf-8") == CASE + NO_REPORT
+    # The copy in the output folder says the same: running it there changes nothing.
+    copy = tmp_path / "out" / "case.toml"
+    text = copy.read_text(encoding="utf-8")
+    assert command("run", copy, "-o", tmp_path / "out", "--quiet") == (0, "", "")
+    assert copy.read_text(encoding="utf-8") == text
+
+
+def test_a_title_in_brackets_is_shown_as_it_is(command: Command, case: Path) -> None:
+    title = "Ball [mm] and [/sheet]"
+    case.write_text(CASE.replace("Ball and sheet", title) + NO_REPORT, encoding="utf-8")
+    code, out, _ = command("check", case)
+    assert code == 0
+    assert title in out
+    code, _, err = command("run", case)
+    assert code == 0
+    assert title in err
+
+
+def test_wrong_input_of_a_run_is_told_without_a_bar(command: Command, case: Path) -> None:
+    law = 'law = { kind = "adaptive" }'
+    case.write_text(CASE.replace('law = { kind = "force", curve = [[0, 0], [1, 10]] }', law))
+    code, _, err = command("run", case)
+    assert code == 2
+    assert "nodal mass" in one_message(err)
+
+
+def test_a_want_of_memory_is_told(command: Command, case: Path) -> None:
+    many = "nu = 1000000, nv = 1000000"
+    case.write_text(CASE.replace("nu = 9, nv = 9", many), encoding="utf-8")
+    code, _, err = command("run", case)
+    assert code == 1
+    assert "not enough memory (Unable to allocate" in one_message(err)
+
+
+def test_a_body_without_size_is_told(command: Command, case: Path) -> None:
+    case.write_text(CASE.replace("radius = 10.0", "radius = 1e-200"), encoding="utf-8")
+    code, _, err = command("check", case)
+    assert code == 2
+    assert "the body's size cannot be computed with" in one_message(err)
+
+
+def test_a_force_that_is_not_finite_is_warned_of(command: Command, case: Path) -> None:
+    case.write_text(CASE.replace("[1, 10]", "[1, 1e308]") + NO_REPORT, encoding="utf-8")
+    with pytest.warns(RuntimeWarning):
+        code, out, _ = command("run", case)
+    assert code == 0
+    assert "warning: ball-sheet: the force is not finite in 1 steps, first at t = 1" in out
+
+
+def test_compiling_is_told_once(monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    from numba import njit
+    from numba.core import event
+
+    heard: list[event.Listener] = []
+    with monkeypatch.context() as patched:
+        patched.setattr(event, "register", lambda _, listener: heard.append(listener))
+        cli.tell_of_compiling()
+    with event.install_listener("numba:compile", heard[0]):
+        for shift in (1.0, 2.0):
+            njit(lambda x, shift=shift: x + shift)(0.0)
+    assert capsys.readouterr().err.count("compiling kernels") == 1
 
 
 def test_info_of_a_mesh_counts(command: Command, tmp_path: Path) -> None:

@@ -49,7 +49,7 @@ def facet_components(whole, corner, n_c):
     whole : (m, 3) corners of facets, all of them below n_c
     corner : (k, 3) corners of facets of which those below n_c are joined
     """
-    parent = np.arange(n_c)
+    parent = np.arange(n_c).astype(np.int32)  # half the memory to go through
     for f in range(whole.shape[0]):
         _join(parent, whole[f, 0], whole[f, 1])
         _join(parent, whole[f, 0], whole[f, 2])
@@ -67,7 +67,7 @@ def graph_components(first, neighbour, rows, place):
     """(n_c,) regions of the points `rows` in a graph of n points; `place` is (n,), −1."""
     for i in range(rows.shape[0]):
         place[rows[i]] = i
-    parent = np.arange(rows.shape[0])
+    parent = np.arange(rows.shape[0]).astype(np.int32)
     for i in range(rows.shape[0]):
         for j in range(first[rows[i]], first[rows[i] + 1]):
             k = place[neighbour[j]]

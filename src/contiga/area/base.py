@@ -22,6 +22,8 @@ class Rest(NamedTuple):
     """(m, 3) triangles, where there are any."""
     area: FloatArray | None
     """(n,) tributary areas, where there are any."""
+    body: Body | TriMesh | None = None
+    """The master, where it is known already."""
 
 
 class AreaInput(NamedTuple):
@@ -47,11 +49,16 @@ class AreaInput(NamedTuple):
         """The master where its patches are asked for; a mesh has none."""
         if isinstance(self.body, Body):
             return self.body
-        raise InputError(
-            "hulls and areas by the feet need the (u, v) of a patch, which a mesh does not have",
-            where="area",
-            allowed="FacetArea, CloudArea at rest or NodalArea for a master of triangles",
-        )
+        raise no_patch()
+
+
+def no_patch() -> InputError:
+    """What methods that need (u, v) say of a master of triangles."""
+    return InputError(
+        "hulls and areas by the feet need the (u, v) of a patch, which a mesh does not have",
+        where="area",
+        allowed="FacetArea, CloudArea at rest or NodalArea for a master of triangles",
+    )
 
 
 class Areas(NamedTuple):

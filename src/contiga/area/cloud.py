@@ -7,13 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.area.base import AreaInput, Areas, Outlines, Rest
+from contiga.area.base import AreaInput, Areas, Outlines, Rest, no_patch
+from contiga.area.cluster import is_positive
 from contiga.area.facet import measure_facets
 from contiga.area.feet import web_of
 from contiga.area.outline import facet_outlines, no_outlines
 from contiga.area.profile import profile_depth
 from contiga.area.regions import Graph, Topology, neighbours_of, regions, topology_of
 from contiga.errors import InputError
+from contiga.geometry.body import Body
+from contiga.geometry.trimesh import TriMesh
 from contiga.records import FloatArray, IntArray
 
 # Triangles with a side longer than this many times the local spacing bridge a gap of the cloud.
@@ -83,7 +86,7 @@ class CloudArea:
                 found=self.on,
                 allowed='"slave", "master", or None',
             )
-        if not (np.isfinite(self.bridge) and self.bridge > 1.0):
+        if not (is_positive(self.bridge) and self.bridge > 1.0):
             raise InputError(
                 "bridge must be above 1", where="bridge", found=self.bridge, allowed="> 1"
             )
@@ -98,6 +101,10 @@ class CloudArea:
                 remedy="Use NodalArea(value)",
             )
         graph, line = neighbours_of(rest.points), is_line(rest.points)
+        if line and rest.body is not None:
+            _depth_of(rest.body)
+        if not line and self.by == "feet" and isinstance(rest.body, TriMesh):
+            raise no_patch()
         if line or self.by == "feet":
             return Prepared(None, graph, line)
         facets = triangles_of(rest.points, self.bridge)
@@ -115,14 +122,7 @@ class CloudArea:
             web = web_of(inp, graph, self.bridge)
             return measure_facets(web.inp, web.topology, on)._replace(clusters=web.clusters)
         clusters = regions(graph, inp.rows, inp.points)
-        depth = profile_depth(inp.body)
-        if depth is None:
-            raise InputError(
-                "the points lie on a line, the master is no profile",
-                where="area",
-                allowed="a sheet of points, or a master by Body.from_profile",
-            )
-        return Areas(_along_line(inp, graph, depth), clusters, "slave")
+        return Areas(_along_line(inp, graph, _depth_of(inp.body)), clusters, "slave")
 
     def outlines(self, inp: AreaInput) -> Outlines:
         """Where contact ends, as for `FacetArea`; none for points on a line."""
@@ -170,7 +170,22 @@ def triangles_of(points: FloatArray, bridge: float = BRIDGE) -> IntArray:
             allowed="a sheet of points",
             remedy='Use CloudArea(by="feet"), NodalArea(value) or HullArea(), or give facets',
         )
-    return kept
+    # In the order of their points, as facets of a mesh come: neighbours lie close in memory.
+    ordered: IntArray = kept[np.argsort(kept.min(axis=1), kind="stable")]
+    return ordered
+
+
+def _depth_of(body: Body | TriMesh) -> float:
+    """What points on a line are wide."""
+    depth = profile_depth(body)
+    if depth is None:
+        raise InputError(
+            "the points lie on a line, the master is no profile",
+            where="area",
+            allowed="a sheet of points, or a master by Body.from_profile",
+            remedy="Use NodalArea(value)",
+        )
+    return depth
 
 
 def _along_line(inp: AreaInput, graph: Graph, depth: float) -> FloatArray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from numbers import Real
+
 import numpy as np
 
 from contiga.area.regions import neighbours_of, regions
@@ -48,22 +50,32 @@ def clusters_of(
     return _as_they_come(np.asarray(_fitted(points, method, min(k, n), eps, min_points)))
 
 
-def check_options(method: str, k: int, eps: float, min_points: int) -> None:
-    """Refuse options that no method can use."""
-    if method not in METHODS:
+def check_options(method: object, k: object, eps: object, min_points: object) -> None:
+    """Refuse options that no method can use. `method` may be a number of clusters."""
+    if isinstance(method, int | np.integer):
+        _check_count(method, "clusters", "clusters")
+    elif not isinstance(method, str) or method not in METHODS:
         raise InputError(
             "unknown method of clustering",
             where="clusters",
             found=method,
             allowed=", ".join(map(repr, METHODS)) + ", or a number of clusters",
         )
-    if isinstance(k, bool) or not isinstance(k, int | np.integer) or k < 1:
-        raise InputError("clusters are counted from 1", where="k", found=k, allowed="1 or more")
-    if not (np.isfinite(eps) and eps > 0.0):
+    _check_count(k, "k", "clusters")
+    _check_count(min_points, "min_points", "points")
+    if not is_positive(eps):
         raise InputError("the radius must be positive", where="eps", found=eps, allowed="> 0")
-    if isinstance(min_points, bool) or not isinstance(min_points, int) or min_points < 1:
+
+
+def is_positive(value: object) -> bool:
+    """Whether a value is a finite number above zero."""
+    return isinstance(value, Real) and 0.0 < float(value) < np.inf
+
+
+def _check_count(k: object, where: str, what: str) -> None:
+    if isinstance(k, bool) or not isinstance(k, int | np.integer) or k < 1:
         raise InputError(
-            "points are counted from 1", where="min_points", found=min_points, allowed="1 or more"
+            f"{what} are counted from 1", where=where, found=k, allowed="a whole number ≥ 1"
         )
 
 

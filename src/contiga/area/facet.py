@@ -11,14 +11,14 @@ from contiga.area import _facet_nb, _jacobian_nb, _touch_nb, _union_nb
 from contiga.area.base import AreaInput, Areas, Outlines, Rest
 from contiga.area.regions import Topology, topology_of
 from contiga.errors import InputError
-from contiga.num.threads import run_ranges
+from contiga.num.threads import run_ranges, started
 from contiga.records import FloatArray, IntArray, Projection, Status
 from contiga.search.projection import BLOCKS, bin_by_element, empty_projection, rows_of
 from contiga.search.surface import ExactSurface, Surface, surface_of
 
 # Facets, and cut facets on the master, below which a second thread does not pay.
 FACETS = 4096
-PIECES = 256
+PIECES = 1024
 # Halvings of an edge on which the foot leaves the master: to 1e-9 of its length.
 HALVINGS = 30
 
@@ -95,12 +95,19 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
         return Areas(np.zeros(0), np.zeros(0, np.int32), on)
     place = np.full(len(inp.points), -1, np.int32)
     whole, part = _touch_nb.touched(topology, inp.rows, place)
+    # What one thread does goes on beside what is cut into ranges for all of them.
+    clusters = started(
+        _union_nb.facet_components, len(whole), FACETS, whole, place[topology.facets[part]], n_c
+    )
+    numbered = started(parts_of, len(whole), FACETS, inp, topology, part, place)
+    share = _whole_shares(inp, whole, on)
     area = np.zeros(n_c)
-    _add_whole(inp, whole, on, area)
-    if len(part):
-        _add_parts(inp, parts_of(inp, topology, part, place), on, area)
-    clusters = _union_nb.facet_components(whole, place[topology.facets[part]], n_c)
-    return Areas(area, clusters, on)
+    gathered = started(_facet_nb.gather, len(whole), FACETS, whole, share, area)
+    parts = numbered()
+    own = _part_areas(inp, parts, on)
+    gathered()
+    area[parts.inner] += own
+    return Areas(area, clusters(), on)
 
 
 class Parts(NamedTuple):
@@ -151,8 +158,8 @@ def cut_parts(inp: AreaInput, parts: Parts) -> Cut:
     return Cut(feet, fraction, row, ends)
 
 
-def _add_whole(inp: AreaInput, corner: IntArray, on: str, area: FloatArray) -> None:
-    """Add the areas of facets whose corners (m, 3) are all in contact."""
+def _whole_shares(inp: AreaInput, corner: IntArray, on: str) -> FloatArray:
+    """(m, 3) areas of facets whose corners (m, 3) are all in contact, split to those."""
     share = np.empty((len(corner), 3))
     surface = surface_of(inp.body)
     if on == "slave":
@@ -160,24 +167,21 @@ def _add_whole(inp: AreaInput, corner: IntArray, on: str, area: FloatArray) -> N
         run_ranges(_facet_nb.slave_whole, len(corner), FACETS, *slave)
     elif not isinstance(surface, ExactSurface):
         # The image on triangles is measured by the plane triangles between the feet.
-        images = (np.arange(len(area), dtype=np.int32), inp.feet.point, corner, share)
+        images = (np.arange(len(inp.rows), dtype=np.int32), inp.feet.point, corner, share)
         run_ranges(_facet_nb.slave_whole, len(corner), FACETS, *images)
     else:
-        tables = surface.tables
-        uv = np.ascontiguousarray(inp.feet.uv)
-        density = np.zeros((len(area), 3))
-        bins = bin_by_element(tables, inp.feet.patch, uv)
-        at_feet = (tables.elements, uv, bins, density)
-        run_ranges(_jacobian_nb.jacobians, len(bins[1]), BLOCKS, *at_feet)
-        master = (corner, inp.feet, density, share)
+        master = (corner, inp.feet.patch, images_of(surface, inp.feet), share)
         run_ranges(_jacobian_nb.master_whole, len(corner), FACETS, *master)
-    _facet_nb.gather(corner, share, area)
+    return share
 
 
-def _add_parts(inp: AreaInput, parts: Parts, on: str, area: FloatArray) -> None:
-    """Add the areas of the parts of facets that are cut where contact ends."""
+def _part_areas(inp: AreaInput, parts: Parts, on: str) -> FloatArray:
+    """(i,) areas of the parts of facets that are cut where contact ends, at the inner corners."""
     nodes, corner = parts.nodes, parts.corner
     n_i, m = len(parts.inner), len(nodes)
+    own = np.zeros(n_i)
+    if m == 0:
+        return own
     surface = surface_of(inp.body)
     cut = cut_parts(inp, parts)
     share = np.empty((m, 3))
@@ -188,12 +192,15 @@ def _add_parts(inp: AreaInput, parts: Parts, on: str, area: FloatArray) -> None:
         images = (corner, cut.feet.point, corner, n_i, cut.fraction, share)
         run_ranges(_facet_nb.slave_pieces, m, FACETS, *images)
     else:
-        sides = (n_i, cut.border, cut.ends)
-        master = (surface.tables, corner, cut.feet, sides, cut.fraction, share)
-        run_ranges(_facet_nb.master_pieces, m, PIECES, *master)
-    own = np.zeros(n_i)
+        feet = stacked(cut.feet, cut.ends)
+        # A free corner whose foot has left the surface has no image; the ends of its edges have.
+        n = len(cut.feet.patch)
+        feet.patch[n_i:n][cut.feet.status[n_i:] != Status.OK] = -1
+        sides = (n_i, np.where(cut.border < 0, -1, cut.border + n))
+        master = (corner, feet.patch, images_of(surface, feet), sides, cut.fraction, share)
+        run_ranges(_jacobian_nb.master_pieces, m, PIECES, *master)
     _facet_nb.gather(corner, share, own)
-    area[parts.inner] += own
+    return own
 
 
 def _feet_around(surface: Surface, inp: AreaInput, parts: Parts) -> Projection:
@@ -203,9 +210,25 @@ def _feet_around(surface: Surface, inp: AreaInput, parts: Parts) -> Projection:
     if len(parts.free):
         points = np.ascontiguousarray(inp.points[parts.free])
         surface.track(points, near.patch[parts.start], near.uv[parts.start], out)
-    return Projection(
-        *(np.concatenate([getattr(near, f), getattr(out, f)]) for f in Projection._fields)
-    )
+    return stacked(near, out)
+
+
+def images_of(surface: ExactSurface, feet: Projection) -> FloatArray:
+    """(n, 8) Jacobian, its slopes, parameters and place of every foot that is on a patch."""
+    uv, point = np.ascontiguousarray(feet.uv), np.ascontiguousarray(feet.point)
+    images = np.empty((len(uv), _jacobian_nb.IMAGE))
+    bins = bin_by_element(surface.tables, feet.patch, uv)
+    if len(bins[0]) < len(uv):
+        images[feet.patch < 0] = 0.0
+    at_feet = (surface.tables.elements, uv, point, bins, images)
+    run_ranges(_jacobian_nb.jacobians, len(bins[1]), BLOCKS, *at_feet)
+    return images
+
+
+def stacked(one: Projection, other: Projection) -> Projection:
+    """The rows of one projection, and after them those of another."""
+    fields = Projection._fields
+    return Projection(*(np.concatenate([getattr(one, f), getattr(other, f)]) for f in fields))
 
 
 def _ends(

@@ -11,7 +11,7 @@ import numpy as np
 
 from contiga.area import _hull_nb
 from contiga.area.base import AreaInput, Areas, Outlines, Rest
-from contiga.area.cluster import check_options, clusters_of
+from contiga.area.cluster import check_options, clusters_of, is_positive
 from contiga.area.outline import joined
 from contiga.area.polygon import area_over, closing, plane_area
 from contiga.area.profile import profile_depth
@@ -80,11 +80,13 @@ class HullArea:
             raise InputError(
                 "unknown mapping", where="mapping", found=self.mapping, allowed='"linear", "exact"'
             )
-        if self.clusters != "auto":
-            check_options(self._method, self._k, self.eps, self.min_points)
-        if self.tolerance is not None and not self.tolerance > 0.0:
+        check_options(self.clusters, self.k, self.eps, self.min_points)
+        if self.tolerance is not None and not is_positive(self.tolerance):
             raise InputError(
-                "a tolerance must be positive", where="tolerance", found=self.tolerance
+                "a tolerance must be positive",
+                where="tolerance",
+                found=self.tolerance,
+                allowed="an area > 0",
             )
 
     @property

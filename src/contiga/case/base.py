@@ -134,9 +134,13 @@ def _folder(info: ValidationInfo) -> Path:
 
 
 def _existing(path: str, info: ValidationInfo) -> str:
-    full = (_folder(info) / path).resolve()
-    if not full.is_file():
-        what = "this is a folder, not a file" if full.is_dir() else "no such file"
+    try:
+        full = (_folder(info) / path).resolve()
+        there, folder = full.is_file(), full.is_dir()
+    except (OSError, ValueError) as error:  # too long, or with a character no name can have
+        raise FileError("is no name of a file", found=path) from error
+    if not there:
+        what = "this is a folder, not a file" if folder else "no such file"
         raise FileError(what, found=path, allowed=f"a file; looked for {full}")
     return full.as_posix()
 
@@ -144,7 +148,14 @@ def _existing(path: str, info: ValidationInfo) -> str:
 def _pattern(pattern: str, info: ValidationInfo) -> str:
     from contiga.io.series import find_files
 
-    find_files(pattern, _folder(info))
+    try:
+        find_files(pattern, _folder(info))
+    except (OSError, ValueError, IndexError, NotImplementedError) as error:
+        if isinstance(error, FileError):
+            raise
+        raise FileError(
+            "is no pattern of file names", found=pattern, allowed="such as step_*.vtu"
+        ) from error
     return (_folder(info).resolve() / pattern).as_posix()
 
 

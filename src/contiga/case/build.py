@@ -33,8 +33,10 @@ from contiga.io.units import length_factor
 from contiga.motion.prescribed import Moved, SlaveMotion
 from contiga.records import FloatArray
 from contiga.search.surface import surface_of
+from contiga.search.tables import check_size
 from contiga.sim.clock import Clock
 from contiga.sim.contact import Contact
+from contiga.sim.folder import keep_case_file
 from contiga.sim.run import (
     BodyPart,
     ContactPart,
@@ -105,10 +107,17 @@ def run(
     resume : go on from the checkpoint in `out`
     progress : called with steps done, steps in all, points in contact
     on_finish : called with `out` after a run that is to have a report
+
+    Raises
+    ------
+    OutputError
+        As `contiga.sim.run.run`; also where the copy of the case would replace the case file.
     """
     clock = Clock()
     with clock.watching(), clock("total"), clock("build"):
         simulation = build(case)
+        if out is not None:
+            keep_case_file(Path(out), case.file, simulation.case_text)
     result = run_simulation(simulation, out, resume=resume, progress=progress, clock=clock)
     if on_finish is not None and out is not None and case.output.report:
         on_finish(Path(out))
@@ -128,6 +137,8 @@ def _body(spec: BodySpec, unit: str) -> Body | TriMesh:
     body = spec.geometry.body(spec.name, unit)
     if isinstance(body, TriMesh):
         surface_of(body)  # refuses a mesh that cannot serve
+    else:
+        check_size(body)
     return body if spec.reference_point is None else body.about(spec.reference_point)
 
 

@@ -204,11 +204,22 @@ class CloudAreaSpec(Spec):
         return f"triangles between {where}, cut where contact ends"
 
 
+def _name_or_number(value: Any) -> Any:
+    # One message where a union of types would give one for each.
+    if isinstance(value, str | int) and not isinstance(value, bool):
+        return value
+    raise CaseError(
+        "must be a method or a number of clusters",
+        found=value,
+        allowed='"auto", "kmeans", "dbscan", "meanshift", "hdbscan", or a whole number ≥ 1',
+    )
+
+
 class HullAreaSpec(Spec):
     """`{ kind = "hull", clusters, mapping, k, eps, min_points, tolerance }`: `HullArea`."""
 
     kind: Literal["hull"] = "hull"
-    clusters: str | int = "auto"
+    clusters: Annotated[str | int, BeforeValidator(_name_or_number)] = "auto"
     mapping: Literal["linear", "exact"] = "linear"
     k: int = 2
     eps: Positive = 0.1
@@ -280,6 +291,13 @@ class ContactSpec(Spec):
                 where="master_law",
                 found=self.master_law.kind,
                 remedy=f'Remove it, or set type = "combined" in place of "{self.type}"',
+            )
+        if self.depth is not None and self.search != "penetration":
+            raise CaseError(
+                "only a search by penetration has a depth",
+                where="depth",
+                found=self.depth,
+                remedy='Remove it, or set search = "penetration"',
             )
         if self.type == "master" and self.law.law.needs_thickness:
             raise CaseError(

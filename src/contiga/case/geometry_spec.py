@@ -131,10 +131,18 @@ class _ShapeSpec(Spec):
         for name, parameter in inspect.signature(function).parameters.items():
             if parameter.default is parameter.empty and name not in arguments:
                 raise CaseError(f"is missing; {self.shape} needs it", where=name)
+        kinds = {k: p.annotation for k, p in inspect.signature(function).parameters.items()}
         for name, value in arguments.items():
             if isinstance(value, dict):
                 arguments[name] = _nested_curve(name, value, context)
-        return function(**arguments)
+            elif kinds[name] in (NurbsCurve, NurbsCurve.__name__):
+                raise CaseError(
+                    "must be a curve", where=name, found=value, allowed='{ shape = "arc", … }'
+                )
+        try:
+            return function(**arguments)
+        except OverflowError as error:
+            raise CaseError("a number is too large", where=self.shape) from error
 
 
 class _CurveShape(_ShapeSpec):

@@ -14,6 +14,7 @@ from contiga.io.slave import Slave
 from contiga.records import FloatArray, IntArray
 
 Corner = Annotated[int, Field(ge=2)]
+Seed = Annotated[int, Field(ge=0)]
 
 
 class _Points(Placed):
@@ -95,7 +96,7 @@ class RandomOnShape(_ShapeSpec):
     """Random points on a shape, uniform in its area."""
 
     n: Count
-    seed: int = 0
+    seed: Seed = 0
 
     def points(self) -> FloatArray:
         """(n, 3)."""
@@ -111,7 +112,7 @@ class RandomInBox(Spec):
 
     box: Annotated[list[Vector], Field(min_length=2, max_length=2)]
     n: Count
-    seed: int = 0
+    seed: Seed = 0
 
     @model_validator(mode="after")
     def _box_is_possible(self) -> Self:

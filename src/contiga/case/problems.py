@@ -132,6 +132,8 @@ def _short(value: object) -> object:
         return f"a table with {', '.join(map(str, value))}"[:_LONGEST]
     if isinstance(value, list) and len(repr(value)) > _LONGEST:
         return f"a list of {len(value)}"
+    if isinstance(value, int) and len(repr(value)) > _LONGEST:
+        return f"a number of {len(repr(value))} digits"
     if isinstance(value, str) and len(value) > _LONGEST:
         return value[:_LONGEST] + "…"
     return value

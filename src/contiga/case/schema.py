@@ -37,6 +37,8 @@ from contiga.records import FloatArray
 
 # A whole number of steps is taken as such if it is met to this part of a step.
 _WHOLE = 1e-6
+# More steps than anybody would wait for: a step in the wrong unit.
+_MOST_STEPS = 10_000_000
 
 
 class UnitsSpec(Spec):
@@ -70,7 +72,25 @@ class TimeSpec(Spec):
                 found=self.step,
                 allowed=f"at most {self.end - self.start:g}",
             )
+        self._steps_can_be_counted()
         return self
+
+    def _steps_can_be_counted(self) -> None:
+        count = (self.end - self.start) / self.step
+        if not count <= _MOST_STEPS:
+            raise CaseError(
+                f"makes {count:.3g} steps",
+                where="step",
+                found=self.step,
+                allowed=f"at most {_MOST_STEPS} steps",
+            )
+        if (np.diff(self.times()) <= 0.0).any():
+            raise CaseError(
+                "is lost in the rounding of such late times",
+                where="step",
+                found=self.step,
+                remedy="Let the time start at 0",
+            )
 
     def times(self) -> FloatArray:
         """(n,) instants, start and end included."""
@@ -113,6 +133,18 @@ class OutputSpec(Spec):
     """Fields are written at every so many steps; the history always has all."""
     formats: list[Literal["vtkhdf", "csv"]] = Field(default=["vtkhdf", "csv"])
     report: bool = True
+    """Needs the history, format "csv"."""
+
+    @model_validator(mode="after")
+    def _report_has_its_history(self) -> Self:
+        if self.report and "csv" not in self.formats:
+            raise CaseError(
+                'a report needs the format "csv"',
+                where="formats",
+                found=self.formats,
+                remedy='Add "csv", or set report = false',
+            )
+        return self
 
 
 class Case(Spec):
@@ -176,7 +208,7 @@ def load_case(path: str | Path) -> Case:
     """
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")  # editors of Windows put a mark in front
     except FileNotFoundError as error:
         raise FileError("no such file", where=str(path), allowed="a case file (TOML)") from error
     except UnicodeDecodeError as error:

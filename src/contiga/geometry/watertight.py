@@ -52,12 +52,13 @@ def joined_faces(body: Body, faces: list[tuple[FloatArray, IntArray]]) -> TriMes
     rim = _Rim.of(triangles.astype(np.int64), face)
     near = NEAR * body.size
     edges = shared_edges(body, near)
-    along = _along(points, rim, edges, JOINED * body.size, len(faces))
+    reach = _reaches(edges, near)
+    along = _along(points, rim, edges, reach, JOINED * body.size)
     root = np.arange(len(points))
     places = points.copy()
     chains = []
     for k, edge in enumerate(edges):
-        chain = _chain(points, rim, along, k, edge, near)
+        chain = _chain(points, rim, (along, k), edge, (near, reach[k]))
         chains.append(chain)
         for group, place in zip(chain.groups, chain.places, strict=True):
             _unite(root, group)
@@ -66,7 +67,7 @@ def joined_faces(body: Body, faces: list[tuple[FloatArray, IntArray]]) -> TriMes
     root = _roots(root)
     result = root[cut]
     whole = (result != np.roll(result, 1, axis=1)).all(axis=1)
-    return TriMesh(places[root], result[whole].astype(np.int32)).compact()
+    return TriMesh(places[root], _unfolded(result[whole]).astype(np.int32)).compact()
 
 
 def shared_edges(body: Body, near: float) -> list[SharedEdge]:
@@ -124,12 +125,13 @@ class _Along(NamedTuple):
 
 
 def _along(
-    points: FloatArray, rim: _Rim, edges: list[SharedEdge], joined: float, faces: int
+    points: FloatArray, rim: _Rim, edges: list[SharedEdge], reach: FloatArray, joined: float
 ) -> _Along:
     best = np.full(len(rim.ends), np.inf)
     which = np.full(len(rim.ends), -1)
     span = np.zeros((len(rim.ends), 2))
     order = np.argsort(rim.face, kind="stable")
+    faces = max((max(edge.patches) for edge in edges), default=-1) + 1
     start = np.searchsorted(rim.face[order], np.arange(faces + 1))
     for k, edge in enumerate(edges):
         rows = np.concatenate([order[start[f] : start[f + 1]] for f in edge.patches])
@@ -138,8 +140,12 @@ def _along(
         feet = CurveFeet(edge.curve)
         vertices, place = np.unique(rim.ends[rows], return_inverse=True)
         t, distance = feet(points[vertices])
-        on = (distance <= 3.0 * edge.tolerance + joined)[place.reshape(-1, 2)].all(axis=1)
-        rows, ends = rows[on], t[place.reshape(-1, 2)[on]]
+        corners = edge.curve.evaluate(np.array(edge.curve.domain))
+        to_corners = np.linalg.norm(points[vertices, None] - corners, axis=2)
+        close = (distance <= 3.0 * edge.tolerance + joined) | (to_corners <= reach[k]).any(axis=1)
+        place = place.reshape(-1, 2)
+        on = close[place].all(axis=1)
+        rows, ends = rows[on], t[place[on]]
         if not len(rows):
             continue
         a, b = points[rim.ends[rows]].transpose(1, 0, 2)
@@ -170,35 +176,74 @@ class _Chain(NamedTuple):
     period: float
 
 
+def _reaches(edges: list[SharedEdge], near: float) -> FloatArray:
+    """(e, 2) how far borders may end from the start and the end of each edge.
+
+    Edges that meet at a corner may miss each other by the tolerance of the worst of them.
+    """
+    corners = np.array([e.curve.evaluate(np.array(e.curve.domain)) for e in edges]).reshape(-1, 3)
+    own = np.repeat([max(2.0 * e.tolerance, near) for e in edges], 2)
+    reach = own.copy()
+    for i, corner in enumerate(corners):
+        apart = np.linalg.norm(corners - corner, axis=1)
+        reach[i] = own[apart <= np.maximum(own, own[i])].max()
+    return reach.reshape(-1, 2)
+
+
 def _chain(
-    points: FloatArray, rim: _Rim, along: _Along, k: int, edge: SharedEdge, near: float
+    points: FloatArray,
+    rim: _Rim,
+    place: tuple[_Along, int],
+    edge: SharedEdge,
+    lengths: tuple[float, FloatArray],
 ) -> _Chain:
+    along, k = place
+    near, reach = lengths
     rows = np.flatnonzero(along.edge == k)
-    feet = CurveFeet(edge.curve)
-    low, high = edge.curve.domain
+    curve, feet = edge.curve, CurveFeet(edge.curve)
+    low, high = curve.domain
     vertices, first = np.unique(rim.ends[rows].ravel(), return_index=True)
+    face = np.repeat(rim.face[rows], 2)[first]
     t = along.span[rows].ravel()[first]
     if not len(vertices):
         return _Chain([], np.zeros((0, 3)), np.zeros(0), feet.period)
     if feet.period:
         t = low + np.mod(t - low, feet.period)
+    else:
+        t = _to_ends(curve, np.clip(t, low, high), face, reach)
     order = np.argsort(t, kind="stable")
-    vertices, t = vertices[order], np.clip(t[order], low, high)
-    p = edge.curve.evaluate(t)
-    steps = np.linalg.norm(np.diff(p, axis=0), axis=1)
-    faces = len(np.unique(rim.face[rows]))
-    spacing = steps.sum() / max(1.0, len(steps) / max(1, faces))
-    apart = steps > max(2.0 * edge.tolerance, near, SPACING * spacing)
-    cuts = np.flatnonzero(apart) + 1
+    vertices, t = vertices[order], t[order]
+    steps = np.linalg.norm(np.diff(curve.evaluate(t), axis=0), axis=1)
+    # Faces are cut where their neighbours have vertices, so only those in about one place need
+    # to become one. The tolerance of the edge is across it and may exceed their spacing.
+    spacing = steps.sum() * len(np.unique(face)) / max(1, len(steps))
+    limit = max(near, SPACING * spacing)
+    cuts = np.flatnonzero(steps > limit) + 1
     groups = np.split(vertices, cuts)
-    places = np.array([_place(edge.curve, part) for part in np.split(t, cuts)])
+    places = np.array([_place(curve, part) for part in np.split(t, cuts)])
     middle = np.array([part.mean() for part in np.split(t, cuts)])
     if feet.period and len(groups) > 1:
-        ends = edge.curve.evaluate(np.array([t[0], t[-1]]))
-        if np.linalg.norm(ends[1] - ends[0]) <= max(2.0 * edge.tolerance, near):
+        ends = curve.evaluate(t[[0, -1]])
+        if np.linalg.norm(ends[1] - ends[0]) <= limit:
             groups[0] = np.concatenate([groups[0], groups[-1]])
             groups, places, middle = groups[:-1], places[:-1], middle[:-1]
     return _Chain(groups, places, middle, feet.period)
+
+
+def _to_ends(curve: NurbsCurve, t: FloatArray, face: Ints, reach: FloatArray) -> FloatArray:
+    """`t` with the first and the last of each face put to the ends of `curve`, where near these.
+
+    There all faces at a corner meet, however far the curves of their borders miss each other.
+    """
+    t = t.copy()
+    ends = np.array(curve.domain)
+    corners = curve.evaluate(ends)
+    for f in np.unique(face):
+        own = np.flatnonzero(face == f)
+        last = own[[np.argmin(t[own]), np.argmax(t[own])]]
+        close = np.linalg.norm(curve.evaluate(t[last]) - corners, axis=1) <= reach
+        t[last[close]] = ends[close]
+    return t
 
 
 def _place(curve: NurbsCurve, t: FloatArray) -> FloatArray:
@@ -218,7 +263,8 @@ def _fans(triangles: list[list[int]], rim: _Rim, along: _Along, chains: list[_Ch
         k = int(along.edge[row])
         p, q = (int(v) for v in rim.ends[row])
         own = {group_of[k][p], group_of[k][q]}
-        between = [i for i in _between(chains[k], along.span[row]) if i not in own]
+        span = _of_groups(chains[k], (group_of[k][p], group_of[k][q]), along.span[row])
+        between = [i for i in _between(chains[k], span) if i not in own]
         if not between:
             continue
         inner = [int(chains[k].groups[i][0]) for i in between]
@@ -230,6 +276,27 @@ def _fans(triangles: list[list[int]], rim: _Rim, along: _Along, chains: list[_Ch
         if (q, r) in owner:
             owner[q, r] = len(triangles) - 1
     return np.array(triangles, dtype=np.int64).reshape(-1, 3)
+
+
+def _unfolded(triangles: Ints) -> Ints:
+    """`triangles` but pairs of the same corners that face opposite ways.
+
+    Coarse faces that meet at a sharp edge fold onto each other there; without such a pair what
+    was around it meets.
+    """
+    corners = np.sort(triangles, axis=1)
+    _, place, times = np.unique(corners, axis=0, return_inverse=True, return_counts=True)
+    turn = np.argmin(triangles, axis=1)[:, None]
+    first = np.take_along_axis(triangles, (turn + 1) % 3, axis=1)[:, 0]
+    sense = np.where(first == corners[:, 1], 1, -1)
+    folded = (times == 2) & (np.bincount(place.ravel(), sense, minlength=len(times)) == 0)
+    return triangles[~folded[place.ravel()]]
+
+
+def _of_groups(chain: _Chain, groups: tuple[int, int], span: FloatArray) -> FloatArray:
+    """(2,) parameters of two groups, in the turn of the curve that `span` is in."""
+    t = chain.t[list(groups)]
+    return t + chain.period * np.round((span - t) / chain.period) if chain.period else t
 
 
 def _between(chain: _Chain, span: FloatArray) -> list[int]:

@@ -246,7 +246,10 @@ def check_points(points: FloatArray, *, where: str, ids: NDArray[Any] | None = N
 
 
 def _as_facets(points: FloatArray, facets: ArrayLike, name: str) -> IntArray:
-    array = np.asarray(facets)
+    try:
+        array = np.asarray(facets)
+    except ValueError as error:  # rows of different lengths
+        raise MeshError("facets must be rows of one length", where=name) from error
     if array.ndim != 2 or array.shape[1] not in (3, 4) or array.dtype.kind not in "iu":
         raise MeshError(
             "facets must be whole numbers in rows of 3 or 4",

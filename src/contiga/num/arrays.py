@@ -43,3 +43,15 @@ def read_only(array: FloatArray) -> FloatArray:
     copy = np.array(array, dtype=np.float64, order="C")
     copy.flags.writeable = False
     return copy
+
+
+def positive(value: object, name: str, *, finite: bool = True) -> float:
+    """`value` as a number above zero, a finite one where not said otherwise."""
+    allowed = "a finite number > 0" if finite else "a number > 0"
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError("must be a number", where=name, found=value, allowed=allowed) from error
+    if not number > 0.0 or (finite and number == np.inf):
+        raise InputError("must be positive", where=name, found=value, allowed=allowed)
+    return number

@@ -7,6 +7,7 @@ one by one, so results are the same bits for any number of threads. The count is
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
@@ -28,6 +29,11 @@ def _pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(thread_count(), thread_name_prefix="contiga")
 
 
+# Threads do not live on in a process that was forked off: it makes its own.
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pool.cache_clear)
+
+
 def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> None:
     """Call ``kernel(*args, start, stop)`` until rows 0 … n are done.
 
@@ -46,3 +52,14 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
     ]
     for job in jobs:
         job.result()
+
+
+def started(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> Callable[[], Any]:
+    """Start ``kernel(*args)`` beside what follows; returns what waits for its result.
+
+    With one thread, or where the n rows it goes through are no more than `grain`, it runs at once.
+    """
+    if n <= grain or thread_count() == 1:
+        result = kernel(*args)
+        return lambda: result
+    return _pool().submit(kernel, *args).result

@@ -106,6 +106,8 @@ def _checked_start(start: Projection | None, n: int, patches: int) -> tuple[IntA
             found=None,
             allowed="the Projection of the same points one step ago",
         )
+    if not isinstance(start, Projection):
+        raise InputError("start must be a Projection", where="start", found=type(start).__name__)
     patch = np.ascontiguousarray(start.patch, dtype=np.int32)
     uv = np.ascontiguousarray(start.uv, dtype=np.float64)
     if patch.shape != (n,) or uv.shape != (n, 2):

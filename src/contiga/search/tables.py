@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from contiga.errors import GeometryError
 from contiga.geometry import _trim_nb, bezier, trim
 from contiga.geometry.body import Body
 from contiga.records import FloatArray
@@ -36,6 +37,8 @@ MONOMIAL_WEIGHTS = 1e3
 RELATIVE_TOLERANCE = 1e-12
 # A trimming curve that stays this close to its start, relative to the body's size, is a point.
 RELATIVE_POINT = 1e-9
+# Sizes of bodies whose lengths can be taken to the fourth power and back.
+SMALLEST, LARGEST = 1e-60, 1e60
 # A trimming curve this close to a side of its patch's rectangle, as a share of it, runs along it.
 NEAR = 1e-3
 
@@ -51,7 +54,27 @@ def tables_of(body: Body) -> Tables:
     return tables
 
 
+def check_size(body: Body) -> None:
+    """Refuse a body that is a point, or so large or small that products of lengths are lost.
+
+    Raises
+    ------
+    GeometryError
+        As said.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        size = body.size
+    if not SMALLEST <= size <= LARGEST:
+        raise GeometryError(
+            "the body's size cannot be computed with",
+            where=body.name,
+            found=size,
+            allowed=f"{SMALLEST:g} to {LARGEST:g}",
+        )
+
+
 def _build(body: Body) -> Tables:
+    check_size(body)
     trims = trim.build_trim_tables(body)
     elements, grid = _elements(body, trims)
     grid = join(elements, grid, body)

@@ -11,21 +11,29 @@ from numpy.typing import ArrayLike
 
 from contiga.area.base import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared
 from contiga.area.facet import FacetArea
-from contiga.area.hull import HullArea
 from contiga.area.mapping import offset_ratio
 from contiga.area.nodal import NodalArea
 from contiga.errors import InputError
-from contiga.forces.combined import CombinedLaw
 from contiga.forces.laws import Law, StressLaw
 from contiga.geometry.body import Body
 from contiga.geometry.trimesh import TriMesh
 from contiga.io.slave import Slave
 from contiga.motion.pose import as_pose, identity
-from contiga.num.arrays import as_points
+from contiga.num.arrays import as_points, positive
 from contiga.num.rigid import to_body, to_world, turn_to_world
 from contiga.records import FloatArray, IntArray, LawInput, Projection
 from contiga.search.projection import rows_of
 from contiga.search.surface import Surface, surface_of
+from contiga.sim.checks import (
+    check_mesh,
+    check_methods,
+    check_needs,
+    checked_forces,
+    choice,
+    kind,
+    law_of,
+    locked,
+)
 from contiga.sim.detect import Detected, Last, Options, first_look, look
 from contiga.sim.outlines import outlines_of_state
 from contiga.sim.state import State
@@ -98,25 +106,25 @@ class Contact:
         master_law: StressLaw | None = None,
         depth: float | None = None,
     ) -> None:
-        _choice("search", search, SEARCHES)
-        _choice("contact_type", contact_type, TYPES)
-        _choice("on_edge", on_edge, EDGES)
-        _kind("master", master, Body, TriMesh)
-        _kind("slave", slave, Slave)
+        choice("search", search, SEARCHES)
+        choice("contact_type", contact_type, TYPES)
+        choice("on_edge", on_edge, EDGES)
+        kind("master", master, Body, TriMesh)
+        kind("slave", slave, Slave)
+        check_methods(law, area)
         if isinstance(master, TriMesh):
-            _check_mesh(master, area)
-        if depth is not None and not depth > 0.0:
-            raise InputError("the depth must be positive", where="depth", found=depth)
+            check_mesh(master, area)
         self.master = master
         self.slave = slave
         self.contact_type = contact_type
-        self.law = _law_of(law, master_law, contact_type)
+        self.law = law_of(law, master_law, contact_type)
         self.area: AreaMethod = _default_area(slave) if area is None else area
-        _check_needs(self.law, slave)
-        self._prepared = prepared(self.area, Rest(slave.points, slave.facets, slave.area))
+        check_needs(self.law, slave)
+        rest = Rest(slave.points, slave.facets, slave.area, master)
+        self._prepared = prepared(self.area, rest)
         self.search = search
         self.on_edge = on_edge
-        self._depth = depth
+        self.depth = None if depth is None else positive(depth, "depth", finite=False)
 
     @property
     def _surface(self) -> Surface:
@@ -125,10 +133,11 @@ class Contact:
     @cached_property
     def _options(self) -> Options:
         # Kept: size and borders of a mesh cost as much as a small step.
-        depth = self._depth
+        closed, size = self._surface.closed, self.master.size
+        depth = self.depth
         if depth is None:
-            depth = np.inf if self._surface.closed else OPEN_DEPTH * self.master.size
-        return Options(self.search == "penetration", self.on_edge == "hold", depth)
+            depth = np.inf if closed else OPEN_DEPTH * size
+        return Options(self.search == "penetration", self.on_edge == "hold", depth, closed, size)
 
     def start(
         self, points: ArrayLike, pose: ArrayLike | None = None, *, clock: StageClock = _untimed
@@ -182,15 +191,8 @@ class Contact:
             Points that do not fit the slave or the state, a pose that is not one, dt ≤ 0.
         """
         p_W, X_WB = self._checked(points, pose)
-        if not (np.isfinite(dt) and dt > 0.0):
-            raise InputError("a step must have a length", where="dt", found=dt, allowed="> 0")
-        if len(state.status) != len(p_W):
-            raise InputError(
-                "the state is of another slave",
-                where="state",
-                found=len(state.status),
-                allowed=f"{len(p_W)} points",
-            )
+        dt = positive(dt, "dt")
+        self._check_state(state)
         with clock("search"):
             p_B = to_body(X_WB, p_W)
             last = Last(state.points_B, state.patch, state.uv, state.reach)
@@ -212,6 +214,7 @@ class Contact:
             On the slave or the master, whichever the area is measured on; None for area methods
             that do not tell where contact ends (constant nodal areas).
         """
+        self._check_state(state)
         X_WB = identity() if pose is None else as_pose(pose)
         return outlines_of_state(state, X_WB, self.master, self.area, self._side, self._prepared)
 
@@ -235,6 +238,25 @@ class Contact:
             )
         return p_W, identity() if pose is None else as_pose(pose)
 
+    def _check_state(self, state: State) -> None:
+        kind("state", state, State)
+        if len(state.status) != len(self.slave):
+            raise InputError(
+                "the state is of another slave",
+                where="state",
+                found=len(state.status),
+                allowed=f"{len(self.slave)} points",
+            )
+        master = self.master
+        pieces = len(master.triangles if isinstance(master, TriMesh) else master.patches)
+        if int(state.patch.max(initial=-1)) >= pieces:
+            raise InputError(
+                "the state is of another master",
+                where="state.patch",
+                found=int(state.patch.max()),
+                allowed=f"-1 … {pieces - 1}",
+            )
+
     def _respond(
         self,
         found: Detected,
@@ -252,16 +274,15 @@ class Contact:
         with clock("forces"):
             depth = np.maximum(-feet.gap, 0.0)
             slave = self.slave
-            size = self.law.forces(
-                LawInput(
-                    depth,
-                    rate[rows],
-                    areas.area,
-                    None if slave.thickness is None else slave.thickness[rows],
-                    None if slave.mass is None else slave.mass[rows],
-                    dt,
-                )
+            inp = LawInput(
+                locked(depth),
+                rate[rows],
+                locked(areas.area),
+                None if slave.thickness is None else slave.thickness[rows],
+                None if slave.mass is None else slave.mass[rows],
+                dt,
             )
+            size = checked_forces(self.law, inp)
             n_W = turn_to_world(X_WB, feet.normal)
             foot_W = to_world(X_WB, feet.point)
             force = size[:, None] * n_W
@@ -317,67 +338,3 @@ def _scattered(
     whole = np.zeros((n, *values.shape[1:]), values.dtype) if base is None else base.copy()
     whole[rows] = values
     return whole
-
-
-def _check_mesh(mesh: TriMesh, area: AreaMethod | None) -> None:
-    surface_of(mesh)  # refuses a mesh that cannot serve
-    if isinstance(area, HullArea):
-        raise InputError(
-            "hulls are drawn in the (u, v) of a patch, which a mesh does not have",
-            where="area",
-            found="HullArea",
-            allowed="FacetArea, CloudArea or NodalArea for a master of triangles",
-        )
-
-
-def _choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
-    if value not in allowed:
-        raise InputError(
-            f"unknown {name}", where=name, found=value, allowed=", ".join(map(repr, allowed))
-        )
-
-
-def _kind(name: str, value: object, *wanted: type) -> None:
-    if not isinstance(value, wanted):
-        raise InputError(
-            f"the {name} must be a {' or a '.join(kind.__name__ for kind in wanted)}",
-            where=name,
-            found=type(value).__name__,
-        )
-
-
-def _law_of(law: Law, master_law: StressLaw | None, contact_type: str) -> Law:
-    if contact_type == "combined":
-        if isinstance(law, CombinedLaw) and master_law is None:
-            return law
-        if master_law is None:
-            raise InputError(
-                "combined contact needs the characteristic of the master too",
-                where="master_law",
-                found=None,
-                allowed="StressLaw",
-            )
-        return CombinedLaw(law, master_law)  # type: ignore[arg-type]  # checked there
-    if master_law is not None:
-        raise InputError(
-            "only combined contact has a law of the master",
-            where="master_law",
-            found=contact_type,
-            allowed='contact_type "combined"',
-        )
-    return law
-
-
-def _check_needs(law: Law, slave: Slave) -> None:
-    for name in ("thickness", "mass"):
-        if not getattr(law, f"needs_{name}"):
-            continue
-        values = getattr(slave, name)
-        bare = len(slave) if values is None else int((values[slave.active] <= 0.0).sum())
-        if bare:
-            raise InputError(
-                f"the law needs the slave's nodal {name}",
-                where="law",
-                found=f"{bare} points without {name}",
-                remedy=f"Give the slave a {name}, or the law one of its own",
-            )

@@ -4,7 +4,8 @@ Free points (type a): a point that cannot have come as far as the surface is lef
 is 1-Lipschitz); the others sweep the segment of their step against it, in the body's frame, and
 those that enter start their foot where they entered. Points in contact (type b): the foot is
 continued from the last one; the point is released when it is back on the free side (Eq. 4.7 with
-the sign put right) and has slid off when the foot passed a border of the body.
+the sign put right) and has slid off when the foot passed a border of the body. A closed body can
+also be left by another face than the one the foot is on: the path is swept backwards too.
 """
 
 from __future__ import annotations
@@ -15,10 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.records import ByteArray, ContactStatus, FloatArray, IntArray, Projection, Status
-from contiga.search.projection import empty_projection
+from contiga.search.projection import empty_projection, rows_of
 from contiga.search.surface import Surface
 
 BoolArray = NDArray[np.bool_]
+
+
+# Feet closer than this, relative to the body's size, are one.
+SAME_FOOT = 1e-9
+# A point this many steps deep is looked at anew only when it has gone as far as the surface is off:
+# finding that out costs some ten sweeps.
+DEEP_STEPS = 16.0
 
 
 class Options(NamedTuple):
@@ -30,6 +38,10 @@ class Options(NamedTuple):
     """Keep points that slide over a border on its closest point."""
     depth: float
     """Deepest penetration a search by penetration takes for one, length."""
+    closed: bool
+    """Whether the body is closed: a point is inside or outside, whatever its foot."""
+    size: float
+    """Of the body, length."""
 
 
 class Last(NamedTuple):
@@ -85,17 +97,18 @@ def look(
     status = np.where(finite, ContactStatus.FREE, ContactStatus.NOT_FINITE).astype(np.int8)
     feet = _blank(n)
     touching = finite & (last.patch >= 0)
-    _continue(
-        surface, now, last, np.flatnonzero(touching).astype(np.int32), (status, feet, options)
-    )
-    with np.errstate(invalid="ignore"):
-        reach = last.reach - np.sqrt(np.square(now - before).sum(axis=1))
+    with np.errstate(invalid="ignore", over="ignore"):
+        way = np.sqrt(np.square(now - before).sum(axis=1))
+    reach = last.reach - way
+    rows = np.flatnonzero(touching).astype(np.int32)
+    within = _continue(surface, (now, way, reach), last, rows, (status, feet, options))
     free = finite & active & ~touching
     # A point that was not finite has no path to sweep: it is looked at afresh.
     came_back = free & ~np.isfinite(before).all(axis=1)
     reach[came_back] = 0.0
     reach[~free] = 0.0
     reach[~active] = np.inf
+    reach[rows] = within
     near = np.flatnonzero(free & (reach <= 0.0)).astype(np.int32)
     if options.penetration:
         _look_inside(surface, now, near, (status, feet, reach), options)
@@ -131,22 +144,66 @@ def _track(
 
 def _continue(
     surface: Surface,
-    now: FloatArray,
+    moved: tuple[FloatArray, FloatArray, FloatArray],
     last: Last,
     rows: IntArray,
     result: tuple[ByteArray, Projection, Options],
-) -> None:
-    """Old contacts (type b): continue the feet, release what came back or slid off."""
+) -> FloatArray:
+    """Old contacts (type b): continue the feet, release what came back, went through or slid off.
+
+    `moved` is where all points are, how far they have gone and what is left of their reach.
+    Returned is the reach of `rows`.
+    """
+    now, way, reach = moved
     status, feet, options = result
+    within = np.zeros(len(rows))
     if len(rows) == 0:
-        return
+        return within
     found = _track(surface, now[rows], last.patch[rows], last.uv[rows], options)
+    keep = found.keep
+    if options.closed:
+        within = np.where(keep, reach[rows], 0.0)
+        due = np.flatnonzero(keep & (within <= 0.0)).astype(np.int32)
+        path = last.points_B, now
+        left, within[due] = _left(surface, path, rows[due], rows_of(found.feet, due), way, options)
+        keep[due[left]] = False
     held = np.where(found.at_border, ContactStatus.HELD, ContactStatus.OLD)
     slid_off = found.at_border & (not options.hold)
     gone = np.where(slid_off, ContactStatus.SLID_OFF, ContactStatus.RELEASED)
-    new = np.where(found.keep, held, gone)
+    new = np.where(keep, held, gone)
     status[rows] = np.where(found.solved, new, ContactStatus.LOST)
-    _take(feet, rows, found.feet, found.keep)
+    _take(feet, rows, found.feet, keep)
+    return within
+
+
+def _left(
+    surface: Surface,
+    path: tuple[FloatArray, FloatArray],
+    rows: IntArray,
+    feet: Projection,
+    way: FloatArray,
+    options: Options,
+) -> tuple[BoolArray, FloatArray]:
+    """Points inside a closed body by their tracked feet that have left it by another face.
+
+    The step swept backwards enters the body where the point has gone out of it, and the closest
+    point then says on which side it is. Also returned is how far the others can go before that
+    has to be asked again: zero unless they are many steps deep.
+    """
+    before, now = path
+    left, within = np.zeros(len(rows), dtype=bool), np.zeros(len(rows))
+    back = surface.entries(now, before, rows)
+    asked = np.flatnonzero((back.patch >= 0) | (-feet.gap > DEEP_STEPS * way[rows]))
+    if len(asked) == 0:
+        return left, within
+    out = empty_projection(len(asked))
+    points = np.ascontiguousarray(now[rows[asked]])
+    surface.closest(points, np.arange(len(asked), dtype=np.int32), out)
+    apart = np.sqrt(np.square(out.point - feet.point[asked]).sum(axis=1))
+    solved = out.status == Status.OK
+    left[asked] = solved & (out.gap > 0.0) & (apart > SAME_FOOT * options.size)
+    within[asked] = np.where(solved, np.maximum(-out.gap, 0.0), 0.0)
+    return left, within
 
 
 def _sweep(
@@ -164,10 +221,16 @@ def _sweep(
         return
     rows = rows[entered]
     found = _track(surface, now[rows], hits.patch[entered], hits.uv[entered], options)
+    keep = found.keep
+    if options.closed:
+        due = np.flatnonzero(keep).astype(np.int32)
+        ahead = np.full(len(now), np.inf)  # nothing is known of a way to come
+        left, _ = _left(surface, path, rows[due], rows_of(found.feet, due), ahead, options)
+        keep[due[left]] = False
     new = np.where(found.at_border, ContactStatus.HELD, ContactStatus.NEW)
-    status[rows[found.keep]] = new[found.keep]
+    status[rows[keep]] = new[keep]
     status[rows[~found.solved]] = ContactStatus.LOST
-    _take(feet, rows, found.feet, found.keep)
+    _take(feet, rows, found.feet, keep)
 
 
 def _look_inside(

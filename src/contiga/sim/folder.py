@@ -15,7 +15,9 @@ HISTORY, FIELDS, CASE = "history.csv", "fields.vtkhdf", "case.toml"
 SUMMARY, CHECKPOINT = "summary.json", "checkpoint.h5"
 OUTLINES = "outlines.vtkhdf"
 UNFINISHED, UNFINISHED_OUTLINES = FIELDS + ".part", OUTLINES + ".part"
-OURS = (HISTORY, FIELDS, OUTLINES, CASE, SUMMARY, CHECKPOINT, UNFINISHED, UNFINISHED_OUTLINES)
+# Not the copy of the case: a folder that holds a case.toml and nothing else is somebody's own.
+OURS = (HISTORY, FIELDS, OUTLINES, SUMMARY, CHECKPOINT, UNFINISHED, UNFINISHED_OUTLINES)
+REPORT = ("report.html", "peak.png")
 
 
 def open_folder(folder: Path, ours: Iterable[str] = OURS, kind: str = "run") -> bool:
@@ -68,6 +70,39 @@ def clear_last_run(folder: Path) -> None:
     """Remove what would be taken for a part of the new run."""
     for name in (CHECKPOINT, UNFINISHED, UNFINISHED_OUTLINES):
         (folder / name).unlink(missing_ok=True)
+
+
+def clear_stale(folder: Path, formats: Iterable[str]) -> None:
+    """Remove what an earlier run left and this one does not write: results do not mix.
+
+    The report goes in any case: it is made anew from the other files.
+    """
+    stale: list[str] = list(REPORT)
+    if "csv" not in formats:
+        stale.append(HISTORY)
+    if "vtkhdf" not in formats:
+        stale += [FIELDS, OUTLINES]
+    for name in stale:
+        (folder / name).unlink(missing_ok=True)
+
+
+def keep_case_file(folder: Path, case_file: Path, case_text: str) -> None:
+    """Refuse to write the copy of a case over the case itself.
+
+    Raises
+    ------
+    OutputError
+        The case stands in `folder` under the name of the copy, and says it in other words.
+    """
+    copy = folder / CASE
+    if not (copy.is_file() and case_file.is_file() and copy.samefile(case_file)):
+        return
+    if copy.read_text(encoding="utf-8") != case_text:
+        raise OutputError(
+            "the run would write its copy of the case over the case file",
+            where=str(copy),
+            allowed="another output folder (-o), or another name of the case file",
+        )
 
 
 def write_text(path: Path, text: str) -> None:

@@ -134,6 +134,7 @@ class Recorder:
         """Write what belongs to a run that went through, under its final names."""
         if self.folder is None:
             return
+        names.clear_stale(self.folder, self.simulation.output.formats)
         if "csv" in self.simulation.output.formats:
             write_history(self.folder / names.HISTORY, self.columns())
         if self.simulation.case_text:

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from itertools import chain
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from numpy.typing import NDArray
+import numpy as np
 
+from contiga.errors import InputError
 from contiga.geometry.body import Body
 from contiga.geometry.trimesh import TriMesh
 from contiga.io.slave import Slave
 from contiga.motion.prescribed import BodyMotion, SlaveMotion
 from contiga.records import FloatArray
 from contiga.sim.contact import Contact
+from contiga.sim.fingerprint import fingerprint_of
 
 
 class BodyPart(NamedTuple):
@@ -64,6 +65,11 @@ class Simulation:
     output : what to write
     case_text : the resolved case, written beside the results
     base_folder : of the case file
+
+    Raises
+    ------
+    InputError
+        Times that do not increase, contacts that name nothing or share a name.
     """
 
     title: str
@@ -76,36 +82,33 @@ class Simulation:
     case_text: str = ""
     base_folder: Path = Path()
 
+    def __post_init__(self) -> None:
+        times = np.asarray(self.times, dtype=np.float64)
+        if times.ndim != 1 or len(times) == 0 or not np.isfinite(times).all():
+            raise InputError(
+                "the times must be finite numbers, one or more", where="times", found=times.shape
+            )
+        if (np.diff(times) <= 0.0).any():
+            raise InputError("the times must increase", where="times")
+        names = [part.name for part in self.contacts]
+        if not names or len(set(names)) < len(names):
+            raise InputError(
+                "there must be contacts, each with a name of its own", where="contacts", found=names
+            )
+        for part in self.contacts:
+            _check_name("master", part.master, self.bodies)
+            _check_name("slave", part.slave, self.slaves)
+
     def fingerprint(self) -> str:
-        """Of all that decides the results: case, geometry, slaves, contacts, where things move."""
-        digest = hashlib.sha256(self.case_text.encode())
-        _add(digest, "times", self.times)
-        for name, part in self.bodies.items():
-            _add(digest, name, part.body.reference_point)
-            _add(digest, "poses", *(part.motion.pose(float(t)) for t in self.times))
-            _add_shape(digest, part.body)
-        for name, (slave, motion) in self.slaves.items():
-            _add(digest, name, slave.points, slave.area, slave.thickness, slave.mass, slave.active)
-            _add(digest, "points", motion.points(float(self.times[-1])))
-        for contact in self.contacts:
-            law = contact.contact
-            options = (law.search, law.contact_type, law.on_edge, type(law.law).__name__)
-            digest.update(repr((contact.name, contact.master, contact.slave, *options)).encode())
-        return digest.hexdigest()
+        """Of all that decides the results: see `contiga.sim.fingerprint`."""
+        return fingerprint_of(self)
 
 
-def _add_shape(digest: hashlib._Hash, body: Body | TriMesh) -> None:
-    if isinstance(body, TriMesh):
-        _add(digest, f"mesh {body.normal_kind}", body.vertices, body.triangles)
-        return
-    for patch, loops in zip(body.patches, body.trims, strict=True):
-        _add(digest, "patch", *patch.knots, patch.control_points, patch.weights)
-        for curve in chain.from_iterable(loops or ()):
-            _add(digest, "trim", curve.knots, curve.control_points, curve.weights)
-
-
-def _add(digest: hashlib._Hash, label: str, *arrays: NDArray[Any] | None) -> None:
-    """Add arrays under a label; their lengths are added too, so that none runs into the next."""
-    digest.update(f"{label}:{len(arrays)}".encode())
-    for array in arrays:
-        digest.update(b"none" if array is None else str(array.shape).encode() + array.tobytes())
+def _check_name(role: str, name: str, known: Iterable[str]) -> None:
+    if name not in list(known):
+        raise InputError(
+            f"a contact names a {role} that is not there",
+            where=f"contacts: {role}",
+            found=name,
+            allowed=", ".join(map(repr, known)),
+        )

@@ -40,7 +40,8 @@ class State:
     points_B: FloatArray
     """(n, 3) the slave points in the body's axes."""
     reach: FloatArray
-    """(n,) way a free point can go before it can touch."""
+    """(n,) way a free point can go before it can touch, and a point in a closed body before it
+    can have left."""
     wrench: FloatArray
     """(6,) force and moment about the body's reference point, on the master."""
 

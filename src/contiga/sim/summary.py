@@ -39,7 +39,7 @@ def summarise(
         "threads": thread_count(),
         "statuses": statuses,
         "inputs": _inputs(simulation),
-        "warnings": _warnings(statuses),
+        "warnings": _warnings(statuses) + _not_finite(simulation, history),
     }
 
 
@@ -71,6 +71,7 @@ def _master(body: Body | TriMesh) -> dict[str, Any]:
         return {
             "kind": "mesh",
             "triangles": len(body.triangles),
+            "source": body.source,
             "elements": surface.n_elements,
             "normals": body.normal_kind,
             "closed": surface.closed,
@@ -83,6 +84,19 @@ def _master(body: Body | TriMesh) -> dict[str, Any]:
         "elements": surface.n_elements,
         "size": body.size,
     }
+
+
+def _not_finite(simulation: Simulation, history: dict[str, FloatArray]) -> list[str]:
+    texts = []
+    for name, column in history.items():
+        contact, _, what = name.rpartition(".")
+        bad = np.flatnonzero(~np.isfinite(column))
+        if what == "force" and len(bad):
+            texts.append(
+                f"{contact or simulation.contacts[0].name}: the force is not finite in {len(bad)} "
+                f"steps, first at t = {history['time'][bad[0]]:g}; look at the law's numbers"
+            )
+    return texts
 
 
 def _warnings(statuses: dict[str, dict[str, int]]) -> list[str]:

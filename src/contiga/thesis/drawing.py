@@ -46,8 +46,6 @@ STYLE: dict[str, Any] = {
     "lines.linewidth": 1.6,
     "lines.markersize": 4.5,
     "figure.facecolor": "white",
-    "figure.constrained_layout.w_pad": 0.06,
-    "figure.constrained_layout.h_pad": 0.06,
     "savefig.facecolor": "white",
 }
 
@@ -58,9 +56,11 @@ def png(picture: Picture) -> bytes:
     from cycler import cycler
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
     with mpl.rc_context({**STYLE, "axes.prop_cycle": cycler(color=LINES)}):
-        figure = Figure(figsize=picture.size, dpi=DPI, layout="constrained")
+        layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)
+        figure = Figure(figsize=picture.size, dpi=DPI, layout=layout)
         FigureCanvasAgg(figure)
         picture.draw(figure)
         content = io.BytesIO()

@@ -14,6 +14,7 @@ from contiga.area.polygon import area_over, closing, plane_area
 from contiga.errors import InputError
 
 
+@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("points", "corners"),
     [
@@ -38,6 +39,17 @@ def test_hull_is_that_of_qhull():
         own, other = hull_of(points), ConvexHull(points)
         assert plane_area(own) == pytest.approx(other.volume, rel=1e-13)
         assert len(own) == len(other.vertices)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("turn", [0.0, 0.3, 1.1])
+def test_hull_of_a_grid_has_its_corners_only(turn):
+    # Points on the sides, to rounding, and each point twice.
+    grid = np.array([[x, y] for x in range(5) for y in range(4)] * 2, dtype=float)
+    turned = grid @ [[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]]
+    hull = hull_of(turned)
+    assert plane_area(hull) == pytest.approx(12.0, rel=1e-14)
+    assert len(hull) == 4 or turn > 0.0
 
 
 def test_exact_map_of_a_skew_polygon_is_that_of_its_parts_by_quadpack():

@@ -29,9 +29,10 @@ def density_of(surface, uv):
     body = cg.Body([surface])
     tables = tables_of(body)
     bins = bin_by_element(tables, np.zeros(len(uv), np.int32), uv)
-    density = np.zeros((len(uv), 3))
-    _jacobian_nb.jacobians(tables.elements, uv, bins, density, 0, len(bins[1]))
-    return density
+    images, point = np.zeros((len(uv), 8)), surface.evaluate(uv)
+    _jacobian_nb.jacobians(tables.elements, uv, point, bins, images, 0, len(bins[1]))
+    assert np.array_equal(images[:, 3:], np.column_stack([uv, point]))
+    return images[:, :3]
 
 
 @pytest.mark.interpreted

@@ -437,6 +437,75 @@ TABLE = [
         "body[0].motion.file: no such file; found 'poses.csv'",
         kind=FileError,
     ),
+    swap(
+        "a name too long for a file",
+        GEOMETRY,
+        f'{{ file = "{"a" * 5000}.step" }}',
+        "body[0].geometry.file: is no name of a file",
+        kind=FileError,
+    ),
+    swap(
+        "a character no file name has",
+        GEOMETRY,
+        '{ file = "a\\u0000b.step" }',
+        "body[0].geometry.file: is no name of a file",
+        kind=FileError,
+    ),
+    *(
+        swap(
+            f"series of files {pattern!r}",
+            MOVE,
+            f'{{ kind = "series", files = "{pattern}" }}',
+            "slave[0].motion.files: is no pattern of file names",
+            kind=FileError,
+        )
+        for pattern in ("", "a**b")
+    ),
+    # ---- numbers nobody means
+    *(
+        swap(f"steps of {step}", "step = 1.0", f"step = {step}", "time.step: makes", "at most")
+        for step in ("1e-300", "1e-320", "1e-9")
+    ),
+    swap("a time beyond all", "end = 13.0", "end = 1" + 34 * "0", "time.step: makes 1e+34 steps"),
+    swap(
+        "steps lost in rounding",
+        "end = 13.0",
+        "start = 1e17\nend = 1.0000000000000003e17",
+        "time.step: is lost in the rounding",
+    ),
+    swap(
+        "a number of many digits",
+        "end = 13.0",
+        "end = 1" + 400 * "0",
+        "time.end: must be a number; found 'a number of 401 digits'",
+    ),
+    swap(
+        "a size of many digits",
+        "width = 2.0",
+        "width = 1" + 400 * "0",
+        "a number is too large",
+    ),
+    swap(
+        "a seed below zero",
+        POINTS,
+        "{ random = { box = [[0, 0, 0], [1, 1, 1]], n = 5, seed = -1 } }",
+        "slave[0].points.random.seed: is too small",
+    ),
+    swap(
+        "a curve that is a number",
+        GEOMETRY,
+        '{ shape = "extruded", curve = 5, direction = [0, 0, 1] }',
+        "body[0].geometry.curve: must be a curve; found 5",
+    ),
+    # ---- options that do not go together
+    swap("a depth for nothing", AREA, AREA + "\ndepth = 1.0", "contact[0].depth: only a search by"),
+    swap(
+        "a report without a history",
+        "every = 1",
+        'formats = ["vtkhdf"]',
+        "output.formats: a report needs the format",
+        "set report = false",
+    ),
     # ---- TOML itself
     swap("not TOML", "end = 13.0", "end = ", "is not valid TOML", "line 7"),
     swap("a key twice", "end = 13.0", "end = 13.0\nend = 14.0", "is not valid TOML", "line 8"),
@@ -465,6 +534,12 @@ def test_the_good_case_is_good(tmp_path: Path) -> None:
     path = tmp_path / "case.toml"
     path.write_text(GOOD, encoding="utf-8")
     assert load_case(path).file == path
+
+
+def test_a_mark_in_front_of_the_text_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "case.toml"
+    path.write_text(GOOD, encoding="utf-8-sig")
+    assert load_case(path).title == "Cloud pressed into a plate"
 
 
 def test_a_missing_case_file_is_named(tmp_path: Path) -> None:

@@ -8,7 +8,9 @@ import pytest
 import contiga as cg
 from contiga import Body, shapes
 from contiga.errors import InputError
+from contiga.geometry.body import BodyEdge, EdgeUse
 from contiga.geometry.curve_foot import CurveFeet
+from contiga.geometry.watertight import _unfolded
 
 
 def box() -> Body:
@@ -64,6 +66,38 @@ def test_vertices_of_the_finer_face_cut_the_triangles_of_the_coarser_one():
     middles = ends.mean(axis=1)
     assert feet(middles)[1].min() > 1e-3
     assert mesh.area() == pytest.approx(np.pi / 2 + np.pi, rel=2e-3)
+
+
+def test_an_edge_known_only_roughly_keeps_its_vertices():
+    # The tolerance exceeds the spacing of the vertices; the lid's border is off by a part of it.
+    arc = shapes.arc(radius=1.0, start=0.0, end=np.pi)
+    lid = shapes.ruled(arc.scaled(0.99), shapes.line([0.99, 0, 0], [-0.99, 0, 0]))
+    wall = shapes.extruded(arc, [0, 0, 1])
+    uses = (EdgeUse(0, -1, 2, False), EdgeUse(1, -1, 2, False))
+    mesh = Body([lid, wall], edges=[BodyEdge(arc, 0.05, uses)]).tessellate(1e-4)
+    assert mesh.area() == pytest.approx(np.pi / 2 + np.pi, rel=1e-3)
+    ends = mesh.vertices[mesh.open_edges()]
+    assert CurveFeet(arc)(ends.mean(axis=1))[1].min() > 1e-3
+
+
+def test_faces_that_fold_onto_each_other_part():
+    # Two leaves over the same corner triangle: what was around it meets.
+    leaves = np.array([[0, 1, 2], [2, 1, 0], [0, 2, 3], [4, 2, 0], [1, 2, 0]])
+    kept = _unfolded(leaves[:4])
+    np.testing.assert_array_equal(kept, [[0, 2, 3], [4, 2, 0]])
+    # The same corner in the same sense is not a fold.
+    assert len(_unfolded(leaves[[0, 4]])) == 2
+
+
+def test_a_sloppy_part_keeps_its_area_and_closes_but_at_free_edges(data_dir):
+    body = cg.read_cad(data_dir / "occt_bearing.iges")
+    assert max(edge.tolerance for edge in body.edges) > 0.01 * body.size
+    mesh = body.tessellate(3e-4 * body.size)
+    assert mesh.area() == pytest.approx(body.area(), rel=2e-3)
+    ends = mesh.vertices[mesh.open_edges()]
+    free = [edge for edge in body.edges if len(edge.uses) == 1]
+    off = [CurveFeet(e.curve)(ends.reshape(-1, 3))[1] - 3.0 * e.tolerance for e in free]
+    assert np.min(off, axis=0).max() < 1e-5 * body.size
 
 
 def test_trimmed_faces_of_a_real_part_close(data_dir):

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import threading
+
 import numpy as np
 import pytest
 
@@ -55,3 +59,47 @@ def test_an_error_in_a_kernel_comes_out(monkeypatch: pytest.MonkeyPatch) -> None
 
     with pytest.raises(ZeroDivisionError):
         threads.run_ranges(fail, 100, 8)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no processes are forked here")
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_a_forked_process_has_threads_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threads, "thread_count", lambda: 2)
+    out = np.zeros(100)
+
+    def kernel(start: int, stop: int) -> None:
+        out[start:stop] += 1.0
+
+    threads.run_ranges(kernel, 100, 1)
+    child = os.fork()
+    if child == 0:
+        signal.alarm(20)  # ends a child that waits for threads which are not there
+        threads.run_ranges(kernel, 100, 1)
+        os._exit(0 if (out == 2.0).all() else 1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+
+
+@pytest.mark.parametrize(("n_threads", "n"), [(1, 100), (2, 8), (2, 100)])
+def test_what_is_started_beside_gives_its_result(
+    monkeypatch: pytest.MonkeyPatch, n_threads: int, n: int
+) -> None:
+    monkeypatch.setattr(threads, "thread_count", lambda: n_threads)
+    names: list[str] = []
+
+    def kernel(a: int, b: int) -> int:
+        names.append(threading.current_thread().name)
+        return a - b
+
+    assert threads.started(kernel, n, 8, 5, 3)() == 2
+    assert names[0].startswith("contiga") == (n_threads == 2 and n > 8)
+
+
+def test_an_error_of_what_is_started_comes_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threads, "thread_count", lambda: 2)
+
+    def fail() -> None:
+        raise ZeroDivisionError
+
+    result = threads.started(fail, 100, 8)
+    with pytest.raises(ZeroDivisionError):
+        result()

@@ -10,6 +10,7 @@ import pytest
 
 import contiga as cg
 from contiga.errors import InputError
+from contiga.records import LawInput
 
 PLANE = cg.Body([cg.shapes.plane()])
 CLOUD = cg.Slave(np.zeros((4, 3)), area=np.ones(4))
@@ -28,6 +29,24 @@ def _step(points: object = POINTS, pose: object = None, dt: float = 1.0) -> Call
     return lambda: CONTACT.step(CONTACT.start(POINTS), points, pose, dt)  # type: ignore[arg-type]
 
 
+class _Law:
+    """A law of the user's own that answers what it is told to."""
+
+    needs_mass = needs_thickness = False
+
+    def __init__(self, answer: Callable[[LawInput], object]) -> None:
+        self._answer = answer
+
+    def forces(self, inp: LawInput) -> object:
+        return self._answer(inp)
+
+
+def _answer(answer: Callable[[LawInput], object]) -> Callable[[], object]:
+    contact = cg.Contact(PLANE, CLOUD, law=_Law(answer))  # type: ignore[arg-type]
+    start, end = np.add(POINTS, [0.0, 0.0, 0.1]), POINTS - [0.0, 0.0, 0.1]
+    return lambda: contact.step(contact.start(start), end)
+
+
 MIRROR = np.diag([1.0, 1.0, -1.0, 1.0])
 SHEARED = np.eye(4) + 0.1 * np.eye(4, k=1)
 NOT_FINITE = np.full((4, 4), np.nan)
@@ -43,6 +62,20 @@ CASES = {
         "the master must be a Body",
     ),
     "slave is an array": (_make(slave=POINTS), "slave", "ndarray", "the slave must be a Slave"),
+    "law of a number": (_make(law=5.0), "law", "5.0", "PenaltyLaw"),
+    "law not made": (_make(law=cg.PenaltyLaw), "law", "class", "PenaltyLaw"),
+    "no law": (_make(law=None), "law", "None", "needs_thickness"),
+    "area of a number": (_make(area=1.0), "area", "1.0", "NodalArea"),
+    "area not made": (_make(area=cg.NodalArea), "area", "class", "NodalArea"),
+    "forces in a row": (_answer(lambda inp: inp.area[:, None]), "law", "(4, 1)", "(4,)"),
+    "one force for all": (_answer(lambda _: np.ones(1)), "law", "(1,)", "(4,)"),
+    "a bare number": (_answer(lambda _: 1.0), "law", "()", "(4,)"),
+    "no answer": (_answer(lambda _: "none"), "law", "none", "numbers"),
+    "depth of a word": (_make(depth="deep"), "depth", "deep", "> 0"),
+    "step of a word": (_step(dt="long"), "dt", "long", "> 0"),  # type: ignore[arg-type]
+    "step of three": (_step(dt=np.ones(3)), "dt", "1.", "> 0"),  # type: ignore[arg-type]
+    "no state": (lambda: CONTACT.step(None, POINTS), "state", "NoneType", "State"),  # type: ignore[arg-type]
+    "outlines of nothing": (lambda: CONTACT.outlines(None), "state", "NoneType", "State"),  # type: ignore[arg-type]
     "depth zero": (_make(depth=0.0), "depth", "0.0", "positive"),
     "depth not a number": (_make(depth=float("nan")), "depth", "nan", "positive"),
     "combined alone": (_make(contact_type="combined"), "master_law", "None", "StressLaw"),
@@ -94,6 +127,29 @@ def test_a_state_of_another_slave_is_refused() -> None:
     with pytest.raises(InputError, match="the state is of another slave") as error:
         CONTACT.step(other.start(np.zeros((3, 3))), POINTS)
     assert (error.value.where, error.value.found, error.value.allowed) == ("state", 3, "4 points")
+
+
+def test_a_state_of_another_master_is_refused() -> None:
+    two = cg.Body([cg.shapes.plane(), cg.shapes.plane().translated([2.0, 0.0, 0.0])])
+    contact = cg.Contact(two, CLOUD, law=LAW)
+    above = np.add(POINTS, [2.0, 0.0, 0.1])
+    state = contact.step(contact.start(above), above - [0.0, 0.0, 0.2])
+    assert state.patch.tolist() == [1, 1, 1, 1]
+    with pytest.raises(InputError, match="the state is of another master") as error:
+        CONTACT.step(state, POINTS)
+    assert (error.value.found, error.value.allowed) == (1, "-1 … 0")
+
+
+def test_a_law_cannot_change_what_it_is_given() -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        _answer(lambda inp: inp.penetration.__imul__(2.0))()
+    with pytest.raises(ValueError, match="read-only"):
+        _answer(lambda inp: inp.area.__imul__(2.0))()
+
+
+def test_a_list_of_forces_is_an_answer() -> None:
+    state = _answer(lambda inp: [1.0, 2.0, 3.0, 4.0])()
+    assert state.force[:, 2].tolist() == [1.0, 2.0, 3.0, 4.0]  # type: ignore[attr-defined]
 
 
 def test_lists_and_single_points_are_points() -> None:

@@ -15,7 +15,7 @@ from contiga.errors import CheckpointError
 from contiga.geometry.body import Body
 from contiga.io.outlines import read_outlines
 from contiga.io.vtkhdf import FieldSeries, read_fields
-from contiga.motion.prescribed import Translate
+from contiga.motion.prescribed import Moved, Translate
 from contiga.sim import fields as fields_module
 from contiga.sim.checkpoint import read_checkpoint
 from contiga.sim.run import ContactPart, OutputOptions, Simulation, run
@@ -224,7 +224,42 @@ def _other_thickness(s: Simulation) -> Simulation:
     return replace(s, slaves={"sheet": old._replace(slave=slave)})
 
 
+def _contact(**options: object) -> Callable[[Simulation], Simulation]:
+    def change(s: Simulation) -> Simulation:
+        (part,) = s.contacts
+        old = part.contact
+        given = {"law": old.law, **options}
+        contact = cg.Contact(old.master, old.slave, **given)  # type: ignore[arg-type]
+        return replace(s, contacts=(part._replace(contact=contact),))
+
+    return change
+
+
+def _other_way_of_the_slave(s: Simulation) -> Simulation:
+    old = s.slaves["sheet"]
+    aside = Translate([[0, 0, 0, 0], [6, 0.1, 0, 0], [12, 0, 0, 0]])
+    moved = Moved(old.slave.points, aside)
+    return replace(s, slaves={"sheet": old._replace(motion=moved)})
+
+
+def _other_facets(s: Simulation) -> Simulation:
+    old = s.slaves["sheet"].slave
+    assert old.facets is not None
+    slave = cg.Slave(old.points, old.facets[:-1], old.area, old.thickness, active=old.active)
+    return replace(s, slaves={"sheet": s.slaves["sheet"]._replace(slave=slave)})
+
+
+TABLE = [[0, 0], [0.1, 1.0], [1.0, 3.0]]
 OTHERS = {
+    "law's table": _contact(law=cg.StressLaw([[0, 0], [0.1, 1.1], [1.0, 3.0]], damping=0.2)),
+    "law's number": _contact(law=cg.StressLaw(TABLE, damping=0.3)),
+    "law's function": _contact(law=cg.StressLaw(lambda x: 10.0 * x, damping=0.2)),
+    "depth": _contact(depth=0.4),
+    "area": _contact(area=cg.NodalArea()),
+    "area's option": _contact(area=cg.FacetArea(on="master")),
+    "facets": _other_facets,
+    "way of the slave": _other_way_of_the_slave,
+    "what is written": lambda s: replace(s, output=OutputOptions(every=2)),
     "text": lambda s: replace(s, case_text="title = 'another'\n"),
     "times": lambda s: replace(s, times=s.times * 1.5),
     "weights": _other_weights,
@@ -251,6 +286,29 @@ def test_a_checkpoint_of_another_case_is_told(
 
 def test_equal_cases_built_twice_have_one_fingerprint(make: Make) -> None:
     assert make().fingerprint() == make().fingerprint()
+
+
+def test_functions_are_told_apart_by_what_they_do(make: Make) -> None:
+    def law(factor: float) -> cg.StressLaw:
+        return cg.StressLaw(lambda x: np.where(x > 0.7, factor, 1.0) * x, thickness=0.5)
+
+    def fingerprint(law: cg.StressLaw) -> str:
+        return _contact(law=law)(make()).fingerprint()
+
+    # They differ beyond every argument they are tried at: the closure tells.
+    assert fingerprint(law(2.0)) == fingerprint(law(2.0))
+    assert fingerprint(law(2.0)) != fingerprint(law(3.0))
+
+
+def test_a_folder_that_was_moved_is_the_same_case(make: Make, tmp_path: Path) -> None:
+    def simulation(folder: Path) -> Simulation:
+        text = f'geometry = {{ file = "{folder.as_posix()}/part.step" }}\n'
+        return make(case_text=text, base_folder=folder)
+
+    here, there = simulation(tmp_path / "here"), simulation(tmp_path / "there")
+    assert here.fingerprint() == there.fingerprint()
+    other = replace(here, case_text=here.case_text.replace("part.step", "other.step"))
+    assert other.fingerprint() != here.fingerprint()
 
 
 def test_a_checkpoint_keeps_every_bit(simulation: Simulation, tmp_path: Path) -> None:

@@ -273,3 +273,47 @@ def test_a_run_replaces_an_earlier_one(make: Make, tmp_path: Path) -> None:
     assert len(read_fields(tmp_path / "fields.vtkhdf").times) == 2
     assert json.loads((tmp_path / "summary.json").read_text())["title"] == "short"
     assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("formats", "gone"),
+    [
+        (("csv",), {"fields.vtkhdf", "outlines.vtkhdf", "report.html", "peak.png"}),
+        (("vtkhdf",), {"history.csv", "report.html", "peak.png"}),
+    ],
+)
+def test_an_earlier_runs_results_do_not_stay_beside_new_ones(
+    make: Make, tmp_path: Path, formats: tuple[str, ...], gone: set[str]
+) -> None:
+    run(make(), tmp_path)
+    for name in ("report.html", "peak.png"):
+        (tmp_path / name).write_text("of the first run")
+    first = {path.name for path in tmp_path.iterdir()}
+    assert gone <= first
+    run(make(times=np.array([0.0, 1.0]), output=OutputOptions(formats=formats)), tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == first - gone
+
+
+def test_a_case_alone_does_not_make_a_folder_that_of_a_run(
+    simulation: Simulation, tmp_path: Path
+) -> None:
+    (tmp_path / "case.toml").write_text("mine")
+    with pytest.raises(OutputError, match="not of a run"):
+        run(simulation, tmp_path)
+    assert (tmp_path / "case.toml").read_text() == "mine"
+
+
+WRONG = {
+    "times": ({"times": np.array([0.0, 1.0, 1.0])}, "increase"),
+    "no times": ({"times": np.zeros(0)}, "one or more"),
+    "no contacts": ({"contacts": ()}, "there must be contacts"),
+    "bodies": ({"bodies": {}}, "names a master that is not there"),
+    "slaves": ({"slaves": {}}, "names a slave that is not there"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_a_simulation_that_cannot_run_is_not_made(make: Make, what: str) -> None:
+    changes, message = WRONG[what]
+    with pytest.raises(InputError, match=message):
+        make(**changes)

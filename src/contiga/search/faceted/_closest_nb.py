@@ -18,38 +18,50 @@ from contiga.search.faceted._facet_nb import (
     TRIANGLE,
     blank,
     closest_on,
+    is_beyond,
     smooth_normal,
     write_face,
     write_kink,
 )
 
-SLACK = 1.0 + 1e-12
-"""Boxes this much farther than the best triangle are still opened: both are rounded."""
+SLACK = 1e-12
+NEAR = 0.1
+"""Triangles farther than the best by this share of the distance, and of the length below which
+points are one, are still looked at: bounds and distances are rounded, and the answer must not
+depend on which came first."""
 DEPTH = 256
+
+
+@njit(cache=True)
+def _limit(best, near):
+    return best * (1.0 + SLACK) + near * (2.0 * math.sqrt(best) + near)
 
 
 @njit(cache=True)
 def closest(tree, point, seed, work):
     """Slot, place and its two numbers of the closest point; `seed` is a slot to start from."""
-    shape, link, box, child = tree
+    shape, link, box, child, near = tree
     x, y, z = point
     nodes, bounds, lane = work
     best, place, a, b = closest_on(shape, seed, x, y, z)
     slot = seed
+    limit = _limit(best, near)
     nodes[0] = 0
     bounds[0] = 0.0
     top = 1
     while top > 0:
         top -= 1
-        if bounds[top] > best * SLACK:
+        if bounds[top] > limit:
             continue
         node = nodes[top]
         box_distances(box, node, x, y, z, lane)
         if child[node, 0] < 0:
             for l in range(WIDTH):
-                if lane[l] > best * SLACK or child[node, l] == NOBODY:
+                if lane[l] > limit or child[node, l] == NOBODY:
                     continue
                 s = -1 - child[node, l]
+                if is_beyond(shape, s, x, y, z, limit):
+                    continue
                 square, p, u, v = closest_on(shape, s, x, y, z)
                 if square < best or (square == best and link[s, TRIANGLE] < link[slot, TRIANGLE]):
                     best = square
@@ -57,11 +69,12 @@ def closest(tree, point, seed, work):
                     a = u
                     b = v
                     slot = s
+                    limit = _limit(best, near)
             continue
         base = top
         for l in range(WIDTH):
             d = lane[l]
-            if d > best * SLACK or child[node, l] == NOBODY:
+            if d > limit or child[node, l] == NOBODY:
                 continue
             # Kept in falling order, so that the nearest child is taken first.
             i = top
@@ -81,7 +94,7 @@ def project_global(facets, points, rows, smooth, out, start, stop):
     work = (np.empty(DEPTH, np.int64), np.empty(DEPTH), np.empty(WIDTH))
     shape = facets.shape
     link = facets.link
-    tree = (shape, link, facets.box, facets.child)
+    tree = (shape, link, facets.box, facets.child, NEAR * facets.scale[1])
     patch = out.patch
     seed = 0
     for i in range(start, stop):

@@ -81,6 +81,31 @@ def closest_on(shape, s, x, y, z):
 
 
 @njit(cache=True)
+def is_beyond(shape, s, x, y, z, limit):
+    """Whether triangle s is farther than a squared distance `limit`, told without a division.
+
+    By the height over its plane, and within the plane by the distance to the lines of the sides
+    at its first corner: a coordinate u < 0 is −u / |g1| away from its side. The third side is left
+    out, because the coordinate across it cancels on slivers. `closest_on` takes three times as
+    long; with this the search takes 0.8 of the time without.
+    """
+    vx = x - shape[s, 0]
+    vy = y - shape[s, 1]
+    vz = z - shape[s, 2]
+    gap = vx * shape[s, 9] + vy * shape[s, 10] + vz * shape[s, 11]
+    rest = limit - gap * gap
+    if rest < 0.0:
+        return True
+    a, b, c = shape[s, 3], shape[s, 4], shape[s, 5]
+    u = vx * a + vy * b + vz * c
+    if u < 0.0 and u * u > rest * (a * a + b * b + c * c):
+        return True
+    a, b, c = shape[s, 6], shape[s, 7], shape[s, 8]
+    v = vx * a + vy * b + vz * c
+    return v < 0.0 and v * v > rest * (a * a + b * b + c * c)
+
+
+@njit(cache=True)
 def barycentric(place, a, b):
     """(u, v) of a place as `closest_on` gives it: foot = (1 − u − v) A + u B + v C."""
     if place == 0:
@@ -151,15 +176,13 @@ def write_kink(facets, k, foot, point, tracked, out):
     first = (place - 1) % 3
     i = A if first == 0 else B + 3 * (first - 1)
     j = B if first == 0 else (C if first == 1 else A)
-    r = (point[0], point[1], point[2])
     on = (shape[s, i], shape[s, i + 1], shape[s, i + 2])
+    # From the corner, not from the foot: far from the origin that is rounded more.
+    r = (point[0] - on[0], point[1] - on[1], point[2] - on[2])
     if place < 4:
-        on = (
-            on[0] + share * (shape[s, j] - on[0]),
-            on[1] + share * (shape[s, j + 1] - on[1]),
-            on[2] + share * (shape[s, j + 2] - on[2]),
-        )
-    r = (r[0] - on[0], r[1] - on[1], r[2] - on[2])
+        e = (shape[s, j] - on[0], shape[s, j + 1] - on[1], shape[s, j + 2] - on[2])
+        on = (on[0] + share * e[0], on[1] + share * e[1], on[2] + share * e[2])
+        r = (r[0] - share * e[0], r[1] - share * e[1], r[2] - share * e[2])
     square = r[0] ** 2 + r[1] ** 2 + r[2] ** 2
     out.point[k, 0], out.point[k, 1], out.point[k, 2] = on
     out.feature[k] = EDGE if place < 4 else VERTEX

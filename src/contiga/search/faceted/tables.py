@@ -30,6 +30,8 @@ class Tables(NamedTuple):
     """Edges at which two triangles face opposite ways."""
     crowded: int
     """Edges at which more than two triangles meet."""
+    back_to_back: IntArray
+    """(k, 2) triangles with the same corners that face opposite ways."""
 
 
 _KEPT: WeakKeyDictionary[TriMesh, Tables] = WeakKeyDictionary()
@@ -67,7 +69,8 @@ def _build(mesh: TriMesh) -> Tables:
     box, child, order = _boxes_nb.build(low, high)
     facets, slot = _facets(topology, order, box, child)
     closed = not bool((facets.link[:, :3] == BORDER).any())
-    return Tables(facets, slot, closed, topology.turned, topology.crowded)
+    folded = topology.back_to_back.astype(np.int32)
+    return Tables(facets, slot, closed, topology.turned, topology.crowded, folded)
 
 
 def _facets(
@@ -105,14 +108,20 @@ def _facets(
 def unit_normals(p: FloatArray) -> FloatArray:
     """(m, 3) of triangles (m, 3, 3) with an area.
 
-    Taken at the corner between the two shorter sides, where the cross product loses least.
+    Taken at the corner between the two shorter sides, where the cross product loses least, and
+    put square to the longest side: what is left of the error on a sliver turns it about that side,
+    along which heights are measured.
     """
     sides = np.roll(p, -1, axis=1) - p
     at = np.argmax(np.square(sides).sum(axis=2), axis=1)[:, None, None]
     first = np.take_along_axis(sides, (at + 1) % 3, axis=1)[:, 0]
     second = np.take_along_axis(sides, (at + 2) % 3, axis=1)[:, 0]
     cross = np.cross(first, second)
-    return np.asarray(cross / np.linalg.norm(cross, axis=1, keepdims=True))
+    normal = cross / np.linalg.norm(cross, axis=1, keepdims=True)
+    longest = np.take_along_axis(sides, at, axis=1)[:, 0]
+    longest = longest / np.linalg.norm(longest, axis=1, keepdims=True)
+    normal -= (normal * longest).sum(axis=1, keepdims=True) * longest
+    return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
 
 
 def _duals(p: FloatArray, normal: FloatArray) -> tuple[FloatArray, FloatArray]:
