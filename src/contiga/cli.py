@@ -202,11 +202,13 @@ def _master_rows(mesh: TriMesh) -> Iterable[tuple[str, str]]:
 
 def _summary_rows(summary: dict[str, Any]) -> Iterable[tuple[str, str]]:
     """Rows of a summary: what is not known or empty is left out."""
+    # A patch stays inside the box of its control points and seldom fills it.
+    within = " (control points)" if "patches" in summary else ""
     for key, value in summary.items():
         label = key.replace("_", " ")
         if key == "bounds":
             for axis, low, high in zip("xyz", *value, strict=True):
-                yield axis, f"{low:.6g} to {high:.6g}, {high - low:.6g} long"
+                yield axis + within, f"{low:.6g} to {high:.6g}, {high - low:.6g} long"
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             for k, entry in enumerate(value):
                 yield (label if k == 0 else ""), _in_words(entry)

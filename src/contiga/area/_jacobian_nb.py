@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from contiga.area._facet_nb import hand_over, polygon_of
-from contiga.search._element_nb import FAST, bicubic, evaluate, quotient
+from contiga.search._element_nb import FAST, bicubic, evaluate, locate, quotient
 
 LANES = 16
 # Rows of the work array: s, t, then J, dJ/ds, dJ/dt.
@@ -74,6 +74,44 @@ def _polynomial(lanes, k):
         lanes[2 * LANES + l] = size
         lanes[3 * LANES + l] = by_s
         lanes[4 * LANES + l] = by_t
+
+
+@njit(cache=True, nogil=True)
+def blocks_in_order(tables, patch, uv, blocks):
+    """Blocks (element, first, last + 1) of rows that follow one another in one element.
+
+    Nodes of a mesh come so, and need not be sorted. Returns how many blocks there are, or −1
+    where they are more than `blocks` has room for.
+    """
+    n = patch.shape[0]
+    own = -1
+    u0, u1, v0, v1 = 0.0, 0.0, 0.0, 0.0
+    e = -1
+    m = 0
+    i = 0
+    while i < n:
+        if patch[i] < 0:
+            i += 1
+            continue
+        u = uv[i, 0]
+        v = uv[i, 1]
+        if patch[i] != own or not (u0 <= u <= u1 and v0 <= v <= v1):
+            own = patch[i]
+            e = locate(tables.grid, own, u, v)[0]
+            box = tables.elements.table[e]["box"]
+            u0, u1, v0, v1 = box[0], box[1], box[2], box[3]
+        j = i + 1
+        last = min(n, i + LANES)
+        while j < last and patch[j] == own and u0 <= uv[j, 0] <= u1 and v0 <= uv[j, 1] <= v1:
+            j += 1
+        if m == blocks.shape[0]:
+            return -1
+        blocks[m, 0] = e
+        blocks[m, 1] = i
+        blocks[m, 2] = j
+        m += 1
+        i = j
+    return m
 
 
 @njit(cache=True, nogil=True)

@@ -19,6 +19,8 @@ from contiga.search.surface import ExactSurface, Surface, surface_of
 # Facets, and cut facets on the master, below which a second thread does not pay.
 FACETS = 4096
 PIECES = 1024
+# Rows a block must hold, in the mean, to be taken as they come: fewer leave lanes empty.
+FILLED = 8
 # Halvings of an edge on which the foot leaves the master: to 1e-9 of its length.
 HALVINGS = 30
 
@@ -94,13 +96,18 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
     if n_c == 0:
         return Areas(np.zeros(0), np.zeros(0, np.int32), on)
     place = np.full(len(inp.points), -1, np.int32)
-    whole, part = _touch_nb.touched(topology, inp.rows, place)
     # What one thread does goes on beside what is cut into ranges for all of them.
+    touched = started(_touch_nb.touched, n_c, FACETS, topology, inp.rows, place)
+    surface = surface_of(inp.body)
+    images = None
+    if on == "master" and isinstance(surface, ExactSurface):
+        images = images_of(surface, inp.feet)
+    whole, part = touched()
     clusters = started(
         _union_nb.facet_components, len(whole), FACETS, whole, place[topology.facets[part]], n_c
     )
     numbered = started(parts_of, len(whole), FACETS, inp, topology, part, place)
-    share = _whole_shares(inp, whole, on)
+    share = _whole_shares(inp, whole, on, images)
     area = np.zeros(n_c)
     gathered = started(_facet_nb.gather, len(whole), FACETS, whole, share, area)
     parts = numbered()
@@ -158,19 +165,20 @@ def cut_parts(inp: AreaInput, parts: Parts) -> Cut:
     return Cut(feet, fraction, row, ends)
 
 
-def _whole_shares(inp: AreaInput, corner: IntArray, on: str) -> FloatArray:
+def _whole_shares(
+    inp: AreaInput, corner: IntArray, on: str, images: FloatArray | None
+) -> FloatArray:
     """(m, 3) areas of facets whose corners (m, 3) are all in contact, split to those."""
     share = np.empty((len(corner), 3))
-    surface = surface_of(inp.body)
     if on == "slave":
         slave = (inp.rows, inp.points, corner, share)
         run_ranges(_facet_nb.slave_whole, len(corner), FACETS, *slave)
-    elif not isinstance(surface, ExactSurface):
+    elif images is None:
         # The image on triangles is measured by the plane triangles between the feet.
-        images = (np.arange(len(inp.rows), dtype=np.int32), inp.feet.point, corner, share)
-        run_ranges(_facet_nb.slave_whole, len(corner), FACETS, *images)
+        flat = (np.arange(len(inp.rows), dtype=np.int32), inp.feet.point, corner, share)
+        run_ranges(_facet_nb.slave_whole, len(corner), FACETS, *flat)
     else:
-        master = (corner, inp.feet.patch, images_of(surface, inp.feet), share)
+        master = (corner, inp.feet.patch, images, share)
         run_ranges(_jacobian_nb.master_whole, len(corner), FACETS, *master)
     return share
 
@@ -217,12 +225,21 @@ def images_of(surface: ExactSurface, feet: Projection) -> FloatArray:
     """(n, 8) Jacobian, its slopes, parameters and place of every foot that is on a patch."""
     uv, point = np.ascontiguousarray(feet.uv), np.ascontiguousarray(feet.point)
     images = np.empty((len(uv), _jacobian_nb.IMAGE))
-    bins = bin_by_element(surface.tables, feet.patch, uv)
-    if len(bins[0]) < len(uv):
+    if feet.patch.min(initial=0) < 0:
         images[feet.patch < 0] = 0.0
+    bins = _bins(surface, feet.patch, uv)
     at_feet = (surface.tables.elements, uv, point, bins, images)
     run_ranges(_jacobian_nb.jacobians, len(bins[1]), BLOCKS, *at_feet)
     return images
+
+
+def _bins(surface: ExactSurface, patch: IntArray, uv: FloatArray) -> tuple[IntArray, np.ndarray]:
+    """Rows that have a foot by element, and blocks of them: as they come, or else sorted."""
+    blocks = np.empty((len(patch) // FILLED + 1, 3), np.int64)
+    m = _jacobian_nb.blocks_in_order(surface.tables, patch, uv, blocks)
+    if m < 0:
+        return bin_by_element(surface.tables, patch, uv)
+    return np.arange(len(patch), dtype=np.int32), blocks[:m]
 
 
 def stacked(one: Projection, other: Projection) -> Projection:
