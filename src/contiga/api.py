@@ -132,4 +132,5 @@ def _bar(title: str, *, quiet: bool) -> Iterator[Callable[[int, int, int], None]
     try:
         yield show
     finally:
-        bar.stop()
+        if bar.live.is_started:
+            bar.stop()

@@ -19,6 +19,8 @@ from contiga.errors import ContigaError, FileError, RunError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from contiga.geometry.trimesh import TriMesh
+
 _INTERRUPTED = 130
 """What a shell expects of a command stopped by Ctrl-C."""
 
@@ -156,10 +158,15 @@ def check(case: CaseFile) -> None:
     from contiga.case.build import build
     from contiga.case.describe import describe
     from contiga.case.schema import load_case
+    from contiga.geometry.trimesh import TriMesh
 
     loaded = load_case(case)
-    build(loaded)
+    bodies = build(loaded).bodies
     _table(describe(loaded))
+    for name, part in bodies.items():
+        if isinstance(part.body, TriMesh):
+            print(f"\n{name}")
+            _table(_master_rows(part.body))
     print(f"{case} is ready to run")
 
 
@@ -169,24 +176,39 @@ def info(file: Annotated[Path, typer.Argument(metavar="FILE", help="CAD file or 
     from contiga.geometry.summary import body_summary
     from contiga.io.cad import SUFFIXES, read_cad
     from contiga.io.mesh import read_mesh
+    from contiga.io.mesh_master import master_of
     from contiga.io.slave import mesh_summary
 
     if not file.exists():
         raise FileError("no such file", where=str(file))
     if file.suffix.lower() in SUFFIXES:
-        summary = body_summary(read_cad(file))
-    else:
-        summary = mesh_summary(read_mesh(file))
-    _table(_summary_rows(summary))
+        _table(_summary_rows(body_summary(read_cad(file))))
+        return
+    mesh = read_mesh(file)
+    rows = list(_summary_rows(mesh_summary(mesh)))
+    if mesh.facets is not None and len(mesh.facets):
+        rows += _master_rows(master_of(mesh, where=str(file)))
+    _table(rows)
+
+
+def _master_rows(mesh: TriMesh) -> Iterable[tuple[str, str]]:
+    """What triangles are as a master: what they were made of, whether closed, what is wrong."""
+    if mesh.source:
+        yield "triangles", f"{len(mesh.triangles)} of {mesh.source}"
+    if "skinned" in mesh.source:
+        mesh = mesh.compact()  # nodes inside solids are no flaw
+    yield from mesh.condition().rows
 
 
 def _summary_rows(summary: dict[str, Any]) -> Iterable[tuple[str, str]]:
     """Rows of a summary: what is not known or empty is left out."""
+    # A patch stays inside the box of its control points and seldom fills it.
+    within = " (control points)" if "patches" in summary else ""
     for key, value in summary.items():
         label = key.replace("_", " ")
         if key == "bounds":
             for axis, low, high in zip("xyz", *value, strict=True):
-                yield axis, f"{low:.6g} to {high:.6g}, {high - low:.6g} long"
+                yield axis + within, f"{low:.6g} to {high:.6g}, {high - low:.6g} long"
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             for k, entry in enumerate(value):
                 yield (label if k == 0 else ""), _in_words(entry)
@@ -251,6 +273,8 @@ def mesh(
     open_edges = len(triangles.open_edges())
     closed = f"{open_edges} open edges" if open_edges else "closed"
     length = "" if triangles.unit is None else f" in {triangles.unit}"
+    if unit is not None and triangles.unit is None:
+        length = f" (the file has no unit: its numbers are taken as {unit})"
     print(
         f"{out}: {len(triangles.triangles)} triangles, {len(triangles.vertices)} vertices{length}, "
         f"area {triangles.area():.6g}, {closed}"

@@ -245,6 +245,7 @@ def test_wrong_input_of_a_run_is_told_without_a_bar(command: Command, case: Path
     case.write_text(CASE.replace('law = { kind = "force", curve = [[0, 0], [1, 10]] }', law))
     code, _, err = command("run", case)
     assert code == 2
+    assert err.startswith("contiga: error: ")
     assert "nodal mass" in one_message(err)
 
 

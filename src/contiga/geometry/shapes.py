@@ -21,6 +21,7 @@ from contiga.records import FloatArray
 Axis = transform.Axis
 ORIGIN = (0.0, 0.0, 0.0)
 _LINE = np.array([0.0, 0.0, 1.0, 1.0])
+_LARGEST = float(np.finfo(np.float64).max)
 
 
 # ---------------------------------------------------------------- curves
@@ -83,7 +84,7 @@ def ruled(first: NurbsCurve, second: NurbsCurve) -> NurbsSurface:
 
     The curves are brought to one degree and one knot vector on [0, 1] first.
     """
-    knots, nets, rational = _compatible(first, second)
+    knots, nets, rational = _compatible(_curve(first, "first"), _curve(second, "second"))
     degree = max(first.degree, second.degree)
     net = np.stack(nets, axis=1)
     return NurbsSurface(
@@ -94,6 +95,7 @@ def ruled(first: NurbsCurve, second: NurbsCurve) -> NurbsSurface:
 def extruded(curve: NurbsCurve, direction: ArrayLike) -> NurbsSurface:
     """`curve` moved along `direction`: u along the curve, v along the direction."""
     d = transform.vector(direction, "direction")
+    _curve(curve, "curve")
     if not d.any():
         raise GeometryError("must not be zero", where="direction", found=d.tolist())
     points = np.stack([curve.control_points, curve.control_points + d], axis=1)
@@ -113,7 +115,8 @@ def revolved(
     The normal is outward for a curve that runs along +axis. Points on the axis become poles
     (The NURBS Book, Algorithm A8.1).
     """
-    if not 0.0 < angle <= 2.0 * math.pi * (1.0 + 1e-15):
+    _curve(curve, "curve")
+    if not 0.0 < _size(angle, "angle") <= 2.0 * math.pi * (1.0 + 1e-15):
         raise GeometryError("must be in (0, 2π]", where="angle", found=angle)
     knots, circle_points, circle_weights = _unit_arc(0.0, angle)
     k, centre = transform.unit_axis(axis), transform.vector(origin, "origin")
@@ -271,10 +274,18 @@ def bumpy_plate(
 # ---------------------------------------------------------------- parts
 
 
+def _curve(value: NurbsCurve, name: str) -> NurbsCurve:
+    if not isinstance(value, NurbsCurve):
+        raise GeometryError(
+            "must be a curve", where=name, found=type(value).__name__, allowed="NurbsCurve"
+        )
+    return value
+
+
 def _size(value: float, name: str) -> float:
     """A positive finite number."""
     good = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-    if not good or not (math.isfinite(value) and value > 0.0):
+    if not good or not 0.0 < value <= _LARGEST:
         raise GeometryError("a size must be positive", where=name, found=value, allowed="> 0")
     return float(value)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +11,9 @@ from contiga.errors import MeshError
 from contiga.geometry import transform
 from contiga.num.arrays import as_points, read_only
 from contiga.records import FloatArray, Hit, IntArray, Projection
+
+if TYPE_CHECKING:
+    from contiga.search.faceted import Condition
 
 NORMALS = ("facet", "vertex")
 
@@ -27,6 +30,7 @@ class TriMesh:
         of the vertices interpolated
     unit : length unit of the coordinates, None if unknown
     reference_point : (3,) point the wrench is taken about, length
+    source : what cells the triangles were made of, in words
 
     Raises
     ------
@@ -49,6 +53,7 @@ class TriMesh:
     unit: str | None
     reference_point: FloatArray
     """(3,), read-only."""
+    source: str
 
     def __init__(
         self,
@@ -59,6 +64,7 @@ class TriMesh:
         normals: str = "facet",
         unit: str | None = None,
         reference_point: ArrayLike = (0.0, 0.0, 0.0),
+        source: str = "",
     ) -> None:
         points, corners = _checked_points(vertices), _checked_triangles(triangles)
         if corners.size and (corners.min() < 0 or corners.max() >= len(points)):
@@ -83,6 +89,7 @@ class TriMesh:
             "normal_kind": normals,
             "unit": unit,
             "reference_point": read_only(as_points(reference_point, "reference_point")[0]),
+            "source": str(source),
         }
         for key, value in values.items():
             object.__setattr__(self, key, value)
@@ -99,6 +106,7 @@ class TriMesh:
             "normals": self.normal_kind,
             "unit": self.unit,
             "reference_point": self.reference_point,
+            "source": self.source,
         }
 
     def _with(
@@ -246,6 +254,12 @@ class TriMesh:
         from contiga.search.faceted import first_hit
 
         return first_hit(self, p0, p1)
+
+    def condition(self) -> Condition:
+        """What is good and what is wrong with the mesh as a master; nothing is refused."""
+        from contiga.search.faceted import condition_of
+
+        return condition_of(self)
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """(n,) bool: on the contact side of the closest triangle."""

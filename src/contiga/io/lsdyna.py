@@ -61,10 +61,11 @@ def read_lsdyna(path: Path) -> RawMesh:
     blocks = list(read_blocks(path))
     if not blocks:
         raise FileError("not an LS-DYNA keyword deck", where=str(path), allowed="a file with *NODE")
-    if _is_plain(blocks, path):
-        node_ids, points, shells, solids = _from_library(path)
-    else:
-        node_ids, points, shells, solids = _from_cards(blocks)
+    _refuse_moved_nodes(blocks, path)
+    read = _from_library(path) if _is_plain(blocks, path) else None
+    if read is None or not _is_whole(read, blocks):
+        read = _from_cards(blocks)
+    node_ids, points, shells, solids = read
     node_ids, points = _without_repeats(node_ids, points, path)
     rows = _Rows(node_ids, str(path))
     parts = read_parts(blocks)
@@ -77,6 +78,33 @@ def read_lsdyna(path: Path) -> RawMesh:
         tuple(thickness) if any(values is not None for values in thickness) else None,
         _mass(blocks, rows, len(points)),
     )
+
+
+def _refuse_moved_nodes(blocks: Iterable[Block], path: Path) -> None:
+    for block in blocks:
+        if block.keyword == "NODE_TRANSFORM":
+            raise FileError(
+                "nodes are moved by *NODE_TRANSFORM, which is not carried out",
+                where=str(path),
+                remedy="Write the deck with the nodes where they are",
+            )
+
+
+def _is_whole(
+    read: tuple[Int64Array, FloatArray, list[_Table], list[_Table]], blocks: Iterable[Block]
+) -> bool:
+    """Whether the library has seen every card: it passes by keywords in small letters."""
+    ids, _, shells, solids = read
+    found = {
+        "NODE": len(ids),
+        "ELEMENT_SHELL": sum(len(table.part) for table in shells),
+        "ELEMENT_SOLID": sum(len(table.part) for table in solids),
+    }
+    cards = dict.fromkeys(found, 0)
+    for block in blocks:
+        if block.keyword in cards:
+            cards[block.keyword] += len(block.cards)
+    return cards == found
 
 
 def _is_plain(blocks: Iterable[Block], path: Path) -> bool:

@@ -65,6 +65,8 @@ def read_with_meshio(path: Path) -> RawMesh:
     MeshError
         The mesh has cells of a kind that has no facets here.
     """
+    if path.suffix.lower() == ".inp":
+        _refuse_assemblies(path)
     mesh = _read(path)
     try:
         return _converted(mesh, path)
@@ -72,6 +74,27 @@ def read_with_meshio(path: Path) -> RawMesh:
         if isinstance(error, InputError):
             raise
         raise _unreadable(path, f"its arrays do not fit together ({error})") from error
+
+
+def _refuse_assemblies(path: Path) -> None:
+    """Instances of Abaqus parts are placed and repeated, which meshio passes over in silence."""
+    instances, placed, inside = 0, False, False
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        if line.startswith("**") or not line.strip():
+            continue
+        if line.startswith("*"):
+            inside = line[1:].lstrip().upper().startswith("INSTANCE")
+            instances += inside
+        elif inside:  # the cards of an instance are a translation and a rotation
+            placed = True
+    if placed or instances > 1:
+        raise FileError(
+            "parts are placed by *INSTANCE, which is not carried out",
+            where=str(path),
+            found=f"{instances} instances",
+            allowed="one instance that is not moved",
+            remedy="Write the deck flat, without parts and assemblies",
+        )
 
 
 def _converted(mesh: Any, path: Path) -> RawMesh:

@@ -103,7 +103,9 @@ def render(camera: Camera, peak: Peak, shown: Shown, *, through: bool) -> Pictur
         (peak.body_points, peak.body_triangles),
         (peak.slave_points, peak.slave_triangles),
     ):
-        edges = shading.free_edges(triangles)
+        edges = np.concatenate(
+            [shading.free_edges(triangles), shading.crease_edges(points, triangles)]
+        )
         inked = shading.line_ink(camera, points, edges, nearest, 2e-3 * span) > 0.0
         picture[inked] = 0.6 * picture[inked] + 0.4 * INK
     _draw_outlines(camera, peak, picture, nearest, 2e-3 * span)

@@ -23,7 +23,7 @@ _KEY = np.array([-0.45, -0.65, -0.62]) / np.linalg.norm([0.45, 0.65, 0.62])
 """Towards the main light in camera axes (right, down, forward): over the left shoulder."""
 _LAMPS = np.stack([_KEY, (_KEY - [0.0, 0.0, 1.0]) / np.linalg.norm(_KEY - [0.0, 0.0, 1.0])])
 _CREASE = np.cos(np.radians(35.0))
-"""Facets that turn away more than this from the mean normal of a corner keep an edge there."""
+"""Facets that meet at more than this angle keep an edge there."""
 
 
 class Layer(NamedTuple):
@@ -51,26 +51,85 @@ class Layer(NamedTuple):
 
 
 def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
-    """(m, 3, 3) unit normals at the corners: smooth, but sharp across creases."""
+    """(m, 3, 3) unit normals at the corners: smooth, but sharp across creases.
+
+    Corners at one point share a normal where their facets hang together over edges that are no
+    creases; a point may stand on several faces, as the meshes of closed bodies have it.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     p = points[triangles]
-    facet = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-    facet /= np.maximum(np.linalg.norm(facet, axis=1, keepdims=True), 1e-300)
-    at_point = np.zeros_like(points)
+    facet = _facet_normals(points, triangles)
+    area = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
+    inner = _inner_edges(triangles)
+    smooth = np.einsum("ei,ei->e", facet[inner.left], facet[inner.right]) >= _CREASE
+    # corner c of facet f is 3 f + c; both ends of a smooth edge join the corners that meet there
+    pairs = np.concatenate([inner.first[smooth], inner.second[smooth]])
+    n = triangles.size
+    graph = coo_array((np.ones(len(pairs), np.int8), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    count, group = connected_components(graph, directed=False)
+    total = np.zeros((count, 3))
     for corner in range(3):
         ahead = p[:, (corner + 1) % 3] - p[:, corner]
         behind = p[:, (corner + 2) % 3] - p[:, corner]
-        # weighted by the corner's angle: slivers, whatever their size, do not tilt the mean
-        angle = np.arctan2(
+        # by the corner's angle, so that it does not matter how a face is cut into facets, and by
+        # area, so that a flat face stays flat up to the fillet that it ends in
+        weight = area * np.arctan2(
             np.linalg.norm(np.cross(ahead, behind), axis=1), np.einsum("mi,mi->m", ahead, behind)
         )
         for axis in range(3):
-            at_point[:, axis] += np.bincount(
-                triangles[:, corner], angle * facet[:, axis], minlength=len(points)
+            total[:, axis] += np.bincount(
+                group[corner::3], weight * facet[:, axis], minlength=count
             )
-    at_point /= np.maximum(np.linalg.norm(at_point, axis=1, keepdims=True), 1e-300)
-    smooth = at_point[triangles]
-    sharp = np.einsum("mci,mi->mc", smooth, facet) < _CREASE
-    return np.where(sharp[:, :, None], facet[:, None, :], smooth)
+    total /= np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
+    return np.asarray(total[group].reshape(-1, 3, 3))
+
+
+def _facet_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
+    p = points[triangles]
+    facet = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    return np.asarray(facet / np.maximum(np.linalg.norm(facet, axis=1, keepdims=True), 1e-300))
+
+
+class _Inner(NamedTuple):
+    """Edges (k,) of exactly two facets."""
+
+    left: NDArray[np.int64]
+    right: NDArray[np.int64]
+    """Their facets."""
+    first: NDArray[np.int64]
+    second: NDArray[np.int64]
+    """(k, 2) the corners of both facets at one end and at the other."""
+    points: NDArray[np.int64]
+    """(k, 2) the ends."""
+
+
+def _inner_edges(triangles: IntArray) -> _Inner:
+    corners = np.arange(triangles.size, dtype=np.int64).reshape(-1, 3)
+    start, end = corners.T.ravel(), np.roll(corners, -1, axis=1).T.ravel()
+    flat = triangles.ravel().astype(np.int64)
+    swapped = flat[start] > flat[end]
+    start, end = np.where(swapped, end, start), np.where(swapped, start, end)
+    key = flat[start] * (int(flat.max(initial=0)) + 1) + flat[end]
+    order = np.argsort(key, kind="stable")
+    _, at, count = np.unique(key[order], return_index=True, return_counts=True)
+    one, other = order[at[count == 2]], order[at[count == 2] + 1]
+    return _Inner(
+        start[one] // 3,
+        start[other] // 3,
+        np.stack([start[one], start[other]], axis=1),
+        np.stack([end[one], end[other]], axis=1),
+        np.stack([flat[start[one]], flat[end[one]]], axis=1),
+    )
+
+
+def crease_edges(points: FloatArray, triangles: IntArray) -> IntArray:
+    """(k, 2) edges over which two facets meet at a sharp angle."""
+    inner = _inner_edges(triangles)
+    facet = _facet_normals(points, triangles)
+    sharp = np.einsum("ei,ei->e", facet[inner.left], facet[inner.right]) < _CREASE
+    return np.ascontiguousarray(inner.points[sharp], dtype=np.int32)
 
 
 def mesh_layer(camera: Camera, points: FloatArray, triangles: IntArray) -> Layer:

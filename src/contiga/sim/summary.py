@@ -71,6 +71,7 @@ def _master(body: Body | TriMesh) -> dict[str, Any]:
         return {
             "kind": "mesh",
             "triangles": len(body.triangles),
+            "source": body.source,
             "elements": surface.n_elements,
             "normals": body.normal_kind,
             "closed": surface.closed,

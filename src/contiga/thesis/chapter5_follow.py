@@ -164,14 +164,20 @@ def _draw_sequence(figure: Figure, steps: tuple[int, ...]) -> None:
     run = play("curve_sequence")
     closest, _ = _closest(run)
     curve = run.body.patches[0].isocurve(v=0.0)
-    for axes, k in zip(figure.subplots(3, 2).flat, steps, strict=True):
+    plots = figure.subplots(3, 2).flat
+    for axes, k in zip(plots, steps, strict=True):
         _draw_nodes(plane(axes), run, k, curve, closest[k])
+    looks = (("o", FREE, "free"), ("o", CONTACT, "in contact, and its foot"),
+             ("s", OTHER, "closest point, where it is another"))  # fmt: skip
+    for marker, colour, name in looks:
+        plots[0].plot([], [], marker, color=colour, label=name)
+    figure.legend(*plots[0].get_legend_handles_labels(), ncols=4, loc="outside upper center")
 
 
 def _draw_nodes(axes: Axes, run: Played, k: int, curve: NurbsCurve, closest: FloatArray) -> None:
     state, points = run.states[k], run.points(k)
     on = state.in_contact
-    draw_curve(axes, curve, color=MUTED)
+    draw_curve(axes, curve, color=MUTED, label="curve")
     for i in np.flatnonzero(on):
         if np.linalg.norm(closest[i] - state.foot[i]) > 1e-6:
             path = np.array([points[i], closest[i]])[:, :2]

@@ -119,7 +119,7 @@ def _force_model() -> Outcome:
         pictures=(
             Picture("5.24", "F over the largest penetration.", lambda f: _draw_total(f, found),
                     (4.8, 3.2)),
-            Picture("5.25", _CAPTION_NODAL, lambda f: _draw_nodal(f, found, "F_i"), (7.4, 3.0)),
+            Picture("5.25", _CAPTION_NODAL, lambda f: _draw_nodal(f, found), (7.8, 3.0)),
             Picture("5.26", _CAPTION_DELTA, lambda f: _draw_delta(f, found), (5.6, 3.2)),
         ),
         claims=(
@@ -168,7 +168,7 @@ def _draw_total(figure: Figure, found: Forces) -> None:
     axes.legend()
 
 
-def _draw_nodal(figure: Figure, found: Forces, label: str, *, constant_axis: bool = False) -> None:
+def _draw_nodal(figure: Figure, found: Forces, *, constant_axis: bool = False) -> None:
     names = ("analytic", "approximated", "constant 0.1")
     plots = figure.subplots(1, 3, sharey=not constant_axis, sharex=True)
     for axes, name in zip(plots, names, strict=True):
@@ -178,8 +178,9 @@ def _draw_nodal(figure: Figure, found: Forces, label: str, *, constant_axis: boo
         top = max(float(found.nodal(name)[1].max()) for name in names[:2])
         for axes in plots[:2]:
             axes.set_ylim(0.0, 1.05 * top)
-    plots[0].set_ylabel(label)
-    plots[2].legend(title="step", fontsize=7, title_fontsize=7.5, ncols=2, loc="upper left")
+    plots[0].set_ylabel("$F_i$")
+    handles, steps = plots[0].get_legend_handles_labels()
+    figure.legend(handles, steps, title="step", loc="outside right upper", handletextpad=0.2)
 
 
 def _draw_steps(axes: Axes, run: Played) -> None:
@@ -208,11 +209,11 @@ def _draw_delta(figure: Figure, found: Forces) -> None:
     depth, force = found.nodal("approximated")
     difference = force - found.nodal("analytic")[1]
     axes.plot(depth, difference, "o", color=LINES[0], ms=3.2)
-    axes.set(xlabel="penetration", ylabel="ΔF_i")
+    axes.set(xlabel="penetration", ylabel="$\\Delta F_i$")
     axes.axhline(0.0, color=MUTED, lw=0.8)
     largest = float(np.abs(difference).max())
     axes.set_ylim(-1e-12, 1e-12)
-    axes.set_title(f"the thesis' O(1e-12) is the height of the plot; largest here {largest:.0e}")
+    axes.set_title(f"largest {largest:.1g}; the axis ends at the thesis' O(1e-12)")
 
 
 # ---------------------------------------------------------------- stress model, Fig. 5.27
@@ -247,13 +248,13 @@ def _stress_model() -> Outcome:
                 "5.27",
                 "Stress model with C_d = 0.2 and t = 0.1: F_i over the penetration. The third "
                 "plot has an axis of its own.",
-                lambda f: _draw_nodal(f, damped, "F_i", constant_axis=True),
+                lambda f: _draw_nodal(f, damped, constant_axis=True),
                 (7.4, 3.0),
             ),
             Picture(
                 "5.27-elastic",
                 "The same without damping: one line for each area shared by the points.",
-                lambda f: _draw_nodal(f, plain, "F_i", constant_axis=True),
+                lambda f: _draw_nodal(f, plain, constant_axis=True),
                 (7.4, 3.0),
             ),
         ),

@@ -126,8 +126,10 @@ def _draw_split(figure: Figure, surface: NurbsSurface) -> None:
 def _draw_convergence(figure: Figure, steps: list[SplitStep], true: float) -> None:
     axes = figure.subplots()
     pieces = [step.pieces for step in steps]
-    axes.loglog(pieces, [s.net - true for s in steps], "o-", color=LINES[0], label="A_net - A")
-    axes.loglog(pieces, [true - s.base for s in steps], "s-", color=LINES[1], label="A - A_base")
+    axes.loglog(pieces, [s.net - true for s in steps], "o-", color=LINES[0], label="$A_{net} - A$")
+    axes.loglog(
+        pieces, [true - s.base for s in steps], "s-", color=LINES[1], label="$A - A_{base}$"
+    )
     start = steps[1].net - true
     line = [start * pieces[1] / n for n in pieces[1:]]
     axes.loglog(pieces[1:], line, color=MUTED, lw=0.8, ls=(0, (4, 3)), label="second order")

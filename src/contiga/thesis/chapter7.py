@@ -198,7 +198,7 @@ def _draw_dbscan(figure: Figure, study: Study, least: int) -> None:
     for axes, eps in zip(plots, shown, strict=True):
         label = dbscan_labels(study.uv, eps, least)
         draw_labels(axes, study.uv, label)
-        axes.set_title(f"ε = {eps:.2f}: {_count(label)}")
+        axes.set_title(f"ε = {eps:.2f}: {_count(label)} clusters")
     plots[0].set_ylabel("v")
 
 
@@ -218,7 +218,9 @@ def draw_labels(axes: Axes, uv: FloatArray, label: IntArray) -> None:
 def _draw_radius(figure: Figure, study: Study) -> None:
     axes = figure.subplots()
     for least, colour in ((1, LINES[0]), (10, LINES[1])):
-        axes.step(EPS, study.dbscan[least], where="mid", color=colour, label=f"P_min = {least}")
+        axes.step(
+            EPS, study.dbscan[least], where="mid", color=colour, label=f"$P_{{min}}$ = {least}"
+        )
     axes.axhline(2.0, color=INK, lw=0.8, ls=(0, (4, 3)), label="two, by eye and by regions")
     axes.set(xlabel="ε", ylabel="clusters", yscale="symlog")
     axes.set_ylim(-0.2, 46.0)

@@ -51,7 +51,7 @@ def measured(options: Options) -> tuple[list[Row], str]:
         found[part.name] = part.body
         said = part.source
     most = most_triangles(options)
-    return [row for name, body in found.items() for row in accuracy(name, body, most)], said
+    return [row for name, body in found.items() for row in accuracy(name, body, most, POINTS)], said
 
 
 def compare(options: Options) -> Outcome:
@@ -192,12 +192,16 @@ def draw(figure: Figure, rows: list[Row]) -> None:
             label="meshes, FCPW (cold)",
         )  # fmt: skip
         _panel(grid[1, k], own, [row.megabytes for row in own])
+        rest = [row for row in rows if row.body == name and row.seconds is None]
+        grid[1, k].plot([row.megabytes for row in rest], [row.wanted for row in rest], "o",
+                        color=LINES[0], mfc="none", label="meshes, extrapolated")  # fmt: skip
         grid[0, k].set(title=name, xlabel="ns a point")
         grid[1, k].set(xlabel="MB")
     for axes in grid[:, 0]:
         axes.set_ylabel("penetration error / size")
-    handles, labels = grid[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, ncols=3, loc="outside upper center")
+    own = dict(zip(*reversed(grid[0, 0].get_legend_handles_labels()), strict=True))
+    own |= dict(zip(*reversed(grid[1, 0].get_legend_handles_labels()), strict=True))
+    figure.legend(own.values(), own.keys(), ncols=4, loc="outside upper center")
 
 
 def _panel(axes: Axes, own: list[Row], x: list[float]) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from contiga.case.schema import load_case
-from contiga.errors import CaseError, FileError, InputError, UnitError
+from contiga.errors import CaseError, FileError, GeometryError, InputError, UnitError
 
 GOOD = """\
 title = "Cloud pressed into a plate"
@@ -483,7 +483,15 @@ TABLE = [
         "a size of many digits",
         "width = 2.0",
         "width = 1" + 400 * "0",
-        "a number is too large",
+        "body[0].geometry.width: a size must be positive; found 'a number of 401 digits'",
+        kind=GeometryError,
+    ),
+    swap(
+        "a place of many digits",
+        GEOMETRY,
+        f'{{ shape = "bumpy_plate", centre = [0, 0, 1{"0" * 400}] }}',
+        "body[0].geometry",
+        kind=InputError,
     ),
     swap(
         "a seed below zero",

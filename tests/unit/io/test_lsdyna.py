@@ -289,3 +289,27 @@ def test_a_file_without_keywords_is_no_deck(tmp_path):
     path.write_text("hello\n")
     with pytest.raises(FileError, match="not an LS-DYNA keyword deck"):
         read_mesh(path)
+
+
+THREE_NODES = "".join(
+    f"{number:8d}{x:16.6f}{y:16.6f}{0.0:16.6f}\n"
+    for number, x, y in ((1, 0.0, 0.0), (2, 1.0, 0.0), (3, 0.0, 1.0))
+)
+ONE_SHELL = "       1       1       1       2       3       3\n"
+
+
+@pytest.mark.parametrize("node", ["*NODE", "*node"])
+@pytest.mark.parametrize("shell", ["*ELEMENT_SHELL", "*Element_Shell"])
+def test_keywords_may_be_in_small_letters(tmp_path, node, shell):
+    path = tmp_path / "deck.k"
+    path.write_text(f"*KEYWORD\n{node}\n{THREE_NODES}{shell}\n{ONE_SHELL}*END\n")
+    mesh = read_mesh(path)
+    assert mesh.points.tolist() == [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    assert mesh.facets.tolist() == [[0, 1, 2]]
+
+
+def test_nodes_that_are_moved_by_a_card_are_refused(tmp_path):
+    path = tmp_path / "deck.k"
+    path.write_text(f"*KEYWORD\n*NODE_TRANSFORM\n       1       1\n*NODE\n{THREE_NODES}*END\n")
+    with pytest.raises(FileError, match="NODE_TRANSFORM, which is not carried out"):
+        read_mesh(path)

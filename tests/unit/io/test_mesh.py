@@ -316,3 +316,28 @@ def test_arrays_that_do_not_fit_together_are_a_file_error(tmp_path, monkeypatch)
     monkeypatch.setattr(meshio, "read", lambda *_: mesh)
     with pytest.raises(FileError, match="do not fit together"):
         read_mesh(path)
+
+
+PART = "*Part, name=A\n*Node\n1, 0,0,0\n2,1,0,0\n3,0,1,0\n*Element, type=S3\n1,1,2,3\n*End Part\n"
+
+
+@pytest.mark.parametrize(
+    "instances",
+    [
+        "*Instance, name=A-1, part=A\n10., 0., 0.\n*End Instance\n",
+        "*Instance, name=A-1, part=A\n*End Instance\n*Instance, name=A-2, part=A\n*End Instance\n",
+    ],
+)
+def test_parts_that_an_assembly_places_are_refused(tmp_path, instances):
+    """meshio reads the part once, where it is drawn, and says nothing."""
+    path = tmp_path / "part.inp"
+    path.write_text(f"{PART}*Assembly, name=all\n{instances}*End Assembly\n")
+    with pytest.raises(FileError, match="INSTANCE, which is not carried out"):
+        read_mesh(path)
+
+
+def test_a_part_placed_once_as_it_is_drawn_is_read(tmp_path):
+    path = tmp_path / "part.inp"
+    instance = "*Instance, name=A-1, part=A\n*End Instance\n"
+    path.write_text(f"{PART}*Assembly, name=all\n** a remark\n{instance}*End Assembly\n")
+    assert read_mesh(path).facets.tolist() == [[0, 1, 2]]

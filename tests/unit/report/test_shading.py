@@ -9,6 +9,7 @@ from contiga.report.camera import look, project
 from contiga.report.shading import (
     cloud_layer,
     corner_normals,
+    crease_edges,
     free_edges,
     hollows,
     lit,
@@ -42,6 +43,39 @@ def test_corner_normals_stay_sharp_across_a_right_angle() -> None:
     normal = corner_normals(points, triangles)
     np.testing.assert_allclose(normal[0], np.tile([0.0, 0.0, 1.0], (3, 1)), atol=1e-15)
     np.testing.assert_allclose(normal[1], np.tile([0.0, 1.0, 0.0], (3, 1)), atol=1e-15)
+
+
+def _roof(degrees: float) -> tuple[np.ndarray, np.ndarray]:
+    """Two squares that meet along x over a bend, each of two facets."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, -1, 0], [1, -1, 0], [0, c, -s], [1, c, -s]])
+    triangles = np.array([[2, 3, 1], [2, 1, 0], [0, 1, 5], [0, 5, 4]], dtype=np.int32)
+    return points.astype(float), triangles
+
+
+def test_corner_normals_stay_sharp_over_a_bend_and_are_one_over_a_gentle_one() -> None:
+    flat, tilted = np.array([0.0, 0.0, 1.0]), np.array([0.0, np.sin(0.8), np.cos(0.8)])
+    sharp = corner_normals(*_roof(np.degrees(0.8)))
+    np.testing.assert_allclose(sharp[:2], np.broadcast_to(flat, (2, 3, 3)), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(sharp[2:], np.broadcast_to(tilted, (2, 3, 3)), rtol=0, atol=1e-15)
+    points, triangles = _roof(30.0)
+    gentle = corner_normals(points, triangles)
+    on_fold = np.isin(triangles, [0, 1])
+    assert (gentle[:2][on_fold[:2]][:, 1] > 0.1).all()
+
+
+def test_a_flat_face_stays_flat_beside_a_narrow_bend() -> None:
+    points, triangles = _roof(30.0)
+    points[4:] *= [1.0, 0.01, 0.01]
+    assert (corner_normals(points, triangles)[:2, :, 2] > 0.9999).all()
+
+
+def test_crease_edges_are_those_of_the_bend() -> None:
+    assert crease_edges(*_roof(45.0)).tolist() == [[0, 1]]
+    assert len(crease_edges(*_roof(30.0))) == 0
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    faces = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], dtype=np.int32)
+    assert len(crease_edges(corners, faces)) == 6
 
 
 def test_hollows_is_zero_on_a_slope_and_positive_in_a_groove() -> None:

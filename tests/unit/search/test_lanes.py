@@ -50,6 +50,67 @@ def test_lanes_and_walk_agree(kind):
     np.testing.assert_array_equal(fast.feature[done], slow.feature[done])
 
 
+def moved(kind, way):
+    """Points near a patch, their feet, and the points after a step."""
+    patch = PATCHES[kind]
+    body = cg.Body([patch])
+    rng = np.random.default_rng(4)
+    uv = rng.random((3000, 2))
+    p = patch.evaluate(uv) + rng.uniform(-0.02, 0.02, (3000, 1)) * patch.normal(uv)
+    return body, body.project(p), p + way * rng.normal(size=p.shape)
+
+
+@pytest.mark.parametrize("kind", PATCHES)
+def test_feet_that_leave_their_element_go_on_in_the_next(kind):
+    """A second time through the lanes finds what the walk finds; few are left to it."""
+    body, start, q = moved(kind, 0.02)
+    tables = tables_of(body)
+    out, back = empty_projection(len(q)), np.zeros(len(q), np.uint8)
+    bins = bin_by_element(tables, start.patch, start.uv)
+    _project_nb.project_lanes(tables, q, start.uv, bins, (out, back), 0, len(bins[1]))
+    gone_on = np.flatnonzero(back == _project_nb.GO_ON)
+    assert len(gone_on) > 30
+    count = len(tables.elements.table)
+    feet = (out.patch, out.uv)
+    bins = _project_nb.bin_rows(tables.grid, feet, back, _project_nb.GO_ON, count, 0, len(q))
+    np.testing.assert_array_equal(np.sort(bins[0]), gone_on)
+    _project_nb.project_lanes(tables, q, out.uv, bins, (out, back), 0, len(bins[1]))
+    assert not (back == _project_nb.GO_ON).any()
+    done = gone_on[back[gone_on] == 0]
+    assert len(done) > 0.7 * len(gone_on)
+    slow = walk_only(body, q, start)
+    for a, b in ((out.point, slow.point), (out.gap, slow.gap), (out.normal, slow.normal)):
+        np.testing.assert_allclose(a[done], b[done], rtol=0, atol=1e-11)
+
+
+def test_a_foot_that_leaves_over_a_seam_is_left_to_the_walk():
+    """Beyond it the parameters do not go on: none is flagged to be gone on with."""
+    patch = PATCHES["rational"]
+    body = cg.Body([patch])
+    (u0, u1), _ = patch.domain
+    uv = np.column_stack([np.full(50, u1 - 1e-4 * (u1 - u0)), np.linspace(0.1, 0.9, 50)])
+    uv[:, 1] = patch.domain[1][0] + uv[:, 1] * np.diff(patch.domain[1])
+    beyond = np.column_stack([np.full(50, u0 + 0.02 * (u1 - u0)), uv[:, 1]])
+    start = body.project(patch.evaluate(uv))
+    tables, q = tables_of(body), patch.evaluate(beyond)
+    out, back = empty_projection(50), np.zeros(50, np.uint8)
+    bins = bin_by_element(tables, start.patch, start.uv)
+    _project_nb.project_lanes(tables, q, start.uv, bins, (out, back), 0, len(bins[1]))
+    assert (back == _project_nb.BY_ROW).all()
+    feet = body.project(q, start=start, mode="track")
+    np.testing.assert_allclose(feet.gap, 0.0, rtol=0, atol=1e-12 * body.size)
+
+
+def test_binned_in_chunks_or_as_a_whole_the_feet_are_the_same(monkeypatch):
+    body, start, q = moved("polynomial", 0.01)
+    monkeypatch.setattr("contiga.search.projection.CHUNK", 700)
+    chunks = body.project(q, start=start, mode="track")
+    monkeypatch.setattr("contiga.search.projection.MOST_IN_CHUNKS", 0)
+    whole = body.project(q, start=start, mode="track")
+    for a, b in zip(chunks, whole, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
 def test_points_on_the_surface_are_done_in_the_fast_lane():
     body = cg.Body([PATCHES["rational"]])
     uv = np.random.default_rng(1).random((2000, 2))

@@ -46,6 +46,6 @@ def catalogued(monkeypatch: pytest.MonkeyPatch):
     """Puts experiments in the place of those of the thesis."""
 
     def put(*experiments: Experiment) -> None:
-        monkeypatch.setattr(catalogue, "experiments", lambda: experiments)
+        monkeypatch.setattr(catalogue, "experiments", lambda *_: experiments)
 
     return put

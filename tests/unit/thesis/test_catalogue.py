@@ -38,7 +38,7 @@ def test_a_section_stands_for_its_experiments() -> None:
     assert keys("2.4", " 2.2-hull ") == ["2.2-hull", "2.4-insertion", "2.4-elevation"]
     assert {"5.2.1-grouping", "5.2.3-flat"} <= set(keys("5.2"))
     assert len(keys("2", "5")) == sum(e.chapter in (2, 5) for e in experiments())
-    assert chosen(None) == experiments()
+    assert [e.key for e in chosen(None)] == [e.key for e in experiments()]
 
 
 @pytest.mark.parametrize("word", ["9", "5.", "5.1.", "2.4-", "2.4-insert", "", " ", "all"])

@@ -58,9 +58,19 @@ def faceted_surface(mesh: TriMesh) -> FacetedSurface:
     Raises
     ------
     MeshError
-        No triangle has an area, or neighbours face opposite ways: they have no common free side.
+        No triangle has an area, or neighbours face opposite ways or lie back to back: they have
+        no common free side.
     """
     tables = tables_of(mesh)
+    if len(tables.back_to_back):
+        first, second = tables.back_to_back[0]
+        raise MeshError(
+            "triangles lie back to back, so that neither side is free",
+            where=mesh.name,
+            found=f"{len(tables.back_to_back)} pairs, first {first} and {second}",
+            allowed="one triangle at a place",
+            remedy="Take one of each pair out, or choose the parts of the mesh that are the body",
+        )
     if tables.turned:
         raise MeshError(
             "neighbouring triangles face opposite ways",

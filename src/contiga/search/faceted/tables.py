@@ -30,6 +30,8 @@ class Tables(NamedTuple):
     """Edges at which two triangles face opposite ways."""
     crowded: int
     """Edges at which more than two triangles meet."""
+    back_to_back: IntArray
+    """(k, 2) triangles with the same corners that face opposite ways."""
 
 
 _KEPT: WeakKeyDictionary[TriMesh, Tables] = WeakKeyDictionary()
@@ -67,7 +69,8 @@ def _build(mesh: TriMesh) -> Tables:
     box, child, order = _boxes_nb.build(low, high)
     facets, slot = _facets(topology, order, box, child)
     closed = not bool((facets.link[:, :3] == BORDER).any())
-    return Tables(facets, slot, closed, topology.turned, topology.crowded)
+    folded = topology.back_to_back.astype(np.int32)
+    return Tables(facets, slot, closed, topology.turned, topology.crowded, folded)
 
 
 def _facets(

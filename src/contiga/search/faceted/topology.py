@@ -39,6 +39,8 @@ class Topology(NamedTuple):
     """Edges at which two triangles face opposite ways."""
     crowded: int
     """Edges at which more than two triangles meet."""
+    back_to_back: Ints
+    """(k, 2) triangles of the mesh with the same corners that face opposite ways."""
 
 
 def topology_of(mesh: TriMesh) -> Topology:
@@ -73,6 +75,7 @@ def topology_of(mesh: TriMesh) -> Topology:
         ring,
         half.turned(len(kept)),
         sum(len(group) > 2 for group in half.crowded),
+        kept[_back_to_back(vertex)],
     )
 
 
@@ -116,6 +119,14 @@ def _without_twins(corners: Ints) -> tuple[Ints, Ints]:
     twin = np.empty(len(s), np.int64)
     twin[order] = first[np.cumsum(new) - 1]
     return np.sort(first), twin
+
+
+def _back_to_back(corners: Ints) -> Ints:
+    """(k, 2) rows of the same corners, of triangles that are in no other row in the same sense."""
+    s = np.sort(corners, axis=1)
+    order = np.lexsort((s[:, 2], s[:, 1], s[:, 0]))
+    again = np.flatnonzero((s[order][1:] == s[order][:-1]).all(axis=1))
+    return np.stack([order[again], order[again + 1]], axis=1)
 
 
 class _HalfEdges(NamedTuple):

@@ -1,0 +1,92 @@
+"""What is good and what is wrong with a mesh as a master, for people and for refusals."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.geometry.trimesh import TriMesh
+from contiga.search.faceted.topology import BORDER, topology_of
+
+
+class Condition(NamedTuple):
+    """Counts of what a mesh is made of, after vertices at one place have been made one."""
+
+    triangles: int
+    """All there are."""
+    without_area: int
+    """Triangles that take no part: their corners lie on a line."""
+    doubled: int
+    """Triangles given again in the same sense: the first counts."""
+    back_to_back: int
+    """Pairs of triangles with the same corners that face opposite ways: no master."""
+    turned_edges: int
+    """Edges whose two triangles face opposite ways: no master."""
+    crowded_edges: int
+    """Edges at which more than two triangles meet."""
+    open_edges: int
+    """Edges of one triangle only."""
+    loose_vertices: int
+    """Vertices of no triangle: they take no part."""
+    volume: float | None
+    """Enclosed volume, length³, negative if normals point inward; None unless closed."""
+
+    @property
+    def closed(self) -> bool:
+        """Whether it has a surface without a border."""
+        return self.open_edges == 0 and self.triangles > self.without_area
+
+    @property
+    def rows(self) -> list[tuple[str, str]]:
+        """What a person wants to know: (label, text), flaws only where there are some."""
+        texts = [
+            (self.without_area, "triangles without area take no part"),
+            (self.doubled, "triangles given twice count once"),
+            (self.loose_vertices, "nodes of no triangle take no part"),
+            (self.crowded_edges, "edges of more than two triangles"),
+            (
+                self.turned_edges,
+                "edges with triangles that face opposite ways: no master "
+                "unless orient = true turns them",
+            ),
+            (self.back_to_back, "pairs of triangles back to back: no master"),
+        ]
+        flaws = [f"{count} {text}" for count, text in texts if count]
+        return [("surface", self._surface()), *(("", flaw) for flaw in flaws)]
+
+    def _surface(self) -> str:
+        if self.triangles == self.without_area:
+            return "none: no triangle has an area"
+        if self.volume is None:
+            return f"open, {self.open_edges} edges of one triangle"
+        inward = ", normals inward" if self.volume < 0.0 else ""
+        return f"closed, volume {self.volume:.6g}{inward}"
+
+
+def condition_of(mesh: TriMesh) -> Condition:
+    """The condition of `mesh`; a mesh without triangles has one too.
+
+    >>> ball = TriMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [1, 2, 0]])
+    >>> condition_of(ball).doubled, condition_of(ball).open_edges
+    (1, 3)
+    """
+    m = len(mesh.triangles)
+    loose = len(mesh.vertices) - len(np.unique(mesh.triangles))
+    if m == 0:
+        return Condition(0, 0, 0, 0, 0, 0, 0, loose, None)
+    t = topology_of(mesh)
+    flat = int((t.twin < 0).sum())
+    open_edges = int((t.neighbour == BORDER).sum())
+    closed = open_edges == 0 and len(t.kept) > 0 and t.turned == 0
+    return Condition(
+        triangles=m,
+        without_area=flat,
+        doubled=m - flat - len(t.kept),
+        back_to_back=len(t.back_to_back),
+        turned_edges=t.turned,
+        crowded_edges=t.crowded,
+        open_edges=open_edges,
+        loose_vertices=loose,
+        volume=mesh.volume() if closed else None,
+    )
