@@ -17,6 +17,8 @@ _HOME = {
     "Body": "contiga.geometry.body",
     "read_cad": "contiga.io.cad",
     "read_mesh": "contiga.io.mesh",
+    "read_master": "contiga.io.mesh_master",
+    "write_mesh": "contiga.io.mesh_out",
     "Slave": "contiga.io.mesh",
     "ForceLaw": "contiga.forces.laws",
     "StressLaw": "contiga.forces.laws",
@@ -69,6 +71,8 @@ if TYPE_CHECKING:
     from contiga.io.cad import read_cad as read_cad
     from contiga.io.mesh import Slave as Slave
     from contiga.io.mesh import read_mesh as read_mesh
+    from contiga.io.mesh_master import read_master as read_master
+    from contiga.io.mesh_out import write_mesh as write_mesh
     from contiga.records import ContactStatus as ContactStatus
     from contiga.records import Feature as Feature
     from contiga.records import Hit as Hit

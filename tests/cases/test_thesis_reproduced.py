@@ -11,12 +11,19 @@ from contiga.thesis.records import Experiment
 _SEEN: dict[str, str] = {}
 
 
+@pytest.fixture(autouse=True)
+def _no_fine_meshes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of the comparison take most of a minute, and show no more than the coarse ones."""
+    monkeypatch.setattr("contiga.thesis.comparison_page.MOST_TRIANGLES", 70_000)
+
+
 @pytest.mark.parametrize("experiment", experiments(), ids=lambda experiment: experiment.key)
 def test_experiment_holds(experiment: Experiment) -> None:
     outcome = experiment.run()
     assert outcome.claims
     broken = [f"{claim.text} {claim.measured}" for claim in outcome.claims if not claim.holds]
     assert broken == []
+    assert outcome.difference.endswith(".")
     for table in outcome.tables:
         assert table.rows
         assert {len(row) for row in table.rows} == {len(table.columns)}

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.errors import InputError
 from contiga.geometry.body import Body
-from contiga.num.arrays import as_points
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, Hit, IntArray
 from contiga.search import _hit_nb
+from contiga.search.checks import checked_segments
 from contiga.search.records import Tables
 from contiga.search.tables import tables_of
 
@@ -46,15 +45,7 @@ def first_hit(body: Body, p0: ArrayLike, p1: ArrayLike) -> Hit:
     InputError
         Arrays that are not (n, 3) or differ in n.
     """
-    a_B = as_points(p0, "p0")
-    b_B = as_points(p1, "p1")
-    if a_B.shape != b_B.shape:
-        raise InputError(
-            "segments need as many ends as starts",
-            where="p1",
-            found=b_B.shape,
-            allowed=str(a_B.shape),
-        )
+    a_B, b_B = checked_segments(p0, p1)
     rows = np.arange(len(a_B), dtype=np.int32)
     return hits_of_rows(tables_of(body), a_B, b_B, rows)
 

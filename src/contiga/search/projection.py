@@ -13,6 +13,7 @@ from contiga.num.arrays import as_points
 from contiga.num.threads import run_ranges, thread_count
 from contiga.records import FloatArray, IntArray, Projection
 from contiga.search import _project_nb
+from contiga.search.checks import checked_mode, checked_patches
 from contiga.search.records import Tables
 from contiga.search.tables import tables_of
 
@@ -84,13 +85,10 @@ def project(
     normal, so that a point held at a border is not pushed sideways.
     """
     p_B = as_points(points)
-    if mode not in ("global", "track"):
-        raise InputError(
-            "unknown mode of projection", where="mode", found=mode, allowed='"global", "track"'
-        )
+    is_global = checked_mode(mode)
     tables = tables_of(body)
     out = empty_projection(len(p_B))
-    if mode == "global":
+    if is_global:
         closest_of_rows(tables, p_B, np.arange(len(p_B), dtype=np.int32), out)
         return out
     patch, uv = _checked_start(start, len(p_B), len(body.patches))
@@ -99,30 +97,12 @@ def project(
 
 
 def _checked_start(start: Projection | None, n: int, patches: int) -> tuple[IntArray, FloatArray]:
-    if start is None:
-        raise InputError(
-            'mode "track" continues a projection',
-            where="start",
-            found=None,
-            allowed="the Projection of the same points one step ago",
-        )
-    if not isinstance(start, Projection):
-        raise InputError("start must be a Projection", where="start", found=type(start).__name__)
-    patch = np.ascontiguousarray(start.patch, dtype=np.int32)
+    patch = checked_patches(start, n, patches, "patch")
+    assert start is not None
     uv = np.ascontiguousarray(start.uv, dtype=np.float64)
-    if patch.shape != (n,) or uv.shape != (n, 2):
+    if uv.shape != (n, 2):
         raise InputError(
-            "start must have one row a point",
-            where="start",
-            found=(patch.shape, uv.shape),
-            allowed=f"patch ({n},), uv ({n}, 2)",
-        )
-    if n and int(patch.max()) >= patches:
-        raise InputError(
-            "start names a patch that is not there",
-            where="start.patch",
-            found=int(patch.max()),
-            allowed=f"-1 … {patches - 1}",
+            "start must have one row a point", where="start", found=uv.shape, allowed=f"uv ({n}, 2)"
         )
     return patch, uv
 

@@ -291,6 +291,10 @@ def _shapes() -> Outcome:
             ),
             Claim("The cylinder is round.", round_ <= 1e-14, f"radius within {round_:.1e} of 1"),
         ),
+        difference=(
+            "The thesis shows such shapes without measures; these are chosen so that closed forms "
+            "are known."
+        ),
     )
 
 

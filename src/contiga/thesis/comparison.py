@@ -13,6 +13,7 @@ from contiga.geometry.body import Body
 from contiga.geometry.trimesh import TriMesh
 from contiga.records import Feature, FloatArray, Projection, Status
 from contiga.search.faceted import tables as faceted_tables
+from contiga.search.projection import rows_of
 from contiga.search.tables import tables_of
 from contiga.thesis.rival_meshes import SAMPLES, RivalMesh, fewest_triangles, rival_meshes
 
@@ -78,6 +79,8 @@ class Path(NamedTuple):
     on: FloatArray
     places: list[FloatArray]
     """(n, 3) of each step."""
+    feet: Projection
+    """Of the first places, on the body."""
 
 
 def path(body: Body, n: int = POINTS, steps: int = STEPS) -> Path:
@@ -100,11 +103,11 @@ def path(body: Body, n: int = POINTS, steps: int = STEPS) -> Path:
     turn = rng.standard_normal(3)
     away = STRIDE * body.size * np.cross(feet.normal, turn / np.linalg.norm(turn))
     places = [start + k * away for k in range(steps + 1)]
-    followed = feet
-    for place in places:
+    first = followed = body.project(start, start=feet, mode="track")
+    for place in places[1:]:
         followed = body.project(place, start=followed, mode="track")
-    good = _alone(body, feet) & _alone(body, followed)
-    return Path(on, [np.ascontiguousarray(place[good]) for place in places])
+    rows = np.flatnonzero(_alone(body, feet) & _alone(body, followed)).astype(np.int32)
+    return Path(on, [np.ascontiguousarray(place[rows]) for place in places], rows_of(first, rows))
 
 
 def _alone(body: Body, feet: Projection) -> np.ndarray:
@@ -118,9 +121,11 @@ def _alone(body: Body, feet: Projection) -> np.ndarray:
 class Tracker:
     """Follows points over a master."""
 
-    def __init__(self, master: Master, places: list[FloatArray]) -> None:
+    def __init__(
+        self, master: Master, places: list[FloatArray], feet: Projection | None = None
+    ) -> None:
         self.master, self.places = master, places
-        self.feet = master.project(places[0])
+        self.feet = master.project(places[0]) if feet is None else feet
 
     def __call__(self, k: int) -> None:
         """On to step k."""
@@ -207,8 +212,8 @@ def accuracy(name: str, body: Body, most: int, n: int = POINTS) -> list[Row]:
     most : triangles of the largest mesh that is built
     n : points
     """
-    on, places = path(body, n)
-    exact = Tracker(body, places)
+    on, places, start = path(body, n)
+    exact = Tracker(body, places, start)
     (seconds,) = race([exact], STEPS, ROUNDS)
     feet = exact.feet
     depth = np.maximum(-feet.gap, 0.0)

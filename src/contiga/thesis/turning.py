@@ -6,19 +6,24 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from contiga.geometry import clouds
+from contiga.geometry.body import Body
 from contiga.records import FloatArray
 from contiga.report.plots import INK, LINES
-from contiga.thesis.comparison import NURBS, Master, bodies, path
+from contiga.thesis.comparison import DEPTH, NURBS, Master, bodies
 from contiga.thesis.records import Claim, Outcome, Picture, Table
-from contiga.thesis.rival_meshes import rival_meshes
+from contiga.thesis.rival_meshes import SAMPLES, rival_meshes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-POINTS = 2000
-DEGREES = 12.0
-FINEST = 5
-"""Meshes of the test: 1e-2 to 1e-6."""
+POINTS = 400
+STRIP = 2.0
+"""Width of the strip of points, degrees about the axis."""
+DEGREES = 45.0
+FINEST = 4
+"""Meshes of the test: 1e-2 to 1e-5."""
+MOST_TRIANGLES = 1_000_000
 
 
 class Noise(NamedTuple):
@@ -36,23 +41,32 @@ class Noise(NamedTuple):
         return float(np.ptp(force) / force.mean())
 
 
-def noise(points: int = POINTS, turns: int = 241, finest: int = FINEST) -> Noise:
+def noise(points: int = POINTS, turns: int = 361, finest: int = FINEST) -> Noise:
     """The force (stiffness 1) of a fixed cloud on a turning torus; exactly it is constant."""
     body = bodies()["torus"]
-    way = path(body, points, 1)
-    # Points on one side only, so that a facet edge that comes by is felt.
-    cloud = way.places[0]
-    cloud = cloud[cloud[:, 0] > 0.6 * cloud[:, 0].max()]
+    cloud, on = _cloud(body, points)
     angles = np.linspace(0.0, np.deg2rad(DEGREES), turns)
     masters: dict[str, Master] = {NURBS: body}
-    most = 3_000_000
     triangles = {}
-    for _, rival in zip(range(finest), rival_meshes(body, way.on, most), strict=False):
+    for _, rival in zip(range(finest), rival_meshes(body, on, MOST_TRIANGLES), strict=False):
         if rival.mesh is not None:
             masters[f"mesh {rival.wanted:.0e}"] = rival.mesh
             triangles[f"mesh {rival.wanted:.0e}"] = rival.triangles
     force = {name: np.array([_press(m, cloud, a) for a in angles]) for name, m in masters.items()}
     return Noise(angles, force, triangles)
+
+
+def _cloud(body: Body, points: int) -> tuple[FloatArray, FloatArray]:
+    """Points under a narrow strip of the torus, and points all over it.
+
+    A strip as narrow as a facet feels each edge that comes by.
+    """
+    share = STRIP / 360.0
+    on = clouds.random_on(body.patches[0], int(points / share), 3)
+    strip = on[np.abs(np.arctan2(on[:, 1], on[:, 0])) < np.deg2rad(0.5 * STRIP)]
+    feet = body.project(strip)
+    depth = DEPTH * body.size * np.random.default_rng(7).random((len(strip), 1))
+    return feet.point - depth * feet.normal, on[:: max(1, len(on) // SAMPLES)]
 
 
 def _press(master: Master, cloud: FloatArray, angle: float) -> float:

@@ -42,9 +42,13 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[_Process]:
 def test_a_process_is_started_for_many_experiments_and_never_left_behind(
     started: list[_Process],
 ) -> None:
-    with pytest.raises(ZeroDivisionError), ahead.compiling_ahead([GOOD] * ahead.MANY) as wait:
-        wait()
-        raise ZeroDivisionError
+    def break_off() -> None:
+        with ahead.compiling_ahead([GOOD] * ahead.MANY) as wait:
+            wait()
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        break_off()
     (process,) = started
     assert process.done == ["wait", "kill", "wait"]
 

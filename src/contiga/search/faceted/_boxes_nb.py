@@ -148,3 +148,17 @@ def box_distances(box, node, x, y, z, out):
         b = max(box[node, 8 + l] - y, y - box[node, 32 + l], 0.0)
         c = max(box[node, 16 + l] - z, z - box[node, 40 + l], 0.0)
         out[l] = a * a + b * b + c * c
+
+
+@njit(cache=True)
+def put(nodes, bounds, base, top, node, bound):
+    """Add a node to the stack from `base` on, in falling order of bounds: the nearest comes off
+    first. Returns the new top."""
+    i = top
+    while i > base and bounds[i - 1] < bound:
+        bounds[i] = bounds[i - 1]
+        nodes[i] = nodes[i - 1]
+        i -= 1
+    bounds[i] = bound
+    nodes[i] = node
+    return top + 1

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numba import njit
 
-from contiga.search.faceted._boxes_nb import NOBODY, WIDTH, box_distances
+from contiga.search.faceted._boxes_nb import NOBODY, WIDTH, box_distances, put
 from contiga.search.faceted._facet_nb import (
     NOT_FINITE,
     TRIANGLE,
@@ -73,18 +73,8 @@ def closest(tree, point, seed, work):
             continue
         base = top
         for l in range(WIDTH):
-            d = lane[l]
-            if d > limit or child[node, l] == NOBODY:
-                continue
-            # Kept in falling order, so that the nearest child is taken first.
-            i = top
-            while i > base and bounds[i - 1] < d:
-                bounds[i] = bounds[i - 1]
-                nodes[i] = nodes[i - 1]
-                i -= 1
-            bounds[i] = d
-            nodes[i] = child[node, l]
-            top += 1
+            if lane[l] <= limit and child[node, l] != NOBODY:
+                top = put(nodes, bounds, base, top, child[node, l], lane[l])
     return slot, place, a, b
 
 
@@ -150,12 +140,5 @@ def box_reach(facets, points, rows, reach, start, stop):
                 if leaf:
                     best = d
                     continue
-                j = top
-                while j > base and bounds[j - 1] < d:
-                    bounds[j] = bounds[j - 1]
-                    nodes[j] = nodes[j - 1]
-                    j -= 1
-                bounds[j] = d
-                nodes[j] = child[node, l]
-                top += 1
+                top = put(nodes, bounds, base, top, child[node, l], d)
         reach[k] = math.sqrt(best)

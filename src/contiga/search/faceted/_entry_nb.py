@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from contiga.search.faceted._boxes_nb import NOBODY, WIDTH
+from contiga.search.faceted._boxes_nb import NOBODY, WIDTH, put
 from contiga.search.faceted._facet_nb import TRIANGLE
 
 OK, NOT_FINITE, NO_HIT, AT_START = 0, 5, 6, 7
@@ -113,16 +113,8 @@ def first_entry(tree, scale, p, q, work):
             continue
         base = top
         for l in range(WIDTH):
-            if lane[l] == math.inf or child[node, l] == NOBODY:
-                continue
-            i = top
-            while i > base and entry[i - 1] < lane[l]:
-                entry[i] = entry[i - 1]
-                nodes[i] = nodes[i - 1]
-                i -= 1
-            entry[i] = lane[l]
-            nodes[i] = child[node, l]
-            top += 1
+            if lane[l] < math.inf and child[node, l] != NOBODY:
+                top = put(nodes, entry, base, top, child[node, l], lane[l])
     return best, slot, u, v
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.errors import InputError
 from contiga.geometry.trimesh import TriMesh
-from contiga.num.arrays import as_points
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, Hit, IntArray
+from contiga.search.checks import checked_segments
 from contiga.search.faceted import _entry_nb
 from contiga.search.faceted.records import Facets
 from contiga.search.faceted.tables import tables_of
@@ -42,15 +41,7 @@ def first_hit(mesh: TriMesh, p0: ArrayLike, p1: ArrayLike) -> Hit:
     MeshError
         The mesh has no triangle with an area.
     """
-    a_M = as_points(p0, "p0")
-    b_M = as_points(p1, "p1")
-    if a_M.shape != b_M.shape:
-        raise InputError(
-            "segments need as many ends as starts",
-            where="p1",
-            found=b_M.shape,
-            allowed=str(a_M.shape),
-        )
+    a_M, b_M = checked_segments(p0, p1)
     rows = np.arange(len(a_M), dtype=np.int32)
     return hits_of_rows(tables_of(mesh).facets, a_M, b_M, rows)
 

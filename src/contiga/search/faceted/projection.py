@@ -10,6 +10,7 @@ from contiga.geometry.trimesh import NORMALS, TriMesh
 from contiga.num.arrays import as_points
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray, Projection
+from contiga.search.checks import checked_mode, checked_patches
 from contiga.search.faceted import _closest_nb, _order_nb, _walk_nb
 from contiga.search.faceted.records import Facets
 from contiga.search.faceted.tables import Tables, tables_of
@@ -64,16 +65,14 @@ def project(
     """
     p_M = as_points(points)
     smooth = is_smooth(mesh, normals)
-    if mode not in ("global", "track"):
-        raise InputError(
-            "unknown mode of projection", where="mode", found=mode, allowed='"global", "track"'
-        )
+    is_global = checked_mode(mode)
     tables = tables_of(mesh)
     out = empty_projection(len(p_M))
-    if mode == "global":
+    if is_global:
         closest_of_rows(tables.facets, p_M, np.arange(len(p_M), dtype=np.int32), smooth, out)
         return out
-    track(tables, p_M, _checked_start(start, len(p_M), len(mesh.triangles)), smooth, out)
+    patch = checked_patches(start, len(p_M), len(mesh.triangles), "triangle")
+    track(tables, p_M, patch, smooth, out)
     return out
 
 
@@ -85,32 +84,6 @@ def is_smooth(mesh: TriMesh, normals: str | None) -> bool:
             "unknown kind of normals", where="normals", found=kind, allowed='"facet", "vertex"'
         )
     return kind == "vertex"
-
-
-def _checked_start(start: Projection | None, n: int, triangles: int) -> IntArray:
-    if start is None:
-        raise InputError(
-            'mode "track" continues a projection',
-            where="start",
-            found=None,
-            allowed="the Projection of the same points one step ago",
-        )
-    patch = np.ascontiguousarray(start.patch, dtype=np.int32)
-    if patch.shape != (n,):
-        raise InputError(
-            "start must have one row a point",
-            where="start",
-            found=patch.shape,
-            allowed=f"patch ({n},)",
-        )
-    if n and int(patch.max()) >= triangles:
-        raise InputError(
-            "start names a triangle that is not there",
-            where="start.patch",
-            found=int(patch.max()),
-            allowed=f"-1 … {triangles - 1}",
-        )
-    return patch
 
 
 def track(tables: Tables, p_M: FloatArray, patch: IntArray, smooth: bool, out: Projection) -> None:
