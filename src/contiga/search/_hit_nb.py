@@ -29,23 +29,31 @@ INCLUSIVE = 1e-9
 """Solutions this far outside an element (local parameters) still belong to it."""
 
 
-@njit(cache=True)
-def _segment_meets(node, p, d, limit):
-    """Whether p + τ d, 0 ≤ τ ≤ limit, meets the node's box, and the smallest such τ."""
+@njit(inline="always")
+def _segment_meets(node, p, inverse, limit):
+    """Whether p + τ d, 0 ≤ τ ≤ limit, meets the node's box, and the smallest such τ.
+
+    `inverse` is one over d, component by component.
+    """
     near = 0.0
     far = limit
     for c in range(3):
         low = node["low"][c] - p[c]
         high = node["high"][c] - p[c]
-        if d[c] == 0.0:
+        if math.isinf(inverse[c]):
             if low > 0.0 or high < 0.0:
                 return False, 0.0
         else:
-            a = low / d[c]
-            b = high / d[c]
+            a = low * inverse[c]
+            b = high * inverse[c]
             near = max(near, min(a, b))
             far = min(far, max(a, b))
     return near <= far * (1.0 + 1e-12) + 1e-15, near
+
+
+@njit(cache=True)
+def _reciprocal(x):
+    return 1.0 / x if x != 0.0 else math.inf
 
 
 @njit(cache=True)
@@ -109,27 +117,26 @@ def _solve(elements, e, cell, start, p, d, h, m):
     return False, s, t, tau
 
 
-@njit(cache=True)
-def _search_leaf(elements, trims, leaf, path, best, found, work):
-    """Smallest fraction below `best` at which the path enters through one leaf.
+@njit(inline="always")
+def _next_entry(elements, leaf, path, best, top, work):
+    """Next solution below `best` at which the path enters through one leaf, trimmed or not.
 
     `path` is (p0, d, slack, size): slack is how far before its start (in fractions) a hit still
-    counts, size the length below which a cell is a point. Fills `found` with element, s, t; returns
-    the fraction.
+    counts, size the length below which a cell is a point. The stack in `work` holds the `top` cells
+    still to be searched. Returns the fraction (infinity where there is none), s, t, and how many
+    cells are left. Whoever asks decides about trims: handed to every leaf, their arrays would cost
+    more than the search.
     """
-    stack, h, m = work
+    stack, h, m, k = work
     p0, d, slack, small = path
     e = leaf["element"]
-    k = np.empty(9)
+    tau_found, s_found, t_found = math.inf, 0.0, 0.0
     pole = has_pole(elements, e)
     whole = DEEP * (leaf["box"][1] - leaf["box"][0]) * (leaf["box"][3] - leaf["box"][2])
     origin = elements.table[e]["origin"]
     p = (p0[0] - origin[0], p0[1] - origin[1], p0[2] - origin[2])
-    for c in range(4):
-        stack[0, c] = leaf["box"][c]
-    top = 1
     opened = 0
-    while top > 0:
+    while top > 0 and tau_found == math.inf:
         top -= 1
         opened += 1
         s0, s1, t0, t1 = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
@@ -172,6 +179,10 @@ def _search_leaf(elements, trims, leaf, path, best, found, work):
             pad = bend + slack * math.sqrt(dd)
             if (w > pad and w1 > pad) or (w < -pad and w1 < -pad):
                 continue
+            # Leaving wherever in the cell: n·d > 0 for all its normals.
+            turn = ((kxx + kxy) * ky + kx * (kxy + kyy)) / (hs * ht) * math.sqrt(dd)
+            if n0 * d[0] + n1 * d[1] + n2 * d[2] > turn * (1.0 + 1e-6):
+                continue
         unique = False
         start = (sc, tc, tau)
         if _inverse(h, hs, ht, d, m):
@@ -209,12 +220,8 @@ def _search_leaf(elements, trims, leaf, path, best, found, work):
                 s = min(max(s, -0.5), 0.5)
                 t = min(max(t, -0.5), 0.5)
                 n0, n1, n2 = normal_at(elements, e, s, t, h)
-                entering = n0 * d[0] + n1 * d[1] + n2 * d[2] < 0.0
-                if entering and in_face(elements, trims, e, s, t):
-                    best = tau_s
-                    found[0] = e
-                    found[1] = s
-                    found[2] = t
+                if n0 * d[0] + n1 * d[1] + n2 * d[2] < 0.0:
+                    tau_found, s_found, t_found = tau_s, s, t
             continue
         if opened > MAX_CELLS or top > 61:
             continue
@@ -229,89 +236,87 @@ def _search_leaf(elements, trims, leaf, path, best, found, work):
             stack[top + 1, 0], stack[top + 1, 1] = s0, s1
             stack[top + 1, 2], stack[top + 1, 3] = tc, t1
         top += 2
-    return best
+    return tau_found, s_found, t_found, top
 
 
-@njit(cache=True)
-def first_entry(tables, p0, p1, found, work):
-    """Smallest fraction of p0 → p1 at which the path enters the body from its free side.
-
-    Returns infinity where it does not. `found` takes element, s, t.
-    """
-    tree = tables.tree
-    leaves = tables.leaves
-    elements = tables.elements
-    trims = tables.trims
-    d = (p1[0] - p0[0], p1[1] - p0[1], p1[2] - p0[2])
-    length = math.sqrt(d[0] ** 2 + d[1] ** 2 + d[2] ** 2)
-    if length == 0.0 or leaves.shape[0] == 0:
-        return math.inf
-    slack = tables.scale[1] / length
-    path = (p0, d, slack, POINT * tables.scale[0])
-    best = math.inf
-    nodes = np.empty(128, np.int64)
-    entry = np.empty(128)
-    meets, near = _segment_meets(tree[0], p0, d, 1.0)
-    top = 0
-    if meets:
-        nodes[0] = 0
-        entry[0] = near
-        top = 1
-    while top > 0:
+@njit(inline="always")
+def _next_leaves(tree, p0, inverse, best, top, queue):
+    """Next node of leaves that the path meets before `best`, −1 for none, and nodes left."""
+    nodes, entry = queue
+    found = -1
+    while top > 0 and found < 0:
         top -= 1
-        if entry[top] > best + slack:
+        if entry[top] > best:
             continue
-        node = tree[nodes[top]]
-        n = node["count"]
-        first = node["first"]
-        if n == 0:
-            limit = min(1.0, best)
-            a, near_a = _segment_meets(tree[first], p0, d, limit)
-            b, near_b = _segment_meets(tree[first + 1], p0, d, limit)
-            swap = 1 if a and b and near_a <= near_b else 0  # the nearer child goes on top
-            for i in range(2):
-                child = i ^ swap
-                if (a, b)[child]:
-                    nodes[top] = first + child
-                    entry[top] = (near_a, near_b)[child]
-                    top += 1
+        node = nodes[top]
+        if tree[node]["count"] > 0:
+            found = node
             continue
-        for k in range(first, first + n):
-            if leaves[k]["element"] >= 0:
-                best = _search_leaf(elements, trims, leaves[k], path, best, found, work)
-    return best
+        first = tree[node]["first"]
+        limit = min(1.0, best)
+        a, near_a = _segment_meets(tree[first], p0, inverse, limit)
+        b, near_b = _segment_meets(tree[first + 1], p0, inverse, limit)
+        swap = 1 if a and b and near_a <= near_b else 0  # the nearer child goes on top
+        for i in range(2):
+            child = i ^ swap
+            if (a, b)[child]:
+                nodes[top] = first + child
+                entry[top] = (near_a, near_b)[child]
+                top += 1
+    return found, top
 
 
 @njit(cache=True, nogil=True)
 def first_hits(tables, p0, p1, rows, out, start, stop):
     """First entry of each segment p0[rows[i]] → p1[rows[i]] into row i of `out`."""
-    work = (np.empty((64, 4)), np.empty((4, 6)), np.empty((3, 3)))
-    found = np.empty(3)
+    tree, leaves, elements, trims = tables.tree, tables.leaves, tables.elements, tables.trims
+    stack, h = np.empty((64, 4)), np.empty((4, 6))
+    work = (stack, h, np.empty((3, 3)), np.empty(9))
+    queue = (np.empty(128, np.int64), np.empty(128))
+    small = POINT * tables.scale[0]
     for i in range(start, stop):
-        k = rows[i]
-        a = (p0[k, 0], p0[k, 1], p0[k, 2])
-        b = (p1[k, 0], p1[k, 1], p1[k, 2])
+        j = rows[i]
+        p = (p0[j, 0], p0[j, 1], p0[j, 2])
+        d = (p1[j, 0] - p[0], p1[j, 1] - p[1], p1[j, 2] - p[2])
+        length = math.sqrt(d[0] ** 2 + d[1] ** 2 + d[2] ** 2)
         out.patch[i] = -1
         out.fraction[i] = math.nan
-        for c in range(2):
-            out.uv[i, c] = math.nan
-        for c in range(3):
-            out.point[i, c] = math.nan
-        if not math.isfinite(a[0] + a[1] + a[2] + b[0] + b[1] + b[2]):
+        out.uv[i] = math.nan
+        out.point[i] = math.nan
+        if not (math.isfinite(p[0] + p[1] + p[2]) and math.isfinite(length)):
             out.status[i] = NOT_FINITE
             continue
-        tau = first_entry(tables, a, b, found, work)
-        if not math.isfinite(tau):
-            out.status[i] = NO_HIT
+        out.status[i] = NO_HIT
+        if length == 0.0 or leaves.shape[0] == 0:
             continue
-        e = int(found[0])
-        u, v = parameters(tables.elements, e, found[1], found[2])
-        h = work[1]
-        evaluate(tables.elements, e, found[1], found[2], h)
-        out.fraction[i] = min(max(tau, 0.0), 1.0)
-        out.patch[i] = tables.elements.table[e]["patch"]
-        out.uv[i, 0] = u
-        out.uv[i, 1] = v
+        slack = tables.scale[1] / length
+        path = (p, d, slack, small)
+        inverse = (_reciprocal(d[0]), _reciprocal(d[1]), _reciprocal(d[2]))
+        best, e, s, t = math.inf, -1, 0.0, 0.0
+        queue[0][0] = 0
+        queue[1][0] = 0.0
+        top = 1 if _segment_meets(tree[0], p, inverse, 1.0)[0] else 0
+        while top > 0:
+            node, top = _next_leaves(tree, p, inverse, best + slack, top, queue)
+            if node < 0:
+                break
+            for k in range(tree[node]["first"], tree[node]["first"] + tree[node]["count"]):
+                leaf = leaves[k]
+                if leaf["element"] < 0:
+                    continue
+                for c in range(4):
+                    stack[0, c] = leaf["box"][c]
+                cells = 1
+                while cells > 0:
+                    tau, s_k, t_k, cells = _next_entry(elements, leaf, path, best, cells, work)
+                    if tau < best and in_face(elements, trims, leaf["element"], s_k, t_k):
+                        best, e, s, t = tau, leaf["element"], s_k, t_k
+        if e < 0:
+            continue
+        evaluate(elements, e, s, t, h)
+        out.fraction[i] = min(max(best, 0.0), 1.0)
+        out.patch[i] = elements.table[e]["patch"]
+        out.uv[i, 0], out.uv[i, 1] = parameters(elements, e, s, t)
         for c in range(3):
-            out.point[i, c] = h[c, 0] + tables.elements.table[e]["origin"][c]
-        out.status[i] = AT_START if tau <= 0.0 else OK
+            out.point[i, c] = h[c, 0] + elements.table[e]["origin"][c]
+        out.status[i] = AT_START if best <= 0.0 else OK
