@@ -1,7 +1,6 @@
 """Bad input as a table: each wrong case gets one message with what, where and what is allowed.
 
-A row is a name, what is put into a good case in place of what, and pieces of the message. Rows
-for inputs of another kind (calls, files) are made with `call`.
+A row is a name, what is put into a good case in place of what, and pieces of the message.
 """
 
 from __future__ import annotations
@@ -14,43 +13,7 @@ import pytest
 from contiga.case.schema import load_case
 from contiga.errors import CaseError, FileError, GeometryError, InputError, UnitError
 
-GOOD = """\
-title = "Cloud pressed into a plate"
-[units]
-length = "mm"
-mass = "kg"
-time = "ms"
-[time]
-end = 13.0
-step = 1.0
-[[body]]
-name = "plate"
-geometry = { shape = "bumpy_plate", width = 2.0, waves = 1 }
-motion = { kind = "fixed" }
-[[slave]]
-name = "cylinder"
-points = { sample = { shape = "cylinder", radius = 0.2, nu = 5, nv = 6 } }
-motion = { kind = "translate", table = [[0, 0, 0, 0], [13, 0, 0, -1.3]] }
-[[contact]]
-master = "plate"
-slave = "cylinder"
-law = { kind = "force", curve = [[0, 0], [1, 0.5]] }
-area = { kind = "constant", value = 0.1 }
-[output]
-every = 1
-"""
-
-GEOMETRY = '{ shape = "bumpy_plate", width = 2.0, waves = 1 }'
-FIXED = 'motion = { kind = "fixed" }'
-MOVE = '{ kind = "translate", table = [[0, 0, 0, 0], [13, 0, 0, -1.3]] }'
-POINTS = '{ sample = { shape = "cylinder", radius = 0.2, nu = 5, nv = 6 } }'
-LAW = '{ kind = "force", curve = [[0, 0], [1, 0.5]] }'
-AREA = '{ kind = "constant", value = 0.1 }'
-
-
-def swap(name: str, old: str, new: str, *pieces: str, kind: type[InputError] = CaseError):
-    return pytest.param(old, new, pieces, kind, id=name)
-
+from .conftest import AREA, FIXED, GEOMETRY, GOOD, LAW, MOVE, POINTS, refused, swap
 
 TABLE = [
     # ---- keys
@@ -294,173 +257,6 @@ TABLE = [
         "contact[0].law.thickness: is missing",
         "not the slave's",
     ),
-    # ---- geometry
-    swap(
-        "unknown shape",
-        GEOMETRY,
-        '{ shape = "sphre" }',
-        "body[0].geometry.shape: there is no such surface; found 'sphre'",
-        "bumpy_plate, cone, cylinder",
-        "Did you mean 'sphere'?",
-    ),
-    swap("a curve as a body", GEOMETRY, '{ shape = "circle" }', "geometry.shape: there is no such"),
-    swap(
-        "unknown argument of a shape",
-        GEOMETRY,
-        '{ shape = "sphere", raduis = 1 }',
-        "body[0].geometry.raduis: unknown key",
-        "Did you mean 'radius'?",
-    ),
-    swap(
-        "argument of a shape missing",
-        GEOMETRY,
-        '{ shape = "extruded", direction = [0, 0, 1] }',
-        "body[0].geometry.curve: is missing; extruded needs it",
-    ),
-    swap(
-        "a shape that cannot be",
-        GEOMETRY,
-        '{ shape = "sphere", radius = -1 }',
-        "body[0].geometry.radius: a size must be positive; found -1",
-        kind=InputError,
-    ),
-    swap(
-        "a shape in a shape that cannot be",
-        GEOMETRY,
-        '{ shape = "extruded", direction = [0, 0, 1], curve = { shape = "arc", radius = 0 } }',
-        "body[0].geometry.curve.radius: a size must be positive; found 0",
-        kind=InputError,
-    ),
-    swap(
-        "geometry of no kind",
-        GEOMETRY,
-        '{ fle = "a.step" }',
-        "body[0].geometry: must have exactly one of the keys file, mesh, shape, nurbs, profile",
-        "Did you mean 'file'?",
-    ),
-    swap(
-        "geometry of two kinds",
-        GEOMETRY,
-        '{ file = "a.step", shape = "plane" }',
-        "body[0].geometry: must have exactly one of the keys",
-        "found 'file, shape'",
-    ),
-    swap(
-        "knots that decrease",
-        GEOMETRY,
-        "{ nurbs = { degrees = [1, 1], knots = [[0, 0, 1, 0.5], [0, 0, 1, 1]],"
-        " control_points = [[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0]]] } }",
-        "body[0].geometry",
-        "knots",
-        "decrease",
-        kind=InputError,
-    ),
-    swap(
-        "a weight of zero",
-        GEOMETRY,
-        "{ nurbs = { degrees = [1, 1], knots = [[0, 0, 1, 1], [0, 0, 1, 1]],"
-        " weights = [[1, 1], [1, 0]],"
-        " control_points = [[[0,0,0],[0,1,0]],[[1,0,0],[1,1,0]]] } }",
-        "body[0].geometry",
-        "weights",
-        kind=InputError,
-    ),
-    swap(
-        "a transform of two steps in one",
-        GEOMETRY,
-        '{ shape = "plane", transform = [{ translate = [0, 0, 1], scale = 2.0 }] }',
-        "body[0].geometry.transform[0]: must have exactly one of the keys translate, rotate or sc",
-    ),
-    swap("no bodies", "[[body]]", "[[bodies]]", "bodies: unknown key", "'body'"),
-    # ---- points
-    swap("points of no kind", POINTS, "{ n = 4 }", "slave[0].points: must have exactly one of"),
-    swap(
-        "one point along u",
-        POINTS,
-        '{ sample = { shape = "plane", nu = 1, nv = 3 } }',
-        "slave[0].points.sample.nu: is too small; found 1; allowed: >= 2",
-    ),
-    swap(
-        "no points",
-        POINTS,
-        "{ random = { box = [[0,0,0],[1,1,1]], n = 0 } }",
-        "slave[0].points.random.n: is too small",
-    ),
-    swap(
-        "a box inside out",
-        POINTS,
-        "{ random = { box = [[0,0,0],[1,-1,1]], n = 3 } }",
-        "slave[0].points.random",
-        "lower corner of a box",
-        kind=InputError,
-    ),
-    swap(
-        "a coordinate that is not finite",
-        POINTS,
-        "{ coordinates = [[0, 0, inf]] }",
-        "slave[0].points.coordinates[0][2]: must be finite; found inf",
-    ),
-    swap(
-        "two coordinates",
-        POINTS,
-        "{ coordinates = [[0, 0]] }",
-        "slave[0].points.coordinates[0]: has the wrong length; found 2; allowed: at least 3",
-    ),
-    # ---- files
-    swap(
-        "missing geometry file",
-        GEOMETRY,
-        '{ file = "none.step" }',
-        "body[0].geometry.file: no such file; found 'none.step'",
-        "looked for",
-        kind=FileError,
-    ),
-    swap(
-        "folder as a mesh",
-        POINTS,
-        '{ file = "." }',
-        "slave[0].points.file: this is a folder",
-        kind=FileError,
-    ),
-    swap(
-        "no file of a series",
-        MOVE,
-        '{ kind = "series", files = "step_*.vtu" }',
-        "slave[0].motion.files: ",
-        "no file fits the pattern; found 'step_*.vtu'",
-        kind=FileError,
-    ),
-    swap(
-        "missing pose file",
-        FIXED,
-        'motion = { kind = "poses", file = "poses.csv" }',
-        "body[0].motion.file: no such file; found 'poses.csv'",
-        kind=FileError,
-    ),
-    swap(
-        "a name too long for a file",
-        GEOMETRY,
-        f'{{ file = "{"a" * 5000}.step" }}',
-        "body[0].geometry.file: is no name of a file",
-        kind=FileError,
-    ),
-    swap(
-        "a character no file name has",
-        GEOMETRY,
-        '{ file = "a\\u0000b.step" }',
-        "body[0].geometry.file: is no name of a file",
-        kind=FileError,
-    ),
-    *(
-        swap(
-            f"series of files {pattern!r}",
-            MOVE,
-            f'{{ kind = "series", files = "{pattern}" }}',
-            "slave[0].motion.files: is no pattern of file names",
-            kind=FileError,
-        )
-        for pattern in ("", "a**b")
-    ),
     # ---- numbers nobody means
     *(
         swap(f"steps of {step}", "step = 1.0", f"step = {step}", "time.step: makes", "at most")
@@ -524,18 +320,7 @@ TABLE = [
 def test_a_wrong_case_is_refused_with_its_key(
     tmp_path: Path, old: str, new: str, pieces: tuple[str, ...], kind: type[InputError]
 ) -> None:
-    assert old in GOOD
-    path = tmp_path / "case.toml"
-    path.write_text(GOOD.replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(kind) as caught:
-        load_case(path)
-    message = str(caught.value)
-    assert message.startswith(f"{path}: ")
-    for piece in pieces:
-        assert piece in message
-    assert caught.value.exit_code == 2
-    assert "pydantic" not in message
-    assert "<" not in message.replace("allowed: <", "")
+    refused(tmp_path, old, new, pieces, kind)
 
 
 def test_the_good_case_is_good(tmp_path: Path) -> None:

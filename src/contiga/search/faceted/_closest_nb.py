@@ -12,11 +12,11 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.search._foot_nb import blank
 from contiga.search.faceted._boxes_nb import NOBODY, WIDTH, box_distances, put
 from contiga.search.faceted._facet_nb import (
     NOT_FINITE,
     TRIANGLE,
-    blank,
     closest_on,
     is_beyond,
     smooth_normal,

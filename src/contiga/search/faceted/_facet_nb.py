@@ -125,20 +125,6 @@ def barycentric(place, a, b):
 
 
 @njit(cache=True)
-def blank(out, k, status):
-    """Row k of `out` for a point without a foot."""
-    out.patch[k] = -1
-    out.feature[k] = -1
-    out.status[k] = status
-    out.gap[k] = math.nan
-    for c in range(3):
-        out.point[k, c] = math.nan
-        out.normal[k, c] = math.nan
-    out.uv[k, 0] = math.nan
-    out.uv[k, 1] = math.nan
-
-
-@njit(cache=True)
 def write_face(shape, k, s, u, v, point, out):
     """Row k of the projection for a foot inside triangle s, but its patch."""
     x, y, z = point

@@ -13,13 +13,13 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.search._foot_nb import blank
 from contiga.search.faceted._facet_nb import (
     BORDER,
     MAX_ITERATIONS,
     NOT_FINITE,
     TRIANGLE,
     VERTICES,
-    blank,
     closest_on,
     smooth_normal,
     write_face,
