@@ -68,9 +68,21 @@ class ContactStatus(IntEnum):
     """Could not be solved; left out of the forces. Take smaller steps."""
     NOT_FINITE = 7
     """Has a NaN or infinite coordinate; left out of the forces."""
+    FOUND = 8
+    """In contact: lies inside a closed body without a crossing having been seen. Its foot is the
+    closest point. Report the case: this is a fault of the search."""
+    REACQUIRED = 9
+    """In contact at the closest point: the foot it had vanished (its point crossed a focal
+    surface) or did not continue. Take smaller steps to stay on the branch."""
 
 
-IN_CONTACT = (ContactStatus.NEW, ContactStatus.OLD, ContactStatus.HELD)
+IN_CONTACT = (
+    ContactStatus.NEW,
+    ContactStatus.OLD,
+    ContactStatus.HELD,
+    ContactStatus.FOUND,
+    ContactStatus.REACQUIRED,
+)
 
 
 class Projection(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.geometry.trim import TrimTables
-from contiga.search import _curve_leaves_nb, _hierarchy_nb, _tree_nb
+from contiga.search import _curve_leaves_nb, _hierarchy_nb, _middles_nb, _tree_nb
 from contiga.search.records import LEAF, NODE, Elements, Grid, Records
 
 # A leaf leaves its tangent parallelogram by at most this share of its larger extent.
@@ -36,4 +36,5 @@ def build_hierarchy(elements: Elements, grid: Grid, trims: TrimTables) -> tuple[
     on_face = leaves["element"] >= 0
     leaves["patch"][on_face] = elements.table["patch"][leaves["element"][on_face]]
     leaves["patch"][~on_face] = trims.piece_patch[-1 - leaves["element"][~on_face]]
+    _middles_nb.fill_middles(elements, grid, trims, leaves)
     return leaves, tree

@@ -67,6 +67,7 @@ LEAF = np.dtype(
         ("box", "f8", 4),  # s0, s1, t0, t1; curve leaf: t0, t1 of the piece
         # |S_s|, |S_t|, |S_ss|, |S_st|, |S_tt|, |S_sss|, |S_sst|, |S_stt|, |S_ttt| at most
         ("bound", "f8", 9),
+        ("middle", "f8", 3),  # a point of the body in it; infinite where that is trimmed away
     ],
     align=True,
 )
