@@ -70,6 +70,7 @@ def _blank(n: int) -> Projection:
     feet.gap[:] = 0.0
     feet.feature[:] = -1
     feet.status[:] = 0
+    feet.certified[:] = 0
     return feet
 
 
@@ -130,14 +131,20 @@ class _Tracked(NamedTuple):
 
 
 def _track(
-    surface: Surface, p_B: FloatArray, patch: IntArray, uv: FloatArray, options: Options
+    surface: Surface,
+    path: tuple[FloatArray, FloatArray],
+    patch: IntArray,
+    uv: FloatArray,
+    options: Options,
 ) -> _Tracked:
+    before, p_B = path
     out = empty_projection(len(p_B))
-    surface.track(p_B, patch, np.ascontiguousarray(uv), out)
+    surface.track(p_B, patch, np.ascontiguousarray(uv), out, before)
     failed = np.flatnonzero(out.status == Status.MAX_ITERATIONS).astype(np.int32)
     surface.closest(p_B, failed, out)
     at_border = (out.status == Status.BORDER) | (out.status == Status.TRIMMED)
-    solved = (out.status == Status.OK) | at_border
+    # A minimum that vanished on the way has the closest point for a foot.
+    solved = (out.status == Status.OK) | (out.status == Status.BRANCH_EVENT) | at_border
     keep = solved & (out.gap <= 0.0) & (options.hold | ~at_border)
     return _Tracked(out, solved, at_border, keep)
 
@@ -159,7 +166,8 @@ def _continue(
     within = np.zeros(len(rows))
     if len(rows) == 0:
         return within
-    found = _track(surface, now[rows], last.patch[rows], last.uv[rows], options)
+    own = last.points_B[rows], now[rows]
+    found = _track(surface, own, last.patch[rows], last.uv[rows], options)
     keep = found.keep
     if options.closed:
         within = np.where(keep, reach[rows], 0.0)
@@ -220,7 +228,8 @@ def _sweep(
     if len(entered) == 0:
         return
     rows = rows[entered]
-    found = _track(surface, now[rows], hits.patch[entered], hits.uv[entered], options)
+    inner = hits.point[entered], now[rows]
+    found = _track(surface, inner, hits.patch[entered], hits.uv[entered], options)
     keep = found.keep
     if options.closed:
         due = np.flatnonzero(keep).astype(np.int32)
@@ -263,3 +272,4 @@ def _take(feet: Projection, rows: IntArray, out: Projection, keep: BoolArray) ->
     feet.gap[rows] = out.gap[keep]
     feet.feature[rows] = out.feature[keep]
     feet.status[rows] = out.status[keep]
+    feet.certified[rows] = out.certified[keep]
