@@ -39,14 +39,17 @@ class Status(IntEnum):
     MAX_ITERATIONS = 3
     """Not converged. Take smaller steps, or project with ``mode="global"``."""
     BRANCH_EVENT = 4
-    """The tracked minimum vanished (the point crossed a focal surface). Re-acquired by
-    ``mode="global"`` in a contact; take smaller steps to stay on the branch."""
+    """The tracked minimum vanished on the way (the point crossed a focal surface); the foot is the
+    closest point instead. Nothing continues the old one: smaller steps show where it ends."""
     NOT_FINITE = 5
     """The point has a NaN or infinite coordinate. Mend the input."""
     NO_HIT = 6
     """The segment meets the surface nowhere from its free side (first hit only)."""
     AT_START = 7
     """The segment starts on the surface and leads inside: its fraction is 0 (first hit only)."""
+    BUDGET = 8
+    """Given up: the search spent what it may on this row. What it holds is the best found so far.
+    Look for overlapping or degenerate patches there, or weights many decades apart."""
 
 
 class ContactStatus(IntEnum):
@@ -102,6 +105,11 @@ class Projection(NamedTuple):
     """(n,) `Feature`."""
     status: ByteArray
     """(n,) `Status`."""
+    certified: ByteArray
+    """(n,) 1 where the foot is proved, not merely converged: of a search over the whole body, that
+    no other point is closer (up to tolerance); of a tracked foot, that it is on the branch of
+    stationary points continued from its start along the straight motion of the point. 0 where that
+    could not be shown."""
 
 
 class Hit(NamedTuple):

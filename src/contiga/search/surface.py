@@ -29,8 +29,19 @@ class Surface(Protocol):
         """Closest points of p_B[rows] into the same rows of `out`."""
         ...  # pragma: no cover
 
-    def track(self, p_B: FloatArray, patch: IntArray, uv: FloatArray, out: Projection) -> None:
-        """Feet continued from (patch, uv) into `out`; rows of patch −1 by `closest`."""
+    def track(
+        self,
+        p_B: FloatArray,
+        patch: IntArray,
+        uv: FloatArray,
+        out: Projection,
+        before: FloatArray | None = None,
+    ) -> None:
+        """Feet continued from (patch, uv) into `out`; rows of patch −1 by `closest`.
+
+        `before` (n, 3) is where the points were when their feet were (patch, uv): needed for
+        tracked feet to be certified.
+        """
         ...  # pragma: no cover
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
@@ -65,9 +76,16 @@ class ExactSurface(NamedTuple):
         """Closest points of the body."""
         projection.closest_of_rows(self.tables, p_B, rows, out)
 
-    def track(self, p_B: FloatArray, patch: IntArray, uv: FloatArray, out: Projection) -> None:
+    def track(
+        self,
+        p_B: FloatArray,
+        patch: IntArray,
+        uv: FloatArray,
+        out: Projection,
+        before: FloatArray | None = None,
+    ) -> None:
         """Feet continued over elements, seams and edges."""
-        projection.track(self.tables, p_B, patch, uv, out)
+        projection.track(self.tables, p_B, (patch, uv), out, before)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First entries by interval Newton."""

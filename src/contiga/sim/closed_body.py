@@ -121,7 +121,7 @@ def _still_outside(
     """Settle the free points whose foot proves that they are still outside; returns the others."""
     known = (step.near[near] >= 0) & ~step.ignored[near]
     rows = near[known]
-    tracked = track(surface, step.now[rows], step.near[rows], step.uv[rows], options)
+    tracked = track(surface, (None, step.now[rows]), (step.near[rows], step.uv[rows]), options)
     outside, reach = _proved_outside(surface, tracked, options)
     found.reach[rows[outside]] = reach
     remember(found, rows[outside], rows_of(tracked.feet, np.flatnonzero(outside)))
@@ -179,7 +179,12 @@ def _come_in(
         take(feet, which, rows_of(truth, which), np.ones(len(which), dtype=bool))
         new[which] = True
         return entered, new
-    tracked = track(surface, step.now[rows[which]], hits.patch[back], hits.uv[back], options)
+    tracked = track(
+        surface,
+        (hits.point[back], step.now[rows[which]]),
+        (hits.patch[back], hits.uv[back]),
+        options,
+    )
     new[which] = tracked.keep
     take(feet, which, tracked.feet, tracked.keep)
     return entered, new

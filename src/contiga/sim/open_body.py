@@ -50,7 +50,12 @@ def _sweep(
     if len(entered) == 0:
         return
     rows = rows[entered]
-    tracked = track(surface, step.now[rows], hits.patch[entered], hits.uv[entered], options)
+    tracked = track(
+        surface,
+        (hits.point[entered], step.now[rows]),
+        (hits.patch[entered], hits.uv[entered]),
+        options,
+    )
     keep = tracked.keep
     new = np.where(tracked.at_border, ContactStatus.HELD, ContactStatus.NEW)
     found.status[rows[keep]] = new[keep]

@@ -90,11 +90,20 @@ def blank(n: int) -> Projection:
 
 
 def track(
-    surface: Surface, p_B: FloatArray, patch: IntArray, uv: FloatArray, options: Options
+    surface: Surface,
+    path: tuple[FloatArray | None, FloatArray],
+    start: tuple[IntArray, FloatArray],
+    options: Options,
 ) -> Tracked:
-    """Feet of `p_B` continued from (patch, uv); those that fail are the closest points."""
+    """Feet of points that went along `path`, continued from `start` = (patch, uv).
+
+    `path` is (before, now); without a before feet are not certified. Those that fail are the
+    closest points.
+    """
+    before, p_B = path
+    patch, uv = start
     out = empty_projection(len(p_B))
-    surface.track(p_B, patch, np.ascontiguousarray(uv), out)
+    surface.track(p_B, patch, np.ascontiguousarray(uv), out, before)
     failed = np.flatnonzero(out.status == Status.MAX_ITERATIONS).astype(np.int32)
     surface.closest(p_B, failed, out)
     at_border = (out.status == Status.BORDER) | (out.status == Status.TRIMMED)

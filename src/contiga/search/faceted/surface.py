@@ -38,9 +38,16 @@ class FacetedSurface(NamedTuple):
         """Closest points of the mesh."""
         closest_of_rows(self.tables.facets, p_B, rows, self.smooth, out)
 
-    def track(self, p_B: FloatArray, patch: IntArray, uv: FloatArray, out: Projection) -> None:
+    def track(
+        self,
+        p_B: FloatArray,
+        patch: IntArray,
+        uv: FloatArray,
+        out: Projection,
+        before: FloatArray | None = None,
+    ) -> None:
         """Feet continued over adjoining triangles."""
-        track(self.tables, p_B, patch, self.smooth, out)
+        track(self.tables, p_B, (patch, before), self.smooth, out)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First crossings of triangles from their free side."""
