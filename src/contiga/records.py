@@ -47,6 +47,10 @@ class Status(IntEnum):
     """The segment meets the surface nowhere from its free side (first hit only)."""
     AT_START = 7
     """The segment starts on the surface and leads inside: its fraction is 0 (first hit only)."""
+    BUDGET = 8
+    """The search opened as many cells as it may: the answer is the best found, not proved (of a
+    first hit perhaps none). Mend the geometry there: weights that differ by many decades,
+    collapsed or folded patches."""
 
 
 class ContactStatus(IntEnum):
@@ -102,7 +106,7 @@ class Hit(NamedTuple):
     uv: FloatArray
     """(n, 2) parameters on that patch."""
     point: FloatArray
-    """(n, 3) where the path enters."""
+    """(n, 3) on the surface, where the path enters."""
     status: ByteArray
     """(n,) `Status`."""
 
