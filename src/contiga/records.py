@@ -48,8 +48,9 @@ class Status(IntEnum):
     AT_START = 7
     """The segment starts on the surface and leads inside: its fraction is 0 (first hit only)."""
     BUDGET = 8
-    """Given up: the search spent what it may on this row. What it holds is the best found so far.
-    Look for overlapping or degenerate patches there, or weights many decades apart."""
+    """The search opened as many cells as it may: the answer is the best found, not proved (of a
+    first hit perhaps none). Mend the geometry there: weights that differ by many decades,
+    collapsed or folded patches."""
 
 
 class ContactStatus(IntEnum):
@@ -122,7 +123,7 @@ class Hit(NamedTuple):
     uv: FloatArray
     """(n, 2) parameters on that patch."""
     point: FloatArray
-    """(n, 3) where the path enters."""
+    """(n, 3) on the surface, where the path enters."""
     status: ByteArray
     """(n,) `Status`."""
 

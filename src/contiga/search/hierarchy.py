@@ -26,6 +26,11 @@ def build_hierarchy(elements: Elements, grid: Grid, trims: TrimTables) -> tuple[
     element, box, bound, low, high = (
         np.concatenate(pair) for pair in zip(faces, curves, strict=True)
     )
+    # Where its edges have width, a face reaches that much beyond them.
+    on_face = element >= 0
+    skirt = elements.table["skirt"][element[on_face], None]
+    low[on_face] -= skirt
+    high[on_face] += skirt
     reach = max(float(np.abs(low).max(initial=0.0)), float(np.abs(high).max(initial=0.0)))
     margin = 4.0 * np.finfo(float).eps * reach
     node_low, node_high, first, count, order = _tree_nb.build(low - margin, high + margin)

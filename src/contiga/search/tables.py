@@ -28,11 +28,14 @@ from contiga.search.records import (
     Records,
     Tables,
 )
+from contiga.search.widths import edge_widths
 
 # Monomials lose digits above this degree: such elements are evaluated in Bernstein form.
 MONOMIAL_DEGREE = 5
 # They lose digits too where weights of one element differ by more than this factor.
 MONOMIAL_WEIGHTS = 1e3
+# Rounding of each of the steps in which a point is evaluated.
+ROUNDING = 2.0 * float(np.finfo(float).eps)
 # Tangential miss accepted at a foot, relative to the body's size.
 RELATIVE_TOLERANCE = 1e-12
 # A trimming curve that stays this close to its start, relative to the body's size, is a point.
@@ -80,9 +83,10 @@ def _build(body: Body) -> Tables:
     grid = join(elements, grid, body)
     is_open = _open_pieces(body, trims)
     _share_trimmed_sides(elements, trims, is_open)
+    piece_width = edge_widths(body, elements, trims)
     leaves, tree = build_hierarchy(elements, grid, trims)
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
-    return Tables(elements, grid, leaves, tree, trims, is_open, scale)
+    return Tables(elements, grid, leaves, tree, trims, is_open, piece_width, scale)
 
 
 def _open_pieces(body: Body, trims: trim.TrimTables) -> FloatArray:
@@ -186,6 +190,8 @@ def _fill(rows: Records, coefs: FloatArray, used: int) -> list[FloatArray]:
     stride = 4 * (p + 1) * (q + 1)
     rows["bernstein"] = used + stride * np.arange(len(rows))
     rows["monomial"] = -1
+    extent = np.abs(net[..., :3] / net[..., 3:]).max(axis=(1, 2, 3))
+    rows["noise"] = ROUNDING * (p + q + 2) * extent
     if max(p, q) > MONOMIAL_DEGREE:
         return [net.ravel()]
     monomial = np.einsum(
@@ -195,6 +201,7 @@ def _fill(rows: Records, coefs: FloatArray, used: int) -> list[FloatArray]:
     weights = net[..., 3].reshape(len(net), -1)
     uneven = weights.max(axis=1) > MONOMIAL_WEIGHTS * weights.min(axis=1)
     rows["monomial"][uneven] = -1
+    rows["noise"] *= np.where(uneven, 1.0, weights.max(axis=1) / weights.min(axis=1))
     if max(p, q) <= 3:
         cubic = np.zeros((len(net), 4, 4, 4))  # element, component, power of s, power of t
         cubic[:, :, : p + 1, : q + 1] = np.moveaxis(monomial, 3, 1)
