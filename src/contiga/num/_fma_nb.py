@@ -28,7 +28,7 @@ def exact_fma(x, y, z):
         size = abs(numerator) / (b * d * f)
     except OverflowError:
         size = math.inf
-    return math.copysign(size, numerator)
+    return size if numerator > 0 else -size
 
 
 @intrinsic
