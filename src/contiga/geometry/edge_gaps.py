@@ -20,6 +20,8 @@ from contiga.records import FloatArray
 
 BELIEVED = 1e-6
 """Misses up to this share of an edge's box are not looked at twice."""
+MORE = 1.02
+"""Between samples an image may be a little farther off."""
 
 Trims = Sequence[tuple[Loop, ...] | None]
 
@@ -83,7 +85,7 @@ def measured(
             gap = max((image.gap for image in images), default=0.0)
             edge = edge._replace(
                 gap=gap,
-                tolerance=max(gap, edge.tolerance),
+                tolerance=max(MORE * gap, edge.tolerance),
                 stated=max(edge.stated, edge.tolerance),
             )
         result.append(edge)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,8 +50,7 @@ def stitches(body: Body) -> tuple[FloatArray, NDArray[np.bool_]]:
     loose = np.flatnonzero(trims.piece_edge < 0)
     if len(loose) == 0:
         return extent, is_open
-    size = body.size
-    allowed = _tolerance_of_loops(body)
+    reach = reach_of_loops(body)
     for piece in loose:
         homogeneous = trims.piece_coefs[piece, : trims.piece_degree[piece] + 1]
         ends = homogeneous[[0, -1], :2] / homogeneous[[0, -1], 2:]
@@ -61,17 +61,17 @@ def stitches(body: Body) -> tuple[FloatArray, NDArray[np.bool_]]:
         uv = np.clip(ends[0] + share * (ends[1] - ends[0]), low, high)
         points = body.patches[patch].evaluate(uv)
         extent[piece] = np.linalg.norm(points - points[0], axis=1).max()
-        loop = (patch, int(trims.piece_loop[piece, 0]))
-        reach = SLACK * allowed.get(loop, 0.0) + POINT * size
-        is_open[piece] = extent[piece] > min(reach, LARGEST * size)
+        is_open[piece] = extent[piece] > reach[patch, int(trims.piece_loop[piece, 0])]
     return extent, is_open
 
 
-def _tolerance_of_loops(body: Body) -> dict[tuple[int, int], float]:
-    """By patch and loop the largest tolerance of its edges."""
-    allowed: dict[tuple[int, int], float] = {}
+def reach_of_loops(body: Body) -> defaultdict[tuple[int, int], float]:
+    """By patch and loop (`UNTRIMMED` round its rectangle) what counts as a point there, length."""
+    size = body.size
+    reach: defaultdict[tuple[int, int], float] = defaultdict(lambda: POINT * size)
     for edge in body.edges:
+        own = min(SLACK * max(edge.tolerance, edge.stated) + POINT * size, LARGEST * size)
         for use in edge.uses:
             key = (use.patch, use.loop)
-            allowed[key] = max(allowed.get(key, 0.0), edge.tolerance, edge.stated)
-    return allowed
+            reach[key] = max(reach[key], own)
+    return reach

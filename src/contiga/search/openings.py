@@ -9,7 +9,7 @@ import numpy as np
 from contiga.geometry.edge_gaps import image_curve, image_of
 from contiga.geometry.edges import UNTRIMMED, EdgeUse
 from contiga.geometry.joints import Joint, joints_of, turned_faces
-from contiga.geometry.slits import gaping_edges, stitches, widest_slit
+from contiga.geometry.slits import gaping_edges, reach_of_loops, stitches, widest_slit
 from contiga.records import FloatArray
 from contiga.search.records import BORDER, CREASE
 
@@ -162,7 +162,13 @@ def _unnamed_sides(body: Body) -> tuple[list[float], list[Joint]]:
     """Lengths of free sides of untrimmed patches that no edge names, and the joints of others."""
     named = {(use.patch, use.index) for e in body.edges for use in e.uses if use.loop == UNTRIMMED}
     whole = [k for k, loops in enumerate(body.trims) if loops is None]
-    unnamed = [(k, side) for k in whole for side in range(4) if (k, side) not in named]
+    reach = reach_of_loops(body)
+    unnamed = [
+        (k, side)
+        for k in whole
+        for side in range(4)
+        if (k, side) not in named and _side_length(body, k, side) > reach[k, UNTRIMMED]
+    ]
     if not unnamed:
         return [], []
     from contiga.search.tables import tables_of
@@ -178,7 +184,8 @@ def _unnamed_sides(body: Body) -> tuple[list[float], list[Joint]]:
         if len(free):
             axis = 2 * (1 - side // 2)
             spans = table["box"][free][:, axis : axis + 2]
-            lengths.append(sum(_side_length(body, k, side, span) for span in spans))
+            parts = [_side_length(body, k, side, (low, high)) for low, high in spans.tolist()]
+            lengths.append(sum(parts))
         linked = rows[kind <= CREASE]
         other = table["neighbour"][linked, side]
         sense = SENSE[side] * SENSE[table["neighbour_side"][linked, side]]
@@ -195,9 +202,10 @@ def _at_side(boxes: FloatArray, side: int) -> np.ndarray:
     return ends == (ends.max() if side % 2 else ends.min())
 
 
-def _side_length(body: Body, patch: int, side: int, span: FloatArray) -> float:
-    use = EdgeUse(patch, UNTRIMMED, side, False)
+def _side_length(
+    body: Body, patch: int, side: int, span: tuple[float, float] | None = None
+) -> float:
     surface = body.patches[patch]
-    curve = image_curve(use, (float(span[0]), float(span[1])), surface, None)
+    curve = image_curve(EdgeUse(patch, UNTRIMMED, side, False), span, surface, None)
     points = surface.evaluate(curve.evaluate(np.linspace(*curve.domain, SAMPLES))[:, :2])
     return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
