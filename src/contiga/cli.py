@@ -167,9 +167,9 @@ def check(case: CaseFile) -> None:
     bodies = build(loaded).bodies
     _table(describe(loaded))
     for name, part in bodies.items():
-        if isinstance(part.body, TriMesh):
-            print(f"\n{name}")
-            _table(_master_rows(part.body))
+        print(f"\n{name}")
+        exact = not isinstance(part.body, TriMesh)
+        _table(part.body.openings.rows if exact else _master_rows(part.body))
     print(f"{case} is ready to run")
 
 
@@ -185,7 +185,8 @@ def info(file: Annotated[Path, typer.Argument(metavar="FILE", help="CAD file or 
     if not file.exists():
         raise FileError("no such file", where=str(file))
     if file.suffix.lower() in SUFFIXES:
-        _table(_summary_rows(body_summary(read_cad(file))))
+        body = read_cad(file)
+        _table([*_summary_rows(body_summary(body)), *body.openings.rows])
         return
     mesh = read_mesh(file)
     rows = list(_summary_rows(mesh_summary(mesh)))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from difflib import get_close_matches
 from pathlib import Path
 
-from contiga.errors import FileError
+from contiga.errors import ContigaWarning, FileError
 from contiga.geometry.body import Body
 from contiga.geometry.summary import body_summary
 from contiga.io.units import base_factor
@@ -14,6 +15,8 @@ from contiga.io.units import base_factor
 __all__ = ["SUFFIXES", "body_summary", "read_cad"]
 
 Reader = Callable[[Path, str | None, str | None], Body]
+WIDE = 1e-4
+"""Gaps between faces that share an edge above this share of the size are told of."""
 SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
 
 
@@ -48,7 +51,9 @@ def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None
     Warns
     -----
     ContigaWarning
-        A face without extent is left out; a face whose loops do not close is kept whole.
+        A face without extent is left out; a face whose loops do not close is kept whole; faces
+        that share an edge are apart there by more than 1e-4 of the size: a slit, which the search
+        bridges where the file's tolerances allow it.
     """
     file = Path(path)
     reader = _reader(file)
@@ -56,7 +61,12 @@ def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None
         if value is not None:
             base_factor(value, "length", key)
     _check_readable(file)
-    return reader(file, file_unit, unit)
+    body = reader(file, file_unit, unit)
+    size = body.size
+    if any(len(edge.uses) > 1 and edge.gap > WIDE * size for edge in body.edges):
+        text = "; ".join(body.openings.flaws)
+        warnings.warn(f"{file}: {text}", ContigaWarning, stacklevel=2)
+    return body
 
 
 def _reader(file: Path) -> Reader:

@@ -8,7 +8,7 @@ from contiga.geometry.body import Body
 from contiga.geometry.trimesh import TriMesh
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.search import hits, projection, reach
-from contiga.search.records import BORDER, Tables
+from contiga.search.records import Tables
 from contiga.search.tables import tables_of
 
 
@@ -64,15 +64,8 @@ class ExactSurface(NamedTuple):
     """The search on a body's NURBS patches."""
 
     tables: Tables
-
-    @property
-    def closed(self) -> bool:
-        """Whether the body has no border anywhere."""
-        # What a trimmed patch ends at are its trimming curves, wherever its rectangle ends.
-        table = self.tables.elements.table
-        whole = self.tables.trims.trimmed[table["patch"]] == 0
-        borders = (table["kind"] == BORDER).any(axis=1) & whole
-        return not bool(self.tables.piece_open.any()) and not bool(borders.any())
+    closed: bool
+    """Whether the body has no border anywhere."""
 
     @property
     def n_elements(self) -> int:
@@ -121,4 +114,4 @@ def surface_of(master: Body | TriMesh) -> Surface:
         from contiga.search.faceted.surface import faceted_surface
 
         return faceted_surface(master)
-    return ExactSurface(tables_of(master))
+    return ExactSurface(tables_of(master), master.closed)

@@ -12,6 +12,7 @@ import numpy as np
 from contiga.errors import GeometryError
 from contiga.geometry import _trim_nb, bezier, trim
 from contiga.geometry.body import Body
+from contiga.geometry.slits import gaping_edges, stitches
 from contiga.records import FloatArray
 from contiga.search.hierarchy import build_hierarchy
 from contiga.search.neighbours import join
@@ -38,8 +39,6 @@ MONOMIAL_WEIGHTS = 1e3
 ROUNDING = 2.0 * float(np.finfo(float).eps)
 # Tangential miss accepted at a foot, relative to the body's size.
 RELATIVE_TOLERANCE = 1e-12
-# A trimming curve that stays this close to its start, relative to the body's size, is a point.
-RELATIVE_POINT = 1e-9
 # Sizes of bodies whose lengths can be taken to the fourth power and back.
 SMALLEST, LARGEST = 1e-60, 1e60
 # A trimming curve this close to a side of its patch's rectangle, as a share of it, runs along it.
@@ -78,7 +77,7 @@ def check_size(body: Body) -> None:
 
 def _build(body: Body) -> Tables:
     check_size(body)
-    trims = trim.build_trim_tables(body)
+    trims = body.trim_tables
     elements, grid = _elements(body, trims)
     grid = join(elements, grid, body)
     is_open = _open_pieces(body, trims)
@@ -90,13 +89,12 @@ def _build(body: Body) -> Tables:
 
 
 def _open_pieces(body: Body, trims: trim.TrimTables) -> FloatArray:
-    single = np.array([len(edge.uses) < 2 for edge in body.edges], dtype=bool)
+    joins = np.array([len(edge.uses) > 1 for edge in body.edges], dtype=bool)
+    ends = ~joins | gaping_edges(body)
     edge = np.asarray(trims.piece_edge)
-    is_open = np.ones(len(edge))
     known = edge >= 0
-    is_open[known] = single[edge[known]]
-    for piece in np.flatnonzero(~known):
-        is_open[piece] = not _is_point(body, trims, int(piece))
+    is_open = stitches(body)[1].astype(np.float64)
+    is_open[known] = ends[edge[known]]
     return is_open
 
 
@@ -119,16 +117,6 @@ def _share_trimmed_sides(elements: Elements, trims: trim.TrimTables, is_open: Fl
             meets = (first < box[:, 1:]) & (last > box[:, :1])
             shared = (table["kind"][rows, side] == BORDER) & ~meets.any(axis=1)
             table["kind"][rows[shared], side] = SHARED
-
-
-def _is_point(body: Body, trims: trim.TrimTables, piece: int) -> bool:
-    """Whether a trimming piece that is of no edge runs along a pole: the surface does not end."""
-    homogeneous = trims.piece_coefs[piece, : trims.piece_degree[piece] + 1]
-    a, b = homogeneous[[0, -1], :2] / homogeneous[[0, -1], 2:]
-    patch = body.patches[int(trims.piece_patch[piece])]
-    low, high = np.transpose(patch.domain)  # p-curves of CAD files stick out by their tolerance
-    points = patch.evaluate(np.clip([a, 0.5 * (a + b), b], low, high))
-    return bool(np.abs(points - points[0]).max() <= RELATIVE_POINT * body.size)
 
 
 def monomial_matrix(degree: int) -> FloatArray:
