@@ -1,6 +1,7 @@
 # make demo    run the example and say where its report lies
 # make test    everything the continuous integration checks
 # make lint    style, types, import walls      make bench   the measured speeds      make docs   the pages
+# make stress  the search and the readers attacked in full: an hour or more
 # VENV=folder chooses the virtual environment, PYTHON=interpreter what it is made from.
 
 VENV ?= .venv
@@ -13,7 +14,7 @@ GENERATED := examples/generated
 ONE_THREAD := $(wildcard tests/cases tests/unit/search)
 PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
 
-.PHONY: demo test lint bench docs clean
+.PHONY: demo test lint bench stress docs clean
 .DEFAULT_GOAL := demo
 
 demo: $(BIN)/.run-stamp $(GENERATED)/headform.step $(GENERATED)/pad.vtu
@@ -34,6 +35,10 @@ lint: $(BIN)/.test-stamp
 
 bench: $(BIN)/.bench-stamp
 	$(BIN)/python -m benchmarks
+
+stress: $(BIN)/.test-stamp $(BIN)/.kernel-stamp
+	$(BIN)/python -m tests.stress --full
+	$(BIN)/python -m tests.fuzz --count 100000 --jobs 2
 
 docs: $(BIN)/.run-stamp
 	$(BIN)/python docs/check_links.py
