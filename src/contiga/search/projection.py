@@ -11,7 +11,7 @@ from contiga.errors import InputError
 from contiga.geometry.body import Body
 from contiga.num.arrays import as_points
 from contiga.num.threads import run_ranges, thread_count
-from contiga.records import FloatArray, IntArray, Projection, Status
+from contiga.records import FloatArray, IndexArray, IntArray, Projection, Status
 from contiga.search import _project_nb
 from contiga.search.checks import checked_mode, checked_patches
 from contiga.search.records import Tables
@@ -40,7 +40,7 @@ def empty_projection(n: int) -> Projection:
     )
 
 
-def rows_of(feet: Projection, rows: IntArray) -> Projection:
+def rows_of(feet: Projection, rows: IndexArray) -> Projection:
     """Some rows of a projection."""
     return Projection(
         feet.patch[rows],

@@ -37,6 +37,11 @@ from contiga.sim.tracked import (
     track,
 )
 
+# Feet closer than this, relative to the body's size, are one.
+SAME_FOOT = 1e-9
+# How far outside a body's box the ways in from there start, relative to its size.
+START = 1e-3
+
 
 class _Asked(NamedTuple):
     """Points whose side the closest point decides, one row an entry of `rows`."""
@@ -61,12 +66,12 @@ def first_look(
 
     By intersection, points that lie inside are not in contact until they have been outside.
     """
-    low, high = options.bounds
-    beside = np.maximum(low - p_B[rows], p_B[rows] - high).max(axis=1)
-    beyond = closest(surface, (2.0 * high - low)[None, :], np.zeros(1, np.int32))
-    far = (beside > options.band) & (beyond.gap[0] > 0.0)
-    found.reach[rows[far]] = beside[far]
-    rows = rows[~far]
+    surface.reach(p_B, rows, found.reach)
+    side = np.zeros(len(rows), np.int8)
+    clear = found.reach[rows] > options.band
+    side[clear] = _side_by_ray(surface, p_B, rows[clear], options)
+    found.reach[rows] *= side
+    rows = rows[side <= 0 if options.penetration else side == 0]
     out = closest(surface, p_B, rows)
     found.reach[rows] = _free_reach(out, options)
     remember(found, rows, out)
@@ -75,6 +80,29 @@ def first_look(
         found.status[rows[keep]] = ContactStatus.NEW
         found.reach[rows[keep]] = -out.gap[keep]
         take(found.feet, rows, out, keep)
+
+
+def _side_by_ray(surface: Surface, p_B: FloatArray, rows: IntArray, options: Options) -> ByteArray:
+    """1 for the points p_B[rows] that lie outside, −1 inside, 0 not known; none near the surface.
+
+    Far away all is one side. A point is on it too unless the shortest axis-parallel way in from
+    there crosses the surface; then the last crossing tells.
+    """
+    low, high = options.bounds
+    far = closest(surface, (2.0 * high - low)[None, :], np.zeros(1, np.int32)).gap[0] > 0.0
+    points = p_B[rows]
+    ways = np.concatenate((points - low, high - points), axis=1)
+    side = np.full(len(rows), 1 if far else -1, np.int8)
+    crossed = np.flatnonzero(ways.min(axis=1) > 0.0)
+    ways, start = ways[crossed], points[crossed].copy()
+    short = ways.argmin(axis=1)
+    step = ways.min(axis=1) + START * options.size
+    start[np.arange(len(crossed)), short % 3] += np.where(short < 3, -step, step)
+    own = np.arange(len(crossed), dtype=np.int32)
+    hits, sense = surface.last_crossings(start, points[crossed], own)
+    side[crossed] = np.where(sense == 0, side[crossed], -sense)
+    side[crossed[hits.status == Status.BUDGET]] = 0
+    return side
 
 
 def look(
@@ -134,7 +162,9 @@ def _judge(surface: Surface, step: Step, asked: _Asked, found: Detected, options
     solved = truth.status == Status.OK
     inside = solved & (truth.gap <= 0.0)
     deep = inside & (truth.gap < -options.band)
-    entered, new = _come_in(surface, step, asked, inside, options)
+    apart = np.sqrt(np.square(feet.point - truth.point).sum(axis=1))
+    same = kept & (apart <= SAME_FOOT * options.size)
+    entered, new = _come_in(surface, step, asked, inside & ~same, options)
     old = kept & ~new & (inside | ~solved)
     # A point that has lain inside since the start, or has no past, need not have come in.
     free = ~was & (step.ignored[rows] | ~np.isfinite(step.way[rows]))
@@ -162,8 +192,9 @@ def _come_in(
 ) -> tuple[BoolArray, BoolArray]:
     """Which of the points inside have come in within the step, and with a foot that does.
 
-    What counts is the last crossing: a point may leave by one wall and come in by another. The
-    feet of those that come in are written into `asked.feet`.
+    What counts is the last crossing: a point may leave by one wall and come in by another. It is
+    not asked of points whose feet are the closest points. The feet of those that come in are
+    written into `asked.feet`.
     """
     rows, was, _, _, feet, truth = asked
     entered, new = np.zeros(len(rows), dtype=bool), np.zeros(len(rows), dtype=bool)
@@ -191,18 +222,19 @@ def _come_in(
 
 
 def _proved_inside(surface: Surface, tracked: Tracked, options: Options) -> BoolArray:
-    """Points that are inside by their feet alone: the touching ball there holds them.
+    """Points that are inside by their feet alone: their feet are the closest points.
 
-    With a tangential miss e a point at the depth d lies inside if d(2ρ − d) > e². What is no
-    deeper than rounding is on the surface.
+    A ball of radius ρ touches there from within and holds no surface: a point at a depth of no
+    more than ρ below the foot has none nearer. Up to 2ρ it would be inside still, but other walls
+    could be nearer, and what came in by one of them would be missed. What is no deeper than
+    rounding is on the surface.
     """
     feet = tracked.feet
     depth = -feet.gap
     proved: BoolArray = tracked.keep & (depth <= options.band)
     rows = np.flatnonzero(tracked.keep & ~proved & (feet.feature == Feature.FACE)).astype(np.int32)
     radius = surface.inner_ball(feet.patch, feet.uv, rows)
-    d = depth[rows]
-    proved[rows] = d * (2.0 * radius - d) > options.band**2
+    proved[rows] = depth[rows] + options.band <= radius
     return proved
 
 

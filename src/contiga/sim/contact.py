@@ -144,7 +144,7 @@ class Contact:
             depth = np.inf if closed else OPEN_DEPTH * size
         band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())
         return Options(
-            self.search == "penetration", self.on_edge == "hold", depth, closed, band, bounds
+            self.search == "penetration", self.on_edge == "hold", depth, closed, size, band, bounds
         )
 
     def start(

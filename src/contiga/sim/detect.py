@@ -53,9 +53,7 @@ def look(
     step = Step(before, now, way, last.reach < 0.0, last.near, last.uv)
     found.near[free] = last.near[free]
     found.uv[free] = last.uv[free]
-    tracked = track(
-        surface, (before[rows], now[rows]), (last.patch[rows], last.uv[rows]), options
-    )
+    tracked = track(surface, (before[rows], now[rows]), (last.patch[rows], last.uv[rows]), options)
     room = closed_body if options.closed else open_body
     room.look(surface, step, (rows, near), tracked, found, options)
     return _with_feet(found)

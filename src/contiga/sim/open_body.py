@@ -6,7 +6,16 @@ import numpy as np
 
 from contiga.records import ContactStatus, IntArray, Status
 from contiga.search.surface import Surface
-from contiga.sim.tracked import Detected, Options, Step, Tracked, continued, look_inside, take, track
+from contiga.sim.tracked import (
+    Detected,
+    Options,
+    Step,
+    Tracked,
+    continued,
+    look_inside,
+    take,
+    track,
+)
 
 
 def look(
@@ -39,9 +48,7 @@ def look(
     surface.reach(step.now, rest, found.reach)
 
 
-def _sweep(
-    surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options
-) -> None:
+def _sweep(surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options) -> None:
     """New contacts (type a): points whose last crossing is an entry, feet started there."""
     hits, sense = surface.last_crossings(step.before, step.now, rows)
     given_up = hits.status == Status.BUDGET

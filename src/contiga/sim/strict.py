@@ -27,9 +27,8 @@ def check_proved(moment: Moment) -> None:
     for name, state in moment.states.items():
         text = _first_doubt(state)
         if text is not None:
-            raise RunError(
-                f"{name}: at t = {moment.time:g} {text}. Take smaller steps, or run without --strict"
-            )
+            remedy = "Take smaller steps, or run without --strict"
+            raise RunError(f"{name}: at t = {moment.time:g} {text}. {remedy}")
 
 
 def _first_doubt(state: State) -> str | None:

@@ -7,7 +7,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.records import ByteArray, ContactStatus, FloatArray, IntArray, Projection, Status
+from contiga.records import (
+    ByteArray,
+    ContactStatus,
+    FloatArray,
+    IndexArray,
+    IntArray,
+    Projection,
+    Status,
+)
 from contiga.search.projection import empty_projection
 from contiga.search.surface import Surface
 
@@ -25,6 +33,8 @@ class Options(NamedTuple):
     """Deepest penetration a search by penetration takes for one, length."""
     closed: bool
     """Whether the body is closed: a point is inside or outside, whatever its foot."""
+    size: float
+    """Of the body, length."""
     band: float
     """Distance below which rounding decides whether a point is inside, length."""
     bounds: FloatArray
@@ -82,8 +92,8 @@ class Tracked(NamedTuple):
 def blank(n: int) -> Projection:
     """Feet of n points that have none."""
     feet = empty_projection(n)
-    for column in feet:
-        column[:] = 0
+    for name in Projection._fields:
+        getattr(feet, name)[:] = 0
     feet.patch[:] = -1
     feet.feature[:] = -1
     return feet
@@ -140,13 +150,13 @@ def look_inside(
     take(found.feet, rows, out, keep)
 
 
-def remember(found: Detected, rows: IntArray, feet: Projection) -> None:
+def remember(found: Detected, rows: IndexArray, feet: Projection) -> None:
     """Keep the feet of free points: what their sides are proved by the next time."""
     found.near[rows] = feet.patch
     found.uv[rows] = feet.uv
 
 
-def take(feet: Projection, rows: IntArray, out: Projection, keep: BoolArray) -> None:
+def take(feet: Projection, rows: IndexArray, out: Projection, keep: BoolArray) -> None:
     """Write the rows of `out` that are kept into `rows` of `feet`."""
-    for column, new in zip(feet, out, strict=True):
-        column[rows[keep]] = new[keep]
+    for name in Projection._fields:
+        getattr(feet, name)[rows[keep]] = getattr(out, name)[keep]
