@@ -43,6 +43,8 @@ ELEMENT = np.dtype(
         ("neighbour_side", "i4", 4),  # that element's side
         ("flip", "i4", 4),  # 1 where the side's parameter runs the other way there
         ("ring", "i4", 4),  # next of the sides (element*4 + side) around the same pole
+        ("width", "f8", 4),  # of the edge along each side where a second face joins, else 0
+        ("skirt", "f8"),  # largest width of an edge or a trimming piece of the element
         ("origin", "f8", 3),  # all coefficients are relative to it
         ("box", "f8", 4),  # u0, u1, v0, v1
         ("cubic", "f8", 64),  # x, y, z, w as bicubics in (s, t), power of s first
@@ -115,5 +117,7 @@ class Tables(NamedTuple):
     trims: TrimTables
     piece_open: FloatArray
     """(pieces,) 1 where a trimming piece bounds the body (no second face uses its edge)."""
+    piece_width: FloatArray
+    """(pieces,) width of the edge along a trimming piece, length; 0 where no second face joins."""
     scale: FloatArray
     """(2,) size of the body, tangential tolerance of a foot; lengths."""

@@ -29,6 +29,7 @@ from contiga.search.records import (
     Records,
     Tables,
 )
+from contiga.search.widths import edge_widths
 
 # Monomials lose digits above this degree: such elements are evaluated in Bernstein form.
 MONOMIAL_DEGREE = 5
@@ -79,9 +80,10 @@ def _build(body: Body) -> Tables:
     grid = join(elements, grid, body)
     is_open = _open_pieces(body, trims)
     _share_trimmed_sides(elements, trims, is_open)
+    piece_width = edge_widths(body, elements, trims)
     leaves, tree = build_hierarchy(elements, grid, trims)
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
-    return Tables(elements, grid, leaves, tree, trims, is_open, scale)
+    return Tables(elements, grid, leaves, tree, trims, is_open, piece_width, scale)
 
 
 def _open_pieces(body: Body, trims: trim.TrimTables) -> FloatArray:
