@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 __all__ = ["SIDES", "UNTRIMMED", "Body", "BodyEdge", "EdgeUse", "face_bounds", "mirrored"]
 
 Trims = tuple[tuple[Loop, ...] | None, ...]
+
 
 class Body:
     """A rigid master: one or more NURBS patches, oriented so that normals point to the free side.

@@ -16,7 +16,6 @@ from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edges import BodyEdge, EdgeUse
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop
-from contiga.records import FloatArray
 
 BELIEVED = 1e-6
 """Misses up to this share of an edge's box are not looked at twice."""

@@ -9,7 +9,13 @@ import numpy as np
 from contiga.geometry.edge_gaps import image_curve, image_of
 from contiga.geometry.edges import UNTRIMMED, EdgeUse
 from contiga.geometry.joints import Joint, joints_of, turned_faces
-from contiga.geometry.slits import gaping_edges, reach_of_loops, stitches, widest_slit
+from contiga.geometry.slits import (
+    ROUNDING,
+    gaping_edges,
+    reach_of_loops,
+    stitches,
+    widest_slit,
+)
 from contiga.records import FloatArray
 from contiga.search.records import BORDER, CREASE
 
@@ -18,8 +24,6 @@ if TYPE_CHECKING:
 
 SAMPLES = 33
 """Points of a free side of a patch its length is measured with."""
-WIDE = 1e-4
-"""Slits above this share of the body's size are worth a message."""
 SENSE = np.array([-1, 1, 1, -1])
 """Of the growing parameter along u0, u1, v0, v1, to a walk round with the patch on the left."""
 
@@ -67,7 +71,7 @@ class Openings(NamedTuple):
                 f"{_several(self.gaping_edges, 'edge')} shared by faces that do not meet "
                 f"(tolerance {self.bridged:.3g}): {self._where()}"
             )
-        elif self.slit > WIDE * self.size:
+        elif self.slit > ROUNDING * self.size:
             texts.append(f"a slit along a shared edge, which is bridged: {self._where()}")
         if self.crowded_edges:
             texts.append(f"{_several(self.crowded_edges, 'edge')} of more than two faces")
