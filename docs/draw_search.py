@@ -73,7 +73,7 @@ def ball(ax: Axes) -> None:
     ax.text(*(foot.point[0, :2] + [0.06, 0.03]), "foot Q", color=GOOD, fontsize=9)
     ax.text(*(point[0, :2] + [0.06, -0.08]), "point P", color=INK, fontsize=9)
     ax.text(
-        *(centre[:2] + [-0.3, -0.16]), f"ball of radius ρ = {radius:.2f}", color=SKY, fontsize=9
+        centre[0] - 0.3, centre[1] - 0.16, f"ball of radius ρ = {radius:.2f}", color=SKY, fontsize=9
     )
 
 

@@ -23,6 +23,8 @@ from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
 
+from contiga.io.step_iges import quiet
+
 Z = (0.0, 0.0, 1.0)
 
 
@@ -66,9 +68,11 @@ def link_rod() -> Any:
 
 
 def crossing_bores() -> Any:
+    """A block with three bores whose axes pass each other."""
     shape = block((-10, -10, -10), (10, 10, 10))
-    for way, place in (((1, 0, 0), (-20, 0, 0)), ((0, 1, 0), (0, -20, 0)), (Z, (0, 0, -20))):
-        shape = BRepAlgoAPI_Cut(shape, cylinder(4, 40, place, way)).Shape()
+    bores = ((5, (1, 0, 0), (-20, 0.3, 0)), (4, (0, 1, 0), (0, -20, 0.3)), (4.5, Z, (0.3, 0, -20)))
+    for radius, way, place in bores:
+        shape = BRepAlgoAPI_Cut(shape, cylinder(radius, 40, place, way)).Shape()
     return shape
 
 
@@ -151,9 +155,10 @@ def lidless_box() -> Any:
 def write(shape: Any, path: Path) -> Path:
     from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
-    writer = STEPControl_Writer()
-    writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
-    writer.Write(str(path))
+    with quiet():
+        writer = STEPControl_Writer()
+        writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
+        writer.Write(str(path))
     return path
 
 
@@ -177,3 +182,32 @@ def edge_uses(shape: Any) -> dict[int, int]:
             if not BRep_Tool.Degenerated_s(TopoDS.Edge(edge)):
                 uses[known.Add(edge)] += 1
     return dict(Counter(uses.values()))
+
+
+def rim(face: Any) -> float:
+    """Length of the edges of a face, seams left out."""
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    total = GProp_GProps()
+    BRepGProp.LinearProperties_s(face, total)
+    return float(total.Mass())
+
+
+def sewn_shape(path: Path) -> Any:
+    """The shape of a STEP or IGES file, its loose faces sewn together."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+    from OCP.IGESControl import IGESControl_Reader
+    from OCP.STEPControl import STEPControl_Reader
+
+    iges = path.suffix.lower() in (".igs", ".iges")
+    reader = IGESControl_Reader() if iges else STEPControl_Reader()
+    with quiet():
+        reader.ReadFile(str(path))
+        reader.TransferRoots()
+    shape = reader.OneShape()
+    box = Bnd_Box()
+    BRepBndLib.Add_s(shape, box)
+    size = box.CornerMin().Distance(box.CornerMax())
+    return sewn(parts(shape, "FACE"), 1e-6 * size) if 1 in edge_uses(shape) else shape

@@ -168,8 +168,8 @@ def check(case: CaseFile) -> None:
     _table(describe(loaded))
     for name, part in bodies.items():
         print(f"\n{name}")
-        exact = not isinstance(part.body, TriMesh)
-        _table(part.body.openings.rows if exact else _master_rows(part.body))
+        body = part.body
+        _table(_master_rows(body) if isinstance(body, TriMesh) else body.openings.rows)
     print(f"{case} is ready to run")
 
 

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 SAMPLES = 8
 """Of each knot span of a p-curve, times its degree: enough to tell which way a loop runs."""
-UNEVEN = 1e-3
-"""Share of an edge by which the faces on its two sides may differ in length."""
+UNEVEN = 0.02
+"""Share of an edge by which the faces on its two sides may differ in length, as chords have it."""
 
 
 class Joint(NamedTuple):

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 POINT = 1e-9
 """What stays this close to its start, as a share of the body's size, is a point."""
 ROUNDING = 1e-4
-"""Faces that share an edge meet to this share of the size, whatever a file says."""
+"""Faces that share an edge meet to this share of the size, whatever a file says; gaps above it
+are told of."""
 LARGEST = 1e-2
 """Gaps above this share of the size are openings, whatever a file says."""
 SLACK = 2.0

@@ -9,14 +9,13 @@ from pathlib import Path
 
 from contiga.errors import ContigaWarning, FileError
 from contiga.geometry.body import Body
+from contiga.geometry.slits import ROUNDING
 from contiga.geometry.summary import body_summary
 from contiga.io.units import base_factor
 
 __all__ = ["SUFFIXES", "body_summary", "read_cad"]
 
 Reader = Callable[[Path, str | None, str | None], Body]
-WIDE = 1e-4
-"""Gaps between faces that share an edge above this share of the size are told of."""
 SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
 
 
@@ -63,7 +62,7 @@ def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None
     _check_readable(file)
     body = reader(file, file_unit, unit)
     size = body.size
-    if any(len(edge.uses) > 1 and edge.gap > WIDE * size for edge in body.edges):
+    if any(len(edge.uses) > 1 and edge.gap > ROUNDING * size for edge in body.edges):
         text = "; ".join(body.openings.flaws)
         warnings.warn(f"{file}: {text}", ContigaWarning, stacklevel=2)
     return body

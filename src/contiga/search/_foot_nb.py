@@ -10,7 +10,7 @@ from numba import njit
 from contiga.search._curve_nb import polish, surface_foot
 from contiga.search._element_nb import parameters
 from contiga.search._global_nb import GIVEN_UP, closest, in_face
-from contiga.search._kink_nb import JOIN, pseudo_normal
+from contiga.search._kink_nb import joint_reach, pseudo_normal
 from contiga.search._sides_nb import normal_at
 from contiga.search._walk_nb import walk
 
@@ -177,13 +177,12 @@ def _next_face(tables, edge, point, found, h):
         h[2, 0] + elements.table[e]["origin"][2],
     )
     result = (OK, -1, 0.0, 0.0, FACE, False)
+    reach = joint_reach(tables, e)
     near = grid.patches[home]["adjacent"]
     for k in range(near[0] + 1, near[1]):
         if not grid.loose[k]:
             continue
-        if not math.isfinite(
-            closest(tables, at, grid.adjacent[k], JOIN * tables.scale[0], found, h)
-        ):
+        if not math.isfinite(closest(tables, at, grid.adjacent[k], reach, found, h)):
             continue
         start = surface_foot(tables, found, h)
         status, e2, s2, t2, feature = walk(elements, start, point, tables.scale[1], h)

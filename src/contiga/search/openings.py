@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga.geometry.edge_gaps import image_curve, image_of
-from contiga.geometry.edges import UNTRIMMED, EdgeUse
+from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.edge_gaps import image_of
+from contiga.geometry.edges import UNTRIMMED
 from contiga.geometry.joints import Joint, joints_of, turned_faces
-from contiga.geometry.slits import gaping_edges, reach_of_loops, stitches, widest_slit
+from contiga.geometry.slits import (
+    ROUNDING,
+    gaping_edges,
+    reach_of_loops,
+    stitches,
+    widest_slit,
+)
 from contiga.records import FloatArray
 from contiga.search.records import BORDER, CREASE
 
@@ -17,9 +25,7 @@ if TYPE_CHECKING:
     from contiga.geometry.body import Body
 
 SAMPLES = 33
-"""Points of a free side of a patch its length is measured with."""
-WIDE = 1e-4
-"""Slits above this share of the body's size are worth a message."""
+"""Points of each knot span of a free edge its length is measured with."""
 SENSE = np.array([-1, 1, 1, -1])
 """Of the growing parameter along u0, u1, v0, v1, to a walk round with the patch on the left."""
 
@@ -67,7 +73,7 @@ class Openings(NamedTuple):
                 f"{_several(self.gaping_edges, 'edge')} shared by faces that do not meet "
                 f"(tolerance {self.bridged:.3g}): {self._where()}"
             )
-        elif self.slit > WIDE * self.size:
+        elif self.slit > ROUNDING * self.size:
             texts.append(f"a slit along a shared edge, which is bridged: {self._where()}")
         if self.crowded_edges:
             texts.append(f"{_several(self.crowded_edges, 'edge')} of more than two faces")
@@ -121,10 +127,7 @@ def openings_of(body: Body) -> Openings:
     joints tells which faces disagree on the free side.
     """
     joints = joints_of(body)
-    length = sum(
-        image_of(body.edges[k], 0, body.patches, body.trims).length
-        for k in np.flatnonzero(joints.open)
-    )
+    length = sum(_length(body.edges[k].curve) for k in np.flatnonzero(joints.open))
     extents, is_open = stitches(body)
     sides, side_joints = _unnamed_sides(body)
     turned, at_odds = turned_faces(len(body.patches), joints.joints + side_joints)
@@ -192,7 +195,7 @@ def _unnamed_sides(body: Body) -> tuple[list[float], list[Joint]]:
         flip = 1 - 2 * table["flip"][linked, side]
         agree = sense * flip < 0
         for patch, same in zip(table["patch"][other].tolist(), agree.tolist(), strict=True):
-            joints[Joint(k, patch, same)] = None
+            joints[Joint(min(k, patch), max(k, patch), same)] = None
     return lengths, list(joints)
 
 
@@ -206,6 +209,14 @@ def _side_length(
     body: Body, patch: int, side: int, span: tuple[float, float] | None = None
 ) -> float:
     surface = body.patches[patch]
-    curve = image_curve(EdgeUse(patch, UNTRIMMED, side, False), span, surface, None)
-    points = surface.evaluate(curve.evaluate(np.linspace(*curve.domain, SAMPLES))[:, :2])
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    (u0, u1), (v0, v1) = surface.domain
+    end = (u0, u1, v0, v1)[side]
+    curve = surface.isocurve(u=end) if side < 2 else surface.isocurve(v=end)
+    return _length(curve if span is None else curve.restricted(*span))
+
+
+def _length(curve: NurbsCurve) -> float:
+    """Length of a curve by chords, to about 1e-4 of it."""
+    breaks = np.unique(curve.knots)
+    t = np.unique(np.concatenate([np.linspace(a, b, SAMPLES) for a, b in pairwise(breaks)]))
+    return float(np.linalg.norm(np.diff(curve.evaluate(t), axis=0), axis=1).sum())

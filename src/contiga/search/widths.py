@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.geometry.body import Body
+from contiga.geometry.slits import gaping_edges
 from contiga.geometry.trim import TrimTables
 from contiga.records import FloatArray
 from contiga.search import _sides_nb
@@ -27,6 +28,7 @@ def edge_widths(body: Body, elements: Elements, trims: TrimTables) -> FloatArray
     least = 4.0 * float(np.finfo(float).eps) * body.size
     of_edge = np.array([2.0 * edge.tolerance + least for edge in body.edges])
     shared = np.array([len(edge.uses) > 1 for edge in body.edges], dtype=bool)
+    shared &= ~gaping_edges(body)
     piece_edge = np.asarray(trims.piece_edge)
     pieces = np.zeros(len(piece_edge))
     known = np.flatnonzero(piece_edge >= 0)

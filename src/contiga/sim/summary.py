@@ -43,7 +43,7 @@ def summarise(
             for part in simulation.contacts
         },
         "inputs": _inputs(simulation),
-        "warnings": _warnings(statuses) + _not_finite(simulation, history),
+        "warnings": _warnings(statuses) + _not_finite(simulation, history) + _flaws(simulation),
     }
 
 
@@ -94,8 +94,16 @@ def _master(body: Body | TriMesh) -> dict[str, Any]:
         "patches": len(body.patches),
         "trimmed": sum(trims is not None for trims in body.trims),
         "elements": surface.n_elements,
+        "closed": surface.closed,
         "size": body.size,
     }
+
+
+def _flaws(simulation: Simulation) -> list[str]:
+    """What is wrong with how the faces of exact bodies meet."""
+    bodies = {name: part.body for name, part in simulation.bodies.items()}
+    exact = {name: body for name, body in bodies.items() if isinstance(body, Body)}
+    return [f"{name}: {text}" for name, body in exact.items() for text in body.openings.flaws]
 
 
 def _not_finite(simulation: Simulation, history: dict[str, FloatArray]) -> list[str]:
