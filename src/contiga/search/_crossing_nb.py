@@ -25,15 +25,17 @@ CONTRACTS = 0.75
 """|rows| · change below which Newton's method, held in the cell, converges to the only root: its
 steps shrink at least by λ²/(4 (1 − λ)) < 1, and squared from then on."""
 STEPS = 12
-EASY = 8
+EASY = 64
 """Cells of a leaf after which its bounds are taken for too loose, and each cell gets its own."""
 DEEP = 1.0 / 64.0
 """Cells of an element with a pole, smaller than this share of their leaf, get bounds of their own:
 the leaf's do not shrink towards the pole."""
-TINY = 1e-17
+TINY = 1e-16
 """Half-size of a cell (local parameters) that cannot be halved any more."""
 MAX_CELLS = 20000
 """Cells one path may open; then it is given up."""
+DEPTH = 128
+"""Cells of a leaf that can wait at once."""
 ENTRIES, EITHER = 0, 1
 
 
@@ -197,6 +199,48 @@ def _touch(elements, e, place, path, length, h):
     return x, 0.0
 
 
+@njit(cache=True, error_model="numpy")
+def _shrunk(h, k, cell, path, span):
+    """The part of a cell in which the path itself, not the line, can cross it.
+
+    To first order (s, t) of a point of the path follow from the dual vectors of the tangent plane,
+    whatever the angle: what is shorter than the cell leaves little of it. Empty: low ≥ high.
+    """
+    p, d, slack, wide = path
+    hs = 0.5 * (cell[1] - cell[0])
+    ht = 0.5 * (cell[3] - cell[2])
+    a = (h[0, 1], h[1, 1], h[2, 1])
+    b = (h[0, 2], h[1, 2], h[2, 2])
+    r = (p[0] - h[0, 0], p[1] - h[1, 0], p[2] - h[2, 0])
+    aa = ab = bb = ra = rb = da = db = 0.0
+    for c in range(3):
+        aa += a[c] * a[c]
+        ab += a[c] * b[c]
+        bb += b[c] * b[c]
+        ra += r[c] * a[c]
+        rb += r[c] * b[c]
+        da += d[c] * a[c]
+        db += d[c] * b[c]
+    det = aa * bb - ab * ab
+    if not det > 1e-12 * aa * bb:
+        return cell
+    off = 0.5 * (k[2] * hs * hs + k[4] * ht * ht) + k[3] * hs * ht + 2.0 * slack + wide
+    s = (bb * ra - ab * rb) / det
+    t = (aa * rb - ab * ra) / det
+    ds = (bb * da - ab * db) / det
+    dt = (aa * db - ab * da) / det
+    pad_s = off * math.sqrt(bb / det) + 4.0 * TINY
+    pad_t = off * math.sqrt(aa / det) + 4.0 * TINY
+    sc = 0.5 * (cell[0] + cell[1])
+    tc = 0.5 * (cell[2] + cell[3])
+    return (
+        max(cell[0], sc + s + min(span[0] * ds, span[1] * ds) - pad_s),
+        min(cell[1], sc + s + max(span[0] * ds, span[1] * ds) + pad_s),
+        max(cell[2], tc + t + min(span[0] * dt, span[1] * dt) - pad_t),
+        min(cell[3], tc + t + max(span[0] * dt, span[1] * dt) + pad_t),
+    )
+
+
 @njit(cache=True)
 def _halve(stack, top, cell, across):
     """Put the halves of a cell on the stack, cut across s (True) or t."""
@@ -301,14 +345,23 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
                     found = x
             if state < 0:
                 verdict = HALVE if max(size[0], size[1]) > TINY else POINT
+                evaluate(elements, e, place[0], place[1], h)
         if verdict == POINT:
             s, t = place
             x, slope = _touch(elements, e, place, path, length, h)
             if slope != 0.0 and x < far and (sense or slope < 0.0):
                 found = x
         if verdict == HALVE:
-            if count[0] > MAX_CELLS or top > 61:
+            if count[0] > MAX_CELLS or top > DEPTH - 3:
                 count[1] = 1
+                continue
+            part = _shrunk(h, k, cell, path, span)
+            if part[0] >= part[1] or part[2] >= part[3]:
+                continue
+            left = (part[1] - part[0]) * (part[3] - part[2])
+            if left < 2.0 * size[0] * size[1]:
+                stack[top] = part
+                top += 1
                 continue
             _halve(stack, top, cell, _wider_across(h, k, size, own))
             top += 2

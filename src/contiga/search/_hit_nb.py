@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from contiga.search._crossing_nb import EITHER, ENTRIES, next_crossing
+from contiga.search._crossing_nb import DEPTH, EITHER, ENTRIES, next_crossing
 from contiga.search._edge_width_nb import BESIDE, edge_width
 from contiga.search._element_nb import evaluate, parameters
 from contiga.search._global_nb import has_pole
@@ -195,7 +195,7 @@ def _room():
     """Work arrays of a search: what is found, the queue of nodes, and what a leaf needs."""
     queue = (np.empty(128, np.int64), np.empty(128))
     count = np.zeros(2, np.int64)
-    work = (np.empty((64, 4)), np.empty((4, 6)), np.empty(9), np.empty((2, 3)), count)
+    work = (np.empty((DEPTH, 4)), np.empty((4, 6)), np.empty(9), np.empty((2, 3)), count)
     return np.empty((2, 6)), queue, work
 
 
