@@ -110,7 +110,8 @@ def element_area(coefs, nodes, weights, rtol, floor):
             part[5] = depth + 1.0
             fine += part[4]
         allowed = rtol * max(fine, floor * (u1 - u0) * (v1 - v0))
-        if abs(fine - whole) <= allowed or depth >= MAX_DEPTH:
+        # Asked this way round a box that is not a number is done too, and not quartered for ever.
+        if not abs(fine - whole) > allowed or depth >= MAX_DEPTH:
             total += fine
         else:
             top += 4
@@ -174,7 +175,7 @@ def element_length(coefs, nodes, weights, rtol, floor):
         left = piece_length(coefs, low, middle, nodes, weights)
         right = piece_length(coefs, middle, high, nodes, weights)
         allowed = rtol * max(left + right, floor * (high - low))
-        if abs(left + right - whole) <= allowed or depth >= limit:
+        if not abs(left + right - whole) > allowed or depth >= limit:
             total += left + right
         else:
             stack[top, 1] = middle

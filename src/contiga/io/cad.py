@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 __all__ = ["SUFFIXES", "body_summary", "read_cad"]
 
 SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
+FARTHEST = 1e100
+"""Largest coordinate that is read."""
 _OPENCASCADE = "contiga.io.step_iges:read_step_iges"
 _READERS = dict.fromkeys(SUFFIXES[:4], _OPENCASCADE) | {
     ".3dm": "contiga.io.rhino:read_rhino",
@@ -66,7 +68,21 @@ def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None
             base_factor(value, "length", key)
     _check_readable(file)
     body: Body = read_apart(reader, file, file_unit, unit, needs="contiga.geometry.body")
+    _check_reach(body, file)
     return body
+
+
+def _check_reach(body: Body, file: Path) -> None:
+    """Refuse coordinates whose squares are no numbers any more."""
+    for k, patch in enumerate(body.patches):
+        farthest = float(abs(patch.control_points).max())
+        if farthest > FARTHEST:
+            raise FileError(
+                "a control point lies farther out than can be computed with",
+                where=f"{file}, face {k}",
+                found=farthest,
+                allowed=f"coordinates up to {FARTHEST:g}",
+            )
 
 
 def __getattr__(name: str) -> Any:
