@@ -28,7 +28,8 @@ _VARIANTS: dict[str, tuple[dict[str, Any], ...]] = {
 }
 _BESIDE = (".h5", ".bin")
 """Files that belong to another one, where there is another."""
-_DATE = re.compile(rb"'\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d'")
+_STEP_DATE = re.compile(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d")
+_IGES_DATE = re.compile(rb"\d{8}\.\d{6}")
 
 
 def write_seeds(folder: Path, only: str = "") -> list[Path]:
@@ -133,13 +134,14 @@ def _write_shapes(folder: Path) -> None:
                 step = STEPControl_Writer()
                 step.Transfer(made, as_is)
                 step.Write(str(path))
-                path.write_bytes(_DATE.sub(b"'2000-01-01T00:00:00'", path.read_bytes()))
+                path.write_bytes(_STEP_DATE.sub(b"2000-01-01T00:00:00", path.read_bytes()))
                 for solid in (0, 1):
                     iges = IGESControl_Writer("MM", solid)
                     iges.AddShape(made)
                     iges.ComputeModel()
                     path = _place(folder, f"iges{solid}-{name}{kind}", ".igs")
                     iges.Write(str(path))
+                    path.write_bytes(_IGES_DATE.sub(b"20000101.000000", path.read_bytes()))
 
 
 def _write_rhino(folder: Path) -> None:

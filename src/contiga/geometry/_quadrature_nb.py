@@ -9,6 +9,9 @@ from numba import njit
 
 # Deep enough for |N| with a kink along a line; a smooth element needs one or two levels.
 MAX_DEPTH = 20
+# Shared by the elements of a surface; a kink along a line takes some ten thousand to 1e-10.
+MAX_BOXES = 2**20
+MIN_BOXES = 2**12
 
 
 @njit(cache=True)
@@ -82,11 +85,11 @@ def box_area(coefs, box, nodes, weights):
 
 
 @njit(cache=True)
-def element_area(coefs, nodes, weights, rtol, floor):
+def element_area(coefs, nodes, weights, rtol, floor, most):
     """Area of one element (p + 1, q + 1, 4), quartered where four boxes disagree with one.
 
     A box is done when the two differ by less than `rtol` of its area, or of its share of
-    `floor`, an absolute size for the element.
+    `floor`, an absolute size for the element; all are after `most` boxes.
     """
     # Rows: the box (u0, u1, v0, v1), its value and its depth.
     stack = np.zeros((3 * MAX_DEPTH + 4, 6))
@@ -94,9 +97,11 @@ def element_area(coefs, nodes, weights, rtol, floor):
     stack[0, 3] = 1.0
     stack[0, 4] = box_area(coefs, stack[0], nodes, weights)
     top = 1
+    boxes = 0
     total = 0.0
     while top > 0:
         top -= 1
+        boxes += 1
         u0, u1, v0, v1 = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
         whole, depth = stack[top, 4], stack[top, 5]
         fine = 0.0
@@ -111,7 +116,7 @@ def element_area(coefs, nodes, weights, rtol, floor):
             fine += part[4]
         allowed = rtol * max(fine, floor * (u1 - u0) * (v1 - v0))
         # Asked this way round a box that is not a number is done too, and not quartered for ever.
-        if not abs(fine - whole) > allowed or depth >= MAX_DEPTH:
+        if not abs(fine - whole) > allowed or depth >= MAX_DEPTH or boxes >= most:
             total += fine
         else:
             top += 4
@@ -128,10 +133,11 @@ def grid_area(coefs, nodes, weights, rtol):
         for j in range(nv):
             rough += box_area(coefs[i, j], box, nodes, weights)
     floor = rough / (nu * nv)
+    most = max(MIN_BOXES, MAX_BOXES // (nu * nv))
     total = 0.0
     for i in range(nu):
         for j in range(nv):
-            total += element_area(coefs[i, j], nodes, weights, rtol, floor)
+            total += element_area(coefs[i, j], nodes, weights, rtol, floor, most)
     return total
 
 
