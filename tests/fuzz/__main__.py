@@ -18,7 +18,6 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
-
 from tests.fuzz.judge import READ, REFUSED, judged
 from tests.fuzz.mutate import mutated
 from tests.fuzz.seeds import write_seeds
@@ -35,7 +34,9 @@ def damaged(seeds: list[Path], number: int, seed: int, folder: Path) -> Path:
     shutil.rmtree(folder, ignore_errors=True)
     shutil.copytree(source.parent, folder)
     parts = sorted(p for p in folder.iterdir() if p.suffix == source.suffix or rng.random() < 0.3)
-    part = parts[int(rng.integers(len(parts)))] if source.suffix != ".toml" else folder / source.name
+    part = (
+        parts[int(rng.integers(len(parts)))] if source.suffix != ".toml" else folder / source.name
+    )
     part.write_bytes(mutated(part.read_bytes(), rng))
     return folder / source.name
 
@@ -62,7 +63,10 @@ class Job:
         options += ["--folder", args.folder, "--first", str(first), "--only", args.only]
         env = {"CONTIGA_READ_SECONDS": _SECONDS, "CONTIGA_READ_MEMORY": _MEMORY, **os.environ}
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "tests.fuzz", *options], stdout=subprocess.PIPE, text=True, env=env
+            [sys.executable, "-m", "tests.fuzz", *options],
+            stdout=subprocess.PIPE,
+            text=True,
+            env=env,
         )
         self.lines: queue.Queue[str] = queue.Queue()
         threading.Thread(target=self._listen, daemon=True).start()

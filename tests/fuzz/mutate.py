@@ -1,4 +1,4 @@
-"""Ways to damage a file. All is drawn from the generator handed in, so that a number names a file."""
+"""Ways to damage a file, all drawn from the generator handed in: a number names a file."""
 
 from __future__ import annotations
 
@@ -12,8 +12,21 @@ _REFERENCE = re.compile(rb"#\d+")
 _ODD_NUMBERS = (
     *(b"0", b"-1", b"1", b"2", b"255", b"65536", b"2147483647", b"2147483648", b"-2147483649"),
     *(b"4294967295", b"9223372036854775807", b"99999999999999999999", b"1e9", b"1e15", b"1e18"),
-    *(b"1e-30", b"1e30", b"1e154", b"1e300", b"-1e300", b"1e308", b"1e400", b"-1e400", b"1e-400"),
-    *(b"nan", b"NaN", b"inf", b"-inf", b"0.0", b"-0.0", b"5e-324", b"1e", b"", b"x", b"1,5", b"--1"),
+    *(b"1e-30", b"1e30", b"1e154", b"1e300", b"-1e300", b"1e308", b"1e400", b"1e-400"),
+    *(
+        b"nan",
+        b"NaN",
+        b"inf",
+        b"-inf",
+        b"0.0",
+        b"-0.0",
+        b"5e-324",
+        b"1e",
+        b"",
+        b"x",
+        b"1,5",
+        b"--1",
+    ),
 )
 _ODD_WORDS = tuple(
     bytes.fromhex(text)

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from tests.fuzz.texts import CASES, CLOUDS, DECKS, GISMO
 
 # What meshio can neither write small nor read for us, or needs packages for that are not ours.

@@ -18,33 +18,50 @@ def _deck(*blocks: str, head: str = "*KEYWORD") -> str:
     return "\n".join([head, *blocks, "*END"]) + "\n"
 
 
-_NODES = "*NODE\n" + "\n".join(
-    _card(k + 1, *xyz, widths=_NODE) for k, xyz in enumerate(_POINTS)
-)
+_NODES = "*NODE\n" + "\n".join(_card(k + 1, *xyz, widths=_NODE) for k, xyz in enumerate(_POINTS))
 _SHELLS = "*ELEMENT_SHELL\n" + "\n".join([_card(1, 1, 1, 2, 3, 4), _card(2, 2, 5, 6, 7, 7)])
 _SOLIDS = "*ELEMENT_SOLID\n" + _card(3, 3, *range(1, 9))
-_PARTS = "\n".join(
-    ["*PART", "a plate", _card(1, 1, 1), "another", _card(2, 2, 1)]
-    + ["*SECTION_SHELL", _card(1, 2, 1.0, 2), "".join(f"{0.5:10.3f}" for _ in range(4))]
-    + ["*SECTION_SHELL_TITLE", "thick", f"{2:10d}{2:10d}{1.0:10.3f}{3:10d}" + " " * 20 + f"{1:10d}"]
-    + ["".join(f"{0.7:10.3f}" for _ in range(4)), "".join(f"{30.0:10.3f}" for _ in range(3))]
-)
-_THICK = "\n".join(
-    ["*ELEMENT_SHELL_THICKNESS", _card(1, 1, 1, 2, 3, 4)]
-    + [_card(0.1, 0.2, 0.3, 0.4, widths=(16,) * 4)]
-)
+_FIVE = "".join(f"{0.5:10.3f}" for _ in range(4))
+_PARTS = f"""*PART
+a plate
+{_card(1, 1, 1)}
+another
+{_card(2, 2, 1)}
+*SECTION_SHELL
+{_card(1, 2, 1.0, 2, widths=(10,) * 4)}
+{_FIVE}
+*SECTION_SHELL_TITLE
+thick
+{_card(2, 2, 1.0, 3, "", "", 1, widths=(10,) * 7)}
+{_FIVE}
+{_FIVE}"""
+_THICK = f"""*ELEMENT_SHELL_THICKNESS
+{_card(1, 1, 1, 2, 3, 4)}
+{_card(0.1, 0.2, 0.3, 0.4, widths=(16,) * 4)}"""
 _MASS = "*ELEMENT_MASS\n" + _card(9, 1, 2.5, 0, widths=(8, 8, 16, 8))
-_INERTIA = "\n".join(
-    ["*PART_INERTIA", "block", f"{3:10d}{1:10d}{1:10d}"]
-    + [f"{0.0:10.1f}" * 4 + f"{1:10d}", f"{1.0:10.1f}" * 6, f"{0.0:10.1f}" * 6, f"{1:10d}"]
-)
+_INERTIA = f"""*PART_INERTIA
+block
+{_card(3, 1, 1, widths=(10,) * 3)}
+{_card(0.0, 0.0, 0.0, 0.0, 1, widths=(10,) * 5)}
+{_FIVE}
+{_FIVE}
+{_card(1, widths=(10,))}"""
 _LONG = "\n".join(
-    ["*NODE+", *(_card(k + 1, *p, widths=(20,) * 4) for k, p in enumerate(_POINTS))]
-    + ["*ELEMENT_SOLID+", _card(1, 1, *range(1, 9), widths=(20,) * 10)]
+    [
+        "*NODE+",
+        *(_card(k + 1, *p, widths=(20,) * 4) for k, p in enumerate(_POINTS)),
+        "*ELEMENT_SOLID+",
+        _card(1, 1, *range(1, 9), widths=(20,) * 10),
+    ]
 )
 _FREE = "\n".join(
-    ["*NODE", *(f"{k + 1},{x},{y},{z}" for k, (x, y, z) in enumerate(_POINTS))]
-    + ["*ELEMENT_SOLID", "1,1", "1,2,3,4,5,6,7,8"]
+    [
+        "*NODE",
+        *(f"{k + 1},{x},{y},{z}" for k, (x, y, z) in enumerate(_POINTS)),
+        "*ELEMENT_SOLID",
+        "1,1",
+        "1,2,3,4,5,6,7,8",
+    ]
 )
 
 DECKS = {
@@ -74,7 +91,9 @@ def _surface(kind: str, knots: str, degree: int, coefs: list[tuple[float, ...]],
 
 _GRID = [(float(i), float(j), math.sin(i + 2.0 * j)) for j in range(4) for i in range(4)]
 _ARC = [(1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
-_SQUARE = _surface("TensorBSpline2", "0 0 1 1", 1, [(x, y, 0.0) for y in (0, 1) for x in (0, 1)], "")
+_SQUARE = _surface(
+    "TensorBSpline2", "0 0 1 1", 1, [(x, y, 0.0) for y in (0, 1) for x in (0, 1)], ""
+)
 
 GISMO = {
     "patch": f"<xml>\n{_surface('TensorBSpline2', '0 0 0 0.5 1 1 1', 2, _GRID, '')}</xml>\n",

@@ -10,8 +10,10 @@ from numba import njit
 # Deep enough for |N| with a kink along a line; a smooth element needs one or two levels.
 MAX_DEPTH = 20
 # Shared by the elements of a surface; a kink along a line takes some ten thousand to 1e-10.
-MAX_BOXES = 2**20
+MAX_BOXES = 2**18
 MIN_BOXES = 2**12
+# Share of size² by which the areas of rounded points differ: a torus without thickness has no more.
+NOISE = 1e-15
 
 
 @njit(cache=True)
@@ -88,7 +90,7 @@ def box_area(coefs, box, nodes, weights):
 def element_area(coefs, nodes, weights, rtol, floor, most):
     """Area of one element (p + 1, q + 1, 4), quartered where four boxes disagree with one.
 
-    A box is done when the two differ by less than `rtol` of its area, or of its share of
+    A box is done when the two differ by less than `rtol` of its area, or than its share of
     `floor`, an absolute size for the element; all are after `most` boxes.
     """
     # Rows: the box (u0, u1, v0, v1), its value and its depth.
@@ -114,7 +116,7 @@ def element_area(coefs, nodes, weights, rtol, floor, most):
             part[4] = box_area(coefs, part, nodes, weights)
             part[5] = depth + 1.0
             fine += part[4]
-        allowed = rtol * max(fine, floor * (u1 - u0) * (v1 - v0))
+        allowed = max(rtol * fine, floor * (u1 - u0) * (v1 - v0))
         # Asked this way round a box that is not a number is done too, and not quartered for ever.
         if not abs(fine - whole) > allowed or depth >= MAX_DEPTH or boxes >= most:
             total += fine
@@ -132,7 +134,14 @@ def grid_area(coefs, nodes, weights, rtol):
     for i in range(nu):
         for j in range(nv):
             rough += box_area(coefs[i, j], box, nodes, weights)
-    floor = rough / (nu * nv)
+    largest = 0.0
+    for i in range(nu):
+        for j in range(nv):
+            for a in range(coefs.shape[2]):
+                for b in range(coefs.shape[3]):
+                    for d in range(3):
+                        largest = max(largest, abs(coefs[i, j, a, b, d] / coefs[i, j, a, b, 3]))
+    floor = max(rtol * rough / (nu * nv), NOISE * largest * largest)
     most = max(MIN_BOXES, MAX_BOXES // (nu * nv))
     total = 0.0
     for i in range(nu):
@@ -180,7 +189,7 @@ def element_length(coefs, nodes, weights, rtol, floor):
         middle = 0.5 * (low + high)
         left = piece_length(coefs, low, middle, nodes, weights)
         right = piece_length(coefs, middle, high, nodes, weights)
-        allowed = rtol * max(left + right, floor * (high - low))
+        allowed = max(rtol * (left + right), floor * (high - low))
         if not abs(left + right - whole) > allowed or depth >= limit:
             total += left + right
         else:
@@ -200,7 +209,12 @@ def chain_length(coefs, nodes, weights, rtol):
     rough = 0.0
     for i in range(coefs.shape[0]):
         rough += piece_length(coefs[i], 0.0, 1.0, nodes, weights)
-    floor = rough / coefs.shape[0]
+    largest = 0.0
+    for i in range(coefs.shape[0]):
+        for a in range(coefs.shape[1]):
+            for d in range(3):
+                largest = max(largest, abs(coefs[i, a, d] / coefs[i, a, 3]))
+    floor = max(rtol * rough / coefs.shape[0], NOISE * largest)
     total = 0.0
     for i in range(coefs.shape[0]):
         total += element_length(coefs[i], nodes, weights, rtol, floor)

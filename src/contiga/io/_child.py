@@ -212,4 +212,3 @@ def write_frame(out: int, kind: bytes, content: bytes) -> None:
         rest = memoryview(piece)
         while rest:
             rest = rest[os.write(out, rest) :]
-

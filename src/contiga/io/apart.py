@@ -21,7 +21,7 @@ import warnings
 from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from contiga.errors import ContigaWarning, FileError
 from contiga.io import _child
@@ -45,7 +45,7 @@ _NEAR = 0.7
 """A crash with this share of the memory in use is put down to the bound on memory."""
 
 
-class _Gone(Exception):
+class _GoneError(Exception):
     """The child has ended."""
 
     def __init__(self, code: int) -> None:
@@ -57,7 +57,7 @@ class _Child:
     """A child process and the way to speak with it."""
 
     def __init__(self) -> None:
-        quiet = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")}
+        quiet = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")
         self.process = subprocess.Popen(
             [sys.executable, "-P", "-c", _BOOT],
             stdin=subprocess.PIPE,
@@ -81,7 +81,7 @@ class _Child:
 
         Raises
         ------
-        _Gone
+        _GoneError
             It ended before it had loaded the reader.
         """
         content = pickle.dumps(request)
@@ -97,7 +97,7 @@ class _Child:
                 kind, content = self._frame()
                 if kind == _child.RESULT and _child.can_fork():
                     self._frame()
-        except _Gone as gone:
+        except _GoneError as gone:
             if self.expired:
                 return _lost(too_slow(str(request.path), clock))
             return _lost(_ended(request, limits, gone.code, 0))
@@ -141,8 +141,8 @@ class _Child:
             raise self._gone()
         return kind, content
 
-    def _gone(self) -> _Gone:
-        return _Gone(self.process.wait())
+    def _gone(self) -> _GoneError:
+        return _GoneError(self.process.wait())
 
     @contextlib.contextmanager
     def _ended_after(self, seconds: float) -> Iterator[None]:
@@ -186,7 +186,7 @@ class _Idle:
             return None
         try:
             return _Child()
-        except (OSError, _Gone):
+        except (OSError, _GoneError):
             self._cannot_start = True
             return None
 
@@ -245,7 +245,8 @@ def read_apart(target: str, path: Path, *args: object, needs: str = "numpy") -> 
         raise outcome.content
     if outcome.kind == "memory":
         raise too_large(str(path), limits.memory)
-    _raise_failed(path, *outcome.content)
+    said, trace = outcome.content
+    raise _failed(path, said) from RuntimeError(trace)
 
 
 def _asked(request: Request, limits: Limits, needs: str) -> Outcome:
@@ -255,7 +256,7 @@ def _asked(request: Request, limits: Limits, needs: str) -> Outcome:
             return _child.attempt(request.target, request.path, request.args)
         try:
             outcome = child.ask(request, limits, needs)
-        except _Gone as gone:
+        except _GoneError as gone:
             child.end()
             if gone.code != _child.IDLE_CODE:
                 message = f"the libraries that read {request.path.suffix} files cannot be loaded"
@@ -295,13 +296,12 @@ def _ended(request: Request, limits: Limits, code: int, peak: int) -> FileError:
     )
 
 
-def _raise_failed(path: Path, said: str, trace: str) -> NoReturn:
-    error = FileError(
+def _failed(path: Path, said: str) -> FileError:
+    return FileError(
         f"cannot be read: {' '.join(said.split())[:_SAID]}",
         where=str(path),
         allowed=f"an undamaged {path.suffix} file",
     )
-    raise error from RuntimeError(trace)
 
 
 def _how(code: int) -> str:

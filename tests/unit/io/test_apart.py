@@ -1,4 +1,4 @@
-"""Files read in a process of their own: whatever a reader does is one message, and costs no more."""
+"""Files read in a process of their own: whatever a reader does there is one message."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from contiga.io.apart import read_apart
 posix = pytest.mark.skipif(os.name != "posix", reason="signals and bounds of POSIX")
 linux = pytest.mark.skipif(sys.platform != "linux", reason="memory is bounded on Linux only")
 
-READERS = '''
+READERS = """
 import os, signal, sys, time, warnings
 import numpy as np
 from contiga.errors import ContigaWarning, MeshError
@@ -53,7 +53,7 @@ def number(path): return os.getpid()
 def lacking(path):
     import a_library_nobody_has
 def array(path): return np.arange(10.0) / 3.0
-'''
+"""
 
 
 @pytest.fixture(scope="session")
@@ -202,9 +202,7 @@ def test_a_child_that_has_left_for_want_of_work_is_replaced(path):
 
 
 @pytest.mark.parametrize("executable", ["", "/usr/bin/true", "missing/python3", "broken"])
-def test_without_an_interpreter_files_are_read_in_process(
-    path, tmp_path, monkeypatch, executable
-):
+def test_without_an_interpreter_files_are_read_in_process(path, tmp_path, monkeypatch, executable):
     if executable == "broken":
         program = tmp_path / "python3"
         program.write_text("#!/bin/sh\nexit 1\n")
