@@ -113,34 +113,8 @@ class Piece:
         angle = self.start + 0.5 * self.sweep
         return self.centre + self.radius * np.array([math.cos(angle), math.sin(angle)])
 
-    def distance(self, p: np.ndarray) -> np.ndarray:
-        """Distance of (n, 2) points."""
-        if self.centre is None:
-            d = self.b - self.a
-            t = np.clip((p - self.a) @ d / (d @ d), 0.0, 1.0)
-            return norm(p - self.a - t[:, None] * d)
-        q = p - self.centre
-        angle = (np.arctan2(q[:, 1], q[:, 0]) - self.start) % (2.0 * math.pi)
-        ends = np.minimum(norm(p - self.a), norm(p - self.b))
-        return np.where(angle <= self.sweep, np.abs(norm(q) - self.radius), ends)
-
-    def crossings(self, p: np.ndarray) -> np.ndarray:
-        """(n,) how often a ray from each point along +x meets it, ends counted half-open."""
-        if self.centre is None:
-            share = (p[:, 1] - self.a[1]) / (self.b[1] - self.a[1] or 1.0)
-            crosses = (self.a[1] <= p[:, 1]) != (self.b[1] <= p[:, 1])
-            return (crosses & (self.a[0] + share * (self.b[0] - self.a[0]) > p[:, 0])).astype(int)
-        count = np.zeros(len(p), int)
-        reach = self.radius**2 - (p[:, 1] - self.centre[1]) ** 2
-        width = np.sqrt(np.maximum(reach, 0.0))
-        for y0, y1, right in self._monotone():
-            crosses = (y0 <= p[:, 1]) != (y1 <= p[:, 1])
-            x = self.centre[0] + (width if right else -width)
-            count += crosses & (x > p[:, 0])
-        return count
-
-    def _monotone(self) -> list[tuple[float, float, bool]]:
-        """The arc cut where it turns from up to down: ends in y, and whether it lies right."""
+    def monotone(self) -> list[tuple[float, float, bool]]:
+        """An arc cut where it turns from up to down: ends in y, and whether it lies right."""
         assert self.centre is not None
         first, last = (self.a, self.b) if self.turns_left else (self.b, self.a)
         quarter = 0.5 * math.pi
@@ -162,23 +136,53 @@ def norm2(x: np.ndarray) -> float:
     return math.sqrt(float(x @ x))
 
 
-def profile(loops: Sequence[Sequence[Piece]]) -> Callable[[np.ndarray], np.ndarray]:
-    """Signed distance of (n, 2) points to what the loops enclose, by the even-odd rule."""
-    pieces = [piece for loop in loops for piece in loop]
+class Profile:
+    """Signed distance of (n, 2) points to what loops enclose, by the even-odd rule."""
 
-    def field(p: np.ndarray) -> np.ndarray:
-        least = np.full(len(p), np.inf)
-        count = np.zeros(len(p), int)
-        for piece in pieces:
-            np.minimum(least, piece.distance(p), out=least)
-            count += piece.crossings(p)
+    def __init__(self, loops: Sequence[Sequence[Piece]]) -> None:
+        pieces = [piece for loop in loops for piece in loop]
+        lines = [piece for piece in pieces if piece.centre is None]
+        arcs = [piece for piece in pieces if piece.centre is not None]
+        self.lines = [np.array([(x.a[k], x.b[k]) for x in lines]).reshape(-1, 2) for k in (0, 1)]
+        self.arcs = np.array([(*x.centre, x.radius, x.start, x.sweep) for x in arcs])
+        self.arcs = self.arcs.reshape(-1, 5)
+        self.ends = np.array([end for x in arcs for end in (x.a, x.b)]).reshape(-1, 2)
+        self.rises = np.array(
+            [(*x.centre, x.radius, y0, y1, 1.0 if right else -1.0)
+             for x in arcs for y0, y1, right in x.monotone()]
+        ).reshape(-1, 6)  # fmt: skip
+
+    def __call__(self, p: np.ndarray) -> np.ndarray:
+        parts = np.array_split(p, len(p) // 5000 + 1)
+        return np.concatenate([self._some(part[:, :1], part[:, 1:]) for part in parts])
+
+    def _some(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        least, count = self._to_lines(x, y)
+        cx, cy, radius, start, sweep = self.arcs.T
+        angle = (np.arctan2(y - cy, x - cx) - start) % (2.0 * math.pi)
+        off = np.abs(np.hypot(x - cx, y - cy) - radius)
+        least = np.minimum(least, np.where(angle <= sweep, off, np.inf).min(axis=1, initial=np.inf))
+        to_ends = np.hypot(x - self.ends[:, 0], y - self.ends[:, 1])
+        least = np.minimum(least, to_ends.min(axis=1, initial=np.inf))
+        cx, cy, radius, y0, y1, right = self.rises.T
+        width = np.sqrt(np.maximum(radius**2 - (y - cy) ** 2, 0.0))
+        count += (((y0 <= y) != (y1 <= y)) & (cx + right * width > x)).sum(axis=1)
         return np.where(count % 2 == 1, -least, least)
 
-    return field
+    def _to_lines(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distance to the nearest line, and how many a ray along +x meets, ends half-open."""
+        (ax, bx), (ay, by) = (ends.T for ends in self.lines)
+        dx, dy = bx - ax, by - ay
+        along = np.clip(((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy), 0.0, 1.0)
+        off = np.hypot(x - ax - along * dx, y - ay - along * dy)
+        crosses = (ay <= y) != (by <= y)
+        share = (y - ay) / np.where(dy == 0.0, 1.0, dy)
+        count = (crosses & (ax + share * dx > x)).sum(axis=1)
+        return off.min(axis=1, initial=np.inf), count
 
 
 def extruded(loops: Sequence[Sequence[Piece]], low: float, high: float) -> Field:
     """A profile in (x, y) given the extent low … high in z."""
-    flat = profile(loops)
+    flat = Profile(loops)
     slab = between(2, low, high)
     return lambda p: np.maximum(flat(np.ascontiguousarray(p[:, :2])), slab(p))

@@ -63,7 +63,7 @@ class Judge:
         solid, tally = self.solid, self.tally
         sign = truth.signs(solid, p_B)
         touching = np.isin(state.status, IN_CONTACT)
-        odd = np.flatnonzero((sign < 0) != touching)
+        odd = np.flatnonzero(((sign < 0) & (self.came_in | touching)) != touching)
         sign = truth.settled(solid, p_B, sign, odd)
         known = self._history(p_B, sign, touching)
         expected = (sign < 0) & self.came_in

@@ -152,8 +152,8 @@ def _prism(loops: list[list[fields.Piece]], half: float) -> Recipe:
     return Recipe(lambda: parts.prism(loops, -half, half), fields.extruded(loops, -half, half))
 
 
-# Internal gear: radii of roots and tips, and count of teeth; rotor blade: its ends and its bulge.
-GEAR = (16, 32.0, 27.0)
+# Internal gear: count of teeth, radii of roots and tips; rotor blade: its ends and its bulge.
+GEAR = (8, 32.0, 25.0)
 BLADE = (10.0, 50.0, 3.0)
 
 RECIPES: dict[str, Recipe] = {

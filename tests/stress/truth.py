@@ -79,11 +79,17 @@ def walk(field: Field, a: np.ndarray, b: np.ndarray, band: float, finest: int = 
 
 def may_leave(solid: Solid, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """(n,) whether segments that begin and end inside may have been outside on their way."""
-    if solid.field is not None:
-        return walk(solid.field, a, b, -BAND * solid.size, finest=512).outside
-    share = np.linspace(0.0, 1.0, 33)[:, None, None]
-    value = solid.body.project((a + share * (b - a)).reshape(-1, 3)).gap.reshape(33, -1)
-    return (value > -norm(b - a) / 64.0).any(axis=0)
+
+    def depth(p: np.ndarray) -> np.ndarray:
+        return -solid.field(p) if solid.field is not None else -solid.body.project(p).gap
+
+    # A point must come out as deep as it was, and go in as deep as it will be.
+    result = depth(a) + depth(b) <= norm(b - a)
+    rows = np.flatnonzero(result)
+    if len(rows) and solid.field is not None:
+        band = -BAND * solid.size
+        result[rows] = walk(solid.field, a[rows], b[rows], band, finest=128).outside
+    return result
 
 
 def gradient(field: Field, p: np.ndarray, h: float) -> np.ndarray:
@@ -145,7 +151,9 @@ def at_a_joint(solid: Solid, p: np.ndarray, samples: int = 400) -> np.ndarray:
         return near
     close = np.abs(solid.field(p)) <= 2.0 * max(edge.tolerance for edge in solid.body.edges)
     for edge in solid.body.edges:
-        rows = np.flatnonzero(close & ~near)
+        low, high = edge.curve.bounds()
+        far = np.maximum(low - p, p - high).max(axis=1) > 2.0 * edge.tolerance
+        rows = np.flatnonzero(close & ~near & ~far)
         for part in np.array_split(rows, len(rows) // 5000 + 1):
             near[part] = _distance_to(edge.curve, p[part], samples) <= 2.0 * edge.tolerance
     return near
