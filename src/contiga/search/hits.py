@@ -110,8 +110,8 @@ def settled(search: Crossings, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, B
         again, anew = empty_hit(len(rows)), np.zeros((len(rows), 2))
         search(a_B[rows] + offset, b_B[rows] + offset, again, anew)
         clear = anew[:, 1] == 0.0
-        for whole, part in zip(out, again, strict=True):
-            whole[rows[clear]] = part[clear]
+        for field in Hit._fields:
+            getattr(out, field)[rows[clear]] = getattr(again, field)[clear]
         verdict[rows[clear]] = anew[clear]
         aside = np.maximum(aside, anew[:, 1])[~clear]
         rows = rows[~clear]
