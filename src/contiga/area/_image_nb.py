@@ -21,7 +21,7 @@ THIRD = 1.0 / 3.0
 NEAR, FAR = 2.0 / 3.0, 1.0 / 6.0
 # The square of the sum of two normals below which the image is torn: they are a right angle apart.
 TORN = 2.0
-NO_SAG = (0.0, 0.0, 0.0, False)
+NO_SAG = ((0.0, 0.0, 0.0), False)
 
 
 @njit(inline="always")
@@ -42,7 +42,7 @@ def _sag(point, normal, a, b):
         + (normal[b, 2] - normal[a, 2]) * (point[b, 2] - point[a, 2])
     )
     scale = 0.5 * q / (2.0 * math.sqrt(square) + square)
-    return scale * m_x, scale * m_y, scale * m_z, True
+    return (scale * m_x, scale * m_y, scale * m_z), True
 
 
 @njit(inline="always")
@@ -79,11 +79,11 @@ def _shares(point, normal, a, b, c):
     """
     ab = _side(point, a, b)
     ac = _side(point, a, c)
-    d = _sag(point, normal, a, b)
-    e = _sag(point, normal, b, c)
-    f = _sag(point, normal, c, a)
-    if not (d[3] and e[3] and f[3]):
-        d = e = f = NO_SAG
+    d, one_d = _sag(point, normal, a, b)
+    e, one_e = _sag(point, normal, b, c)
+    f, one_f = _sag(point, normal, c, a)
+    if not (one_d and one_e and one_f):
+        d = e = f = NO_SAG[0]
     sags = (d, e, f)
     one = _density(ab, ac, sags, FAR, FAR)
     two = _density(ab, ac, sags, NEAR, FAR)
@@ -149,15 +149,23 @@ def image_pieces(corner, feet, sides, fraction, share, start, stop):
 
 @njit(cache=True)
 def _between(point, normal, ends, t, p, n):
-    """Foot and normal of a cut, the share `t` of the way along the image of an edge."""
+    """Foot and normal of a cut, the share `t` of the way along an edge.
+
+    The foot lies above the chord as high as the image does, but along the normal there. Where the
+    image is torn the normal is zero, and tears what lies beside it.
+    """
     a, b = ends
     s = 1.0 - t
-    sag = _sag(point, normal, a, b)
+    sag, one = _sag(point, normal, a, b)
     square = 0.0
+    high = 0.0
     for c in range(3):
-        p[c] = s * point[a, c] + t * point[b, c] + 4.0 * s * t * sag[c]
-        n[c] = s * normal[a, c] + t * normal[b, c]
+        p[c] = s * point[a, c] + t * point[b, c]
+        n[c] = s * normal[a, c] + t * normal[b, c] if one else 0.0
         square += n[c] * n[c]
-    if square > 0.0:
+        high += sag[c] * n[c]
+    if one:
+        size = math.sqrt(square)
         for c in range(3):
-            n[c] /= math.sqrt(square)
+            n[c] /= size
+            p[c] += 4.0 * s * t * (high / size) * n[c]

@@ -16,6 +16,7 @@ from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop, TrimTables, build_trim_tables, check_loops
 from contiga.num.arrays import as_points, read_only
+from contiga.num.ordered import length, product
 from contiga.records import FloatArray, Hit, Projection
 
 if TYPE_CHECKING:
@@ -179,7 +180,7 @@ class Body:
     def size(self) -> float:
         """Length of the diagonal of `bounds`."""
         low, high = self.bounds()
-        return float(np.linalg.norm(high - low))
+        return length(high - low)
 
     def __repr__(self) -> str:
         trimmed = sum(entry is not None for entry in self._trims)
@@ -307,7 +308,9 @@ class Body:
     def _moved(self, matrix: FloatArray) -> Body:
         # A patch that is reflected has its u reversed, so what is drawn on it follows.
         trims, edges = self._mirrored() if transform.reflects(matrix) else (None, self._edges)
-        scale = abs(float(np.linalg.det(matrix[:3, :3]))) ** (1.0 / 3.0)
+        scale = abs(float(product(matrix[0, :3], np.cross(matrix[1, :3], matrix[2, :3])))) ** (
+            1.0 / 3.0
+        )
         return self._with(
             [patch.transformed(matrix) for patch in self._patches],
             trims,

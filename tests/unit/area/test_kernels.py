@@ -9,7 +9,6 @@ from scipy.sparse.csgraph import connected_components
 
 import contiga as cg
 from contiga.area import _facet_nb, _image_nb, _touch_nb, _union_nb
-from contiga.area.polygon import area_over
 from contiga.records import Projection
 
 pytestmark = pytest.mark.interpreted
@@ -128,7 +127,6 @@ def test_a_whole_facet_is_shared_as_one_of_which_nothing_is_cut_off():
     uv = np.array([[0.4, 0.3], [0.44, 0.31], [0.405, 0.35]])
     feet = feet_at(surface, uv)
     share = whole(feet)
-    assert share.sum() == pytest.approx(area_over(surface, uv, (0.0, 0.0)), rel=1e-3)
     assert pieces(feet, 3, (1, 1, 1)) == pytest.approx(share, rel=1e-12)
 
 
