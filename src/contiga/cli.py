@@ -108,6 +108,9 @@ def run(
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on from the checkpoint in the output folder.")
     ] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Stop at the first point that is not certified.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Run a case: forces, fields and a report into the output folder."""
@@ -117,7 +120,7 @@ def run(
     loaded = load_case(case)
     folder = out if out is not None else case.parent / f"{case.stem}_out"
     try:
-        result = api.run(loaded, out=folder, resume=resume, quiet=quiet)
+        result = api.run(loaded, out=folder, resume=resume, strict=strict, quiet=quiet)
     except KeyboardInterrupt:
         from contiga.sim.folder import CHECKPOINT
 

@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from difflib import get_close_matches
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from contiga.errors import ContigaWarning, FileError
-from contiga.geometry.body import Body
 from contiga.geometry.slits import ROUNDING
 from contiga.geometry.summary import body_summary
+from contiga.io.apart import read_apart
 from contiga.io.units import base_factor
+
+if TYPE_CHECKING:
+    from contiga.geometry.body import Body
+    from contiga.geometry.summary import body_summary
 
 __all__ = ["SUFFIXES", "body_summary", "read_cad"]
 
-Reader = Callable[[Path, str | None, str | None], Body]
 SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
+FARTHEST = 1e100
+"""Largest coordinate that is read."""
+_OPENCASCADE = "contiga.io.step_iges:read_step_iges"
+_READERS = dict.fromkeys(SUFFIXES[:4], _OPENCASCADE) | {
+    ".3dm": "contiga.io.rhino:read_rhino",
+    ".xml": "contiga.io.gismo:read_gismo",
+}
 
 
 def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None = None) -> Body:
@@ -43,7 +53,9 @@ def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None
     Raises
     ------
     FileError
-        Missing, empty, damaged, of another format, without faces, of an unknown suffix.
+        Missing, empty, damaged, of another format, without faces, of an unknown suffix. Files are
+        read in a process of their own: one that crashes its reader, or takes more than the time
+        or memory of `contiga.io.limits`, ends in this error too.
     UnitError
         `unit`, `file_unit` or the file's own unit is no length unit.
 
@@ -60,7 +72,8 @@ def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None
         if value is not None:
             base_factor(value, "length", key)
     _check_readable(file)
-    body = reader(file, file_unit, unit)
+    body: Body = read_apart(reader, file, file_unit, unit, needs="contiga.geometry.body")
+    _check_reach(body, file)
     size = body.size
     if any(len(edge.uses) > 1 and edge.gap > ROUNDING * size for edge in body.edges):
         text = "; ".join(body.openings.flaws)
@@ -68,20 +81,32 @@ def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None
     return body
 
 
-def _reader(file: Path) -> Reader:
+def _check_reach(body: Body, file: Path) -> None:
+    """Refuse coordinates whose squares are no numbers any more."""
+    for k, patch in enumerate(body.patches):
+        farthest = float(abs(patch.control_points).max())
+        if farthest > FARTHEST:
+            raise FileError(
+                "a control point lies farther out than can be computed with",
+                where=f"{file}, face {k}",
+                found=farthest,
+                allowed=f"coordinates up to {FARTHEST:g}",
+            )
+
+
+def __getattr__(name: str) -> Any:
+    # Geometry is imported while the file is read, not before.
+    if name == "body_summary":
+        from contiga.geometry.summary import body_summary
+
+        return body_summary
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def _reader(file: Path) -> str:
     suffix = file.suffix.lower()
-    if suffix in (".step", ".stp", ".iges", ".igs"):
-        from contiga.io.step_iges import read_step_iges
-
-        return read_step_iges
-    if suffix == ".3dm":
-        from contiga.io.rhino import read_rhino
-
-        return read_rhino
-    if suffix == ".xml":
-        from contiga.io.gismo import read_gismo
-
-        return read_gismo
+    if suffix in _READERS:
+        return _READERS[suffix]
     close = get_close_matches(suffix, SUFFIXES, n=1)
     raise FileError(
         "not a CAD format contiga reads",

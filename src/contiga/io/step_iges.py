@@ -17,6 +17,7 @@ import numpy as np
 
 from contiga.errors import FileError
 from contiga.geometry.body import Body
+from contiga.geometry.curve import NurbsCurve
 from contiga.io import _occ_geometry as occ
 from contiga.io._assemble import Assembly, Edge, warn
 from contiga.io._loops import (
@@ -31,7 +32,7 @@ from contiga.io._loops import (
     rectangle_sides,
 )
 from contiga.io._sew import Sewn
-from contiga.io._warp import bent
+from contiga.io._warp import AngleMap, bent
 from contiga.io.units import length_factor, short_name
 from contiga.records import FloatArray
 
@@ -75,6 +76,19 @@ class RawFace(NamedTuple):
     speed: FloatArray
     """(2,) largest |S_u|, |S_v|."""
     reversed: bool
+
+
+def warm_up() -> None:
+    """Load OpenCASCADE, its tables and the kernels in use, before the time of a file counts."""
+    from OCP.IGESControl import IGESControl_Reader
+    from OCP.STEPControl import STEPControl_Reader
+
+    with quiet():
+        STEPControl_Reader()
+        IGESControl_Reader()
+    slope = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], [[0.0, 0.0], [1.0, 1.0]])
+    half = AngleMap(np.array([0.0, 0.5, 1.0]))
+    bent(slope, (half, half), np.ones(2))
 
 
 @contextmanager

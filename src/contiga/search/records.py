@@ -45,6 +45,7 @@ ELEMENT = np.dtype(
         ("ring", "i4", 4),  # next of the sides (element*4 + side) around the same pole
         ("width", "f8", 4),  # of the edge along each side where a second face joins, else 0
         ("skirt", "f8"),  # largest width of an edge or a trimming piece of the element
+        ("noise", "f8"),  # rounding of a point evaluated on it
         ("origin", "f8", 3),  # all coefficients are relative to it
         ("box", "f8", 4),  # u0, u1, v0, v1
         ("cubic", "f8", 64),  # x, y, z, w as bicubics in (s, t), power of s first
@@ -69,6 +70,7 @@ LEAF = np.dtype(
         ("box", "f8", 4),  # s0, s1, t0, t1; curve leaf: t0, t1 of the piece
         # |S_s|, |S_t|, |S_ss|, |S_st|, |S_tt|, |S_sss|, |S_sst|, |S_stt|, |S_ttt| at most
         ("bound", "f8", 9),
+        ("middle", "f8", 3),  # a point of the body in it; infinite where that is trimmed away
     ],
     align=True,
 )

@@ -35,6 +35,8 @@ from contiga.search.widths import edge_widths
 MONOMIAL_DEGREE = 5
 # They lose digits too where weights of one element differ by more than this factor.
 MONOMIAL_WEIGHTS = 1e3
+# Rounding of each of the steps in which a point is evaluated.
+ROUNDING = 2.0 * float(np.finfo(float).eps)
 # Tangential miss accepted at a foot, relative to the body's size.
 RELATIVE_TOLERANCE = 1e-12
 # Sizes of bodies whose lengths can be taken to the fourth power and back.
@@ -176,6 +178,8 @@ def _fill(rows: Records, coefs: FloatArray, used: int) -> list[FloatArray]:
     stride = 4 * (p + 1) * (q + 1)
     rows["bernstein"] = used + stride * np.arange(len(rows))
     rows["monomial"] = -1
+    extent = np.abs(net[..., :3] / net[..., 3:]).max(axis=(1, 2, 3))
+    rows["noise"] = ROUNDING * (p + q + 2) * extent
     if max(p, q) > MONOMIAL_DEGREE:
         return [net.ravel()]
     monomial = np.einsum(
@@ -185,6 +189,7 @@ def _fill(rows: Records, coefs: FloatArray, used: int) -> list[FloatArray]:
     weights = net[..., 3].reshape(len(net), -1)
     uneven = weights.max(axis=1) > MONOMIAL_WEIGHTS * weights.min(axis=1)
     rows["monomial"][uneven] = -1
+    rows["noise"] *= np.where(uneven, 1.0, weights.max(axis=1) / weights.min(axis=1))
     if max(p, q) <= 3:
         cubic = np.zeros((len(net), 4, 4, 4))  # element, component, power of s, power of t
         cubic[:, :, : p + 1, : q + 1] = np.moveaxis(monomial, 3, 1)

@@ -38,6 +38,10 @@ def summarise(
         "n_elements": sum(surface_of(part.body).n_elements for part in simulation.bodies.values()),
         "threads": thread_count(),
         "statuses": statuses,
+        "proved": {
+            part.name: _proved(history, f"{part.name}." if several else "")
+            for part in simulation.contacts
+        },
         "inputs": _inputs(simulation),
         "warnings": _warnings(statuses) + _not_finite(simulation, history) + _flaws(simulation),
     }
@@ -47,6 +51,14 @@ def _statuses(history: dict[str, FloatArray], prefix: str) -> dict[str, int]:
     """Points that took each status, summed over the steps."""
     return {
         status.name: int(np.sum(history[prefix + column])) for column, status in COUNTED.items()
+    }
+
+
+def _proved(history: dict[str, FloatArray], prefix: str) -> dict[str, int]:
+    """Feet of points in contact over all steps, and how many of them were merely converged."""
+    return {
+        "feet": int(np.sum(history[prefix + "n_contact"])),
+        "unproved": int(np.sum(history[prefix + "n_unproved"])),
     }
 
 
@@ -115,6 +127,18 @@ def _warnings(statuses: dict[str, dict[str, int]]) -> list[str]:
             texts.append(
                 f"{name}: {lost} times a point in contact could not be solved and was left out of "
                 "the forces; take smaller steps"
+            )
+        found = counts[ContactStatus.FOUND.name]
+        if found:
+            texts.append(
+                f"{name}: {found} times a point lay inside without having been seen to come in; it "
+                "was taken into contact at its closest point. Please report the case"
+            )
+        anew = counts[ContactStatus.REACQUIRED.name]
+        if anew:
+            texts.append(
+                f"{name}: {anew} times the foot of a point in contact vanished and the closest "
+                "point was taken; take smaller steps to follow it"
             )
         bad = counts[ContactStatus.NOT_FINITE.name]
         if bad:

@@ -1,0 +1,61 @@
+"""`python -m tests.stress [names] [--full] [--seed N]`: attack the search and count what is wrong.
+
+Prints a line for each part and body, writes them as JSON, and ends with 1 if anything was wrong and
+not flagged.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+from tests.stress import segments, shaking, solids
+from tests.stress.tally import Tally, write
+
+Part = Callable[[bool, int], Iterator[Tally]]
+
+
+def shake(full: bool, seed: int) -> Iterator[Tally]:
+    """Closed bodies shaken through clouds: 1e7 point-steps in full."""
+    scales = np.geomspace(1e-6, 0.3, 24 if full else 6)
+    n, steps = (600, 48) if full else (150, 8)
+    for name in solids.names():
+        yield shaking.shaken(solids.solid(name), scales, n, steps, seed)
+
+
+def shoot(full: bool, seed: int) -> Iterator[Tally]:
+    """Segments of every length and angle: 1e7 in full."""
+    for name in solids.names():
+        yield segments.shot(solids.solid(name), 600_000 if full else 6_000, seed)
+
+
+PARTS: dict[str, Part] = {"shaking": shake, "segments": shoot}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the parts named, all of them if none is."""
+    parser = argparse.ArgumentParser(prog="python -m tests.stress", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="name", help=f"of {', '.join(PARTS)}")
+    parser.add_argument("--full", action="store_true", help="the full sizes")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=Path("out/stress.json"))
+    chosen = parser.parse_args(arguments)
+    unknown = [name for name in chosen.names if name not in PARTS]
+    if unknown:
+        parser.error(f"no part is called {unknown[0]}; there are {', '.join(PARTS)}")
+    tallies: list[Tally] = []
+    for name in chosen.names or PARTS:
+        for tally in PARTS[name](chosen.full, chosen.seed):
+            print(tally.line(), flush=True)
+            tallies.append(tally)
+            write(tallies, chosen.out)
+    wrong = sum(tally.wrong for tally in tallies)
+    print(f"{sum(tally.count for tally in tallies):,} in all, {wrong:,} wrong and unflagged")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
