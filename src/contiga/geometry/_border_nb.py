@@ -34,7 +34,7 @@ def open_frame(t):
     """The square [−1, 2]² as two triangles."""
     for k, (x, y) in enumerate(((-1.0, -1.0), (2.0, -1.0), (2.0, 2.0), (-1.0, 2.0))):
         t.xy[k, 0], t.xy[k, 1] = x, y
-    t.count[VERTICES], t.count[TRIANGLES] = FRAME, 2
+    t.used[VERTICES], t.used[TRIANGLES] = FRAME, 2
     t.marks[:2] = FREE
     t.corners[0], t.corners[1] = (0, 1, 2), (0, 2, 3)
     t.beside[0], t.beside[1] = (BORDER, 1, BORDER), (BORDER, BORDER, 0)
@@ -91,9 +91,9 @@ def around(t, start, v, to):
     The answer is the corner number of v, or −1 − k where side k already runs from v to `to`,
     or −9 where the way runs over another vertex.
     """
-    here, where = walk(t, start, v)
+    here, _ = walk(t, start, v)
     first = here
-    for _ in range(t.count[TRIANGLES] + 1):
+    for _ in range(t.used[TRIANGLES] + 1):
         k = corner_of(t, here, v)
         b = t.corners[here, (k + 1) % 3]
         c = t.corners[here, (k + 2) % 3]
@@ -153,14 +153,14 @@ def side_between(t, start, b, c):
     """Triangle and side from b to c, (−1, −1) if there is none."""
     here, _ = walk(t, start, b)
     first = here
-    for _ in range(t.count[TRIANGLES] + 1):
+    for _ in range(t.used[TRIANGLES] + 1):
         k = corner_of(t, here, b)
         if k < 0:
             return -1, -1
         if t.corners[here, (k + 1) % 3] == c:
             return here, (k + 2) % 3
         here = t.beside[here, (k + 1) % 3]
-        if here == first or here == BORDER:
+        if here in (first, BORDER):
             break
     return -1, -1
 
@@ -208,7 +208,7 @@ def make_side(t, at, v, to, ends):
 @njit(cache=True)
 def crosses(xy, v, to, a, d):
     """Whether the side ad crosses the way from v to `to` inside both."""
-    if a == v or a == to or d == v or d == to:
+    if a in (v, to) or d in (v, to):
         return False
     return turn(xy, v, to, a) * turn(xy, v, to, d) < 0.0
 
@@ -241,7 +241,7 @@ def make_segments(t, at, segments, alias, twice, bad):
 @njit(cache=True)
 def flooded(t, twice, stack):
     """(m,) whether each triangle is inside: each segment on the way in from the frame counts."""
-    inside = np.full(t.count[TRIANGLES], -1, np.int8)
+    inside = np.full(t.used[TRIANGLES], -1, np.int8)
     for here in range(inside.size):
         # A triangle at the frame is outside.
         if min(t.corners[here, 0], t.corners[here, 1], t.corners[here, 2]) == 0:
@@ -283,4 +283,4 @@ def carve(t, inside):
             t.marks[to, k] = t.marks[here, k]
             t.beside[to, k] = BORDER if cut else new[other]
         t.state[to] = 0
-    t.count[TRIANGLES] = n
+    t.used[TRIANGLES] = n

@@ -113,7 +113,7 @@ def refine(t, face, front):
         if not advance(t, face, front):
             return False
         whole = True
-        for here in range(t.count[TRIANGLES]):
+        for here in range(t.used[TRIANGLES]):
             if full(t, 2):
                 return False
             if t.state[here] == NEW and not is_good(t, front, here):

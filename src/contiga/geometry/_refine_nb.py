@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from contiga.geometry._shape_nb import E, F, G, expected_miss, shape_at
+from contiga.geometry._chord_nb import triangle_distance
+from contiga.geometry._shape_nb import SAG, E, F, G, expected_miss, shape_at
 from contiga.geometry._triangulation_nb import (
     BORDER,
     INSIDE,
@@ -42,8 +43,9 @@ CLOSEST = 0.6
 """A new vertex keeps this distance from others, in the metric."""
 SMALLEST = 1e-26
 """Triangles with less than this area in the unit square are not cut any further."""
-SHORT = 0.5
-"""Nor are those with no side longer than this share of the wanted distance."""
+USELESS = 0.2
+"""Nor does a vertex help that is nearer, as a share of the wanted distance, to another or to the
+border."""
 
 
 class Front(NamedTuple):
@@ -125,12 +127,33 @@ def settle_in(t, front, top):
 
 
 @njit(cache=True)
+def is_useless(t, front, here, v):
+    """Whether v is so near to a corner or a border side of its triangle that it mends nothing."""
+    c = t.corners[here]
+    sag = front.forms[v, SAG]
+    for k in range(3):
+        sag = min(sag, front.forms[c[k], SAG])
+    limit = USELESS * sag
+    p = front.points[v]
+    for k in range(3):
+        a, b = front.points[c[(k + 1) % 3]], front.points[c[(k + 2) % 3]]
+        if triangle_distance(p, a, a, a) < limit:
+            return True
+        if t.beside[here, k] == BORDER and triangle_distance(p, a, b, b) < limit:
+            return True
+    return False
+
+
+@njit(cache=True)
 def put_vertex(t, face, front, start, x, y, apart):
-    """A vertex at (x, y) if it is inside and none is nearer than `apart`; True if put."""
-    v = t.count[VERTICES]
+    """A vertex at (x, y) if it is inside and none is nearer than `apart`; True if put.
+
+    `apart` is in the metric; below zero a vertex is put whether it helps or not.
+    """
+    v = t.used[VERTICES]
     t.xy[v, 0], t.xy[v, 1] = snapped(x), snapped(y)
     here, where = walk(t, start, v)
-    if where == OUTSIDE or where == ON_VERTEX:
+    if where in (OUTSIDE, ON_VERTEX):
         return False
     if where != INSIDE and t.beside[here, where] == BORDER:
         return False
@@ -142,7 +165,9 @@ def put_vertex(t, face, front, start, x, y, apart):
             if e * dx * dx + 2.0 * f * dx * dy + g * dy * dy < apart * apart:
                 return False
     shape_at(face, t.xy[v, 0], t.xy[v, 1], front.points[v], front.forms[v])
-    t.count[VERTICES] += 1
+    if apart >= 0.0 and is_useless(t, front, here, v):
+        return False
+    t.used[VERTICES] += 1
     if where == INSIDE:
         top = split_triangle(t, here, v, front.stack)
     else:
@@ -199,21 +224,10 @@ def longest_inner(t, front, triangle):
 
 
 @njit(cache=True)
-def extent(front, corners):
-    """Largest difference of a coordinate between corners."""
-    most = 0.0
-    for k in range(3):
-        p, q = front.points[corners[k]], front.points[corners[(k + 1) % 3]]
-        for d in range(3):
-            most = max(most, abs(p[d] - q[d]))
-    return most
-
-
-@njit(cache=True)
 def halve(t, face, front, triangle):
     """Cut a triangle at the middle of its longest inner side, or in itself; give up else."""
     c = t.corners[triangle]
-    if turn(t.xy, c[0], c[1], c[2]) > SMALLEST and extent(front, c) > SHORT * face.sag:
+    if turn(t.xy, c[0], c[1], c[2]) > SMALLEST:
         k = longest_inner(t, front, triangle)
         if k >= 0:
             p, q = c[(k + 1) % 3], c[(k + 2) % 3]
@@ -230,7 +244,7 @@ def halve(t, face, front, triangle):
 @njit(cache=True)
 def full(t, spare):
     """Whether there is no more room for a vertex."""
-    return t.count[VERTICES] + spare >= t.xy.shape[0]
+    return t.used[VERTICES] + spare >= t.xy.shape[0]
 
 
 @njit(cache=True)
@@ -263,7 +277,7 @@ def advance(t, face, front):
 @njit(cache=True)
 def queue_all(t, front):
     """Everything that was not looked at yet into the queue."""
-    for here in range(t.count[TRIANGLES]):
+    for here in range(t.used[TRIANGLES]):
         if t.state[here] == NEW:
             push(front, here)
 
@@ -273,7 +287,7 @@ def relax(t, front, rounds):
     """Turn sides until Delaunay in the metric, or `rounds` times over all."""
     for _ in range(rounds):
         turned = 0
-        for here in range(t.count[TRIANGLES]):
+        for here in range(t.used[TRIANGLES]):
             for k in range(3):
                 other = t.beside[here, k]
                 if other == BORDER or other < here:

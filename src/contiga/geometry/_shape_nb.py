@@ -178,5 +178,5 @@ def expected_miss(xy, corners, beside, forms):
 @njit(cache=True)
 def shapes_at(t, face, points, forms):
     """Points and forms of all vertices in use but the first four, which are the frame."""
-    for v in range(FRAME, t.count[VERTICES]):
+    for v in range(FRAME, t.used[VERTICES]):
         shape_at(face, t.xy[v, 0], t.xy[v, 1], points[v], forms[v])

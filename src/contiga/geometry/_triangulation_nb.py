@@ -25,7 +25,7 @@ SPLITTER = 134217729.0
 
 
 class Triangulation(NamedTuple):
-    """Room for n vertices and m triangles; `count` says how much of it is in use."""
+    """Room for n vertices and m triangles; `used` says how much of it is in use."""
 
     xy: np.ndarray
     """(n, 2)."""
@@ -37,7 +37,7 @@ class Triangulation(NamedTuple):
     """(m, 3) segment along that side, `FREE` for none."""
     state: np.ndarray
     """(m,) int8, zero for a triangle that is new or was changed."""
-    count: np.ndarray
+    used: np.ndarray
     """(2,) vertices and triangles in use."""
 
 
@@ -153,7 +153,7 @@ def walk(t, start, v):
     """
     here = start
     first = 0
-    for _ in range(4 * t.count[TRIANGLES] + 16):
+    for _ in range(4 * t.used[TRIANGLES] + 16):
         on = INSIDE
         out = -1
         zeros = 0
@@ -182,9 +182,9 @@ def split_triangle(t, triangle, v, stack):
     a, b, c = t.corners[triangle]
     na, nb, nc = t.beside[triangle]
     ma, mb, mc = t.marks[triangle]
-    second = t.count[TRIANGLES]
+    second = t.used[TRIANGLES]
     third = second + 1
-    t.count[TRIANGLES] += 2
+    t.used[TRIANGLES] += 2
     put(t, triangle, (v, b, c), (na, second, third), (ma, FREE, FREE))
     put(t, second, (v, c, a), (nb, third, triangle), (mb, FREE, FREE))
     put(t, third, (v, a, b), (nc, triangle, second), (mc, FREE, FREE))
@@ -208,9 +208,9 @@ def split_side(t, triangle, k, v, stack):
     n_ca, m_ca = t.beside[triangle, (k + 1) % 3], t.marks[triangle, (k + 1) % 3]
     n_bd, m_bd = t.beside[other, (j + 1) % 3], t.marks[other, (j + 1) % 3]
     n_dc, m_dc = t.beside[other, (j + 2) % 3], t.marks[other, (j + 2) % 3]
-    third = t.count[TRIANGLES]
+    third = t.used[TRIANGLES]
     fourth = third + 1
-    t.count[TRIANGLES] += 2
+    t.used[TRIANGLES] += 2
     put(t, triangle, (v, a, b), (n_ab, other, third), (m_ab, mark, FREE))
     put(t, other, (v, b, d), (n_bd, fourth, triangle), (m_bd, FREE, mark))
     put(t, third, (v, c, a), (n_ca, triangle, fourth), (m_ca, FREE, mark))

@@ -17,7 +17,7 @@ import numpy as np
 from contiga.errors import ContigaWarning, GeometryError
 from contiga.geometry.border import NEAR, Borders, Side, borders_of, corners, path_points
 from contiga.geometry.chains import EdgeShape, chain_shares, pole_shares
-from contiga.geometry.face_mesh import FaceMesh, Ints, Polygons
+from contiga.geometry.face_mesh import ANYWHERE, FaceMesh, Ints, Polygons
 from contiga.geometry.tessellate import MAX_CELLS, check_request, net_grid
 from contiga.geometry.trim import LARGEST_GAP
 from contiga.geometry.trimesh import TriMesh
@@ -136,7 +136,7 @@ class _Mesher:
         grid = np.stack(np.meshgrid(*self.grids[k], indexing="ij"), axis=-1).reshape(-1, 2)
         for x, y in ((grid - face.low) / face.extent).tolist():
             if 0.0 < x < 1.0 and 0.0 < y < 1.0:
-                face.put(x, y)
+                face.put(x, y, ANYWHERE)
 
     def _bordered(self) -> list[FaceMesh]:
         """Faces between their polygons, edges refined until these do not cross."""
@@ -209,11 +209,9 @@ class _Mesher:
             ends = zip(lines, lines[1:] + lines[:1], strict=True)
             loops.append([_without_end(line, after, near) for line, after in ends])
         starts = np.cumsum([0, *(sum(len(line.uv) for line in loop) for loop in loops)])
-        joined = [
-            np.concatenate(each)
-            for each in zip(*(line for loop in loops for line in loop), strict=True)
-        ]
-        return Polygons(*joined, starts)
+        flat = [line for loop in loops for line in loop]
+        uv, ids, parts = (np.concatenate([line[i] for line in flat]) for i in range(3))
+        return Polygons(uv, ids, parts, starts)
 
     def _line(self, side: Side, number: dict[int, Ints]) -> Line:
         """The vertices along a side, in the sense of its loop."""
@@ -269,7 +267,7 @@ def _without_end(line: Line, after: Line, near: FloatArray) -> Line:
     meets = (apart <= near).all() or (
         line.ids[-1] == after.ids[0] and (apart <= near / MEET * LARGEST_GAP).all()
     )
-    return Line(*(column[:-1] for column in line)) if meets else line
+    return Line(line.uv[:-1], line.ids[:-1], line.parts[:-1]) if meets else line
 
 
 def _parted(faces: list[FaceMesh], triangles: Ints, places: Ints) -> bool:
@@ -294,11 +292,13 @@ def _parted(faces: list[FaceMesh], triangles: Ints, places: Ints) -> bool:
     crowded = np.flatnonzero(times[place] > 2)
     middles = [
         (k, faces[k].middle_of(i, (j + 2) % 3))
-        for (k, i), j in zip(places[rows[crowded // 3]].tolist(), (crowded % 3).tolist())
+        for (k, i), j in zip(
+            places[rows[crowded // 3]].tolist(), (crowded % 3).tolist(), strict=True
+        )
     ]
     for k, middle in middles:
         if middle is not None:
-            done |= faces[k].put(*middle)
+            done |= faces[k].put(*middle, apart=ANYWHERE)
     return done
 
 

@@ -105,7 +105,7 @@ def borders_of(body: Body) -> Borders:
             [
                 [s for p, key in loop for s in _cut(p, uses.get((k, *key), []), result)]
                 for loop in paths
-            ]  # fmt: skip
+            ]
         )
     _mark_poles(body, result)
     if not body.edges:

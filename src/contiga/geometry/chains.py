@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -126,7 +127,7 @@ def chain_shares(edge: EdgeShape, sag: float, closed: bool) -> FloatArray:
     that miss are halved.
     """
     corners = _kinks(edge.curve)
-    parts = [_spread(edge, a, b, sag) for a, b in zip(corners[:-1], corners[1:], strict=True)]
+    parts = [_spread(edge, a, b, sag) for a, b in pairwise(corners)]
     share = np.append(np.concatenate([part[:-1] for part in parts]), 1.0)
     least = 3 if closed else 1
     if len(share) <= least:

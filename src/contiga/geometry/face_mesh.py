@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from contiga.geometry._refine_nb import Front, put_vertex, relax
 from contiga.geometry._shape_nb import Face, shapes_at
 from contiga.geometry._triangulation_nb import (
     BORDER,
+    FRAME,
     FREE,
     GRID,
     TRIANGLES,
@@ -30,6 +32,8 @@ Flags = NDArray[np.bool_]
 GROWTH = 2
 RELAXED = 12
 """Most rounds of turning sides before the first vertex goes in."""
+ANYWHERE = -1.0
+"""Distance to other vertices where a vertex is put in any case."""
 OWN = -1
 """Instead of a vertex of the body's mesh: a vertex of this face alone."""
 
@@ -62,7 +66,7 @@ class FaceMesh:
         self.low = polygons.uv.min(axis=0)
         extent = polygons.uv.max(axis=0) - self.low
         self.extent = np.where(extent > 0.0, extent, 1.0)
-        first, n = border_nb.FRAME, len(polygons.uv)
+        first, n = FRAME, len(polygons.uv)
         self.ids = np.concatenate([np.full(first, OWN), polygons.ids])
         self.t = _room(first + n + 8)
         places = (polygons.uv - self.low) / self.extent
@@ -75,9 +79,9 @@ class FaceMesh:
 
         Sides between two copies of one vertex (at a pole, over a gap) may vanish; others may not.
         """
-        t, first, n = self.t, border_nb.FRAME, len(self.polygons.uv)
+        t, first, n = self.t, FRAME, len(self.polygons.uv)
         border_nb.open_frame(t)
-        t.count[VERTICES] = first + n
+        t.used[VERTICES] = first + n
         alias = np.arange(first + n)
         at = border_nb.insert_all(t, *_order(n), self._mean_metric(), alias)
         segments = _segments(self.polygons.starts) + first
@@ -90,7 +94,7 @@ class FaceMesh:
             return bad, False
         inside = border_nb.flooded(t, twice, np.empty(len(t.corners), np.int64))
         border_nb.carve(t, inside)
-        return bad, bool(t.count[TRIANGLES] > 0)
+        return bad, bool(t.used[TRIANGLES] > 0)
 
     def _mean_metric(self) -> FloatArray:
         """(3,) squares of the mean lengths of S_u and S_v over the unit square."""
@@ -126,28 +130,28 @@ class FaceMesh:
         False if there would be more than `most` triangles.
         """
         while not refine(self.t, self.face, self.front):
-            if self.t.count[TRIANGLES] > most:
+            if self.t.used[TRIANGLES] > most:
                 return False
             self._grow()
         return True
 
-    def put(self, x: float, y: float, apart: float = 0.0) -> bool:
+    def put(self, x: float, y: float, apart: float) -> bool:
         """A vertex at a place of the unit square; False if it is on the border or outside."""
-        if self.t.count[VERTICES] + 2 >= len(self.t.xy):
+        if self.t.used[VERTICES] + 2 >= len(self.t.xy):
             self._grow()
         return bool(put_vertex(self.t, self.face, self.front, 0, x, y, apart))
 
     def renumber(self, polygons: Polygons) -> None:
         """Take other numbers for the same polygons."""
         self.polygons = polygons
-        self.ids[border_nb.FRAME :] = polygons.ids
+        self.ids[FRAME:] = polygons.ids
 
     def put_inside(self, triangle: int) -> bool:
         """A vertex in the middle of a triangle; False if there is no place for one."""
         if self.ears is not None:
             return False
         x, y = self.t.xy[self.t.corners[triangle]].mean(axis=0)
-        return self.put(x, y)
+        return self.put(x, y, ANYWHERE)
 
     def middle_of(self, triangle: int, k: int) -> tuple[float, float] | None:
         """The middle of side k of a triangle; None on the border."""
@@ -170,13 +174,13 @@ class FaceMesh:
         """(m, 3) own vertices, the first of the polygons being 0."""
         if self.ears is not None:
             return self.ears
-        return self.t.corners[: self.t.count[TRIANGLES]] - border_nb.FRAME
+        return self.t.corners[: self.t.used[TRIANGLES]] - FRAME
 
     def own_points(self) -> FloatArray:
         """(k, 3) places of the vertices that the face has alone, which follow the polygons'."""
         if self.ears is not None:
             return np.empty((0, 3))
-        return self.front.points[len(self.ids) : self.t.count[VERTICES]]
+        return self.front.points[len(self.ids) : self.t.used[VERTICES]]
 
 
 def _order(n: int) -> tuple[Ints, Ints]:
@@ -184,14 +188,14 @@ def _order(n: int) -> tuple[Ints, Ints]:
     i = np.arange(n)
     step = np.where(i == 0, np.int64(1) << 60, i & -i)
     order = np.lexsort((i, -step))
-    hint = np.where(order == 0, -1, order - step[order] + border_nb.FRAME)
-    return order + border_nb.FRAME, hint
+    hint = np.where(order == 0, -1, order - step[order] + FRAME)
+    return order + FRAME, hint
 
 
 def _segments(starts: Ints) -> Ints:
     """(n, 2) ends of the sides of all polygons."""
     parts = []
-    for a, b in zip(starts[:-1], starts[1:], strict=True):
+    for a, b in pairwise(starts):
         k = np.arange(a, b)
         parts.append(np.stack([k, np.roll(k, -1)], axis=1))
     return np.concatenate(parts)
