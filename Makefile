@@ -17,12 +17,12 @@ PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
 .PHONY: demo test lint bench stress docs clean
 .DEFAULT_GOAL := demo
 
-demo: $(BIN)/.run-stamp $(BIN)/.kernel-stamp $(GENERATED)/headform.step $(GENERATED)/pad.vtu
+demo: $(BIN)/.run-stamp $(GENERATED)/headform.step $(GENERATED)/pad.vtu
 	@test -d $(DEMO) || echo "The first run compiles the kernels: a few minutes, once."
 	$(BIN)/contiga run examples/01_headform.toml -o $(DEMO)
 	@echo "The report: $(abspath $(DEMO)/report.html)"
 
-test: lint $(BIN)/.kernel-stamp
+test: lint
 	NUMBA_NUM_THREADS=2 $(PYTEST)
 	NUMBA_DISABLE_JIT=1 $(PYTEST) -m interpreted
 	NUMBA_NUM_THREADS=1 $(PYTEST) -m "not slow" $(ONE_THREAD)
@@ -33,7 +33,7 @@ lint: $(BIN)/.test-stamp
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: $(BIN)/.bench-stamp $(BIN)/.kernel-stamp
+bench: $(BIN)/.bench-stamp
 	$(BIN)/python -m benchmarks
 
 stress: $(BIN)/.test-stamp $(BIN)/.kernel-stamp
@@ -51,12 +51,6 @@ $(GENERATED)/headform.step: examples/make_headform.py $(BIN)/.run-stamp
 
 $(GENERATED)/pad.vtu: examples/make_pad.py $(BIN)/.run-stamp
 	$(BIN)/python examples/make_pad.py $@
-
-# numba's cache knows the file of a kernel, not those of the kernels it calls: when one has changed,
-# all are compiled anew.
-$(BIN)/.kernel-stamp: $(wildcard src/contiga/*/_*_nb.py src/contiga/*/*/_*_nb.py) $(BIN)/.venv-stamp
-	@find src -name '*.nb[ic]' -delete
-	@touch $@
 
 # A stamp is newer than pyproject.toml once its packages are installed: a second call does nothing.
 $(BIN)/.venv-stamp:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -18,3 +20,15 @@ def data_dir() -> Path:
             pytest.fail(f"the data folder {DATA} is missing")
         pytest.skip("no shared data beside the project")
     return DATA
+
+
+@pytest.fixture(scope="session")
+def solids() -> ModuleType:
+    """Solids made by OpenCASCADE, see `occ_solids`."""
+    path = Path(__file__).with_name("occ_solids.py")
+    spec = importlib.util.spec_from_file_location("contiga_test_solids", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

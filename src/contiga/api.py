@@ -23,6 +23,7 @@ def run(
     out: str | Path | None = None,
     *,
     resume: bool = False,
+    strict: bool = False,
     quiet: bool = True,
 ) -> Result:
     """Run a case and write its output folder, the report included.
@@ -32,6 +33,7 @@ def run(
     case : a `Case`, or the path of its file
     out : folder for the results; None keeps them in memory only
     resume : go on from the checkpoint in `out`
+    strict : stop at the first point whose foot or side is not proved
     quiet : no progress bar
 
     Returns
@@ -65,7 +67,14 @@ def run(
                 raise KeyboardInterrupt
             show(done, steps, contacts)
 
-        return build.run(checked, out, resume=resume, progress=progress, on_finish=write_report)
+        return build.run(
+            checked,
+            out,
+            resume=resume,
+            strict=strict,
+            progress=progress,
+            on_finish=write_report,
+        )
 
 
 @contextmanager

@@ -108,6 +108,9 @@ def run(
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on from the checkpoint in the output folder.")
     ] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Stop at the first point that is not certified.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Run a case: forces, fields and a report into the output folder."""
@@ -117,7 +120,7 @@ def run(
     loaded = load_case(case)
     folder = out if out is not None else case.parent / f"{case.stem}_out"
     try:
-        result = api.run(loaded, out=folder, resume=resume, quiet=quiet)
+        result = api.run(loaded, out=folder, resume=resume, strict=strict, quiet=quiet)
     except KeyboardInterrupt:
         from contiga.sim.folder import CHECKPOINT
 
@@ -164,9 +167,9 @@ def check(case: CaseFile) -> None:
     bodies = build(loaded).bodies
     _table(describe(loaded))
     for name, part in bodies.items():
-        if isinstance(part.body, TriMesh):
-            print(f"\n{name}")
-            _table(_master_rows(part.body))
+        print(f"\n{name}")
+        body = part.body
+        _table(_master_rows(body) if isinstance(body, TriMesh) else body.openings.rows)
     print(f"{case} is ready to run")
 
 
@@ -182,7 +185,8 @@ def info(file: Annotated[Path, typer.Argument(metavar="FILE", help="CAD file or 
     if not file.exists():
         raise FileError("no such file", where=str(file))
     if file.suffix.lower() in SUFFIXES:
-        _table(_summary_rows(body_summary(read_cad(file))))
+        body = read_cad(file)
+        _table([*_summary_rows(body_summary(body)), *body.openings.rows])
         return
     mesh = read_mesh(file)
     rows = list(_summary_rows(mesh_summary(mesh)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 ByteArray = NDArray[np.int8]
+IndexArray = NDArray[np.integer[Any]]
 
 
 class Feature(IntEnum):
@@ -39,14 +40,18 @@ class Status(IntEnum):
     MAX_ITERATIONS = 3
     """Not converged. Take smaller steps, or project with ``mode="global"``."""
     BRANCH_EVENT = 4
-    """The tracked minimum vanished (the point crossed a focal surface). Re-acquired by
-    ``mode="global"`` in a contact; take smaller steps to stay on the branch."""
+    """The tracked minimum vanished on the way (the point crossed a focal surface); the foot is the
+    closest point instead. Nothing continues the old one: smaller steps show where it ends."""
     NOT_FINITE = 5
     """The point has a NaN or infinite coordinate. Mend the input."""
     NO_HIT = 6
     """The segment meets the surface nowhere from its free side (first hit only)."""
     AT_START = 7
     """The segment starts on the surface and leads inside: its fraction is 0 (first hit only)."""
+    BUDGET = 8
+    """The search opened as many cells as it may: the answer is the best found, not proved (of a
+    first hit perhaps none). Mend the geometry there: weights that differ by many decades,
+    collapsed or folded patches."""
 
 
 class ContactStatus(IntEnum):
@@ -68,9 +73,21 @@ class ContactStatus(IntEnum):
     """Could not be solved; left out of the forces. Take smaller steps."""
     NOT_FINITE = 7
     """Has a NaN or infinite coordinate; left out of the forces."""
+    FOUND = 8
+    """In contact: lies inside a closed body without a crossing having been seen. Its foot is the
+    closest point. Report the case: this is a fault of the search."""
+    REACQUIRED = 9
+    """In contact at the closest point: the foot it had vanished (its point crossed a focal
+    surface) or did not continue. Take smaller steps to stay on the branch."""
 
 
-IN_CONTACT = (ContactStatus.NEW, ContactStatus.OLD, ContactStatus.HELD)
+IN_CONTACT = (
+    ContactStatus.NEW,
+    ContactStatus.OLD,
+    ContactStatus.HELD,
+    ContactStatus.FOUND,
+    ContactStatus.REACQUIRED,
+)
 
 
 class Projection(NamedTuple):
@@ -90,6 +107,11 @@ class Projection(NamedTuple):
     """(n,) `Feature`."""
     status: ByteArray
     """(n,) `Status`."""
+    certified: ByteArray
+    """(n,) 1 where the foot is proved, not merely converged: of a search over the whole body, that
+    no other point is closer (up to tolerance); of a tracked foot, that it is on the branch of
+    stationary points continued from its start along the straight motion of the point. 0 where that
+    could not be shown."""
 
 
 class Hit(NamedTuple):
@@ -102,7 +124,7 @@ class Hit(NamedTuple):
     uv: FloatArray
     """(n, 2) parameters on that patch."""
     point: FloatArray
-    """(n, 3) where the path enters."""
+    """(n, 3) on the surface, where the path enters."""
     status: ByteArray
     """(n,) `Status`."""
 

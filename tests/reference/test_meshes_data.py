@@ -150,15 +150,22 @@ def test_areas_of_the_dummys_parts_add_up(data_dir):
     assert sum(areas) == pytest.approx(whole.area.sum(), rel=1e-12)
 
 
-def test_library_and_cards_read_the_same_deck(data_dir):
-    path = data_dir / DUMMY
-    blocks = list(read_blocks(path))
-    assert lsdyna._is_plain(blocks, path)
-    ids, points, (shells,), solids = lsdyna._from_library(path)
-    card_ids, card_points, (card_shells,), card_solids = lsdyna._from_cards(blocks)
-    assert solids == card_solids == []
-    assert np.array_equal(ids, card_ids)
+def test_columns_cards_and_another_library_read_the_same_deck(data_dir):
+    deck = pytest.importorskip("lsdyna_mesh_reader").Deck(data_dir / DUMMY)
+    blocks = list(read_blocks(data_dir / DUMMY))
+    ids, points, (shells,), solids = lsdyna._nodes_and_elements(blocks)
+    assert solids == []
+    for block in blocks:
+        if block.keyword == "NODE":
+            by_columns, by_cards = lsdyna._node_columns(block), lsdyna._node_cards(block)
+            assert np.array_equal(by_columns[0], by_cards[0])
+            assert np.array_equal(by_columns[1], by_cards[1])
+        elif block.keyword == "ELEMENT_SHELL":
+            by_columns, by_cards = lsdyna._element_columns(block), lsdyna._shell_cards(block)
+            assert np.array_equal(by_columns.part, by_cards.part)
+            assert np.array_equal(by_columns.nodes, by_cards.nodes)
+    section, elements = deck.node_sections[0], deck.element_shell_sections[0]
+    assert np.array_equal(ids, section.nid)
     # The library's own number parser is a unit in the last place off now and then.
-    assert points == pytest.approx(card_points, rel=1e-15, abs=1e-15)
-    assert np.array_equal(shells.part, card_shells.part)
-    assert np.array_equal(shells.nodes, card_shells.nodes)
+    assert points == pytest.approx(np.asarray(section.coordinates), rel=1e-15, abs=1e-15)
+    assert np.array_equal(shells.part, elements.pid)

@@ -15,7 +15,8 @@ import numpy as np
 from numba import njit
 
 from contiga.area._facet_nb import hand_over, polygon_of
-from contiga.search._element_nb import FAST, bicubic, evaluate, locate, quotient
+from contiga.num._fma_nb import fma
+from contiga.search._element_nb import bicubic, evaluate, locate, quotient
 
 LANES = 16
 # Rows of the work array: s, t, then J, dJ/ds, dJ/dt.
@@ -29,28 +30,37 @@ THIRD = 1.0 / 3.0
 
 
 @njit(inline="always")
+def _cross(x, y, z, a, b):
+    return (
+        fma(y[a], z[b], -z[a] * y[b]),
+        fma(z[a], x[b], -x[a] * z[b]),
+        fma(x[a], y[b], -y[a] * x[b]),
+    )
+
+
+@njit(inline="always")
+def _sum(a, b):
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@njit(inline="always")
 def _density(x, y, z):
     """Jacobian and its slopes, from the derivatives x, y, z of the surface's coordinates."""
-    n_x = y[1] * z[2] - z[1] * y[2]
-    n_y = z[1] * x[2] - x[1] * z[2]
-    n_z = x[1] * y[2] - y[1] * x[2]
-    s_x = y[3] * z[2] - z[3] * y[2] + y[1] * z[4] - z[1] * y[4]
-    s_y = z[3] * x[2] - x[3] * z[2] + z[1] * x[4] - x[1] * z[4]
-    s_z = x[3] * y[2] - y[3] * x[2] + x[1] * y[4] - y[1] * x[4]
-    t_x = y[4] * z[2] - z[4] * y[2] + y[1] * z[5] - z[1] * y[5]
-    t_y = z[4] * x[2] - x[4] * z[2] + z[1] * x[5] - x[1] * z[5]
-    t_z = x[4] * y[2] - y[4] * x[2] + x[1] * y[5] - y[1] * x[5]
-    square = n_x * n_x + n_y * n_y + n_z * n_z
+    n_x, n_y, n_z = _cross(x, y, z, 1, 2)
+    # Each slope is the sum of two cross products.
+    s_x, s_y, s_z = _sum(_cross(x, y, z, 3, 2), _cross(x, y, z, 1, 4))
+    t_x, t_y, t_z = _sum(_cross(x, y, z, 4, 2), _cross(x, y, z, 1, 5))
+    square = fma(n_z, n_z, fma(n_y, n_y, n_x * n_x))
     size = math.sqrt(square)
     inverse = 1.0 / size if square > 0.0 else 0.0
     return (
         size,
-        (n_x * s_x + n_y * s_y + n_z * s_z) * inverse,
-        (n_x * t_x + n_y * t_y + n_z * t_z) * inverse,
+        fma(n_z, s_z, fma(n_y, s_y, n_x * s_x)) * inverse,
+        fma(n_z, t_z, fma(n_y, t_y, n_x * t_x)) * inverse,
     )
 
 
-@njit(cache=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _rational(lanes, k):
     for l in range(LANES):
         s = lanes[l]
@@ -65,7 +75,7 @@ def _rational(lanes, k):
         lanes[4 * LANES + l] = by_t
 
 
-@njit(cache=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def _polynomial(lanes, k):
     for l in range(LANES):
         s = lanes[l]

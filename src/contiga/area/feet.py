@@ -44,7 +44,7 @@ def web_of(inp: AreaInput, graph: Graph, bridge: float) -> Web:
     out = empty_projection(len(ring))
     if len(ring):
         patch, uv = inp.feet.patch[start], inp.feet.uv[start]
-        track(tables_of(inp.exact), np.ascontiguousarray(inp.points[ring]), patch, uv, out)
+        track(tables_of(inp.exact), np.ascontiguousarray(inp.points[ring]), (patch, uv), out)
     found = np.flatnonzero(np.isfinite(out.point).all(axis=1))
     feet = Projection(
         *(np.concatenate([getattr(inp.feet, f), getattr(out, f)[found]]) for f in out._fields)

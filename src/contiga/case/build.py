@@ -96,6 +96,7 @@ def run(
     out: str | Path | None = None,
     *,
     resume: bool = False,
+    strict: bool = False,
     progress: Callable[[int, int, int], None] | None = None,
     on_finish: Callable[[Path], Any] | None = None,
 ) -> Result:
@@ -105,6 +106,7 @@ def run(
     ----------
     out : folder for the results; None keeps them in memory only
     resume : go on from the checkpoint in `out`
+    strict : stop at the first point that is not certified
     progress : called with steps done, steps in all, points in contact
     on_finish : called with `out` after a run that is to have a report
 
@@ -118,7 +120,9 @@ def run(
         simulation = build(case)
         if out is not None:
             keep_case_file(Path(out), case.file, simulation.case_text)
-    result = run_simulation(simulation, out, resume=resume, progress=progress, clock=clock)
+    result = run_simulation(
+        simulation, out, resume=resume, strict=strict, progress=progress, clock=clock
+    )
     if on_finish is not None and out is not None and case.output.report:
         on_finish(Path(out))
     return result

@@ -9,6 +9,11 @@ from numba import njit
 
 # Deep enough for |N| with a kink along a line; a smooth element needs one or two levels.
 MAX_DEPTH = 20
+# Shared by the elements of a surface; a kink along a line takes some ten thousand to 1e-10.
+MAX_BOXES = 2**18
+MIN_BOXES = 2**12
+# Share of size² by which the areas of rounded points differ: a torus without thickness has no more.
+NOISE = 1e-15
 
 
 @njit(cache=True)
@@ -82,11 +87,11 @@ def box_area(coefs, box, nodes, weights):
 
 
 @njit(cache=True)
-def element_area(coefs, nodes, weights, rtol, floor):
+def element_area(coefs, nodes, weights, rtol, floor, most):
     """Area of one element (p + 1, q + 1, 4), quartered where four boxes disagree with one.
 
-    A box is done when the two differ by less than `rtol` of its area, or of its share of
-    `floor`, an absolute size for the element.
+    A box is done when the two differ by less than `rtol` of its area, or than its share of
+    `floor`, an absolute size for the element; all are after `most` boxes.
     """
     # Rows: the box (u0, u1, v0, v1), its value and its depth.
     stack = np.zeros((3 * MAX_DEPTH + 4, 6))
@@ -94,9 +99,11 @@ def element_area(coefs, nodes, weights, rtol, floor):
     stack[0, 3] = 1.0
     stack[0, 4] = box_area(coefs, stack[0], nodes, weights)
     top = 1
+    boxes = 0
     total = 0.0
     while top > 0:
         top -= 1
+        boxes += 1
         u0, u1, v0, v1 = stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3]
         whole, depth = stack[top, 4], stack[top, 5]
         fine = 0.0
@@ -109,8 +116,9 @@ def element_area(coefs, nodes, weights, rtol, floor):
             part[4] = box_area(coefs, part, nodes, weights)
             part[5] = depth + 1.0
             fine += part[4]
-        allowed = rtol * max(fine, floor * (u1 - u0) * (v1 - v0))
-        if abs(fine - whole) <= allowed or depth >= MAX_DEPTH:
+        allowed = max(rtol * fine, floor * (u1 - u0) * (v1 - v0))
+        # Asked this way round a box that is not a number is done too, and not quartered for ever.
+        if not abs(fine - whole) > allowed or depth >= MAX_DEPTH or boxes >= most:
             total += fine
         else:
             top += 4
@@ -126,11 +134,19 @@ def grid_area(coefs, nodes, weights, rtol):
     for i in range(nu):
         for j in range(nv):
             rough += box_area(coefs[i, j], box, nodes, weights)
-    floor = rough / (nu * nv)
+    largest = 0.0
+    for i in range(nu):
+        for j in range(nv):
+            for a in range(coefs.shape[2]):
+                for b in range(coefs.shape[3]):
+                    for d in range(3):
+                        largest = max(largest, abs(coefs[i, j, a, b, d] / coefs[i, j, a, b, 3]))
+    floor = max(rtol * rough / (nu * nv), NOISE * largest * largest)
+    most = max(MIN_BOXES, MAX_BOXES // (nu * nv))
     total = 0.0
     for i in range(nu):
         for j in range(nv):
-            total += element_area(coefs[i, j], nodes, weights, rtol, floor)
+            total += element_area(coefs[i, j], nodes, weights, rtol, floor, most)
     return total
 
 
@@ -173,8 +189,8 @@ def element_length(coefs, nodes, weights, rtol, floor):
         middle = 0.5 * (low + high)
         left = piece_length(coefs, low, middle, nodes, weights)
         right = piece_length(coefs, middle, high, nodes, weights)
-        allowed = rtol * max(left + right, floor * (high - low))
-        if abs(left + right - whole) <= allowed or depth >= limit:
+        allowed = max(rtol * (left + right), floor * (high - low))
+        if not abs(left + right - whole) > allowed or depth >= limit:
             total += left + right
         else:
             stack[top, 1] = middle
@@ -193,7 +209,12 @@ def chain_length(coefs, nodes, weights, rtol):
     rough = 0.0
     for i in range(coefs.shape[0]):
         rough += piece_length(coefs[i], 0.0, 1.0, nodes, weights)
-    floor = rough / coefs.shape[0]
+    largest = 0.0
+    for i in range(coefs.shape[0]):
+        for a in range(coefs.shape[1]):
+            for d in range(3):
+                largest = max(largest, abs(coefs[i, a, d] / coefs[i, a, 3]))
+    floor = max(rtol * rough / coefs.shape[0], NOISE * largest)
     total = 0.0
     for i in range(coefs.shape[0]):
         total += element_length(coefs[i], nodes, weights, rtol, floor)

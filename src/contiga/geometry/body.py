@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +13,16 @@ from contiga.errors import GeometryError
 from contiga.geometry import transform
 from contiga.geometry.bezier import extract
 from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.edge_gaps import measured
+from contiga.geometry.edges import (
+    SIDES,
+    UNTRIMMED,
+    BodyEdge,
+    EdgeUse,
+    flipped_edge,
+    mirrored,
+    moved_edge,
+)
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop, TrimTables, build_trim_tables, check_loops
 from contiga.num.arrays import as_points, read_only
@@ -20,37 +30,11 @@ from contiga.records import FloatArray, Hit, Projection
 
 if TYPE_CHECKING:
     from contiga.geometry.trimesh import TriMesh
+    from contiga.search import Openings
+
+__all__ = ["SIDES", "UNTRIMMED", "Body", "BodyEdge", "EdgeUse", "face_bounds", "mirrored"]
 
 Trims = tuple[tuple[Loop, ...] | None, ...]
-
-SIDES = ("u0", "u1", "v0", "v1")
-"""Natural sides of an untrimmed patch, by their index in an `EdgeUse`."""
-UNTRIMMED = -1
-"""Loop index of an `EdgeUse` on a natural side."""
-
-
-class EdgeUse(NamedTuple):
-    """One side of an edge: where a patch uses it."""
-
-    patch: int
-    loop: int
-    """Loop of the patch's trims, −1 for a natural side of an untrimmed patch."""
-    index: int  # type: ignore[assignment]  # shadows tuple.index, which nobody needs here
-    """p-curve in the loop, or the side 0 … 3 = u0, u1, v0, v1."""
-    reversed: bool
-    """Whether the p-curve (or the side's growing parameter) runs against the edge's curve."""
-
-
-class BodyEdge(NamedTuple):
-    """An edge of a body: its curve in space and the patches that meet there."""
-
-    curve: NurbsCurve
-    tolerance: float
-    """Largest distance between the curve and the patches' own images of it, length."""
-    uses: tuple[EdgeUse, ...]
-    """One use: a free border. Two: the patches join (twice the same patch: a seam)."""
-    spans: tuple[tuple[float, float], ...] = ()
-    """Per use the parameter interval on the p-curve or side, low to high."""
 
 
 class Body:
@@ -95,11 +79,13 @@ class Body:
                 )
         self._trims = self._checked_trims(trims)
         self._edges = self._checked_edges(edges)
+        self._measured = False
         self._unit = unit
         self._reference_point = read_only(as_points(reference_point, "reference_point")[0])
         self._area: float | None = None
         self._bounds: FloatArray | None = None
         self._tables: TrimTables | None = None
+        self._openings: Openings | None = None
 
     def _checked_trims(
         self, trims: Sequence[Sequence[Sequence[NurbsCurve]] | None] | None
@@ -162,7 +148,10 @@ class Body:
 
     @property
     def edges(self) -> tuple[BodyEdge, ...]:
-        """The known edges with the patches that use them."""
+        """The known edges with the patches that use them, their gaps measured."""
+        if not self._measured:
+            self._edges = measured(self._edges, self._patches, self._trims)
+            self._measured = True
         return self._edges
 
     @property
@@ -222,6 +211,23 @@ class Body:
 
         return body_volume(self)
 
+    @property
+    def openings(self) -> Openings:
+        """Where the surface ends, where faces gape or disagree; found when first asked for."""
+        from contiga.search import openings_of
+
+        if self._openings is None:
+            self._openings = openings_of(self)
+        return self._openings
+
+    @property
+    def closed(self) -> bool:
+        """Whether the surface ends nowhere and its faces agree on the free side.
+
+        Told by the edges: each is used by two faces that meet there within its tolerance.
+        """
+        return self.openings.closed
+
     def tessellate(self, tol: float, method: str = "chord") -> TriMesh:
         """Triangles of the faces, trims obeyed, without cracks at shared edges.
 
@@ -270,7 +276,7 @@ class Body:
             patches,
             name=self._name,
             trims=self._trims if trims is None else trims,
-            edges=self._edges if edges is None else edges,
+            edges=self.edges if edges is None else edges,
             unit=self._unit,
             reference_point=self._reference_point if reference_point is None else reference_point,
         )
@@ -298,7 +304,7 @@ class Body:
             else tuple(tuple(mirrored(curve, patch.domain[0]) for curve in loop) for loop in loops)
             for patch, loops in zip(self._patches, self._trims, strict=True)
         )
-        return trims, [flipped_edge(edge, self._patches) for edge in self._edges]
+        return trims, [flipped_edge(edge, self._patches) for edge in self.edges]
 
     def transformed(self, matrix: ArrayLike) -> Body:
         """The body moved by a regular affine (4, 4) matrix; the free side stays the free side."""
@@ -306,17 +312,11 @@ class Body:
 
     def _moved(self, matrix: FloatArray) -> Body:
         # A patch that is reflected has its u reversed, so what is drawn on it follows.
-        trims, edges = self._mirrored() if transform.reflects(matrix) else (None, self._edges)
-        scale = abs(float(np.linalg.det(matrix[:3, :3]))) ** (1.0 / 3.0)
+        trims, edges = self._mirrored() if transform.reflects(matrix) else (None, self.edges)
         return self._with(
             [patch.transformed(matrix) for patch in self._patches],
             trims,
-            [
-                edge._replace(
-                    curve=edge.curve.transformed(matrix), tolerance=edge.tolerance * scale
-                )
-                for edge in edges
-            ],
+            [moved_edge(edge, matrix) for edge in edges],
             transform.apply(matrix, self._reference_point[None, :])[0],
         )
 
@@ -367,33 +367,3 @@ def face_bounds(patch: NurbsSurface, loops: tuple[Loop, ...] | None) -> FloatArr
     coefs = extract(patch).coefs
     points = (coefs[..., :3] / coefs[..., 3:]).reshape(-1, 3)
     return np.array([points.min(axis=0), points.max(axis=0)])
-
-
-def mirrored(curve: NurbsCurve, domain: tuple[float, float]) -> NurbsCurve:
-    """A p-curve with u replaced by u0 + u1 − u, its direction kept."""
-    reflection = np.diag([-1.0, 1.0, 1.0, 1.0])
-    reflection[0, 3] = domain[0] + domain[1]
-    return curve.transformed(reflection)
-
-
-def flipped_edge(edge: BodyEdge, patches: Sequence[NurbsSurface]) -> BodyEdge:
-    """`edge` after all its patches had their u direction reversed.
-
-    Sides u0 and u1 trade places; along v0 and v1 the growing parameter now runs the other way.
-    """
-    uses: list[EdgeUse] = []
-    spans: list[tuple[float, float]] = []
-    for k, use in enumerate(edge.uses):
-        span = edge.spans[k] if edge.spans else None
-        if use.loop != UNTRIMMED:
-            uses.append(use)
-        elif use.index < 2:
-            uses.append(use._replace(index=1 - use.index))
-        else:
-            uses.append(use._replace(reversed=not use.reversed))
-            if span is not None:
-                total = sum(patches[use.patch].domain[0])
-                span = (total - span[1], total - span[0])
-        if span is not None:
-            spans.append(span)
-    return edge._replace(uses=tuple(uses), spans=tuple(spans))

@@ -86,7 +86,7 @@ class NurbsCurve:
         raise AttributeError(f"a NurbsCurve cannot be changed: {name}")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.degree, self.knots, self.control_points, self.weights)
+        return _unpickled, (self.degree, self.knots, self._arrays.net, self.is_rational)
 
     def __repr__(self) -> str:
         kind = "NURBS" if self.is_rational else "B-spline"
@@ -245,3 +245,10 @@ def cartesian(points: FloatArray, rational: bool = True) -> FloatArray:
     else:
         out[..., 3] = 1.0
     return out
+
+
+def _unpickled(degree: int, knots: FloatArray, net: FloatArray, rational: bool) -> NurbsCurve:
+    """A curve with the very arrays of another."""
+    curve = NurbsCurve.__new__(NurbsCurve)
+    curve._set(degree, knots, net, rational)
+    return curve

@@ -105,7 +105,8 @@ class NurbsSurface:
         raise AttributeError(f"a NurbsSurface cannot be changed: {name}")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.degrees, self.knots, self.control_points, self.weights)
+        # Through its own net, not through weights divided out: the copy has the same bits.
+        return self._from_net, (self.degrees, self.knots, self._arrays.net, self.is_rational)
 
     def __repr__(self) -> str:
         kind = "NURBS" if self.is_rational else "B-spline"

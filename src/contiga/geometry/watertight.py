@@ -73,7 +73,9 @@ def joined_faces(body: Body, faces: list[tuple[FloatArray, IntArray]]) -> TriMes
 def shared_edges(body: Body, near: float) -> list[SharedEdge]:
     """Edges at which faces of `body` meet; coinciding natural sides where it names no edges."""
     named = [
-        SharedEdge(edge.curve, edge.tolerance, tuple({use.patch for use in edge.uses}))
+        SharedEdge(
+            edge.curve, max(edge.tolerance, edge.stated), tuple({use.patch for use in edge.uses})
+        )
         for edge in body.edges
         if len(edge.uses) > 1
     ]

@@ -25,6 +25,7 @@ class Edge(NamedTuple):
 
     curve: NurbsCurve
     tolerance: float
+    """How far faces may be off it as the file has it, length."""
 
 
 class _Use(NamedTuple):
@@ -125,9 +126,10 @@ class Assembly:
                 edges.append(
                     BodyEdge(
                         edge.curve,
-                        edge.tolerance,
+                        0.0,
                         tuple(item.use for item in uses),
                         tuple(item.span for item in uses),
+                        stated=edge.tolerance,
                     )
                 )
         try:

@@ -2,19 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import warnings
 from difflib import get_close_matches
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from contiga.errors import FileError
-from contiga.geometry.body import Body
+from contiga.errors import ContigaWarning, FileError
+from contiga.geometry.slits import ROUNDING
 from contiga.geometry.summary import body_summary
+from contiga.io.apart import read_apart
 from contiga.io.units import base_factor
+
+if TYPE_CHECKING:
+    from contiga.geometry.body import Body
+    from contiga.geometry.summary import body_summary
 
 __all__ = ["SUFFIXES", "body_summary", "read_cad"]
 
-Reader = Callable[[Path, str | None, str | None], Body]
 SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
+FARTHEST = 1e100
+"""Largest coordinate that is read."""
+_OPENCASCADE = "contiga.io.step_iges:read_step_iges"
+_READERS = dict.fromkeys(SUFFIXES[:4], _OPENCASCADE) | {
+    ".3dm": "contiga.io.rhino:read_rhino",
+    ".xml": "contiga.io.gismo:read_gismo",
+}
 
 
 def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None = None) -> Body:
@@ -41,14 +53,18 @@ def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None
     Raises
     ------
     FileError
-        Missing, empty, damaged, of another format, without faces, of an unknown suffix.
+        Missing, empty, damaged, of another format, without faces, of an unknown suffix. Files are
+        read in a process of their own: one that crashes its reader, or takes more than the time
+        or memory of `contiga.io.limits`, ends in this error too.
     UnitError
         `unit`, `file_unit` or the file's own unit is no length unit.
 
     Warns
     -----
     ContigaWarning
-        A face without extent is left out; a face whose loops do not close is kept whole.
+        A face without extent is left out; a face whose loops do not close is kept whole; faces
+        that share an edge are apart there by more than 1e-4 of the size: a slit, which the search
+        bridges where the file's tolerances allow it.
     """
     file = Path(path)
     reader = _reader(file)
@@ -56,23 +72,41 @@ def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None
         if value is not None:
             base_factor(value, "length", key)
     _check_readable(file)
-    return reader(file, file_unit, unit)
+    body: Body = read_apart(reader, file, file_unit, unit, needs="contiga.geometry.body")
+    _check_reach(body, file)
+    size = body.size
+    if any(len(edge.uses) > 1 and edge.gap > ROUNDING * size for edge in body.edges):
+        text = "; ".join(body.openings.flaws)
+        warnings.warn(f"{file}: {text}", ContigaWarning, stacklevel=2)
+    return body
 
 
-def _reader(file: Path) -> Reader:
+def _check_reach(body: Body, file: Path) -> None:
+    """Refuse coordinates whose squares are no numbers any more."""
+    for k, patch in enumerate(body.patches):
+        farthest = float(abs(patch.control_points).max())
+        if farthest > FARTHEST:
+            raise FileError(
+                "a control point lies farther out than can be computed with",
+                where=f"{file}, face {k}",
+                found=farthest,
+                allowed=f"coordinates up to {FARTHEST:g}",
+            )
+
+
+def __getattr__(name: str) -> Any:
+    # Geometry is imported while the file is read, not before.
+    if name == "body_summary":
+        from contiga.geometry.summary import body_summary
+
+        return body_summary
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def _reader(file: Path) -> str:
     suffix = file.suffix.lower()
-    if suffix in (".step", ".stp", ".iges", ".igs"):
-        from contiga.io.step_iges import read_step_iges
-
-        return read_step_iges
-    if suffix == ".3dm":
-        from contiga.io.rhino import read_rhino
-
-        return read_rhino
-    if suffix == ".xml":
-        from contiga.io.gismo import read_gismo
-
-        return read_gismo
+    if suffix in _READERS:
+        return _READERS[suffix]
     close = get_close_matches(suffix, SUFFIXES, n=1)
     raise FileError(
         "not a CAD format contiga reads",

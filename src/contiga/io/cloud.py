@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from array import array
 from pathlib import Path
 
 import numpy as np
 
 from contiga.errors import FileError
+from contiga.io.limits import watched_lines
 from contiga.records import FloatArray
 
 SUFFIXES = (".csv", ".xyz", ".txt", ".npy")
@@ -28,29 +30,37 @@ def read_cloud(path: Path) -> FloatArray:
     """
     if path.suffix.lower() == ".npy":
         return _read_array(path)
+    rows = array("d")
+    header_allowed = True
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        with path.open(encoding="utf-8-sig") as stream:
+            for number, line in watched_lines(stream, path):
+                text = line.partition("#")[0].strip()
+                if not text:
+                    continue
+                row = _row(text)
+                if row is not None:
+                    rows.extend(row)
+                elif not (header_allowed and _is_header(text)):
+                    raise _bad_line(path, number, text)
+                header_allowed = False
     except UnicodeDecodeError as error:
         raise FileError("the file is not text", where=str(path)) from error
-    rows: list[list[float]] = []
-    header_allowed = True
-    for number, line in enumerate(lines, start=1):
-        text = line.partition("#")[0].strip()
-        if not text:
-            continue
-        fields = _SEPARATOR.split(text)
-        try:
-            row = [float(field) for field in fields]
-        except ValueError as error:
-            if header_allowed and len(fields) == 3:
-                header_allowed = False
-                continue
-            raise _bad_line(path, number, text) from error
-        if len(row) != 3:
-            raise _bad_line(path, number, text)
-        header_allowed = False
-        rows.append(row)
     return np.array(rows, dtype=np.float64).reshape(-1, 3)
+
+
+def _row(text: str) -> list[float] | None:
+    """The three numbers of a line; None if it has others."""
+    try:
+        row = [float(field) for field in _SEPARATOR.split(text)]
+    except ValueError:
+        return None
+    return row if len(row) == 3 else None
+
+
+def _is_header(text: str) -> bool:
+    """Whether a line that is not three numbers has three words."""
+    return len(_SEPARATOR.split(text)) == 3
 
 
 def _bad_line(path: Path, number: int, text: str) -> FileError:
@@ -64,16 +74,17 @@ def _bad_line(path: Path, number: int, text: str) -> FileError:
 
 def _read_array(path: Path) -> FloatArray:
     try:
-        array = np.load(path, allow_pickle=False)
-    except (ValueError, EOFError, OSError) as error:
+        # Mapped, an array takes no more memory than the file has, whatever its head claims.
+        table = np.lib.format.open_memmap(path, mode="r")
+    except Exception as error:  # a damaged head fails in ways of Python's own parser
         raise FileError(
             "not a plain NumPy array", where=str(path), allowed="an .npy file of shape (n, 3)"
         ) from error
-    if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in "iuf":
+    if table.ndim != 2 or table.shape[1] != 3 or table.dtype.kind not in "iuf":
         raise FileError(
             "a cloud has three columns of numbers",
             where=str(path),
-            found=f"shape {array.shape} of {array.dtype}",
+            found=f"shape {table.shape} of {table.dtype}",
             allowed="shape (n, 3)",
         )
-    return np.ascontiguousarray(array, dtype=np.float64)
+    return np.array(table, dtype=np.float64, order="C")

@@ -1,9 +1,7 @@
 """LS-DYNA keyword decks: nodes, shells, solids, thickness and nodal mass by part.
 
-Nodes and elements in the plain fixed format are read by lsdyna-mesh-reader. It does not end on
-decks in the free or long format, and misreads elements with extra cards, so such decks are found
-out first and read from their cards here; so are *PART, *SECTION_SHELL and *ELEMENT_MASS, which it
-does not offer. Card layouts: LS-DYNA Keyword User's Manual, volume I.
+Nodes and elements in the plain fixed format are read column by column, others card by card. Card
+layouts: LS-DYNA Keyword User's Manual, volume I.
 """
 
 from __future__ import annotations
@@ -33,7 +31,8 @@ _THICKNESSES = (16,) * 4
 _SHELL_OPTIONS = {"THICKNESS": 1, "BETA": 1, "MCID": 1, "OFFSET": 1}
 _SOLIDS = ("ELEMENT_SOLID", "ELEMENT_TSHELL")
 
-_PLAIN_NUMBER = re.compile(r" *[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)? *")
+_PLAIN_NUMBER = re.compile(r" *[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)? *", re.ASCII)
+_PLAIN_COUNT = re.compile(r" *\d+ *", re.ASCII)
 
 Int64Array = NDArray[np.int64]
 
@@ -62,10 +61,7 @@ def read_lsdyna(path: Path) -> RawMesh:
     if not blocks:
         raise FileError("not an LS-DYNA keyword deck", where=str(path), allowed="a file with *NODE")
     _refuse_moved_nodes(blocks, path)
-    read = _from_library(path) if _is_plain(blocks, path) else None
-    if read is None or not _is_whole(read, blocks):
-        read = _from_cards(blocks)
-    node_ids, points, shells, solids = read
+    node_ids, points, shells, solids = _nodes_and_elements(blocks)
     node_ids, points = _without_repeats(node_ids, points, path)
     rows = _Rows(node_ids, str(path))
     parts = read_parts(blocks)
@@ -90,98 +86,91 @@ def _refuse_moved_nodes(blocks: Iterable[Block], path: Path) -> None:
             )
 
 
-def _is_whole(
-    read: tuple[Int64Array, FloatArray, list[_Table], list[_Table]], blocks: Iterable[Block]
-) -> bool:
-    """Whether the library has seen every card: it passes by keywords in small letters."""
-    ids, _, shells, solids = read
-    found = {
-        "NODE": len(ids),
-        "ELEMENT_SHELL": sum(len(table.part) for table in shells),
-        "ELEMENT_SOLID": sum(len(table.part) for table in solids),
-    }
-    cards = dict.fromkeys(found, 0)
-    for block in blocks:
-        if block.keyword in cards:
-            cards[block.keyword] += len(block.cards)
-    return cards == found
-
-
-def _is_plain(blocks: Iterable[Block], path: Path) -> bool:
-    """Whether lsdyna-mesh-reader can be trusted with the deck."""
-    for block in blocks:
-        if not block.keyword.startswith(("NODE", "ELEMENT_SHELL", "ELEMENT_SOLID")):
-            continue
-        if block.long or block.path != path or not block.cards:
-            return False
-        if block.keyword not in ("NODE", "ELEMENT_SHELL", "ELEMENT_SOLID"):
-            return False
-        plain = _is_plain_node if block.keyword == "NODE" else _is_plain_element
-        if not all(plain(card.text, block.keyword) for card in block.cards):
-            return False
-    return True
-
-
-def _is_plain_node(text: str, keyword: str) -> bool:
-    numbers = (text[8:24], text[24:40], text[40:56])
-    return text[:8].strip().isdecimal() and all(map(_PLAIN_NUMBER.fullmatch, numbers))
-
-
-def _is_plain_element(text: str, keyword: str) -> bool:
-    """Number, part and nodes there; of a shell no mid-side nodes, which the library leaves out."""
-    found = [text[i : i + 8].strip() for i in range(0, 80, 8)]
-    needed = 6 if keyword == "ELEMENT_SHELL" else 10
-    return all(map(str.isdecimal, found[:needed])) and not any(f.strip("0") for f in found[needed:])
-
-
-def _from_library(path: Path) -> tuple[Int64Array, FloatArray, list[_Table], list[_Table]]:
-    from lsdyna_mesh_reader import Deck
-
-    try:
-        deck = Deck(path)
-    except RuntimeError as error:
-        raise FileError(f"cannot be read as an LS-DYNA deck: {error}", where=str(path)) from error
-
-    def table(section: object, least: int) -> _Table:
-        ids = np.asarray(section.node_ids, dtype=np.int64)  # type: ignore[attr-defined]
-        starts = np.asarray(section.node_id_offsets, dtype=np.int64)  # type: ignore[attr-defined]
-        sizes = np.diff(starts)
-        nodes = np.zeros((len(sizes), max(least, int(sizes.max(initial=0)))), dtype=np.int64)
-        nodes[np.arange(nodes.shape[1]) < sizes[:, None]] = ids
-        part = np.asarray(section.pid, dtype=np.int64)  # type: ignore[attr-defined]
-        return _Table(part, nodes, np.zeros((len(nodes), 4)))
-
-    sections = deck.node_sections
-    ids = [np.asarray(section.nid, dtype=np.int64) for section in sections]
-    points = [np.asarray(section.coordinates, dtype=np.float64) for section in sections]
-    return (
-        np.concatenate([np.empty(0, dtype=np.int64), *ids]),
-        np.concatenate([np.empty((0, 3)), *points]),
-        [table(section, 8) for section in deck.element_shell_sections],
-        [table(section, 10) for section in deck.element_solid_sections],
-    )
-
-
-def _from_cards(
+def _nodes_and_elements(
     blocks: Iterable[Block],
 ) -> tuple[Int64Array, FloatArray, list[_Table], list[_Table]]:
-    ids: list[int] = []
-    points: list[list[float]] = []
+    ids, points = [np.empty(0, dtype=np.int64)], [np.empty((0, 3))]
     shells, solids = [], []
     for block in blocks:
         if block.keyword == "NODE":
-            for card in block.cards:
-                node, *xyz = fields(card, block, _NODE)
-                if not node and not any(xyz):
-                    continue
-                ids.append(whole(node, block, card))
-                points.append([real(value, block, card) for value in xyz])
+            numbers, places = _node_columns(block) or _node_cards(block)
+            ids.append(numbers)
+            points.append(places)
         elif block.keyword.startswith("ELEMENT_SHELL"):
-            shells.append(_shell_cards(block))
+            shells.append(_element_columns(block) or _shell_cards(block))
         elif block.keyword.startswith(_SOLIDS):
-            solids.append(_solid_cards(block))
+            solids.append(_element_columns(block) or _solid_cards(block))
+    return np.concatenate(ids), np.concatenate(points), shells, solids
+
+
+def _node_columns(block: Block) -> tuple[Int64Array, FloatArray] | None:
+    """Numbers and places of nodes in the plain fixed format; None if a card is not in it."""
+    if block.long or not all(_is_plain_node(card.text) for card in block.cards):
+        return None
+    table = _characters(block, sum(_NODE))
+    places = [_column(table, start, 16).astype(np.float64) for start in (8, 24, 40)]
+    return _column(table, 0, 8).astype(np.int64), np.stack(places, axis=1)
+
+
+def _is_plain_node(text: str) -> bool:
+    return (
+        "," not in text
+        and _PLAIN_COUNT.fullmatch(text[:8]) is not None
+        and all(map(_PLAIN_NUMBER.fullmatch, (text[8:24], text[24:40], text[40:56])))
+    )
+
+
+def _element_columns(block: Block) -> _Table | None:
+    """Elements in the plain fixed format, shells of four nodes and solids of eight; else None."""
+    needed = {"ELEMENT_SHELL": 6, "ELEMENT_SOLID": 10}.get(block.keyword)
+    if block.long or not needed or any("," in card.text for card in block.cards):
+        return None
+    table = _characters(block, sum(_ELEMENT))
+    if (
+        not _are_counts(table[:, : 8 * needed])
+        or not np.isin(table[:, 8 * needed :], (b" ", b"0")).all()
+    ):
+        return None
+    numbers = [_column(table, 8 * k, 8).astype(np.int64) for k in range(1, needed)]
+    nodes = np.zeros((len(table), 8 if needed == 6 else 10), dtype=np.int64)
+    for k, column in enumerate(numbers[1:]):
+        nodes[:, k] = column
+    if not nodes.any(axis=1).all():  # the first of two cards has no nodes
+        return None
+    return _Table(numbers[0], nodes, np.zeros((len(nodes), 4)))
+
+
+def _are_counts(table: NDArray[np.bytes_]) -> bool:
+    """Whether all fields of eight characters hold one run of digits and nothing else."""
+    fields = table.reshape(len(table), -1, 8)
+    digit = (fields >= b"0") & (fields <= b"9")
+    begins = digit[..., 0] + np.count_nonzero(digit[..., 1:] & ~digit[..., :-1], axis=2)
+    return bool((digit | (fields == b" ")).all() and (begins == 1).all())
+
+
+def _characters(block: Block, width: int) -> NDArray[np.bytes_]:
+    """(n, width) the characters of the cards; those that are not ASCII as question marks."""
+    text = "".join(card.text[:width].ljust(width) for card in block.cards)
+    return np.frombuffer(text.encode("ascii", "replace"), dtype="S1").reshape(-1, width)
+
+
+def _column(table: NDArray[np.bytes_], start: int, width: int) -> NDArray[np.bytes_]:
+    """(n,) the texts of a field."""
+    column = np.ascontiguousarray(table[:, start : start + width])
+    return column.view(f"S{width}")[:, 0]
+
+
+def _node_cards(block: Block) -> tuple[Int64Array, FloatArray]:
+    ids: list[int] = []
+    points: list[list[float]] = []
+    for card in block.cards:
+        node, *xyz = fields(card, block, _NODE)
+        if not node and not any(xyz):
+            continue
+        ids.append(whole(node, block, card))
+        points.append([real(value, block, card) for value in xyz])
     array = np.array(points, dtype=np.float64).reshape(-1, 3)
-    return np.array(ids, dtype=np.int64), array, shells, solids
+    return np.array(ids, dtype=np.int64), array
 
 
 def _shell_cards(block: Block) -> _Table:

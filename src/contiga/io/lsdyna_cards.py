@@ -7,6 +7,7 @@ comment line; ``*`` a keyword, ended by ``+`` for the long format and ``-`` for 
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -15,6 +16,7 @@ from typing import NamedTuple
 from contiga.errors import FileError, MeshError
 
 _LONG_WIDTH = 20
+_LARGEST = 2**62
 # Fortran lets a number do without the E of its exponent (1.5-3) and write D for it.
 _EXPONENT = re.compile(r"(?<=[\d.])[dDeE]?([+-]\d+)$|(?<=[\d.])[dD](\d+)$")
 
@@ -131,9 +133,18 @@ def fields(card: Card, block: Block, widths: Sequence[int]) -> list[str]:
 def whole(field: str, block: Block, card: Card) -> int:
     """An integer field; empty is 0."""
     try:
-        return int(field or "0")
+        value = int(field or "0")
     except ValueError:
-        return int(_number(field, block, card, "a whole number"))
+        number = _number(field, block, card, "a whole number")
+        value = int(number) if math.isfinite(number) else _LARGEST + 1
+    if abs(value) > _LARGEST:
+        raise MeshError(
+            "a field of the card is no number that counts anything",
+            where=block.where(card),
+            found=field,
+            allowed=f"a whole number of at most {_LARGEST}",
+        )
+    return value
 
 
 def real(field: str, block: Block, card: Card) -> float:

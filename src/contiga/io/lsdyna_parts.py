@@ -5,7 +5,9 @@ Card layouts: LS-DYNA Keyword User's Manual, volume I, *PART and *SECTION_SHELL.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -95,7 +97,7 @@ def _read_section(block: Block, parts: Parts) -> None:
         if first is None or second is None:
             return
         head = fields(first, block, _TEN)
-        number, layers = whole(head[0], block, first), int(real(head[3], block, first))
+        number, layers = whole(head[0], block, first), whole(head[3], block, first)
         values = [real(field, block, second) for field in fields(second, block, _TEN)[:4]]
         t1, t2, t3, t4 = (value if value > 0.0 else values[0] for value in values)
         parts.thickness[number] = (t1, t2, t3, t4)
@@ -103,5 +105,5 @@ def _read_section(block: Block, parts: Parts) -> None:
             # Options bring cards of their own, so that only the first section is certain.
             return
         if whole(head[6], block, first) == 1:
-            for _ in range(-(-max(layers, 2) // _ANGLES_A_CARD)):
-                next(cards, None)
+            # No more cards than there are, however many layers the card claims.
+            deque(islice(cards, -(-max(layers, 2) // _ANGLES_A_CARD)), maxlen=0)

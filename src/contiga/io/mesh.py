@@ -12,6 +12,7 @@ import numpy as np
 
 from contiga.errors import FileError, MeshError
 from contiga.io import cloud, lsdyna
+from contiga.io.apart import read_apart
 from contiga.io.cells import SHELLS
 from contiga.io.raw import PartKeys, RawMesh, Selection, part_of, select
 from contiga.io.skin import CellBlock, mend_degenerate, skin
@@ -93,23 +94,12 @@ def read_raw(path: Path) -> RawMesh:
         raise FileError(f"cannot be opened: {error.strerror}", where=str(path)) from error
     if empty:
         raise FileError("the file is empty", where=str(path), allowed="a mesh or cloud file")
-    suffix = path.suffix.lower()
-    if suffix in lsdyna.SUFFIXES:
-        return lsdyna.read_lsdyna(path)
-    if suffix in cloud.SUFFIXES:
+    if path.suffix.lower() in cloud.SUFFIXES:
         return RawMesh(cloud.read_cloud(path))
-    from contiga.io import meshio_files
-
-    known = meshio_files.suffixes()
-    # meshio knows double endings too (.vol.gz).
-    if suffix not in known and "".join(path.suffixes[-2:]).lower() not in known:
-        raise FileError(
-            "the suffix says no format that can be read",
-            where=str(path),
-            found=path.suffix,
-            allowed=" ".join([*lsdyna.SUFFIXES, *cloud.SUFFIXES, *known]),
-        )
-    return meshio_files.read_with_meshio(path)
+    deck = path.suffix.lower() in lsdyna.SUFFIXES
+    reader = "lsdyna:read_lsdyna" if deck else "meshio_files:read_with_meshio"
+    mesh: RawMesh = read_apart(f"contiga.io.{reader}", path)
+    return mesh
 
 
 def _unit_factor(unit: str | None, file_unit: str | None) -> float:

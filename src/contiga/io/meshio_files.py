@@ -44,6 +44,11 @@ _NOT_READ = {"wkt", "tetgen"}
 _SPINNING = {"off": "r", "tecplot": "r", "mdpa": "rb", "ansys": "rb", "ply": "rb", "nastran": "r"}
 
 
+def warm_up() -> None:
+    """Load what readers need, before their time counts."""
+    import meshio  # noqa: F401
+
+
 def suffixes() -> list[str]:
     """File endings that can be read."""
     import meshio
@@ -61,10 +66,11 @@ def read_with_meshio(path: Path) -> RawMesh:
     Raises
     ------
     FileError
-        meshio could not make sense of the file.
+        meshio could not make sense of the file, or its suffix says no format that can be read.
     MeshError
         The mesh has cells of a kind that has no facets here.
     """
+    _refuse_unknown(path)
     if path.suffix.lower() == ".inp":
         _refuse_assemblies(path)
     mesh = _read(path)
@@ -74,6 +80,20 @@ def read_with_meshio(path: Path) -> RawMesh:
         if isinstance(error, InputError):
             raise
         raise _unreadable(path, f"its arrays do not fit together ({error})") from error
+
+
+def _refuse_unknown(path: Path) -> None:
+    from contiga.io import cloud, lsdyna
+
+    known = suffixes()
+    # meshio knows double endings too (.vol.gz).
+    if path.suffix.lower() not in known and "".join(path.suffixes[-2:]).lower() not in known:
+        raise FileError(
+            "the suffix says no format that can be read",
+            where=str(path),
+            found=path.suffix,
+            allowed=" ".join([*lsdyna.SUFFIXES, *cloud.SUFFIXES, *known]),
+        )
 
 
 def _refuse_assemblies(path: Path) -> None:

@@ -16,6 +16,7 @@ from contiga.errors import FileError
 from contiga.geometry.body import Body
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
+from contiga.io import step_iges
 from contiga.io._assemble import Assembly, Edge, merged, warn
 from contiga.io._loops import Loop, Sides, Strand
 from contiga.io._occ_build import OccEdges
@@ -52,6 +53,13 @@ class _Trim(NamedTuple):
     edge: int
     """Index in the brep, −1 at a pole."""
     reversed: bool
+
+
+def warm_up() -> None:
+    """Load what the reader needs, before the time of a file counts."""
+    import rhino3dm  # noqa: F401
+
+    step_iges.warm_up()
 
 
 def read_rhino(path: Path, file_unit: str | None, unit: str | None) -> Body:

@@ -7,6 +7,7 @@ planes as they are, analytic surfaces in their rational form, p-curves along.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +17,7 @@ import numpy as np
 
 from contiga.errors import FileError
 from contiga.geometry.body import Body
+from contiga.geometry.curve import NurbsCurve
 from contiga.io import _occ_geometry as occ
 from contiga.io._assemble import Assembly, Edge, warn
 from contiga.io._loops import (
@@ -30,10 +32,13 @@ from contiga.io._loops import (
     rectangle_sides,
 )
 from contiga.io._sew import Sewn
-from contiga.io._warp import bent
+from contiga.io._warp import AngleMap, bent
 from contiga.io.units import length_factor, short_name
 from contiga.records import FloatArray
 
+_UNCERTAINTY = re.compile(
+    rb"UNCERTAINTY_MEASURE_WITH_UNIT\s*\(\s*LENGTH_MEASURE\s*\(\s*([\d.+\-Ee]+)\s*\)"
+)
 OCC_UNIT = "mm"
 """OpenCASCADE brings every file to millimetres."""
 _IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 5: "mile", 6: "m", 7: "km", 8: "thou", 9: "um"}
@@ -57,6 +62,8 @@ class Transferred(NamedTuple):
     shape: Any
     unit: str | None
     """Length unit the file states, None if it states none."""
+    accuracy: float
+    """How near points must be to be one, as the file states it, its unit; 0 if it states none."""
 
 
 class RawFace(NamedTuple):
@@ -69,6 +76,19 @@ class RawFace(NamedTuple):
     speed: FloatArray
     """(2,) largest |S_u|, |S_v|."""
     reversed: bool
+
+
+def warm_up() -> None:
+    """Load OpenCASCADE, its tables and the kernels in use, before the time of a file counts."""
+    from OCP.IGESControl import IGESControl_Reader
+    from OCP.STEPControl import STEPControl_Reader
+
+    with quiet():
+        STEPControl_Reader()
+        IGESControl_Reader()
+    slope = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], [[0.0, 0.0], [1.0, 1.0]])
+    half = AngleMap(np.array([0.0, 0.5, 1.0]))
+    bent(slope, (half, half), np.ones(2))
 
 
 @contextmanager
@@ -95,7 +115,8 @@ def read_step_iges(path: Path, file_unit: str | None, unit: str | None) -> Body:
         stated = 1.0 if found.unit is None else length_factor(OCC_UNIT, found.unit, str(path))
         wanted = length_factor(own, unit, str(path)) if own and unit else 1.0
         result = short_name(unit or own) if own else None
-        return _body(found.shape, path, _product(stated, wanted), result)
+        scale = _product(stated, wanted)
+        return _body(found, path, scale, result)
 
 
 def _product(a: float, b: float) -> float:
@@ -131,7 +152,7 @@ def _transfer_step(path: Path) -> Transferred:
     if len(units) > 1:
         warn(f"{path}: parts in several length units {units}; {units[0]} is taken as the file's")
     reader.TransferRoots()
-    return Transferred(reader.OneShape(), units[0] if units else None)
+    return Transferred(reader.OneShape(), units[0] if units else None, _uncertainty(path))
 
 
 def _transfer_iges(path: Path) -> Transferred:
@@ -155,16 +176,24 @@ def _transfer_iges(path: Path) -> Transferred:
     if unit is None and header.UnitName() is not None:
         unit = header.UnitName().ToCString().strip() or None
     reader.TransferRoots()
-    return Transferred(reader.OneShape(), unit)
+    return Transferred(reader.OneShape(), unit, float(header.Resolution()))
 
 
-def _body(shape: Any, path: Path, scale: float, unit: str | None) -> Body:
+def _uncertainty(path: Path) -> float:
+    """The largest uncertainty of lengths a STEP file states."""
+    found = _UNCERTAINTY.findall(path.read_bytes())
+    return max((float(number) for number in found), default=0.0)
+
+
+def _body(found: Transferred, path: Path, scale: float, unit: str | None) -> Body:
     from OCP.TopAbs import TopAbs_ShapeEnum
     from OCP.TopExp import TopExp_Explorer
     from OCP.TopoDS import TopoDS
 
     assembly = Assembly(str(path))
-    sewn = None
+    shape, sewn = found.shape, None
+    own = 1.0 if found.unit is None else length_factor(found.unit, OCC_UNIT, str(path))
+    accuracy = found.accuracy * own
     if shape is not None and not shape.IsNull():
         sewn = Sewn(shape)
         explorer = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
@@ -178,15 +207,16 @@ def _body(shape: Any, path: Path, scale: float, unit: str | None) -> Body:
             number += 1
 
     def edge_of(index: int) -> Edge | None:
-        return None if sewn is None else _edge(sewn.edge(index), scale)
+        return None if sewn is None else _edge(sewn.edge(index), scale, accuracy)
 
     return assembly.body(path.stem, edge_of, unit)
 
 
-def _edge(edge: Any, scale: float) -> Edge | None:
+def _edge(edge: Any, scale: float, accuracy: float) -> Edge | None:
     """Curve and tolerance of an edge; None where it has no curve in space."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepLib import BRepLib
+    from OCP.TopoDS import TopoDS, TopoDS_Iterator
 
     curve = BRep_Tool.Curve_s(edge, 0.0, 0.0)
     if curve is None and BRepLib.BuildCurve3d_s(edge):
@@ -194,8 +224,12 @@ def _edge(edge: Any, scale: float) -> Edge | None:
     if curve is None:
         return None
     first, last = BRep_Tool.Range_s(edge)
-    tolerance = BRep_Tool.Tolerance_s(edge) * scale
-    return Edge(occ.curve3d_from(curve, first, last, scale), tolerance)
+    tolerance = max(BRep_Tool.Tolerance_s(edge), accuracy)
+    vertices = TopoDS_Iterator(edge)
+    while vertices.More():
+        tolerance = max(tolerance, BRep_Tool.Tolerance_s(TopoDS.Vertex(vertices.Value())))
+        vertices.Next()
+    return Edge(occ.curve3d_from(curve, first, last, scale), tolerance * scale)
 
 
 def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where: str) -> None:

@@ -32,6 +32,23 @@ _SPELLINGS = {
     "tonne": "metric_ton",
     "t": "metric_ton",
 }
+# What pint says of these, which takes it half a second to load.
+_PLAIN = {
+    "length": {
+        "m": 1.0,
+        "metre": 1.0,
+        "mm": 0.001,
+        "millimetre": 0.001,
+        "cm": 0.01,
+        "centimetre": 0.01,
+        "um": 1e-6,
+        "km": 1000.0,
+        "in": 0.0254,
+        "inch": 0.0254,
+    },
+    "mass": {"kg": 1.0, "g": 0.001, "mg": 1e-6, "t": 1000.0},
+    "time": {"s": 1.0, "ms": 0.001, "us": 1e-6, "min": 60.0, "h": 3600.0},
+}
 _FORCES = {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "kN": 1e3, "MN": 1e6, "GN": 1e9, "dyn": 1e-5}
 _STRESSES = {"Pa": 1.0, "mPa": 1e-3, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12}
 
@@ -62,6 +79,10 @@ def base_factor(unit: str, dimension: str, where: str | None = None) -> float:
     0.001
     """
     text = unit.strip() if isinstance(unit, str) else ""
+    # "Mm" is not "mm", but "MM" is what CAD files write for it.
+    plain = _PLAIN[dimension].get(text.lower() if text.isupper() else text)
+    if plain is not None:
+        return plain
     readings = _readings(text)
     for quantity in readings:
         if quantity.check(_DIMENSIONS[dimension]):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
+
 
 @njit(cache=True)
 def to_body(points, pose):

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
 from contiga.records import FloatArray, IntArray
 
 _ON_EDGE = -1e-9

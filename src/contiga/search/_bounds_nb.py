@@ -144,13 +144,18 @@ def derivative_bounds(net, degree, size, bound, low, high):
 @njit(cache=True)
 def cell_bounds(elements, e, cell, bound):
     """Bounds over one cell alone, into bound[9]: tighter than its leaf's, above all at a pole."""
+    cell_box(elements, e, cell, bound, np.empty((2, 3)))
+
+
+@njit(cache=True)
+def cell_box(elements, e, cell, bound, corner):
+    """As `cell_bounds`; corner (2, 3) takes the box of the cell's control points."""
     table = elements.table[e]
     p = table["degree"][0]
     q = table["degree"][1]
     start = table["bernstein"]
     n = (p + 1) * (q + 1)
     net = np.empty((n, 4))
-    corner = np.empty((2, 3))
     restrict(elements.coefs[start : start + 4 * n], (p, q), cell, net)
     size = (cell[1] - cell[0], cell[3] - cell[2])
     derivative_bounds(net, (p, q), size, bound, corner[0], corner[1])

@@ -121,6 +121,8 @@ def _straight_distance(f, slope, speed, h):
 def closest_on_stretch(tables, leaf, point, best, slack, h):
     """Closest point of a curve leaf nearer than `best`: t and the distance, or `best` unchanged.
 
+    The third value tells whether an interval was taken for convex to come to an end.
+
     Intervals are dropped and finished as the cells of a face are (see `_global_nb`), with the
     leaf's bounds on |C'|, |C''| and |C'''|.
     """
@@ -137,6 +139,7 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
     top = 1
     best_t = t0
     opened = 0
+    left = False
     while top > 0:
         top -= 1
         opened += 1
@@ -156,6 +159,7 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
         if not at_end and abs(slope) > w * (abs(curvature) + change):
             continue
         if curvature > change or w < SMALLEST or opened > MOST_INTERVALS or top > 37:
+            left = left or (curvature <= change and w >= SMALLEST)
             start = t if speed == 0.0 else min(max(t - slope / speed, low), high)
             x, f = _descend(tables, piece, (low, high), start, point, h, d)
             distance = math.sqrt(2.0 * f)
@@ -169,7 +173,7 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
         stack[top + 1, 0] = low if first == 0 else t
         stack[top + 1, 1] = t if first == 0 else high
         top += 2
-    return best_t, best
+    return best_t, best, left
 
 
 @njit(cache=True)

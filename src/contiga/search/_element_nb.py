@@ -2,7 +2,8 @@
 
 Horner's scheme carries the value and its first two derivatives together (value, slope and half
 the curvature), in t for every power of s and then in s. The rational case follows the quotient
-rule of Piegl & Tiller, The NURBS Book, Eq. 4.20.
+rule of Piegl & Tiller, The NURBS Book, Eq. 4.20. Multiply-adds are fused where they are written so,
+nowhere else: the compiler is left no choice that would show in the bits.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import math
 import numpy as np
 from numba import njit
 
-FAST = {"contract", "reassoc", "nsz", "arcp"}
+from contiga.num._fma_nb import fma
 
 # Columns of the table `h`: value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt².
 VALUE, DS, DT, DSS, DST, DTT = 0, 1, 2, 3, 4, 5
@@ -23,12 +24,14 @@ BINOMIAL = np.array([[float(math.comb(n, k)) for k in range(16)] for n in range(
 @njit(inline="always")
 def cubic(a, b, c, d, x):
     """Value, slope and half the curvature of a + b x + c x² + d x³."""
-    v = d * x + c
-    d1 = d * x + v
-    v = v * x + b
-    d2 = d * x + d1
-    d1 = d1 * x + v
-    return v * x + a, d1, d2
+    # The sums run beside the multiply-adds: 0.9 of the time of six multiply-adds.
+    top = d * x
+    v = top + c
+    d1 = top + v
+    v = fma(v, x, b)
+    d2 = top + d1
+    d1 = fma(d1, x, v)
+    return fma(v, x, a), d1, d2
 
 
 @njit(inline="always")
@@ -40,7 +43,7 @@ def bicubic(k, o, s, t):
     b3, p3, q3 = cubic(k[o + 12], k[o + 13], k[o + 14], k[o + 15], t)
     v, v_s, v_ss = cubic(b0, b1, b2, b3, s)
     v_t, v_st, _ = cubic(p0, p1, p2, p3, s)
-    v_tt = ((q3 * s + q2) * s + q1) * s + q0
+    v_tt = fma(fma(fma(q3, s, q2), s, q1), s, q0)
     return v, v_s, v_t, 2.0 * v_ss, v_st, 2.0 * v_tt
 
 
@@ -49,15 +52,15 @@ def quotient(n, w):
     """Derivatives of a quotient, from those of numerator n and denominator w."""
     i = 1.0 / w[0]
     v = n[0] * i
-    v_s = (n[1] - w[1] * v) * i
-    v_t = (n[2] - w[2] * v) * i
-    v_ss = (n[3] - 2.0 * w[1] * v_s - w[3] * v) * i
-    v_st = (n[4] - w[1] * v_t - w[2] * v_s - w[4] * v) * i
-    v_tt = (n[5] - 2.0 * w[2] * v_t - w[5] * v) * i
+    v_s = fma(-w[1], v, n[1]) * i
+    v_t = fma(-w[2], v, n[2]) * i
+    v_ss = fma(-2.0 * w[1], v_s, fma(-w[3], v, n[3])) * i
+    v_st = fma(-w[1], v_t, fma(-w[2], v_s, fma(-w[4], v, n[4]))) * i
+    v_tt = fma(-2.0 * w[2], v_t, fma(-w[5], v, n[5])) * i
     return v, v_s, v_t, v_ss, v_st, v_tt
 
 
-@njit(cache=True, fastmath=FAST, inline="never")
+@njit(cache=True, inline="never")
 def _cubic_element(k, s, t, h, rational):
     """As `_horner`, for coefficients kept as a bicubic: 2.5 times as fast, unrolled."""
     x = bicubic(k, 0, s, t)
@@ -74,7 +77,7 @@ def _cubic_element(k, s, t, h, rational):
         h[2, i] = z[i]
 
 
-@njit(cache=True, fastmath=FAST, inline="never")
+@njit(cache=True, inline="never")
 def _horner(coefs, start, degree, s, t, h, components):
     p, q = degree
     for c in range(components):
@@ -83,16 +86,16 @@ def _horner(coefs, start, degree, s, t, h, components):
             b = b_t = b_tt = 0.0
             k = start + (i * (q + 1) + q) * 4 + c
             for _ in range(q + 1):
-                b_tt = b_tt * t + b_t
-                b_t = b_t * t + b
-                b = b * t + coefs[k]
+                b_tt = fma(b_tt, t, b_t)
+                b_t = fma(b_t, t, b)
+                b = fma(b, t, coefs[k])
                 k -= 4
-            a_ss = a_ss * s + a_s
-            a_s = a_s * s + a
-            a = a * s + b
-            a_st = a_st * s + a_t
-            a_t = a_t * s + b_t
-            a_tt = a_tt * s + b_tt
+            a_ss = fma(a_ss, s, a_s)
+            a_s = fma(a_s, s, a)
+            a = fma(a, s, b)
+            a_st = fma(a_st, s, a_t)
+            a_t = fma(a_t, s, b_t)
+            a_tt = fma(a_tt, s, b_tt)
         h[c, 0] = a
         h[c, 1] = a_s
         h[c, 2] = a_t
@@ -192,7 +195,7 @@ def _bernstein(coefs, start, degree, s, t, h, components):
         h[c, 5] = v_tt
 
 
-@njit(cache=True, fastmath=FAST)
+@njit(cache=True)
 def evaluate(elements, e, s, t, h):
     """Point and derivatives of element e at (s, t) into h[:3, :6], relative to its origin."""
     form = elements.table[e]["form"]
@@ -208,22 +211,11 @@ def evaluate(elements, e, s, t, h):
     else:
         _bernstein(elements.coefs, elements.table[e]["bernstein"], (p, q), s, t, h, n)
     if n == 4:
-        w = 1.0 / h[3, 0]
-        w_s = h[3, 1]
-        w_t = h[3, 2]
-        w_ss = h[3, 3]
-        w_st = h[3, 4]
-        w_tt = h[3, 5]
+        w = (h[3, 0], h[3, 1], h[3, 2], h[3, 3], h[3, 4], h[3, 5])
         for c in range(3):
-            x = h[c, 0] * w
-            x_s = (h[c, 1] - w_s * x) * w
-            x_t = (h[c, 2] - w_t * x) * w
-            h[c, 0] = x
-            h[c, 1] = x_s
-            h[c, 2] = x_t
-            h[c, 3] = (h[c, 3] - 2.0 * w_s * x_s - w_ss * x) * w
-            h[c, 4] = (h[c, 4] - w_s * x_t - w_t * x_s - w_st * x) * w
-            h[c, 5] = (h[c, 5] - 2.0 * w_t * x_t - w_tt * x) * w
+            x = quotient((h[c, 0], h[c, 1], h[c, 2], h[c, 3], h[c, 4], h[c, 5]), w)
+            for i in range(6):
+                h[c, i] = x[i]
 
 
 @njit(cache=True)

@@ -9,12 +9,12 @@ from numba import njit
 
 from contiga.search._curve_nb import polish, surface_foot
 from contiga.search._element_nb import parameters
-from contiga.search._global_nb import closest, in_face
-from contiga.search._kink_nb import JOIN, pseudo_normal
+from contiga.search._global_nb import GIVEN_UP, closest, in_face
+from contiga.search._kink_nb import joint_reach, pseudo_normal
 from contiga.search._sides_nb import normal_at
 from contiga.search._walk_nb import walk
 
-OK, BORDER, TRIMMED, MAX_ITERATIONS = 0, 1, 2, 3
+OK, BORDER, TRIMMED, MAX_ITERATIONS, BUDGET = 0, 1, 2, 3, 8
 FACE, EDGE, VERTEX = 0, 1, 2
 HOPS = 4
 
@@ -25,6 +25,7 @@ def blank(out, k, status):
     out.patch[k] = -1
     out.feature[k] = -1
     out.status[k] = status
+    out.certified[k] = 0
     out.gap[k] = math.nan
     for c in range(3):
         out.point[k, c] = math.nan
@@ -54,6 +55,7 @@ def write_foot(tables, k, foot, status, feature, point, out, h):
     out.gap[k] = gap
     out.feature[k] = feature
     out.status[k] = status
+    out.certified[k] = 0
 
 
 @njit(cache=True)
@@ -89,7 +91,7 @@ def global_foot(tables, k, point, out, found, h):
     if found[0] < 0:
         polish(tables, found, point, h)
     foot = surface_foot(tables, found, h)
-    given_up = found[3] != 0.0
+    left = found[3]
     status = OK
     feature = EDGE
     if found[0] >= 0:
@@ -107,9 +109,10 @@ def global_foot(tables, k, point, out, found, h):
             feature = FACE
         elif tables.piece_open[int(-1 - found[0])] != 0.0:
             status = TRIMMED
-    if given_up:
-        status = MAX_ITERATIONS
+    if left == GIVEN_UP:
+        status = BUDGET
     write_foot(tables, k, foot, status, feature, point, out, h)
+    out.certified[k] = 1 if left == 0.0 and status != MAX_ITERATIONS else 0
     if feature != FACE:
         total = np.empty(3)
         pseudo_normal(tables, foot, found, total, h)
@@ -174,13 +177,12 @@ def _next_face(tables, edge, point, found, h):
         h[2, 0] + elements.table[e]["origin"][2],
     )
     result = (OK, -1, 0.0, 0.0, FACE, False)
+    reach = joint_reach(tables, e)
     near = grid.patches[home]["adjacent"]
     for k in range(near[0] + 1, near[1]):
         if not grid.loose[k]:
             continue
-        if not math.isfinite(
-            closest(tables, at, grid.adjacent[k], JOIN * tables.scale[0], found, h)
-        ):
+        if not math.isfinite(closest(tables, at, grid.adjacent[k], reach, found, h)):
             continue
         start = surface_foot(tables, found, h)
         status, e2, s2, t2, feature = walk(elements, start, point, tables.scale[1], h)

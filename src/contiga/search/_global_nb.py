@@ -38,6 +38,13 @@ DEEP = 1.0 / 64.0
 """Cells of an element with a pole, smaller than this share of their leaf, get bounds of their own:
 the leaf's do not shrink towards the pole."""
 MINIMUM_STEPS = 30
+SEEN = 1.0 + 1e-9
+"""Rounding of a distance that a search starts from, with much to spare."""
+DROPPED, GIVEN_UP = 0.5, 1.0
+"""What a search has left out: a cell too small to be halved, or all that was over its budget."""
+UNTOLD = 100.0
+"""A smallest cell that may come closer than the best foot by this many times the least gain asked
+for (1e-9 of the body's size) is not told from a closer foot."""
 PRUNE = 10.0
 """A cell must promise this many tolerances less distance to be opened."""
 
@@ -207,7 +214,8 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
         kxy = k[3] * hs * ht
         kyy = k[4] * ht * ht
         bend = 0.5 * (kxx + kyy) + kxy
-        if _plate_distance(rr, rx, ry, xx, xy, yy) - bend > best - slack:
+        least = _plate_distance(rr, rx, ry, xx, xy, yy) - bend
+        if least > best - slack:
             continue
         kxxx = k[5] * hs**3
         kxxy = k[6] * hs * hs * ht
@@ -238,9 +246,11 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
                 found[2] = t
             continue
         if max(hs, ht) < SMALLEST:
+            if least < best - UNTOLD * slack:
+                found[3] = max(found[3], DROPPED)
             continue
         if before + opened > MAX_CELLS or top > 61:
-            found[3] = 1.0
+            found[3] = GIVEN_UP
             continue
         # Halved where the surface is longer, or f varies more; the lower half is pushed last.
         wide = abs(rx) + abs(hxx) >= abs(ry) + abs(hyy) if hard else xx >= yy
@@ -262,11 +272,46 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
 
 
 @njit(cache=True)
+def _least_middle(tables, point, reach, nodes, bounds):
+    """Distance to the nearest of the leaves' middles, or `reach`: no foot is farther.
+
+    It costs a tenth of a search and spares it three quarters of its cells on a body of many faces.
+    """
+    tree = tables.tree
+    leaves = tables.leaves
+    x, y, z = point
+    best = reach * reach
+    nodes[0] = 0
+    bounds[0] = 0.0
+    top = 1 if leaves.shape[0] > 0 else 0
+    while top > 0:
+        top -= 1
+        if bounds[top] >= best:
+            continue
+        n = tree[nodes[top]]["count"]
+        first = tree[nodes[top]]["first"]
+        if n == 0:
+            a = box_distance2(tree, first, x, y, z)
+            b = box_distance2(tree, first + 1, x, y, z)
+            near = 0 if a <= b else 1
+            nodes[top] = first + 1 - near
+            bounds[top] = b if near == 0 else a
+            nodes[top + 1] = first + near
+            bounds[top + 1] = a if near == 0 else b
+            top += 2
+            continue
+        for k in range(first, first + n):
+            m = leaves[k]["middle"]
+            best = min(best, (m[0] - x) ** 2 + (m[1] - y) ** 2 + (m[2] - z) ** 2)
+    return math.sqrt(best)
+
+
+@njit(cache=True)
 def closest(tables, point, only, reach, found, h):
     """Closest point to `point` no farther than `reach`, on patch `only` (−1: on any).
 
     Fills `found` with element, s, t, or with −1 − piece and the piece's parameter when a trimming
-    curve is closest, and found[3] with 1 if the search was given up. Returns the distance,
+    curve is closest, and found[3] with 0, DROPPED or GIVEN_UP. Returns the distance,
     infinite where nothing was found.
     """
     tree = tables.tree
@@ -282,6 +327,10 @@ def closest(tables, point, only, reach, found, h):
     bounds = np.empty(128)
     stack = np.empty((64, 4))
     slack = PRUNE * tables.scale[1]
+    # Above the bound by more than a leaf must promise, so that the leaf it comes from is opened.
+    if only < 0:
+        seen = _least_middle(tables, point, best, nodes, bounds)
+        best = min(best, seen * SEEN + 2.0 * slack)
     nodes[0] = 0
     bounds[0] = 0.0
     top = 1 if leaves.shape[0] > 0 else 0
@@ -312,7 +361,7 @@ def closest(tables, point, only, reach, found, h):
             e = leaf["element"]
             if e >= 0:
                 if opened > MAX_CELLS:
-                    found[3] = 1.0
+                    found[3] = GIVEN_UP
                     continue
                 distance, cells = _search_leaf(
                     elements, trims, leaf, point, (best, slack, opened), found, stack, h
@@ -322,7 +371,9 @@ def closest(tables, point, only, reach, found, h):
                     best = distance
                     hit = True
             else:
-                r, distance = closest_on_stretch(tables, leaf, point, best, slack, h)
+                r, distance, left = closest_on_stretch(tables, leaf, point, best, slack, h)
+                if left:
+                    found[3] = max(found[3], DROPPED)
                 if distance < best:
                     best = distance
                     found[0] = e

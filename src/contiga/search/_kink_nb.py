@@ -18,8 +18,8 @@ from contiga.search._curve_nb import curve_point, piece_parameters, surface_foot
 from contiga.search._global_nb import closest, in_face
 from contiga.search._sides_nb import normal_at, side_point
 
-JOIN = 1e-5
-"""Faces closer than this share of the body's size at a common edge are taken as joined."""
+JOIN = 1e-7
+"""Faces closer than this share of the body's size at a common edge meet, however narrow it is."""
 AT_END = 1e-6
 """A foot this close (share of a trimming piece) to its end may be a corner."""
 LOOK = 1e-5
@@ -158,9 +158,15 @@ def _snapped(x):
 
 
 @njit(cache=True)
-def _add_face(tables, patch, point, found, total, h):
-    """Add the normal of the face `patch` if it passes through `point`; `found` is work."""
-    if not math.isfinite(closest(tables, point, patch, JOIN * tables.scale[0], found, h)):
+def joint_reach(tables, e):
+    """How far from a foot at an edge of element `e` the faces that meet there may be."""
+    return max(tables.elements.table[e]["skirt"], JOIN * tables.scale[0])
+
+
+@njit(cache=True)
+def _add_face(tables, patch, place, found, total, h):
+    """Add the normal of the face `patch` if it passes through `place` = (point, how near)."""
+    if not math.isfinite(closest(tables, place[0], patch, place[1], found, h)):
         return
     e, s, t = surface_foot(tables, found, h)
     if found[0] >= 0:
@@ -185,12 +191,13 @@ def pseudo_normal(tables, foot, found, total, h):
     normal_at(elements, e, s, t, h)
     origin = elements.table[e]["origin"]
     point = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
+    place = (point, joint_reach(tables, e))
     grid = tables.grid
     home = elements.table[e]["patch"]
     near = grid.patches[home]["adjacent"]
     if tables.trims.trimmed[home] != 0:
         for k in range(near[0], near[1]):
-            _add_face(tables, grid.adjacent[k], point, found, total, h)
+            _add_face(tables, grid.adjacent[k], place, found, total, h)
         return
     n, list_e = _add_elements(tables, foot, -1, total, h)
     for k in range(near[0] + 1, near[1]):
@@ -198,4 +205,4 @@ def pseudo_normal(tables, foot, found, total, h):
         for i in range(n):
             known = known or elements.table[list_e[i]]["patch"] == grid.adjacent[k]
         if not known:
-            _add_face(tables, grid.adjacent[k], point, found, total, h)
+            _add_face(tables, grid.adjacent[k], place, found, total, h)

@@ -14,7 +14,8 @@ import math
 
 from numba import njit
 
-from contiga.search._element_nb import FAST, bicubic, quotient
+from contiga.num._fma_nb import fma
+from contiga.search._element_nb import bicubic, quotient
 
 LANES = 16
 # Rows of the work array, each LANES long.
@@ -28,6 +29,11 @@ Newton squares the miss, which is measured where the step ends."""
 
 
 @njit(inline="always")
+def _dot(a, b, c, x, y, z):
+    return fma(c, z, fma(b, y, a * x))
+
+
+@njit(inline="always")
 def _round(lanes, l, x, y, z, tolerance):
     """One Newton round of lane l, from the derivatives x, y, z of the surface's coordinates."""
     n = LANES
@@ -36,24 +42,24 @@ def _round(lanes, l, x, y, z, tolerance):
     r_x = x[0] - lanes[2 * n + l]
     r_y = y[0] - lanes[3 * n + l]
     r_z = z[0] - lanes[4 * n + l]
-    f = r_x * r_x + r_y * r_y + r_z * r_z
-    g_s = r_x * x[1] + r_y * y[1] + r_z * z[1]
-    g_t = r_x * x[2] + r_y * y[2] + r_z * z[2]
-    a = x[1] * x[1] + y[1] * y[1] + z[1] * z[1]
-    b = x[2] * x[2] + y[2] * y[2] + z[2] * z[2]
-    m = x[1] * x[2] + y[1] * y[2] + z[1] * z[2]
-    h_ss = r_x * x[3] + r_y * y[3] + r_z * z[3] + a
-    h_st = r_x * x[4] + r_y * y[4] + r_z * z[4] + m
-    h_tt = r_x * x[5] + r_y * y[5] + r_z * z[5] + b
-    det = h_ss * h_tt - h_st * h_st
+    f = _dot(r_x, r_y, r_z, r_x, r_y, r_z)
+    g_s = _dot(r_x, r_y, r_z, x[1], y[1], z[1])
+    g_t = _dot(r_x, r_y, r_z, x[2], y[2], z[2])
+    a = _dot(x[1], y[1], z[1], x[1], y[1], z[1])
+    b = _dot(x[2], y[2], z[2], x[2], y[2], z[2])
+    m = _dot(x[1], y[1], z[1], x[2], y[2], z[2])
+    h_ss = fma(r_z, z[3], fma(r_y, y[3], fma(r_x, x[3], a)))
+    h_st = fma(r_z, z[4], fma(r_y, y[4], fma(r_x, x[4], m)))
+    h_tt = fma(r_z, z[5], fma(r_y, y[5], fma(r_x, x[5], b)))
+    det = fma(h_ss, h_tt, -h_st * h_st)
     regular = (a > 1e-12 * b) & (b > 1e-12 * a)  # away from poles
     sound = regular & (det > 1e-6 * a * b) & (h_ss > 0.0) & (f <= lanes[5 * n + l] + tolerance)
     i = 1.0 / det
-    new_s = s + (g_t * h_st - g_s * h_tt) * i
-    new_t = t + (g_s * h_st - g_t * h_ss) * i
+    new_s = fma(fma(g_t, h_st, -g_s * h_tt), i, s)
+    new_t = fma(fma(g_s, h_st, -g_t * h_ss), i, t)
     step_s = new_s - s
     step_t = new_t - t
-    last = step_s * step_s * a + step_t * step_t * b <= LAST * tolerance
+    last = fma(step_s * step_s, a, step_t * step_t * b) <= LAST * tolerance
     inside = (new_s >= -0.5) & (new_s <= 0.5) & (new_t >= -0.5) & (new_t <= 0.5)
     state = lanes[6 * n + l]
     now = 2.0 if not sound else (3.0 if not inside else (1.0 if last else 0.0))
@@ -72,17 +78,17 @@ def _finish(lanes, l, x, y, z, tolerance):
     r_x = x[0] - lanes[2 * n + l]
     r_y = y[0] - lanes[3 * n + l]
     r_z = z[0] - lanes[4 * n + l]
-    g_s = r_x * x[1] + r_y * y[1] + r_z * z[1]
-    g_t = r_x * x[2] + r_y * y[2] + r_z * z[2]
-    a = x[1] * x[1] + y[1] * y[1] + z[1] * z[1]
-    b = x[2] * x[2] + y[2] * y[2] + z[2] * z[2]
+    g_s = _dot(r_x, r_y, r_z, x[1], y[1], z[1])
+    g_t = _dot(r_x, r_y, r_z, x[2], y[2], z[2])
+    a = _dot(x[1], y[1], z[1], x[1], y[1], z[1])
+    b = _dot(x[2], y[2], z[2], x[2], y[2], z[2])
     missed = (g_s * g_s > tolerance * a) | (g_t * g_t > tolerance * b)
     state = lanes[6 * n + l]
     lanes[6 * n + l] = 2.0 if (state == 1.0) & missed else state
-    n_x = y[1] * z[2] - z[1] * y[2]
-    n_y = z[1] * x[2] - x[1] * z[2]
-    n_z = x[1] * y[2] - y[1] * x[2]
-    i = 1.0 / math.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
+    n_x = fma(y[1], z[2], -z[1] * y[2])
+    n_y = fma(z[1], x[2], -x[1] * z[2])
+    n_z = fma(x[1], y[2], -y[1] * x[2])
+    i = 1.0 / math.sqrt(_dot(n_x, n_y, n_z, n_x, n_y, n_z))
     n_x *= i
     n_y *= i
     n_z *= i
@@ -92,10 +98,10 @@ def _finish(lanes, l, x, y, z, tolerance):
     lanes[10 * n + l] = n_x
     lanes[11 * n + l] = n_y
     lanes[12 * n + l] = n_z
-    lanes[13 * n + l] = -(r_x * n_x + r_y * n_y + r_z * n_z)
+    lanes[13 * n + l] = -_dot(r_x, r_y, r_z, n_x, n_y, n_z)
 
 
-@njit(cache=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def newton_rational(lanes, k, tolerance):
     """One round on all lanes; k holds the coefficients of x, y, z, w, sixteen each.
 
@@ -111,7 +117,7 @@ def newton_rational(lanes, k, tolerance):
         _round(lanes, l, x, y, z, tolerance)
 
 
-@njit(cache=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def newton_polynomial(lanes, k, tolerance):
     """As `newton_rational`, for elements whose weight is one."""
     for l in range(LANES):
@@ -123,7 +129,7 @@ def newton_polynomial(lanes, k, tolerance):
         _round(lanes, l, x, y, z, tolerance)
 
 
-@njit(cache=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def finish_rational(lanes, k, tolerance):
     """The records of all lanes where they have come to; arguments as of `newton_rational`."""
     for l in range(LANES):
@@ -136,7 +142,7 @@ def finish_rational(lanes, k, tolerance):
         _finish(lanes, l, x, y, z, tolerance)
 
 
-@njit(cache=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, error_model="numpy")
 def finish_polynomial(lanes, k, tolerance):
     """As `finish_rational`, for elements whose weight is one."""
     for l in range(LANES):

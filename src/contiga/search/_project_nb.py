@@ -286,3 +286,4 @@ def _store(tables, e, rows, lanes, results):
         out.gap[k] = lanes[13 * LANES + l]
         out.feature[k] = FACE
         out.status[k] = OK
+        out.certified[k] = 0

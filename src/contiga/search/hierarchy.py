@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.geometry.trim import TrimTables
-from contiga.search import _curve_leaves_nb, _hierarchy_nb, _tree_nb
+from contiga.search import _curve_leaves_nb, _hierarchy_nb, _middles_nb, _tree_nb
 from contiga.search.records import LEAF, NODE, Elements, Grid, Records
 
 # A leaf leaves its tangent parallelogram by at most this share of its larger extent.
@@ -26,6 +26,11 @@ def build_hierarchy(elements: Elements, grid: Grid, trims: TrimTables) -> tuple[
     element, box, bound, low, high = (
         np.concatenate(pair) for pair in zip(faces, curves, strict=True)
     )
+    # Where its edges have width, a face reaches that much beyond them.
+    on_face = element >= 0
+    skirt = elements.table["skirt"][element[on_face], None]
+    low[on_face] -= skirt
+    high[on_face] += skirt
     reach = max(float(np.abs(low).max(initial=0.0)), float(np.abs(high).max(initial=0.0)))
     margin = 4.0 * np.finfo(float).eps * reach
     node_low, node_high, first, count, order = _tree_nb.build(low - margin, high + margin)
@@ -36,4 +41,5 @@ def build_hierarchy(elements: Elements, grid: Grid, trims: TrimTables) -> tuple[
     on_face = leaves["element"] >= 0
     leaves["patch"][on_face] = elements.table["patch"][leaves["element"][on_face]]
     leaves["patch"][~on_face] = trims.piece_patch[-1 - leaves["element"][~on_face]]
+    _middles_nb.fill_middles(elements, grid, trims, leaves)
     return leaves, tree

@@ -1,13 +1,15 @@
-"""First entry of moving points into a body."""
+"""Where moving points enter a body, and where they last went in or out."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.geometry.body import Body
 from contiga.num.threads import run_ranges
-from contiga.records import FloatArray, Hit, IntArray
+from contiga.records import ByteArray, FloatArray, Hit, IntArray
 from contiga.search import _hit_nb
 from contiga.search.checks import checked_segments
 from contiga.search.records import Tables
@@ -15,6 +17,14 @@ from contiga.search.tables import tables_of
 
 # Segments below which a second thread does not pay.
 SEGMENTS = 256
+# How often a path whose last crossing hangs on rounding is laid anew beside itself.
+TRIES = 6
+# By how many widths of the edge it meets, more with every try.
+ASIDE = 3.0
+# The directions in which turn by this angle from try to try: the golden one never comes back.
+TURN = 2.399963229728653
+
+Crossings = Callable[[FloatArray, FloatArray, Hit, FloatArray], None]
 
 
 def empty_hit(n: int) -> Hit:
@@ -28,7 +38,10 @@ def first_hit(body: Body, p0: ArrayLike, p1: ArrayLike) -> Hit:
     """Where each segment p0 → p1 first enters `body` from its free side.
 
     Interval Newton on S(u, v) = p0 + τ (p1 − p0) over the hierarchy: the smallest τ in [0, 1]
-    with (p1 − p0)·n < 0, both ends included.
+    with (p1 − p0)·n < 0. Both ends count, and so does what lies within the rounding of the
+    coordinates of them: of two paths that follow each other at least one has an entry between
+    them. Complete for every length and angle. An edge belongs to both its faces within its width,
+    twice its tolerance in the file.
 
     Parameters
     ----------
@@ -38,7 +51,7 @@ def first_hit(body: Body, p0: ArrayLike, p1: ArrayLike) -> Hit:
     -------
     Hit
         fraction τ, NaN with status NO_HIT where the path does not enter; AT_START where it
-        starts on the surface.
+        starts on the surface; BUDGET where the search was given up, with the best hit it had.
 
     Raises
     ------
@@ -55,3 +68,61 @@ def hits_of_rows(tables: Tables, a_B: FloatArray, b_B: FloatArray, rows: IntArra
     out = empty_hit(len(rows))
     run_ranges(_hit_nb.first_hits, len(rows), SEGMENTS, tables, a_B, b_B, rows, out)
     return out
+
+
+def last_crossings(
+    tables: Tables, a_B: FloatArray, b_B: FloatArray, rows: IntArray
+) -> tuple[Hit, ByteArray]:
+    """Of all places where a_B[rows] → b_B[rows] goes in or out, the one nearest to its end.
+
+    Returns
+    -------
+    Hit
+        One row an entry of `rows`; the fraction is measured from a_B. AT_START: within rounding
+        of a_B.
+    ByteArray
+        1 where the path enters there, −1 where it leaves, 0 for none. See `settled` for paths
+        through an edge.
+    """
+
+    def search(a: FloatArray, b: FloatArray, out: Hit, verdict: FloatArray) -> None:
+        run_ranges(_hit_nb.last_crossings, len(a), SEGMENTS, tables, a, b, out, verdict)
+
+    return settled(search, a_B[rows], b_B[rows])
+
+
+def settled(search: Crossings, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, ByteArray]:
+    """Last crossings of a_B → b_B by `search`, with those that hang on rounding asked again.
+
+    A path that meets an edge or a corner within its width, or goes in and out in one place, may
+    find faces there that it does not pass, or miss one. Such a path is laid beside itself by a few
+    widths, in one direction after the other, until its last crossing is clear of all edges; where
+    none is, of two crossings in one place the later one stands.
+    """
+    out, verdict = empty_hit(len(a_B)), np.zeros((len(a_B), 2))
+    search(a_B, b_B, out, verdict)
+    rows = np.flatnonzero(verdict[:, 1] > 0.0)
+    aside = verdict[rows, 1]
+    for k in range(TRIES):
+        if len(rows) == 0:
+            break
+        offset = ASIDE * (1.0 + 0.5 * k) * aside[:, None] * _across(b_B[rows] - a_B[rows], k * TURN)
+        again, anew = empty_hit(len(rows)), np.zeros((len(rows), 2))
+        search(a_B[rows] + offset, b_B[rows] + offset, again, anew)
+        clear = anew[:, 1] == 0.0
+        for name in Hit._fields:
+            getattr(out, name)[rows[clear]] = getattr(again, name)[clear]
+        verdict[rows[clear]] = anew[clear]
+        aside = np.maximum(aside, anew[:, 1])[~clear]
+        rows = rows[~clear]
+    return out, verdict[:, 0].astype(np.int8)
+
+
+def _across(d: FloatArray, angle: float) -> FloatArray:
+    """Unit vectors square to the rows of `d`, turned about them by `angle`."""
+    d = d / np.abs(d).max(axis=1, keepdims=True)
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    least = np.eye(3)[np.abs(d).argmin(axis=1)]
+    e = np.cross(d, least)
+    e /= np.linalg.norm(e, axis=1, keepdims=True)
+    return np.asarray(np.cos(angle) * e + np.sin(angle) * np.cross(d, e))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.geometry.body import Body
+from contiga.geometry.slits import gaping_edges
 from contiga.records import FloatArray, IntArray
 from contiga.search import _sides_nb
 from contiga.search.records import BORDER, CREASE, POLE, SHARED, SMOOTH, Elements, Grid
@@ -127,11 +128,11 @@ def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntAr
 def _mark_shared(patch_of: IntArray, body: Body, kind: IntArray) -> None:
     """Natural sides on which the topology knows a second face: SHARED instead of BORDER."""
     shared: dict[tuple[int, int], bool] = {}
-    for edge in body.edges:
+    for edge, gapes in zip(body.edges, gaping_edges(body), strict=True):
         for use in edge.uses:
             if use.loop < 0:
                 key = (use.patch, use.index)
-                shared[key] = shared.get(key, True) and len(edge.uses) > 1
+                shared[key] = shared.get(key, True) and len(edge.uses) > 1 and not gapes
     for (patch, side), both in shared.items():
         own = patch_of == patch
         if both:

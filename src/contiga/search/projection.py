@@ -11,7 +11,7 @@ from contiga.errors import InputError
 from contiga.geometry.body import Body
 from contiga.num.arrays import as_points
 from contiga.num.threads import run_ranges, thread_count
-from contiga.records import FloatArray, IntArray, Projection
+from contiga.records import FloatArray, IndexArray, IntArray, Projection, Status
 from contiga.search import _project_nb
 from contiga.search.checks import checked_mode, checked_patches
 from contiga.search.records import Tables
@@ -36,10 +36,11 @@ def empty_projection(n: int) -> Projection:
         np.empty(n),
         np.empty(n, np.int8),
         np.empty(n, np.int8),
+        np.zeros(n, np.int8),
     )
 
 
-def rows_of(feet: Projection, rows: IntArray) -> Projection:
+def rows_of(feet: Projection, rows: IndexArray) -> Projection:
     """Some rows of a projection."""
     return Projection(
         feet.patch[rows],
@@ -49,6 +50,7 @@ def rows_of(feet: Projection, rows: IntArray) -> Projection:
         feet.gap[rows],
         feet.feature[rows],
         feet.status[rows],
+        feet.certified[rows],
     )
 
 
@@ -92,8 +94,20 @@ def project(
         closest_of_rows(tables, p_B, np.arange(len(p_B), dtype=np.int32), out)
         return out
     patch, uv = _checked_start(start, len(p_B), len(body.patches))
-    track(tables, p_B, patch, uv, out)
+    assert start is not None
+    track(tables, p_B, (patch, uv), out, points_of(start))
     return out
+
+
+def points_of(feet: Projection) -> FloatArray:
+    """(n, 3) the points that the feet are of; NaN where they do not tell.
+
+    A tracked foot held at a border has the surface's own normal, which does not lead to the point.
+    """
+    points = feet.point + feet.gap[:, None] * feet.normal
+    told = (feet.status == Status.OK) | (feet.status == Status.BRANCH_EVENT)
+    points[~told] = np.nan
+    return np.ascontiguousarray(points)
 
 
 def _checked_start(start: Projection | None, n: int, patches: int) -> tuple[IntArray, FloatArray]:
@@ -108,10 +122,19 @@ def _checked_start(start: Projection | None, n: int, patches: int) -> tuple[IntA
 
 
 def track(
-    tables: Tables, p_B: FloatArray, patch: IntArray, uv: FloatArray, out: Projection
+    tables: Tables,
+    p_B: FloatArray,
+    starts: tuple[IntArray, FloatArray],
+    out: Projection,
+    before: FloatArray | None = None,
 ) -> None:
-    """Continue the feet (patch, uv) to the points `p_B`, into `out`; rows of patch −1 globally."""
-    starts = (patch, uv)
+    """Continue the feet starts = (patch, uv) to `p_B`, into `out`; rows of patch −1 globally.
+
+    With `before` (n, 3), where the points were, the feet are certified: shown to be on the branch
+    of stationary points that leads from their start. Where the branch ends on the way, the row is
+    a BRANCH_EVENT with the closest point for a foot.
+    """
+    patch, uv = starts
     results = (out, np.zeros(len(p_B), np.uint8))
     count = len(tables.elements.table)
     if count <= MOST_IN_CHUNKS:

@@ -43,6 +43,9 @@ ELEMENT = np.dtype(
         ("neighbour_side", "i4", 4),  # that element's side
         ("flip", "i4", 4),  # 1 where the side's parameter runs the other way there
         ("ring", "i4", 4),  # next of the sides (element*4 + side) around the same pole
+        ("width", "f8", 4),  # of the edge along each side where a second face joins, else 0
+        ("skirt", "f8"),  # largest width of an edge or a trimming piece of the element
+        ("noise", "f8"),  # rounding of a point evaluated on it
         ("origin", "f8", 3),  # all coefficients are relative to it
         ("box", "f8", 4),  # u0, u1, v0, v1
         ("cubic", "f8", 64),  # x, y, z, w as bicubics in (s, t), power of s first
@@ -67,6 +70,7 @@ LEAF = np.dtype(
         ("box", "f8", 4),  # s0, s1, t0, t1; curve leaf: t0, t1 of the piece
         # |S_s|, |S_t|, |S_ss|, |S_st|, |S_tt|, |S_sss|, |S_sst|, |S_stt|, |S_ttt| at most
         ("bound", "f8", 9),
+        ("middle", "f8", 3),  # a point of the body in it; infinite where that is trimmed away
     ],
     align=True,
 )
@@ -115,5 +119,7 @@ class Tables(NamedTuple):
     trims: TrimTables
     piece_open: FloatArray
     """(pieces,) 1 where a trimming piece bounds the body (no second face uses its edge)."""
+    piece_width: FloatArray
+    """(pieces,) width of the edge along a trimming piece, length; 0 where no second face joins."""
     scale: FloatArray
     """(2,) size of the body, tangential tolerance of a foot; lengths."""

@@ -6,9 +6,9 @@ from typing import NamedTuple, Protocol
 
 from contiga.geometry.body import Body
 from contiga.geometry.trimesh import TriMesh
-from contiga.records import FloatArray, Hit, IntArray, Projection
+from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.search import hits, projection, reach
-from contiga.search.records import BORDER, Tables
+from contiga.search.records import Tables
 from contiga.search.tables import tables_of
 
 
@@ -29,12 +29,30 @@ class Surface(Protocol):
         """Closest points of p_B[rows] into the same rows of `out`."""
         ...  # pragma: no cover
 
-    def track(self, p_B: FloatArray, patch: IntArray, uv: FloatArray, out: Projection) -> None:
-        """Feet continued from (patch, uv) into `out`; rows of patch −1 by `closest`."""
+    def track(
+        self,
+        p_B: FloatArray,
+        patch: IntArray,
+        uv: FloatArray,
+        out: Projection,
+        before: FloatArray | None = None,
+    ) -> None:
+        """Feet continued from (patch, uv) into `out`; rows of patch −1 by `closest`.
+
+        `before` (n, 3) is where the points were when their feet were (patch, uv): needed for
+        tracked feet to be certified.
+        """
         ...  # pragma: no cover
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First entries of the segments a_B[rows] → b_B[rows], one row an entry of `rows`."""
+        ...  # pragma: no cover
+
+    def last_crossings(
+        self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
+    ) -> tuple[Hit, ByteArray]:
+        """Crossings of either sense nearest to the ends of a_B[rows] → b_B[rows], and whether the
+        path enters there (1), leaves (−1), or crosses nothing (0)."""
         ...  # pragma: no cover
 
     def reach(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
@@ -46,15 +64,8 @@ class ExactSurface(NamedTuple):
     """The search on a body's NURBS patches."""
 
     tables: Tables
-
-    @property
-    def closed(self) -> bool:
-        """Whether the body has no border anywhere."""
-        # What a trimmed patch ends at are its trimming curves, wherever its rectangle ends.
-        table = self.tables.elements.table
-        whole = self.tables.trims.trimmed[table["patch"]] == 0
-        borders = (table["kind"] == BORDER).any(axis=1) & whole
-        return not bool(self.tables.piece_open.any()) and not bool(borders.any())
+    closed: bool
+    """Whether the body has no border anywhere."""
 
     @property
     def n_elements(self) -> int:
@@ -65,13 +76,26 @@ class ExactSurface(NamedTuple):
         """Closest points of the body."""
         projection.closest_of_rows(self.tables, p_B, rows, out)
 
-    def track(self, p_B: FloatArray, patch: IntArray, uv: FloatArray, out: Projection) -> None:
+    def track(
+        self,
+        p_B: FloatArray,
+        patch: IntArray,
+        uv: FloatArray,
+        out: Projection,
+        before: FloatArray | None = None,
+    ) -> None:
         """Feet continued over elements, seams and edges."""
-        projection.track(self.tables, p_B, patch, uv, out)
+        projection.track(self.tables, p_B, (patch, uv), out, before)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First entries by interval Newton."""
         return hits.hits_of_rows(self.tables, a_B, b_B, rows)
+
+    def last_crossings(
+        self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
+    ) -> tuple[Hit, ByteArray]:
+        """Last crossings by interval Newton on the path turned round."""
+        return hits.last_crossings(self.tables, a_B, b_B, rows)
 
     def reach(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
         """Distances to the nearest box of a leaf."""
@@ -90,4 +114,4 @@ def surface_of(master: Body | TriMesh) -> Surface:
         from contiga.search.faceted.surface import faceted_surface
 
         return faceted_surface(master)
-    return ExactSurface(tables_of(master))
+    return ExactSurface(tables_of(master), master.closed)

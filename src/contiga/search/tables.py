@@ -12,6 +12,7 @@ import numpy as np
 from contiga.errors import GeometryError
 from contiga.geometry import _trim_nb, bezier, trim
 from contiga.geometry.body import Body
+from contiga.geometry.slits import gaping_edges, stitches
 from contiga.records import FloatArray
 from contiga.search.hierarchy import build_hierarchy
 from contiga.search.neighbours import join
@@ -28,15 +29,16 @@ from contiga.search.records import (
     Records,
     Tables,
 )
+from contiga.search.widths import edge_widths
 
 # Monomials lose digits above this degree: such elements are evaluated in Bernstein form.
 MONOMIAL_DEGREE = 5
 # They lose digits too where weights of one element differ by more than this factor.
 MONOMIAL_WEIGHTS = 1e3
+# Rounding of each of the steps in which a point is evaluated.
+ROUNDING = 2.0 * float(np.finfo(float).eps)
 # Tangential miss accepted at a foot, relative to the body's size.
 RELATIVE_TOLERANCE = 1e-12
-# A trimming curve that stays this close to its start, relative to the body's size, is a point.
-RELATIVE_POINT = 1e-9
 # Sizes of bodies whose lengths can be taken to the fourth power and back.
 SMALLEST, LARGEST = 1e-60, 1e60
 # A trimming curve this close to a side of its patch's rectangle, as a share of it, runs along it.
@@ -75,24 +77,24 @@ def check_size(body: Body) -> None:
 
 def _build(body: Body) -> Tables:
     check_size(body)
-    trims = trim.build_trim_tables(body)
+    trims = body.trim_tables
     elements, grid = _elements(body, trims)
     grid = join(elements, grid, body)
     is_open = _open_pieces(body, trims)
     _share_trimmed_sides(elements, trims, is_open)
+    piece_width = edge_widths(body, elements, trims)
     leaves, tree = build_hierarchy(elements, grid, trims)
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
-    return Tables(elements, grid, leaves, tree, trims, is_open, scale)
+    return Tables(elements, grid, leaves, tree, trims, is_open, piece_width, scale)
 
 
 def _open_pieces(body: Body, trims: trim.TrimTables) -> FloatArray:
-    single = np.array([len(edge.uses) < 2 for edge in body.edges], dtype=bool)
+    joins = np.array([len(edge.uses) > 1 for edge in body.edges], dtype=bool)
+    ends = ~joins | gaping_edges(body)
     edge = np.asarray(trims.piece_edge)
-    is_open = np.ones(len(edge))
     known = edge >= 0
-    is_open[known] = single[edge[known]]
-    for piece in np.flatnonzero(~known):
-        is_open[piece] = not _is_point(body, trims, int(piece))
+    is_open = stitches(body)[1].astype(np.float64)
+    is_open[known] = ends[edge[known]]
     return is_open
 
 
@@ -115,16 +117,6 @@ def _share_trimmed_sides(elements: Elements, trims: trim.TrimTables, is_open: Fl
             meets = (first < box[:, 1:]) & (last > box[:, :1])
             shared = (table["kind"][rows, side] == BORDER) & ~meets.any(axis=1)
             table["kind"][rows[shared], side] = SHARED
-
-
-def _is_point(body: Body, trims: trim.TrimTables, piece: int) -> bool:
-    """Whether a trimming piece that is of no edge runs along a pole: the surface does not end."""
-    homogeneous = trims.piece_coefs[piece, : trims.piece_degree[piece] + 1]
-    a, b = homogeneous[[0, -1], :2] / homogeneous[[0, -1], 2:]
-    patch = body.patches[int(trims.piece_patch[piece])]
-    low, high = np.transpose(patch.domain)  # p-curves of CAD files stick out by their tolerance
-    points = patch.evaluate(np.clip([a, 0.5 * (a + b), b], low, high))
-    return bool(np.abs(points - points[0]).max() <= RELATIVE_POINT * body.size)
 
 
 def monomial_matrix(degree: int) -> FloatArray:
@@ -186,6 +178,8 @@ def _fill(rows: Records, coefs: FloatArray, used: int) -> list[FloatArray]:
     stride = 4 * (p + 1) * (q + 1)
     rows["bernstein"] = used + stride * np.arange(len(rows))
     rows["monomial"] = -1
+    extent = np.abs(net[..., :3] / net[..., 3:]).max(axis=(1, 2, 3))
+    rows["noise"] = ROUNDING * (p + q + 2) * extent
     if max(p, q) > MONOMIAL_DEGREE:
         return [net.ravel()]
     monomial = np.einsum(
@@ -195,6 +189,7 @@ def _fill(rows: Records, coefs: FloatArray, used: int) -> list[FloatArray]:
     weights = net[..., 3].reshape(len(net), -1)
     uneven = weights.max(axis=1) > MONOMIAL_WEIGHTS * weights.min(axis=1)
     rows["monomial"][uneven] = -1
+    rows["noise"] *= np.where(uneven, 1.0, weights.max(axis=1) / weights.min(axis=1))
     if max(p, q) <= 3:
         cubic = np.zeros((len(net), 4, 4, 4))  # element, component, power of s, power of t
         cubic[:, :, : p + 1, : q + 1] = np.moveaxis(monomial, 3, 1)

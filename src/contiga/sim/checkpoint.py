@@ -13,7 +13,7 @@ from contiga.io.atomic import atomic_write
 from contiga.records import FloatArray
 from contiga.sim.state import State
 
-FORMAT = 1
+FORMAT = 2
 
 
 class Checkpoint(NamedTuple):

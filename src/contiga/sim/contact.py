@@ -34,9 +34,10 @@ from contiga.sim.checks import (
     law_of,
     locked,
 )
-from contiga.sim.detect import Detected, Last, Options, first_look, look
+from contiga.sim.detect import first_look, look
 from contiga.sim.outlines import outlines_of_state
 from contiga.sim.state import State
+from contiga.sim.tracked import Detected, Last, Options
 
 SEARCHES = ("intersection", "penetration")
 TYPES = ("slave", "master", "combined")
@@ -44,6 +45,10 @@ EDGES = ("release", "hold")
 
 # Share of its size an open body reaches behind its faces when nothing else is said.
 OPEN_DEPTH = 0.1
+# Distance from the surface below which a point counts as on it: a share of the body's size (feet
+# are that exact) and one of its coordinates (they are rounded).
+SAME_PLACE = 4e-12
+ROUNDING = 32.0 * np.finfo(np.float64).eps
 
 
 StageClock = Callable[[str], AbstractContextManager[None]]
@@ -133,11 +138,14 @@ class Contact:
     @cached_property
     def _options(self) -> Options:
         # Kept: size and borders of a mesh cost as much as a small step.
-        closed, size = self._surface.closed, self.master.size
+        closed, size, bounds = self._surface.closed, self.master.size, self.master.bounds()
         depth = self.depth
         if depth is None:
             depth = np.inf if closed else OPEN_DEPTH * size
-        return Options(self.search == "penetration", self.on_edge == "hold", depth, closed, size)
+        band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())
+        return Options(
+            self.search == "penetration", self.on_edge == "hold", depth, closed, size, band, bounds
+        )
 
     def start(
         self, points: ArrayLike, pose: ArrayLike | None = None, *, clock: StageClock = _untimed
@@ -195,7 +203,7 @@ class Contact:
         self._check_state(state)
         with clock("search"):
             p_B = to_body(X_WB, p_W)
-            last = Last(state.points_B, state.patch, state.uv, state.reach)
+            last = Last(state.points_B, state.patch, state.uv, state.near, state.reach)
             found = look(self._surface, p_B, last, self.slave.active, self._options)
             rate = _rates(state, found, p_B, dt)
         return self._respond(found, (p_W, p_B, X_WB), rate, dt, clock)
@@ -295,7 +303,8 @@ class Contact:
             status=found.status,
             feature=found.feet.feature,
             patch=found.feet.patch,
-            uv=found.feet.uv,
+            uv=found.uv,
+            near=found.near,
             penetration=_scattered(n, rows, depth),
             normal=_scattered(n, rows, n_W),
             foot=_scattered(n, rows, foot_W, p_W),
@@ -303,6 +312,7 @@ class Contact:
             force=_scattered(n, rows, force),
             clusters=_scattered(n, rows, areas.clusters, np.full(n, -1, np.int32)),
             points_B=p_B,
+            certified=found.feet.certified,
             reach=found.reach,
             wrench=wrench,
         )

@@ -1,90 +1,34 @@
 """Search and detailed search of one step: which points touch, and where their feet are.
 
 Free points (type a): a point that cannot have come as far as the surface is left alone (distance
-is 1-Lipschitz); the others sweep the segment of their step against it, in the body's frame, and
-those that enter start their foot where they entered. Points in contact (type b): the foot is
-continued from the last one; the point is released when it is back on the free side (Eq. 4.7 with
-the sign put right) and has slid off when the foot passed a border of the body. A closed body can
-also be left by another face than the one the foot is on: the path is swept backwards too.
+is 1-Lipschitz); the others are looked at, and those whose step enters start their foot where they
+entered last. Points in contact (type b): the foot is continued from the last one; the point is
+released when it is back on the free side (Eq. 4.7 with the sign put right) and has slid off when
+the foot passed a border of the body. What holds beyond that depends on the body, closed or open
+(`closed_body`, `open_body`).
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
-from contiga.records import ByteArray, ContactStatus, FloatArray, IntArray, Projection, Status
-from contiga.search.projection import empty_projection, rows_of
+from contiga.records import ContactStatus, FloatArray
 from contiga.search.surface import Surface
-
-BoolArray = NDArray[np.bool_]
-
-
-# Feet closer than this, relative to the body's size, are one.
-SAME_FOOT = 1e-9
-# A point this many steps deep is looked at anew only when it has gone as far as the surface is off:
-# finding that out costs some ten sweeps.
-DEEP_STEPS = 16.0
-
-
-class Options(NamedTuple):
-    """What the search of a contact is to do."""
-
-    penetration: bool
-    """Search by penetration: points count as in contact where they lie inside."""
-    hold: bool
-    """Keep points that slide over a border on its closest point."""
-    depth: float
-    """Deepest penetration a search by penetration takes for one, length."""
-    closed: bool
-    """Whether the body is closed: a point is inside or outside, whatever its foot."""
-    size: float
-    """Of the body, length."""
-
-
-class Last(NamedTuple):
-    """What the search needs to know of the last step."""
-
-    points_B: FloatArray
-    patch: IntArray
-    uv: FloatArray
-    reach: FloatArray
-
-
-class Detected(NamedTuple):
-    """Outcome of the search for n points; feet in body axes, blank without contact."""
-
-    status: ByteArray
-    feet: Projection
-    reach: FloatArray
-
-
-def _blank(n: int) -> Projection:
-    feet = empty_projection(n)
-    feet.patch[:] = -1
-    feet.uv[:] = 0.0
-    feet.point[:] = 0.0
-    feet.normal[:] = 0.0
-    feet.gap[:] = 0.0
-    feet.feature[:] = -1
-    feet.status[:] = 0
-    return feet
+from contiga.sim import closed_body, open_body
+from contiga.sim.tracked import Detected, Last, Options, Step, blank, look_inside, track
 
 
 def first_look(surface: Surface, p_B: FloatArray, active: np.ndarray, options: Options) -> Detected:
     """The start: nothing is in contact, or, by penetration, what already lies inside."""
-    n = len(p_B)
-    finite = np.isfinite(p_B).all(axis=1)
-    status = np.where(finite, ContactStatus.FREE, ContactStatus.NOT_FINITE).astype(np.int8)
-    feet = _blank(n)
-    reach = np.full(n, np.inf)
-    rows = np.flatnonzero(finite & active).astype(np.int32)
-    surface.reach(p_B, rows, reach)
+    found = _nothing(p_B, active)
+    rows = np.flatnonzero(np.isfinite(p_B).all(axis=1) & active).astype(np.int32)
+    if options.closed:
+        closed_body.first_look(surface, p_B, rows, found, options)
+        return _with_feet(found)
+    surface.reach(p_B, rows, found.reach)
     if options.penetration:
-        _look_inside(surface, p_B, rows, (status, feet, reach), options)
-    return Detected(status, feet, reach)
+        look_inside(surface, p_B, rows, found, options)
+    return _with_feet(found)
 
 
 def look(
@@ -92,174 +36,41 @@ def look(
 ) -> Detected:
     """One step: from the points of the last step to those of this one, body axes."""
     before = last.points_B
-    n = len(now)
+    found = _nothing(now, active)
     finite = np.isfinite(now).all(axis=1)
-    status = np.where(finite, ContactStatus.FREE, ContactStatus.NOT_FINITE).astype(np.int8)
-    feet = _blank(n)
-    touching = finite & (last.patch >= 0)
     with np.errstate(invalid="ignore", over="ignore"):
         way = np.sqrt(np.square(now - before).sum(axis=1))
-    reach = last.reach - way
-    rows = np.flatnonzero(touching).astype(np.int32)
-    within = _continue(surface, (now, way, reach), last, rows, (status, feet, options))
+    # A point that was not finite has no path to follow: it is looked at afresh.
+    way = np.where(np.isfinite(way), way, np.inf)
+    touching = finite & (last.patch >= 0)
     free = finite & active & ~touching
-    # A point that was not finite has no path to sweep: it is looked at afresh.
-    came_back = free & ~np.isfinite(before).all(axis=1)
-    reach[came_back] = 0.0
-    reach[~free] = 0.0
-    reach[~active] = np.inf
-    reach[rows] = within
-    near = np.flatnonzero(free & (reach <= 0.0)).astype(np.int32)
-    if options.penetration:
-        _look_inside(surface, now, near, (status, feet, reach), options)
-    else:
-        _sweep(surface, (before, now), near, (status, feet, options))
-        rest = near[feet.patch[near] < 0]
-        surface.reach(now, rest, reach)
-    return Detected(status, feet, reach)
+    found.reach[touching] = np.maximum(last.reach - way, 0.0)[touching]
+    left = np.maximum(np.abs(last.reach) - way, 0.0)
+    found.reach[free] = np.copysign(left, last.reach)[free]
+    found.reach[~finite & active] = 0.0
+    rows = np.flatnonzero(touching).astype(np.int32)
+    near = np.flatnonzero(free & (left <= 0.0)).astype(np.int32)
+    step = Step(before, now, way, last.reach < 0.0, last.near, last.uv)
+    found.near[free] = last.near[free]
+    found.uv[free] = last.uv[free]
+    tracked = track(surface, (before[rows], now[rows]), (last.patch[rows], last.uv[rows]), options)
+    room = closed_body if options.closed else open_body
+    room.look(surface, step, (rows, near), tracked, found, options)
+    return _with_feet(found)
 
 
-class _Tracked(NamedTuple):
-    """Feet continued from where they were, and what is to become of them."""
-
-    feet: Projection
-    solved: BoolArray
-    at_border: BoolArray
-    keep: BoolArray
-    """Inside, and on the surface or (where the options hold it) on its border."""
-
-
-def _track(
-    surface: Surface, p_B: FloatArray, patch: IntArray, uv: FloatArray, options: Options
-) -> _Tracked:
-    out = empty_projection(len(p_B))
-    surface.track(p_B, patch, np.ascontiguousarray(uv), out)
-    failed = np.flatnonzero(out.status == Status.MAX_ITERATIONS).astype(np.int32)
-    surface.closest(p_B, failed, out)
-    at_border = (out.status == Status.BORDER) | (out.status == Status.TRIMMED)
-    solved = (out.status == Status.OK) | at_border
-    keep = solved & (out.gap <= 0.0) & (options.hold | ~at_border)
-    return _Tracked(out, solved, at_border, keep)
+def _nothing(p_B: FloatArray, active: np.ndarray) -> Detected:
+    """Nothing in contact, and nothing known of inactive points but that they never are."""
+    finite = np.isfinite(p_B).all(axis=1)
+    status = np.where(finite, ContactStatus.FREE, ContactStatus.NOT_FINITE).astype(np.int8)
+    n = len(p_B)
+    nowhere = np.full(n, -1, np.int32)
+    reach = np.where(active, 0.0, np.inf)
+    return Detected(status, blank(n), reach, nowhere, np.zeros((n, 2)))
 
 
-def _continue(
-    surface: Surface,
-    moved: tuple[FloatArray, FloatArray, FloatArray],
-    last: Last,
-    rows: IntArray,
-    result: tuple[ByteArray, Projection, Options],
-) -> FloatArray:
-    """Old contacts (type b): continue the feet, release what came back, went through or slid off.
-
-    `moved` is where all points are, how far they have gone and what is left of their reach.
-    Returned is the reach of `rows`.
-    """
-    now, way, reach = moved
-    status, feet, options = result
-    within = np.zeros(len(rows))
-    if len(rows) == 0:
-        return within
-    found = _track(surface, now[rows], last.patch[rows], last.uv[rows], options)
-    keep = found.keep
-    if options.closed:
-        within = np.where(keep, reach[rows], 0.0)
-        due = np.flatnonzero(keep & (within <= 0.0)).astype(np.int32)
-        path = last.points_B, now
-        left, within[due] = _left(surface, path, rows[due], rows_of(found.feet, due), way, options)
-        keep[due[left]] = False
-    held = np.where(found.at_border, ContactStatus.HELD, ContactStatus.OLD)
-    slid_off = found.at_border & (not options.hold)
-    gone = np.where(slid_off, ContactStatus.SLID_OFF, ContactStatus.RELEASED)
-    new = np.where(keep, held, gone)
-    status[rows] = np.where(found.solved, new, ContactStatus.LOST)
-    _take(feet, rows, found.feet, keep)
-    return within
-
-
-def _left(
-    surface: Surface,
-    path: tuple[FloatArray, FloatArray],
-    rows: IntArray,
-    feet: Projection,
-    way: FloatArray,
-    options: Options,
-) -> tuple[BoolArray, FloatArray]:
-    """Points inside a closed body by their tracked feet that have left it by another face.
-
-    The step swept backwards enters the body where the point has gone out of it, and the closest
-    point then says on which side it is. Also returned is how far the others can go before that
-    has to be asked again: zero unless they are many steps deep.
-    """
-    before, now = path
-    left, within = np.zeros(len(rows), dtype=bool), np.zeros(len(rows))
-    back = surface.entries(now, before, rows)
-    asked = np.flatnonzero((back.patch >= 0) | (-feet.gap > DEEP_STEPS * way[rows]))
-    if len(asked) == 0:
-        return left, within
-    out = empty_projection(len(asked))
-    points = np.ascontiguousarray(now[rows[asked]])
-    surface.closest(points, np.arange(len(asked), dtype=np.int32), out)
-    apart = np.sqrt(np.square(out.point - feet.point[asked]).sum(axis=1))
-    solved = out.status == Status.OK
-    left[asked] = solved & (out.gap > 0.0) & (apart > SAME_FOOT * options.size)
-    within[asked] = np.where(solved, np.maximum(-out.gap, 0.0), 0.0)
-    return left, within
-
-
-def _sweep(
-    surface: Surface,
-    path: tuple[FloatArray, FloatArray],
-    rows: IntArray,
-    result: tuple[ByteArray, Projection, Options],
-) -> None:
-    """New contacts (type a): points whose step enters the body, feet started at the entry."""
-    status, feet, options = result
-    before, now = path
-    hits = surface.entries(before, now, rows)
-    entered = np.flatnonzero(hits.patch >= 0)
-    if len(entered) == 0:
-        return
-    rows = rows[entered]
-    found = _track(surface, now[rows], hits.patch[entered], hits.uv[entered], options)
-    keep = found.keep
-    if options.closed:
-        due = np.flatnonzero(keep).astype(np.int32)
-        ahead = np.full(len(now), np.inf)  # nothing is known of a way to come
-        left, _ = _left(surface, path, rows[due], rows_of(found.feet, due), ahead, options)
-        keep[due[left]] = False
-    new = np.where(found.at_border, ContactStatus.HELD, ContactStatus.NEW)
-    status[rows[keep]] = new[keep]
-    status[rows[~found.solved]] = ContactStatus.LOST
-    _take(feet, rows, found.feet, keep)
-
-
-def _look_inside(
-    surface: Surface,
-    p_B: FloatArray,
-    rows: IntArray,
-    result: tuple[ByteArray, Projection, FloatArray],
-    options: Options,
-) -> None:
-    """Search by penetration: points that lie inside, feet at the closest points."""
-    status, feet, reach = result
-    out = empty_projection(len(rows))
-    inner = np.ascontiguousarray(p_B[rows])
-    surface.closest(inner, np.arange(len(rows), dtype=np.int32), out)
-    # Behind an open surface, deeper than contact reaches or beside its border, a point is as far
-    # from contact as from that depth. A foot that was not found (NaN) is looked for again.
-    reach[rows] = np.where(out.gap > 0.0, out.gap, np.fmax(-out.gap - options.depth, 0.0))
-    keep = (out.status == Status.OK) & (out.gap <= 0.0) & (out.gap >= -options.depth)
-    status[rows[keep]] = ContactStatus.NEW
-    _take(feet, rows, out, keep)
-
-
-def _take(feet: Projection, rows: IntArray, out: Projection, keep: BoolArray) -> None:
-    """Write the rows of `out` that are kept into `rows` of `feet`."""
-    rows = rows[keep]
-    feet.patch[rows] = out.patch[keep]
-    feet.uv[rows] = out.uv[keep]
-    feet.point[rows] = out.point[keep]
-    feet.normal[rows] = out.normal[keep]
-    feet.gap[rows] = out.gap[keep]
-    feet.feature[rows] = out.feature[keep]
-    feet.status[rows] = out.status[keep]
+def _with_feet(found: Detected) -> Detected:
+    """`found` with the parameters of the points in contact among those of the free ones."""
+    rows = found.feet.patch >= 0
+    found.uv[rows] = found.feet.uv[rows]
+    return found

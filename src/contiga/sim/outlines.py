@@ -38,6 +38,7 @@ def outlines_of_state(
         -state.penetration[rows],
         state.feature[rows],
         np.full(len(rows), Status.OK, np.int8),
+        np.zeros(len(rows), np.int8),
     )
     inp = AreaInput(body, rows, state.points_B, feet, None, side, prepared)
     found = outlines_of(area, inp)

@@ -17,6 +17,7 @@ from contiga.sim.simulation import (
 )
 from contiga.sim.state import State
 from contiga.sim.step import advance
+from contiga.sim.strict import check_proved
 from contiga.sim.summary import summarise
 
 __all__ = [
@@ -48,6 +49,7 @@ def run(
     out: str | Path | None = None,
     *,
     resume: bool = False,
+    strict: bool = False,
     progress: Progress | None = None,
     clock: Clock | None = None,
 ) -> Result:
@@ -58,6 +60,7 @@ def run(
     simulation : what to run
     out : folder for history, fields, checkpoint and summary; None keeps all in memory
     resume : go on from the checkpoint in `out`; the results are the same bits as of one run
+    strict : stop at the first point whose foot or side is not proved
     progress : called with steps done, steps in all, points in contact
     clock : goes on counting from what was spent before (reading, building)
 
@@ -67,6 +70,8 @@ def run(
         The folder cannot be written or is somebody else's.
     CheckpointError
         Nothing to resume, or the checkpoint is of another case.
+    RunError
+        With `strict`, a point that is not certified.
 
     Notes
     -----
@@ -80,7 +85,10 @@ def run(
             if out is not None:
                 recorder.open(Path(out), resume=resume)
             for k in range(recorder.done, len(simulation.times)):
-                recorder.take(advance(simulation, k, recorder.states, clock))
+                moment = advance(simulation, k, recorder.states, clock)
+                if strict:
+                    check_proved(moment)
+                recorder.take(moment)
         except BaseException:
             recorder.save()
             raise

@@ -14,7 +14,7 @@ from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
 class State:
     """Where n slave points stand after a step, in world axes where not said otherwise.
 
-    The arrays take 146 bytes a point.
+    The arrays take 151 bytes a point.
     """
 
     status: ByteArray
@@ -24,7 +24,9 @@ class State:
     patch: IntArray
     """(n,) patch of the foot, −1 without contact."""
     uv: FloatArray
-    """(n, 2) parameters of the foot."""
+    """(n, 2) parameters of the foot; of a free point those on the patch `near`."""
+    near: IntArray
+    """(n,) patch of the foot that proved which side a free point is on, −1 where none did."""
     penetration: FloatArray
     """(n,) λ ≥ 0."""
     normal: FloatArray
@@ -39,9 +41,12 @@ class State:
     """(n,) connected region of contact, −1 without contact."""
     points_B: FloatArray
     """(n, 3) the slave points in the body's axes."""
+    certified: ByteArray
+    """(n,) 1 where the foot of a point in contact is proved: continued without a jump, or the
+    closest point."""
     reach: FloatArray
     """(n,) way a free point can go before it can touch, and a point in a closed body before it
-    can have left."""
+    can have left. Negative of points that lie inside since the start: they have not come in."""
     wrench: FloatArray
     """(6,) force and moment about the body's reference point, on the master."""
 
@@ -54,6 +59,11 @@ class State:
     def n_contact(self) -> int:
         """Number of points in contact."""
         return int(self.in_contact.sum())
+
+    @property
+    def n_unproved(self) -> int:
+        """Number of points in contact whose foot is merely converged."""
+        return int((self.in_contact & (self.certified == 0)).sum())
 
     @property
     def max_penetration(self) -> float:

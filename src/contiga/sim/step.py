@@ -21,6 +21,8 @@ COUNTED = {
     "n_slid_off": ContactStatus.SLID_OFF,
     "n_lost": ContactStatus.LOST,
     "n_not_finite": ContactStatus.NOT_FINITE,
+    "n_found": ContactStatus.FOUND,
+    "n_reacquired": ContactStatus.REACQUIRED,
 }
 
 
@@ -95,5 +97,6 @@ def history_row(simulation: Simulation, moment: Moment) -> dict[str, float]:
         }
         counts = np.bincount(state.status, minlength=len(ContactStatus))
         columns |= {name: int(counts[status]) for name, status in COUNTED.items()}
+        columns["n_unproved"] = state.n_unproved
         row |= {prefix + name: value for name, value in columns.items()}
     return row

@@ -38,8 +38,12 @@ def summarise(
         "n_elements": sum(surface_of(part.body).n_elements for part in simulation.bodies.values()),
         "threads": thread_count(),
         "statuses": statuses,
+        "proved": {
+            part.name: _proved(history, f"{part.name}." if several else "")
+            for part in simulation.contacts
+        },
         "inputs": _inputs(simulation),
-        "warnings": _warnings(statuses) + _not_finite(simulation, history),
+        "warnings": _warnings(statuses) + _not_finite(simulation, history) + _flaws(simulation),
     }
 
 
@@ -47,6 +51,14 @@ def _statuses(history: dict[str, FloatArray], prefix: str) -> dict[str, int]:
     """Points that took each status, summed over the steps."""
     return {
         status.name: int(np.sum(history[prefix + column])) for column, status in COUNTED.items()
+    }
+
+
+def _proved(history: dict[str, FloatArray], prefix: str) -> dict[str, int]:
+    """Feet of points in contact over all steps, and how many of them were merely converged."""
+    return {
+        "feet": int(np.sum(history[prefix + "n_contact"])),
+        "unproved": int(np.sum(history[prefix + "n_unproved"])),
     }
 
 
@@ -82,8 +94,16 @@ def _master(body: Body | TriMesh) -> dict[str, Any]:
         "patches": len(body.patches),
         "trimmed": sum(trims is not None for trims in body.trims),
         "elements": surface.n_elements,
+        "closed": surface.closed,
         "size": body.size,
     }
+
+
+def _flaws(simulation: Simulation) -> list[str]:
+    """What is wrong with how the faces of exact bodies meet."""
+    bodies = {name: part.body for name, part in simulation.bodies.items()}
+    exact = {name: body for name, body in bodies.items() if isinstance(body, Body)}
+    return [f"{name}: {text}" for name, body in exact.items() for text in body.openings.flaws]
 
 
 def _not_finite(simulation: Simulation, history: dict[str, FloatArray]) -> list[str]:
@@ -107,6 +127,18 @@ def _warnings(statuses: dict[str, dict[str, int]]) -> list[str]:
             texts.append(
                 f"{name}: {lost} times a point in contact could not be solved and was left out of "
                 "the forces; take smaller steps"
+            )
+        found = counts[ContactStatus.FOUND.name]
+        if found:
+            texts.append(
+                f"{name}: {found} times a point lay inside without having been seen to come in; it "
+                "was taken into contact at its closest point. Please report the case"
+            )
+        anew = counts[ContactStatus.REACQUIRED.name]
+        if anew:
+            texts.append(
+                f"{name}: {anew} times the foot of a point in contact vanished and the closest "
+                "point was taken; take smaller steps to follow it"
             )
         bad = counts[ContactStatus.NOT_FINITE.name]
         if bad:

@@ -78,7 +78,7 @@ def test_cuts_are_where_the_gap_between_their_ends_is_zero():
     status = np.array([0, 0, 0, 1], np.int8)
     feet = Projection(
         np.zeros(4, np.int32), np.zeros((4, 2)), np.zeros((4, 3)), np.zeros((4, 3)), gap,
-        np.zeros(4, np.int8), status,
+        np.zeros(4, np.int8), status, np.zeros(4, np.int8),
     )  # fmt: skip
     corner = np.array([[0, 1, 2], [1, 0, 3]], np.int32)
     fraction = np.empty((2, 3))
@@ -101,7 +101,7 @@ def feet_at(body, surface, uv, patch=0):
     n = len(uv)
     return Projection(
         np.full(n, patch, np.int32), uv, surface.evaluate(uv), surface.normal(uv), np.zeros(n),
-        np.zeros(n, np.int8), np.zeros(n, np.int8),
+        np.zeros(n, np.int8), np.zeros(n, np.int8), np.zeros(n, np.int8),
     )  # fmt: skip
 
 

@@ -91,12 +91,12 @@ def test_faces_that_fold_onto_each_other_part():
 
 def test_a_sloppy_part_keeps_its_area_and_closes_but_at_free_edges(data_dir):
     body = cg.read_cad(data_dir / "occt_bearing.iges")
-    assert max(edge.tolerance for edge in body.edges) > 0.01 * body.size
+    assert max(edge.stated for edge in body.edges) > 0.01 * body.size
     mesh = body.tessellate(3e-4 * body.size)
     assert mesh.area() == pytest.approx(body.area(), rel=2e-3)
     ends = mesh.vertices[mesh.open_edges()]
     free = [edge for edge in body.edges if len(edge.uses) == 1]
-    off = [CurveFeet(e.curve)(ends.reshape(-1, 3))[1] - 3.0 * e.tolerance for e in free]
+    off = [CurveFeet(e.curve)(ends.reshape(-1, 3))[1] - 3.0 * e.stated for e in free]
     assert np.min(off, axis=0).max() < 1e-5 * body.size
 
 

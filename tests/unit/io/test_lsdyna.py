@@ -172,17 +172,22 @@ def test_free_and_long_formats_read_like_the_fixed_one(deck, tmp_path):
         assert np.array_equal(slave.facets, fixed.facets)
 
 
-def test_only_plain_decks_go_to_the_library(deck):
+def test_only_plain_cards_are_read_by_columns(deck):
     def plain(*text):
-        path = deck(*text)
-        return lsdyna._is_plain(list(read_blocks(path)), path)
+        nodes, elements = list(read_blocks(deck(*text)))
+        return (
+            lsdyna._node_columns(nodes) is not None,
+            lsdyna._element_columns(elements) is not None,
+        )
 
-    assert plain(NODES, SHELLS)
-    assert not plain(free(NODES), SHELLS)
-    assert not plain(NODES, free(SHELLS))
-    assert not plain(NODES.replace("             1.0", "             1.x", 1), SHELLS)
-    assert not plain(NODES, SHELLS.replace("SHELL", "SHELL_BETA"))
-    assert not plain(NODES, SHELLS.replace("       6       6\n", "       6\n"))
+    assert plain(NODES, SHELLS) == (True, True)
+    assert plain(free(NODES), SHELLS) == (False, True)
+    assert plain(NODES, free(SHELLS)) == (True, False)
+    assert plain(long(NODES).replace("*NODE", "*NODE+"), SHELLS) == (False, True)
+    assert plain(NODES.replace("             1.0", "             1.x", 1), SHELLS)[0] is False
+    assert plain(NODES.replace("             1.0", "             \u0661.0", 1), SHELLS)[0] is False
+    assert plain(NODES, SHELLS.replace("SHELL", "SHELL_BETA"))[1] is False
+    assert plain(NODES, SHELLS.replace("       6       6\n", "       6\n"))[1] is False
 
 
 def test_numbers_in_any_way_fortran_writes_them(deck):

@@ -11,6 +11,7 @@ import pytest
 
 from contiga.errors import ContigaError, FileError, MeshError, UnitError
 from contiga.io.mesh import mesh_summary, read_mesh
+from contiga.io.meshio_files import read_with_meshio
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
 CUBE = np.vstack([SQUARE, SQUARE + np.array([0, 0, 1.0])])
@@ -315,7 +316,7 @@ def test_arrays_that_do_not_fit_together_are_a_file_error(tmp_path, monkeypatch)
     mesh = SimpleNamespace(points=SQUARE, cells=[ragged])
     monkeypatch.setattr(meshio, "read", lambda *_: mesh)
     with pytest.raises(FileError, match="do not fit together"):
-        read_mesh(path)
+        read_with_meshio(path)
 
 
 PART = "*Part, name=A\n*Node\n1, 0,0,0\n2,1,0,0\n3,0,1,0\n*Element, type=S3\n1,1,2,3\n*End Part\n"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from contiga.errors import UnitError
+from contiga.io import units
 from contiga.io.units import (
     base_factor,
     derived_units,
@@ -89,3 +90,15 @@ def test_short_names():
     assert short_name("INCH") == "in"
     assert short_name("millimetre") == "mm"
     assert short_name("mile") == "mile"
+
+
+def test_the_units_looked_up_without_pint_are_what_pint_says():
+    for dimension, plain in units._PLAIN.items():
+        for name, factor in plain.items():
+            for spelling in (name, name.upper()):
+                fits = [
+                    float(quantity.to(units._BASE[dimension]).magnitude)
+                    for quantity in units._readings(spelling)
+                    if quantity.check(units._DIMENSIONS[dimension])
+                ]
+                assert fits[0] == factor == units.base_factor(spelling, dimension)

@@ -104,6 +104,7 @@ def project_global(facets, points, rows, smooth, out, start, stop):
             write_kink(facets, k, (seed, place, a), point, False, out)
         if smooth:
             smooth_normal(facets, seed, k, out)
+        out.certified[k] = 1
 
 
 @njit(cache=True, nogil=True)

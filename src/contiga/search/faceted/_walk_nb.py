@@ -82,9 +82,23 @@ def walk(facets, s, first, point):
     return s, place, a, b, False
 
 
+@njit(cache=True)
+def _was_inside(shape, s, before, k):
+    """Whether the foot of before[k] lies inside triangle s; no, where nothing is known of it."""
+    if before.shape[0] == 0:
+        return False
+    # A comparison with NaN is false: what was not finite was not inside.
+    return closest_on(shape, s, before[k, 0], before[k, 1], before[k, 2])[1] == 0
+
+
 @njit(cache=True, nogil=True)
-def project_tracked(facets, points, slots, smooth, out, start, stop):
-    """Feet of rows start … stop continued from the triangles `slots`; rows of −1 are left out."""
+def project_tracked(facets, points, starts, smooth, out, start, stop):
+    """Feet of rows start … stop continued from the triangles starts[0]; rows of −1 are left out.
+
+    starts[1] is where the points were, (n, 3), or (0, 3) where that is not known. A foot inside
+    the triangle that held it before went there straight, because triangles are convex: proved.
+    """
+    slots, before = starts
     shape = facets.shape
     link = facets.link
     patch = out.patch
@@ -100,6 +114,7 @@ def project_tracked(facets, points, slots, smooth, out, start, stop):
             continue
         point = (x, y, z)
         square, place, a, b = closest_on(shape, s, x, y, z)
+        out.certified[k] = 1 if place == 0 and _was_inside(shape, s, before, k) else 0
         solved = True
         if place != 0:
             s, place, a, b, solved = walk(facets, s, (square, place, a, b), point)

@@ -7,12 +7,12 @@ from numpy.typing import ArrayLike
 
 from contiga.geometry.trimesh import TriMesh
 from contiga.num.threads import run_ranges
-from contiga.records import FloatArray, Hit, IntArray
+from contiga.records import ByteArray, FloatArray, Hit, IntArray
 from contiga.search.checks import checked_segments
 from contiga.search.faceted import _entry_nb
 from contiga.search.faceted.records import Facets
 from contiga.search.faceted.tables import tables_of
-from contiga.search.hits import empty_hit
+from contiga.search.hits import empty_hit, settled
 
 # Segments below which a second thread does not pay.
 SEGMENTS = 512
@@ -51,3 +51,22 @@ def hits_of_rows(facets: Facets, a_M: FloatArray, b_M: FloatArray, rows: IntArra
     out = empty_hit(len(rows))
     run_ranges(_entry_nb.first_hits, len(rows), SEGMENTS, facets, a_M, b_M, rows, out)
     return out
+
+
+def last_crossings(
+    facets: Facets, a_M: FloatArray, b_M: FloatArray, rows: IntArray
+) -> tuple[Hit, ByteArray]:
+    """Of all places where a_M[rows] → b_M[rows] goes in or out, the one nearest to its end.
+
+    Returns
+    -------
+    Hit
+        One row an entry of `rows`; the fraction is measured from a_M.
+    ByteArray
+        1 where the path enters there, −1 where it leaves, 0 for none.
+    """
+
+    def search(a: FloatArray, b: FloatArray, out: Hit, verdict: FloatArray) -> None:
+        run_ranges(_entry_nb.last_crossings, len(a), SEGMENTS, facets, a, b, out, verdict)
+
+    return settled(search, a_M[rows], b_M[rows])

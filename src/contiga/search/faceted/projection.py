@@ -9,7 +9,7 @@ from contiga.errors import InputError
 from contiga.geometry.trimesh import NORMALS, TriMesh
 from contiga.num.arrays import as_points
 from contiga.num.threads import run_ranges
-from contiga.records import FloatArray, IntArray, Projection
+from contiga.records import Feature, FloatArray, IntArray, Projection
 from contiga.search.checks import checked_mode, checked_patches
 from contiga.search.faceted import _closest_nb, _order_nb, _walk_nb
 from contiga.search.faceted.records import Facets
@@ -72,7 +72,10 @@ def project(
         closest_of_rows(tables.facets, p_M, np.arange(len(p_M), dtype=np.int32), smooth, out)
         return out
     patch = checked_patches(start, len(p_M), len(mesh.triangles), "triangle")
-    track(tables, p_M, patch, smooth, out)
+    assert start is not None
+    # A foot is its own foot: it tells as well as its point whether it was inside a triangle.
+    inside = np.where((start.feature == Feature.FACE)[:, None], start.point, np.nan)
+    track(tables, p_M, (patch, inside), smooth, out)
     return out
 
 
@@ -86,11 +89,22 @@ def is_smooth(mesh: TriMesh, normals: str | None) -> bool:
     return kind == "vertex"
 
 
-def track(tables: Tables, p_M: FloatArray, patch: IntArray, smooth: bool, out: Projection) -> None:
-    """Continue the feet on triangles `patch` to the points `p_M`; rows of patch −1 globally."""
+def track(
+    tables: Tables,
+    p_M: FloatArray,
+    start: tuple[IntArray, FloatArray | None],
+    smooth: bool,
+    out: Projection,
+) -> None:
+    """Continue the feet on triangles start[0] to the points `p_M`; rows of −1 globally.
+
+    start[1] is where the points were, (n, 3), for feet to be certified.
+    """
     facets = tables.facets
+    patch, before = start
     slots = np.where(patch >= 0, tables.slot[patch], -1)
-    run_ranges(_walk_nb.project_tracked, len(p_M), TRACKED, facets, p_M, slots, smooth, out)
+    starts = (slots, np.zeros((0, 3)) if before is None else before)
+    run_ranges(_walk_nb.project_tracked, len(p_M), TRACKED, facets, p_M, starts, smooth, out)
     closest_of_rows(facets, p_M, np.flatnonzero(slots < 0).astype(np.int32), smooth, out)
 
 

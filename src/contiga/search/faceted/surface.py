@@ -7,9 +7,9 @@ from typing import NamedTuple
 from contiga.errors import MeshError
 from contiga.geometry.trimesh import TriMesh
 from contiga.num.threads import run_ranges
-from contiga.records import FloatArray, Hit, IntArray, Projection
+from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.search.faceted import _closest_nb
-from contiga.search.faceted.hits import hits_of_rows
+from contiga.search.faceted.hits import hits_of_rows, last_crossings
 from contiga.search.faceted.projection import closest_of_rows, is_smooth, track
 from contiga.search.faceted.tables import Tables, tables_of
 
@@ -38,13 +38,26 @@ class FacetedSurface(NamedTuple):
         """Closest points of the mesh."""
         closest_of_rows(self.tables.facets, p_B, rows, self.smooth, out)
 
-    def track(self, p_B: FloatArray, patch: IntArray, uv: FloatArray, out: Projection) -> None:
+    def track(
+        self,
+        p_B: FloatArray,
+        patch: IntArray,
+        uv: FloatArray,
+        out: Projection,
+        before: FloatArray | None = None,
+    ) -> None:
         """Feet continued over adjoining triangles."""
-        track(self.tables, p_B, patch, self.smooth, out)
+        track(self.tables, p_B, (patch, before), self.smooth, out)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First crossings of triangles from their free side."""
         return hits_of_rows(self.tables.facets, a_B, b_B, rows)
+
+    def last_crossings(
+        self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
+    ) -> tuple[Hit, ByteArray]:
+        """Last crossings of triangles from either side."""
+        return last_crossings(self.tables.facets, a_B, b_B, rows)
 
     def reach(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
         """Distances to the nearest box of a triangle."""

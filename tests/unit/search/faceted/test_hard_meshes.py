@@ -35,7 +35,10 @@ def _points(mesh: TriMesh, seed: int, n: int = 150) -> np.ndarray:
 
 
 def _same_bits(a, b) -> None:
+    """But what is proved of a closest point and of a tracked foot is not the same."""
     for name, x, y in zip(a._fields, a, b, strict=True):
+        if name == "certified":
+            continue
         np.testing.assert_array_equal(x, y, err_msg=name)
 
 

@@ -1,0 +1,125 @@
+"""Draw the pictures of the page on the search: ``python docs/draw_search.py [FOLDER]``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+
+import contiga as cg
+from contiga.records import ContactStatus, Status
+
+INK, PALE, GOOD, BAD, SKY = "#22303c", "#d8dee4", "#1a7f5a", "#c0392b", "#2c6fbb"
+
+
+def _section(ax: Axes, outline: np.ndarray) -> None:
+    ax.fill(*outline[:, :2].T, facecolor=PALE, edgecolor=INK, linewidth=1.4, zorder=0)
+    ax.set_aspect("equal")
+    ax.axis("off")
+
+
+def slotted() -> np.ndarray:
+    """Corners of a block with a slot, counter-clockwise, the first one again at the end."""
+    corners = [(0, 0), (3, 0), (3, 1.6), (1.7, 1.6), (1.7, 0.5), (1.3, 0.5), (1.3, 1.6), (0, 1.6)]
+    return np.array([(*corner, 0.0) for corner in [*corners, corners[0]]], dtype=float)
+
+
+def crossings(ax: Axes) -> None:
+    """Paths through a block with a slot; the crossing that counts is marked."""
+    outline = slotted()
+    curve = cg.NurbsCurve(1, np.r_[0, np.arange(9), 8].astype(float), outline)
+    block = cg.Body.from_profile(curve)
+    _section(ax, outline)
+    paths = [
+        ("from outside: NEW", (0.6, 2.1), (0.6, 1.2)),
+        ("through and out: FREE", (0.95, 1.9), (1.5, 1.25)),
+        ("across the slot: NEW at the far wall", (1.45, 0.95), (2.15, 0.75)),
+        ("into the slot: FREE", (1.5, 2.0), (1.5, 0.8)),
+    ]
+    for text, a, b in paths:
+        start, end = np.array([[*a, 0.0]]), np.array([[*b, 0.0]])
+        contact = cg.Contact(block, cg.Slave(start, area=[1.0]), law=cg.PenaltyLaw(1.0))
+        state = contact.step(contact.start(start), end)
+        touching = state.status[0] == ContactStatus.NEW
+        assert touching == ("NEW" in text), text
+        colour = GOOD if touching else SKY
+        ax.annotate("", b, a, arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 1.6})
+        ax.text(b[0] + 0.05, b[1] - 0.12, text, fontsize=8, color=colour)
+        if touching:
+            foot = state.foot[0]
+            ax.plot(*foot[:2], "o", color=GOOD, markersize=5)
+            ax.plot([b[0], foot[0]], [b[1], foot[1]], ":", color=GOOD)
+
+
+def ball(ax: Axes) -> None:
+    """The touching ball at a foot, as the tables of the body have it."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 400)
+    axes = (1.6, 0.9)
+    body = cg.Body([cg.shapes.ellipsoid(axes=(*axes, 0.9))])
+    _section(ax, np.column_stack([axes[0] * np.cos(angle), axes[1] * np.sin(angle)]))
+    from contiga.search.surface import surface_of
+
+    point = np.array([[0.55, 0.45, 0.0]])
+    foot = body.project(point)
+    radius = float(surface_of(body).inner_ball(foot.patch, foot.uv, np.zeros(1, np.int32))[0])
+    centre = foot.point[0] - radius * foot.normal[0]
+    ax.add_patch(plt.Circle(centre[:2], radius, facecolor="#2c6fbb22", edgecolor=SKY))
+    ax.plot(*point[0, :2], "o", color=INK, markersize=5)
+    ax.plot(*foot.point[0, :2], "o", color=GOOD, markersize=5)
+    ax.plot(*np.array([foot.point[0], centre])[:, :2].T, "--", color=SKY, linewidth=1)
+    ax.text(*(foot.point[0, :2] + [0.06, 0.03]), "foot Q", color=GOOD, fontsize=9)
+    ax.text(*(point[0, :2] + [0.06, -0.08]), "point P", color=INK, fontsize=9)
+    ax.text(
+        centre[0] - 0.3, centre[1] - 0.16, f"ball of radius ρ = {radius:.2f}", color=SKY, fontsize=9
+    )
+
+
+def branch(ax: Axes) -> None:
+    """A point over a trough: its foot is followed until it vanishes at the focal curve."""
+    control = np.array([[-1.2, 1.2, 0.0], [0.0, -1.2, 0.0], [1.2, 1.2, 0.0]])
+    curve = cg.NurbsCurve(2, [0, 0, 0, 1, 1, 1], control)  # a parabola
+    trough = cg.Body.from_profile(curve)
+    s = np.linspace(0.0, 1.0, 300)
+    shown = curve.evaluate(s)
+    ax.plot(*shown[:, :2].T, color=INK, linewidth=2)
+    d = curve.derivatives(s, 2)
+    first, second = d[1], d[2]
+    turn = (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])[:, None]
+    speed = (first**2).sum(axis=1)[:, None]
+    normal = np.column_stack([-first[:, 1], first[:, 0]])
+    focal = shown[:, :2] + normal * speed / turn
+    seen = (focal[:, 1] < 2.2) & (np.abs(focal[:, 0]) < 1.4)
+    ax.plot(*focal[seen].T, "--", color=BAD, linewidth=1)
+    ax.text(0.25, 1.9, "focal curve", color=BAD, fontsize=9)
+    path = np.column_stack([np.linspace(-0.7, 0.75, 30), np.full(30, 1.25), np.zeros(30)])
+    feet = trough.project(path[:1])
+    for k, point in enumerate(path):
+        feet = trough.project(point[None], start=feet, mode="track") if k else feet
+        event = feet.status[0] == Status.BRANCH_EVENT
+        colour = BAD if event else SKY
+        ax.plot(*np.array([point, feet.point[0]])[:, :2].T, color=colour, lw=2 if event else 0.6)
+        if event:
+            ax.text(point[0] + 0.04, point[1] + 0.08, "BRANCH_EVENT", color=BAD, fontsize=9)
+    ax.plot(*path[:, :2].T, ".", color=INK, markersize=3)
+    ax.set_aspect("equal")
+    ax.axis("off")
+
+
+PICTURES = {"search_crossings": crossings, "search_ball": ball, "search_branch": branch}
+
+
+def main(folder: Path) -> None:
+    """Write the pictures into `folder`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, draw in PICTURES.items():
+        figure, ax = plt.subplots(figsize=(7.0, 3.6))
+        draw(ax)
+        figure.savefig(folder / f"{name}.png", dpi=130, bbox_inches="tight")
+        plt.close(figure)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent / "images")

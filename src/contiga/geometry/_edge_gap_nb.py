@@ -1,0 +1,154 @@
+"""How far a face's own image of an edge, its p-curve on its surface, is from the edge's curve."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contiga.geometry._evaluate_nb import curve_range, make_scratch, surface_point
+
+ROUNDS = 40
+PER_SPAN = 6
+"""Samples of each knot span of a p-curve, and of an edge's curve."""
+REFINED = 8
+"""Golden sections of the interval around the sample that is farthest off."""
+SURE = 0.999
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+DENSER = 8
+"""Where the curve seems off, it is sampled this many times more densely before that is believed."""
+
+
+@njit(cache=True)
+def _image(s, image, domain, t, work):
+    """Fills work.point: the surface at the p-curve's point at t, moved into the rectangle."""
+    work[0][0] = t
+    curve_range(image, work[0], 0, work[1])
+    u = min(max(work[1][0, 0, 0], domain[0]), domain[1])
+    v = min(max(work[1][0, 0, 1], domain[2]), domain[3])
+    surface_point(s, u, v, 0, work[2], work[3])
+
+
+@njit(cache=True)
+def _foot(curve, ts, table, point, work):
+    """Distance of a point to a curve from its nearest sample: Newton in a bracket."""
+    best = 0
+    least = math.inf
+    for k in range(ts.size):
+        square = 0.0
+        for c in range(3):
+            square += (table[k, 0, c] - point[c]) ** 2
+        if square < least:
+            least = square
+            best = k
+    low = ts[max(best - 1, 0)]
+    high = ts[min(best + 1, ts.size - 1)]
+    t = ts[best]
+    for _ in range(ROUNDS):
+        work[0][0] = t
+        curve_range(curve, work[0], 2, work[1])
+        square = slope = bend = 0.0
+        for c in range(3):
+            r = work[1][0, 0, c] - point[c]
+            square += r * r
+            slope += r * work[1][0, 1, c]
+            bend += work[1][0, 1, c] ** 2 + r * work[1][0, 2, c]
+        least = min(least, square)
+        if slope < 0.0:
+            low = t
+        else:
+            high = t
+        new = t - slope / bend if bend > 0.0 else 0.5 * (low + high)
+        if not low <= new <= high:
+            new = 0.5 * (low + high)
+        if abs(new - t) <= 1e-12 * (ts[-1] - ts[0]):
+            break
+        t = new
+    return math.sqrt(least)
+
+
+@njit(cache=True)
+def _samples(curve, per_span):
+    """Parameters between the breaks of a curve, `per_span` a span, and its points there."""
+    knots = curve.knots
+    spans = 0
+    for k in range(knots.size - 1):
+        if knots[k + 1] > knots[k]:
+            spans += 1
+    ts = np.empty(spans * per_span + 1)
+    n = 0
+    for k in range(knots.size - 1):
+        if knots[k + 1] > knots[k]:
+            for i in range(per_span):
+                ts[n] = knots[k] + (knots[k + 1] - knots[k]) * i / per_span
+                n += 1
+    ts[n] = knots[-1]
+    points = np.empty((ts.size, 1, 3))
+    curve_range(curve, ts, 0, points)
+    return ts, points
+
+
+@njit(cache=True)
+def _off(s, image, curve, domain, t, tables, work):
+    """Distance of the image at t to the curve; `tables` are the curve's samples."""
+    _image(s, image, domain, t, work[0])
+    return _foot(curve, tables[0], tables[1], work[0][3][0, 0], work[1])
+
+
+@njit(cache=True)
+def _farthest(s, image, curve, domain, tables, work, out):
+    """Fills `out` as `image_gap` does; returns the p-curve's parameter of the largest distance."""
+    ts = _samples(image, PER_SPAN)[0]
+    out[0] = -1.0
+    out[4] = 0.0
+    at = 0
+    last = np.zeros(3)
+    for k in range(ts.size):
+        distance = _off(s, image, curve, domain, ts[k], tables, work)
+        point = work[0][3][0, 0]
+        step = 0.0
+        for c in range(3):
+            step += (point[c] - last[c]) ** 2
+            last[c] = point[c]
+        out[4] += math.sqrt(step) if k > 0 else 0.0
+        if distance > out[0]:
+            out[0] = distance
+            out[1:4] = point
+            at = k
+    best = ts[at]
+    low = ts[max(at - 1, 0)]
+    high = ts[min(at + 1, ts.size - 1)]
+    for _ in range(REFINED):
+        a = high - GOLDEN * (high - low)
+        b = low + GOLDEN * (high - low)
+        off_a = _off(s, image, curve, domain, a, tables, work)
+        off_b = _off(s, image, curve, domain, b, tables, work)
+        if max(off_a, off_b) > out[0]:
+            best = a if off_a > off_b else b
+            out[0] = _off(s, image, curve, domain, best, tables, work)
+            out[1:4] = work[0][3][0, 0]
+        if off_a > off_b:
+            high = b
+        else:
+            low = a
+    return best
+
+
+@njit(cache=True)
+def image_gap(s, image, curve, domain, near, out):
+    """Largest distance of the image of an edge on a surface to the edge's curve.
+
+    `image` is the p-curve, `domain` (4,) u0, u1, v0, v1 of the surface; distances up to `near`
+    are believed at once. Fills out[5]: the distance, the point of the image where it is found and
+    the length of the image.
+    """
+    work = (
+        (np.empty(1), np.empty((1, 1, 3)), make_scratch(s.p, s.q, 0), np.empty((1, 1, 3))),
+        (np.empty(1), np.empty((1, 3, 3))),
+    )
+    at = _farthest(s, image, curve, domain, _samples(curve, PER_SPAN), work, out)
+    if out[0] > near:
+        fine = _samples(curve, PER_SPAN * DENSER)
+        if _off(s, image, curve, domain, at, fine, work) < SURE * out[0]:
+            _farthest(s, image, curve, domain, fine, work, out)

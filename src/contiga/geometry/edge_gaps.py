@@ -1,0 +1,91 @@
+"""How well faces meet along the edges of a body, measured on their own images of each edge.
+
+A face ends at its p-curves. What they are in space, on the face's surface, may miss the curve of
+the edge, and so the next face, by as much as the file's tolerance allows or more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.geometry._edge_gap_nb import image_gap
+from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.edges import BodyEdge, EdgeUse
+from contiga.geometry.surface import NurbsSurface
+from contiga.geometry.trim import Loop
+
+BELIEVED = 1e-6
+"""Misses up to this share of an edge's box are not looked at twice."""
+MORE = 1.02
+"""Between samples an image may be a little farther off."""
+
+Trims = Sequence[tuple[Loop, ...] | None]
+
+
+class Image(NamedTuple):
+    """A face's own image of an edge."""
+
+    gap: float
+    """Largest distance to the edge's curve, length."""
+    point: tuple[float, float, float]
+    """Point of the image where it is so far off."""
+    length: float
+
+
+def image_of(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Trims) -> Image:
+    """The image of `edge` by its use `k`, measured at samples refined around the worst."""
+    use = edge.uses[k]
+    patch = patches[use.patch]
+    span = edge.spans[k] if edge.spans else None
+    (u0, u1), (v0, v1) = patch.domain
+    near = BELIEVED * float(np.ptp(edge.curve.bounds(), axis=0).max())
+    out = np.empty(5)
+    image_gap(
+        patch.arrays,
+        image_curve(use, span, patch, trims[use.patch]).arrays,
+        edge.curve.arrays,
+        np.array([u0, u1, v0, v1]),
+        near,
+        out,
+    )
+    gap, x, y, z, length = out.tolist()
+    return Image(gap, (x, y, z), length)
+
+
+def image_curve(
+    use: EdgeUse,
+    span: tuple[float, float] | None,
+    patch: NurbsSurface,
+    loops: tuple[Loop, ...] | None,
+) -> NurbsCurve:
+    """The p-curve of a use; of a natural side the line between the ends of its span."""
+    if loops is not None:
+        return loops[use.loop][use.index]
+    domain = patch.domain
+    across, along = use.index // 2, 1 - use.index // 2
+    low, high = domain[along] if span is None else span
+    points = np.empty((2, 2))
+    points[:, across] = domain[across][use.index % 2]
+    points[:, along] = low, high
+    return NurbsCurve(1, [low, low, high, high], points)
+
+
+def measured(
+    edges: Sequence[BodyEdge], patches: Sequence[NurbsSurface], trims: Trims
+) -> tuple[BodyEdge, ...]:
+    """`edges` with their gap measured where it was not, and no tolerance below it."""
+    result = []
+    for edge in edges:
+        if np.isnan(edge.gap):
+            images = [image_of(edge, k, patches, trims) for k in range(len(edge.uses))]
+            gap = max((image.gap for image in images), default=0.0)
+            edge = edge._replace(
+                gap=gap,
+                tolerance=max(MORE * gap, edge.tolerance),
+                stated=max(edge.stated, edge.tolerance),
+            )
+        result.append(edge)
+    return tuple(result)

@@ -1,0 +1,78 @@
+"""What of a body's borders is a slit within its tolerance, and no opening."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.records import FloatArray
+
+if TYPE_CHECKING:
+    from contiga.geometry.body import Body
+
+POINT = 1e-9
+"""What stays this close to its start, as a share of the body's size, is a point."""
+ROUNDING = 1e-4
+"""Faces that share an edge meet to this share of the size, whatever a file says; gaps above it
+are told of."""
+LARGEST = 1e-2
+"""Gaps above this share of the size are openings, whatever a file says."""
+SLACK = 2.0
+"""A stated tolerance holds for each face's distance to the edge: between faces it counts twice."""
+ALONG = 5
+"""Points of a trimming piece that are looked at."""
+
+
+def widest_slit(body: Body) -> float:
+    """Faces that share an edge and are farther off it than this do not meet there, length."""
+    size = body.size
+    stated = max((edge.stated for edge in body.edges), default=0.0)
+    return min(max(SLACK * stated, ROUNDING * size), LARGEST * size)
+
+
+def gaping_edges(body: Body) -> NDArray[np.bool_]:
+    """(edges,) shared edges whose faces are too far off them to meet."""
+    widest = widest_slit(body)
+    return np.array([len(e.uses) > 1 and e.gap > widest for e in body.edges], dtype=bool)
+
+
+def stitches(body: Body) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Extents (pieces,) in space of trimming pieces that are of no edge, and which are open.
+
+    Such pieces run along a pole, or close a loop whose p-curves do not quite meet: there the
+    surface does not end. How far p-curves may be apart the tolerances of their edges say.
+    """
+    trims = body.trim_tables
+    extent = np.zeros(len(trims.piece_edge))
+    is_open = np.zeros(len(extent), dtype=bool)
+    loose = np.flatnonzero(trims.piece_edge < 0)
+    if len(loose) == 0:
+        return extent, is_open
+    reach = reach_of_loops(body)
+    for piece in loose:
+        homogeneous = trims.piece_coefs[piece, : trims.piece_degree[piece] + 1]
+        ends = homogeneous[[0, -1], :2] / homogeneous[[0, -1], 2:]
+        patch = int(trims.piece_patch[piece])
+        share = np.linspace(0.0, 1.0, ALONG)[:, None]
+        # p-curves of CAD files stick out by their tolerance.
+        low, high = np.transpose(body.patches[patch].domain)
+        uv = np.clip(ends[0] + share * (ends[1] - ends[0]), low, high)
+        points = body.patches[patch].evaluate(uv)
+        extent[piece] = np.linalg.norm(points - points[0], axis=1).max()
+        is_open[piece] = extent[piece] > reach[patch, int(trims.piece_loop[piece, 0])]
+    return extent, is_open
+
+
+def reach_of_loops(body: Body) -> defaultdict[tuple[int, int], float]:
+    """By patch and loop (`UNTRIMMED` round its rectangle) what counts as a point there, length."""
+    size = body.size
+    reach: defaultdict[tuple[int, int], float] = defaultdict(lambda: POINT * size)
+    for edge in body.edges:
+        own = min(SLACK * max(edge.tolerance, edge.stated) + POINT * size, LARGEST * size)
+        for use in edge.uses:
+            key = (use.patch, use.loop)
+            reach[key] = max(reach[key], own)
+    return reach

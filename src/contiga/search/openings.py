@@ -1,0 +1,222 @@
+"""Whether a body is closed: from which faces share its edges, as far as its tolerances go."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.edge_gaps import image_of
+from contiga.geometry.edges import UNTRIMMED
+from contiga.geometry.joints import Joint, joints_of, turned_faces
+from contiga.geometry.slits import (
+    ROUNDING,
+    gaping_edges,
+    reach_of_loops,
+    stitches,
+    widest_slit,
+)
+from contiga.records import FloatArray
+from contiga.search.records import BORDER, CREASE
+
+if TYPE_CHECKING:
+    from contiga.geometry.body import Body
+
+SAMPLES = 33
+"""Points of each knot span of a free edge its length is measured with."""
+SENSE = np.array([-1, 1, 1, -1])
+"""Of the growing parameter along u0, u1, v0, v1, to a walk round with the patch on the left."""
+
+
+class Openings(NamedTuple):
+    """Where a body's surface ends or is not sound; lengths in the body's unit."""
+
+    free_edges: int
+    """Edges (and sides of untrimmed patches no edge names) that one face uses and no other."""
+    free_length: float
+    """Their total length."""
+    gaping_edges: int
+    """Edges shared by faces that are farther off them than `bridged`."""
+    crowded_edges: int
+    """Edges more than two faces use, not in pairs."""
+    turned_faces: tuple[int, ...]
+    """Patches whose free side is the contact side of the most they are joined to."""
+    one_sided: int
+    """Joints no choice of sides agrees with, as on a Moebius strip."""
+    slit: float
+    """Farthest that a face is off an edge it shares."""
+    slit_patches: tuple[int, ...]
+    """The patches that meet there; none where no faces share an edge."""
+    slit_point: tuple[float, float, float]
+    """Where that is, body frame."""
+    tolerance: float
+    """Largest tolerance of a shared edge that the file states, 0 where it states none."""
+    bridged: float
+    """Faces that are off a shared edge by up to this meet there all the same."""
+    size: float
+    """Of the body."""
+
+    @property
+    def closed(self) -> bool:
+        """Whether the surface ends nowhere, its faces agree on the free side."""
+        ends = self.free_edges + self.gaping_edges + self.crowded_edges + self.one_sided
+        return ends == 0 and not self.turned_faces
+
+    @property
+    def flaws(self) -> list[str]:
+        """What is wrong with a body that was to be closed, or with its joints; one text each."""
+        texts = []
+        if self.gaping_edges:
+            texts.append(
+                f"{_several(self.gaping_edges, 'edge')} shared by faces that do not meet "
+                f"(tolerance {self.bridged:.3g}): {self._where()}"
+            )
+        elif self.slit > ROUNDING * self.size:
+            texts.append(f"a slit along a shared edge, which is bridged: {self._where()}")
+        if self.crowded_edges:
+            texts.append(f"{_several(self.crowded_edges, 'edge')} of more than two faces")
+        if self.turned_faces:
+            some = ", ".join(str(k) for k in self.turned_faces[:4])
+            more = ", …" if len(self.turned_faces) > 4 else ""
+            count = _several(len(self.turned_faces), "face")
+            texts.append(f"{count} turned the other way than those around (patch {some}{more})")
+        if self.one_sided:
+            texts.append("faces that cannot agree on a free side")
+        return texts
+
+    @property
+    def rows(self) -> list[tuple[str, str]]:
+        """What a person wants to know: (label, text)."""
+        rows = [("surface", self._surface())]
+        rows += [("", flaw) for flaw in self.flaws]
+        if self.slit_patches:
+            if self.tolerance > 0.0:
+                rows.append(("largest tolerance", f"{self.tolerance:.3g}"))
+            rows.append(("largest gap", self._where()))
+        return rows
+
+    def _surface(self) -> str:
+        if self.closed:
+            return "closed"
+        if self.free_edges:
+            edges = _several(self.free_edges, "free edge")
+            return f"open, {edges}, {self.free_length:.6g} long in all"
+        return "open"
+
+    def _where(self) -> str:
+        x, y, z = self.slit_point
+        faces = " and ".join(str(k) for k in self.slit_patches)
+        share = self.slit / self.size
+        return (
+            f"{self.slit:.3g} ({share:.1g} of the size) between patches {faces} "
+            f"at ({x:.6g}, {y:.6g}, {z:.6g})"
+        )
+
+
+def _several(count: int, what: str) -> str:
+    return f"{count} {what}" + ("" if count == 1 else "s")
+
+
+def openings_of(body: Body) -> Openings:
+    """Where `body` is open or unsound: nothing of a closed one.
+
+    Faces are joined where they share an edge of the body; its tolerances say how far they may be
+    apart. Sides of untrimmed patches that no edge names are matched in space. A flood over the
+    joints tells which faces disagree on the free side.
+    """
+    joints = joints_of(body)
+    length = sum(_length(body.edges[k].curve) for k in np.flatnonzero(joints.open))
+    extents, is_open = stitches(body)
+    sides, side_joints = _unnamed_sides(body)
+    turned, at_odds = turned_faces(len(body.patches), joints.joints + side_joints)
+    slit, patches, point = _worst(body)
+    shared = [edge for edge in body.edges if len(edge.uses) > 1]
+    return Openings(
+        free_edges=int(joints.open.sum()) + int(is_open.sum()) + len(sides),
+        free_length=float(length + extents[is_open].sum() + sum(sides)),
+        gaping_edges=int(gaping_edges(body).sum()),
+        crowded_edges=int(joints.crowded.sum()),
+        turned_faces=turned,
+        one_sided=at_odds,
+        slit=slit,
+        slit_patches=patches,
+        slit_point=point,
+        tolerance=max((edge.stated for edge in shared), default=0.0),
+        bridged=widest_slit(body),
+        size=body.size,
+    )
+
+
+def _worst(body: Body) -> tuple[float, tuple[int, ...], tuple[float, float, float]]:
+    """The largest gap of a shared edge, the patches that meet there, and where it is."""
+    shared = [edge for edge in body.edges if len(edge.uses) > 1]
+    if not shared:
+        return 0.0, (), (0.0, 0.0, 0.0)
+    edge = max(shared, key=lambda each: each.gap)
+    images = [image_of(edge, k, body.patches, body.trims) for k in range(len(edge.uses))]
+    image = max(images, key=lambda each: each.gap)
+    patches = tuple(dict.fromkeys(use.patch for use in edge.uses))
+    return image.gap, patches, image.point
+
+
+def _unnamed_sides(body: Body) -> tuple[list[float], list[Joint]]:
+    """Lengths of free sides of untrimmed patches that no edge names, and the joints of others."""
+    named = {(use.patch, use.index) for e in body.edges for use in e.uses if use.loop == UNTRIMMED}
+    whole = [k for k, loops in enumerate(body.trims) if loops is None]
+    reach = reach_of_loops(body)
+    unnamed = [
+        (k, side)
+        for k in whole
+        for side in range(4)
+        if (k, side) not in named and _side_length(body, k, side) > reach[k, UNTRIMMED]
+    ]
+    if not unnamed:
+        return [], []
+    from contiga.search.tables import tables_of
+
+    table = tables_of(body).elements.table
+    lengths = []
+    joints: dict[Joint, None] = {}
+    for k, side in unnamed:
+        rows = np.flatnonzero(table["patch"] == k)
+        rows = rows[_at_side(table["box"][rows], side)]
+        kind = table["kind"][rows, side]
+        free = rows[kind == BORDER]
+        if len(free):
+            axis = 2 * (1 - side // 2)
+            spans = table["box"][free][:, axis : axis + 2]
+            parts = [_side_length(body, k, side, (low, high)) for low, high in spans.tolist()]
+            lengths.append(sum(parts))
+        linked = rows[kind <= CREASE]
+        other = table["neighbour"][linked, side]
+        sense = SENSE[side] * SENSE[table["neighbour_side"][linked, side]]
+        flip = 1 - 2 * table["flip"][linked, side]
+        agree = sense * flip < 0
+        for patch, same in zip(table["patch"][other].tolist(), agree.tolist(), strict=True):
+            joints[Joint(min(k, patch), max(k, patch), same)] = None
+    return lengths, list(joints)
+
+
+def _at_side(boxes: FloatArray, side: int) -> np.ndarray:
+    """Which elements (boxes u0, u1, v0, v1 of one patch) stand at a side of their patch."""
+    ends = boxes[:, side]
+    return ends == (ends.max() if side % 2 else ends.min())
+
+
+def _side_length(
+    body: Body, patch: int, side: int, span: tuple[float, float] | None = None
+) -> float:
+    surface = body.patches[patch]
+    (u0, u1), (v0, v1) = surface.domain
+    end = (u0, u1, v0, v1)[side]
+    curve = surface.isocurve(u=end) if side < 2 else surface.isocurve(v=end)
+    return _length(curve if span is None else curve.restricted(*span))
+
+
+def _length(curve: NurbsCurve) -> float:
+    """Length of a curve by chords, to about 1e-4 of it."""
+    breaks = np.unique(curve.knots)
+    t = np.unique(np.concatenate([np.linspace(a, b, SAMPLES) for a, b in pairwise(breaks)]))
+    return float(np.linalg.norm(np.diff(curve.evaluate(t), axis=0), axis=1).sum())

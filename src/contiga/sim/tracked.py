@@ -1,0 +1,162 @@
+"""What the search of a step hands round: options, the last step, tracked feet, what was found."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.records import (
+    ByteArray,
+    ContactStatus,
+    FloatArray,
+    IndexArray,
+    IntArray,
+    Projection,
+    Status,
+)
+from contiga.search.projection import empty_projection
+from contiga.search.surface import Surface
+
+BoolArray = NDArray[np.bool_]
+
+
+class Options(NamedTuple):
+    """What the search of a contact is to do."""
+
+    penetration: bool
+    """Search by penetration: points count as in contact where they lie inside."""
+    hold: bool
+    """Keep points that slide over a border on its closest point."""
+    depth: float
+    """Deepest penetration a search by penetration takes for one, length."""
+    closed: bool
+    """Whether the body is closed: a point is inside or outside, whatever its foot."""
+    size: float
+    """Of the body, length."""
+    band: float
+    """Distance below which rounding decides whether a point is inside, length."""
+    bounds: FloatArray
+    """(2, 3) box of the body."""
+
+
+class Last(NamedTuple):
+    """What the search needs to know of the last step."""
+
+    points_B: FloatArray
+    patch: IntArray
+    uv: FloatArray
+    near: IntArray
+    reach: FloatArray
+
+
+class Step(NamedTuple):
+    """The way of n points in a step, body axes."""
+
+    before: FloatArray
+    now: FloatArray
+    way: FloatArray
+    """(n,) length; infinite where the point was not finite before."""
+    ignored: BoolArray
+    """(n,) True of free points that lie inside since the start."""
+    near: IntArray
+    """(n,) patch of the foot last known of free points, −1 none."""
+    uv: FloatArray
+    """(n, 2) its parameters."""
+
+
+class Detected(NamedTuple):
+    """Outcome of the search for n points; feet in body axes, blank without contact."""
+
+    status: ByteArray
+    feet: Projection
+    reach: FloatArray
+    """(n,) way each point can go before it has to be looked at; see `State.reach`."""
+    near: IntArray
+    """(n,) patch of the foot last known of free points, −1 none; its parameters are in `uv`."""
+    uv: FloatArray
+    """(n, 2) parameters of all feet, those of free points included."""
+
+
+class Tracked(NamedTuple):
+    """Feet continued from where they were, and what is to become of them."""
+
+    feet: Projection
+    solved: BoolArray
+    at_border: BoolArray
+    keep: BoolArray
+    """Inside, and on the surface or (where the options hold it) on its border."""
+
+
+def blank(n: int) -> Projection:
+    """Feet of n points that have none."""
+    feet = empty_projection(n)
+    for name in Projection._fields:
+        getattr(feet, name)[:] = 0
+    feet.patch[:] = -1
+    feet.feature[:] = -1
+    return feet
+
+
+def track(
+    surface: Surface,
+    path: tuple[FloatArray | None, FloatArray],
+    start: tuple[IntArray, FloatArray],
+    options: Options,
+) -> Tracked:
+    """Feet of points that went along `path`, continued from `start` = (patch, uv).
+
+    `path` is (before, now); without a before feet are not certified. Those that fail are the
+    closest points.
+    """
+    before, p_B = path
+    patch, uv = start
+    out = empty_projection(len(p_B))
+    surface.track(p_B, patch, np.ascontiguousarray(uv), out, before)
+    failed = np.flatnonzero(out.status == Status.MAX_ITERATIONS).astype(np.int32)
+    surface.closest(p_B, failed, out)
+    at_border = (out.status == Status.BORDER) | (out.status == Status.TRIMMED)
+    solved = (out.status == Status.OK) | (out.status == Status.BRANCH_EVENT) | at_border
+    keep = solved & (out.gap <= 0.0) & (options.hold | ~at_border)
+    return Tracked(out, solved, at_border, keep)
+
+
+def continued(tracked: Tracked) -> ByteArray:
+    """What becomes of points in contact whose feet are kept."""
+    status = np.where(tracked.at_border, ContactStatus.HELD, ContactStatus.OLD)
+    status[tracked.feet.status == Status.BRANCH_EVENT] = ContactStatus.REACQUIRED
+    return status.astype(np.int8)
+
+
+def closest(surface: Surface, p_B: FloatArray, rows: IntArray) -> Projection:
+    """Closest points of p_B[rows], one row an entry of `rows`."""
+    out = empty_projection(len(rows))
+    points = np.ascontiguousarray(p_B[rows])
+    surface.closest(points, np.arange(len(rows), dtype=np.int32), out)
+    return out
+
+
+def look_inside(
+    surface: Surface, p_B: FloatArray, rows: IntArray, found: Detected, options: Options
+) -> None:
+    """Search by penetration: points that lie inside, feet at the closest points."""
+    out = closest(surface, p_B, rows)
+    # Behind an open surface, deeper than contact reaches or beside its border, a point is as far
+    # from contact as from that depth. A foot that was not found (NaN) is looked for again.
+    found.reach[rows] = np.where(out.gap > 0.0, out.gap, np.fmax(-out.gap - options.depth, 0.0))
+    keep = (out.status == Status.OK) & (out.gap <= 0.0) & (out.gap >= -options.depth)
+    found.status[rows[keep]] = ContactStatus.NEW
+    take(found.feet, rows, out, keep)
+
+
+def remember(found: Detected, rows: IndexArray, feet: Projection) -> None:
+    """Keep the feet of free points: what their sides are proved by the next time."""
+    found.near[rows] = feet.patch
+    found.uv[rows] = feet.uv
+
+
+def take(feet: Projection, rows: IndexArray, out: Projection, keep: BoolArray) -> None:
+    """Write the rows of `out` that are kept into `rows` of `feet`."""
+    for name in Projection._fields:
+        getattr(feet, name)[rows[keep]] = getattr(out, name)[keep]

@@ -1,0 +1,183 @@
+"""Compiled kernels are kept by all their sources: an old one can never be run."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from numba.core import caching
+
+from contiga.num import jit
+
+CALLEE = """
+from numba import njit
+
+@njit(cache=True)
+def callee(x):
+    return x + {0}
+"""
+CALLER = """
+from numba import njit
+
+{0}
+
+@njit(cache=True)
+def caller(x):
+    return callee(x)
+"""
+RUN = """
+import sys
+from pathlib import Path
+
+folder = Path(sys.argv[1])
+sys.path.insert(0, str(folder))
+if sys.argv[2] == "ours":
+    from contiga.num import jit
+
+    jit.keep_by_sources(folder / "tiny")
+from tiny._caller_nb import caller
+
+print(caller(1), sum(caller.stats.cache_hits.values()))
+"""
+LOCATORS = """
+import sys
+from importlib import import_module
+
+for name in sys.argv[1:]:
+    for value in vars(import_module(name)).values():
+        cache = getattr(value, "_cache", None)
+        if hasattr(cache, "_impl"):
+            print(type(cache._impl.locator).__name__)
+"""
+IMPORTS = (
+    "from tiny._callee_nb import callee",
+    "from tiny.between import callee",
+    "from ._callee_nb import (\n    callee,  # in brackets (even so)\n)",
+)
+
+
+@pytest.fixture
+def tiny(tmp_path):
+    """A package of two kernel files, the one imported by the other."""
+    folder = tmp_path / "tiny"
+    folder.mkdir()
+    (folder / "__init__.py").write_text("")
+    (folder / "between.py").write_text("from . import _callee_nb\ncallee = _callee_nb.callee\n")
+    (folder / "_callee_nb.py").write_text(CALLEE.format(10))
+    (folder / "_caller_nb.py").write_text(CALLER.format(IMPORTS[0]))
+    return folder
+
+
+def called(tiny, by="ours", **environment):
+    """What the caller gives for 1 in a fresh process, and how often its code came from a file."""
+    env = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"} | environment
+    run = [sys.executable, "-c", RUN, str(tiny.parent), by]
+    found = subprocess.run(run, env=env, capture_output=True, text=True, check=True)
+    value, hits = found.stdout.split()
+    return int(value), int(hits)
+
+
+@pytest.mark.parametrize("line", IMPORTS, ids=["straight", "through another file", "relative"])
+def test_a_caller_is_compiled_anew_when_a_file_it_imports_has_changed(tiny, line):
+    (tiny / "_caller_nb.py").write_text(CALLER.format(line))
+    assert called(tiny) == (11, 0)
+    assert called(tiny) == (11, 1)
+    (tiny / "_callee_nb.py").write_text(CALLEE.format(20))
+    assert called(tiny) == (21, 0)
+    assert called(tiny) == (21, 1)
+
+
+def test_numbas_own_stamp_runs_the_old_callee(tiny):
+    """What the stamps are for: should numba learn it, they may go."""
+    assert called(tiny, by="numba") == (11, 0)
+    (tiny / "_callee_nb.py").write_text(CALLEE.format(20))
+    assert called(tiny, by="numba") == (11, 1)
+
+
+def test_old_code_under_a_new_index_is_not_run(tiny):
+    """As left by a process that ended between writing the index and the code."""
+    called(tiny)
+    kept = tiny / "__pycache__"
+    old = {file.name: file.read_bytes() for file in kept.glob("_caller_nb*.nbc")}
+    (tiny / "_callee_nb.py").write_text(CALLEE.format(20))
+    called(tiny)
+    for file in kept.glob("_caller_nb*.nbc"):
+        file.unlink()
+    for name, code in old.items():
+        (kept / name).write_bytes(code)
+    assert called(tiny)[0] == 21
+
+
+def test_files_of_old_sources_do_not_pile_up(tiny):
+    counts = []
+    for value in (1, 2, 3):
+        (tiny / "_callee_nb.py").write_text(CALLEE.format(value) + "\n" * value)
+        called(tiny)
+        counts.append(len(list((tiny / "__pycache__").glob("*.nb[ci]"))))
+    assert counts == [4, 4, 4]
+
+
+def test_the_folder_of_the_user_is_respected(tiny, tmp_path):
+    assert called(tiny, NUMBA_CACHE_DIR=str(tmp_path / "kept")) == (11, 0)
+    assert called(tiny, NUMBA_CACHE_DIR=str(tmp_path / "kept")) == (11, 1)
+    assert not list(tiny.rglob("*.nb[ci]"))
+    assert list((tmp_path / "kept").rglob("_caller_nb*.nbc"))
+
+
+def test_a_read_only_package_is_kept_in_the_users_own_folder(tiny, tmp_path):
+    (tiny / "__pycache__").write_text("a file, where a folder would have to be")
+    home = {"XDG_CACHE_HOME": str(tmp_path / "home"), "PYTHONDONTWRITEBYTECODE": "1"}
+    assert called(tiny, **home) == (11, 0)
+    assert called(tiny, **home) == (11, 1)
+    (tiny / "_callee_nb.py").write_text(CALLEE.format(20))
+    assert called(tiny, **home) == (21, 0)
+    if sys.platform.startswith("linux"):
+        assert list((tmp_path / "home").rglob("_caller_nb*.nbc"))
+
+
+def test_a_stamp_is_of_the_files_imported_and_of_no_others(tiny):
+    before = jit.stamp_of(tiny / "_caller_nb.py", tiny)
+    (tiny / "between.py").write_text("")
+    assert jit.stamp_of(tiny / "_caller_nb.py", tiny) == before
+    (tiny / "_callee_nb.py").write_text(CALLEE.format(100))
+    assert jit.stamp_of(tiny / "_caller_nb.py", tiny) != before
+
+
+def kernel_files():
+    files = sorted(jit.PACKAGE.rglob("_*_nb.py"))
+    return [file for file in files if "cache=True" in file.read_text()]
+
+
+@pytest.mark.parametrize("file", kernel_files(), ids=lambda file: file.stem)
+def test_a_room_with_kernels_says_first_how_they_are_kept(file):
+    homes = [file, *(folder / "__init__.py" for folder in file.parents)]
+    ours = [home for home in homes if home.is_relative_to(jit.PACKAGE) and home.is_file()]
+    assert any("\nimport contiga.num.jit  #" in home.read_text() for home in ours)
+
+
+def test_every_kernel_of_ours_is_kept_so():
+    names = [
+        ".".join(file.relative_to(jit.PACKAGE.parent).with_suffix("").parts)
+        for file in kernel_files()
+    ]
+    found = subprocess.run(
+        [sys.executable, "-c", LOCATORS, *names],
+        env={k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    kinds = found.stdout.split()
+    assert len(kinds) > 200
+    assert all(kind.startswith("Sourced") for kind in kinds)
+
+
+def test_files_that_are_not_ours_are_left_to_numba():
+    own = [base for base in caching.CacheImpl._locator_classes if issubclass(base, jit.Sourced)]
+    assert own
+    assert all(base.from_function(importlib.import_module, __file__) is None for base in own)
+    assert Path(__file__).resolve() not in jit.PACKAGE.parents
