@@ -90,8 +90,10 @@ def borders_of(body: Body) -> Borders:
     Of a body that names no edges, natural sides that coincide are one edge.
     """
     uses = _uses(body)
-    result = Borders([], [e.curve for e in body.edges], [max(e.tolerance, e.stated) for e in body.edges],
-                     [[] for _ in body.edges], [False] * len(body.edges))  # fmt: skip
+    n = len(body.edges)
+    tolerances = [max(edge.tolerance, edge.stated) for edge in body.edges]
+    curves = [edge.curve for edge in body.edges]
+    result = Borders([], curves, tolerances, [[] for _ in range(n)], [False] * n)
     for k, (patch, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
         if loops is None:
             whole = [Path(k, None, s, *_ends(patch, s, back)) for s, back in NATURAL]
