@@ -13,6 +13,7 @@ from contiga.errors import GeometryError
 from contiga.geometry import _trim_nb, bezier, trim
 from contiga.geometry.body import Body
 from contiga.records import FloatArray
+from contiga.search.branch import build_rings
 from contiga.search.hierarchy import build_hierarchy
 from contiga.search.neighbours import join
 from contiga.search.records import (
@@ -82,7 +83,7 @@ def _build(body: Body) -> Tables:
     _share_trimmed_sides(elements, trims, is_open)
     leaves, tree = build_hierarchy(elements, grid, trims)
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
-    return Tables(elements, grid, leaves, tree, trims, is_open, scale)
+    return Tables(elements, grid, leaves, tree, trims, is_open, scale, build_rings(elements))
 
 
 def _open_pieces(body: Body, trims: trim.TrimTables) -> FloatArray:
