@@ -37,6 +37,8 @@ from contiga.search._ring_nb import part_of
 OK, IN = 0, 1
 WIDER = 1.1
 """The ball is this many times as large as what has to be in it."""
+HAIR = 1e-12
+"""Parameters are rounded by less than this share of an element."""
 FOLLOW = 1
 """Flag of rows to be followed part by part."""
 
@@ -78,54 +80,66 @@ def _by_pole(ring, s, t, s0, t0):
 
 
 @njit(cache=True, error_model="numpy")
-def by_ring(tables, foot, start, m, far, slip):
-    """Whether the bounds kept around `foot` = (e, s, t) prove the start (u, v) of its patch."""
-    e, s, t = foot
-    ring = tables.rings[e, part_of(s, t)]
-    u, v = start
+def by_ring(ring, box, foot, start, seen, tolerance):
+    """Radius of a ball that proves the start (s, t) of a foot (s, t), or 0.
+
+    `ring` holds the bounds kept around the foot, `box` is that of its element, in whose local
+    parameters both are given; `seen` is (m, far, slip). Trims are left to be looked at.
+    """
+    s, t = foot
+    s0, t0 = start
+    m, far, slip = seen
+    du = box[1] - box[0]
+    dv = box[3] - box[2]
+    u = box[0] + (s0 + 0.5) * du
+    v = box[2] + (t0 + 0.5) * dv
     block = ring["block"]
-    if not (block[0] <= u <= block[1] and block[2] <= v <= block[3]):
-        return False
-    box = tables.elements.table[e]["box"]
-    s0 = (u - box[0]) / (box[1] - box[0]) - 0.5
-    t0 = (v - box[2]) / (box[3] - box[2]) - 0.5
+    hair_u = HAIR * du
+    hair_v = HAIR * dv
+    if not (block[0] - hair_u <= u <= block[1] + hair_u):
+        return 0.0
+    if not (block[2] - hair_v <= v <= block[3] + hair_v):
+        return 0.0
     way = abs(s0 - s) * ring["speed"][0] + abs(t0 - t) * ring["speed"][1]
     if ring["pole"] >= 0:
         way = min(way, _by_pole(ring, s, t, s0, t0))
-    in_, out = ring["curvature"][0], ring["curvature"][1]
-    least = 1.0 - max(in_ * max(m[0], m[1], 0.0), -out * min(m[0], m[1], 0.0))
+    inner = ring["curvature"][0]
+    outer = ring["curvature"][1]
+    least = 1.0 - max(inner * max(m[0], m[1], 0.0), -outer * min(m[0], m[1], 0.0))
     if not least > 0.0:
-        return False
-    r = WIDER * max(way + tables.scale[1], slip / least)
-    if not (r <= ring["room"] and holds((in_, out), m, far, slip, r)):
-        return False
+        return 0.0
+    r = WIDER * max(way + tolerance, slip / least)
+    if not (r <= ring["room"] and holds((inner, outer), m, far, slip, r)):
+        return 0.0
     ends = ring["ends"]
-    width_s, width_t = ring["width"][0], ring["width"][1]
-    if (
-        (ends[0] and (s + 0.5) * width_s <= r)
-        or (ends[1] and (0.5 - s) * width_s <= r)
-        or (ends[2] and (t + 0.5) * width_t <= r)
-        or (ends[3] and (0.5 - t) * width_t <= r)
-    ):
-        return False
-    return is_whole(tables, e, s, t, r / width_s, r / width_t)
+    across = r / ring["width"][0]
+    beside = r / ring["width"][1]
+    if ends[0] and not s + 0.5 > across:
+        return 0.0
+    if ends[1] and not 0.5 - s > across:
+        return 0.0
+    if ends[2] and not t + 0.5 > beside:
+        return 0.0
+    if ends[3] and not 0.5 - t > beside:
+        return 0.0
+    return r
 
 
-@njit(cache=True, error_model="numpy")
-def seen_from(foot_point, normal, path, tolerance):
-    """(m for P(0), m for P(1)), the larger distance, and t, of a foot and the motion `path`."""
-    way2 = along = first = second = m0 = m1 = 0.0
-    for c in range(3):
-        w0 = path[0][c] - foot_point[c]
-        w1 = path[1][c] - foot_point[c]
-        m0 += w0 * normal[c]
-        m1 += w1 * normal[c]
-        first += w0 * w0
-        second += w1 * w1
-        way2 += (w1 - w0) ** 2
-        along += (w1 - w0) * normal[c]
+@njit(inline="always")
+def seen_from(foot, n, a, b, tolerance):
+    """(m for P(0), m for P(1)), the larger distance, and t, of a foot with normal n and a motion
+    from a to b."""
+    x, y, z = a[0] - foot[0], a[1] - foot[1], a[2] - foot[2]
+    first = x * x + y * y + z * z
+    m0 = x * n[0] + y * n[1] + z * n[2]
+    x, y, z = b[0] - foot[0], b[1] - foot[1], b[2] - foot[2]
+    second = x * x + y * y + z * z
+    m1 = x * n[0] + y * n[1] + z * n[2]
+    x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    way = x * x + y * y + z * z
+    along = x * n[0] + y * n[1] + z * n[2]
     # The difference of the squares is rounded by 1e-16 of the larger.
-    slip = math.sqrt(max(way2 - along * along, 0.0) + 1e-15 * way2) + 4.0 * tolerance
+    slip = math.sqrt(max(way - along * along, 0.0) + 1e-15 * way) + 4.0 * tolerance
     return (m0, m1), math.sqrt(max(first, second)), slip
 
 
@@ -137,18 +151,35 @@ def certify_rows(tables, points, before, starts, results, start, stop):
     """
     patch, uv = starts
     out, back = results
+    # Taken out of their tuples once: to hand those on costs more than the test.
+    table = tables.elements.table
+    rings = tables.rings
+    grid = tables.grid
+    trimmed = tables.trims.trimmed
+    tolerance = tables.scale[1]
+    point, normal, foot_uv = out.point, out.normal, out.uv
     for k in range(start, stop):
         back[k] = 0
-        if patch[k] < 0 or not math.isfinite(before[k, 0] + before[k, 1] + before[k, 2]):
+        a = (before[k, 0], before[k, 1], before[k, 2])
+        b = (points[k, 0], points[k, 1], points[k, 2])
+        if patch[k] < 0 or not math.isfinite(a[0] + a[1] + a[2] + b[0] + b[1] + b[2]):
             continue
+        back[k] = FOLLOW
         # A foot on a kink or an end is refused by its surroundings; one on a pole may not be.
-        if out.status[k] == OK and out.patch[k] == patch[k]:
-            foot = locate(tables.grid, patch[k], out.uv[k, 0], out.uv[k, 1])
-            m, far, slip = seen_from(
-                out.point[k], out.normal[k], (before[k], points[k]), tables.scale[1]
-            )
-            if by_ring(tables, foot, (uv[k, 0], uv[k, 1]), m, far, slip):
-                out.certified[k] = 1
-                continue
-        if math.isfinite(points[k, 0] + points[k, 1] + points[k, 2]):
-            back[k] = FOLLOW
+        if out.status[k] != OK or out.patch[k] != patch[k]:
+            continue
+        e, s, t = locate(grid, patch[k], foot_uv[k, 0], foot_uv[k, 1])
+        x = (point[k, 0], point[k, 1], point[k, 2])
+        n = (normal[k, 0], normal[k, 1], normal[k, 2])
+        seen = seen_from(x, n, a, b, tolerance)
+        box = table[e]["box"]
+        s0 = (uv[k, 0] - box[0]) / (box[1] - box[0]) - 0.5
+        t0 = (uv[k, 1] - box[2]) / (box[3] - box[2]) - 0.5
+        ring = rings[e, part_of(s, t)]
+        r = by_ring(ring, box, (s, t), (s0, t0), seen, tolerance)
+        if r > 0.0 and trimmed[patch[k]] != 0:
+            width = ring["width"]
+            r = r if is_whole(tables, e, s, t, r / width[0], r / width[1]) else 0.0
+        if r > 0.0:
+            back[k] = 0
+            out.certified[k] = 1

@@ -29,6 +29,7 @@ from contiga.search._branch_nb import WIDER, by_ring, holds, is_whole, seen_from
 from contiga.search._element_nb import locate, parameters
 from contiga.search._foot_nb import write_foot
 from contiga.search._global_nb import in_face
+from contiga.search._ring_nb import part_of
 from contiga.search._sides_nb import normal_at
 from contiga.search._walk_nb import walk
 
@@ -42,9 +43,11 @@ EVENT_HALVINGS = 30
 """Halvings where the minimum is shallow: a branch is followed so far to its end."""
 SHALLOW = 0.5
 """Least curvature of f at a foot (1 far from focal points) below which it may be about to end."""
+VANISHED = 1e-3
+"""Least curvature with which a minimum that cannot be followed any farther counts as gone."""
 AWAY = 10.0
 """A foot that goes this many times as far as its least curvature explains has left its branch."""
-MOST_PARTS = 1000
+MOST_PARTS = 400
 UNPROVED, PROVED, ENDED = 0, 1, 2
 EVENT = 2
 """Flag of rows whose branch ends."""
@@ -178,6 +181,22 @@ def _least(curvature, m):
 
 
 @njit(cache=True, error_model="numpy")
+def _by_ring(tables, foot, last, seen):
+    """Whether the bounds kept around the foot prove the start `last`."""
+    e, s, t = foot
+    table = tables.elements.table
+    if table[e]["patch"] != table[last[0]]["patch"]:
+        return False
+    u, v = parameters(tables.elements, last[0], last[1], last[2])
+    box = table[e]["box"]
+    start = ((u - box[0]) / (box[1] - box[0]) - 0.5, (v - box[2]) / (box[3] - box[2]) - 0.5)
+    ring = tables.rings[e, part_of(s, t)]
+    r = by_ring(ring, box, (s, t), start, seen, tables.scale[1])
+    width = ring["width"]
+    return r > 0.0 and is_whole(tables, e, s, t, r / width[0], r / width[1])
+
+
+@njit(cache=True, error_model="numpy")
 def prove(tables, foot, last, path, work):
     """Whether one branch joins the feet `last` of path[0] and `foot` of path[1], (e, s, t) each.
 
@@ -190,11 +209,9 @@ def prove(tables, foot, last, path, work):
     origin = elements.table[e]["origin"]
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
     inner, outer, metric = principal(h)
-    m, far, slip = seen_from(at, normal, path, tables.scale[1])
-    if elements.table[e]["patch"] == elements.table[last[0]]["patch"]:
-        uv = parameters(elements, last[0], last[1], last[2])
-        if by_ring(tables, foot, uv, m, far, slip):
-            return True
+    m, far, slip = seen_from(at, normal, path[0], path[1], tables.scale[1])
+    if _by_ring(tables, foot, last, (m, far, slip)):
+        return True
     if not metric[2] > 0.0:
         return False
     least = min(_least((inner, outer), m[0]), _least((inner, outer), m[1]))
@@ -228,8 +245,8 @@ def _between(path, share):
 def _has_ended(tables, last, foot, path, work):
     """Whether the minimum `last` of path[0] is seen to vanish on the way to path[1].
 
-    There the surface no longer is one, or the foot found instead is farther than the curvature of
-    f explains.
+    It has become flat, it is none for path[1], or the foot found there is farther off than the
+    curvature of f explains.
     """
     elements = tables.elements
     h = work[2]
@@ -237,11 +254,11 @@ def _has_ended(tables, last, foot, path, work):
     origin = elements.table[last[0]]["origin"]
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
     inner, outer, _ = principal(h)
-    m, _, slip = seen_from(at, normal, path, tables.scale[1])
+    m, _, slip = seen_from(at, normal, path[0], path[1], tables.scale[1])
     least = _least((inner, outer), m[0])
     if least > SHALLOW:
         return False, least
-    if _least((inner, outer), m[1]) <= 0.0:
+    if least < VANISHED or _least((inner, outer), m[1]) <= 0.0:
         return True, least
     normal_at(elements, foot[0], foot[1], foot[2], h)
     origin = elements.table[foot[0]]["origin"]
