@@ -13,6 +13,7 @@ from contiga.num.arrays import as_points
 from contiga.num.threads import run_ranges, thread_count
 from contiga.records import FloatArray, IndexArray, IntArray, Projection, Status
 from contiga.search import _project_nb
+from contiga.search.branch import certify
 from contiga.search.checks import checked_mode, checked_patches
 from contiga.search.records import Tables
 from contiga.search.tables import tables_of
@@ -154,6 +155,11 @@ def track(
     run_ranges(_project_nb.project_tracked, len(rows), POINTS, tables, p_B, starts, rows, out)
     lost = np.flatnonzero(patch < 0).astype(np.int32)
     closest_of_rows(tables, p_B, lost, out)
+    if before is not None:
+        ended = certify(tables, (before, p_B), starts, out)
+        closest_of_rows(tables, p_B, ended, out)
+        found = out.status[ended] != Status.MAX_ITERATIONS
+        out.status[ended[found]] = Status.BRANCH_EVENT
 
 
 def closest_of_rows(tables: Tables, p_B: FloatArray, rows: IntArray, out: Projection) -> None:

@@ -63,6 +63,20 @@ PATCH = np.dtype(
     align=True,
 )
 
+RING = np.dtype(
+    [
+        # Over a part of an element and those around it (see `_ring_nb`):
+        ("curvature", "f8", 2),  # largest towards the normal and away from it, each 0 at least
+        ("room", "f8"),  # a way shorter than this does not lead out of them
+        ("speed", "f8", 2),  # |S_s|, |S_t| at most, within `block`
+        ("width", "f8", 2),  # part of S_s across S_t, of S_t across S_s at least
+        ("block", "f8", 4),  # u0, u1, v0, v1 around the part
+        ("ends", "i4", 4),  # 1 where the element's side is not smooth and within reach
+        ("pole", "i4"),  # side that is a pole within reach, -1 none
+    ],
+    align=True,
+)
+
 LEAF = np.dtype(
     [
         ("element", "i4"),  # surface leaf: its element; curve leaf: -1 - trimming piece
@@ -123,3 +137,5 @@ class Tables(NamedTuple):
     """(pieces,) width of the edge along a trimming piece, length; 0 where no second face joins."""
     scale: FloatArray
     """(2,) size of the body, tangential tolerance of a foot; lengths."""
+    rings: Records
+    """(elements, 16) `RING`."""

@@ -14,6 +14,7 @@ from contiga.geometry import _trim_nb, bezier, trim
 from contiga.geometry.body import Body
 from contiga.geometry.slits import gaping_edges, stitches
 from contiga.records import FloatArray
+from contiga.search.branch import build_rings
 from contiga.search.hierarchy import build_hierarchy
 from contiga.search.neighbours import join
 from contiga.search.records import (
@@ -85,7 +86,8 @@ def _build(body: Body) -> Tables:
     piece_width = edge_widths(body, elements, trims)
     leaves, tree = build_hierarchy(elements, grid, trims)
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
-    return Tables(elements, grid, leaves, tree, trims, is_open, piece_width, scale)
+    rings = build_rings(elements)
+    return Tables(elements, grid, leaves, tree, trims, is_open, piece_width, scale, rings)
 
 
 def _open_pieces(body: Body, trims: trim.TrimTables) -> FloatArray:

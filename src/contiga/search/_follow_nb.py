@@ -1,0 +1,351 @@
+"""Following the branch of a foot part by part, where its surroundings do not prove it at once.
+
+Each part is walked to and proved (the theorem stands in `_branch_nb`), by the bounds kept around
+the foot or by those of a cell just large enough; what is not proved is halved. Where the smallest
+part is not proved either, the branch has ended if the minimum is seen to vanish there.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contiga.search._around_nb import stands
+from contiga.search._bend_nb import (
+    BENDS,
+    INNER,
+    OUTER,
+    SPEED_S,
+    SPEED_T,
+    WIDTH_S,
+    WIDTH_T,
+    bend_bounds,
+    bend_work,
+    principal,
+)
+from contiga.search._branch_nb import WIDER, by_ring, holds, is_whole, seen_from
+from contiga.search._element_nb import locate, parameters
+from contiga.search._foot_nb import write_foot
+from contiga.search._global_nb import in_face
+from contiga.search._ring_nb import part_of
+from contiga.search._sides_nb import normal_at
+from contiga.search._walk_nb import walk
+
+OK = 0
+FACE, EDGE, SMOOTH = 0, 1, 0
+CELL = 1.3
+"""The cell about a foot reaches this many times as far as the ball, for the metric changes."""
+HALVINGS = 10
+"""Halvings of a motion that is not proved."""
+EVENT_HALVINGS = 30
+"""Halvings where the minimum is shallow: a branch is followed so far to its end."""
+SHALLOW = 0.5
+"""Least curvature of f at a foot (1 far from focal points) below which it may be about to end."""
+VANISHED = 1e-3
+"""Least curvature with which a minimum that cannot be followed any farther counts as gone."""
+AWAY = 10.0
+"""A foot that goes this many times as far as its least curvature explains has left its branch."""
+MOST_PARTS = 400
+UNPROVED, PROVED, ENDED = 0, 1, 2
+EVENT = 2
+"""Flag of rows whose branch ends."""
+SAME = 1e3
+"""Feet this many tolerances apart at most are one."""
+
+
+@njit(cache=True, error_model="numpy")
+def _touched(s, t, far_s, far_t):
+    """The side a cell around (s, t) reaches: −1 none, −2 more than one."""
+    found = -1
+    for side, reached in (
+        (0, s - far_s <= -0.5),
+        (1, s + far_s >= 0.5),
+        (2, t - far_t <= -0.5),
+        (3, t + far_t >= 0.5),
+    ):
+        if reached:
+            found = side if found == -1 else -2
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def _cell(s, t, far_s, far_t):
+    return (
+        max(s - far_s, -0.5),
+        min(s + far_s, 0.5),
+        max(t - far_t, -0.5),
+        min(t + far_t, 0.5),
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def _by_cell(tables, foot, last, seen, size, work):
+    """Whether bounds of a cell about the foot, which crosses one smooth side at most, prove it.
+
+    `last` is the start (e, s, t), `seen` (m, far, slip), `size` (r, half the cell in s, in t).
+    """
+    elements = tables.elements
+    e, s, t = foot
+    m, far, slip = seen
+    r, far_s, far_t = size
+    bend, other, _, bending = work
+    side = _touched(s, t, far_s, far_t)
+    if side == -2 or (side >= 0 and elements.table[e]["kind"][side] != SMOOTH):
+        return False
+    if not bend_bounds(elements, e, _cell(s, t, far_s, far_t), bend, bending):
+        return False
+    if not (r < far_s * bend[WIDTH_S] and r < far_t * bend[WIDTH_T]):
+        return False
+    if not is_whole(tables, e, s, t, far_s, far_t):
+        return False
+    d_s = abs(last[1] - s)
+    d_t = abs(last[2] - t)
+    inside = last[0] == e and d_s <= far_s and d_t <= far_t
+    way = d_s * bend[SPEED_S] + d_t * bend[SPEED_T]
+    inner, outer = bend[INNER], bend[OUTER]
+    if side >= 0:
+        joined, beyond = _over_side(tables, foot, last, (side, size), bend, work)
+        if not joined:
+            return False
+        inner = max(inner, other[INNER])
+        outer = max(outer, other[OUTER])
+        if last[0] != e:
+            inside = beyond >= 0.0
+            way = beyond
+    return inside and way + tables.scale[1] <= r and holds((inner, outer), m, far, slip, r)
+
+
+@njit(cache=True, error_model="numpy")
+def _over_side(tables, foot, last, where, bend, work):
+    """Bounds of the cell that goes on across a side, into work[1]; whether they are good.
+
+    Both cells are one strip along the side: `along` is the parameter along it, in which a way no
+    longer than r stays within the strip whichever of the cells it runs in. Also returned is the
+    length of a way to the start `last` if that is across the side, else −1.
+    """
+    elements = tables.elements
+    e, s, t = foot
+    side, (r, far_s, far_t) = where
+    _, other, h, bending = work
+    n = elements.table[e]["neighbour"][side]
+    there = elements.table[e]["neighbour_side"][side]
+    sign = -1.0 if elements.table[e]["flip"][side] == 1 else 1.0
+    along = sign * (t if side < 2 else s)
+    far = far_t if side < 2 else far_s
+    middle = sign * (t if side < 2 else s)
+    edge = -0.5 if there & 1 == 0 else 0.5
+    if there < 2:
+        normal_at(elements, n, edge, middle, h)
+    else:
+        normal_at(elements, n, middle, edge, h)
+    width = principal(h)[2][2 if there < 2 else 3]
+    if not width > 0.0:
+        return False, -1.0
+    deep = CELL * r / width
+    if not (deep < 1.0 and abs(along) + far < 0.5):
+        return False, -1.0
+    inner = edge - math.copysign(deep, edge)
+    low, high = min(edge, inner), max(edge, inner)
+    cell = (along - far, along + far, low, high)
+    if there < 2:
+        cell = (low, high, along - far, along + far)
+    if not bend_bounds(elements, n, cell, other, bending):
+        return False, -1.0
+    across = other[WIDTH_S if there < 2 else WIDTH_T]
+    beside = other[WIDTH_T if there < 2 else WIDTH_S]
+    if not (r < deep * across and r < far * beside):
+        return False, -1.0
+    middle_s = 0.5 * (cell[0] + cell[1])
+    middle_t = 0.5 * (cell[2] + cell[3])
+    half_s = 0.5 * (cell[1] - cell[0])
+    if not is_whole(tables, n, middle_s, middle_t, half_s, 0.5 * (cell[3] - cell[2])):
+        return False, -1.0
+    if last[0] != n:
+        return True, -1.0
+    depth = abs((last[1] if there < 2 else last[2]) - edge)
+    aside = abs((last[2] if there < 2 else last[1]) - along)
+    if depth > deep or aside > far:
+        return True, -1.0
+    first = 0.5 - abs(s if side < 2 else t)
+    way = first * bend[SPEED_S if side < 2 else SPEED_T]
+    way += depth * other[SPEED_S if there < 2 else SPEED_T]
+    return True, way + aside * other[SPEED_T if there < 2 else SPEED_S]
+
+
+@njit(cache=True, error_model="numpy")
+def _least(curvature, m):
+    """Least curvature of f at a foot: 1 − max(κ_i m, −κ_o m)."""
+    return 1.0 - max(curvature[0] * m, -curvature[1] * m)
+
+
+@njit(cache=True, error_model="numpy")
+def _by_ring(tables, foot, last, seen):
+    """Whether the bounds kept around the foot prove the start `last`."""
+    e, s, t = foot
+    table = tables.elements.table
+    if table[e]["patch"] != table[last[0]]["patch"]:
+        return False
+    u, v = parameters(tables.elements, last[0], last[1], last[2])
+    box = table[e]["box"]
+    start = ((u - box[0]) / (box[1] - box[0]) - 0.5, (v - box[2]) / (box[3] - box[2]) - 0.5)
+    ring = tables.rings[e, part_of(s, t)]
+    r = by_ring(ring, box, (s, t), start, seen, tables.scale[1])
+    width = ring["width"]
+    return r > 0.0 and is_whole(tables, e, s, t, r / width[0], r / width[1])
+
+
+@njit(cache=True, error_model="numpy")
+def prove(tables, foot, last, path, work):
+    """Whether one branch joins the feet `last` of path[0] and `foot` of path[1], (e, s, t) each.
+
+    `work` is (bend, other, h, work of `bend_bounds`).
+    """
+    elements = tables.elements
+    e, s, t = foot
+    h = work[2]
+    normal = normal_at(elements, e, s, t, h)
+    origin = elements.table[e]["origin"]
+    at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
+    inner, outer, metric = principal(h)
+    m, far, slip = seen_from(at, normal, path[0], path[1], tables.scale[1])
+    if _by_ring(tables, foot, last, (m, far, slip)):
+        return True
+    if not metric[2] > 0.0:
+        return False
+    least = min(_least((inner, outer), m[0]), _least((inner, outer), m[1]))
+    if not least > 0.0:
+        return False
+    if last[0] == e:
+        way = abs(last[1] - s) * metric[0] + abs(last[2] - t) * metric[1]
+    else:
+        normal_at(elements, last[0], last[1], last[2], h)
+        origin = elements.table[last[0]]["origin"]
+        square = 0.0
+        for c in range(3):
+            square += (h[c, 0] + origin[c] - at[c]) ** 2
+        way = 1.4 * math.sqrt(square)
+    r = WIDER * max(1.1 * way + tables.scale[1], slip / least)
+    size = (r, CELL * r / metric[2], CELL * r / metric[3])
+    return _by_cell(tables, foot, last, (m, far, slip), size, work)
+
+
+@njit(cache=True, error_model="numpy")
+def _between(path, share):
+    a, b = path
+    return (
+        a[0] + share * (b[0] - a[0]),
+        a[1] + share * (b[1] - a[1]),
+        a[2] + share * (b[2] - a[2]),
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def _has_ended(tables, last, foot, path, work):
+    """Whether the minimum `last` of path[0] is seen to vanish on the way to path[1].
+
+    It has become flat, it is none for path[1], or the foot found there is farther off than the
+    curvature of f explains.
+    """
+    elements = tables.elements
+    h = work[2]
+    normal = normal_at(elements, last[0], last[1], last[2], h)
+    origin = elements.table[last[0]]["origin"]
+    at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
+    inner, outer, _ = principal(h)
+    m, _, slip = seen_from(at, normal, path[0], path[1], tables.scale[1])
+    least = _least((inner, outer), m[0])
+    if least > SHALLOW:
+        return False, least
+    if least < VANISHED or _least((inner, outer), m[1]) <= 0.0:
+        return True, least
+    normal_at(elements, foot[0], foot[1], foot[2], h)
+    origin = elements.table[foot[0]]["origin"]
+    square = 0.0
+    for c in range(3):
+        square += (h[c, 0] + origin[c] - at[c]) ** 2
+    return math.sqrt(square) > AWAY * slip / least, least
+
+
+@njit(cache=True, error_model="numpy")
+def follow(tables, last, path, work):
+    """Follow the branch from the foot `last` of path[0] to path[1], part by part.
+
+    Returns (UNPROVED, PROVED or ENDED, e, s, t): the foot at the end of what was proved.
+    """
+    elements = tables.elements
+    h = work[2]
+    done = 0.0
+    step = 1.0
+    smallest = 0.5**HALVINGS
+    for _ in range(MOST_PARTS):
+        here = _between(path, done)
+        there = _between(path, done + step)
+        status, e, s, t, feature = walk(elements, last, there, tables.scale[1], h)
+        good = status == OK and feature != EDGE and in_face(elements, tables.trims, e, s, t)
+        if good and prove(tables, (e, s, t), last, (here, there), work):
+            last = (e, s, t)
+            done += step
+            if done >= 1.0:
+                return PROVED, e, s, t
+            step = min(2.0 * step, 1.0 - done)
+            continue
+        if step <= smallest:
+            ended, least = _has_ended(tables, last, (e, s, t), (here, there), work)
+            if least > SHALLOW:
+                break
+            if step <= 0.5**EVENT_HALVINGS:
+                return (ENDED if ended else UNPROVED), last[0], last[1], last[2]
+        step *= 0.5
+    return UNPROVED, last[0], last[1], last[2]
+
+
+@njit(cache=True, error_model="numpy")
+def _on_edge(tables, foot):
+    """Whether a foot stands where its surface ends or has a kink."""
+    e, s, t = foot
+    kind = tables.elements.table[e]["kind"]
+    for side in range(4):
+        if stands(side, s, t) and kind[side] != SMOOTH:
+            return True
+    return not is_whole(tables, e, s, t, 0.0, 0.0)
+
+
+@njit(cache=True, error_model="numpy")
+def _is_there(tables, foot, k, out, h):
+    """Whether row k holds the foot already."""
+    if out.status[k] != OK:
+        return False
+    e, s, t = foot
+    normal_at(tables.elements, e, s, t, h)
+    square = 0.0
+    for c in range(3):
+        square += (h[c, 0] + tables.elements.table[e]["origin"][c] - out.point[k, c]) ** 2
+    return square <= (SAME * tables.scale[1]) ** 2
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def follow_rows(tables, path, starts, rows, results, start, stop):
+    """Follow the branches of rows[start:stop]; `path` is (points before, points now).
+
+    A foot that is not the one on its branch is put right. Rows whose branch ends are flagged EVENT.
+    """
+    work = (np.empty(BENDS), np.empty(BENDS), np.empty((4, 6)), bend_work())
+    before, points = path
+    patch, uv = starts
+    out, back = results
+    for i in range(start, stop):
+        k = rows[i]
+        last = locate(tables.grid, patch[k], uv[k, 0], uv[k, 1])
+        if _on_edge(tables, last):
+            continue
+        a = (before[k, 0], before[k, 1], before[k, 2])
+        b = (points[k, 0], points[k, 1], points[k, 2])
+        outcome, e, s, t = follow(tables, last, (a, b), work)
+        if outcome == ENDED:
+            back[k] = EVENT
+        elif outcome == PROVED:
+            if not _is_there(tables, (e, s, t), k, out, work[2]):
+                write_foot(tables, k, (e, s, t), OK, FACE, b, out, work[2])
+            out.certified[k] = 1
