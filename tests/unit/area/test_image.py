@@ -55,6 +55,43 @@ def test_a_facet_in_a_ball_has_its_solid_angle_round_and_beside_a_pole(axis, awa
     assert errors[1] < errors[0] / 12.0
 
 
+def on_cone(nodes, half):
+    """Area of the image of a plane triangle on a cone about −z, its tip at the origin.
+
+    The image of a side keeps its turn about the axis; as far from the tip as its point's foot,
+    it sweeps ½ s² sin(half) dφ of the unrolled cone.
+    """
+    x, w = np.polynomial.legendre.leggauss(40)
+    total = 0.0
+    for a, b in zip(nodes, np.roll(nodes, -1, axis=0), strict=True):
+        p = a + 0.5 * (x[:, None] + 1.0) * (b - a)
+        r2 = p[:, 0] ** 2 + p[:, 1] ** 2
+        s = np.sqrt(r2) * np.sin(half) - p[:, 2] * np.cos(half)
+        turn = (p[:, 0] * (b - a)[1] - p[:, 1] * (b - a)[0]) / r2
+        total += float((0.25 * w * s**2 * np.sin(half) * turn).sum())
+    return abs(total)
+
+
+@pytest.mark.parametrize("half", [np.pi / 6, np.pi / 4, np.pi / 3])
+def test_beside_the_tip_of_a_cone_errors_are_of_fourth_order_in_size_over_distance(half):
+    cone = cg.Body([cg.shapes.cone(radius=4.0 * np.tan(half), height=4.0)])
+    worst = []
+    tip = np.array([0.0, 0.0, 4.0])
+    for away in (2.0, 4.0, 8.0):
+        errors = []
+        for turn in np.linspace(0.1, 6.0, 9):
+            corners = 1.7 * turn + np.array([0.0, 2.0, 4.3])
+            flat = 0.1 * np.array([away * np.cos(turn), away * np.sin(turn)])
+            flat = flat + 0.05 * np.stack([np.cos(corners), np.sin(corners)], axis=1)
+            far = np.linalg.norm(flat, axis=1)
+            nodes = np.column_stack([flat, -far / np.tan(half)])
+            found = measured(cone, nodes + tip, np.array([[0, 1, 2]], np.int32)).sum()
+            errors.append(abs(found / on_cone(nodes, half) - 1.0))
+        worst.append(max(errors))
+    assert worst[0] < 3e-3
+    assert worst[0] > 10.0 * worst[1] > 100.0 * worst[2]
+
+
 def polar_net(n, rings, reach):
     """Nodes round the z axis to polar angle `reach`, one on it, and their facets."""
     polar = np.linspace(0.0, reach, rings + 1)[1:]
