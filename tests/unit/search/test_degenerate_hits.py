@@ -11,9 +11,9 @@ from contiga.search import _crossing_nb
 from contiga.search.surface import surface_of
 
 
-def net(a=5, b=5):
+def net(a=5, b=5, lift=0.0):
     x, y = np.meshgrid(np.linspace(-1, 1, a), np.linspace(-1, 1, b), indexing="ij")
-    return np.stack([x, y, 0.1 * np.sin(2 * x) * np.cos(y)], axis=-1)
+    return np.stack([x, y, lift + 0.1 * np.sin(2 * x) * np.cos(y)], axis=-1)
 
 
 def uniform(n, p):
@@ -89,7 +89,7 @@ SURFACES = {
     "uneven weights": [uneven_weights],
     "folded": [folded],
     "twice the same": [lambda: sheet(net())] * 2,
-    "almost the same": [lambda: sheet(net()), lambda: sheet(net() + [0, 0, 1e-12])],
+    "almost the same": [lambda: sheet(net()), lambda: sheet(net(lift=1e-12))],
 }
 
 
@@ -169,7 +169,7 @@ def test_a_search_that_is_given_up_says_so():
     points[..., 2] = 0.0
     x, y = np.meshgrid(np.linspace(-1, 1, 5), np.linspace(-1, 1, 5), indexing="ij")
     points[..., 0] = x + 0.3 * y
-    body = cg.Body([sheet(points), sheet(net() + [0, 0, 3.0])])
+    body = cg.Body([sheet(points), sheet(net(lift=3.0))])
     hit = body.first_hit([[-2.0, 0, 0]], [[2.0, 0, 0]])
     assert hit.status.tolist() == [Status.BUDGET]
     assert _crossing_nb.MAX_CELLS >= 1000

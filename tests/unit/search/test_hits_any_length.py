@@ -179,17 +179,20 @@ def test_out_of_one_wall_and_into_another_in_one_step(kind):
     halves = [cube()[kind == "patches"] for _ in range(2)]
     if kind == "mesh":
         v, t = halves[0].vertices, halves[0].triangles
-        body = cg.TriMesh(np.concatenate([v, v + [2.1, 0, 0]]), np.concatenate([t, t + len(v)]))
+        both = np.concatenate([v, v + np.array([2.1, 0, 0])])
+        body = cg.TriMesh(both, np.concatenate([t, t + len(v)]))
     else:
         patches = halves[0].patches
         moved = [p.transformed(np.array(SHIFT)) for p in patches]
         body = cg.Body([*patches, *moved])
     y = np.linspace(-0.9, 0.9, 20)
     a = np.column_stack([np.full(20, 0.9), y, 0.1 * y])
-    hit, sense = last(body, a, a + [0.4, 0, 0])  # left at 1.0, entered at 1.1, ends at 1.3
+    hit, sense = last(
+        body, a, a + np.array([0.4, 0, 0])
+    )  # left at 1.0, entered at 1.1, ends at 1.3
     assert (sense == 1).all()
     np.testing.assert_allclose(hit.fraction, 0.5, atol=1e-12)
-    hit, sense = last(body, a, a + [0.15, 0, 0])
+    hit, sense = last(body, a, a + np.array([0.15, 0, 0]))
     assert (sense == -1).all()
     np.testing.assert_allclose(hit.point[:, 0], 1.0, atol=1e-12)
 
@@ -213,3 +216,26 @@ def test_the_last_crossing_without_compilation():
     hit, sense = last(body, np.array([[0.1, 0.2, 1.0]]), np.array([[0.1, 0.2, -1.0]]))
     assert sense.tolist() == [1]
     np.testing.assert_allclose(hit.fraction, 0.5, atol=1e-12)
+
+
+@pytest.mark.parametrize("step", [1e-3, 1e-4])
+def test_a_sphere_lowered_in_small_steps_takes_every_point_of_a_sheet(step):
+    """All points that the sphere has passed are in contact, however small the steps were."""
+    rng = np.random.default_rng(14)
+    r, turn = 0.2 * np.sqrt(rng.uniform(size=600)), rng.uniform(0, 7, 600)
+    points = np.column_stack([r * np.cos(turn), r * np.sin(turn), np.zeros(600)])
+    contact = cg.Contact(cg.Body([cg.shapes.sphere()]), cg.Slave(points, area=np.ones(600)), law=cg.PenaltyLaw(1.0))
+    # Only as deep as 40 steps, so that a few hundred points come in one after the other.
+    depth = 40 * step
+    start = np.eye(4)
+    start[2, 3] = 1.0 + 0.5 * step
+    state = contact.start(points, start)
+    pose = start.copy()
+    for k in range(41):
+        pose[2, 3] = start[2, 3] - (k + 1) * step
+        state = contact.step(state, points, pose.copy(), dt=1.0)
+    gap = np.linalg.norm(points - pose[:3, 3], axis=1) - 1.0
+    assert depth > 0
+    assert (gap < 0).sum() > 0
+    np.testing.assert_array_equal(np.asarray(state.penetration) > 0, gap < 0)
+    np.testing.assert_allclose(np.sum(state.penetration), -gap[gap < 0].sum(), rtol=1e-9)
