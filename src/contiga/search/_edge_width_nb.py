@@ -125,7 +125,7 @@ def _rim(elements, e, place, path, least, h):
         own = row["width"][side]
         inner = across >= 0 and elements.table[across]["patch"] == row["patch"]
         cut_off = inner and elements.table[across]["trim"] == OUT
-        if away < -max(3.0 * slack, own) and not cut_off:
+        if away < -max(2.5 * slack, own) and not cut_off:
             return BESIDE
         if row["kind"][side] != SMOOTH and row["kind"][side] != BORDER:
             own = max(own, least)

@@ -160,7 +160,7 @@ def _search(arrays, segment, sense, found, queue, work):
                 x, s, t, slope, cells = next_crossing(elements, leaf, pole, path, ends, work, cells)
                 if x == math.inf:
                     continue
-                least = 2.0 * slack if sense == EITHER else 0.0
+                least = 3.0 * path[2] if sense == EITHER else 0.0
                 width = edge_width(elements, trims, piece_width, e, (s, t), path, least, h)
                 if width != BESIDE:
                     side = 0 if slope < 0.0 else 1

@@ -18,15 +18,18 @@ from contiga.search.records import BORDER, CUT, POLE, Elements
 
 # A trimming curve this close to a side of its patch's rectangle, as a share of it, runs along it.
 NEAR = 1e-3
+# Widest edge, as a share of the body's size: what is farther apart is an opening.
+WIDEST = 1e-4
 
 
 def edge_widths(body: Body, elements: Elements, trims: TrimTables) -> FloatArray:
     """(pieces,) widths of the trimming pieces; fills `width` and `skirt` of the elements.
 
-    Twice the tolerance of the edge there and some rounding; lengths.
+    Twice the tolerance of the edge there and some rounding, at most `WIDEST`; lengths.
     """
     least = 4.0 * float(np.finfo(float).eps) * body.size
-    of_edge = np.array([2.0 * edge.tolerance + least for edge in body.edges])
+    most = WIDEST * body.size
+    of_edge = np.array([min(2.0 * edge.tolerance + least, most) for edge in body.edges])
     shared = np.array([len(edge.uses) > 1 for edge in body.edges], dtype=bool)
     shared &= ~gaping_edges(body)
     piece_edge = np.asarray(trims.piece_edge)
