@@ -16,6 +16,8 @@ REFINED = 8
 """Golden sections of the interval around the sample that is farthest off."""
 SURE = 0.999
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+MOST = 512
+"""Samples of an edge's curve that are all looked at for the nearest one."""
 DENSER = 8
 """Where the curve seems off, it is sampled this many times more densely before that is believed."""
 
@@ -31,17 +33,36 @@ def _image(s, image, domain, t, work):
 
 
 @njit(cache=True)
-def _foot(curve, ts, table, point, work):
-    """Distance of a point to a curve from its nearest sample: Newton in a bracket."""
+def _square(table, k, point):
+    total = 0.0
+    for c in range(3):
+        total += (table[k, 0, c] - point[c]) ** 2
+    return total
+
+
+@njit(cache=True)
+def _nearest(table, point):
+    """Sample nearest to a point: the best of so many, then on as long as it comes nearer."""
+    n = table.shape[0]
+    stride = 1 + n // MOST
     best = 0
     least = math.inf
-    for k in range(ts.size):
-        square = 0.0
-        for c in range(3):
-            square += (table[k, 0, c] - point[c]) ** 2
+    for k in range(0, n, stride):
+        square = _square(table, k, point)
         if square < least:
             least = square
             best = k
+    for way in (-1, 1):
+        while 0 <= best + way < n and _square(table, best + way, point) < least:
+            best += way
+            least = _square(table, best, point)
+    return best, least
+
+
+@njit(cache=True)
+def _foot(curve, ts, table, point, work):
+    """Distance of a point to a curve from its nearest sample: Newton in a bracket."""
+    best, least = _nearest(table, point)
     low = ts[max(best - 1, 0)]
     high = ts[min(best + 1, ts.size - 1)]
     t = ts[best]
