@@ -118,7 +118,12 @@ def _check_found(
     way = norm(d)
     off = norm(a[rows] + hit.fraction[rows, None] * d[rows] - hit.point[rows])
     within = (hit.fraction[rows] >= 0.0) & (hit.fraction[rows] <= 1.0)
-    tally.fault("off the segment", rows[~within | ~(off <= 1e-9 * size)], point=hit.point, **values)
+    far = ~within | ~(off <= 1e-9 * size)
+    # Within its width an edge belongs to both faces that meet there.
+    joint = truth.at_a_joint(solid, hit.point[rows[far]], factor=4.0)
+    widest = 4.0 * max(edge.tolerance for edge in solid.body.edges)
+    far[far] = ~joint | ~(off[far] <= widest) | ~within[far]
+    tally.fault("off the segment", rows[far], point=hit.point, **values)
     normal = np.empty((len(rows), 3))
     on_patch = np.empty((len(rows), 3))
     for k in np.unique(hit.patch[rows]):

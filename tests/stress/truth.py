@@ -144,18 +144,21 @@ def on_knots(solid: Solid, n: int, rng: np.random.Generator, *, poles: bool = Fa
     return p[np.abs(solid.field(p)) <= BAND * solid.size]
 
 
-def at_a_joint(solid: Solid, p: np.ndarray, samples: int = 400) -> np.ndarray:
-    """(n,) whether points lie within twice the stated tolerance of an edge: not judged there."""
+def at_a_joint(solid: Solid, p: np.ndarray, factor: float = 2.0, samples: int = 400) -> np.ndarray:
+    """(n,) whether points lie within `factor` times the stated tolerance of an edge."""
     near = np.zeros(len(p), bool)
-    if solid.field is None or len(p) == 0:
+    if len(p) == 0:
         return near
-    close = np.abs(solid.field(p)) <= 2.0 * max(edge.tolerance for edge in solid.body.edges)
+    close = np.ones(len(p), bool)
+    if solid.field is not None:
+        widest = max(edge.tolerance for edge in solid.body.edges)
+        close = np.abs(solid.field(p)) <= factor * widest
     for edge in solid.body.edges:
         low, high = edge.curve.bounds()
-        far = np.maximum(low - p, p - high).max(axis=1) > 2.0 * edge.tolerance
+        far = np.maximum(low - p, p - high).max(axis=1) > factor * edge.tolerance
         rows = np.flatnonzero(close & ~near & ~far)
         for part in np.array_split(rows, len(rows) // 5000 + 1):
-            near[part] = _distance_to(edge.curve, p[part], samples) <= 2.0 * edge.tolerance
+            near[part] = _distance_to(edge.curve, p[part], samples) <= factor * edge.tolerance
     return near
 
 

@@ -1,0 +1,220 @@
+"""Tracked feet against closed forms, or the same motion in many tiny steps.
+
+A foot is wrong and unflagged if it is not where the continued one is although its status says that
+all is well, and, where feet are certified, although it is. Where the continued minimum itself ends
+on the way (the point crosses a focal surface) there is no right foot: the row must be flagged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from tests.laws.test_search_laws import surface
+from tests.stress.fields import norm
+from tests.stress.solids import DATA
+from tests.stress.tally import Clock, Tally
+
+import contiga as cg
+from contiga.records import Projection, Status
+
+Foot = Callable[[np.ndarray], np.ndarray]
+
+SMALLEST, LARGEST = 1e-6, 3.0
+"""Steps, in widths of an element."""
+SAME = 1e-6
+"""Feet closer than this, relative to the size, are one: near focal surfaces they are not sharp."""
+CALM = 1e-8
+"""Ways of feet below this, relative to the size, are no jumps."""
+PER_WIDTH = 24
+"""Tiny steps a width, at least."""
+SHORTEST = 1e-10
+"""Share of a motion below which a foot that still jumps has lost its branch."""
+SIZES = {0.1: "a tenth of an element", 1.0: "an element", np.inf: "three elements"}
+
+
+class Tracked(NamedTuple):
+    """A surface, how wide its elements are, and its feet in closed form where they have one."""
+
+    name: str
+    body: cg.Body
+    width: float
+    exact: Foot | None = None
+
+
+def _width(body: cg.Body) -> float:
+    spans = [np.prod([len(np.unique(k)) - 1 for k in patch.knots]) for patch in body.patches]
+    return float(np.sqrt(body.area(1e-3) / sum(spans)))
+
+
+def _on_sphere(p: np.ndarray) -> np.ndarray:
+    return p / norm(p)[:, None]
+
+
+def _on_cylinder(p: np.ndarray) -> np.ndarray:
+    flat = p[:, :2] / norm(p[:, :2])[:, None]
+    return np.column_stack([flat, np.clip(p[:, 2], -1.0, 1.0)])
+
+
+def _on_plane(p: np.ndarray) -> np.ndarray:
+    return np.column_stack([np.clip(p[:, :2], -0.5, 0.5), 0.0 * p[:, 2]])
+
+
+def _on_torus(p: np.ndarray) -> np.ndarray:
+    ring = np.column_stack([p[:, :2] / norm(p[:, :2])[:, None], 0.0 * p[:, 2]])
+    d = p - ring
+    return ring + 0.4 * d / norm(d)[:, None]
+
+
+SHAPES: dict[str, tuple[Callable[[], cg.NurbsSurface], Foot | None]] = {
+    "sphere": (lambda: cg.shapes.sphere(), _on_sphere),
+    "torus": (lambda: cg.shapes.torus(major=1.0, minor=0.4), _on_torus),
+    "cylinder": (
+        lambda: cg.shapes.cylinder(radius=1.0, height=2.0),
+        _on_cylinder,
+    ),
+    "plane": (lambda: cg.shapes.plane(), _on_plane),
+    "cone": (lambda: cg.shapes.cone(), None),
+    "ellipsoid": (lambda: cg.shapes.ellipsoid(axes=(2.0, 1.0, 0.5)), None),
+    "saddle": (lambda: cg.shapes.saddle(), None),
+    "bumps": (lambda: cg.shapes.bumpy_plate(waves=(3, 2)), None),
+    "high bumps": (lambda: cg.shapes.bumpy_plate(amplitude=0.2, waves=(4, 4)), None),
+    "cubic": (lambda: surface(1, log_weights=0.0, rough=0.1), None),
+    "rough cubic": (lambda: surface(2, log_weights=0.0, rough=0.3), None),
+    "rational": (lambda: surface(3, log_weights=0.5, rough=0.1), None),
+    "weights over two decades": (lambda: surface(4, log_weights=1.0, rough=0.1), None),
+    "quadratic": (lambda: surface(5, (2, 2), (5, 5), log_weights=0.3, rough=0.1), None),
+    "with creases": (lambda: surface(6, (2, 2), (3, 3), log_weights=0.3, multiplicity=2), None),
+    "quintic": (lambda: surface(7, (5, 4), (2, 1), log_weights=0.3, rough=0.1), None),
+    "degree six": (lambda: surface(8, (6, 3), (2, 2), log_weights=0.3, rough=0.1), None),
+    "bilinear net": (lambda: surface(9, (1, 1), (4, 3), log_weights=0.0, rough=0.2), None),
+    "many spans": (lambda: surface(10, (3, 3), (12, 12), log_weights=0.3, rough=0.03), None),
+}
+FILES = (
+    "dtmb5415_bulbous_bow.iges",
+    "headface_MED_full.step",
+    "utah_teapot_32bezier_gismo.xml",
+    "nist_ctc_02_asme1_ap242.stp",
+)
+
+
+def names() -> list[str]:
+    """All of them; the files where the data folder is there."""
+    return [*SHAPES, *(name for name in FILES if (DATA / name).is_file())]
+
+
+@cache
+def tracked(name: str) -> Tracked:
+    """A surface of `SHAPES`, or a file of the data folder."""
+    if name in SHAPES:
+        make, exact = SHAPES[name]
+        body = cg.Body([make()])
+        return Tracked(name, body, _width(body), exact)
+    body = cg.read_cad(DATA / name)
+    return Tracked(name, body, _width(body))
+
+
+def starts(item: Tracked, n: int, rng: np.random.Generator) -> np.ndarray:
+    """n points on both sides, up to a width off, where feet are inside faces at first."""
+    low, high = item.body.bounds()
+    p = low + (high - low) * rng.uniform(-0.05, 1.05, (n, 3))
+    feet = item.body.project(p)
+    gap = item.width * rng.choice([-1.0, 1.0], (n, 1)) * 10.0 ** rng.uniform(-4.0, 0.0, (n, 1))
+    return feet.point + gap * feet.normal
+
+
+def certified(feet: Projection) -> np.ndarray:
+    """(n,) which feet are certified; all, where that is not told."""
+    told = getattr(feet, "certified", None)
+    return np.ones(len(feet.gap), bool) if told is None else np.asarray(told) > 0
+
+
+def continued(
+    body: cg.Body, feet: Projection, a: np.ndarray, b: np.ndarray, longest: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) feet after the motion a → b in tiny steps, and (n,) whose branch ends on the way.
+
+    A step of at most `longest` shares is taken if two halves of it lead to the same foot and share
+    its way among them; else it is halved. Where the foot jumps however short the step, the branch
+    has ended.
+    """
+    n, size = len(a), body.size
+    t, dt = np.zeros(n), np.full(n, longest)
+    ended = np.zeros(n, bool)
+    feet = Projection(*(x.copy() for x in feet))
+    rows = np.arange(n)
+    while len(rows):
+        end = np.minimum(t[rows] + dt[rows], 1.0)
+        middle = 0.5 * (t[rows] + end)
+        here = Projection(*(x[rows] for x in feet))
+        p, q = (a[rows] + s[:, None] * (b - a)[rows] for s in (middle, end))
+        whole = body.project(q, start=here, mode="track")
+        half = body.project(p, start=here, mode="track")
+        twice = body.project(q, start=half, mode="track")
+        way = norm(whole.point - here.point)
+        most = np.maximum(norm(half.point - here.point), norm(twice.point - half.point))
+        calm = (way <= CALM * size) & (most <= CALM * size)
+        taken = (norm(whole.point - twice.point) <= CALM * size) & (calm | (most <= 0.85 * way))
+        for kept, now in zip(feet, twice, strict=True):
+            kept[rows[taken]] = now[taken]
+        t[rows[taken]] = end[taken]
+        dt[rows] = np.where(taken, np.minimum(2.0 * dt[rows], longest), 0.5 * dt[rows])
+        ended[rows] = ~taken & (dt[rows] < SHORTEST)
+        rows = rows[~ended[rows] & (t[rows] < 1.0)]
+    return feet.point, ended
+
+
+def judge(
+    item: Tracked, before: Projection, a: np.ndarray, b: np.ndarray, tally: Tally, step: float
+) -> None:
+    """Track the feet of points that go from a to b, and compare."""
+    body, size = item.body, item.body.size
+    feet = body.project(b, start=before, mode="track")
+    sure = certified(feet)
+    flagged = ~np.isin(feet.status, (Status.OK, Status.BORDER, Status.TRIMMED))
+    ended = np.zeros(len(a), bool)
+    if item.exact is not None:
+        truth = item.exact(b)
+    else:
+        truth, ended = continued(body, before, a, b, min(0.25, 1.0 / (PER_WIDTH * step)))
+    off = norm(feet.point - truth)
+    tally.count += len(a)
+    tally.flagged += int(flagged.sum())
+    wrong = ~flagged & (ended | ~(off <= SAME * size))
+    values = {"a": a, "b": b, "start": before.point, "foot": feet.point, "status": feet.status}
+    elsewhere, unnoticed = wrong & sure & ~ended, wrong & sure & ended
+    tally.fault("foot elsewhere", np.flatnonzero(elsewhere), truth=truth, **values)
+    tally.fault("end of branch unnoticed", np.flatnonzero(unnoticed), **values)
+    _note(tally, "wrong, said not to be certified", int((wrong & ~sure).sum()))
+    if getattr(feet, "certified", None) is not None:
+        size = next(name for limit, name in SIZES.items() if step <= limit)
+        _note(tally, f"steps up to {size}", len(a))
+        _note(tally, f"certified of those up to {size}", int(sure.sum()))
+
+
+def _note(tally: Tally, name: str, value: int) -> None:
+    if value:
+        tally.notes[name] = tally.notes.get(name, 0) + value
+
+
+def follow(item: Tracked, n: int, seed: int, scales: int = 8) -> Tally:
+    """About n tracked steps on one surface, of all sizes."""
+    tally = Tally(f"tracking, {item.name}")
+    steps = np.geomspace(SMALLEST, LARGEST, scales)
+    for k, step in enumerate(steps):
+        rng = np.random.default_rng([seed, k])
+        left = max(n // scales, 1)
+        while left > 0:
+            with Clock(tally):
+                a = starts(item, min(left, 20_000), rng)
+                before = item.body.project(a)
+                d = rng.normal(size=a.shape)
+                b = (
+                    a
+                    + step * item.width * rng.uniform(0.5, 1.0, (len(a), 1)) * d / norm(d)[:, None]
+                )
+                judge(item, before, a, b, tally, float(step))
+            left -= 20_000
+    return tally
