@@ -16,6 +16,9 @@ REFINED = 8
 """Golden sections of the interval around the sample that is farthest off."""
 SURE = 0.999
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+MOST = 512
+"""Samples of an edge's curve that are all looked at for the nearest one."""
+AROUND = 64
 DENSER = 8
 """Where the curve seems off, it is sampled this many times more densely before that is believed."""
 
@@ -31,17 +34,56 @@ def _image(s, image, domain, t, work):
 
 
 @njit(cache=True)
-def _foot(curve, ts, table, point, work):
-    """Distance of a point to a curve from its nearest sample: Newton in a bracket."""
-    best = 0
+def _square(table, k, point):
+    total = 0.0
+    for c in range(3):
+        total += (table[k, 0, c] - point[c]) ** 2
+    return total
+
+
+@njit(cache=True)
+def _downhill(table, k, point):
+    """The sample reached from sample k as long as the next comes nearer, and its square."""
+    least = _square(table, k, point)
+    for way in (-1, 1):
+        while 0 <= k + way < table.shape[0]:
+            square = _square(table, k + way, point)
+            if square >= least:
+                break
+            k += way
+            least = square
+    return k, least
+
+
+@njit(cache=True)
+def _scanned(table, start, stop, step, point):
+    """The nearest of some samples, and its square."""
+    best = start
     least = math.inf
-    for k in range(ts.size):
-        square = 0.0
-        for c in range(3):
-            square += (table[k, 0, c] - point[c]) ** 2
+    for k in range(start, stop, step):
+        square = _square(table, k, point)
         if square < least:
             least = square
             best = k
+    return best, least
+
+
+@njit(cache=True)
+def _nearest(table, point, last):
+    """Sample nearest to a point: from the best of so many, and of those around the one before."""
+    n = table.shape[0]
+    best, _ = _scanned(table, 0, n, 1 + n // MOST, point)
+    best, least = _downhill(table, best, point)
+    other, _ = _scanned(table, max(last - AROUND, 0), min(last + AROUND + 1, n), 1, point)
+    other, square = _downhill(table, other, point)
+    return (other, square) if square < least else (best, least)
+
+
+@njit(cache=True)
+def _foot(curve, ts, table, point, work):
+    """Distance of a point to a curve from its nearest sample: Newton in a bracket."""
+    best, least = _nearest(table, point, min(work[2][0], ts.size - 1))
+    work[2][0] = best
     low = ts[max(best - 1, 0)]
     high = ts[min(best + 1, ts.size - 1)]
     t = ts[best]
@@ -62,7 +104,7 @@ def _foot(curve, ts, table, point, work):
         new = t - slope / bend if bend > 0.0 else 0.5 * (low + high)
         if not low <= new <= high:
             new = 0.5 * (low + high)
-        if abs(new - t) <= 1e-12 * (ts[-1] - ts[0]):
+        if abs(new - t) <= 1e-15 * (ts[-1] - ts[0]):
             break
         t = new
     return math.sqrt(least)
@@ -98,11 +140,15 @@ def _off(s, image, curve, domain, t, tables, work):
 
 @njit(cache=True)
 def _farthest(s, image, curve, domain, tables, work, out):
-    """Fills `out` as `image_gap` does; returns the p-curve's parameter of the largest distance."""
+    """Fills `out` as `image_gap` does; returns the p-curve's parameter of the largest distance.
+
+    work[1][2] then is the curve's sample near there.
+    """
     ts = _samples(image, PER_SPAN)[0]
     out[0] = -1.0
     out[4] = 0.0
     at = 0
+    near = 0
     last = np.zeros(3)
     for k in range(ts.size):
         distance = _off(s, image, curve, domain, ts[k], tables, work)
@@ -116,12 +162,14 @@ def _farthest(s, image, curve, domain, tables, work, out):
             out[0] = distance
             out[1:4] = point
             at = k
+            near = work[1][2][0]
     best = ts[at]
     low = ts[max(at - 1, 0)]
     high = ts[min(at + 1, ts.size - 1)]
     for _ in range(REFINED):
         a = high - GOLDEN * (high - low)
         b = low + GOLDEN * (high - low)
+        work[1][2][0] = near
         off_a = _off(s, image, curve, domain, a, tables, work)
         off_b = _off(s, image, curve, domain, b, tables, work)
         if max(off_a, off_b) > out[0]:
@@ -132,6 +180,7 @@ def _farthest(s, image, curve, domain, tables, work, out):
             high = b
         else:
             low = a
+    work[1][2][0] = near
     return best
 
 
@@ -145,10 +194,11 @@ def image_gap(s, image, curve, domain, near, out):
     """
     work = (
         (np.empty(1), np.empty((1, 1, 3)), make_scratch(s.p, s.q, 0), np.empty((1, 1, 3))),
-        (np.empty(1), np.empty((1, 3, 3))),
+        (np.empty(1), np.empty((1, 3, 3)), np.zeros(1, np.int64)),
     )
     at = _farthest(s, image, curve, domain, _samples(curve, PER_SPAN), work, out)
     if out[0] > near:
         fine = _samples(curve, PER_SPAN * DENSER)
+        work[1][2][0] *= DENSER
         if _off(s, image, curve, domain, at, fine, work) < SURE * out[0]:
             _farthest(s, image, curve, domain, fine, work, out)

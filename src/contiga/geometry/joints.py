@@ -90,9 +90,12 @@ def _sense(use: EdgeUse, left: list[bool]) -> bool:
 def _loops_left(loops: tuple[Loop, ...]) -> list[bool]:
     """Whether each loop runs with the face on its left: what counts is the even-odd rule."""
     polygons = [_polygon(loop) for loop in loops]
+    low = np.array([polygon.min(axis=0) for polygon in polygons])
+    high = np.array([polygon.max(axis=0) for polygon in polygons])
     result = []
     for k, polygon in enumerate(polygons):
-        within = sum(_holds(other, polygon[0]) for j, other in enumerate(polygons) if j != k)
+        near = np.flatnonzero(((low <= polygon[0]) & (polygon[0] <= high)).all(axis=1))
+        within = sum(_holds(polygons[j], polygon[0]) for j in near if j != k)
         x, y = polygon[:, 0] - polygon[0, 0], polygon[:, 1] - polygon[0, 1]
         area = float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
         result.append((area > 0.0) == (within % 2 == 0))

@@ -56,17 +56,19 @@ def stitches(body: Body) -> tuple[FloatArray, NDArray[np.bool_]]:
     if len(loose) == 0:
         return extent, is_open
     reach = reach_of_loops(body)
-    for piece in loose:
-        homogeneous = trims.piece_coefs[piece, : trims.piece_degree[piece] + 1]
-        ends = homogeneous[[0, -1], :2] / homogeneous[[0, -1], 2:]
-        patch = int(trims.piece_patch[piece])
-        share = np.linspace(0.0, 1.0, ALONG)[:, None]
+    last = np.take_along_axis(trims.piece_coefs, trims.piece_degree[:, None, None], axis=1)[:, 0]
+    first = trims.piece_coefs[:, 0]
+    a, b = first[:, None, :2] / first[:, None, 2:], last[:, None, :2] / last[:, None, 2:]
+    share = np.linspace(0.0, 1.0, ALONG)[:, None]
+    for patch in np.unique(trims.piece_patch[loose]):
+        own = loose[trims.piece_patch[loose] == patch]
         # p-curves of CAD files stick out by their tolerance.
         low, high = np.transpose(body.patches[patch].domain)
-        uv = np.clip(ends[0] + share * (ends[1] - ends[0]), low, high)
-        points = body.patches[patch].evaluate(uv)
-        extent[piece] = np.linalg.norm(points - points[0], axis=1).max()
-        is_open[piece] = extent[piece] > reach[patch, int(trims.piece_loop[piece, 0])]
+        uv = np.clip(a[own] + share * (b[own] - a[own]), low, high)
+        points = body.patches[patch].evaluate(uv.reshape(-1, 2)).reshape(len(own), ALONG, 3)
+        extent[own] = np.linalg.norm(points - points[:, :1], axis=2).max(axis=1)
+        allowed = [reach[int(patch), int(loop)] for loop in trims.piece_loop[own, 0]]
+        is_open[own] = extent[own] > np.array(allowed)
     return extent, is_open
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 from contiga.errors import ContigaWarning, FileError
 from contiga.geometry.slits import ROUNDING
-from contiga.geometry.summary import body_summary
 from contiga.io.apart import read_apart
 from contiga.io.units import base_factor
 

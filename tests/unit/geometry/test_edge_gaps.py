@@ -1,0 +1,77 @@
+"""How far the faces' images of an edge are from it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import contiga as cg
+from contiga.geometry.body import UNTRIMMED, BodyEdge, EdgeUse
+from contiga.geometry.edge_gaps import image_of
+
+
+def plane(size=2.0):
+    net = np.array([[[0, 0, 0], [0, size, 0]], [[size, 0, 0], [size, size, 0]]], dtype=float)
+    return cg.NurbsSurface((1, 1), ([0, 0, size, size], [0, 0, size, size]), net)
+
+
+def polyline(points):
+    points = np.asarray(points, dtype=float)
+    t = np.linspace(0.0, 1.0, len(points))
+    return cg.NurbsCurve(1, np.concatenate([[0.0], t, [1.0]]), points)
+
+
+def gap_to(curve, pcurve):
+    edge = BodyEdge(curve, 0.0, (EdgeUse(0, 0, 0, False),))
+    return image_of(edge, 0, [plane()], [((pcurve,),)])
+
+
+def test_an_image_on_its_edge_has_no_gap():
+    square = [[0.5, 0.5], [1.5, 0.5], [1.5, 1.5], [0.5, 1.5], [0.5, 0.5]]
+    found = gap_to(polyline([[*p, 0.0] for p in square]), polyline(square))
+    assert found.gap == pytest.approx(0.0, abs=1e-15)
+    assert found.length == pytest.approx(4.0)
+
+
+def test_the_gap_and_its_place():
+    line = polyline([[0.5, 0.5, 0.01], [1.5, 0.5, 0.03]])
+    found = gap_to(line, polyline([[0.5, 0.5], [1.5, 0.5]]))
+    assert found.gap == pytest.approx(0.03, rel=1e-3)
+    assert found.point == pytest.approx((1.5, 0.5, 0.0))
+
+
+def test_the_worst_is_found_between_samples():
+    """A bulge of the p-curve, highest where no sample falls."""
+    bulge = cg.NurbsCurve(
+        3, [0, 0, 0, 0, 1, 1, 1, 1], [[0.5, 0.5], [0.6, 0.5], [0.7, 0.5009], [1.5, 0.5]]
+    )
+    fine = bulge.evaluate(np.linspace(0, 1, 20001))
+    found = gap_to(polyline([[0.5, 0.5, 0.0], [1.5, 0.5, 0.0]]), bulge)
+    assert found.gap == pytest.approx(float(fine[:, 1].max() - 0.5), rel=1e-6)
+
+
+def test_parameters_need_not_agree():
+    curve = cg.NurbsCurve(
+        2, [0, 0, 0, 1, 1, 1], [[0.5, 0.5, 0], [0.6, 0.5, 0], [1.5, 0.5, 0]], [1.0, 5.0, 1.0]
+    )
+    assert gap_to(curve, polyline([[1.5, 0.5], [0.5, 0.5]])).gap < 1e-12
+
+
+@pytest.mark.parametrize("teeth", [40, 1500])
+def test_a_curve_that_comes_back_close_to_itself(teeth):
+    """The nearest sample may lie on another tooth: the foot is looked for again, more densely."""
+    x = np.linspace(0.5, 1.5, 2 * teeth + 1)
+    zigzag = np.column_stack([x, np.where(np.arange(2 * teeth + 1) % 2, 1.5, 0.5)])
+    found = gap_to(polyline(np.column_stack([zigzag, 0 * x])), polyline(zigzag))
+    assert found.gap < 1e-12
+
+
+def test_natural_sides_and_parts_of_them():
+    patch = plane()
+    side = EdgeUse(0, UNTRIMMED, 3, False)
+    line = polyline([[0.5, 2.0, 0.0], [1.0, 2.0, 0.0]])
+    whole = image_of(BodyEdge(line, 0.0, (side,)), 0, [patch], [None])
+    part = image_of(BodyEdge(line, 0.0, (side,), ((0.5, 1.0),)), 0, [patch], [None])
+    assert whole.gap == pytest.approx(1.0)
+    assert part.gap < 1e-15
+    assert part.length == pytest.approx(0.5)
