@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from contiga.geometry._chord_nb import triangle_distance
-from contiga.geometry._shape_nb import SAG, E, F, G, expected_miss, shape_at
+from contiga.geometry._shape_nb import SAG, E, F, G, evaluate, expected_miss, shape_at, square
 from contiga.geometry._triangulation_nb import (
     BORDER,
     INSIDE,
@@ -127,8 +127,19 @@ def settle_in(t, front, top):
 
 
 @njit(cache=True)
-def is_useless(t, front, here, v):
-    """Whether v is so near to a corner or a border side of its triangle that it mends nothing."""
+def foot_on_side(t, metric, a, b, v):
+    """(x, y) of the place nearest to v, in the metric, on the side from a to b."""
+    dx, dy = t.xy[b, 0] - t.xy[a, 0], t.xy[b, 1] - t.xy[a, 1]
+    px, py = t.xy[v, 0] - t.xy[a, 0], t.xy[v, 1] - t.xy[a, 1]
+    along = metric[0] * dx * px + metric[1] * (dx * py + dy * px) + metric[2] * dy * py
+    share = along / square(metric[0], metric[1], metric[2], dx, dy)
+    share = min(max(share, 0.0), 1.0)
+    return t.xy[a, 0] + share * dx, t.xy[a, 1] + share * dy
+
+
+@njit(cache=True)
+def is_useless(t, face, front, here, v):
+    """Whether v is so near to a corner of its triangle, or to the border, that it mends nothing."""
     c = t.corners[here]
     sag = front.forms[v, SAG]
     for k in range(3):
@@ -136,11 +147,17 @@ def is_useless(t, front, here, v):
     limit = USELESS * sag
     p = front.points[v]
     for k in range(3):
-        a, b = front.points[c[(k + 1) % 3]], front.points[c[(k + 2) % 3]]
-        if triangle_distance(p, a, a, a) < limit:
+        corner = front.points[c[k]]
+        if triangle_distance(p, corner, corner, corner) < limit:
             return True
-        if t.beside[here, k] == BORDER and triangle_distance(p, a, b, b) < limit:
-            return True
+        if t.beside[here, k] == BORDER:
+            metric = mean_metric(front, (c[0], c[1], c[2]))
+            x, y = foot_on_side(t, metric, c[(k + 1) % 3], c[(k + 2) % 3], v)
+            # The border's side may be far off the surface; what lies over it is not.
+            evaluate(face, x, y, 0)
+            foot = face.D[0, 0]
+            if triangle_distance(p, foot, foot, foot) < limit:
+                return True
     return False
 
 
@@ -165,7 +182,7 @@ def put_vertex(t, face, front, start, x, y, apart):
             if e * dx * dx + 2.0 * f * dx * dy + g * dy * dy < apart * apart:
                 return False
     shape_at(face, t.xy[v, 0], t.xy[v, 1], front.points[v], front.forms[v])
-    if apart >= 0.0 and is_useless(t, front, here, v):
+    if apart >= 0.0 and is_useless(t, face, front, here, v):
         return False
     t.used[VERTICES] += 1
     if where == INSIDE:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 MOST = 2 * MAX_CELLS
 """Triangles of the largest mesh."""
+COARSE = 6
+"""Places in each direction of a patch from which the number of triangles is estimated."""
 ROUNDS = 16
 """Refinements of edges whose parts are in each other's way."""
 REPAIRS = 8
@@ -60,6 +62,8 @@ def body_mesh(body: Body, tol: float, method: str = "chord") -> TriMesh:
         the borders of a face cross each other: it gets triangles, but none inside.
     """
     check_request(tol, method)
+    if method == "chord":
+        _check_number(body, tol)
     return _Mesher(body, tol, method == "net").mesh()
 
 
@@ -130,7 +134,7 @@ class _Mesher:
         if self.grids is None:
             face.prepare(self.tol)
             if not face.refined(room):
-                raise too_many(self.tol)
+                raise too_many(self.tol, MOST)
             return
         face.prepare(math.inf)
         grid = np.stack(np.meshgrid(*self.grids[k], indexing="ij"), axis=-1).reshape(-1, 2)
@@ -302,10 +306,34 @@ def _parted(faces: list[FaceMesh], triangles: Ints, places: Ints) -> bool:
     return done
 
 
-def too_many(tol: float) -> GeometryError:
+def _check_number(body: Body, tol: float) -> None:
+    """Refuse a tolerance that takes far too many triangles, before any is made.
+
+    √|K| dA over 2.6 tol is about the fewest there can be (Pottmann et al. 2000).
+    """
+    share = (np.arange(COARSE) + 0.5) / COARSE
+    total = 0.0
+    for patch, loops in zip(body.patches, body.trims, strict=True):
+        low, high = np.array(patch.domain).T
+        if loops is not None:
+            reach = np.concatenate([curve.bounds()[:, :2] for loop in loops for curve in loop])
+            low, high = np.maximum(low, reach.min(axis=0)), np.minimum(high, reach.max(axis=0))
+        uv = np.stack(np.meshgrid(*(low + share[:, None] * (high - low)).T), axis=-1)
+        d = patch.derivatives(uv.reshape(-1, 2), 2)
+        n = np.cross(d[:, 1, 0], d[:, 0, 1])
+        size = np.linalg.norm(n, axis=1)
+        bends = [(d[:, i, j] * n).sum(axis=1) for i, j in ((2, 0), (1, 1), (0, 2))]
+        root = np.sqrt(np.abs(bends[0] * bends[2] - bends[1] ** 2))
+        density = np.divide(root, size, out=np.zeros_like(root), where=size > 1e-9 * size.max())
+        total += float(density.mean() * np.prod(high - low))
+    if total / (2.6 * tol) > MOST:
+        raise too_many(tol, total / (2.6 * tol))
+
+
+def too_many(tol: float, number: float) -> GeometryError:
     """What is said of a tolerance that is too fine."""
     return GeometryError(
-        f"this tolerance needs more than {MOST} triangles",
+        f"this tolerance needs about {number:.2g} triangles or more, and {MOST:.2g} are the most",
         where="tol",
         found=tol,
         remedy="Take a larger one",
