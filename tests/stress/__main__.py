@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 from tests.stress import motions, segments, shaking, solids, tracking
-from tests.stress.tally import Tally, write
+from tests.stress.tally import Clock, Tally, write
 
 Part = Callable[[bool, int], Iterator[Tally]]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -151,7 +152,7 @@ def slide(item: Solid, n: int, steps: int, seed: int) -> Tally:
         outside = paths[0] + 3.0 * depth * truth.gradient(item.field, paths[0], 1e-7 * item.size)
         contact = touch(item.body, outside)
         last = state = contact.step(contact.start(outside), paths[0])
-        for before, now in zip(paths[:-1], paths[1:], strict=True):
+        for before, now in itertools.pairwise(paths):
             state = contact.step(last, now)
             way = norm(now - before)
             jump = norm(state.foot - last.foot)
