@@ -36,7 +36,7 @@ lint: $(BIN)/.test-stamp
 bench: $(BIN)/.bench-stamp
 	$(BIN)/python -m benchmarks
 
-stress: $(BIN)/.test-stamp $(BIN)/.kernel-stamp
+stress: $(BIN)/.test-stamp
 	$(BIN)/python -m tests.stress --full
 	$(BIN)/python -m tests.fuzz --count 100000 --jobs 2
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -305,6 +307,30 @@ def test_info_of_cad_names_patches_and_area(command: Command, tmp_path: Path) ->
     facts = dict(line.split(maxsplit=1) for line in out.splitlines() if " " in line.strip())
     assert facts["patches"].strip() == "1"
     assert float(facts["area"].split()[0]) == pytest.approx(6.0)
+
+
+def test_info_says_how_far_a_surface_is_open(command: Command, tmp_path: Path) -> None:
+    path = tmp_path / "patch.xml"
+    path.write_text(PATCH, encoding="utf-8")
+    _, out, _ = command("info", path)
+    assert "open, 4 free edges, 10 long in all" in out
+
+
+def test_info_of_a_solid_shows_its_tolerance_and_largest_gap(
+    command: Command, solids: ModuleType, tmp_path: Path
+) -> None:
+    code, out, _ = command("info", solids.write(solids.cup(), tmp_path / "cup.step"))
+    facts = dict(line.split("  ", maxsplit=1) for line in out.splitlines() if "  " in line)
+    assert code == 0
+    assert facts["surface"].strip() == "closed"
+    assert float(facts["largest tolerance"]) > 0.0
+    assert "between patches" in facts["largest gap"]
+
+
+def test_check_says_of_a_body_whether_it_is_closed(command: Command, case: Path) -> None:
+    case.write_text(CASE, encoding="utf-8")
+    _, out, _ = command("check", case)
+    assert re.search(r"surface +(closed|open, \d+ free edges)", out)
 
 
 @pytest.mark.parametrize("suffix", [".step", ".iges", ".xml", ".3dm", ".off", ".vtu"])

@@ -17,6 +17,7 @@ from contiga.area.regions import Graph, Topology, neighbours_of, regions, topolo
 from contiga.errors import InputError
 from contiga.geometry.body import Body
 from contiga.geometry.trimesh import TriMesh
+from contiga.num.ordered import principal_axes, product
 from contiga.records import FloatArray, IntArray
 
 # Triangles with a side longer than this many times the local spacing bridge a gap of the cloud.
@@ -137,7 +138,7 @@ class CloudArea:
 
 def is_line(points: FloatArray) -> bool:
     """Whether points (n, 3) lie on a line, or are fewer than three."""
-    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    spread = principal_axes(points - points.mean(axis=0))[0]
     return len(points) < 3 or bool(spread[1] <= LINE * spread[0])
 
 
@@ -152,8 +153,8 @@ def triangles_of(points: FloatArray, bridge: float = BRIDGE) -> IntArray:
     from scipy.spatial import Delaunay, cKDTree
 
     centred = points - points.mean(axis=0)
-    axes = np.linalg.svd(centred, full_matrices=False)[2]
-    chart = centred @ axes[:2].T
+    axes = principal_axes(centred)[1]
+    chart = product(centred, axes[:2].T)
     k = min(4, len(points))
     spacing = cKDTree(points).query(points, k=k)[0][:, -1]
     triangles = Delaunay(chart).simplices.astype(np.int32)
@@ -195,7 +196,7 @@ def _along_line(inp: AreaInput, graph: Graph, depth: float) -> FloatArray:
         near = graph.neighbour[graph.first[row] : graph.first[row + 1]]
         step = inp.points[near] - inp.points[row]
         way = np.linalg.norm(step, axis=1)
-        ahead = step @ step[np.argmin(way)] > 0.0
+        ahead = product(step, step[np.argmin(way)]) > 0.0
         for side in (ahead, ~ahead):
             if side.any():
                 area[i] += 0.5 * depth * way[side].min()

@@ -7,20 +7,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.area import _facet_nb, _jacobian_nb, _touch_nb, _union_nb
+from contiga.area import _facet_nb, _image_nb, _touch_nb, _union_nb
 from contiga.area.base import AreaInput, Areas, Outlines, Rest
 from contiga.area.regions import Topology, topology_of
 from contiga.errors import InputError
 from contiga.num.threads import run_ranges, started
 from contiga.records import FloatArray, IntArray, Projection, Status
-from contiga.search.projection import BLOCKS, bin_by_element, empty_projection, rows_of
+from contiga.search.projection import empty_projection, rows_of
 from contiga.search.surface import ExactSurface, Surface, surface_of
 
 # Facets, and cut facets on the master, below which a second thread does not pay.
 FACETS = 4096
 PIECES = 1024
-# Rows a block must hold, in the mean, to be taken as they come: fewer leave lanes empty.
-FILLED = 8
 # Halvings of an edge on which the foot leaves the master: to 1e-9 of its length.
 HALVINGS = 30
 
@@ -39,8 +37,8 @@ class FacetArea:
     Parameters
     ----------
     on : "slave": the area of the facets' parts as they lie now. "master": the area of their images
-        on the master, ∫ |S_u × S_v| du dv. What the contact type asks for if omitted: the
-        master's for type "master", else the slave's.
+        on the master, the feet of all their points. What the contact type asks for if omitted:
+        the master's for type "master", else the slave's.
 
     Raises
     ------
@@ -51,10 +49,11 @@ class FacetArea:
     -----
     A node is given the integral of its linear shape function over the parts; nodes out of contact
     hand theirs to the other corners of the facet. The areas add up to that of the region.
-    Clusters are the nodes in contact that facets join. The image of a part that crosses a seam,
-    a border of patches or a pole is measured by the plane triangles between its feet, which is of
-    second order too. A slave's corner that lies inside without being in contact (one that began
-    inside, in a search by intersection) leaves each end of an edge its half.
+    Clusters are the nodes in contact that facets join. The image on the master is measured in
+    space, from the feet and their normals: seams, borders of patches and poles do not show. Where
+    normals at two corners are more than a right angle apart it is torn, and the plane triangle of
+    the feet is measured. A slave's corner that lies inside without being in contact (one that
+    began inside, in a search by intersection) leaves each end of an edge its half.
     """
 
     on: str | None = None
@@ -98,16 +97,12 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
     place = np.full(len(inp.points), -1, np.int32)
     # What one thread does goes on beside what is cut into ranges for all of them.
     touched = started(_touch_nb.touched, n_c, FACETS, topology, inp.rows, place)
-    surface = surface_of(inp.body)
-    images = None
-    if on == "master" and isinstance(surface, ExactSurface):
-        images = images_of(surface, inp.feet)
     whole, part = touched()
     clusters = started(
         _union_nb.facet_components, len(whole), FACETS, whole, place[topology.facets[part]], n_c
     )
     numbered = started(parts_of, len(whole), FACETS, inp, topology, part, place)
-    share = _whole_shares(inp, whole, on, images)
+    share = _whole_shares(inp, whole, on)
     area = np.zeros(n_c)
     gathered = started(_facet_nb.gather, len(whole), FACETS, whole, share, area)
     parts = numbered()
@@ -165,21 +160,19 @@ def cut_parts(inp: AreaInput, parts: Parts) -> Cut:
     return Cut(feet, fraction, row, ends)
 
 
-def _whole_shares(
-    inp: AreaInput, corner: IntArray, on: str, images: FloatArray | None
-) -> FloatArray:
+def _whole_shares(inp: AreaInput, corner: IntArray, on: str) -> FloatArray:
     """(m, 3) areas of facets whose corners (m, 3) are all in contact, split to those."""
     share = np.empty((len(corner), 3))
     if on == "slave":
         slave = (inp.rows, inp.points, corner, share)
         run_ranges(_facet_nb.slave_whole, len(corner), FACETS, *slave)
-    elif images is None:
+    elif isinstance(surface_of(inp.body), ExactSurface):
+        feet = (inp.feet.point, inp.feet.normal)
+        run_ranges(_image_nb.image_whole, len(corner), FACETS, corner, *feet, share)
+    else:
         # The image on triangles is measured by the plane triangles between the feet.
         flat = (np.arange(len(inp.rows), dtype=np.int32), inp.feet.point, corner, share)
         run_ranges(_facet_nb.slave_whole, len(corner), FACETS, *flat)
-    else:
-        master = (corner, inp.feet.patch, images, share)
-        run_ranges(_jacobian_nb.master_whole, len(corner), FACETS, *master)
     return share
 
 
@@ -201,12 +194,9 @@ def _part_areas(inp: AreaInput, parts: Parts, on: str) -> FloatArray:
         run_ranges(_facet_nb.slave_pieces, m, FACETS, *images)
     else:
         feet = stacked(cut.feet, cut.ends)
-        # A free corner whose foot has left the surface has no image; the ends of its edges have.
-        n = len(cut.feet.patch)
-        feet.patch[n_i:n][cut.feet.status[n_i:] != Status.OK] = -1
-        sides = (n_i, np.where(cut.border < 0, -1, cut.border + n))
-        master = (corner, feet.patch, images_of(surface, feet), sides, cut.fraction, share)
-        run_ranges(_jacobian_nb.master_pieces, m, PIECES, *master)
+        sides = (n_i, np.where(cut.border < 0, -1, cut.border + len(cut.feet.patch)))
+        master = (corner, (feet.point, feet.normal), sides, cut.fraction, share)
+        run_ranges(_image_nb.image_pieces, m, PIECES, *master)
     _facet_nb.gather(corner, share, own)
     return own
 
@@ -219,27 +209,6 @@ def _feet_around(surface: Surface, inp: AreaInput, parts: Parts) -> Projection:
         points = np.ascontiguousarray(inp.points[parts.free])
         surface.track(points, near.patch[parts.start], near.uv[parts.start], out)
     return stacked(near, out)
-
-
-def images_of(surface: ExactSurface, feet: Projection) -> FloatArray:
-    """(n, 8) Jacobian, its slopes, parameters and place of every foot that is on a patch."""
-    uv, point = np.ascontiguousarray(feet.uv), np.ascontiguousarray(feet.point)
-    images = np.empty((len(uv), _jacobian_nb.IMAGE))
-    if feet.patch.min(initial=0) < 0:
-        images[feet.patch < 0] = 0.0
-    bins = _bins(surface, feet.patch, uv)
-    at_feet = (surface.tables.elements, uv, point, bins, images)
-    run_ranges(_jacobian_nb.jacobians, len(bins[1]), BLOCKS, *at_feet)
-    return images
-
-
-def _bins(surface: ExactSurface, patch: IntArray, uv: FloatArray) -> tuple[IntArray, np.ndarray]:
-    """Rows that have a foot by element, and blocks of them: as they come, or else sorted."""
-    blocks = np.empty((len(patch) // FILLED + 1, 3), np.int64)
-    m = _jacobian_nb.blocks_in_order(surface.tables, patch, uv, blocks)
-    if m < 0:
-        return bin_by_element(surface.tables, patch, uv)
-    return np.arange(len(patch), dtype=np.int32), blocks[:m]
 
 
 def stacked(one: Projection, other: Projection) -> Projection:

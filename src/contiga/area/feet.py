@@ -11,6 +11,7 @@ from contiga.area.base import AreaInput
 from contiga.area.hull import patch_of, unrolled
 from contiga.area.regions import Graph, Topology, regions, topology_of
 from contiga.geometry.body import Body
+from contiga.num.ordered import length, principal_axes, product
 from contiga.records import FloatArray, IntArray, Projection
 from contiga.search.projection import empty_projection, track
 from contiga.search.tables import tables_of
@@ -84,10 +85,10 @@ def _charts(
         own = np.flatnonzero(region == k).astype(np.int32)
         normal = feet.normal[own]
         mean = normal.mean(axis=0)
-        size = np.linalg.norm(mean)
-        if size > 0.0 and (normal @ mean).min() > SEEN * size:
-            across = np.linalg.svd(mean[None, :])[2][1:]
-            yield own, feet.point[own] @ across.T
+        size = length(mean)
+        if size > 0.0 and product(normal, mean).min() > SEEN * size:
+            across = principal_axes(mean[None, :])[1][1:]
+            yield own, product(feet.point[own], across.T)
             continue
         for patch in np.unique(feet.patch[own]):
             part = own[feet.patch[own] == patch]

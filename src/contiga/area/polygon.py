@@ -7,6 +7,7 @@ import numpy as np
 from contiga.errors import GeometryError
 from contiga.geometry.quadrature import gauss
 from contiga.geometry.surface import NurbsSurface
+from contiga.num.ordered import product
 from contiga.records import FloatArray
 
 RTOL = 1e-12
@@ -20,7 +21,7 @@ def plane_area(polygon: FloatArray) -> float:
     if len(polygon) < 3:
         return 0.0
     x, y = (polygon - polygon[0]).T
-    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    return 0.5 * float(product(x, np.roll(y, -1)) - product(y, np.roll(x, -1)))
 
 
 def area_over(surface: NurbsSurface, polygon: FloatArray, periods: tuple[float, float]) -> float:
@@ -144,4 +145,4 @@ def _integrals(
         np.clip(uv[:, :, axis], low, high, out=uv[:, :, axis])
     d = surface.derivatives(uv.reshape(-1, 2), 1)
     size = np.linalg.norm(np.cross(d[:, 1, 0], d[:, 0, 1]), axis=1).reshape(uv.shape[:2])
-    return (size @ weight) * twice
+    return product(size, weight) * twice

@@ -36,6 +36,7 @@ from contiga.geometry.body import Body
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trimesh import TriMesh
+from contiga.num.ordered import product
 from contiga.records import FloatArray
 
 Net = list[list[Vector]]
@@ -90,7 +91,7 @@ class Placed(Spec):
         """All steps as one (4, 4) matrix."""
         matrix = np.eye(4)
         for entry in self.transform:
-            matrix = entry.matrix @ matrix
+            matrix = product(entry.matrix, matrix)
         return matrix
 
 

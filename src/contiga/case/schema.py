@@ -39,6 +39,8 @@ from contiga.records import FloatArray
 _WHOLE = 1e-6
 # More steps than anybody would wait for: a step in the wrong unit.
 _MOST_STEPS = 10_000_000
+# Bytes; the parser takes about a second and ten times the memory for each million.
+_LARGEST_CASE = 32 * 1024**2
 
 
 class UnitsSpec(Spec):
@@ -208,6 +210,14 @@ def load_case(path: str | Path) -> Case:
     """
     path = Path(path)
     try:
+        if path.stat().st_size > _LARGEST_CASE:
+            raise FileError(
+                "too large for a case file",
+                where=str(path),
+                found=path.stat().st_size,
+                allowed=f"up to {_LARGEST_CASE} bytes",
+                remedy="Points and long tables belong in files that the case names",
+            )
         text = path.read_text(encoding="utf-8-sig")  # editors of Windows put a mark in front
     except FileNotFoundError as error:
         raise FileError("no such file", where=str(path), allowed="a case file (TOML)") from error
@@ -229,8 +239,10 @@ def parse_case(text: str, path: str | Path = "case.toml") -> Case:
     path = Path(path)
     try:
         data: dict[str, Any] = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # TOMLDecodeError, or a number or date Python refuses
         raise CaseError(f"is not valid TOML: {error}", where=str(path)) from error
+    except RecursionError as error:
+        raise CaseError("is not valid TOML: nested too deeply", where=str(path)) from error
     try:
         case = Case.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:

@@ -26,6 +26,7 @@ from contiga.geometry.edges import (
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop, TrimTables, build_trim_tables, check_loops
 from contiga.num.arrays import as_points, read_only
+from contiga.num.ordered import length
 from contiga.records import FloatArray, Hit, Projection
 
 if TYPE_CHECKING:
@@ -168,7 +169,7 @@ class Body:
     def size(self) -> float:
         """Length of the diagonal of `bounds`."""
         low, high = self.bounds()
-        return float(np.linalg.norm(high - low))
+        return length(high - low)
 
     def __repr__(self) -> str:
         trimmed = sum(entry is not None for entry in self._trims)
@@ -232,7 +233,7 @@ class Body:
         """Triangles of the faces, trims obeyed, without cracks at shared edges.
 
         `tol` is a length for "chord" and an area by patch for "net", as for patches."""
-        from contiga.geometry.trim_mesh import body_mesh
+        from contiga.geometry.body_mesh import body_mesh
 
         return body_mesh(self, tol, method).like(self.name, self.unit, self.reference_point)
 

@@ -43,6 +43,8 @@ class BodyEdge(NamedTuple):
     """Per use the parameter interval on the p-curve or side, low to high."""
     stated: float = 0.0
     """What the file says of the distance, length; 0 where it says nothing."""
+    corner: float = 0.0
+    """What the file says of how far ends of images may be from the corner they meet at, length."""
     gap: float = math.nan
     """The distance as `Body.edges` has measured it, length."""
 
@@ -59,6 +61,7 @@ def moved_edge(edge: BodyEdge, matrix: FloatArray) -> BodyEdge:
         curve=edge.curve.transformed(matrix),
         tolerance=edge.tolerance * scale,
         stated=edge.stated * scale,
+        corner=edge.corner * scale,
         gap=edge.gap * scale if even else math.nan,
     )
 

@@ -16,6 +16,7 @@ from contiga.geometry import knots as kv
 from contiga.geometry import transform
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
+from contiga.num.ordered import product, solve
 from contiga.records import FloatArray
 
 Axis = transform.Axis
@@ -121,7 +122,7 @@ def revolved(
     knots, circle_points, circle_weights = _unit_arc(0.0, angle)
     k, centre = transform.unit_axis(axis), transform.vector(origin, "origin")
     from_centre = curve.control_points - centre
-    along = np.outer(from_centre @ k, k)
+    along = np.outer(product(from_centre, k), k)
     out = from_centre - along
     reach = np.linalg.norm(from_centre, axis=1, keepdims=True)
     out[np.linalg.norm(out, axis=1) <= 1e-15 * reach[:, 0]] = 0.0
@@ -330,7 +331,7 @@ def _unit_arc(start: float, end: float) -> tuple[FloatArray, FloatArray, FloatAr
         cosine, sine = transform.cos_sin(start + 0.5 * i * step)
         points[i] = (far * cosine, far * sine)
         if i % 2 == 1 and weight == math.sqrt(0.5):
-            points[i] = points[i - 1] + points[i - 1] @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+            points[i] = points[i - 1] + product(points[i - 1], [[0.0, 1.0], [-1.0, 0.0]])
     if sweep >= 2.0 * math.pi:
         points[-1] = points[0]
     weights = np.where(np.arange(2 * pieces + 1) % 2 == 0, 1.0, weight)
@@ -350,7 +351,7 @@ def _wave(count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     knots = kv.open_knots(3, 8 * count + 3)
     at = kv.greville(knots, 3)
     matrix = kv.basis(knots, 3, at)[:, 0]
-    heights = np.linalg.solve(matrix, np.sin(2.0 * math.pi * count * at))
+    heights = solve(matrix, np.sin(2.0 * math.pi * count * at))
     return knots, at, np.asarray(heights, dtype=np.float64)
 
 

@@ -29,8 +29,12 @@ ALONG = 5
 def widest_slit(body: Body) -> float:
     """Faces that share an edge and are farther off it than this do not meet there, length."""
     size = body.size
-    stated = max((edge.stated for edge in body.edges), default=0.0)
-    return min(max(SLACK * stated, ROUNDING * size), LARGEST * size)
+    return min(max(SLACK * stated_tolerance(body), ROUNDING * size), LARGEST * size)
+
+
+def stated_tolerance(body: Body) -> float:
+    """The largest tolerance a file states of the edges and corners of its faces, length."""
+    return max((max(edge.stated, edge.corner) for edge in body.edges), default=0.0)
 
 
 def gaping_edges(body: Body) -> NDArray[np.bool_]:
@@ -71,7 +75,9 @@ def reach_of_loops(body: Body) -> defaultdict[tuple[int, int], float]:
     size = body.size
     reach: defaultdict[tuple[int, int], float] = defaultdict(lambda: POINT * size)
     for edge in body.edges:
-        own = min(SLACK * max(edge.tolerance, edge.stated) + POINT * size, LARGEST * size)
+        own = min(
+            SLACK * max(edge.tolerance, edge.stated, edge.corner) + POINT * size, LARGEST * size
+        )
         for use in edge.uses:
             key = (use.patch, use.loop)
             reach[key] = max(reach[key], own)

@@ -13,6 +13,7 @@ from contiga.geometry import knots as kv
 from contiga.geometry import refine, transform
 from contiga.geometry.curve import NurbsCurve, cartesian, homogeneous
 from contiga.num.arrays import as_parameters, read_only
+from contiga.num.ordered import product
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
@@ -277,7 +278,8 @@ class NurbsSurface:
         """The curve on the surface at a fixed `u` (running along v) or a fixed `v`."""
         axis, t = _one_of(u, v)
         weights = kv.basis(self.knots[axis], self.degrees[axis], [t])[0, 0]
-        points = np.tensordot(weights, self.homogeneous, axes=(0, axis))
+        net = np.moveaxis(self.homogeneous, axis, 0)
+        points = product(weights, net.reshape(len(net), -1)).reshape(-1, 4)
         return NurbsCurve._from_homogeneous(
             self.degrees[1 - axis], self.knots[1 - axis], points, self.is_rational
         )

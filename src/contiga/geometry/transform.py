@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError
+from contiga.num.ordered import length, product
 from contiga.records import FloatArray
 
 Axis = str | ArrayLike
@@ -39,7 +40,7 @@ def unit_axis(axis: Axis, where: str = "axis") -> FloatArray:
     if largest == 0.0:
         raise GeometryError("an axis must not be the zero vector", where=where, found=axis)
     direction = direction / largest
-    return np.asarray(direction / np.linalg.norm(direction))
+    return np.asarray(direction / length(direction))
 
 
 def translation(d: ArrayLike) -> FloatArray:
@@ -62,7 +63,7 @@ def rotation(axis: Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> F
     matrix = np.eye(4)
     matrix[:3, :3] = cosine * np.eye(3) + sine * cross + (1.0 - cosine) * np.outer(k, k)
     centre = vector(origin, "origin")
-    matrix[:3, 3] = centre - matrix[:3, :3] @ centre
+    matrix[:3, 3] = centre - product(matrix[:3, :3], centre)
     return matrix
 
 
@@ -89,7 +90,7 @@ def scaling(s: float | ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> FloatA
     centre = vector(origin, "origin")
     matrix = np.eye(4)
     matrix[:3, :3] = np.diag(np.broadcast_to(factors, (3,)))
-    matrix[:3, 3] = centre - matrix[:3, :3] @ centre
+    matrix[:3, 3] = centre - product(matrix[:3, :3], centre)
     return matrix
 
 
@@ -152,7 +153,7 @@ def affine(matrix: ArrayLike) -> FloatArray:
 
 def apply(matrix: FloatArray, points: FloatArray) -> FloatArray:
     """`points` (..., 3) moved by the affine `matrix`."""
-    return np.asarray(points @ matrix[:3, :3].T + matrix[:3, 3])
+    return np.asarray(product(points, matrix[:3, :3].T) + matrix[:3, 3])
 
 
 def reflects(matrix: FloatArray) -> bool:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from contiga.errors import MeshError
 from contiga.geometry import transform
 from contiga.num.arrays import as_points, read_only
+from contiga.num.ordered import length
 from contiga.records import FloatArray, Hit, IntArray, Projection
 
 if TYPE_CHECKING:
@@ -149,7 +150,7 @@ class TriMesh:
     def size(self) -> float:
         """Length of the diagonal of `bounds`."""
         low, high = self.bounds()
-        return float(np.linalg.norm(high - low))
+        return length(high - low)
 
     def volume(self) -> float:
         """Volume a closed mesh encloses, length³: positive if its normals point outward."""

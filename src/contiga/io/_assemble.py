@@ -26,6 +26,8 @@ class Edge(NamedTuple):
     curve: NurbsCurve
     tolerance: float
     """How far faces may be off it as the file has it, length."""
+    corner: float = 0.0
+    """How far ends may be from the corner they meet at as the file has it, length."""
 
 
 class _Use(NamedTuple):
@@ -130,6 +132,7 @@ class Assembly:
                         tuple(item.use for item in uses),
                         tuple(item.span for item in uses),
                         stated=edge.tolerance,
+                        corner=edge.corner,
                     )
                 )
         try:

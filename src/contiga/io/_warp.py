@@ -20,6 +20,7 @@ from contiga.geometry._trim_nb import parameter_at
 from contiga.geometry.bezier import extract_curve
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
+from contiga.num.ordered import product, solve
 from contiga.records import FloatArray
 
 DEGREE = 5
@@ -172,7 +173,7 @@ def _bernstein(t: FloatArray) -> FloatArray:
     return binomials * t[:, None] ** k * (1.0 - t[:, None]) ** (DEGREE - k)
 
 
-_TO_BERNSTEIN = np.linalg.inv(_bernstein(_NODES))
+_TO_BERNSTEIN = solve(_bernstein(_NODES), np.eye(DEGREE + 1))
 _AT_CHECKS = _bernstein(_CHECKS)
 
 
@@ -181,6 +182,6 @@ def _quintic(
 ) -> tuple[FloatArray, FloatArray]:
     """Quintic through the image of [a, b], and its largest miss (2,) in between."""
     mapped = image(np.clip(a + (b - a) * np.concatenate([_NODES, _CHECKS]), a, b))
-    control = _TO_BERNSTEIN @ mapped[: DEGREE + 1]
+    control = product(_TO_BERNSTEIN, mapped[: DEGREE + 1])
     control[[0, -1]] = mapped[[0, DEGREE]]
-    return control, np.abs(_AT_CHECKS @ control - mapped[DEGREE + 1 :]).max(axis=0)
+    return control, np.abs(product(_AT_CHECKS, control) - mapped[DEGREE + 1 :]).max(axis=0)

@@ -213,7 +213,7 @@ def _body(found: Transferred, path: Path, scale: float, unit: str | None) -> Bod
 
 
 def _edge(edge: Any, scale: float, accuracy: float) -> Edge | None:
-    """Curve and tolerance of an edge; None where it has no curve in space."""
+    """Curve and tolerances of an edge; None where it has no curve in space."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepLib import BRepLib
     from OCP.TopoDS import TopoDS, TopoDS_Iterator
@@ -224,12 +224,13 @@ def _edge(edge: Any, scale: float, accuracy: float) -> Edge | None:
     if curve is None:
         return None
     first, last = BRep_Tool.Range_s(edge)
-    tolerance = max(BRep_Tool.Tolerance_s(edge), accuracy)
+    corner = accuracy
     vertices = TopoDS_Iterator(edge)
     while vertices.More():
-        tolerance = max(tolerance, BRep_Tool.Tolerance_s(TopoDS.Vertex(vertices.Value())))
+        corner = max(corner, BRep_Tool.Tolerance_s(TopoDS.Vertex(vertices.Value())))
         vertices.Next()
-    return Edge(occ.curve3d_from(curve, first, last, scale), tolerance * scale)
+    tolerance = BRep_Tool.Tolerance_s(edge) * scale
+    return Edge(occ.curve3d_from(curve, first, last, scale), tolerance, corner * scale)
 
 
 def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where: str) -> None:

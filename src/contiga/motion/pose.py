@@ -15,6 +15,7 @@ from contiga.geometry import transform
 from contiga.geometry.transform import Axis
 from contiga.num import quaternion
 from contiga.num.arrays import as_points
+from contiga.num.ordered import product
 from contiga.records import FloatArray
 
 _RIGID = 1e-9
@@ -104,14 +105,14 @@ def as_pose(X: ArrayLike, where: str = "pose") -> FloatArray:
 
 def compose(*poses: FloatArray) -> FloatArray:
     """Matrix product: ``compose(X_AB, X_BC)`` is X_AC. What stands last is applied first."""
-    return reduce(np.matmul, poses, np.eye(4))
+    return reduce(product, poses, np.eye(4))
 
 
 def invert(X_AB: FloatArray) -> FloatArray:
     """X_BA: the pose of A in B."""
     X_BA = np.eye(4)
     X_BA[:3, :3] = X_AB[:3, :3].T
-    X_BA[:3, 3] = -X_AB[:3, :3].T @ X_AB[:3, 3]
+    X_BA[:3, 3] = -product(X_AB[:3, :3].T, X_AB[:3, 3])
     return X_BA
 
 
@@ -127,7 +128,7 @@ def apply(X_AB: FloatArray, points_B: ArrayLike) -> FloatArray:
 
 def apply_vectors(X_AB: FloatArray, vectors_B: ArrayLike) -> FloatArray:
     """Directions (n, 3) of the frame B in the frame A: turned, not moved."""
-    return np.asarray(as_points(vectors_B, "vectors") @ X_AB[:3, :3].T)
+    return np.asarray(product(as_points(vectors_B, "vectors"), X_AB[:3, :3].T))
 
 
 def to_quaternion(X: FloatArray) -> FloatArray:

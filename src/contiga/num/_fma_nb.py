@@ -16,10 +16,13 @@ from numba.extending import intrinsic
 
 def exact_fma(x, y, z):
     """x·y + z of floats, rounded once, without the instruction: by integers, which are exact."""
+    x, y, z = float(x), float(y), float(z)
     rounded = x * y + z
-    if not math.isfinite(x) or not math.isfinite(y) or not math.isfinite(z):
+    if not math.isfinite(x) or not math.isfinite(y):
         return rounded
-    (a, b), (c, d), (e, f) = (float(v).as_integer_ratio() for v in (x, y, z))
+    if not math.isfinite(z):
+        return z
+    (a, b), (c, d), (e, f) = (v.as_integer_ratio() for v in (x, y, z))
     numerator = a * c * f + e * b * d
     if numerator == 0:
         return rounded  # with the sign that zeros have

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import InputError
+from contiga.num.ordered import length, product
 from contiga.records import FloatArray
 
 # Below this angle between two quaternions sin θ / θ is 1 to rounding, and slerp is a straight line.
@@ -80,7 +81,7 @@ def from_matrix(R: FloatArray) -> FloatArray:
         q[1 + i] = 1.0 + R[i, i] - R[j, j] - R[k, k]
         q[1 + j] = R[j, i] + R[i, j]
         q[1 + k] = R[k, i] + R[i, k]
-    q /= np.linalg.norm(q)
+    q /= length(q)
     return -q if q[0] < 0.0 else q
 
 
@@ -90,11 +91,11 @@ def slerp(p: FloatArray, q: FloatArray, s: float) -> FloatArray:
     Shoemake, Animating Rotation with Quaternion Curves, SIGGRAPH 1985. Where `p` and `q` are
     half a turn apart both ways are as long and the one through `q` as given is taken.
     """
-    end = -q if float(p @ q) < 0.0 else q
+    end = -q if float(product(p, q)) < 0.0 else q
     # From the chord, since the arc cosine loses half its digits near 1.
-    angle = 2.0 * np.arctan2(np.linalg.norm(end - p), np.linalg.norm(end + p))
+    angle = 2.0 * np.arctan2(length(end - p), length(end + p))
     if angle < _SMALL:
         mixed = p + s * (end - p)
     else:
         mixed = (np.sin((1.0 - s) * angle) * p + np.sin(s * angle) * end) / np.sin(angle)
-    return np.asarray(mixed / np.linalg.norm(mixed))
+    return np.asarray(mixed / length(mixed))

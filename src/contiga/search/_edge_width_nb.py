@@ -12,6 +12,7 @@ from contiga.search._element_nb import parameters
 from contiga.search._global_nb import CUT, IN, OUT, SMOOTH, in_face
 
 BESIDE = -1.0
+BORDER = 2
 LARGEST_WINDOW = 1.0 / 64.0
 """Share of a patch's rectangle in which edges are looked for at most."""
 
@@ -57,7 +58,8 @@ def _piece_beside(trims, piece_width, patch, place, metric, widths):
     """Largest width of the pieces within whose width (u, v) lies, zero where there is none, and
     whether one of them is an edge that has width.
 
-    `widths` is the largest to look for, and that which every piece has at least.
+    `widths` is the largest to look for, and that which every piece has at least at which another
+    face joins.
     """
     wide, least = widths
     shared = False
@@ -78,7 +80,7 @@ def _piece_beside(trims, piece_width, patch, place, metric, widths):
             for k in range(trims.cell_start[cell], trims.cell_start[cell + 1]):
                 piece = trims.cell_pieces[k]
                 ends = trims.piece_ends[piece]
-                own = max(piece_width[piece], least)
+                own = max(piece_width[piece], least) if piece_width[piece] > 0.0 else 0.0
                 if (
                     min(ends[0], ends[2]) > u + du
                     or max(ends[0], ends[2]) < u - du
@@ -111,7 +113,7 @@ def _from_side(h, d, side, within):
 def _rim(elements, e, place, path, least, h):
     """Width of the element's sides within whose width a place lies; BESIDE where it lies beyond.
 
-    Sides that are no smooth joint are at least `least` wide.
+    Sides that are no smooth joint are at least `least` wide; where the surface ends, none is.
     """
     _, d, slack, _ = path
     row = elements.table[e]
@@ -125,7 +127,7 @@ def _rim(elements, e, place, path, least, h):
         cut_off = inner and elements.table[across]["trim"] == OUT
         if away < -max(3.0 * slack, own) and not cut_off:
             return BESIDE
-        if row["kind"][side] != SMOOTH:
+        if row["kind"][side] != SMOOTH and row["kind"][side] != BORDER:
             own = max(own, least)
         if abs(away) <= own:
             width = max(width, own)

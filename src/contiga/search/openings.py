@@ -15,6 +15,7 @@ from contiga.geometry.slits import (
     ROUNDING,
     gaping_edges,
     reach_of_loops,
+    stated_tolerance,
     stitches,
     widest_slit,
 )
@@ -52,7 +53,7 @@ class Openings(NamedTuple):
     slit_point: tuple[float, float, float]
     """Where that is, body frame."""
     tolerance: float
-    """Largest tolerance of a shared edge that the file states, 0 where it states none."""
+    """Largest tolerance of edges and corners that the file states, 0 where it states none."""
     bridged: float
     """Faces that are off a shared edge by up to this meet there all the same."""
     size: float
@@ -132,7 +133,6 @@ def openings_of(body: Body) -> Openings:
     sides, side_joints = _unnamed_sides(body)
     turned, at_odds = turned_faces(len(body.patches), joints.joints + side_joints)
     slit, patches, point = _worst(body)
-    shared = [edge for edge in body.edges if len(edge.uses) > 1]
     return Openings(
         free_edges=int(joints.open.sum()) + int(is_open.sum()) + len(sides),
         free_length=float(length + extents[is_open].sum() + sum(sides)),
@@ -143,7 +143,7 @@ def openings_of(body: Body) -> Openings:
         slit=slit,
         slit_patches=patches,
         slit_point=point,
-        tolerance=max((edge.stated for edge in shared), default=0.0),
+        tolerance=stated_tolerance(body),
         bridged=widest_slit(body),
         size=body.size,
     )

@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 from contiga.geometry.body import Body
 from contiga.geometry.trimesh import TriMesh
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
-from contiga.search import hits, projection, reach
+from contiga.search import ball, hits, projection, reach
 from contiga.search.records import Tables
 from contiga.search.tables import tables_of
 
@@ -59,6 +59,17 @@ class Surface(Protocol):
         """Lower bounds of the distance of p_B[rows] into lengths[rows]; zero when near."""
         ...  # pragma: no cover
 
+    def inner_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
+        """(len(rows),) radii of balls that touch inside at feet (patch, uv)[rows], else zero.
+
+        Such a ball, and every smaller one, holds no other point of the surface.
+        """
+        ...  # pragma: no cover
+
+    def outer_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
+        """(len(rows),) the same on the free side."""
+        ...  # pragma: no cover
+
 
 class ExactSurface(NamedTuple):
     """The search on a body's NURBS patches."""
@@ -100,6 +111,14 @@ class ExactSurface(NamedTuple):
     def reach(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
         """Distances to the nearest box of a leaf."""
         reach.box_reach(self.tables, p_B, rows, lengths)
+
+    def inner_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
+        """Lower bounds from cells of the elements."""
+        return ball.touching_radius(self.tables, patch, uv, rows, ball.INNER)
+
+    def outer_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
+        """Lower bounds from cells of the elements."""
+        return ball.touching_radius(self.tables, patch, uv, rows, ball.OUTER)
 
 
 def surface_of(master: Body | TriMesh) -> Surface:

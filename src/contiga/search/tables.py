@@ -182,9 +182,8 @@ def _fill(rows: Records, coefs: FloatArray, used: int) -> list[FloatArray]:
     rows["noise"] = ROUNDING * (p + q + 2) * extent
     if max(p, q) > MONOMIAL_DEGREE:
         return [net.ravel()]
-    monomial = np.einsum(
-        "ai,bj,eijc->eabc", monomial_matrix(p), monomial_matrix(q), net, optimize=True
-    )
+    rows_of_s = np.einsum("bj,eijc->eibc", monomial_matrix(q), net)
+    monomial = np.einsum("ai,eibc->eabc", monomial_matrix(p), rows_of_s)
     rows["monomial"] = used + net.size + stride * np.arange(len(rows))
     weights = net[..., 3].reshape(len(net), -1)
     uneven = weights.max(axis=1) > MONOMIAL_WEIGHTS * weights.min(axis=1)

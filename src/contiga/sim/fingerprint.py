@@ -100,7 +100,7 @@ class _Digest:
             for curve in chain.from_iterable(loops or ()):
                 self.arrays("trim", curve.knots, curve.control_points, curve.weights)
         for edge in body.edges:
-            self.text(repr((edge.uses, edge.spans, edge.tolerance, edge.stated)))
+            self.text(repr((edge.uses, edge.spans, edge.tolerance, edge.stated, edge.corner)))
 
     def slave(self, slave: Slave) -> None:
         """All that a contact uses of a slave."""

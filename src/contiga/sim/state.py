@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.num.ordered import product
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
 
 
@@ -104,8 +105,7 @@ class State:
         total = size.sum()
         if not total > 0.0:
             return np.full(3, np.nan)
-        centre: FloatArray = size @ self.foot / total
-        return centre
+        return product(size, self.foot) / total
 
     @property
     def pressure(self) -> FloatArray:

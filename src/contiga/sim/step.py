@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.num.ordered import length
 from contiga.records import ContactStatus, FloatArray
 from contiga.sim.clock import Clock
 from contiga.sim.simulation import Simulation
@@ -82,7 +83,7 @@ def history_row(simulation: Simulation, moment: Moment) -> dict[str, float]:
             "force_x": force[0],
             "force_y": force[1],
             "force_z": force[2],
-            "force": float(np.linalg.norm(force)),
+            "force": length(force),
             "moment_x": moment_about[0],
             "moment_y": moment_about[1],
             "moment_z": moment_about[2],

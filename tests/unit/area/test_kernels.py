@@ -8,11 +8,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 import contiga as cg
-from contiga.area import _facet_nb, _jacobian_nb, _touch_nb, _union_nb
-from contiga.area.facet import images_of
-from contiga.area.polygon import area_over
+from contiga.area import _facet_nb, _image_nb, _touch_nb, _union_nb
 from contiga.records import Projection
-from contiga.search.surface import surface_of
 
 pytestmark = pytest.mark.interpreted
 
@@ -97,7 +94,7 @@ def bowl():
     return cg.NurbsSurface((3, 3), (knots, knots), net, rng.uniform(0.7, 1.4, (4, 4)))
 
 
-def feet_at(body, surface, uv, patch=0):
+def feet_at(surface, uv, patch=0):
     n = len(uv)
     return Projection(
         np.full(n, patch, np.int32), uv, surface.evaluate(uv), surface.normal(uv), np.zeros(n),
@@ -105,90 +102,63 @@ def feet_at(body, surface, uv, patch=0):
     )  # fmt: skip
 
 
-def pieces(images, patch, n_c, fraction, row=(-1, -1, -1)):
+CORNER = np.array([[0, 1, 2]], np.int32)
+
+
+def whole(feet):
+    """Shares of one facet with corners 0, 1, 2, all in contact."""
+    share = np.empty((1, 3))
+    _image_nb.image_whole(CORNER, feet.point, feet.normal, share, 0, 1)
+    return share[0]
+
+
+def pieces(feet, n_c, fraction, row=(-1, -1, -1)):
     """Shares of one facet with corners 0, 1, 2."""
     share = np.empty((1, 3))
-    _jacobian_nb.master_pieces(
-        np.array([[0, 1, 2]], np.int32), patch, images, (n_c, np.array([row], np.int32)),
+    _image_nb.image_pieces(
+        CORNER, (feet.point, feet.normal), (n_c, np.array([row], np.int32)),
         np.array([fraction], dtype=float), share, 0, 1,
     )  # fmt: skip
     return share[0]
 
 
-@pytest.mark.parametrize(
-    ("n_c", "fraction", "cut"),
-    [
-        (1, (0.3, 1.0, 0.7), [(0, None), (0, 1, 0.3), (0, 2, 0.7)]),
-        (2, (1.0, 0.4, 0.8), [(0, None), (1, None), (1, 2, 0.4), (0, 2, 0.8)]),
-    ],
-)
-def test_one_cut_facet_has_the_area_of_its_image_to_third_order(n_c, fraction, cut):
+def test_a_whole_facet_is_shared_as_one_of_which_nothing_is_cut_off():
     surface = bowl()
-    body = cg.Body([surface])
-    errors = []
-    for h in (0.1, 0.05, 0.025):
-        uv = np.array([[0.4, 0.3], [0.4 + h, 0.3 + 0.2 * h], [0.4 + 0.1 * h, 0.3 + h]])
-        feet = feet_at(body, surface, uv)
-        share = pieces(images_of(surface_of(body), feet), feet.patch, n_c, fraction)
-        polygon = [
-            uv[c[0]] if c[1] is None else uv[c[0]] + c[2] * (uv[c[1]] - uv[c[0]]) for c in cut
-        ]
-        exact = area_over(surface, np.array(polygon), (0.0, 0.0))
-        errors.append(abs(share.sum() / exact - 1.0))
-        assert (share[n_c:] == 0.0).all()
-        assert (share[:n_c] > 0.0).all()
-    assert np.log2(errors[0] / errors[2]) / 2.0 > 2.8
-    assert errors[2] < 1e-5
-
-
-def test_a_whole_facet_is_shared_by_the_jacobian_at_its_corners():
-    surface = bowl()
-    body = cg.Body([surface])
     uv = np.array([[0.4, 0.3], [0.44, 0.31], [0.405, 0.35]])
-    feet = feet_at(body, surface, uv)
-    images = images_of(surface_of(body), feet)
-    share = np.empty((1, 3))
-    corner = np.array([[0, 1, 2]], np.int32)
-    _jacobian_nb.master_whole(corner, feet.patch, images, share, 0, 1)
-    assert share.sum() == pytest.approx(area_over(surface, uv, (0.0, 0.0)), rel=3e-5)
-    # ∫ J λ_k of a linear J: (J_a + J_b + J_c + J_k) times a twelfth of the facet in (u, v).
-    weight = images[:, 0].sum() + images[:, 0]
-    assert share[0] / share.sum() == pytest.approx(weight / weight.sum(), rel=1e-12)
-    # As a facet of which nothing is cut off.
-    assert pieces(images, feet.patch, 3, (1, 1, 1)) == pytest.approx(share[0], rel=1e-12)
+    feet = feet_at(surface, uv)
+    share = whole(feet)
+    assert pieces(feet, 3, (1, 1, 1)) == pytest.approx(share, rel=1e-12)
 
 
-@pytest.mark.parametrize("why", ["two patches", "a seam", "a corner of no patch"])
-def test_facets_without_one_image_are_measured_by_the_plane_triangle_of_their_feet(why):
-    surface = bowl()
-    body = cg.Body([surface])
+def test_corners_are_given_the_integrals_of_their_shape_functions():
     uv = np.array([[0.4, 0.3], [0.44, 0.31], [0.405, 0.35]])
-    feet = feet_at(body, surface, uv)
-    images = images_of(surface_of(body), feet)
-    patch = feet.patch
-    if why == "two patches":
-        patch = np.array([0, 1, 0], np.int32)
-    elif why == "a seam":
-        images[1, 3] += 5.0
-    else:
-        patch = np.array([0, -1, 0], np.int32)
+    share = whole(feet_at(cg.shapes.plane(), uv))
+    assert share == pytest.approx(np.full(3, share[0]), rel=1e-12)
+    # A bowl's are not alike: more of the area lies where it is steep.
+    feet = feet_at(bowl(), np.array([[0.1, 0.1], [0.5, 0.15], [0.15, 0.5]]))
+    steep = whole(feet)
+    assert np.ptp(steep) > 0.01 * steep.mean()
+    turned = feet._replace(point=feet.point[[1, 2, 0]], normal=feet.normal[[1, 2, 0]])
+    assert whole(turned) == pytest.approx(steep[[1, 2, 0]], rel=1e-12)
+
+
+def test_a_facet_whose_image_is_torn_is_measured_by_the_plane_triangle_of_its_feet():
+    surface = bowl()
+    feet = feet_at(surface, np.array([[0.4, 0.3], [0.44, 0.31], [0.405, 0.35]]))
+    feet.normal[1] *= -1.0
     a, b, c = feet.point
     flat = 0.5 * np.linalg.norm(np.cross(b - a, c - a))
-    share = np.empty((1, 3))
-    _jacobian_nb.master_whole(np.array([[0, 1, 2]], np.int32), patch, images, share, 0, 1)
-    assert share[0] == pytest.approx(np.full(3, flat / 3.0), rel=1e-12)
+    assert whole(feet) == pytest.approx(np.full(3, flat / 3.0), rel=1e-12)
     # With a corner cut off halfway: a quarter of it.
-    cut = pieces(images, patch, 1, (0.5, 1, 0.5))
+    cut = pieces(feet, 1, (0.5, 1, 0.5))
     assert cut == pytest.approx([flat / 4.0, 0.0, 0.0], rel=1e-12)
 
 
 def test_a_cut_on_a_border_is_where_the_foot_left():
     surface = bowl()
-    body = cg.Body([surface])
     # Rows 3 and 4 are the feet at the ends of the edges; corners 1 and 2 have none.
     uv = np.array([[0.4, 0.3], [0.9, 0.9], [0.9, 0.9], [0.43, 0.31], [0.405, 0.34]])
-    feet = feet_at(body, surface, uv)
-    images = images_of(surface_of(body), feet)
-    share = pieces(images, feet.patch, 1, (0.5, 1, 0.6), (3, -1, 4))
-    exact = area_over(surface, uv[[0, 3, 4]], (0.0, 0.0))
-    assert share == pytest.approx([exact, 0.0, 0.0], rel=3e-5)
+    feet = feet_at(surface, uv)
+    share = pieces(feet, 1, (0.5, 1, 0.6), (3, -1, 4))
+    one = feet_at(surface, uv[[0, 3, 4]])
+    assert share == pytest.approx([whole(one).sum(), 0.0, 0.0], rel=1e-12)

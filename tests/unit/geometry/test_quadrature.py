@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipe
 
-from contiga import NurbsSurface, shapes
+from contiga import NurbsCurve, NurbsSurface, shapes
 from contiga.errors import InputError
 
 PI = math.pi
@@ -94,3 +94,18 @@ def test_tolerances_outside_their_range_are_refused(rtol):
 def test_collapsed_surface_has_no_area():
     flat = NurbsSurface((1, 1), ([0, 0, 1, 1],) * 2, np.zeros((2, 2, 3)))
     assert flat.area() == 0.0
+
+
+def test_a_surface_without_area_but_for_rounding_is_not_quartered_for_ever():
+    ring = shapes.torus(major=8.0, minor=1e-14)
+    assert 0.0 <= ring.area(1e-9) < 1e-10
+    line = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], [[1e-17, 0.3, 0.1], [0.0, 0.3, 0.1]])
+    assert line.length(1e-12) < 1e-15
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_areas_and_lengths_beyond_all_numbers_end():
+    far = shapes.plane(width=1e200, length=1e200)
+    assert not np.isfinite(far.area(1e-9))
+    line = shapes.line((0.0, 0.0, 0.0), (1e200, 1e200, 0.0))
+    assert not np.isfinite(line.length(1e-9))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -194,3 +195,15 @@ def test_no_points_give_no_rows():
     surface = shapes.sphere()
     assert surface.evaluate(np.zeros((0, 2))).shape == (0, 3)
     assert surface.normal(np.zeros((0, 2))).shape == (0, 3)
+
+
+def test_a_copy_through_pickle_has_the_same_bits_and_cannot_be_written_to():
+    for surface in (shapes.sphere(radius=0.3), shapes.saddle()):
+        again = pickle.loads(pickle.dumps(surface, protocol=5))
+        assert again.homogeneous.tobytes() == surface.homogeneous.tobytes()
+        assert again.is_rational == surface.is_rational
+        assert not again.control_points.flags.writeable
+    for curve in (shapes.circle(radius=0.3), shapes.line((0, 0, 0), (1, 2, 3))):
+        again = pickle.loads(pickle.dumps(curve, protocol=5))
+        assert again.homogeneous.tobytes() == curve.homogeneous.tobytes()
+        assert not again.control_points.flags.writeable

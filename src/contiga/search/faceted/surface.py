@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from contiga.errors import MeshError
 from contiga.geometry.trimesh import TriMesh
 from contiga.num.threads import run_ranges
@@ -63,6 +65,14 @@ class FacetedSurface(NamedTuple):
         """Distances to the nearest box of a triangle."""
         facets = self.tables.facets
         run_ranges(_closest_nb.box_reach, len(rows), POINTS, facets, p_B, rows, lengths)
+
+    def inner_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
+        """Nothing is known: a mesh has a kink along every edge."""
+        return np.zeros(len(rows))
+
+    def outer_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
+        """Nothing is known: a mesh has a kink along every edge."""
+        return np.zeros(len(rows))
 
 
 def faceted_surface(mesh: TriMesh) -> FacetedSurface:

@@ -9,6 +9,7 @@ import numpy as np
 
 from contiga.errors import MeshError
 from contiga.geometry.trimesh import TriMesh
+from contiga.num.ordered import length
 from contiga.records import FloatArray, IntArray
 from contiga.search.faceted import _boxes_nb
 from contiga.search.faceted.records import BORDER, NEIGHBOUR, TRIANGLE, VERTEX, Facets
@@ -96,7 +97,7 @@ def _facets(
     link[:, NEIGHBOUR:VERTEX], link[:, VERTEX:TRIANGLE] = neighbour, vertex
     link[:, TRIANGLE] = t.kept[order]
     slot = np.where(t.twin >= 0, slot_of[np.maximum(t.twin, 0)], -1).astype(np.int32)
-    size = float(np.linalg.norm(np.ptp(t.points, axis=0)))
+    size = length(np.ptp(t.points, axis=0))
     scale = np.array([size, RELATIVE_TOLERANCE * size])
     around_first = np.concatenate([t.ring_first, t.ring_first[-1] + t.fan_first[1:]])
     around = slot_of[np.concatenate([t.ring, t.fan])]

@@ -1,0 +1,232 @@
+"""Cells of elements with rigorous bounds of how their surface runs, turns and bends.
+
+A cell is a rectangle of one element. Its own parameters (x, y) go from −1/2 to 1/2. Let a, b be
+the derivatives at its middle, n its normal there, and (a b) = Q R with orthonormal columns of Q:
+lengths and bends are told in the coordinates R (dx, dy), in which the metric of the middle is one.
+All bounds come from Bernstein coefficients, as in `_bounds_nb`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contiga.search._bounds_nb import derivative_bounds, restrict
+from contiga.search._element_nb import evaluate
+
+WORST = 0.98
+"""Cells whose derivatives differ more than this share from those of their middle bound nothing."""
+
+
+@njit(cache=True)
+def _span(g, degree, order):
+    """Least and largest coefficient of the difference of `order` of the scalar net `g`."""
+    p, q = degree
+    a, b = order
+    if a > p or b > q:
+        return 0.0, 0.0
+    work = g.copy()
+    factor = 1.0
+    for m in range(a):
+        factor *= p - m
+        for i in range(p - m):
+            for j in range(q + 1):
+                work[i * (q + 1) + j] = work[(i + 1) * (q + 1) + j] - work[i * (q + 1) + j]
+    for m in range(b):
+        factor *= q - m
+        for i in range(p + 1 - a):
+            for j in range(q - m):
+                work[i * (q + 1) + j] = work[i * (q + 1) + j + 1] - work[i * (q + 1) + j]
+    low = math.inf
+    high = -math.inf
+    for i in range(p + 1 - a):
+        for j in range(q + 1 - b):
+            low = min(low, work[i * (q + 1) + j])
+            high = max(high, work[i * (q + 1) + j])
+    return factor * low, factor * high
+
+
+@njit(cache=True)
+def _largest(g, degree, order):
+    low, high = _span(g, degree, order)
+    return max(-low, high)
+
+
+@njit(cache=True)
+def _quotient_span(g, degree, order, weights, slack):
+    """Bounds of the difference of `g` over a weight between `weights`, widened by `slack`."""
+    low, high = _span(g, degree, order)
+    least, most = weights
+    return min(low / least, low / most) - slack, max(high / least, high / most) + slack
+
+
+@njit(cache=True)
+def deviation(cell, da, db):
+    """Norm of a change of the derivatives by at most (da, db), in the cell's own metric."""
+    r11, r12, r22 = cell["metric"]
+    return math.hypot(da / r11, (db + da * abs(r12) / r11) / r22)
+
+
+@njit(cache=True)
+def _eigenvalues(m11, m12, m22):
+    middle = 0.5 * (m11 + m22)
+    reach = math.hypot(0.5 * (m11 - m22), m12)
+    return middle - reach, middle + reach
+
+
+@njit(cache=True)
+def bends(cell, slack):
+    """Least and largest of N·S''(d, d) over |R d|², N any unit vector near the cell's normal.
+
+    `slack` is the largest |N − n|. Positive is towards the normal.
+    """
+    r11, r12, r22 = cell["metric"]
+    form = cell["form"]
+    second = cell["second"]
+    i11 = 1.0 / r11
+    i22 = 1.0 / r22
+    i12 = -r12 * i11 * i22
+    least = math.inf
+    most = -math.inf
+    for side in range(2):  # the diagonal of S'' at its lower, then at its upper bounds
+        sign = 2.0 * side - 1.0
+        ss = form[side] + sign * slack * second[0]
+        tt = form[4 + side] + sign * slack * second[2]
+        for other in range(2):
+            st = form[2 + other] + (2.0 * other - 1.0) * slack * second[1]
+            m11 = ss * i11 * i11
+            m12 = i11 * (ss * i12 + st * i22)
+            m22 = ss * i12 * i12 + 2.0 * st * i12 * i22 + tt * i22 * i22
+            low, high = _eigenvalues(m11, m12, m22)
+            if side == 0:
+                least = min(least, low)
+            else:
+                most = max(most, high)
+    return least, most
+
+
+@njit(cache=True)
+def _unit_normal(h, hs, ht, cell):
+    """Frame of the middle into the cell; False where the derivatives span no plane."""
+    ax, ay, az = h[0, 1] * hs, h[1, 1] * hs, h[2, 1] * hs
+    bx, by, bz = h[0, 2] * ht, h[1, 2] * ht, h[2, 2] * ht
+    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    area = math.sqrt(nx * nx + ny * ny + nz * nz)
+    r11 = math.sqrt(ax * ax + ay * ay + az * az)
+    long = math.sqrt(bx * bx + by * by + bz * bz)
+    cell["extent"] = 0.5 * math.sqrt(
+        max(
+            (ax + bx) ** 2 + (ay + by) ** 2 + (az + bz) ** 2,
+            (ax - bx) ** 2 + (ay - by) ** 2 + (az - bz) ** 2,
+        )
+    )
+    if not area > 1e-6 * r11 * long:
+        return False
+    cell["first"][0, 0] = ax
+    cell["first"][0, 1] = ay
+    cell["first"][0, 2] = az
+    cell["first"][1, 0] = bx
+    cell["first"][1, 1] = by
+    cell["first"][1, 2] = bz
+    cell["normal"][0] = nx / area
+    cell["normal"][1] = ny / area
+    cell["normal"][2] = nz / area
+    cell["metric"][0] = r11
+    cell["metric"][1] = (ax * bx + ay * by + az * bz) / r11
+    cell["metric"][2] = area / r11
+    return True
+
+
+@njit(cache=True)
+def _normal_bounds(g, w, degree, cell):
+    """Bounds of n·S' (returned) and n·S'' (into the cell) from the nets n·A and w."""
+    p, q = degree
+    least = w.min()
+    most = w.max()
+    thick = 0.0
+    for k in range((p + 1) * (q + 1)):
+        thick = max(thick, abs(g[k]) / w[k])
+    w10 = _largest(w, degree, (1, 0))
+    w01 = _largest(w, degree, (0, 1))
+    f10 = (_largest(g, degree, (1, 0)) + w10 * thick) / least
+    f01 = (_largest(g, degree, (0, 1)) + w01 * thick) / least
+    weights = (least, most)
+    form = cell["form"]
+    slack = (2.0 * w10 * f10 + _largest(w, degree, (2, 0)) * thick) / least
+    form[0], form[1] = _quotient_span(g, degree, (2, 0), weights, slack)
+    slack = (w10 * f01 + w01 * f10 + _largest(w, degree, (1, 1)) * thick) / least
+    form[2], form[3] = _quotient_span(g, degree, (1, 1), weights, slack)
+    slack = (2.0 * w01 * f01 + _largest(w, degree, (0, 2)) * thick) / least
+    form[4], form[5] = _quotient_span(g, degree, (0, 2), weights, slack)
+    return f10, f01
+
+
+@njit(cache=True)
+def measure(elements, e, centre, cell):
+    """Fill in the bounds of a cell whose element and box are set; lengths about `centre`."""
+    box = cell["box"]
+    table = elements.table[e]
+    p = table["degree"][0]
+    q = table["degree"][1]
+    start = table["bernstein"]
+    n = (p + 1) * (q + 1)
+    net = np.empty((n, 4))
+    h = np.empty((4, 6))
+    hs = box[1] - box[0]
+    ht = box[3] - box[2]
+    restrict(
+        elements.coefs[start : start + 4 * n], (p, q), (box[0], box[1], box[2], box[3]), net
+    )
+    evaluate(elements, e, 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3]), h)
+    for k in range(4):
+        place = k // 2 * p * (q + 1) + k % 2 * q
+        for c in range(3):
+            cell["corner"][k, c] = net[place, c] / net[place, 3] + (table["origin"][c] - centre[c])
+    for c in range(3):
+        cell["middle"][c] = h[c, 0] + (table["origin"][c] - centre[c])
+    spans = _unit_normal(h, hs, ht, cell)
+    g = np.zeros(n)
+    if spans:
+        for k in range(n):
+            for c in range(3):
+                g[k] += cell["normal"][c] * (net[k, c] - net[k, 3] * h[c, 0])
+        f10, f01 = _normal_bounds(g, net[:, 3].copy(), (p, q), cell)
+    bound = np.empty(9)
+    corner = np.empty((2, 3))
+    derivative_bounds(net, (p, q), (1.0, 1.0), bound, corner[0], corner[1])
+    second = cell["second"]
+    for k in range(3):
+        # Seen from the middle the bound of a rational cell is about half as large.
+        size = hs * hs if k == 0 else (hs * ht if k == 1 else ht * ht)
+        at_middle = size * math.sqrt(h[0, 3 + k] ** 2 + h[1, 3 + k] ** 2 + h[2, 3 + k] ** 2)
+        second[k] = min(bound[2 + k], at_middle + 0.5 * (bound[5 + k] + bound[6 + k]))
+    cell["bulge"] = 0.125 * (second[0] + second[2])
+    cell["rise"] = cell["bulge"]
+    cell["sink"] = cell["bulge"]
+    cell["turn"] = math.inf
+    if not spans:
+        return
+    form = cell["form"]
+    cell["rise"] = 0.125 * (max(-form[0], 0.0) + max(-form[4], 0.0))
+    cell["sink"] = 0.125 * (max(form[1], 0.0) + max(form[5], 0.0))
+    turn = deviation(cell, 0.5 * (second[0] + second[1]), 0.5 * (second[1] + second[2]))
+    if not turn < WORST:
+        return
+    tilt = deviation(cell, f10, f01) / (1.0 - turn)
+    if not tilt < WORST:
+        return
+    cell["turn"] = turn
+    cell["tilt"] = tilt
+    cell["extent"] *= 1.0 + turn
+    low, high = bends(cell, 2.0 * math.sin(0.5 * math.asin(tilt)))
+    cell["bend"][0] = low / ((1.0 - turn) ** 2 if low < 0.0 else (1.0 + turn) ** 2)
+    cell["bend"][1] = high / ((1.0 - turn) ** 2 if high > 0.0 else (1.0 + turn) ** 2)
+
+
+@njit(cache=True)
+def measure_cells(elements, centre, cells, start, stop):
+    """`measure` of cells[start:stop]."""
+    for k in range(start, stop):
+        measure(elements, cells[k]["element"], centre, cells[k])
