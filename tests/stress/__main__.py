@@ -7,13 +7,16 @@ not flagged.
 from __future__ import annotations
 
 import argparse
+import os
+import re
+import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
-from tests.stress import segments, shaking, solids
-from tests.stress.tally import Tally, write
+from tests.stress import motions, segments, shaking, solids, tracking
+from tests.stress.tally import Clock, Tally, write
 
 Part = Callable[[bool, int], Iterator[Tally]]
 
@@ -32,7 +35,55 @@ def shoot(full: bool, seed: int) -> Iterator[Tally]:
         yield segments.shot(solids.solid(name), 600_000 if full else 6_000, seed)
 
 
-PARTS: dict[str, Part] = {"shaking": shake, "segments": shoot}
+def track(full: bool, seed: int) -> Iterator[Tally]:
+    """Tracked steps of every size: 1e7 in full."""
+    for name in tracking.names():
+        item = tracking.tracked(name)
+        count = 430_000 if full else 1_600
+        yield tracking.follow(item, count, seed, scales=16 if full else 8)
+
+
+def refine(full: bool, _: int) -> Iterator[Tally]:
+    """The same motions in n, 10 n and, in full, 100 n steps."""
+    for name in motions.MOTIONS:
+        yield motions.refine(name, finest=3 if full else 2)
+
+
+def slide(full: bool, seed: int) -> Iterator[Tally]:
+    """Points that travel round each solid with a closed form."""
+    for name in solids.RECIPES:
+        yield motions.slide(solids.solid(name), 40, 4000 if full else 400, seed)
+
+
+def turn(full: bool, seed: int) -> Iterator[Tally]:
+    """A blade and internal teeth against points on arcs."""
+    for name in motions.TURNS:
+        yield motions.turn(name, 2000 if full else 300, 2000 if full else 60, seed)
+
+
+def faces(full: bool, _: int) -> Iterator[Tally]:
+    """Every face of every CAD file against OpenCASCADE: the reference test, in full if asked."""
+    command = [sys.executable, "-m", "pytest", "-q", "tests/reference/test_projection_cad.py"]
+    environment = os.environ | ({"CONTIGA_FULL": "1"} if full else {})
+    with Clock(Tally("faces against OpenCASCADE, files")) as tally:
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        tally.count = sum(map(int, re.findall(r"(\d+) (?:passed|failed)", done.stdout)))
+        failed = sum(map(int, re.findall(r"(\d+) failed", done.stdout)))
+        tally.wrong = failed or int(done.returncode != 0)
+        if tally.wrong:
+            tally.faults.append({"kind": "pytest", "output": done.stdout[-2000:]})
+    yield tally
+
+
+PARTS: dict[str, Part] = {
+    "shaking": shake,
+    "segments": shoot,
+    "tracking": track,
+    "refinement": refine,
+    "sliding": slide,
+    "turning": turn,
+    "faces": faces,
+}
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -175,7 +175,7 @@ RECIPES: dict[str, Recipe] = {
     "torus": Recipe(lambda: parts.solid_torus(30.0, 8.0), fields.torus(30.0, 8.0)),
     "shell": _shell(),
     "link rod": _link(),
-    "small link rod": _link(0.01),
+    "small link rod": _link(0.1),
     "internal gear": _prism([circle((0.0, 0.0), 40.0), teeth(*GEAR)], 6.0),
     "blade": _prism([blade(*BLADE)], 15.0),
 }

@@ -1,16 +1,20 @@
-"""Samples of `make stress`, and that its judges see what is wrong."""
+"""Samples of `make stress`."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.stress import segments, shaking, solids
+from tests.stress import motions, segments, shaking, solids, tracking
 from tests.stress.tally import Tally
+
+SOLIDS = list(solids.RECIPES)
+SAMPLED = ("slot", "cup", "torus", "block, fillets 3", "internal gear")
+SURFACES = ("sphere", "cylinder", "ellipsoid", "high bumps", "rational", "with creases")
 
 
 @pytest.fixture(autouse=True)
 def _data(data_dir):
-    """CAD files count as part of the sample."""
+    """CAD files are part of the sample."""
 
 
 def clean(tally: Tally) -> None:
@@ -18,12 +22,34 @@ def clean(tally: Tally) -> None:
     assert tally.count > 0
 
 
-@pytest.mark.parametrize("name", solids.names())
+@pytest.mark.parametrize("name", [*SOLIDS, *solids.CLOSED_FILES])
 def test_after_each_step_of_shaking_contact_is_inside_and_came_in(name):
     scales = np.geomspace(1e-6, 0.3, 8)
     clean(shaking.shaken(solids.solid(name), scales, n=90, steps=8, seed=11))
 
 
-@pytest.mark.parametrize("name", solids.names())
+@pytest.mark.parametrize("name", [*SOLIDS, *solids.CLOSED_FILES])
 def test_segments_of_every_length_and_angle_enter_where_they_do(name):
-    clean(segments.shot(solids.solid(name), 5_000, seed=12))
+    clean(segments.shot(solids.solid(name), 3_000, seed=12))
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_tracked_feet_are_those_of_tiny_steps_or_flagged(name):
+    clean(tracking.follow(tracking.tracked(name), 1_600, seed=13))
+
+
+@pytest.mark.parametrize("name", motions.MOTIONS)
+def test_ten_times_as_many_steps_end_in_the_same_contacts_and_depths(name):
+    tally = motions.refine(name, finest=2)
+    clean(tally)
+    assert tally.notes["contacts"] > 50
+
+
+@pytest.mark.parametrize("name", SAMPLED)
+def test_points_pressed_at_one_depth_travel_round_with_a_continuous_foot(name):
+    clean(motions.slide(solids.solid(name), 20, 300, seed=14))
+
+
+@pytest.mark.parametrize("name", motions.TURNS)
+def test_blades_and_teeth_touch_points_where_their_arcs_say(name):
+    clean(motions.turn(name, 300, 40, seed=15))

@@ -1,0 +1,105 @@
+"""Cases of the list in README.md that are tested nowhere else: folds, and trims of every kind."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import contiga as cg
+from contiga.records import Status
+
+
+def polygon(corners):
+    """A loop of straight p-curves."""
+    ends = [*corners, corners[0]]
+    return tuple(cg.NurbsCurve(1, [0, 0, 1, 1], [[*a, 0.0], [*b, 0.0]]) for a, b in pairwise(ends))
+
+
+def folded():
+    """A sheet folded like an S: three flat layers 0.4 apart, joined by round bends."""
+    there = np.linspace(0.0, 2.0, 5)
+    x = [*there, 2.4, 2.4, *there[::-1], -0.4, -0.4, *there]
+    y = 6 * [0.0] + 7 * [0.4] + 6 * [0.8]
+    points = np.column_stack([x, y, np.zeros(19)])
+    knots = np.concatenate([4 * [0.0], np.arange(1, 16) / 16.0, 4 * [1.0]])
+    return cg.Body.from_profile(cg.NurbsCurve(3, knots, points))
+
+
+@pytest.mark.parametrize("finer", [1, 16])
+def test_a_foot_on_a_folded_sheet_stays_on_its_layer_where_the_closest_point_jumps(finer):
+    body = folded()
+    heights = np.linspace(0.05, 0.38, 12 * finer + 1)
+    x = np.linspace(0.7, 1.3, 25)
+    at = np.column_stack([x, np.full(25, heights[0]), 0.0 * x])
+    feet = first = body.project(at)
+    for y in heights[1:]:
+        at[:, 1] = y
+        feet = body.project(at, start=feet, mode="track")
+        assert (feet.status == Status.OK).all()
+    closest = body.project(at)
+    assert (np.abs(closest.gap) < np.abs(feet.gap) - 0.1).all()
+    assert (np.abs(feet.uv - first.uv)[:, 0] < 0.1).all()
+    # The same feet, however many steps it took.
+    once = body.project(at, start=first, mode="track")
+    np.testing.assert_allclose(feet.point, once.point, rtol=0, atol=1e-11)
+
+
+def test_feet_on_a_plate_with_a_thousand_holes():
+    n, radius = 32, 0.01
+    centres = (np.arange(n) + 0.5) / n
+    square = polygon([(0, 0), (1, 0), (1, 1), (0, 1)])
+    holes = [
+        (cg.shapes.circle(radius=radius, centre=[u, v, 0.0]),) for u in centres for v in centres
+    ]
+    body = cg.Body([cg.shapes.plane(centre=(0.5, 0.5, 0.0))], trims=[[square, *holes]])
+    rng = np.random.default_rng(4)
+    p = rng.uniform([0.0, 0.0, -0.01], [1.0, 1.0, 0.01], (4000, 3))
+    p[::2, :2] = rng.choice(centres, (2000, 2)) + radius * rng.normal(scale=0.6, size=(2000, 2))
+    feet = body.project(p)
+    to_centre = p[:, :2] - (np.floor(p[:, :2] * n) + 0.5) / n
+    over = np.maximum(radius - np.hypot(*to_centre.T), 0.0)
+    np.testing.assert_allclose(np.abs(feet.gap), np.hypot(over, p[:, 2]), rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(feet.status[over > 1e-9], Status.TRIMMED)
+    np.testing.assert_array_equal(feet.status[over == 0.0], Status.OK)
+
+
+def around(p, angles, heights):
+    """Distances to a rectangle in (angle, z) of the unit cylinder: its inside and its border."""
+    a, rho = np.arctan2(p[:, 1], p[:, 0]) % (2.0 * np.pi), np.hypot(p[:, 0], p[:, 1])
+    z = np.clip(p[:, 2], *heights)
+    within = (a >= angles[0]) & (a <= angles[1])
+    inside = np.hypot(rho - 1.0, p[:, 2] - z)
+    to_lines = [
+        np.sqrt((p[:, 0] - np.cos(t)) ** 2 + (p[:, 1] - np.sin(t)) ** 2 + (p[:, 2] - z) ** 2)
+        for t in angles
+    ]
+    return np.where(within, inside, np.minimum(*to_lines))
+
+
+def test_feet_on_a_cylinder_trimmed_to_270_degrees():
+    loop = polygon([(0, 0), (0.75, 0), (0.75, 1), (0, 1)])
+    body = cg.Body([cg.shapes.cylinder(height=2.0)], trims=[[loop]])
+    p = np.random.default_rng(5).uniform(-1.6, 1.6, (3000, 3))
+    away = around(p, (0.0, 1.5 * np.pi), (-1.0, 1.0))
+    feet = body.project(p)
+    np.testing.assert_allclose(np.linalg.norm(p - feet.point, axis=1), away, rtol=0, atol=1e-11)
+
+
+def test_feet_about_a_window_that_crosses_the_seam():
+    """Cut out of both ends of the rectangle: −45° to 45°, the middle two fifths of the height."""
+    loop = polygon([(0, 0), (1, 0), (1, 0.3), (0.875, 0.3), (0.875, 0.7), (1, 0.7), (1, 1), (0, 1),
+                    (0, 0.7), (0.125, 0.7), (0.125, 0.3), (0, 0.3)])  # fmt: skip
+    body = cg.Body([cg.shapes.cylinder(height=2.0)], trims=[[loop]])
+    p = np.random.default_rng(6).uniform([0.2, -1.2, -1.2], [1.6, 1.2, 1.2], (3000, 3))
+    eighth = 0.25 * np.pi
+    whole = (0.0, 2.0 * np.pi)
+    away = np.minimum.reduce([
+        around(p, (eighth, 7.0 * eighth), (-1.0, 1.0)),
+        around(p, whole, (-1.0, -0.4)),
+        around(p, whole, (0.4, 1.0)),
+    ])  # fmt: skip
+    feet = body.project(p)
+    np.testing.assert_allclose(np.linalg.norm(p - feet.point, axis=1), away, rtol=0, atol=1e-11)
+    assert (feet.status == Status.TRIMMED).sum() > 200
