@@ -73,7 +73,7 @@ def on_cone(nodes, half):
 
 
 @pytest.mark.parametrize("half", [np.pi / 6, np.pi / 4, np.pi / 3])
-def test_beside_the_tip_of_a_cone_errors_are_of_fourth_order_in_size_over_distance(half):
+def test_beside_the_tip_of_a_cone_errors_are_of_third_order_in_size_over_distance(half):
     cone = cg.Body([cg.shapes.cone(radius=4.0 * np.tan(half), height=4.0)])
     worst = []
     tip = np.array([0.0, 0.0, 4.0])
@@ -89,7 +89,7 @@ def test_beside_the_tip_of_a_cone_errors_are_of_fourth_order_in_size_over_distan
             errors.append(abs(found / on_cone(nodes, half) - 1.0))
         worst.append(max(errors))
     assert worst[0] < 3e-3
-    assert worst[0] > 10.0 * worst[1] > 100.0 * worst[2]
+    assert worst[0] > 8.0 * worst[1] > 64.0 * worst[2]
 
 
 def polar_net(n, rings, reach):
