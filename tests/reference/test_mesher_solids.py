@@ -170,9 +170,12 @@ CURVED = {
 
 @pytest.mark.parametrize("name", CURVED)
 def test_no_more_than_twice_the_fewest_triangles(name):
-    """The bound is that of Pottmann et al. for corners on the surface: no mesh has fewer."""
+    """The bound is that of Pottmann et al. for corners on the surface: no mesh has fewer.
+
+    It holds for small distances; the waves of the plate are small beside coarser ones.
+    """
     body = Body([CURVED[name]])
-    tol = 1e-4 * body.size
+    tol = (1e-5 if name == "bumpy" else 1e-4) * body.size
     assert len(body.tessellate(tol).triangles) <= 2.0 * fewest_triangles(body, tol)
 
 

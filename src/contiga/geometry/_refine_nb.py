@@ -35,11 +35,11 @@ from contiga.geometry._triangulation_nb import (
 
 NEW, GOOD, CHECKED, GIVEN_UP = 0, 1, 2, 3
 """States of a triangle."""
-ALLOWED = 0.97
+ALLOWED = 0.985
 """Share of the wanted distance that is used, so that places between the sampled ones keep it."""
-RADIUS = 0.97
+RADIUS = 0.95
 """Wanted circle around a triangle, in the metric."""
-CLOSEST = 0.6
+CLOSEST = 0.7
 """A new vertex keeps this distance from others, in the metric."""
 SMALLEST = 1e-26
 """Triangles with less than this area in the unit square are not cut any further."""

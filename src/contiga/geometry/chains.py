@@ -32,6 +32,8 @@ POLE_ANGLE = np.pi / 4
 """Largest angle at a pole between two of its places in (u, v)."""
 MATCHED = 513
 """Places from which the parameter of an edge is carried over to a patch's."""
+EVEN = 0.96
+"""Share of the distance for which vertices are spread, which never come out quite even."""
 WITHIN = np.array([0.25, 0.5, 0.75])
 
 Evaluate = Callable[[FloatArray], FloatArray]
@@ -127,7 +129,7 @@ def chain_shares(edge: EdgeShape, sag: float, closed: bool) -> FloatArray:
     that miss are halved.
     """
     corners = _kinks(edge.curve)
-    parts = [_spread(edge, a, b, sag) for a, b in pairwise(corners)]
+    parts = [_spread(edge, a, b, EVEN * sag) for a, b in pairwise(corners)]
     share = np.append(np.concatenate([part[:-1] for part in parts]), 1.0)
     least = 3 if closed else 1
     if len(share) <= least:
