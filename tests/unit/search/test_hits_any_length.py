@@ -224,7 +224,9 @@ def test_a_sphere_lowered_in_small_steps_takes_every_point_of_a_sheet(step):
     rng = np.random.default_rng(14)
     r, turn = 0.2 * np.sqrt(rng.uniform(size=600)), rng.uniform(0, 7, 600)
     points = np.column_stack([r * np.cos(turn), r * np.sin(turn), np.zeros(600)])
-    contact = cg.Contact(cg.Body([cg.shapes.sphere()]), cg.Slave(points, area=np.ones(600)), law=cg.PenaltyLaw(1.0))
+    contact = cg.Contact(
+        cg.Body([cg.shapes.sphere()]), cg.Slave(points, area=np.ones(600)), law=cg.PenaltyLaw(1.0)
+    )
     # Only as deep as 40 steps, so that a few hundred points come in one after the other.
     depth = 40 * step
     start = np.eye(4)
