@@ -160,10 +160,11 @@ def _solve(elements, e, box, start, path, h):
         e1 = r1 + x * d[1]
         e2 = r2 + x * d[2]
         miss = math.sqrt(e0 * e0 + e1 * e1 + e2 * e2)
-        ds = (r0 * (b1 * d[2] - b2 * d[1]) + r1 * (b2 * d[0] - b0 * d[2])) / c
-        ds += r2 * (b0 * d[1] - b1 * d[0]) / c
-        dt = (r0 * (d[1] * a2 - d[2] * a1) + r1 * (d[2] * a0 - d[0] * a2)) / c
-        dt += r2 * (d[0] * a1 - d[1] * a0) / c
+        # From the miss, not from the start: that far away the products cancel to noise.
+        ds = (e0 * (b1 * d[2] - b2 * d[1]) + e1 * (b2 * d[0] - b0 * d[2])) / c
+        ds += e2 * (b0 * d[1] - b1 * d[0]) / c
+        dt = (e0 * (d[1] * a2 - d[2] * a1) + e1 * (d[2] * a0 - d[0] * a2)) / c
+        dt += e2 * (d[0] * a1 - d[1] * a0) / c
         ds = min(max(s + ds, box[0]), box[1]) - s
         dt = min(max(t + dt, box[2]), box[3]) - t
         s += ds
