@@ -19,8 +19,14 @@ from contiga.search._element_nb import BINOMIAL
 KINK = 1e-9
 """Derivatives that jump by less than this share of themselves are continuous: a surface that
 turns by an angle ε reaches ε²ρ/2 into a ball of radius ρ, which is less than rounding."""
-TURN = 0.8
-"""Blocks in which the derivatives change by more than this share prove nothing of use."""
+TURN = 0.9
+"""Blocks in which the derivatives change by more than this share prove nothing of use,"""
+GROWN = 0.6
+"""and beyond the cells next to it no block is grown farther than this."""
+WIDE = 2.0
+"""How far blocks are grown beyond their cell, in lengths of the cell."""
+MOST = 160
+"""Cells in a block at most."""
 BINOMIAL_TWICE = np.array([[float(math.comb(2 * n, k)) for k in range(32)] for n in range(16)])
 
 
@@ -97,6 +103,21 @@ def jump(elements, e, f, way, tolerance):
 
 
 @njit(cache=True)
+def _turn_seen(own, cell):
+    """Largest share by which derivatives in `cell` differ from those of the middle of `own`."""
+    u = own["wide"][0] / cell["wide"][0]
+    v = own["wide"][1] / cell["wide"][1]
+    da = 0.0
+    db = 0.0
+    for c in range(3):
+        da += (cell["first"][0, c] * u - own["first"][0, c]) ** 2
+        db += (cell["first"][1, c] * v - own["first"][1, c]) ** 2
+    da = math.sqrt(da) + 0.5 * (cell["second"][0] + cell["second"][1]) * u
+    db = math.sqrt(db) + 0.5 * (cell["second"][1] + cell["second"][2]) * v
+    return deviation(own, da, db)
+
+
+@njit(cache=True)
 def near(cells, rows, k, home):
     """Radii of inner and outer ball that the block `rows` of cells bounds, into home["near"]."""
     own = cells[k]
@@ -104,23 +125,8 @@ def near(cells, rows, k, home):
     turn = 0.0
     bent = 0.0
     for r in rows:
-        cell = cells[r]
-        bent = max(bent, max(-cell["bend"][0], cell["bend"][1]))
-        u = own["wide"][0] / cell["wide"][0]
-        v = own["wide"][1] / cell["wide"][1]
-        da = 0.5 * (cell["second"][0] + cell["second"][1]) * u
-        db = 0.5 * (cell["second"][1] + cell["second"][2]) * v
-        da += math.sqrt(
-            (cell["first"][0, 0] * u - own["first"][0, 0]) ** 2
-            + (cell["first"][0, 1] * u - own["first"][0, 1]) ** 2
-            + (cell["first"][0, 2] * u - own["first"][0, 2]) ** 2
-        )
-        db += math.sqrt(
-            (cell["first"][1, 0] * v - own["first"][1, 0]) ** 2
-            + (cell["first"][1, 1] * v - own["first"][1, 1]) ** 2
-            + (cell["first"][1, 2] * v - own["first"][1, 2]) ** 2
-        )
-        turn = max(turn, deviation(own, da, db))
+        bent = max(bent, max(-cells[r]["bend"][0], cells[r]["bend"][1]))
+        turn = max(turn, _turn_seen(own, cells[r]))
     if not turn < TURN:
         return False
     both = (1.0 - turn * turn) / bent if bent > 0.0 else math.inf
@@ -134,8 +140,8 @@ def near(cells, rows, k, home):
         apart = math.sqrt((x - nx) ** 2 + (y - ny) ** 2 + (z - nz) ** 2)
         slack = apart + 2.0 * math.sin(0.5 * math.asin(own["tilt"]))
         low, high = bends(cell, slack)
-        inner = max(inner, -low / (1.0 - cell["turn"]) ** 2)
-        outer = max(outer, high / (1.0 - cell["turn"]) ** 2)
+        inner = max(inner, -low / (1.0 - cell["shear"]) ** 2)
+        outer = max(outer, high / (1.0 - cell["shear"]) ** 2)
     shape = ((1.0 - turn) / (1.0 + turn)) ** 2
     home["near"][0] = max(both, shape / inner if inner > 0.0 else math.inf)
     home["near"][1] = max(both, shape / outer if outer > 0.0 else math.inf)
@@ -143,22 +149,29 @@ def near(cells, rows, k, home):
 
 
 @njit(cache=True)
-def _fits(cells, smooth, base, ij, offsets):
-    """Whether the cells from ij + offsets low to high exist, are sound, and join smoothly."""
-    first, nu, nv = base
-    i, j = ij
-    i0, i1, j0, j1 = offsets
-    for a in range(i0, i1 + 1):
-        for b in range(j0, j1 + 1):
-            x = i + a
-            y = j + b
-            k = _at(smooth, base, x, y)
-            if k < 0 or not cells[k]["turn"] < WORST:
-                return False
-            if a < i1 and not smooth[k, 0]:
-                return False
-            if b < j1 and not smooth[k, 1]:
-                return False
+def _fits(cells, smooth, base, ij, line):
+    """Whether a line of cells beside a block is there, is sound, and joins it smoothly.
+
+    `line` is the side of the block, the cells along it and the offset of the new line.
+    """
+    side, low, high, offset = line
+    k = base[0] + ij[0] * base[2] + ij[1]
+    inward = -1 if side % 2 == 1 else 1
+    for x in range(low, high + 1):
+        if side < 2:
+            new = _at(smooth, base, ij[0] + offset, ij[1] + x)
+            old = _at(smooth, base, ij[0] + offset + inward, ij[1] + x)
+        else:
+            new = _at(smooth, base, ij[0] + x, ij[1] + offset)
+            old = _at(smooth, base, ij[0] + x, ij[1] + offset + inward)
+        if new < 0 or new == k or not cells[new]["turn"] < WORST:
+            return False
+        if not smooth[old if side % 2 == 1 else new, side // 2]:
+            return False
+        if x < high and not smooth[new, 1 - side // 2]:
+            return False
+        if not _turn_seen(cells[k], cells[new]) < (TURN if abs(offset) == 1 else GROWN):
+            return False
     return True
 
 
@@ -181,8 +194,8 @@ def _at(smooth, base, i, j):
 
 @njit(cache=True)
 def base_homes(cells, smooth, bases, homes):
-    """Around every sound cell of the patches' grids, the largest block of up to 3 × 3 that holds."""
-    rows = np.empty(9, np.int64)
+    """Around every sound cell of the patches' grids, a block about as wide all round."""
+    rows = np.empty(MOST, np.int64)
     for patch in range(bases.shape[0]):
         base = (bases[patch, 0], bases[patch, 1], bases[patch, 2])
         for i in range(base[1]):
@@ -196,52 +209,66 @@ def base_homes(cells, smooth, bases, homes):
 def _home(cells, smooth, base, ij, rows, home):
     i, j = ij
     k = base[0] + i * base[2] + j
-    reach = np.zeros(4, np.int64)
-    for side in range(4):
-        reach[side] = -1 if side % 2 == 0 else 1
-        if not _fits(cells, smooth, base, ij, (reach[0], reach[1], reach[2], reach[3])):
-            reach[side] = 0
-    if not _fill(cells, smooth, base, ij, reach, rows, home):
-        reach[:] = 0
-        if not _fill(cells, smooth, base, ij, reach, rows, home):
-            return
-    u0, u1, v0, v1 = cells[k]["uv"]
-    for a in range(reach[0], 0):
-        u0 -= cells[_at(smooth, base, i + a, j)]["wide"][0]
-    for a in range(1, reach[1] + 1):
-        u1 += cells[_at(smooth, base, i + a, j)]["wide"][0]
-    for b in range(reach[2], 0):
-        v0 -= cells[_at(smooth, base, i, j + b)]["wide"][1]
-    for b in range(1, reach[3] + 1):
-        v1 += cells[_at(smooth, base, i, j + b)]["wide"][1]
-    home["uv"][0] = u0
-    home["uv"][1] = u1
-    home["uv"][2] = v0
-    home["uv"][3] = v1
-
-
-@njit(cache=True)
-def _fill(cells, smooth, base, ij, reach, rows, home):
+    reach = np.zeros(4, np.int64)  # offsets of the first and the last line each way
+    margin = np.zeros(4)
+    uv = cells[k]["uv"].copy()
+    r11, r12, r22 = cells[k]["metric"]
+    across = r11 * r22 / math.hypot(r12, r22), r22  # of one cell
+    goal = WIDE * max(r11, math.hypot(r12, r22))
+    while True:
+        side = int(np.argmin(margin))
+        if margin[side] >= goal:
+            break
+        other = 2 - 2 * (side // 2)
+        step = 1 if side % 2 == 1 else -1
+        line = (side, reach[other], reach[other + 1], reach[side] + step)
+        count = (reach[1] - reach[0] + 1) * (reach[3] - reach[2] + 1)
+        length = reach[other + 1] - reach[other] + 1
+        if count + length > MOST or not _fits(cells, smooth, base, ij, line):
+            margin[side] = math.inf
+            continue
+        reach[side] += step
+        if side < 2:
+            new = _at(smooth, base, i + reach[side], j)
+        else:
+            new = _at(smooth, base, i, j + reach[side])
+        wide = cells[new]["wide"][side // 2]
+        uv[side] += step * wide
+        margin[side] += across[side // 2] * wide / cells[k]["wide"][side // 2]
     n = 0
     for a in range(reach[0], reach[1] + 1):
         for b in range(reach[2], reach[3] + 1):
-            rows[n] = _at(smooth, base, ij[0] + a, ij[1] + b)
+            rows[n] = _at(smooth, base, i + a, j + b)
             n += 1
-    return near(cells, rows[:n], base[0] + ij[0] * base[2] + ij[1], home)
+    if not near(cells, rows[:n], k, home):
+        rows[0] = k
+        uv[:] = cells[k]["uv"]
+        if not near(cells, rows[:1], k, home):
+            return
+    home["uv"][:] = uv
 
 
 @njit(cache=True)
-def homes_within(elements, centre, pairs, homes):
-    """The same for cells that had to be cut: `pairs` are the cells and their surroundings."""
-    own, around = pairs
+def homes_within(elements, centre, around, enough, homes):
+    """Smooth blocks that are one cell, out of surroundings `around` (m, n), the widest first.
+
+    A block is kept where it allows balls as large as `enough`: what a smaller one leaves out lies
+    nearer. Else that is taken which allows the largest.
+    """
     row = np.zeros(1, np.int64)
-    for k in range(own.shape[0]):
-        measure(elements, around[k]["element"], centre, around[k])
-        row[0] = k
-        if around[k]["turn"] < WORST and near(around, row, k, homes[k]):
-            homes[k]["uv"][:] = around[k]["uv"]
-        elif own[k]["turn"] < WORST and near(own, row, k, homes[k]):
-            homes[k]["uv"][:] = own[k]["uv"]
+    trial = homes[:1].copy()
+    for k in range(around.shape[1]):
+        for i in range(around.shape[0]):
+            least = min(homes[k]["near"][0], homes[k]["near"][1])
+            if least >= enough:
+                break
+            measure(elements, around[i, k]["element"], centre, around[i, k])
+            row[0] = k
+            if not around[i, k]["turn"] < WORST or not near(around[i], row, k, trial[0]):
+                continue
+            if min(trial[0]["near"][0], trial[0]["near"][1]) > least:
+                homes[k]["near"][:] = trial[0]["near"]
+                homes[k]["uv"][:] = around[i, k]["uv"]
 
 
 @njit(cache=True)

@@ -84,7 +84,8 @@ def bends(cell, slack):
     """
     r11, r12, r22 = cell["metric"]
     form = cell["form"]
-    second = cell["second"]
+    # N = cos·n + sin·(something along the surface): only the latter sees S'' along the surface.
+    more = slack * cell["slide"] + 0.5 * slack * slack * cell["second"]
     i11 = 1.0 / r11
     i22 = 1.0 / r22
     i12 = -r12 * i11 * i22
@@ -92,10 +93,10 @@ def bends(cell, slack):
     most = -math.inf
     for side in range(2):  # the diagonal of S'' at its lower, then at its upper bounds
         sign = 2.0 * side - 1.0
-        ss = form[side] + sign * slack * second[0]
-        tt = form[4 + side] + sign * slack * second[2]
+        ss = form[side] + sign * more[0]
+        tt = form[4 + side] + sign * more[2]
         for other in range(2):
-            st = form[2 + other] + (2.0 * other - 1.0) * slack * second[1]
+            st = form[2 + other] + (2.0 * other - 1.0) * more[1]
             m11 = ss * i11 * i11
             m12 = i11 * (ss * i12 + st * i22)
             m22 = ss * i12 * i12 + 2.0 * st * i12 * i22 + tt * i22 * i22
@@ -116,12 +117,7 @@ def _unit_normal(h, hs, ht, cell):
     area = math.sqrt(nx * nx + ny * ny + nz * nz)
     r11 = math.sqrt(ax * ax + ay * ay + az * az)
     long = math.sqrt(bx * bx + by * by + bz * bz)
-    cell["extent"] = 0.5 * math.sqrt(
-        max(
-            (ax + bx) ** 2 + (ay + by) ** 2 + (az + bz) ** 2,
-            (ax - bx) ** 2 + (ay - by) ** 2 + (az - bz) ** 2,
-        )
-    )
+    cell["extent"] = 0.5 * math.hypot(r11, long)
     if not area > 1e-6 * r11 * long:
         return False
     cell["first"][0, 0] = ax
@@ -196,12 +192,8 @@ def measure(elements, e, centre, cell):
     bound = np.empty(9)
     corner = np.empty((2, 3))
     derivative_bounds(net, (p, q), (1.0, 1.0), bound, corner[0], corner[1])
+    _second_bounds(h, (hs * hs, hs * ht, ht * ht), bound, cell)
     second = cell["second"]
-    for k in range(3):
-        # Seen from the middle the bound of a rational cell is about half as large.
-        size = hs * hs if k == 0 else (hs * ht if k == 1 else ht * ht)
-        at_middle = size * math.sqrt(h[0, 3 + k] ** 2 + h[1, 3 + k] ** 2 + h[2, 3 + k] ** 2)
-        second[k] = min(bound[2 + k], at_middle + 0.5 * (bound[5 + k] + bound[6 + k]))
     cell["bulge"] = 0.125 * (second[0] + second[2])
     cell["rise"] = cell["bulge"]
     cell["sink"] = cell["bulge"]
@@ -214,15 +206,70 @@ def measure(elements, e, centre, cell):
     turn = deviation(cell, 0.5 * (second[0] + second[1]), 0.5 * (second[1] + second[2]))
     if not turn < WORST:
         return
-    tilt = deviation(cell, f10, f01) / (1.0 - turn)
+    slide = cell["slide"]
+    shear = deviation(cell, 0.5 * (slide[0] + slide[1]), 0.5 * (slide[1] + slide[2]))
+    tilt = deviation(cell, f10, f01) / (1.0 - shear)
     if not tilt < WORST:
         return
     cell["turn"] = turn
     cell["tilt"] = tilt
-    cell["extent"] *= 1.0 + turn
+    cell["shear"] = shear
     low, high = bends(cell, 2.0 * math.sin(0.5 * math.asin(tilt)))
-    cell["bend"][0] = low / ((1.0 - turn) ** 2 if low < 0.0 else (1.0 + turn) ** 2)
-    cell["bend"][1] = high / ((1.0 - turn) ** 2 if high > 0.0 else (1.0 + turn) ** 2)
+    cell["bend"][0] = low / ((1.0 - shear) ** 2 if low < 0.0 else (1.0 + turn) ** 2)
+    cell["bend"][1] = high / ((1.0 - shear) ** 2 if high > 0.0 else (1.0 + turn) ** 2)
+    cell["wobble"] = _wobble(cell, bound)
+    for k in range(4):
+        s = box[k // 2]
+        t = box[2 + k % 2]
+        evaluate(elements, e, s, t, h)
+        if not _corner_normal(h, cell["corner_normal"][k]):
+            cell["wobble"] = math.inf
+
+
+@njit(cache=True)
+def _second_bounds(h, sizes, bound, cell):
+    """Bounds of |S''| and of its part along the tangent plane of the middle, into the cell.
+
+    Seen from the middle the bound of a rational cell is about half as large.
+    """
+    n = cell["normal"]
+    for k in range(3):
+        x, y, z = h[0, 3 + k] * sizes[k], h[1, 3 + k] * sizes[k], h[2, 3 + k] * sizes[k]
+        up = x * n[0] + y * n[1] + z * n[2]
+        square = x * x + y * y + z * z
+        change = 0.5 * (bound[5 + k] + bound[6 + k])
+        cell["second"][k] = min(bound[2 + k], math.sqrt(square) + change)
+        cell["slide"][k] = min(bound[2 + k], math.sqrt(max(square - up * up, 0.0)) + change)
+
+
+@njit(cache=True)
+def _wobble(cell, bound):
+    """How far the normals leave the bilinear patch of the corners' normals.
+
+    With |N_x| ≤ κ|S_x|: N·N_xx = −|N_x|² and N_xx·S_i = −N·S_ixx − 2 N_x·S_ix, and likewise in y.
+    """
+    second = cell["second"]
+    r11, r12, r22 = cell["metric"]
+    bent = max(-cell["bend"][0], cell["bend"][1])
+    nx = bent * (r11 + 0.5 * (second[0] + second[1]))
+    ny = bent * (math.hypot(r12, r22) + 0.5 * (second[1] + second[2]))
+    xx = deviation(cell, bound[5] + 2.0 * nx * second[0], bound[6] + 2.0 * nx * second[1])
+    yy = deviation(cell, bound[7] + 2.0 * ny * second[1], bound[8] + 2.0 * ny * second[2])
+    return 0.125 * (nx * nx + ny * ny + (xx + yy) / (1.0 - cell["turn"]))
+
+
+@njit(cache=True)
+def _corner_normal(h, normal):
+    x = h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2]
+    y = h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2]
+    z = h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2]
+    length = math.sqrt(x * x + y * y + z * z)
+    if not length > 0.0:
+        return False
+    normal[0] = x / length
+    normal[1] = y / length
+    normal[2] = z / length
+    return True
 
 
 @njit(cache=True)

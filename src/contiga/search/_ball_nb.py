@@ -180,9 +180,11 @@ def _lower(a, b, pole, limits, v, work):
     size, cap = limits
     normal, side = pole
     margin = ROUNDING * size
-    if _beyond_ball(a, b, pole, v, margin, m):
+    even = _even_ball(a, b, pole, v, margin, m)
+    if even >= max(max(v[0], v[1]), max(v[2], v[3])):
         return False
-    top = -1.0
+    best[:] = even
+    top = _score(best, v)
     for k in range(3):
         if k < 2:
             sign = 1.0 - 2.0 * k
@@ -229,29 +231,59 @@ def _lower(a, b, pole, limits, v, work):
 def _clear_ball(a, normal, side, v):
     """Middle and radius (four numbers) of a ball that holds all balls that touch the cell."""
     rho = max(max(v[0], v[1]), max(v[2], v[3]))
-    sign = 1.0 if side == 0 else -1.0
-    factor = max(abs(1.0 + sign * rho * a["bend"][0]), abs(1.0 + sign * rho * a["bend"][1]))
-    return (
-        a["middle"][0] + rho * normal[0],
-        a["middle"][1] + rho * normal[1],
-        a["middle"][2] + rho * normal[2],
-        rho + a["extent"] * factor,
-    )
+    sign = 2.0 * side - 1.0
+    x = a["middle"][0] + rho * normal[0]
+    y = a["middle"][1] + rho * normal[1]
+    z = a["middle"][2] + rho * normal[2]
+    apart = 0.0
+    for i in range(4):
+        p = a["corner"][i]
+        n = a["corner_normal"][i]
+        dx = p[0] + sign * rho * n[0] - x
+        dy = p[1] + sign * rho * n[1] - y
+        dz = p[2] + sign * rho * n[2] - z
+        apart = max(apart, dx * dx + dy * dy + dz * dz)
+    return x, y, z, rho + math.sqrt(apart) + rho * a["wobble"] + a["bulge"]
 
 
 @njit(cache=True)
-def _beyond_ball(a, b, pole, v, margin, m):
-    """Whether a plane parts cell b from the ball that holds all balls touching cell a."""
+def _even_ball(a, b, pole, v, margin, work):
+    """Radius of balls that all touch cell a and are parted from cell b by one plane, not over v.
+
+    The balls' centres Q + ρN lie within the bilinear patch of those at the corners, but for its
+    bulge and the wobble of the normals.
+    """
     normal, side = pole
-    x, y, z, r = _clear_ball(a, normal, side, v)
-    middle = b["middle"]
-    if not _unit(middle[0] - x, middle[1] - y, middle[2] - z, m):
-        return False
-    k = math.inf
-    for i in range(4):
-        c = b["corner"][i]
-        k = min(k, m[0] * (c[0] - x) + m[1] * (c[1] - y) + m[2] * (c[2] - z))
-    return k - _overhang(b, m, -1.0) - margin >= r
+    m = work
+    rho = max(max(v[0], v[1]), max(v[2], v[3]))
+    sign = 2.0 * side - 1.0
+    best = 0.0
+    for _ in range(2):
+        if not _unit(
+            b["middle"][0] - a["middle"][0] - rho * normal[0],
+            b["middle"][1] - a["middle"][1] - rho * normal[1],
+            b["middle"][2] - a["middle"][2] - rho * normal[2],
+            m,
+        ):
+            return best
+        k = math.inf
+        for i in range(4):
+            c = b["corner"][i]
+            k = min(k, m[0] * c[0] + m[1] * c[1] + m[2] * c[2])
+        k -= _overhang(b, m, -1.0) + margin + _overhang(a, m, 1.0)
+        radius = rho
+        for i in range(4):
+            c = a["corner"][i]
+            n = a["corner_normal"][i]
+            gap = k - (m[0] * c[0] + m[1] * c[1] + m[2] * c[2])
+            den = 1.0 + sign * (m[0] * n[0] + m[1] * n[1] + m[2] * n[2]) + a["wobble"]
+            if gap < radius * den:
+                radius = gap / den
+        best = max(best, radius)
+        if best >= rho or best <= 0.0:
+            return best
+        rho = best
+    return best
 
 
 @njit(cache=True)
@@ -456,12 +488,16 @@ def bound_cells(body, surface, homes, limits, result, start, stop):
         k = rows[i]
         a = cells[k]
         home = homes[a["home"]]
+        known = value[k].copy()
         for side in range(2):
             value[k, side, :] = min(cap, SAFE * home["near"][side])
         n = _take_samples(elements, trims, centre, a, cap, samples)
         if home["near"][0] > 0.0 or home["near"][1] > 0.0:
             _bound_cell(body, a, home, (size, cap), value[k], (samples, n))
         value[k] *= SAFE
+        for side in range(2):  # what was known of the whole holds for its half
+            if np.maximum(known[side], 0.0).sum() >= np.maximum(value[k, side], 0.0).sum():
+                value[k, side] = known[side]
         want[k] = _wanting(value[k], samples, n, goal)
 
 

@@ -25,24 +25,28 @@ from contiga.search.records import CUT, NODE, OUT, Records, Tables
 
 # Largest radius looked for, and the one up to which cells are cut for it, as shares of the size.
 CAP = 0.25
-GOAL = 0.05
+GOAL = 0.02
 # Derivatives of a cell of the grid differ by about this share from those of its middle.
-CELL_TURN = 0.3
+CELL_TURN = 0.2
 # Cells whose derivatives differ by more than this are cut before anything is asked of them,
 LARGEST_TURN = 0.6
 # unless they are shorter than this share of the body's size.
 ROUGH = 5e-3
 # Length of a cell of the grid as a share of the body's size, and cells an element, at most.
 CELL_LENGTH = 1.0 / 12.0
-MOST_CELLS = 12
+MOST_CELLS = 16
 # Cuts of a cell at most, and how long it must be to be cut, as a share of the size.
 DEEPEST = 12
 SHORTEST = 1e-3
 # Rounds of cutting cells where too little was proved, and how many cells there may be then.
 ROUNDS = 6
-BUDGET = 20000
+BUDGET = 30000
 # Share of a cell in which too little was proved for it to be cut.
 WANTING = 0.25
+# How far the surroundings of a cell tried as its smooth block go, in its lengths.
+SURROUNDINGS = (2.0, 1.0, 0.0)
+# Balls that a block is to allow, in units of the goal.
+ENOUGH = 3.0
 # Sides that lie closer than this share of the body's size are one.
 CLOSE = 1e-12
 # Sides of the surface.
@@ -65,14 +69,18 @@ CELL = np.dtype(
         ("first", "f8", (2, 3)),  # derivatives at the middle, per cell
         ("metric", "f8", 3),  # r11, r12, r22
         ("second", "f8", 3),  # |S_xx|, |S_xy|, |S_yy| at most
+        ("slide", "f8", 3),  # and of their parts along the tangent plane of the middle
+        ("corner_normal", "f8", (4, 3)),
+        ("wobble", "f8"),  # how far normals leave the bilinear patch of the corners' normals
         ("form", "f8", 6),  # least and largest n·S_xx, n·S_xy, n·S_yy
         ("bulge", "f8"),  # how far the surface leaves the bilinear patch of its corners
         ("rise", "f8"),  # and how far above and below it, along the normal
         ("sink", "f8"),
-        ("turn", "f8"),  # derivatives differ from the middle's by at most this share
+        ("turn", "f8"),  # derivatives differ from the middle's by at most this share,
+        ("shear", "f8"),  # and this much along its tangent plane
         ("tilt", "f8"),  # sine of the largest angle between normals and the middle's
         ("bend", "f8", 2),  # least and largest normal curvature, positive towards the normal
-        ("extent", "f8"),  # longest way on the surface from the middle
+        ("extent", "f8"),  # about half its diagonal
     ],
     align=True,
 )
@@ -351,13 +359,14 @@ def _cut(place: _Place, old: _Cells, rows: IntArray, own_homes: bool) -> _Cells:
     box[each, ways, 1 - each % 2] = box[each, ways].mean(axis=1)
     _place_cells(parts, box, place.tables.elements.table)
     _measure(place, parts)
-    homes = old.homes
+    inherited = old.homes[parts["home"]]
     if own_homes:
-        parts["home"] = len(homes) + each
-        homes = np.concatenate([homes, _own_homes(place, parts)])
+        inherited["near"] = 0.0
+    parts["home"] = len(old.homes) + each
+    homes = np.concatenate([old.homes, _own_homes(place, parts, inherited)])
     child = np.concatenate([old.child, np.full(len(parts), -1, np.int32)])
     child[rows] = 2 * (n + 2 * np.arange(len(rows))) + way
-    value = np.concatenate([old.value, np.zeros((len(parts), 2, 4))])
+    value = np.concatenate([old.value, _halves(old.value[rows], way)])
     want = np.concatenate([old.want, np.zeros(len(parts))])
     depth = np.concatenate([old.depth, np.repeat(old.depth[rows] + 1, 2)])
     return _Cells(np.concatenate([old.cells, parts]), homes, child, value, want, depth)
@@ -377,16 +386,38 @@ def _ways(cells: Records, rough: bool) -> IntArray:
     return (~(in_s <= in_t)).astype(int)
 
 
-def _own_homes(place: _Place, parts: Records) -> Records:
-    """Smooth blocks around cells that had to be cut: their surroundings in their element."""
-    around = parts.copy()
+def _halves(value: FloatArray, way: IntArray) -> FloatArray:
+    """(2 n, 2, 4) corner values of the halves of cells halved across s (0) or t (1)."""
+    whole = value.reshape(-1, 2, 2, 2)
+    whole = np.where(way[:, None, None, None] == 0, whole, whole.swapaxes(2, 3))
+    middle = whole.mean(axis=2)
+    parts = np.stack(
+        [np.stack([whole[:, :, 0], middle], axis=2), np.stack([middle, whole[:, :, 1]], axis=2)],
+        axis=1,
+    ).reshape(-1, 2, 2, 2)
+    ways = np.repeat(way, 2)[:, None, None, None]
+    return np.where(ways == 0, parts, parts.swapaxes(2, 3)).reshape(-1, 2, 4)
+
+
+def _own_homes(place: _Place, parts: Records, homes: Records) -> Records:
+    """Smooth blocks around cells: the given ones, or surroundings in their element if better."""
     box = parts["box"].reshape(-1, 2, 2)
     half = box[:, :, 1] - box[:, :, 0]
-    wider = np.stack([box[:, :, 0] - half, box[:, :, 1] + half], axis=2)
-    _place_cells(around, np.clip(wider, -0.5, 0.5), place.tables.elements.table)
-    homes = np.zeros(len(parts), HOME)
-    homes["patch"] = parts["patch"]
-    _ball_block_nb.homes_within(place.tables.elements, place.centre, (parts, around), homes)
+    lengths = np.maximum(np.linalg.norm(parts["first"], axis=2), 1e-300)
+    even = np.minimum(lengths.max(axis=1, keepdims=True) / lengths, 8.0)
+    around = np.stack([parts] * len(SURROUNDINGS))
+    # Across a side of the element goes only what was inherited.
+    at_side = (homes["near"].min(axis=1) > 0.0) & (np.abs(box).max(axis=(1, 2)) >= 0.5)
+    for row, share in zip(around, SURROUNDINGS, strict=True):
+        far = share * half * even
+        wider = np.stack([box[:, :, 0] - far, box[:, :, 1] + far], axis=2)
+        _place_cells(row, np.clip(wider, -0.5, 0.5), place.tables.elements.table)
+    rows = np.flatnonzero(~at_side)
+    own = homes[rows]
+    limit = ENOUGH * GOAL * place.size
+    elements = place.tables.elements
+    _ball_block_nb.homes_within(elements, place.centre, around[:, rows], limit, own)
+    homes[rows] = own
     return homes
 
 
