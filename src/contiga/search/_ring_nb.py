@@ -81,8 +81,8 @@ def _bends_of(elements, e, cell, depth, total, work):
             good = pole_bounds(elements, e, cell, pole, bend, bending)
         else:
             good = bend_bounds(elements, e, cell, bend, bending)
-        # At a pole `bending` holds no derivatives by which to tell what is tight.
-        if level >= depth or (good and pole < 0 and _is_tight(bend, bending[0])):
+        # Next to a pole smaller cells that do not touch it have looser bounds than one that does.
+        if level >= depth or (good and (pole >= 0 or _is_tight(bend, bending[0]))):
             _merge(total, bend)
             if not good:
                 return

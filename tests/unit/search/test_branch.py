@@ -178,7 +178,8 @@ def continued(patch, uv, a, b, steps):
             stays &= (det > 0) & (h_uu > 0)
             step = np.stack([h_uv * g[:, 1] - h_vv * g[:, 0], h_uv * g[:, 0] - h_uu * g[:, 1]], 1)
             step /= np.where(np.abs(det) > 1e-14, det, 1.0)[:, None]
-            uv[stays] += np.clip(step, -0.1, 0.1)[stays]
+            stays &= np.abs(step / (high - low)).max(axis=1) < 0.05  # else it has jumped
+            uv[stays] += step[stays]
             for k in range(2):
                 if ring[k]:
                     uv[:, k] = low[k] + (uv[:, k] - low[k]) % (high[k] - low[k])
