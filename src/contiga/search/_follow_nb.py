@@ -37,6 +37,7 @@ from contiga.search._walk_nb import walk
 OK = 0
 FACE, EDGE = 0, 1
 SMOOTH, POLE = 0, 3
+SHORT = 1e-12
 SNAP = 1e-9
 """A start this close to a side of its element is looked at from beyond it too."""
 CELL = 1.3
@@ -316,8 +317,10 @@ def _is_stationary(tables, foot, point, h):
     """Whether a start is the foot of its point at all."""
     elements = tables.elements
     _, g_s, g_t, _, _, _, a, b = expand(elements, foot[0], foot[1], foot[2], point, h)
+    # At a pole one tangent vanishes, and its slope is rounding.
     miss = SAME * tables.scale[1]
-    return abs(g_s) <= miss * math.sqrt(a) and abs(g_t) <= miss * math.sqrt(b)
+    good_s = abs(g_s) <= miss * math.sqrt(max(a, SHORT * b))
+    return good_s and abs(g_t) <= miss * math.sqrt(max(b, SHORT * a))
 
 
 @njit(cache=True, error_model="numpy")
