@@ -11,6 +11,7 @@ import pytest
 
 import contiga as cg
 from contiga.case.build import build
+from contiga.num.ordered import length
 from contiga.records import ContactStatus as Is
 from contiga.sim.clock import Clock
 from contiga.sim.run import ContactPart, Simulation
@@ -56,7 +57,7 @@ def follow(path: Path, folder: Path) -> Followed:
     followed = Followed(simulation, contact, moments, result.history)
     counts = [state.n_contact for state in followed.states]
     np.testing.assert_array_equal(counts, result.history["n_contact"])
-    force = [np.linalg.norm(state.total_force) for state in followed.states]
+    force = [length(state.total_force) for state in followed.states]
     np.testing.assert_array_equal(force, result.history["force"])
     return followed
 

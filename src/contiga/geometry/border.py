@@ -92,7 +92,7 @@ def borders_of(body: Body) -> Borders:
     uses = _uses(body)
     n = len(body.edges)
     tolerances = [max(edge.tolerance, edge.stated) for edge in body.edges]
-    curves = [edge.curve for edge in body.edges]
+    curves: list[NurbsCurve | None] = [edge.curve for edge in body.edges]
     result = Borders([], curves, tolerances, [[] for _ in range(n)], [False] * n)
     for k, (patch, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
         if loops is None:

@@ -296,8 +296,10 @@ def joints(elements, grid, bases, cells, tolerance, smooth):
                         continue
                     if cells[k]["box"][2 * way + 1] < 0.5:
                         continue
-                    leap = jump(elements, e, f, way, tolerance) * cells[k]["wide"][way]
-                    smooth[k, way] = leap <= KINK * _across(cells[k], way)
+                    smooth[k, way] = False
+                    if cells[k]["turn"] < WORST:
+                        leap = jump(elements, e, f, way, tolerance) * cells[k]["wide"][way]
+                        smooth[k, way] = leap <= KINK * _across(cells[k], way)
                     if last and smooth[k, way]:
                         closes[patch, way] = 1.0
     return closes

@@ -172,9 +172,7 @@ def measure(elements, e, centre, cell):
     h = np.empty((4, 6))
     hs = box[1] - box[0]
     ht = box[3] - box[2]
-    restrict(
-        elements.coefs[start : start + 4 * n], (p, q), (box[0], box[1], box[2], box[3]), net
-    )
+    restrict(elements.coefs[start : start + 4 * n], (p, q), (box[0], box[1], box[2], box[3]), net)
     evaluate(elements, e, 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3]), h)
     for k in range(4):
         place = k // 2 * p * (q + 1) + k % 2 * q

@@ -25,7 +25,6 @@ SAFE = 1.0 - 1e-8
 """Radii are shrunk by this for rounding,"""
 ROUNDING = 1e-14
 """and distances of planes by this share of the body's size."""
-TRIES = 16
 SAMPLES = 5
 
 
@@ -177,9 +176,8 @@ def _slopes(a, b, normal, e, limits, slopes):
 def _lower(a, b, pole, limits, v, work):
     """Lower the corner values `v` of cell a to what cell b leaves of them; whether it took any."""
     f, m, e, best, slopes = work
-    size, cap = limits
-    normal, side = pole
-    margin = ROUNDING * size
+    normal = pole[0]
+    margin = ROUNDING * limits[0]
     even = _even_ball(a, b, pole, v, margin, m)
     if even >= max(max(v[0], v[1]), max(v[2], v[3])):
         return False
@@ -212,9 +210,7 @@ def _lower(a, b, pole, limits, v, work):
         count = _slopes(a, b, normal, e, limits, slopes)
         for k in range(count):
             tau = slopes[k]
-            _unit(
-                e[0] - tau * normal[0], e[1] - tau * normal[1], e[2] - tau * normal[2], m
-            )
+            _unit(e[0] - tau * normal[0], e[1] - tau * normal[1], e[2] - tau * normal[2], m)
             _plane(a, b, m, normal, margin, f)
             if _covers(f, v):
                 return False
@@ -277,10 +273,12 @@ def _even_ball(a, b, pole, v, margin, work):
             n = a["corner_normal"][i]
             gap = k - (m[0] * c[0] + m[1] * c[1] + m[2] * c[2])
             den = 1.0 + sign * (m[0] * n[0] + m[1] * n[1] + m[2] * n[2]) + a["wobble"]
+            if gap <= 0.0:
+                return best
             if gap < radius * den:
                 radius = gap / den
         best = max(best, radius)
-        if best >= rho or best <= 0.0:
+        if best >= rho:
             return best
         rho = best
     return best

@@ -31,14 +31,12 @@ import math
 from numba import njit
 
 from contiga.geometry._trim_nb import box_state
-from contiga.search._element_nb import locate, parameters
+from contiga.search._element_nb import locate
 from contiga.search._ring_nb import part_of
 
 OK, IN = 0, 1
 WIDER = 1.1
 """The ball is this many times as large as what has to be in it."""
-HAIR = 1e-12
-"""Parameters are rounded by less than this share of an element."""
 FOLLOW = 1
 """Flag of rows to be followed part by part."""
 
@@ -55,54 +53,44 @@ def holds(curvature, m, far, slip, r):
 
 
 @njit(cache=True, error_model="numpy")
-def is_whole(tables, e, s, t, far_s, far_t):
-    """Whether nothing is trimmed away from the box around (s, t) of element e."""
-    patch = tables.elements.table[e]["patch"]
+def is_whole(tables, patch, foot, far_u, far_v):
+    """Whether nothing is trimmed away from the box around the foot (u, v) of a patch."""
     if tables.trims.trimmed[patch] == 0:
         return True
-    if not far_s + far_t < 2.0:  # nor where the box has no bound
+    u, v = foot
+    domain = tables.trims.domain[patch]
+    # Nor where the box has no bound.
+    if not (far_u <= domain[1] - domain[0] and far_v <= domain[3] - domain[2]):
         return False
-    box = tables.elements.table[e]["box"]
-    u, v = parameters(tables.elements, e, s, t)
-    du = far_s * (box[1] - box[0])
-    dv = far_t * (box[3] - box[2])
-    return box_state(tables.trims, patch, u - du, u + du, v - dv, v + dv) == IN
+    return box_state(tables.trims, patch, u - far_u, u + far_u, v - far_v, v + far_v) == IN
 
 
 @njit(cache=True, error_model="numpy")
-def _by_pole(ring, s, t, s0, t0):
-    """Length of the way from (s0, t0) to (s, t) by the pole, at most."""
+def _by_pole(ring, box, u, v, u0, v0):
+    """Length of the way from (u0, v0) to (u, v) by the pole, at most."""
     side = ring["pole"]
-    edge = -0.5 if side & 1 == 0 else 0.5
+    edge = box[side]
     if side < 2:
-        return (abs(s - edge) + abs(s0 - edge)) * ring["speed"][0]
-    return (abs(t - edge) + abs(t0 - edge)) * ring["speed"][1]
+        return (abs(u - edge) + abs(u0 - edge)) * ring["speed"][0]
+    return (abs(v - edge) + abs(v0 - edge)) * ring["speed"][1]
 
 
 @njit(cache=True, error_model="numpy")
 def by_ring(ring, box, foot, start, seen, tolerance):
-    """Radius of a ball that proves the start (s, t) of a foot (s, t), or 0.
+    """Radius of a ball that proves the start (u, v) of a foot (u, v) of one patch, or 0.
 
-    `ring` holds the bounds kept around the foot, `box` is that of its element, in whose local
-    parameters both are given; `seen` is (m, far, slip). Trims are left to be looked at.
+    `ring` holds the bounds kept around the foot, `box` is that of its element, `seen` is (m, far,
+    slip). Trims are left to be looked at.
     """
-    s, t = foot
-    s0, t0 = start
+    u, v = foot
+    u0, v0 = start
     m, far, slip = seen
-    du = box[1] - box[0]
-    dv = box[3] - box[2]
-    u = box[0] + (s0 + 0.5) * du
-    v = box[2] + (t0 + 0.5) * dv
     block = ring["block"]
-    hair_u = HAIR * du
-    hair_v = HAIR * dv
-    if not (block[0] - hair_u <= u <= block[1] + hair_u):
+    if not (block[0] <= u0 <= block[1] and block[2] <= v0 <= block[3]):
         return 0.0
-    if not (block[2] - hair_v <= v <= block[3] + hair_v):
-        return 0.0
-    way = abs(s0 - s) * ring["speed"][0] + abs(t0 - t) * ring["speed"][1]
+    way = abs(u0 - u) * ring["speed"][0] + abs(v0 - v) * ring["speed"][1]
     if ring["pole"] >= 0:
-        way = min(way, _by_pole(ring, s, t, s0, t0))
+        way = min(way, _by_pole(ring, box, u, v, u0, v0))
     inner = ring["curvature"][0]
     outer = ring["curvature"][1]
     least = 1.0 - max(inner * max(m[0], m[1], 0.0), -outer * min(m[0], m[1], 0.0))
@@ -112,15 +100,13 @@ def by_ring(ring, box, foot, start, seen, tolerance):
     if not (r <= ring["room"] and holds((inner, outer), m, far, slip, r)):
         return 0.0
     ends = ring["ends"]
-    across = r / ring["width"][0]
-    beside = r / ring["width"][1]
-    if ends[0] and not s + 0.5 > across:
-        return 0.0
-    if ends[1] and not 0.5 - s > across:
-        return 0.0
-    if ends[2] and not t + 0.5 > beside:
-        return 0.0
-    if ends[3] and not 0.5 - t > beside:
+    width_u, width_v = ring["width"][0], ring["width"][1]
+    if (
+        (ends[0] and not (u - box[0]) * width_u > r)
+        or (ends[1] and not (box[1] - u) * width_u > r)
+        or (ends[2] and not (v - box[2]) * width_v > r)
+        or (ends[3] and not (box[3] - v) * width_v > r)
+    ):
         return 0.0
     return r
 
@@ -172,14 +158,12 @@ def certify_rows(tables, points, before, starts, results, start, stop):
         x = (point[k, 0], point[k, 1], point[k, 2])
         n = (normal[k, 0], normal[k, 1], normal[k, 2])
         seen = seen_from(x, n, a, b, tolerance)
-        box = table[e]["box"]
-        s0 = (uv[k, 0] - box[0]) / (box[1] - box[0]) - 0.5
-        t0 = (uv[k, 1] - box[2]) / (box[3] - box[2]) - 0.5
+        u, v = foot_uv[k, 0], foot_uv[k, 1]
         ring = rings[e, part_of(s, t)]
-        r = by_ring(ring, box, (s, t), (s0, t0), seen, tolerance)
+        r = by_ring(ring, table[e]["box"], (u, v), (uv[k, 0], uv[k, 1]), seen, tolerance)
         if r > 0.0 and trimmed[patch[k]] != 0:
             width = ring["width"]
-            r = r if is_whole(tables, e, s, t, r / width[0], r / width[1]) else 0.0
+            r = r if is_whole(tables, patch[k], (u, v), r / width[0], r / width[1]) else 0.0
         if r > 0.0:
             back[k] = 0
             out.certified[k] = 1

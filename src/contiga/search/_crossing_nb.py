@@ -268,13 +268,13 @@ def _wider_across(h, k, size, own):
 
 
 @njit(cache=True, error_model="numpy")
-def _held(cell, size, path, h):
+def _held(cell, size, path, wide, h):
     """The rectangle in which the crossing of a cell is looked for: the cell and its tolerance.
 
     A displacement of the line by `slack`, and beyond the sides of the element by `wide`, is
     turned into one of (s, t) by the derivatives `h` in the cell's middle.
     """
-    _, d, slack, wide = path
+    _, d, slack, _ = path
     a0 = h[0, 1]
     a1 = h[1, 1]
     a2 = h[2, 1]
@@ -337,9 +337,13 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
         evaluate(elements, e, place[0], place[1], h)
         verdict, ds, dt = _judge(h, k, size, path, span, sense == ENTRIES)
         if verdict == SOLVE:
-            box = _held(cell, size, path, h)
+            box = _held(cell, size, path, 0.0, h)
+            reach = _held(cell, size, path, wide, h)
             start = (place[0] + ds, place[1] + dt)
             state, s, t, x, slope = _solve(elements, e, box, start, path, h)
+            if state == 0 and reach != box:  # not in the cell, perhaps beside it
+                state, s, t, x, slope = _solve(elements, e, reach, start, path, h)
+                state = max(state, 0)
             if state > 0:
                 over = min(slack / abs(slope), spare)
                 if -over <= x <= length + over and x < far and (sense or slope < 0.0):

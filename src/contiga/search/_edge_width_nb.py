@@ -111,13 +111,15 @@ def _from_side(h, d, side, within):
 
 @njit(cache=True, error_model="numpy")
 def _rim(elements, e, place, path, least, h):
-    """Width of the element's sides within whose width a place lies; BESIDE where it lies beyond.
+    """Width of the element's sides within whose width a place lies, BESIDE where it lies beyond,
+    and whether it lies off the element.
 
     Sides that are no smooth joint are at least `least` wide; where the surface ends, none is.
     """
     _, d, slack, _ = path
     row = elements.table[e]
     width = 0.0
+    off = False
     for side in range(4):
         within = 0.5 - place[side // 2] if side % 2 == 1 else 0.5 + place[side // 2]
         away = _from_side(h, d, side, within)
@@ -126,12 +128,13 @@ def _rim(elements, e, place, path, least, h):
         inner = across >= 0 and elements.table[across]["patch"] == row["patch"]
         cut_off = inner and elements.table[across]["trim"] == OUT
         if away < -max(2.5 * slack, own) and not cut_off:
-            return BESIDE
+            return BESIDE, True
+        off = off or away < -2.5 * slack
         if row["kind"][side] != SMOOTH and row["kind"][side] != BORDER:
             own = max(own, least)
         if abs(away) <= own:
             width = max(width, own)
-    return width
+    return width, off
 
 
 @njit(cache=True, error_model="numpy")
@@ -147,7 +150,7 @@ def edge_width(elements, trims, piece_width, e, place, path, least, h):
     t = min(max(place[1], -0.5), 0.5)
     if wide == 0.0:
         return 0.0 if in_face(elements, trims, e, s, t) else BESIDE
-    width = _rim(elements, e, place, path, least, h)
+    width, off = _rim(elements, e, place, path, least, h)
     state = elements.table[e]["trim"]
     if width == BESIDE or state != CUT:
         return width if state == IN else BESIDE
@@ -169,7 +172,7 @@ def edge_width(elements, trims, piece_width, e, place, path, least, h):
     at = parameters(elements, e, s, t)
     patch = elements.table[e]["patch"]
     beside, outer = _piece_beside(trims, piece_width, patch, at, metric, (wide, least))
-    inside = in_face(elements, trims, e, s, t)
-    if not inside and not outer:
+    # Off the element or cut away: only an edge that has width lends it to the face.
+    if not outer and (off or not in_face(elements, trims, e, s, t)):
         return BESIDE
     return max(width, beside)

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numba import njit
 
-from contiga.search._around_nb import stands
+from contiga.search._around_nb import MOST, around, stands
 from contiga.search._bend_nb import (
     BENDS,
     INNER,
@@ -29,12 +29,17 @@ from contiga.search._branch_nb import WIDER, by_ring, holds, is_whole, seen_from
 from contiga.search._element_nb import locate, parameters
 from contiga.search._foot_nb import write_foot
 from contiga.search._global_nb import in_face
+from contiga.search._local_nb import expand
 from contiga.search._ring_nb import part_of
 from contiga.search._sides_nb import normal_at
 from contiga.search._walk_nb import walk
 
 OK = 0
-FACE, EDGE, SMOOTH = 0, 1, 0
+FACE, EDGE = 0, 1
+SMOOTH, POLE = 0, 3
+SHORT = 1e-12
+SNAP = 1e-9
+"""A start this close to a side of its element is looked at from beyond it too."""
 CELL = 1.3
 """The cell about a foot reaches this many times as far as the ball, for the metric changes."""
 HALVINGS = 10
@@ -47,7 +52,7 @@ VANISHED = 1e-3
 """Least curvature with which a minimum that cannot be followed any farther counts as gone."""
 AWAY = 10.0
 """A foot that goes this many times as far as its least curvature explains has left its branch."""
-MOST_PARTS = 400
+MOST_PARTS = 1500
 UNPROVED, PROVED, ENDED = 0, 1, 2
 EVENT = 2
 """Flag of rows whose branch ends."""
@@ -98,7 +103,7 @@ def _by_cell(tables, foot, last, seen, size, work):
         return False
     if not (r < far_s * bend[WIDTH_S] and r < far_t * bend[WIDTH_T]):
         return False
-    if not is_whole(tables, e, s, t, far_s, far_t):
+    if not _is_whole(tables, e, s, t, far_s, far_t):
         return False
     d_s = abs(last[1] - s)
     d_t = abs(last[2] - t)
@@ -160,7 +165,7 @@ def _over_side(tables, foot, last, where, bend, work):
     middle_s = 0.5 * (cell[0] + cell[1])
     middle_t = 0.5 * (cell[2] + cell[3])
     half_s = 0.5 * (cell[1] - cell[0])
-    if not is_whole(tables, n, middle_s, middle_t, half_s, 0.5 * (cell[3] - cell[2])):
+    if not _is_whole(tables, n, middle_s, middle_t, half_s, 0.5 * (cell[3] - cell[2])):
         return False, -1.0
     if last[0] != n:
         return True, -1.0
@@ -181,19 +186,49 @@ def _least(curvature, m):
 
 
 @njit(cache=True, error_model="numpy")
-def _by_ring(tables, foot, last, seen):
-    """Whether the bounds kept around the foot prove the start `last`."""
+def _by_ring(tables, foot, last, seen, off):
+    """Whether the bounds kept around the foot prove the start `last`, given to within `off`."""
     e, s, t = foot
     table = tables.elements.table
     if table[e]["patch"] != table[last[0]]["patch"]:
         return False
-    u, v = parameters(tables.elements, last[0], last[1], last[2])
-    box = table[e]["box"]
-    start = ((u - box[0]) / (box[1] - box[0]) - 0.5, (v - box[2]) / (box[3] - box[2]) - 0.5)
+    start = parameters(tables.elements, last[0], last[1], last[2])
+    at = parameters(tables.elements, e, s, t)
     ring = tables.rings[e, part_of(s, t)]
-    r = by_ring(ring, box, (s, t), start, seen, tables.scale[1])
+    r = by_ring(ring, table[e]["box"], at, start, seen, tables.scale[1] + off)
     width = ring["width"]
-    return r > 0.0 and is_whole(tables, e, s, t, r / width[0], r / width[1])
+    return r > 0.0 and is_whole(tables, table[e]["patch"], at, r / width[0], r / width[1])
+
+
+@njit(cache=True, error_model="numpy")
+def _is_whole(tables, e, s, t, far_s, far_t):
+    """Whether nothing is trimmed away from the cell around (s, t) of element e."""
+    box = tables.elements.table[e]["box"]
+    far = (far_s * (box[1] - box[0]), far_t * (box[3] - box[2]))
+    at = parameters(tables.elements, e, s, t)
+    return is_whole(tables, tables.elements.table[e]["patch"], at, far[0], far[1])
+
+
+@njit(cache=True)
+def _snapped(x):
+    return math.copysign(0.5, x) if abs(x) > 0.5 - SNAP else x
+
+
+@njit(cache=True, error_model="numpy")
+def _in_element(elements, foot, e):
+    """The same foot as a point of element e, if it stands on or next to a side of that, or else as
+    it is; and how far it was moved onto the side, in parameters."""
+    _, s0, t0 = foot
+    s = _snapped(s0)
+    t = _snapped(t0)
+    if max(abs(s), abs(t)) < 0.5:
+        return foot, 0.0
+    list_e = np.empty(MOST, np.int64)
+    list_st = np.empty((MOST, 2))
+    for k in range(around(elements, (foot[0], s, t), list_e, list_st)):
+        if list_e[k] == e:
+            return (e, list_st[k, 0], list_st[k, 1]), abs(s - s0) + abs(t - t0)
+    return foot, 0.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -203,6 +238,13 @@ def prove(tables, foot, last, path, work):
     `work` is (bend, other, h, work of `bend_bounds`).
     """
     elements = tables.elements
+    moved = 0.0
+    if foot[0] != last[0]:
+        last, moved = _in_element(elements, last, foot[0])
+    if foot[0] != last[0]:
+        here, off = _in_element(elements, foot, last[0])
+        if off == 0.0:
+            foot = here
     e, s, t = foot
     h = work[2]
     normal = normal_at(elements, e, s, t, h)
@@ -210,7 +252,9 @@ def prove(tables, foot, last, path, work):
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
     inner, outer, metric = principal(h)
     m, far, slip = seen_from(at, normal, path[0], path[1], tables.scale[1])
-    if _by_ring(tables, foot, last, (m, far, slip)):
+    # Twice the speeds at the foot: within a hair of the start they are not much larger.
+    off = 2.0 * moved * (metric[0] + metric[1])
+    if _by_ring(tables, foot, last, (m, far, slip), off):
         return True
     if not metric[2] > 0.0:
         return False
@@ -226,9 +270,9 @@ def prove(tables, foot, last, path, work):
         for c in range(3):
             square += (h[c, 0] + origin[c] - at[c]) ** 2
         way = 1.4 * math.sqrt(square)
-    r = WIDER * max(1.1 * way + tables.scale[1], slip / least)
+    r = WIDER * max(1.1 * way + off + tables.scale[1], slip / least)
     size = (r, CELL * r / metric[2], CELL * r / metric[3])
-    return _by_cell(tables, foot, last, (m, far, slip), size, work)
+    return moved == 0.0 and _by_cell(tables, foot, last, (m, far, slip), size, work)
 
 
 @njit(cache=True, error_model="numpy")
@@ -269,6 +313,17 @@ def _has_ended(tables, last, foot, path, work):
 
 
 @njit(cache=True, error_model="numpy")
+def _is_stationary(tables, foot, point, h):
+    """Whether a start is the foot of its point at all."""
+    elements = tables.elements
+    _, g_s, g_t, _, _, _, a, b = expand(elements, foot[0], foot[1], foot[2], point, h)
+    # At a pole one tangent vanishes, and its slope is rounding.
+    miss = SAME * tables.scale[1]
+    good_s = abs(g_s) <= miss * math.sqrt(max(a, SHORT * b))
+    return good_s and abs(g_t) <= miss * math.sqrt(max(b, SHORT * a))
+
+
+@njit(cache=True, error_model="numpy")
 def follow(tables, last, path, work):
     """Follow the branch from the foot `last` of path[0] to path[1], part by part.
 
@@ -276,6 +331,8 @@ def follow(tables, last, path, work):
     """
     elements = tables.elements
     h = work[2]
+    if not _is_stationary(tables, last, path[0], h):
+        return UNPROVED, last[0], last[1], last[2]
     done = 0.0
     step = 1.0
     smallest = 0.5**HALVINGS
@@ -298,7 +355,10 @@ def follow(tables, last, path, work):
             if step <= 0.5**EVENT_HALVINGS:
                 return (ENDED if ended else UNPROVED), last[0], last[1], last[2]
         step *= 0.5
-    return UNPROVED, last[0], last[1], last[2]
+    there = _between(path, done + step)
+    _, e, s, t, _ = walk(elements, last, there, tables.scale[1], h)
+    ended, _ = _has_ended(tables, last, (e, s, t), (_between(path, done), there), work)
+    return (ENDED if ended else UNPROVED), last[0], last[1], last[2]
 
 
 @njit(cache=True, error_model="numpy")
@@ -307,9 +367,9 @@ def _on_edge(tables, foot):
     e, s, t = foot
     kind = tables.elements.table[e]["kind"]
     for side in range(4):
-        if stands(side, s, t) and kind[side] != SMOOTH:
+        if stands(side, s, t) and kind[side] != SMOOTH and kind[side] != POLE:
             return True
-    return not is_whole(tables, e, s, t, 0.0, 0.0)
+    return not _is_whole(tables, e, s, t, 0.0, 0.0)
 
 
 @njit(cache=True, error_model="numpy")

@@ -32,6 +32,8 @@ from contiga.search._pole_nb import pole_bounds, pole_side
 SMOOTH, POLE = 0, 3
 IN, CUT = 1, 2
 PARTS = 4
+BY_POLE = 2
+"""Parts this close to a pole have all that is round it for surroundings."""
 TIGHT = 1.3
 """Bounds this many times as large as the curvatures are good enough,"""
 FLAT = 0.02
@@ -79,8 +81,8 @@ def _bends_of(elements, e, cell, depth, total, work):
             good = pole_bounds(elements, e, cell, pole, bend, bending)
         else:
             good = bend_bounds(elements, e, cell, bend, bending)
-        # At a pole `bending` holds no derivatives by which to tell what is tight.
-        if level >= depth or (good and pole < 0 and _is_tight(bend, bending[0])):
+        # Next to a pole smaller cells that do not touch it have looser bounds than one that does.
+        if level >= depth or (good and (pole >= 0 or _is_tight(bend, bending[0]))):
             _merge(total, bend)
             if not good:
                 return
@@ -251,7 +253,7 @@ def _pole_near(kind, i, j):
     for side in range(4):
         k = i if side < 2 else j
         off = k if side & 1 == 0 else PARTS - 1 - k
-        if kind[side] == POLE and off <= 1:
+        if kind[side] == POLE and off <= BY_POLE:
             return side
     return -1
 
@@ -310,12 +312,12 @@ def _cap(elements, raw, foot, part, ring, work):
     ring["block"][axis + 1 if side & 1 == 0 else axis] = (
         box[axis] + away if side & 1 == 0 else box[axis + 1] - away
     )
-    if n == 0 or deep + 1 >= PARTS:
+    if n == 0 or deep >= PARTS:
         ring["room"] = 0.0
     for f in range(n):
         e2 = list_e[f]
         own = elements.table[e2]["patch"] == elements.table[e]["patch"] and list_side[f] == side
-        for depth in range(deep + 1):
+        for depth in range(min(deep + 1, PARTS)):
             for along in range(PARTS):
                 bend = raw[e2, _part_at(list_side[f], along, depth)]
                 _take_curvature(ring, bend)
@@ -380,6 +382,12 @@ def join_parts(elements, raw, rings, start, stop):
     """Fill rings[element, part] of elements start … stop from the bounds of all parts."""
     work = (np.empty(MOST, np.int64), np.empty((MOST, 2)))
     for e in range(start, stop):
+        box = elements.table[e]["box"]
         for i in range(PARTS):
             for j in range(PARTS):
-                _ring(elements, raw, e, i, j, rings[e, i * PARTS + j], work)
+                ring = rings[e, i * PARTS + j]
+                _ring(elements, raw, e, i, j, ring, work)
+                for axis in range(2):  # from local parameters to those of the patch
+                    scale = 1.0 / (box[2 * axis + 1] - box[2 * axis])
+                    ring["speed"][axis] *= scale
+                    ring["width"][axis] *= scale

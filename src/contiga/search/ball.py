@@ -117,6 +117,7 @@ class Balls(NamedTuple):
     """(cells, 2, 4) inner and outer radius at the corners, interpolated bilinearly."""
 
 
+Places = NDArray[np.intp]
 
 _KEPT: dict[int, Balls] = {}
 
@@ -201,7 +202,7 @@ def _build(tables: Tables) -> Balls:
         if len(parts) == 0:
             break
         all_cells = _cut(place, all_cells, parts, own_homes=True)
-    rows = np.arange(len(all_cells.cells))
+    rows = np.arange(len(all_cells.cells), dtype=np.intp)
     for _ in range(ROUNDS):
         _bound(place, all_cells, rows)
         parts = _worth_cutting(all_cells, place)
@@ -209,19 +210,19 @@ def _build(tables: Tables) -> Balls:
             break
         start = len(all_cells.cells)
         all_cells = _cut(place, all_cells, parts, own_homes=False)
-        rows = np.arange(start, len(all_cells.cells))
+        rows = np.arange(start, len(all_cells.cells), dtype=np.intp)
     else:
         _bound(place, all_cells, rows)
     return Balls(elements, all_cells.child, all_cells.value)
 
 
-def _grid(place: _Place) -> tuple[Records, IntArray, Records]:
+def _grid(place: _Place) -> tuple[Records, Places, Records]:
     """Cells of every element: as many a span as the most that any element of the span needs."""
     elements, grid = place.tables.elements, place.tables.grid
     n = len(elements.table)
     wants = _counts(_quarters(place), place.size)
     rows = np.zeros(n, GRID)
-    bases = np.zeros((len(grid.patches), 3), np.int64)
+    bases = np.zeros((len(grid.patches), 3), np.intp)
     parts: list[Records] = []
     used = 0
     for k, patch in enumerate(grid.patches):
@@ -234,7 +235,8 @@ def _grid(place: _Place) -> tuple[Records, IntArray, Records]:
         corner = (np.cumsum(along) - along)[:, None] * v + (np.cumsum(across) - across)[None, :]
         rows["first"][own] = used + corner.ravel()
         rows["stride"][own] = v
-        rows["cells"][own] = np.stack(np.broadcast_arrays(along[:, None], across), -1).reshape(-1, 2)
+        rows["cells"][own, 0] = np.repeat(along, nv)
+        rows["cells"][own, 1] = np.tile(across, nu)
         parts.append(_patch_cells(elements.table, own, (along, across)))
         used += u * v
     return rows, bases, np.concatenate(parts)
@@ -298,7 +300,7 @@ def _measure(place: _Place, cells: Records) -> None:
         cells["state"][k] = _trim_nb.box_state(tables.trims, int(cells["patch"][k]), *box)
 
 
-def _with_homes(place: _Place, bases: IntArray, cells: Records) -> _Cells:
+def _with_homes(place: _Place, bases: Places, cells: Records) -> _Cells:
     """The cells of the grids with the smooth blocks around them."""
     n = len(cells)
     homes = np.zeros(n, HOME)
@@ -335,18 +337,23 @@ def _is_rough(all_cells: _Cells, place: _Place) -> NDArray[np.bool_]:
     return _is_leaf(all_cells) & rough & (all_cells.depth < DEEPEST)
 
 
-def _worth_cutting(all_cells: _Cells, place: _Place) -> IntArray:
+def _worth_cutting(all_cells: _Cells, place: _Place) -> Places:
     """Cells in which much is wanting, the largest first until the budget is spent."""
     cells = all_cells.cells
     loss = all_cells.want * _length(cells) ** 2
     sound = cells["turn"] <= LARGEST_TURN
-    able = _is_leaf(all_cells) & (all_cells.depth < DEEPEST) & sound & (_length(cells) > SHORTEST * place.size)
+    able = (
+        _is_leaf(all_cells)
+        & (all_cells.depth < DEEPEST)
+        & sound
+        & (_length(cells) > SHORTEST * place.size)
+    )
     rows = np.flatnonzero(able & (all_cells.want > WANTING))
     free = max(BUDGET - len(cells), 0) // 2
     return np.sort(rows[np.argsort(-loss[rows], kind="stable")[:free]])
 
 
-def _cut(place: _Place, old: _Cells, rows: IntArray, own_homes: bool) -> _Cells:
+def _cut(place: _Place, old: _Cells, rows: Places, own_homes: bool) -> _Cells:
     """Cells with `rows` halved; the parts take the homes of the whole or get their own."""
     n = len(old.cells)
     whole = np.repeat(old.cells[rows], 2)
@@ -373,7 +380,7 @@ def _cut(place: _Place, old: _Cells, rows: IntArray, own_homes: bool) -> _Cells:
 
 
 def _ways(cells: Records, rough: bool) -> IntArray:
-    """(n,) which way to halve cells: 0 across s, 1 across t; what is left bends or is long least."""
+    """(n,) whether to halve cells across s (0) or t (1): rough ones so that they turn least."""
     lengths = np.linalg.norm(cells["first"], axis=2)
     if not rough:
         return (lengths[:, 1] > lengths[:, 0]).astype(int)
@@ -421,7 +428,7 @@ def _own_homes(place: _Place, parts: Records, homes: Records) -> Records:
     return homes
 
 
-def _bound(place: _Place, all_cells: _Cells, rows: IntArray) -> None:
+def _bound(place: _Place, all_cells: _Cells, rows: Places) -> None:
     """Radii of the cells `rows` that are not cut or trimmed away."""
     cells = all_cells.cells
     leaves = np.flatnonzero(_is_leaf(all_cells)).astype(np.int32)

@@ -68,8 +68,8 @@ RING = np.dtype(
         # Over a part of an element and those around it (see `_ring_nb`):
         ("curvature", "f8", 2),  # largest towards the normal and away from it, each 0 at least
         ("room", "f8"),  # a way shorter than this does not lead out of them
-        ("speed", "f8", 2),  # |S_s|, |S_t| at most, within `block`
-        ("width", "f8", 2),  # part of S_s across S_t, of S_t across S_s at least
+        ("speed", "f8", 2),  # |S_u|, |S_v| at most, within `block`
+        ("width", "f8", 2),  # part of S_u across S_v, of S_v across S_u at least
         ("block", "f8", 4),  # u0, u1, v0, v1 around the part
         ("ends", "i4", 4),  # 1 where the element's side is not smooth and within reach
         ("pole", "i4"),  # side that is a pole within reach, -1 none

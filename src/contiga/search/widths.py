@@ -14,7 +14,7 @@ from contiga.geometry.slits import gaping_edges
 from contiga.geometry.trim import TrimTables
 from contiga.records import FloatArray
 from contiga.search import _sides_nb
-from contiga.search.records import BORDER, CUT, POLE, Elements
+from contiga.search.records import CUT, POLE, Elements
 
 # A trimming curve this close to a side of its patch's rectangle, as a share of it, runs along it.
 NEAR = 1e-3
@@ -99,7 +99,10 @@ def _sides_that_match(elements: Elements, least: float) -> None:
 
 
 def _sides_along_pieces(pieces: FloatArray, elements: Elements, trims: TrimTables) -> None:
-    """Sides of a trimmed patch's rectangle are as wide as the trimming pieces along them."""
+    """Sides of a trimmed patch's rectangle are as wide as the trimming pieces along them.
+
+    Where others of them end the surface, the kernel asks the pieces themselves.
+    """
     table = elements.table
     ends = trims.piece_ends.reshape(-1, 2, 2)
     for k in np.unique(trims.piece_patch[pieces > 0.0]):
@@ -110,8 +113,6 @@ def _sides_along_pieces(pieces: FloatArray, elements: Elements, trims: TrimTable
             along, end = side // 2, (low, high)[side % 2][side // 2]
             near = np.abs(ends[own][:, :, along] - end).max(axis=1) <= NEAR * (high - low)[along]
             rim = (table["box"][rows, side] == end) & (table["kind"][rows, side] != POLE)
-            ends_here = table["kind"][rows, side] == BORDER
             if near.any():
                 width = pieces[own[near]].max()
-                free = rows[rim & ~ends_here]
-                table["width"][free, side] = np.maximum(table["width"][free, side], width)
+                table["width"][rows[rim], side] = np.maximum(table["width"][rows[rim], side], width)

@@ -91,6 +91,7 @@ def test_free_points_are_proved_outside_by_their_feet(monkeypatch: pytest.Monkey
 
     monkeypatch.setattr(ExactSurface, "closest", counted)
     for k in range(20):
-        state = contact.step(state, (1.005 + 0.004 * np.sin(k)) * np.roll(d, k % 2, axis=1))
+        turned = cg.motion.pose.rotation("z", 0.05 * k)[:3, :3]
+        state = contact.step(state, (1.005 + 0.004 * np.sin(k)) * d @ turned.T)
         np.testing.assert_array_equal(state.in_contact, False)
     assert asked == 0
