@@ -66,7 +66,7 @@ def check(solid: Solid, a: np.ndarray, b: np.ndarray, hit: Hit, tally: Tally) ->
     size, band = solid.size, FINE * solid.size
     values = {"a": a, "b": b, "fraction": hit.fraction, "status": hit.status}
     found = hit.patch >= 0
-    flagged = ~found & (hit.status != cg.Status.NO_HIT)
+    flagged = ~np.isin(hit.status, (cg.Status.OK, cg.Status.AT_START, cg.Status.NO_HIT))
     tally.count += len(a)
     tally.flagged += int(flagged.sum())
     _check_found(solid, a, b, hit, np.flatnonzero(found), tally, values)
@@ -78,7 +78,7 @@ def check(solid: Solid, a: np.ndarray, b: np.ndarray, hit: Hit, tally: Tally) ->
     missed = _clear_of_edges(solid, a, b, enters & ~found & ~flagged, tally)
     tally.fault("missed", missed, **values)
     # An entry before the hit counts if the path between them is inside by more than rounding.
-    early = np.flatnonzero(enters & found & (hit.fraction > walked.entered))
+    early = np.flatnonzero(enters & found & ~flagged & (hit.fraction > walked.entered))
     share = 0.5 * (walked.entered[early] + hit.fraction[early])
     deep = solid.field(a[early] + share[:, None] * (b - a)[early]) < -truth.BAND * size
     tally.fault("not the first", early[deep], **values)
