@@ -297,6 +297,10 @@ def _has_ended(tables, last, foot, path, work):
     normal = normal_at(elements, last[0], last[1], last[2], h)
     origin = elements.table[last[0]]["origin"]
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
+    a = h[0, 1] ** 2 + h[1, 1] ** 2 + h[2, 1] ** 2
+    b = h[0, 2] ** 2 + h[1, 2] ** 2 + h[2, 2] ** 2
+    if min(a, b) <= SHORT * max(a, b):
+        return False, math.inf  # on a pole curvatures are not seen
     inner, outer, _ = principal(h)
     m, _, slip = seen_from(at, normal, path[0], path[1], tables.scale[1])
     least = _least((inner, outer), m[0])
