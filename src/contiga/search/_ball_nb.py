@@ -26,6 +26,8 @@ SAFE = 1.0 - 1e-8
 ROUNDING = 1e-14
 """and distances of planes by this share of the body's size."""
 SAMPLES = 5
+ENOUGH = 2.0
+"""Radii beyond this many goals are not worth a loss of smaller ones."""
 
 
 @njit(cache=True)
@@ -77,14 +79,26 @@ def _covers(f, v):
 
 
 @njit(cache=True)
-def _score(f, v):
+def _score(f, v, enough):
+    """What a bound leaves of `v`: nine places of the cell, each counted up to `enough`.
+
+    A bound that is negative at a corner claims nothing there; scaled down it stays one where it is
+    positive, and takes less from others when it is interpolated with them.
+    """
+    most = max(max(f[0], f[1]), max(f[2], f[3]))
+    if most > enough and min(min(f[0], f[1]), min(f[2], f[3])) < 0.0:
+        for i in range(4):
+            f[i] *= enough / most
+    a, b, c, d = min(f[0], v[0]), min(f[1], v[1]), min(f[2], v[2]), min(f[3], v[3])
     total = 0.0
-    middle = 0.0
-    for i in range(4):
-        x = min(f[i], v[i])
-        total += max(x, 0.0)
-        middle += x
-    return total + max(middle, 0.0)
+    for i in range(3):
+        x = (0.1, 0.5, 0.9)[i]
+        low = a + x * (c - a)
+        high = b + x * (d - b)
+        for j in range(3):
+            y = (0.1, 0.5, 0.9)[j]
+            total += min(max(low + y * (high - low), 0.0), enough)
+    return total
 
 
 @njit(cache=True)
@@ -145,7 +159,7 @@ def _axis(a, b, normal, e, work):
 @njit(cache=True)
 def _slopes(a, b, normal, e, limits, slopes):
     """Tilts of the parting plane worth trying: as far from the ball as the cell b allows."""
-    size, cap = limits
+    size, cap, _ = limits
     level = -math.inf
     for i in range(4):
         x = a["corner"][i]
@@ -182,7 +196,7 @@ def _lower(a, b, pole, limits, v, work):
     if even >= max(max(v[0], v[1]), max(v[2], v[3])):
         return False
     best[:] = even
-    top = _score(best, v)
+    top = _score(best, v, limits[2])
     for k in range(3):
         if k < 2:
             sign = 1.0 - 2.0 * k
@@ -202,7 +216,7 @@ def _lower(a, b, pole, limits, v, work):
         _plane(a, b, m, normal, margin, f)
         if _covers(f, v):
             return False
-        score = _score(f, v)
+        score = _score(f, v, limits[2])
         if score > top:
             top = score
             best[:] = f
@@ -214,7 +228,7 @@ def _lower(a, b, pole, limits, v, work):
             _plane(a, b, m, normal, margin, f)
             if _covers(f, v):
                 return False
-            score = _score(f, v)
+            score = _score(f, v, limits[2])
             if score > top:
                 top = score
                 best[:] = f
@@ -491,7 +505,7 @@ def bound_cells(body, surface, homes, limits, result, start, stop):
             value[k, side, :] = min(cap, SAFE * home["near"][side])
         n = _take_samples(elements, trims, centre, a, cap, samples)
         if home["near"][0] > 0.0 or home["near"][1] > 0.0:
-            _bound_cell(body, a, home, (size, cap), value[k], (samples, n))
+            _bound_cell(body, a, home, (size, cap, ENOUGH * goal), value[k], (samples, n))
         value[k] *= SAFE
         for side in range(2):  # what was known of the whole holds for its half
             if np.maximum(known[side], 0.0).sum() >= np.maximum(value[k, side], 0.0).sum():

@@ -26,8 +26,10 @@ from contiga.search.records import CUT, NODE, OUT, Records, Tables
 # Largest radius looked for, and the one up to which cells are cut for it, as shares of the size.
 CAP = 0.25
 GOAL = 0.02
-# Derivatives of a cell of the grid differ by about this share from those of its middle.
-CELL_TURN = 0.2
+# Derivatives of a cell of the grid differ by about this share from those of its middle: the
+# first that needs no more cells than that.
+CELL_TURN = (0.2, 0.28, 0.4)
+GRID_BUDGET = 8000
 # Cells whose derivatives differ by more than this are cut before anything is asked of them,
 LARGEST_TURN = 0.6
 # unless they are shorter than this share of the body's size.
@@ -38,9 +40,9 @@ MOST_CELLS = 16
 # Cuts of a cell at most, and how long it must be to be cut, as a share of the size.
 DEEPEST = 12
 SHORTEST = 1e-3
-# Rounds of cutting cells where too little was proved, and how many cells there may be then.
-ROUNDS = 6
-BUDGET = 30000
+# Rounds of cutting the largest cells where too little was proved, and how many they may add.
+ROUNDS = 8
+BUDGET = 24000
 # Share of a cell in which too little was proved for it to be cut.
 WANTING = 0.25
 # How far the surroundings of a cell tried as its smooth block go, in its lengths.
@@ -203,9 +205,10 @@ def _build(tables: Tables) -> Balls:
             break
         all_cells = _cut(place, all_cells, parts, own_homes=True)
     rows = np.arange(len(all_cells.cells), dtype=np.intp)
+    most = len(rows) + BUDGET
     for _ in range(ROUNDS):
         _bound(place, all_cells, rows)
-        parts = _worth_cutting(all_cells, place)
+        parts = _worth_cutting(all_cells, place, most)
         if len(parts) == 0:
             break
         start = len(all_cells.cells)
@@ -220,7 +223,7 @@ def _grid(place: _Place) -> tuple[Records, Places, Records]:
     """Cells of every element: as many a span as the most that any element of the span needs."""
     elements, grid = place.tables.elements, place.tables.grid
     n = len(elements.table)
-    wants = _counts(_quarters(place), place.size)
+    wants = _counts(_quarters(place), place)
     rows = np.zeros(n, GRID)
     bases = np.zeros((len(grid.patches), 3), np.intp)
     parts: list[Records] = []
@@ -253,15 +256,18 @@ def _quarters(place: _Place) -> Records:
     return cells
 
 
-def _counts(quarters: Records, size: float) -> IntArray:
-    """(n, 2) cells that an element wants in s and in t."""
+def _counts(quarters: Records, place: _Place) -> IntArray:
+    """(n, 2) cells that an element wants in s and in t: fewer where that would be too many."""
     # The longest quarter counts: towards a pole lengths vanish, and bends with them.
     lengths = np.linalg.norm(quarters["first"], axis=2).reshape(-1, 4, 2).max(axis=1)
     second = quarters["second"][:, [0, 2]].reshape(-1, 4, 2).max(axis=1)
-    turn = second / np.maximum(lengths, 1e-300) / CELL_TURN
-    lengths = 2.0 * lengths
-    counts = np.clip(np.ceil(np.maximum(turn, lengths / (CELL_LENGTH * size))), 1, MOST_CELLS)
-    return counts.astype(int)
+    turn = second / np.maximum(lengths, 1e-300)
+    long = 2.0 * lengths / (CELL_LENGTH * place.size)
+    for share in CELL_TURN:
+        counts = np.clip(np.ceil(np.maximum(turn / share, long)), 1, MOST_CELLS).astype(np.int32)
+        if counts.prod(axis=1).sum() <= GRID_BUDGET:
+            break
+    return counts
 
 
 def _patch_cells(table: Records, own: slice, counts: tuple[IntArray, IntArray]) -> Records:
@@ -337,7 +343,7 @@ def _is_rough(all_cells: _Cells, place: _Place) -> NDArray[np.bool_]:
     return _is_leaf(all_cells) & rough & (all_cells.depth < DEEPEST)
 
 
-def _worth_cutting(all_cells: _Cells, place: _Place) -> Places:
+def _worth_cutting(all_cells: _Cells, place: _Place, most: int) -> Places:
     """Cells in which much is wanting, the largest first until the budget is spent."""
     cells = all_cells.cells
     loss = all_cells.want * _length(cells) ** 2
@@ -349,7 +355,7 @@ def _worth_cutting(all_cells: _Cells, place: _Place) -> Places:
         & (_length(cells) > SHORTEST * place.size)
     )
     rows = np.flatnonzero(able & (all_cells.want > WANTING))
-    free = max(BUDGET - len(cells), 0) // 2
+    free = min(most - len(cells), BUDGET // ROUNDS) // 2
     return np.sort(rows[np.argsort(-loss[rows], kind="stable")[:free]])
 
 
