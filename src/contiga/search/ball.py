@@ -25,7 +25,7 @@ from contiga.search.records import CUT, NODE, OUT, Records, Tables
 
 # Largest radius looked for, and the one up to which cells are cut for it, as shares of the size.
 CAP = 0.25
-GOAL = 0.02
+GOAL = 0.01
 # Derivatives of a cell of the grid differ by about this share from those of its middle: the
 # first that needs no more cells than that.
 CELL_TURN = (0.2, 0.28, 0.4)
@@ -41,8 +41,8 @@ MOST_CELLS = 16
 DEEPEST = 12
 SHORTEST = 1e-3
 # Rounds of cutting the largest cells where too little was proved, and how many they may add.
-ROUNDS = 8
-BUDGET = 24000
+ROUNDS = 12
+BUDGET = 30000
 # Share of a cell in which too little was proved for it to be cut.
 WANTING = 0.25
 # How far the surroundings of a cell tried as its smooth block go, in its lengths.
