@@ -112,8 +112,8 @@ def _turn_seen(own, cell):
     for c in range(3):
         da += (cell["first"][0, c] * u - own["first"][0, c]) ** 2
         db += (cell["first"][1, c] * v - own["first"][1, c]) ** 2
-    da = math.sqrt(da) + 0.5 * (cell["second"][0] + cell["second"][1]) * u
-    db = math.sqrt(db) + 0.5 * (cell["second"][1] + cell["second"][2]) * v
+    da = math.sqrt(da) + cell["change"][0] * u
+    db = math.sqrt(db) + cell["change"][1] * v
     return deviation(own, da, db)
 
 

@@ -71,6 +71,7 @@ CELL = np.dtype(
         ("first", "f8", (2, 3)),  # derivatives at the middle, per cell
         ("metric", "f8", 3),  # r11, r12, r22
         ("second", "f8", 3),  # |S_xx|, |S_xy|, |S_yy| at most
+        ("change", "f8", 2),  # how far the derivatives are from the middle's, at most
         ("slide", "f8", 3),  # and of their parts along the tangent plane of the middle
         ("corner_normal", "f8", (4, 3)),
         ("wobble", "f8"),  # how far normals leave the bilinear patch of the corners' normals
@@ -420,7 +421,8 @@ def _own_homes(place: _Place, parts: Records, homes: Records) -> Records:
     even = np.minimum(lengths.max(axis=1, keepdims=True) / lengths, 8.0)
     around = np.stack([parts] * len(SURROUNDINGS))
     # Across a side of the element goes only what was inherited.
-    at_side = (homes["near"].min(axis=1) > 0.0) & (np.abs(box).max(axis=(1, 2)) >= 0.5)
+    beyond = np.abs(box).max(axis=2) + half * even > 0.5
+    at_side = (homes["near"].min(axis=1) > 0.0) & beyond.any(axis=1)
     for row, share in zip(around, SURROUNDINGS, strict=True):
         far = share * half * even
         wider = np.stack([box[:, :, 0] - far, box[:, :, 1] + far], axis=2)
