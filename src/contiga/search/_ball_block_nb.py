@@ -16,7 +16,7 @@ from numba import njit
 from contiga.search._ball_cell_nb import WORST, bends, deviation, measure
 from contiga.search._element_nb import BINOMIAL
 
-KINK = 1e-9
+KINK = 1e-8
 """Derivatives that jump by less than this share of themselves are continuous: a surface that
 turns by an angle ε reaches ε²ρ/2 into a ball of radius ρ, which is less than rounding."""
 TURN = 0.9
