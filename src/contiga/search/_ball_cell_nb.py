@@ -232,6 +232,14 @@ def measure(elements, e, centre, cell):
     cell["turn"] = math.inf
     if not spans:
         return
+    _turn_bounds((f10, f01), bound, cell)
+    _corner_normals(elements, e, h, cell)
+
+
+@njit(cache=True)
+def _turn_bounds(flat, bound, cell):
+    """How much derivatives, normals and bends change; `flat` bounds n·S_x and n·S_y."""
+    second = cell["second"]
     form = cell["form"]
     cell["rise"] = 0.125 * (max(-form[0], 0.0) + max(-form[4], 0.0))
     cell["sink"] = 0.125 * (max(form[1], 0.0) + max(form[5], 0.0))
@@ -247,7 +255,7 @@ def measure(elements, e, centre, cell):
         min(change[0], 0.5 * (slide[0] + slide[1])),
         min(change[1], 0.5 * (slide[1] + slide[2])),
     )
-    tilt = deviation(cell, f10, f01) / (1.0 - shear)
+    tilt = deviation(cell, flat[0], flat[1]) / (1.0 - shear)
     if not tilt < WORST:
         return
     cell["turn"] = turn
@@ -257,6 +265,11 @@ def measure(elements, e, centre, cell):
     cell["bend"][0] = low / ((1.0 - shear) ** 2 if low < 0.0 else (1.0 + turn) ** 2)
     cell["bend"][1] = high / ((1.0 - shear) ** 2 if high > 0.0 else (1.0 + turn) ** 2)
     cell["wobble"] = _wobble(cell, bound)
+
+
+@njit(cache=True)
+def _corner_normals(elements, e, h, cell):
+    box = cell["box"]
     for k in range(4):
         s = box[k // 2]
         t = box[2 + k % 2]

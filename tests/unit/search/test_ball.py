@@ -9,7 +9,7 @@ import pytest
 
 import contiga as cg
 from contiga.records import Feature, Status
-from contiga.search import ball
+from contiga.search import ball, ball_cells
 from contiga.search.surface import surface_of
 
 POINTS = 1_000_000 if os.environ.get("CONTIGA_FULL") else 5_000
@@ -140,7 +140,7 @@ def test_between_parallel_planes_the_ball_is_half_as_wide():
     assert (inner <= 0.025).all()
     assert (inner > 0.0125).all()
     assert inner.max() > 0.024999
-    np.testing.assert_allclose(outer, ball.CAP * body.size, rtol=1e-6)
+    np.testing.assert_allclose(outer, ball_cells.CAP * body.size, rtol=1e-6)
 
 
 def test_on_a_box_the_inner_ball_falls_with_the_distance_to_the_edge():
@@ -150,7 +150,7 @@ def test_on_a_box_the_inner_ball_falls_with_the_distance_to_the_edge():
     inner, outer = radii(body, feet.patch, feet.uv)
     assert (inner <= a).all()
     assert (inner >= 0.4 * a).all()
-    assert (outer >= np.minimum(2.0 * a, 0.99 * ball.CAP * body.size)).all()
+    assert (outer >= np.minimum(2.0 * a, 0.99 * ball_cells.CAP * body.size)).all()
 
 
 def test_a_point_is_certified_by_depth_and_tangential_miss():
