@@ -16,7 +16,7 @@ from numba import njit
 from contiga.search._ball_cell_nb import WORST, bends, deviation, measure
 from contiga.search._element_nb import BINOMIAL
 
-KINK = 1e-9
+KINK = 1e-8
 """Derivatives that jump by less than this share of themselves are continuous: a surface that
 turns by an angle ε reaches ε²ρ/2 into a ball of radius ρ, which is less than rounding."""
 TURN = 0.9
@@ -112,8 +112,8 @@ def _turn_seen(own, cell):
     for c in range(3):
         da += (cell["first"][0, c] * u - own["first"][0, c]) ** 2
         db += (cell["first"][1, c] * v - own["first"][1, c]) ** 2
-    da = math.sqrt(da) + 0.5 * (cell["second"][0] + cell["second"][1]) * u
-    db = math.sqrt(db) + 0.5 * (cell["second"][1] + cell["second"][2]) * v
+    da = math.sqrt(da) + cell["change"][0] * u
+    db = math.sqrt(db) + cell["change"][1] * v
     return deviation(own, da, db)
 
 

@@ -160,6 +160,38 @@ def _normal_bounds(g, w, degree, cell):
 
 
 @njit(cache=True)
+def _less_affine(net, degree, h, sizes, rest):
+    """Net of the cell less its tangent plane's map at the middle, one degree higher, into `rest`.
+
+    (A − wL)/w with L = S + x S_x + y S_y at the middle has the second derivatives of A/w, but what
+    the quotient rule multiplies with those of w is small: without it the twist of a long cylinder
+    would seem as large as its length.
+    """
+    p, q = degree
+    for a in range(2):
+        x = (a - 0.5) * sizes[0]
+        for b in range(2):
+            y = (b - 0.5) * sizes[1]
+            for i in range(p + 2):
+                k = i - a
+                if k < 0 or k > p:
+                    continue
+                share = i / (p + 1.0) if a == 1 else 1.0 - i / (p + 1.0)
+                for j in range(q + 2):
+                    m = j - b
+                    if m < 0 or m > q:
+                        continue
+                    part = share * (j / (q + 1.0) if b == 1 else 1.0 - j / (q + 1.0))
+                    old = k * (q + 1) + m
+                    new = i * (q + 2) + j
+                    w = net[old, 3]
+                    rest[new, 3] += part * w
+                    for c in range(3):
+                        flat = h[c, 0] + x * h[c, 1] + y * h[c, 2]
+                        rest[new, c] += part * (net[old, c] - w * flat)
+
+
+@njit(cache=True)
 def measure(elements, e, centre, cell):
     """Fill in the bounds of a cell whose element and box are set; lengths about `centre`."""
     box = cell["box"]
@@ -189,7 +221,9 @@ def measure(elements, e, centre, cell):
         f10, f01 = _normal_bounds(g, net[:, 3].copy(), (p, q), cell)
     bound = np.empty(9)
     corner = np.empty((2, 3))
-    derivative_bounds(net, (p, q), (1.0, 1.0), bound, corner[0], corner[1])
+    rest = np.zeros(((p + 2) * (q + 2), 4))
+    _less_affine(net, (p, q), h, (hs, ht), rest)
+    derivative_bounds(rest, (p + 1, q + 1), (1.0, 1.0), bound, corner[0], corner[1])
     _second_bounds(h, (hs * hs, hs * ht, ht * ht), bound, cell)
     second = cell["second"]
     cell["bulge"] = 0.125 * (second[0] + second[2])
@@ -198,15 +232,30 @@ def measure(elements, e, centre, cell):
     cell["turn"] = math.inf
     if not spans:
         return
+    _turn_bounds((f10, f01), bound, cell)
+    _corner_normals(elements, e, h, cell)
+
+
+@njit(cache=True)
+def _turn_bounds(flat, bound, cell):
+    """How much derivatives, normals and bends change; `flat` bounds n·S_x and n·S_y."""
+    second = cell["second"]
     form = cell["form"]
     cell["rise"] = 0.125 * (max(-form[0], 0.0) + max(-form[4], 0.0))
     cell["sink"] = 0.125 * (max(form[1], 0.0) + max(form[5], 0.0))
-    turn = deviation(cell, 0.5 * (second[0] + second[1]), 0.5 * (second[1] + second[2]))
+    change = cell["change"]
+    change[0] = min(bound[0], 0.5 * (second[0] + second[1]))
+    change[1] = min(bound[1], 0.5 * (second[1] + second[2]))
+    turn = deviation(cell, change[0], change[1])
     if not turn < WORST:
         return
     slide = cell["slide"]
-    shear = deviation(cell, 0.5 * (slide[0] + slide[1]), 0.5 * (slide[1] + slide[2]))
-    tilt = deviation(cell, f10, f01) / (1.0 - shear)
+    shear = deviation(
+        cell,
+        min(change[0], 0.5 * (slide[0] + slide[1])),
+        min(change[1], 0.5 * (slide[1] + slide[2])),
+    )
+    tilt = deviation(cell, flat[0], flat[1]) / (1.0 - shear)
     if not tilt < WORST:
         return
     cell["turn"] = turn
@@ -216,6 +265,11 @@ def measure(elements, e, centre, cell):
     cell["bend"][0] = low / ((1.0 - shear) ** 2 if low < 0.0 else (1.0 + turn) ** 2)
     cell["bend"][1] = high / ((1.0 - shear) ** 2 if high > 0.0 else (1.0 + turn) ** 2)
     cell["wobble"] = _wobble(cell, bound)
+
+
+@njit(cache=True)
+def _corner_normals(elements, e, h, cell):
+    box = cell["box"]
     for k in range(4):
         s = box[k // 2]
         t = box[2 + k % 2]
