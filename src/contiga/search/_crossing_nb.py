@@ -24,7 +24,8 @@ DROP, SOLVE, POINT, HALVE = 0, 1, 2, 3
 CONTRACTS = 0.75
 """|rows| · change below which Newton's method, held in the cell, converges to the only root: its
 steps shrink at least by λ²/(4 (1 − λ)) < 1, and squared from then on."""
-STEPS = 12
+STEPS = 60
+"""Of Newton's method: held at a side with the root beyond it, it may only halve its steps."""
 EASY = 64
 """Cells of a leaf after which its bounds are taken for too loose, and each cell gets its own."""
 DEEP = 1.0 / 64.0

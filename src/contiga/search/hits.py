@@ -96,12 +96,15 @@ def settled(search: Crossings, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, B
 
     A path that meets an edge or a corner within its width, or goes in and out in one place, may
     find faces there that it does not pass, or miss one. Such a path is laid beside itself by a few
-    widths, in one direction after the other, until its last crossing is clear of all edges; where
-    none is, of two crossings in one place the later one stands.
+    widths, in one direction after the other, until its last crossing is clear of all edges. Where
+    none is, or the path is hardly longer than the width, of two crossings in one place the later
+    one stands.
     """
     out, verdict = empty_hit(len(a_B)), np.zeros((len(a_B), 2))
     search(a_B, b_B, out, verdict)
-    rows = np.flatnonzero(verdict[:, 1] > 0.0)
+    # A path that ends within the width keeps its own answer: beside itself it is another path.
+    length = np.linalg.norm(b_B - a_B, axis=1)
+    rows = np.flatnonzero((verdict[:, 1] > 0.0) & (2.0 * ASIDE * verdict[:, 1] < length))
     aside = verdict[rows, 1]
     for k in range(TRIES):
         if len(rows) == 0:
