@@ -136,8 +136,13 @@ def _check_found(
         off_field[off_field] = ~truth.at_a_joint(solid, hit.point[rows[off_field]])
         stray |= off_field
     tally.fault("off the surface", rows[stray], point=hit.point, **values)
-    slope = (normal * d[rows]).sum(axis=1) / way[rows]
-    tally.fault("does not enter", rows[slope > 1e-9], point=hit.point, **values)
+    leaves = (normal * d[rows]).sum(axis=1) / way[rows] > 1e-9
+    if solid.field is not None:
+        # At a vertex a face's normal need not tell: then what lies before and behind it does.
+        small = 1e-8 * size * d[rows] / way[rows][:, None]
+        ahead, behind = (solid.field(hit.point[rows] + k * small) for k in (1.0, -1.0))
+        leaves &= ahead >= behind
+    tally.fault("does not enter", rows[leaves], point=hit.point, **values)
 
 
 def _check_ends(
