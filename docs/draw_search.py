@@ -33,13 +33,14 @@ def crossings(ax: Axes) -> None:
     curve = cg.NurbsCurve(1, np.r_[0, np.arange(9), 8].astype(float), outline)
     block = cg.Body.from_profile(curve)
     _section(ax, outline)
+    ax.set(xlim=(-0.1, 5.2), ylim=(-0.1, 2.2))
     paths = [
-        ("from outside: NEW", (0.6, 2.1), (0.6, 1.2)),
-        ("through and out: FREE", (0.95, 1.9), (1.5, 1.25)),
-        ("across the slot: NEW at the far wall", (1.45, 0.95), (2.15, 0.75)),
-        ("into the slot: FREE", (1.5, 2.0), (1.5, 0.8)),
+        ("1  from outside: NEW", (0.4, 2.0), (0.4, 1.2)),
+        ("2  in and out again: FREE", (0.95, 2.0), (1.42, 1.2)),
+        ("3  into the slot: FREE", (1.55, 2.0), (1.55, 1.0)),
+        ("4  out of one wall and into the other: NEW", (1.15, 0.85), (2.15, 0.7)),
     ]
-    for text, a, b in paths:
+    for k, (text, a, b) in enumerate(paths):
         start, end = np.array([[*a, 0.0]]), np.array([[*b, 0.0]])
         contact = cg.Contact(block, cg.Slave(start, area=[1.0]), law=cg.PenaltyLaw(1.0))
         state = contact.step(contact.start(start), end)
@@ -47,7 +48,8 @@ def crossings(ax: Axes) -> None:
         assert touching == ("NEW" in text), text
         colour = GOOD if touching else SKY
         ax.annotate("", b, a, arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 1.6})
-        ax.text(b[0] + 0.05, b[1] - 0.12, text, fontsize=8, color=colour)
+        ax.text(a[0] - 0.04, a[1] + 0.05, text[0], fontsize=9, color=colour)
+        ax.text(3.15, 1.5 - 0.2 * k, text, fontsize=9, color=colour)
         if touching:
             foot = state.foot[0]
             ax.plot(*foot[:2], "o", color=GOOD, markersize=5)
@@ -62,7 +64,7 @@ def ball(ax: Axes) -> None:
     _section(ax, np.column_stack([axes[0] * np.cos(angle), axes[1] * np.sin(angle)]))
     from contiga.search.surface import surface_of
 
-    point = np.array([[0.55, 0.45, 0.0]])
+    point = np.array([[0.55, 0.6, 0.0]])
     foot = body.project(point)
     radius = float(surface_of(body).inner_ball(foot.patch, foot.uv, np.zeros(1, np.int32))[0])
     centre = foot.point[0] - radius * foot.normal[0]
@@ -71,9 +73,9 @@ def ball(ax: Axes) -> None:
     ax.plot(*foot.point[0, :2], "o", color=GOOD, markersize=5)
     ax.plot(*np.array([foot.point[0], centre])[:, :2].T, "--", color=SKY, linewidth=1)
     ax.text(*(foot.point[0, :2] + [0.06, 0.03]), "foot Q", color=GOOD, fontsize=9)
-    ax.text(*(point[0, :2] + [0.06, -0.08]), "point P", color=INK, fontsize=9)
+    ax.text(*(point[0, :2] + [-0.3, 0.0]), "point P", color=INK, fontsize=9)
     ax.text(
-        centre[0] - 0.3, centre[1] - 0.16, f"ball of radius ρ = {radius:.2f}", color=SKY, fontsize=9
+        centre[0] - 0.45, centre[1] - 0.4, f"ball of radius ρ = {radius:.2f}", color=SKY, fontsize=9
     )
 
 
@@ -86,7 +88,7 @@ def branch(ax: Axes) -> None:
     shown = curve.evaluate(s)
     ax.plot(*shown[:, :2].T, color=INK, linewidth=2)
     d = curve.derivatives(s, 2)
-    first, second = d[1], d[2]
+    first, second = d[:, 1], d[:, 2]
     turn = (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])[:, None]
     speed = (first**2).sum(axis=1)[:, None]
     normal = np.column_stack([-first[:, 1], first[:, 0]])

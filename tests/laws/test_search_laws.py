@@ -244,7 +244,9 @@ def test_tracked_feet_are_local_minima():
         for _ in range(20):
             p = p + 0.02 * rng.normal(size=p.shape)
             feet = body.project(p, start=feet, mode="track")
-            assert np.isin(feet.status, (Status.OK, Status.BORDER)).all()
+            # A minimum that vanished gives way to the closest point, which is one too.
+            kinds = (Status.OK, Status.BORDER, Status.BRANCH_EVENT)
+            assert np.isin(feet.status, kinds).all()
             near = np.clip(feet.uv[:, None] + 1e-6 * rng.normal(size=(1, 10, 2)), 0, 1)
             other = patch.evaluate(near.reshape(-1, 2)).reshape(len(p), 10, 3)
             least = np.linalg.norm(other - p[:, None], axis=2).min(axis=1)

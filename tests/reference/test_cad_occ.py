@@ -254,7 +254,8 @@ def test_edges_lie_on_the_patches_that_use_them(data_dir, name):
             if use.reversed:
                 on = on[::-1]
             miss = np.linalg.norm(on - ends, axis=1).max()
-            assert miss <= 2.0 * edge.tolerance + 1e-6 * size
+            # What is measured is the distance to the curve; ends may lie off along it.
+            assert miss <= 2.0 * max(edge.tolerance, edge.stated) + 1e-6 * size
 
 
 def test_headface_is_one_open_shell_and_the_solid_has_no_free_edges(data_dir):

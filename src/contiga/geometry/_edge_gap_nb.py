@@ -80,10 +80,9 @@ def _nearest(table, point, last):
 
 
 @njit(cache=True)
-def _foot(curve, ts, table, point, work):
-    """Distance of a point to a curve from its nearest sample: Newton in a bracket."""
-    best, least = _nearest(table, point, min(work[2][0], ts.size - 1))
-    work[2][0] = best
+def _from_sample(curve, ts, best, point, work):
+    """Square of the distance of a point to a curve around one sample: Newton in a bracket."""
+    least = math.inf
     low = ts[max(best - 1, 0)]
     high = ts[min(best + 1, ts.size - 1)]
     t = ts[best]
@@ -107,6 +106,18 @@ def _foot(curve, ts, table, point, work):
         if abs(new - t) <= 1e-15 * (ts[-1] - ts[0]):
             break
         t = new
+    return least
+
+
+@njit(cache=True)
+def _foot(curve, ts, table, point, work):
+    """Distance of a point to a curve, from its nearest sample."""
+    best, least = _nearest(table, point, min(work[2][0], ts.size - 1))
+    work[2][0] = best
+    least = min(least, _from_sample(curve, ts, best, point, work))
+    if best == 0 or best == ts.size - 1:
+        # Of a closed curve the nearest place may be on the other side of its seam.
+        least = min(least, _from_sample(curve, ts, ts.size - 1 - best, point, work))
     return math.sqrt(least)
 
 

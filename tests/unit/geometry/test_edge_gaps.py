@@ -75,3 +75,11 @@ def test_natural_sides_and_parts_of_them():
     assert whole.gap == pytest.approx(1.0)
     assert part.gap < 1e-15
     assert part.length == pytest.approx(0.5)
+
+
+def test_images_pass_the_seam_of_a_closed_edge():
+    """The nearest place may lie before the edge's end where the nearest sample is its start."""
+    square = [[0.5, 0.5], [1.5, 0.5], [1.5, 1.5], [0.5, 1.5], [0.5, 0.5]]
+    edge = polyline([[*p, 0.0] for p in square])
+    image = polyline([[0.5, 0.505], *square[:4], [0.5, 0.505]])
+    assert gap_to(edge, image).gap == pytest.approx(0.0, abs=1e-14)

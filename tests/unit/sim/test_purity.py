@@ -38,7 +38,7 @@ def states() -> list[State]:
 
 def test_a_state_takes_at_most_160_bytes_a_point(states: list[State]) -> None:
     size = sum(getattr(states[-1], field.name).nbytes for field in fields(State))
-    assert (size - states[-1].wrench.nbytes) / N == 146
+    assert (size - states[-1].wrench.nbytes) / N == 151
 
 
 def test_the_same_arguments_give_the_same_bits(states: list[State]) -> None:
