@@ -69,7 +69,7 @@ def check(solid: Solid, a: np.ndarray, b: np.ndarray, hit: Hit, tally: Tally) ->
     flagged = ~np.isin(hit.status, (cg.Status.OK, cg.Status.AT_START, cg.Status.NO_HIT))
     tally.count += len(a)
     tally.flagged += int(flagged.sum())
-    _check_found(solid, a, b, hit, np.flatnonzero(found), tally, values)
+    _check_found(solid, a, b, hit, np.flatnonzero(found & ~flagged), tally, values)
     if solid.field is None:
         _check_ends(solid, a, b, found | flagged, tally, values)
         return
@@ -119,25 +119,51 @@ def _check_found(
     off = norm(a[rows] + hit.fraction[rows, None] * d[rows] - hit.point[rows])
     within = (hit.fraction[rows] >= 0.0) & (hit.fraction[rows] <= 1.0)
     far = ~within | ~(off <= 1e-9 * size)
-    # Within its width an edge belongs to both faces that meet there.
-    joint = truth.at_a_joint(solid, hit.point[rows[far]], factor=4.0)
-    widest = 4.0 * max(edge.tolerance for edge in solid.body.edges)
-    far[far] = ~joint | ~(off[far] <= widest) | ~within[far]
-    tally.fault("off the segment", rows[far], point=hit.point, **values)
     normal = np.empty((len(rows), 3))
     on_patch = np.empty((len(rows), 3))
     for k in np.unique(hit.patch[rows]):
         own = np.flatnonzero(hit.patch[rows] == k)
         normal[own] = solid.body.patches[k].normal(hit.uv[rows[own]])
         on_patch[own] = solid.body.patches[k].evaluate(hit.uv[rows[own]])
+    slope = (normal * d[rows]).sum(axis=1) / way[rows]
+    # What a joint is wide as seen along the path, it is wider on the surface.
+    wide = 4.0 / np.maximum(np.abs(slope), 0.02)
+    far[far] = ~_excused(solid, a, d, hit, rows[far], off[far], wide[far])
+    tally.fault("off the segment", rows[far], point=hit.point, **values)
     stray = norm(on_patch - hit.point[rows]) > 1e-9 * size
     if solid.field is not None:
         off_field = ~(np.abs(solid.field(hit.point[rows])) <= truth.BAND * size)
-        off_field[off_field] = ~truth.at_a_joint(solid, hit.point[rows[off_field]])
+        at = hit.point[rows[off_field]]
+        off_field[off_field] = ~truth.at_a_joint(solid, at, wide[off_field])
         stray |= off_field
     tally.fault("off the surface", rows[stray], point=hit.point, **values)
-    slope = (normal * d[rows]).sum(axis=1) / way[rows]
-    tally.fault("does not enter", rows[slope > 1e-9], point=hit.point, **values)
+    leaves = rows[slope > 1e-9]
+    # At a vertex the normal of a face need not tell: what lies before and behind it does.
+    small = 1e-8 * size * d[leaves] / way[leaves][:, None]
+    ahead, behind = (truth.values(solid, hit.point[leaves] + k * small) for k in (1.0, -1.0))
+    joint = truth.at_a_joint(solid, hit.point[leaves], factor=4.0)
+    tally.fault("does not enter", leaves[(ahead >= behind) & ~joint], point=hit.point, **values)
+
+
+def _excused(
+    solid: Solid,
+    a: np.ndarray,
+    d: np.ndarray,
+    hit: Hit,
+    rows: np.ndarray,
+    off: np.ndarray,
+    wide: np.ndarray,
+) -> np.ndarray:
+    """(n,) hits that may stand `off` their place on the segment.
+
+    Within its width an edge belongs to both faces that meet there. A path that runs along the
+    surface within rounding has no sharper place than the root of that.
+    """
+    widest = max(edge.tolerance for edge in solid.body.edges)
+    joint = (off <= wide * widest) & truth.at_a_joint(solid, hit.point[rows], wide)
+    place = a[rows] + hit.fraction[rows, None] * d[rows]
+    along = np.abs(truth.values(solid, place)) <= 1e-11 * solid.size
+    return joint | (along & (off <= 5e-8 * solid.size))
 
 
 def _check_ends(

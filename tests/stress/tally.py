@@ -40,6 +40,11 @@ class Tally:
             kept = {name: np.asarray(value[row]).tolist() for name, value in values.items()}
             self.faults.append({"kind": kind, **kept})
 
+    def note(self, name: str, value: int) -> None:
+        """Add to a count that is told but not judged."""
+        if value:
+            self.notes[name] = self.notes.get(name, 0) + value
+
     def add(self, other: Tally) -> None:
         """Take the counts of another tally in."""
         for name in ("count", "wrong", "flagged", "doubtful", "seconds"):

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tests.stress.solids import solid
 
 import contiga as cg
 from contiga.records import Status
@@ -103,3 +104,15 @@ def test_feet_about_a_window_that_crosses_the_seam():
     feet = body.project(p)
     np.testing.assert_allclose(np.linalg.norm(p - feet.point, axis=1), away, rtol=0, atol=1e-11)
     assert (feet.status == Status.TRIMMED).sum() > 200
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-12, 1e-9, 1e-6])
+def test_paths_through_the_pole_of_a_cap_enter_it(off):
+    """OpenCASCADE ends the cap 4e-13 before its pole: no hole is left there."""
+    body = solid("lens").body
+    start = np.array([[off, -0.5 * off, 20.0], [off - 3.0, 1.0, 7.5]])
+    end = np.array([[off, -0.5 * off, 0.0], [off + 3.0, -1.0, 4.5]])
+    hit = body.first_hit(start, end)
+    np.testing.assert_array_equal(hit.status, Status.OK)
+    at = 2 * [[off, -0.5 * off, 6.0]]
+    np.testing.assert_allclose(hit.point, at, rtol=0, atol=2.0 * off + 1e-9)

@@ -30,12 +30,12 @@ def test_after_each_step_of_shaking_contact_is_inside_and_came_in(name):
 
 @pytest.mark.parametrize("name", [*SOLIDS, *solids.CLOSED_FILES])
 def test_segments_of_every_length_and_angle_enter_where_they_do(name):
-    clean(segments.shot(solids.solid(name), 3_000, seed=12))
+    clean(segments.shot(solids.solid(name), 2_000, seed=12))
 
 
 @pytest.mark.parametrize("name", SURFACES)
 def test_tracked_feet_are_those_of_tiny_steps_or_flagged(name):
-    clean(tracking.follow(tracking.tracked(name), 1_600, seed=13))
+    clean(tracking.follow(tracking.tracked(name), 640, seed=13))
 
 
 @pytest.mark.parametrize("name", motions.MOTIONS)

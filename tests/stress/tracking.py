@@ -30,6 +30,8 @@ CALM = 1e-8
 """Ways of feet below this, relative to the size, are no jumps."""
 PER_WIDTH = 24
 """Tiny steps a width, at least."""
+REACH = 0.1
+"""Widths off the surface that contact reaches, for the share of feet that are certified."""
 SHORTEST = 1e-10
 """Share of a motion below which a foot that still jumps has lost its branch."""
 SIZES = {0.1: "a tenth of an element", 1.0: "an element", np.inf: "three elements"}
@@ -117,7 +119,7 @@ def tracked(name: str) -> Tracked:
 
 
 def starts(item: Tracked, n: int, rng: np.random.Generator) -> np.ndarray:
-    """n points on both sides, up to a width off, where feet are inside faces at first."""
+    """n points on both sides of the surface, up to a width off, some past its borders."""
     low, high = item.body.bounds()
     p = low + (high - low) * rng.uniform(-0.05, 1.05, (n, 3))
     feet = item.body.project(p)
@@ -187,16 +189,14 @@ def judge(
     elsewhere, unnoticed = wrong & sure & ~ended, wrong & sure & ended
     tally.fault("foot elsewhere", np.flatnonzero(elsewhere), truth=truth, **values)
     tally.fault("end of branch unnoticed", np.flatnonzero(unnoticed), **values)
-    _note(tally, "wrong, said not to be certified", int((wrong & ~sure).sum()))
-    if getattr(feet, "certified", None) is not None:
-        size = next(name for limit, name in SIZES.items() if step <= limit)
-        _note(tally, f"steps up to {size}", len(a))
-        _note(tally, f"certified of those up to {size}", int(sure.sum()))
-
-
-def _note(tally: Tally, name: str, value: int) -> None:
-    if value:
-        tally.notes[name] = tally.notes.get(name, 0) + value
+    tally.note("wrong, said not to be certified", int((wrong & ~sure).sum()))
+    if hasattr(feet, "certified"):
+        # The share certified is told of feet inside faces, of points in reach of contact.
+        plain = (before.status == Status.OK) & (feet.status == Status.OK)
+        plain &= np.abs(before.gap) <= REACH * item.width
+        limit = next(name for most, name in SIZES.items() if step <= most)
+        tally.note(f"steps up to {limit}", int(plain.sum()))
+        tally.note(f"certified of those up to {limit}", int((plain & sure).sum()))
 
 
 def follow(item: Tracked, n: int, seed: int, scales: int = 8) -> Tally:

@@ -16,12 +16,17 @@ import contiga as cg
 BAND = 2e-9
 
 
+def values(solid: Solid, p: np.ndarray) -> np.ndarray:
+    """(n,) the closed form, or the gaps of contiga's closest points where there is none."""
+    return solid.field(p) if solid.field is not None else solid.body.project(p).gap
+
+
 def signs(solid: Solid, p: np.ndarray, band: float = BAND) -> np.ndarray:
     """(n,) +1 outside, −1 inside, 0 within `band` sizes of the surface.
 
     Of CAD files, by contiga's closest points: what disagrees with them goes to `settled`.
     """
-    value = solid.field(p) if solid.field is not None else solid.body.project(p).gap
+    value = values(solid, p)
     return np.where(np.abs(value) <= band * solid.size, 0, np.sign(value)).astype(int)
 
 
@@ -79,12 +84,8 @@ def walk(field: Field, a: np.ndarray, b: np.ndarray, band: float, finest: int = 
 
 def may_leave(solid: Solid, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """(n,) whether segments that begin and end inside may have been outside on their way."""
-
-    def depth(p: np.ndarray) -> np.ndarray:
-        return -solid.field(p) if solid.field is not None else -solid.body.project(p).gap
-
     # A point must come out as deep as it was, and go in as deep as it will be.
-    result = depth(a) + depth(b) <= norm(b - a)
+    result = -values(solid, a) - values(solid, b) <= norm(b - a)
     rows = np.flatnonzero(result)
     if len(rows) and solid.field is not None:
         band = -BAND * solid.size
@@ -144,9 +145,12 @@ def on_knots(solid: Solid, n: int, rng: np.random.Generator, *, poles: bool = Fa
     return p[np.abs(solid.field(p)) <= BAND * solid.size]
 
 
-def at_a_joint(solid: Solid, p: np.ndarray, factor: float = 2.0, samples: int = 400) -> np.ndarray:
-    """(n,) whether points lie within `factor` times the stated tolerance of an edge."""
+def at_a_joint(
+    solid: Solid, p: np.ndarray, factor: float | np.ndarray = 2.0, samples: int = 400
+) -> np.ndarray:
+    """(n,) whether points lie within `factor` (one or n) times the stated tolerance of an edge."""
     near = np.zeros(len(p), bool)
+    factor = np.broadcast_to(factor, len(p))
     if len(p) == 0:
         return near
     close = np.ones(len(p), bool)
@@ -158,7 +162,8 @@ def at_a_joint(solid: Solid, p: np.ndarray, factor: float = 2.0, samples: int = 
         far = np.maximum(low - p, p - high).max(axis=1) > factor * edge.tolerance
         rows = np.flatnonzero(close & ~near & ~far)
         for part in np.array_split(rows, len(rows) // 5000 + 1):
-            near[part] = _distance_to(edge.curve, p[part], samples) <= factor * edge.tolerance
+            off = _distance_to(edge.curve, p[part], samples)
+            near[part] = off <= factor[part] * edge.tolerance
     return near
 
 

@@ -45,6 +45,9 @@ _IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 5: "mile", 6: "m", 7: "km", 8: "thou",
 _IGES_UNITS |= {10: "cm", 11: "microinch"}
 THIN = 1e-10
 """Faces this much longer than wide are lines."""
+ROUNDED = 1e-11
+"""Share of a face within which its bounds are the surface's own: OpenCASCADE rounds them more than
+float64 would."""
 OPEN = 1e-3
 """A loop open by more than this share of the face is not a loop; below it is closed straight."""
 
@@ -340,6 +343,10 @@ def _box(surface: Any, loops: list[Loop], periods: FloatArray) -> FloatArray:
     box[1] = np.where(
         periodic, np.minimum(box[1], box[0] + periods), np.minimum(box[1], natural[1])
     )
+    # Within rounding of the natural bounds it is those: no hole is left about a pole.
+    near = ROUNDED * (box[1] - box[0])
+    box[0] = np.where(~periodic & (box[0] - natural[0] <= near), natural[0], box[0])
+    box[1] = np.where(~periodic & (natural[1] - box[1] <= near), natural[1], box[1])
     return box
 
 

@@ -182,23 +182,74 @@ def _solve(elements, e, box, start, path, h):
 
 
 @njit(cache=True, error_model="numpy")
-def _touch(elements, e, place, path, length, h):
+def _passage(size, line, pad):
+    """The x, low to high, at which a line passes over a rectangle ± `size` widened by `pad`.
+
+    `line` holds (s, t) at x = 0 and how they grow with x. Empty: low > high.
+    """
+    low, high = -math.inf, math.inf
+    for c in range(2):
+        at, grows = line[c], line[2 + c]
+        room = size[c] + pad[c]
+        if grows == 0.0:
+            if abs(at) > room:
+                return math.inf, -math.inf
+        else:
+            first = (-room - at) / grows
+            last = (room - at) / grows
+            low = max(low, min(first, last))
+            high = min(high, max(first, last))
+    return low, high
+
+
+@njit(cache=True, error_model="numpy")
+def _touch(elements, e, place, size, path, length, h):
     """A cell that is a point, or flat along the path: the ends tell on which sides of its tangent
-    plane they lie. Returns x, nearest to it, and the slope −1, 0 (no crossing) or 1."""
+    plane they lie. Returns x and the steps in (s, t) from the middle to where the path is as near
+    as it comes over the cell to where it meets that plane, and the slope −1, 0 (no crossing) or 1.
+    """
     s, t = place
-    p, d, slack, _ = path
+    p, d, slack, wide = path
     n0, n1, n2 = normal_at(elements, e, s, t, h)
-    r0 = p[0] - h[0, 0]
-    r1 = p[1] - h[1, 0]
-    r2 = p[2] - h[2, 0]
-    x = min(max(-(r0 * d[0] + r1 * d[1] + r2 * d[2]), 0.0), length)
-    first = r0 * n0 + r1 * n1 + r2 * n2
-    last = first + length * (d[0] * n0 + d[1] * n1 + d[2] * n2)
+    r = (p[0] - h[0, 0], p[1] - h[1, 0], p[2] - h[2, 0])
+    first = r[0] * n0 + r[1] * n1 + r[2] * n2
+    falls = d[0] * n0 + d[1] * n1 + d[2] * n2
+    last = first + length * falls
     if first >= -slack and last < 0.0 and last < first:
-        return x, -1.0
-    if first <= slack and last > 0.0 and last > first:
-        return x, 1.0
-    return x, 0.0
+        slope = -1.0
+    elif first <= slack and last > 0.0 and last > first:
+        slope = 1.0
+    else:
+        return 0.0, 0.0, 0.0, 0.0
+    aa = ab = bb = ra = rb = da = db = 0.0
+    for c in range(3):
+        aa += h[c, 1] * h[c, 1]
+        ab += h[c, 1] * h[c, 2]
+        bb += h[c, 2] * h[c, 2]
+        ra += r[c] * h[c, 1]
+        rb += r[c] * h[c, 2]
+        da += d[c] * h[c, 1]
+        db += d[c] * h[c, 2]
+    det = aa * bb - ab * ab
+    if not det > 1e-12 * aa * bb:
+        return min(max(-(r[0] * d[0] + r[1] * d[1] + r[2] * d[2]), 0.0), length), 0.0, 0.0, slope
+    line = (
+        (bb * ra - ab * rb) / det,
+        (aa * rb - ab * ra) / det,
+        (bb * da - ab * db) / det,
+        (aa * db - ab * da) / det,
+    )
+    off = 2.0 * slack + wide
+    low, high = _passage(size, line, (off * math.sqrt(bb / det), off * math.sqrt(aa / det)))
+    low, high = max(low, 0.0), min(high, length)
+    meets = -first / falls
+    x = min(max(meets, low), high)
+    # Neighbouring cells tell where it meets their planes with a doubt of slack along the normal.
+    if low > high or abs(x - meets) * abs(falls) > 2.0 * slack:
+        return 0.0, 0.0, 0.0, 0.0
+    ds = min(max(line[0] + x * line[2], -size[0]), size[0])
+    dt = min(max(line[1] + x * line[3], -size[1]), size[1])
+    return x, ds, dt, slope
 
 
 @njit(cache=True, error_model="numpy")
@@ -353,8 +404,8 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
                 verdict = HALVE if max(size[0], size[1]) > TINY else POINT
                 evaluate(elements, e, place[0], place[1], h)
         if verdict == POINT:
-            s, t = place
-            x, slope = _touch(elements, e, place, path, length, h)
+            x, ds, dt, slope = _touch(elements, e, place, size, path, length, h)
+            s, t = place[0] + ds, place[1] + dt
             if slope != 0.0 and x < far and (sense or slope < 0.0):
                 found = x
         if verdict == HALVE:

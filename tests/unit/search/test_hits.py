@@ -150,3 +150,22 @@ def test_one_entry_without_compilation():
     hit = body.first_hit([[0.1, 0.2, 1.0]], [[0.1, 0.2, -1.0]])
     assert hit.fraction[0] == pytest.approx(0.5, abs=1e-14)
     np.testing.assert_allclose(hit.point, [[0.1, 0.2, 0.0]], atol=1e-14)
+
+
+def test_paths_that_graze_a_cylinder_at_its_seam_meet_it_where_it_is():
+    """Cells along a seam grow thin and stay long: flat along the path, but no points."""
+    body = cg.Body([cg.shapes.cylinder(radius=25.0, height=40.0)])
+    rng = np.random.default_rng(0)
+    n = 3000
+    seam = np.column_stack([np.full(n, 25.0), np.zeros(n), rng.uniform(-15.0, 15.0, n)])
+    slope, angle = 10.0 ** rng.uniform(-6.0, 0.0, n), rng.uniform(0.0, 2.0 * np.pi, n)
+    flat = np.sqrt(1.0 - slope**2)
+    d = np.column_stack([-slope, flat * np.cos(angle), flat * np.sin(angle)])
+    length, share = 10.0 ** rng.uniform(-6.0, 2.0, (n, 1)), rng.random((n, 1))
+    a = seam - share * length * d
+    b = a + length * d
+    hit = body.first_hit(a, b)
+    assert (hit.patch == 0).all()
+    on_path = a + hit.fraction[:, None] * (b - a)
+    np.testing.assert_allclose(on_path, hit.point, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(np.hypot(*on_path.T[:2]), 25.0, rtol=0, atol=1e-12)
