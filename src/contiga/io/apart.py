@@ -45,6 +45,27 @@ _NEAR = 0.7
 """A crash with this share of the memory in use is put down to the bound on memory."""
 
 
+@contextlib.contextmanager
+def _no_broken_pipe_signal() -> Iterator[None]:
+    """A pipe whose reader has ended raises here, and does not end this process.
+
+    Python ignores the signal from its start; some libraries (gmsh) and callers let it be deadly
+    again. It comes to the thread that writes: there it is held back, and taken if it came.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    broken = {signal.SIGPIPE}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, broken)
+    try:
+        yield
+    finally:
+        if not broken & before:
+            if broken & signal.sigpending():
+                signal.sigwait(broken)
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 class _GoneError(Exception):
     """The child has ended."""
 
@@ -113,9 +134,9 @@ class _Child:
                 os.killpg(self.process.pid, signal.SIGKILL)
             self.process.kill()
         for stream in (self.process.stdin, self.process.stdout):
-            with contextlib.suppress(OSError):
+            with contextlib.suppress(OSError), _no_broken_pipe_signal():
                 if stream is not None:
-                    stream.close()
+                    stream.close()  # writes what is left
         self.process.wait()
 
     def forget(self) -> None:
@@ -125,8 +146,9 @@ class _Child:
     def _write(self, data: bytes) -> None:
         assert self.process.stdin is not None
         try:
-            self.process.stdin.write(data)
-            self.process.stdin.flush()
+            with _no_broken_pipe_signal():
+                self.process.stdin.write(data)
+                self.process.stdin.flush()
         except OSError as error:
             raise self._gone() from error
 
