@@ -6,7 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from tests.stress.solids import solid
+from tests.stress.fields import norm
+from tests.stress.solids import CLOSED_FILES, solid
 
 import contiga as cg
 from contiga.records import Status
@@ -116,3 +117,31 @@ def test_paths_through_the_pole_of_a_cap_enter_it(off):
     np.testing.assert_array_equal(hit.status, Status.OK)
     at = 2 * [[off, -0.5 * off, 6.0]]
     np.testing.assert_allclose(hit.point, at, rtol=0, atol=2.0 * off + 1e-9)
+
+
+@pytest.mark.parametrize("shift", [0.0, 3e-3, -0.011])
+def test_a_grazing_path_hits_a_face_that_has_one_wide_edge_where_it_crosses_it(data_dir, shift):
+    """Fillets of a CAD file, exact where they join along their length, wide where they end.
+
+    Far from the wide edge the face is as sharp as any other, and nothing else is close by.
+    """
+    body = solid(CLOSED_FILES[0]).body
+    a = np.array(
+        [
+            [305.7398651177043, 141.32151156892743, -38.380034279452666],
+            [255.86446, 359.81415721652877, -41.61166716563831],
+            [155.3064683946501, 556.2510300501287, -326.63731560263625],
+        ]
+    )
+    b = np.array(
+        [
+            [305.73839771324486, 141.32072230243966, -38.382533904418075],
+            [255.85302225630818, 359.81481884764236, -41.617368943255066],
+            [167.20404181586107, 505.38186143026377, -307.5478503497215],
+        ]
+    )
+    a, b = a + shift * (b - a), b + shift * (b - a)
+    hit = body.first_hit(a, b)
+    assert (hit.status == Status.OK).all()
+    place = a + hit.fraction[:, None] * (b - a)
+    assert (norm(place - hit.point) < 1e-9 * body.size).all()

@@ -38,6 +38,8 @@ MAX_CELLS = 20000
 DEPTH = 128
 """Cells of a leaf that can wait at once."""
 ENTRIES, EITHER = 0, 1
+NONE = (0.0, 0.0, 0.0, 0.0)
+"""No room beyond any side."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -61,12 +63,12 @@ def _beside_box(corner, p, d, near, far, pad):
 def _judge(h, k, size, path, span, entries):
     """What to do with a cell of half-size `size` about the place whose derivatives are `h`.
 
-    `path` is (p, d, slack, wide): `wide` is how far beside the cell, in space, a crossing still
-    counts. `span` is the (near, far) of it that is asked for. Returns what to do, and the steps in
-    (s, t) from the middle to where SOLVE is to start.
+    `path` is (p, d, slack, wide, room): `wide` is how far beside the cell, in space, a crossing
+    still counts. `span` is the (near, far) of it that is asked for. Returns what to do, and the
+    steps in (s, t) from the middle to where SOLVE is to start.
     """
     hs, ht = size
-    p, d, slack, wide = path
+    p, d, slack, wide, _ = path
     near, far = span
     r0 = p[0] - h[0, 0]
     r1 = p[1] - h[1, 0]
@@ -132,10 +134,10 @@ def _judge(h, k, size, path, span, entries):
 def _solve(elements, e, box, start, path, h):
     """Newton's method for the line, held in `box` (s0, s1, t0, t1), from `start`.
 
-    `path` is (p, d, slack, wide). Returns 1 where it converged, 0 where the box holds no root,
+    `path` begins with (p, d, slack). Returns 1 where it converged, 0 where the box holds no root,
     −1 where the steps ran out; s, t, x, and (S_s × S_t)·d over |S_s × S_t|.
     """
-    p, d, slack, _ = path
+    p, d, slack = path[0], path[1], path[2]
     s, t = start
     x = slope = 0.0
     for _ in range(STEPS):
@@ -182,34 +184,36 @@ def _solve(elements, e, box, start, path, h):
 
 
 @njit(cache=True, error_model="numpy")
-def _passage(size, line, pad):
-    """The x, low to high, at which a line passes over a rectangle ± `size` widened by `pad`.
+def _passage(box, line, pad):
+    """The x, low to high, at which a line passes over a rectangle `box` widened by `pad`.
 
     `line` holds (s, t) at x = 0 and how they grow with x. Empty: low > high.
     """
     low, high = -math.inf, math.inf
     for c in range(2):
         at, grows = line[c], line[2 + c]
-        room = size[c] + pad[c]
+        least, most = box[2 * c] - pad[c], box[2 * c + 1] + pad[c]
         if grows == 0.0:
-            if abs(at) > room:
+            if at < least or at > most:
                 return math.inf, -math.inf
         else:
-            first = (-room - at) / grows
-            last = (room - at) / grows
+            first = (least - at) / grows
+            last = (most - at) / grows
             low = max(low, min(first, last))
             high = min(high, max(first, last))
     return low, high
 
 
 @njit(cache=True, error_model="numpy")
-def _touch(elements, e, place, size, path, length, h):
+def _touch(elements, e, cell, path, length, h):
     """A cell that is a point, or flat along the path: the ends tell on which sides of its tangent
     plane they lie. Returns x and the steps in (s, t) from the middle to where the path is as near
     as it comes over the cell to where it meets that plane, and the slope −1, 0 (no crossing) or 1.
+
+    Over the cell is also what lies beyond sides of the element by no more than their room.
     """
-    s, t = place
-    p, d, slack, wide = path
+    s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
+    p, d, slack, _, room = path
     n0, n1, n2 = normal_at(elements, e, s, t, h)
     r = (p[0] - h[0, 0], p[1] - h[1, 0], p[2] - h[2, 0])
     first = r[0] * n0 + r[1] * n1 + r[2] * n2
@@ -239,16 +243,22 @@ def _touch(elements, e, place, size, path, length, h):
         (bb * da - ab * db) / det,
         (aa * db - ab * da) / det,
     )
-    off = 2.0 * slack + wide
-    low, high = _passage(size, line, (off * math.sqrt(bb / det), off * math.sqrt(aa / det)))
+    per_s, per_t = math.sqrt(bb / det), math.sqrt(aa / det)
+    box = (
+        cell[0] - s - (room[0] * per_s if cell[0] <= -0.5 else 0.0),
+        cell[1] - s + (room[1] * per_s if cell[1] >= 0.5 else 0.0),
+        cell[2] - t - (room[2] * per_t if cell[2] <= -0.5 else 0.0),
+        cell[3] - t + (room[3] * per_t if cell[3] >= 0.5 else 0.0),
+    )
+    low, high = _passage(box, line, (2.0 * slack * per_s, 2.0 * slack * per_t))
     low, high = max(low, 0.0), min(high, length)
     meets = -first / falls
     x = min(max(meets, low), high)
     # Neighbouring cells tell where it meets their planes with a doubt of slack along the normal.
     if low > high or abs(x - meets) * abs(falls) > 2.0 * slack:
         return 0.0, 0.0, 0.0, 0.0
-    ds = min(max(line[0] + x * line[2], -size[0]), size[0])
-    dt = min(max(line[1] + x * line[3], -size[1]), size[1])
+    ds = min(max(line[0] + x * line[2], box[0]), box[1])
+    dt = min(max(line[1] + x * line[3], box[2]), box[3])
     return x, ds, dt, slope
 
 
@@ -259,7 +269,7 @@ def _shrunk(h, k, cell, path, span):
     To first order (s, t) of a point of the path follow from the dual vectors of the tangent plane,
     whatever the angle: what is shorter than the cell leaves little of it. Empty: low ≥ high.
     """
-    p, d, slack, wide = path
+    p, d, slack, wide, _ = path
     hs = 0.5 * (cell[1] - cell[0])
     ht = 0.5 * (cell[3] - cell[2])
     a = (h[0, 1], h[1, 1], h[2, 1])
@@ -320,13 +330,13 @@ def _wider_across(h, k, size, own):
 
 
 @njit(cache=True, error_model="numpy")
-def _held(cell, size, path, wide, h):
+def _held(cell, size, path, room, h):
     """The rectangle in which the crossing of a cell is looked for: the cell and its tolerance.
 
-    A displacement of the line by `slack`, and beyond the sides of the element by `wide`, is
+    A displacement of the line by `slack`, and beyond the sides of the element by their `room`, is
     turned into one of (s, t) by the derivatives `h` in the cell's middle.
     """
-    _, d, slack, _ = path
+    d, slack = path[1], path[2]
     a0 = h[0, 1]
     a1 = h[1, 1]
     a2 = h[2, 1]
@@ -344,30 +354,39 @@ def _held(cell, size, path, wide, h):
     per_t = math.sqrt(o0 * o0 + o1 * o1 + o2 * o2) / c
     s = min(2.0 * slack * per_s, size[0])
     t = min(2.0 * slack * per_t, size[1])
-    more_s = min(wide * per_s, 0.5)
-    more_t = min(wide * per_t, 0.5)
     return (
-        cell[0] - s - (more_s if cell[0] <= -0.5 else 0.0),
-        cell[1] + s + (more_s if cell[1] >= 0.5 else 0.0),
-        cell[2] - t - (more_t if cell[2] <= -0.5 else 0.0),
-        cell[3] + t + (more_t if cell[3] >= 0.5 else 0.0),
+        cell[0] - s - (min(room[0] * per_s, 0.5) if cell[0] <= -0.5 else 0.0),
+        cell[1] + s + (min(room[1] * per_s, 0.5) if cell[1] >= 0.5 else 0.0),
+        cell[2] - t - (min(room[2] * per_t, 0.5) if cell[2] <= -0.5 else 0.0),
+        cell[3] + t + (min(room[3] * per_t, 0.5) if cell[3] >= 0.5 else 0.0),
     )
+
+
+@njit(cache=True)
+def _over(cell, path):
+    """The path as one cell sees it: as wide as the widest room beyond sides that it touches."""
+    p, d, slack, _, room = path
+    wide = room[0] if cell[0] <= -0.5 else 0.0
+    wide = max(wide, room[1] if cell[1] >= 0.5 else 0.0)
+    wide = max(wide, room[2] if cell[2] <= -0.5 else 0.0)
+    wide = max(wide, room[3] if cell[3] >= 0.5 else 0.0)
+    return p, d, slack, wide, room
 
 
 @njit(inline="always")
 def next_crossing(elements, leaf, pole, path, ends, work, top):
     """Next crossing of one leaf, trimmed or not, among the `top` cells on the stack.
 
-    `path` is (p, d, slack, wide) about the element's origin, `ends` (length, spare, far, sense):
-    the length of the segment, how far beyond its ends a crossing at a small angle may lie, where
-    it need not be looked for any more, and ENTRIES or EITHER. Returns x (infinite where there is
-    none), s, t, the slope n·d, and how many cells are left. `work` is (stack, h, k, corner,
-    count); count holds the cells opened and whether the path was given up.
+    `path` is (p, d, slack, wide, room) about the element's origin, `ends` (length, spare, far,
+    sense): the length of the segment, how far beyond its ends a crossing at a small angle may lie,
+    where it need not be looked for any more, and ENTRIES or EITHER. Returns x (infinite where
+    there is none), s, t, the slope n·d, and how many cells are left. `work` is (stack, h, k,
+    corner, count); count holds the cells opened and whether the path was given up.
     """
     stack, h, k, corner, count = work
     length, spare, far, sense = ends
     e = leaf["element"]
-    p, d, slack, wide = path
+    p, d, slack, _, room = path
     whole = DEEP * (leaf["box"][1] - leaf["box"][0]) * (leaf["box"][3] - leaf["box"][2])
     span = (-spare, min(far, length + spare))
     easy = count[0] + EASY
@@ -378,19 +397,20 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
         cell = (stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3])
         place = (0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3]))
         size = (0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2]))
+        seen = _over(cell, path)
         own = count[0] > easy or (pole and 4.0 * size[0] * size[1] < whole)
         if own:
             cell_box(elements, e, cell, k, corner)
-            if _beside_box(corner, p, d, span[0], span[1], slack + wide):
+            if _beside_box(corner, p, d, span[0], span[1], slack + seen[3]):
                 continue
         else:
             for c in range(9):
                 k[c] = leaf["bound"][c]
         evaluate(elements, e, place[0], place[1], h)
-        verdict, ds, dt = _judge(h, k, size, path, span, sense == ENTRIES)
+        verdict, ds, dt = _judge(h, k, size, seen, span, sense == ENTRIES)
         if verdict == SOLVE:
-            box = _held(cell, size, path, 0.0, h)
-            reach = _held(cell, size, path, wide, h)
+            box = _held(cell, size, path, NONE, h)
+            reach = _held(cell, size, path, room, h)
             start = (place[0] + ds, place[1] + dt)
             state, s, t, x, slope = _solve(elements, e, box, start, path, h)
             if state == 0 and reach != box:  # not in the cell, perhaps beside it
@@ -404,7 +424,7 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
                 verdict = HALVE if max(size[0], size[1]) > TINY else POINT
                 evaluate(elements, e, place[0], place[1], h)
         if verdict == POINT:
-            x, ds, dt, slope = _touch(elements, e, place, size, path, length, h)
+            x, ds, dt, slope = _touch(elements, e, cell, path, length, h)
             s, t = place[0] + ds, place[1] + dt
             if slope != 0.0 and x < far and (sense or slope < 0.0):
                 found = x
@@ -412,7 +432,7 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
             if count[0] > MAX_CELLS or top > DEPTH - 3:
                 count[1] = 1
                 continue
-            part = _shrunk(h, k, cell, path, span)
+            part = _shrunk(h, k, cell, seen, span)
             if part[0] >= part[1] or part[2] >= part[3]:
                 continue
             left = (part[1] - part[0]) * (part[3] - part[2])

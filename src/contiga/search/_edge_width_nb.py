@@ -116,7 +116,7 @@ def _rim(elements, e, place, path, least, h):
 
     Sides that are no smooth joint are at least `least` wide; where the surface ends, none is.
     """
-    _, d, slack, _ = path
+    d, slack = path[1], path[2]
     row = elements.table[e]
     width = 0.0
     off = False
@@ -141,9 +141,9 @@ def _rim(elements, e, place, path, least, h):
 def edge_width(elements, trims, piece_width, e, place, path, least, h):
     """Whether a crossing at `place` (s, t) of element e belongs to its face.
 
-    `path` is (p, d, slack, wide), `h` holds the derivatives there. Returns BESIDE if it does not,
-    else the width of the edge within whose width it lies, zero in the midst of the face. Edges
-    that are no smooth joint are at least `least` wide.
+    `path` is (p, d, slack, wide, room), `h` holds the derivatives there. Returns BESIDE if it does
+    not, else the width of the edge within whose width it lies, zero in the midst of the face.
+    Edges that are no smooth joint are at least `least` wide.
     """
     wide = max(path[3], least)
     s = min(max(place[0], -0.5), 0.5)

@@ -14,7 +14,7 @@ from numba import njit
 from contiga.search._crossing_nb import DEPTH, EITHER, ENTRIES, next_crossing
 from contiga.search._edge_width_nb import BESIDE, edge_width
 from contiga.search._element_nb import evaluate, parameters
-from contiga.search._global_nb import has_pole
+from contiga.search._global_nb import OUT, has_pole
 
 OK, NOT_FINITE, NO_HIT, AT_START, BUDGET = 0, 5, 6, 7, 8
 ROUNDING = 8.0 * 2.220446049250313e-16
@@ -100,12 +100,36 @@ def slack_of(p, q, size):
 
 
 @njit(cache=True)
-def _path_about(row, p, d, slack):
-    """(p, d, slack, wide) of a path about the origin of one element."""
+def _room_beside(elements, e, side, slack):
+    """How far beyond a side of an element a crossing may still be its own.
+
+    Beyond a smooth joint it is the neighbour's, unless the neighbour is cut away as a whole.
+    """
+    row = elements.table[e]
+    across = row["neighbour"][side]
+    inner = across >= 0 and elements.table[across]["patch"] == row["patch"]
+    cut_off = inner and elements.table[across]["trim"] == OUT
+    room = row["skirt"] if cut_off else row["width"][side]
+    return room if room > slack else 0.0
+
+
+@njit(cache=True)
+def _path_about(elements, e, p, d, slack):
+    """(p, d, slack, wide, room) of a path about the origin of one element: `room` for its sides,
+    `wide` the widest edge of the element."""
+    row = elements.table[e]
     origin = row["origin"]
     local = (p[0] - origin[0], p[1] - origin[1], p[2] - origin[2])
     slack = slack + row["noise"]
-    return local, d, slack, row["skirt"] if row["skirt"] > slack else 0.0
+    if row["skirt"] <= slack:
+        return local, d, slack, 0.0, (0.0, 0.0, 0.0, 0.0)
+    room = (
+        _room_beside(elements, e, 0, slack),
+        _room_beside(elements, e, 1, slack),
+        _room_beside(elements, e, 2, slack),
+        _room_beside(elements, e, 3, slack),
+    )
+    return local, d, slack, row["skirt"], room
 
 
 @njit(cache=True)
@@ -146,7 +170,7 @@ def _search(arrays, segment, sense, found, queue, work):
             e = leaf["element"]
             if e < 0:
                 continue
-            path = _path_about(elements.table[e], p, d, slack)
+            path = _path_about(elements, e, p, d, slack)
             thin_s = leaf["bound"][0] * (leaf["box"][1] - leaf["box"][0]) <= slack
             thin_t = leaf["bound"][1] * (leaf["box"][3] - leaf["box"][2]) <= slack
             if thin_s or thin_t:
