@@ -17,6 +17,8 @@ import contiga as cg
 from contiga.records import Hit
 
 FINE = 1e-12
+# Of the coordinates and the size: heights below it are none.
+ROUNDING = 8.0 * float(np.finfo(float).eps)
 """Ends closer to the surface than this, relative to the size, are not judged, away from edges."""
 SHORTEST, LONGEST = 1e-9, 3.0
 AIMS = ("random", "face", "edge", "vertex", "knot", "pole")
@@ -141,8 +143,11 @@ def _check_found(
     # At a vertex the normal of a face need not tell: what lies before and behind it does.
     small = 1e-8 * size * d[leaves] / way[leaves][:, None]
     ahead, behind = (truth.values(solid, hit.point[leaves] + k * small) for k in (1.0, -1.0))
+    # A path that only touches is in and out again within rounding: there its slope has no sign.
+    rounding = ROUNDING * (np.abs(hit.point[leaves]).max(axis=1, initial=0.0) + size)
     joint = truth.at_a_joint(solid, hit.point[leaves], factor=4.0)
-    tally.fault("does not enter", leaves[(ahead >= behind) & ~joint], point=hit.point, **values)
+    outward = (ahead - behind >= rounding) & ~joint
+    tally.fault("does not enter", leaves[outward], point=hit.point, **values)
 
 
 def _excused(

@@ -30,7 +30,9 @@ def test_after_each_step_of_shaking_contact_is_inside_and_came_in(name):
 
 @pytest.mark.parametrize("name", [*SOLIDS, *solids.CLOSED_FILES])
 def test_segments_of_every_length_and_angle_enter_where_they_do(name):
-    clean(segments.shot(solids.solid(name), 2_000, seed=12))
+    tally = segments.shot(solids.solid(name), 2_000, seed=12)
+    clean(tally)
+    assert tally.flagged <= 0.005 * tally.count
 
 
 @pytest.mark.parametrize("name", SURFACES)
