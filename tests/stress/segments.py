@@ -141,7 +141,7 @@ def _check_found(
     tally.fault("off the surface", rows[stray], point=hit.point, **values)
     leaves = rows[slope > 1e-9]
     # At a vertex the normal of a face need not tell: what lies before and behind it does.
-    small = 1e-8 * size * d[leaves] / way[leaves][:, None]
+    small = np.minimum(1e-8 * size / way[leaves], 1.0)[:, None] * d[leaves]
     ahead, behind = (truth.values(solid, hit.point[leaves] + k * small) for k in (1.0, -1.0))
     # A path that only touches is in and out again within rounding: there its slope has no sign.
     rounding = ROUNDING * (np.abs(hit.point[leaves]).max(axis=1, initial=0.0) + size)
