@@ -145,9 +145,9 @@ def _check_found(
     ahead, behind = (truth.values(solid, hit.point[leaves] + k * small) for k in (1.0, -1.0))
     # A path that only touches is in and out again within rounding: there its slope has no sign.
     rounding = ROUNDING * (np.abs(hit.point[leaves]).max(axis=1, initial=0.0) + size)
-    joint = truth.at_a_joint(solid, hit.point[leaves], factor=4.0)
-    outward = (ahead - behind >= rounding) & ~joint
-    tally.fault("does not enter", leaves[outward], point=hit.point, **values)
+    leaves = leaves[ahead - behind >= rounding]
+    leaves = leaves[~truth.at_a_joint(solid, hit.point[leaves], factor=4.0)]
+    tally.fault("does not enter", leaves, point=hit.point, **values)
 
 
 def _excused(

@@ -190,21 +190,31 @@ def at_a_joint(
         far = np.maximum(low - p, p - high).max(axis=1) > factor * edge.tolerance
         rows = np.flatnonzero(close & ~near & ~far)
         for part in np.array_split(rows, len(rows) // 5000 + 1):
-            off = _distance_to(edge.curve, p[part], samples)
-            near[part] = off <= factor[part] * edge.tolerance
+            within = factor[part] * edge.tolerance
+            near[part] = _distance_to(edge.curve, p[part], samples, within) <= within
     return near
 
 
-def _distance_to(curve: cg.NurbsCurve, p: np.ndarray, samples: int) -> np.ndarray:
-    """Distance to a curve: samples, zoomed in on."""
+def _distance_to(
+    curve: cg.NurbsCurve, p: np.ndarray, samples: int, within: np.ndarray
+) -> np.ndarray:
+    """Distance to a curve: samples, zoomed in on where it may be `within` (n,)."""
     a, b = curve.domain
     t = np.linspace(a, b, samples)
-    d = np.linalg.norm(p[:, None] - curve.evaluate(t)[None], axis=2)
-    at, width = t[d.argmin(axis=1)], (b - a) / (samples - 1)
+    places = curve.evaluate(t)
+    d = np.linalg.norm(p[:, None] - places[None], axis=2)
+    least = np.asarray(d.min(axis=1))
+    # No place of the curve is farther from a sample than samples are apart.
+    apart = norm(np.diff(places, axis=0)).max()
+    rows = np.flatnonzero(least <= within + 2.0 * apart)
+    if len(rows) == 0:
+        return least
+    at, width = t[d[rows].argmin(axis=1)], (b - a) / (samples - 1)
     for _ in range(36):
         tried = np.clip(at[:, None] + width * np.linspace(-1.0, 1.0, 5), a, b)
-        values = curve.evaluate(tried.ravel()).reshape(len(p), 5, 3)
-        d = np.linalg.norm(p[:, None] - values, axis=2)
+        values = curve.evaluate(tried.ravel()).reshape(len(rows), 5, 3)
+        d = np.linalg.norm(p[rows, None] - values, axis=2)
         at = np.take_along_axis(tried, d.argmin(axis=1)[:, None], axis=1)[:, 0]
         width *= 0.6
-    return np.asarray(d.min(axis=1))
+    least[rows] = d.min(axis=1)
+    return least
