@@ -144,8 +144,9 @@ def _check_found(
     small = np.minimum(1e-8 * size / way[leaves], 1.0)[:, None] * d[leaves]
     ahead, behind = (truth.values(solid, hit.point[leaves] + k * small) for k in (1.0, -1.0))
     # A path that only touches is in and out again within rounding: there its slope has no sign.
+    # Nor has it at the tip of a hollow cone that a path passes from inside to inside.
     rounding = ROUNDING * (np.abs(hit.point[leaves]).max(axis=1, initial=0.0) + size)
-    leaves = leaves[ahead - behind >= rounding]
+    leaves = leaves[(ahead - behind >= rounding) & (ahead >= -rounding)]
     leaves = leaves[~truth.at_a_joint(solid, hit.point[leaves], factor=4.0)]
     tally.fault("does not enter", leaves, point=hit.point, **values)
 
