@@ -32,6 +32,7 @@ from contiga.sim.tracked import (
     Tracked,
     closest,
     continued,
+    distances,
     remember,
     take,
     track,
@@ -118,7 +119,8 @@ def look(
     `rows` is (in contact, near), `tracked` the feet of the first.
     """
     touching, near = rows
-    near = _still_outside(surface, step, near, found, options)
+    within = np.full(len(step.now), np.inf)
+    near = _still_outside(surface, step, (near, within), found, options)
     inside = _proved_inside(surface, tracked, options)
     inside |= tracked.keep & (found.reach[touching] > 0.0)
     outside, reach = _proved_outside(surface, tracked, options)
@@ -132,7 +134,8 @@ def look(
     asked = np.concatenate((touching[doubtful], near))
     if len(asked) == 0:
         return
-    truth = closest(surface, step.now, asked)
+    within[touching] = distances(tracked, step.now[touching])
+    truth = closest(surface, step.now, asked, within[asked])
     feet = rows_of(truth, np.arange(len(asked), dtype=np.int32))
     kept = np.zeros(len(asked), dtype=bool)
     kept[: len(doubtful)] = tracked.keep[doubtful]
@@ -144,15 +147,24 @@ def look(
 
 
 def _still_outside(
-    surface: Surface, step: Step, near: IntArray, found: Detected, options: Options
+    surface: Surface,
+    step: Step,
+    asked: tuple[IntArray, FloatArray],
+    found: Detected,
+    options: Options,
 ) -> IntArray:
-    """Settle the free points whose foot proves that they are still outside; returns the others."""
-    known = (step.near[near] >= 0) & ~step.ignored[near]
+    """Settle the free points whose foot proves that they are outside; returns the others.
+
+    `asked` is (the points, distances to feet of all points): those that are seen are filled in.
+    """
+    near, within = asked
+    known = step.near[near] >= 0
     rows = near[known]
     tracked = track(surface, (None, step.now[rows]), (step.near[rows], step.uv[rows]), options)
     outside, reach = _proved_outside(surface, tracked, options)
     found.reach[rows[outside]] = reach
     remember(found, rows[outside], rows_of(tracked.feet, np.flatnonzero(outside)))
+    within[rows] = distances(tracked, step.now[rows])
     return np.concatenate((near[~known], rows[~outside]))
 
 

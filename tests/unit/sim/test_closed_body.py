@@ -84,10 +84,10 @@ def test_free_points_are_proved_outside_by_their_feet(monkeypatch: pytest.Monkey
     asked = 0
     inner = ExactSurface.closest
 
-    def counted(self: ExactSurface, p: np.ndarray, rows: np.ndarray, out: object) -> None:
+    def counted(self: ExactSurface, p: np.ndarray, rows: np.ndarray, *rest: object) -> None:
         nonlocal asked
         asked += len(rows)
-        inner(self, p, rows, out)  # type: ignore[arg-type]
+        inner(self, p, rows, *rest)  # type: ignore[arg-type]
 
     monkeypatch.setattr(ExactSurface, "closest", counted)
     for k in range(20):
