@@ -10,7 +10,13 @@ from numba import njit
 from contiga.search._curve_nb import polish, surface_foot
 from contiga.search._element_nb import parameters
 from contiga.search._global_nb import GIVEN_UP, PRUNE, SEEN, closest, in_face
-from contiga.search._kink_nb import joint_reach, pseudo_normal
+from contiga.search._kink_nb import (
+    NEAR,
+    is_listed,
+    joint_reach,
+    patches_near,
+    pseudo_normal,
+)
 from contiga.search._sides_nb import normal_at
 from contiga.search._walk_nb import walk
 
@@ -178,9 +184,11 @@ def _next_face(tables, edge, point, found, h):
     )
     result = (OK, -1, 0.0, 0.0, FACE, -1.0)
     reach = joint_reach(tables, e)
-    near = grid.patches[home]["adjacent"]
-    for k in range(near[0] + 1, near[1]):
-        if not grid.loose[k]:
+    span = grid.patches[home]["adjacent"]
+    near = np.empty(NEAR, np.int64)
+    listed = patches_near(tables, at, reach, near)
+    for k in range(span[0] + 1, span[1]):
+        if not (grid.loose[k] and is_listed(near, listed, grid.adjacent[k])):
             continue
         if not math.isfinite(closest(tables, at, grid.adjacent[k], reach, found, h)):
             continue
