@@ -120,7 +120,7 @@ def look(
     """
     touching, near = rows
     within = np.full(len(step.now), np.inf)
-    near = _still_outside(surface, step, (near, within), found, options)
+    near = _still_free(surface, step, (near, within), found, options)
     inside = _proved_inside(surface, tracked, options)
     inside |= tracked.keep & (found.reach[touching] > 0.0)
     outside, reach = _proved_outside(surface, tracked, options)
@@ -146,14 +146,14 @@ def look(
     _judge(surface, step, _Asked(asked, was, kept, old, feet, truth), found, options)
 
 
-def _still_outside(
+def _still_free(
     surface: Surface,
     step: Step,
     asked: tuple[IntArray, FloatArray],
     found: Detected,
     options: Options,
 ) -> IntArray:
-    """Settle the free points whose foot proves that they are outside; returns the others.
+    """Settle the free points whose feet prove that they stay so; returns the others.
 
     `asked` is (the points, distances to feet of all points): those that are seen are filled in.
     """
@@ -164,8 +164,40 @@ def _still_outside(
     outside, reach = _proved_outside(surface, tracked, options)
     found.reach[rows[outside]] = reach
     remember(found, rows[outside], rows_of(tracked.feet, np.flatnonzero(outside)))
+    held = _still_held(surface, step, rows, tracked, found, options)
     within[rows] = distances(tracked, step.now[rows])
-    return np.concatenate((near[~known], rows[~outside]))
+    return np.concatenate((near[~known], rows[~outside & ~held]))
+
+
+def _still_held(
+    surface: Surface,
+    step: Step,
+    rows: IntArray,
+    tracked: Tracked,
+    found: Detected,
+    options: Options,
+) -> BoolArray:
+    """Settle those of the points `rows` that lie inside since the start; returns which.
+
+    Their feet prove that they are inside, and what crosses nothing on its way has not come in. A
+    search by penetration asks how deep they are, which a foot does not tell so far down.
+    """
+    held = np.zeros(len(rows), dtype=bool)
+    if options.penetration:
+        return held
+    feet = tracked.feet
+    sound = tracked.solved & ~tracked.at_border & (feet.feature == Feature.FACE)
+    sound &= step.ignored[rows] & np.isfinite(step.way[rows]) & (-feet.gap > options.band)
+    own = np.flatnonzero(sound).astype(np.int32)
+    radius = surface.inner_ball(feet.patch, feet.uv, own)
+    reach = np.minimum(-feet.gap[own], 2.0 * radius + feet.gap[own]) - options.band
+    own, reach = own[reach > 0.0], reach[reach > 0.0]
+    _, sense = surface.last_crossings(step.before, step.now, rows[own])
+    own, reach = own[sense == 0], reach[sense == 0]
+    held[own] = True
+    found.reach[rows[own]] = -reach
+    remember(found, rows[own], rows_of(feet, own))
+    return held
 
 
 def _judge(surface: Surface, step: Step, asked: _Asked, found: Detected, options: Options) -> None:
