@@ -9,8 +9,14 @@ from numba import njit
 
 from contiga.search._curve_nb import polish, surface_foot
 from contiga.search._element_nb import parameters
-from contiga.search._global_nb import GIVEN_UP, closest, in_face
-from contiga.search._kink_nb import joint_reach, pseudo_normal
+from contiga.search._global_nb import GIVEN_UP, PRUNE, SEEN, closest, in_face
+from contiga.search._kink_nb import (
+    NEAR,
+    is_listed,
+    joint_reach,
+    patches_near,
+    pseudo_normal,
+)
 from contiga.search._sides_nb import normal_at
 from contiga.search._walk_nb import walk
 
@@ -82,10 +88,24 @@ def turn_normal(tables, k, toward, point, out):
 
 
 @njit(cache=True)
-def global_foot(tables, k, point, out, found, h):
-    """The closest point of the whole body: fills row k of `out`."""
+def _no_farther(tables, point, only, reach, found, h):
+    """As `closest`, where a foot is known at the distance `reach`: found again at least."""
+    seen = reach * SEEN + 2.0 * PRUNE * tables.scale[1]
+    for limit in (seen, math.inf):
+        distance = closest(tables, point, only, limit, found, h)
+        if math.isfinite(distance):
+            break
+    return distance
+
+
+@njit(cache=True)
+def global_foot(tables, k, point, reach, out, found, h):
+    """The closest point of the whole body, where one is known at the distance `reach`.
+
+    Fills row k of `out`.
+    """
     elements = tables.elements
-    if not math.isfinite(closest(tables, point, -1, math.inf, found, h)):
+    if not math.isfinite(_no_farther(tables, point, -1, reach, found, h)):
         blank(out, k, MAX_ITERATIONS)
         return
     if found[0] < 0:
@@ -131,29 +151,15 @@ def _distance2(tables, foot, point, h):
 
 
 @njit(cache=True)
-def _edge_foot(tables, foot, point, found, h):
-    """Where a tracked foot that ran out of its face leaves it: (open border?, element, s, t).
+def _edge_foot(tables, home, reach, point, found, h):
+    """Where a tracked foot that ran out of the face `home` leaves it: the face's closest point.
 
-    The closest point of the face to the runaway foot starts a search along its border for the
-    foot of the point itself.
+    One is known at the distance `reach`. Returns (open border?, element, s, t).
     """
-    elements = tables.elements
-    e, s, t = foot
-    home = elements.table[e]["patch"]
-    normal_at(elements, e, s, t, h)
-    runaway = (
-        h[0, 0] + elements.table[e]["origin"][0],
-        h[1, 0] + elements.table[e]["origin"][1],
-        h[2, 0] + elements.table[e]["origin"][2],
-    )
-    closest(tables, runaway, home, math.inf, found, h)
-    near = surface_foot(tables, found, h)
-    reach = math.sqrt(_distance2(tables, near, point, h))
-    if math.isfinite(closest(tables, point, home, reach * (1.0 + 1e-9), found, h)):
-        near = surface_foot(tables, found, h)
+    _no_farther(tables, point, home, reach, found, h)
     if found[0] < 0:
         polish(tables, found, point, h)
-        near = surface_foot(tables, found, h)
+    near = surface_foot(tables, found, h)
     is_open = found[0] < 0 and tables.piece_open[int(-1 - found[0])] != 0.0
     return is_open, near[0], near[1], near[2]
 
@@ -162,8 +168,8 @@ def _edge_foot(tables, foot, point, found, h):
 def _next_face(tables, edge, point, found, h):
     """Foot on the face across the edge that lies closer to the point than the edge does.
 
-    Returns (status, element, s, t, feature, out of its face), element −1 where no adjoining face
-    comes closer.
+    Returns (status, element, s, t, feature, how far its face is if it is out of that, else
+    −1), element −1 where no adjoining face comes closer.
     """
     elements = tables.elements
     grid = tables.grid
@@ -176,11 +182,13 @@ def _next_face(tables, edge, point, found, h):
         h[1, 0] + elements.table[e]["origin"][1],
         h[2, 0] + elements.table[e]["origin"][2],
     )
-    result = (OK, -1, 0.0, 0.0, FACE, False)
+    result = (OK, -1, 0.0, 0.0, FACE, -1.0)
     reach = joint_reach(tables, e)
-    near = grid.patches[home]["adjacent"]
-    for k in range(near[0] + 1, near[1]):
-        if not grid.loose[k]:
+    span = grid.patches[home]["adjacent"]
+    near = np.empty(NEAR, np.int64)
+    listed = patches_near(tables, at, reach, near)
+    for k in range(span[0] + 1, span[1]):
+        if not (grid.loose[k] and is_listed(near, listed, grid.adjacent[k])):
             continue
         if not math.isfinite(closest(tables, at, grid.adjacent[k], reach, found, h)):
             continue
@@ -189,11 +197,13 @@ def _next_face(tables, edge, point, found, h):
         inside = in_face(elements, tables.trims, e2, s2, t2)
         square = _distance2(tables, (e2, s2, t2), point, h)
         if not inside:
-            _, e3, s3, t3 = _edge_foot(tables, (e2, s2, t2), point, found, h)
+            face = elements.table[e2]["patch"]
+            known = math.sqrt(_distance2(tables, start, point, h))
+            _, e3, s3, t3 = _edge_foot(tables, face, known, point, found, h)
             square = _distance2(tables, (e3, s3, t3), point, h)
         if square < best:
             best = square
-            result = (status, e2, s2, t2, feature, not inside)
+            result = (status, e2, s2, t2, feature, -1.0 if inside else math.sqrt(square))
     return result
 
 
@@ -205,6 +215,7 @@ def tracked_foot(tables, k, start, point, out, found, h):
     or at a trimmed edge, the adjoining faces are tried from the point where the foot arrives.
     """
     elements = tables.elements
+    reach = math.sqrt(_distance2(tables, start, point, h))
     status, e, s, t, feature = walk(elements, start, point, tables.scale[1], h)
     inside = in_face(elements, tables.trims, e, s, t)
     for _ in range(HOPS):
@@ -213,7 +224,8 @@ def tracked_foot(tables, k, start, point, out, found, h):
         at = (e, s, t)
         is_open = False
         if not inside:
-            is_open, e0, s0, t0 = _edge_foot(tables, at, point, found, h)
+            home = elements.table[e]["patch"]
+            is_open, e0, s0, t0 = _edge_foot(tables, home, reach, point, found, h)
             at = (e0, s0, t0)
         new = _next_face(tables, at, point, found, h)
         if new[1] < 0:
@@ -223,8 +235,8 @@ def tracked_foot(tables, k, start, point, out, found, h):
                 status = TRIMMED if is_open else OK
                 inside = True
             break
-        status, e, s, t, feature, outside = new
-        inside = not outside
+        status, e, s, t, feature, reach = new
+        inside = reach < 0.0
     if not inside:
         status = TRIMMED
     write_foot(tables, k, (e, s, t), status, feature, point, out, h)

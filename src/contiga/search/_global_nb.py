@@ -328,7 +328,7 @@ def closest(tables, point, only, reach, found, h):
     stack = np.empty((64, 4))
     slack = PRUNE * tables.scale[1]
     # Above the bound by more than a leaf must promise, so that the leaf it comes from is opened.
-    if only < 0:
+    if only < 0 and reach == math.inf:
         seen = _least_middle(tables, point, best, nodes, bounds)
         best = min(best, seen * SEEN + 2.0 * slack)
     nodes[0] = 0

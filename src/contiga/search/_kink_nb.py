@@ -17,6 +17,7 @@ from contiga.search._around_nb import MOST, around, collapsed_side
 from contiga.search._curve_nb import curve_point, piece_parameters, surface_foot
 from contiga.search._global_nb import closest, in_face
 from contiga.search._sides_nb import normal_at, side_point
+from contiga.search._tree_nb import box_distance2
 
 JOIN = 1e-7
 """Faces closer than this share of the body's size at a common edge meet, however narrow it is."""
@@ -25,6 +26,8 @@ AT_END = 1e-6
 LOOK = 1e-5
 """How far from a corner, as a share of the patch, its inside is told from its outside."""
 POLE_ARCS = 4
+NEAR = 32
+"""Patches listed near one point."""
 SNAP = 1e-7
 
 
@@ -164,6 +167,50 @@ def joint_reach(tables, e):
 
 
 @njit(cache=True)
+def patches_near(tables, point, reach, near):
+    """Patches that may come closer to a point than `reach`, into near[NEAR]; how many they are.
+
+    −1: more than fit. A face of many holes has an edge with a hundred others: to search each of
+    them for what is near takes longer than to ask the hierarchy once.
+    """
+    tree = tables.tree
+    leaves = tables.leaves
+    x, y, z = point
+    nodes = np.empty(128, np.int64)
+    nodes[0] = 0
+    top = 1 if leaves.shape[0] > 0 else 0
+    n = 0
+    while top > 0:
+        top -= 1
+        node = nodes[top]
+        if box_distance2(tree, node, x, y, z) > reach * reach:
+            continue
+        first = tree[node]["first"]
+        count = tree[node]["count"]
+        if count == 0:
+            nodes[top] = first
+            nodes[top + 1] = first + 1
+            top += 2
+        for k in range(first, first + count):
+            patch = leaves[k]["patch"]
+            if not is_listed(near, n, patch):
+                if n == NEAR:
+                    return -1
+                near[n] = patch
+                n += 1
+    return n
+
+
+@njit(cache=True)
+def is_listed(near, n, patch):
+    """Whether a patch is among the first n of `near`; any may be where n is −1."""
+    for i in range(n):
+        if near[i] == patch:
+            return True
+    return n < 0
+
+
+@njit(cache=True)
 def _add_face(tables, patch, place, found, total, h):
     """Add the normal of the face `patch` if it passes through `place` = (point, how near)."""
     if not math.isfinite(closest(tables, place[0], patch, place[1], found, h)):
@@ -194,14 +241,17 @@ def pseudo_normal(tables, foot, found, total, h):
     place = (point, joint_reach(tables, e))
     grid = tables.grid
     home = elements.table[e]["patch"]
-    near = grid.patches[home]["adjacent"]
+    span = grid.patches[home]["adjacent"]
+    near = np.empty(NEAR, np.int64)
+    listed = patches_near(tables, point, place[1], near)
     if tables.trims.trimmed[home] != 0:
-        for k in range(near[0], near[1]):
-            _add_face(tables, grid.adjacent[k], place, found, total, h)
+        for k in range(span[0], span[1]):
+            if is_listed(near, listed, grid.adjacent[k]):
+                _add_face(tables, grid.adjacent[k], place, found, total, h)
         return
     n, list_e = _add_elements(tables, foot, -1, total, h)
-    for k in range(near[0] + 1, near[1]):
-        known = not grid.loose[k]
+    for k in range(span[0] + 1, span[1]):
+        known = not (grid.loose[k] and is_listed(near, listed, grid.adjacent[k]))
         for i in range(n):
             known = known or elements.table[list_e[i]]["patch"] == grid.adjacent[k]
         if not known:

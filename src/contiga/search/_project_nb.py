@@ -37,15 +37,18 @@ def _finite(points, k):
 
 
 @njit(cache=True, nogil=True)
-def project_global(tables, points, rows, out, start, stop):
-    """Closest points of points[rows[start:stop]] into the same rows of `out`."""
+def project_global(tables, points, rows, within, out, start, stop):
+    """Closest points of points[rows[start:stop]] into the same rows of `out`.
+
+    `within` (one a row of `rows`) are distances of the body known not to be less than theirs.
+    """
     h = np.empty((4, 6))
     found = np.empty(4)
     for i in range(start, stop):
         k = rows[i]
         if _finite(points, k):
             point = (points[k, 0], points[k, 1], points[k, 2])
-            global_foot(tables, k, point, out, found, h)
+            global_foot(tables, k, point, within[i], out, found, h)
         else:
             blank(out, k, NOT_FINITE)
 

@@ -162,9 +162,20 @@ def track(
         out.status[ended[found]] = Status.BRANCH_EVENT
 
 
-def closest_of_rows(tables: Tables, p_B: FloatArray, rows: IntArray, out: Projection) -> None:
-    """Closest points of p_B[rows] into the same rows of `out`."""
-    run_ranges(_project_nb.project_global, len(rows), POINTS, tables, p_B, rows, out)
+def closest_of_rows(
+    tables: Tables,
+    p_B: FloatArray,
+    rows: IntArray,
+    out: Projection,
+    within: FloatArray | None = None,
+) -> None:
+    """Closest points of p_B[rows] into the same rows of `out`.
+
+    `within` (len(rows),) are distances to feet that are known, infinite where none is.
+    """
+    if within is None:
+        within = np.full(len(rows), np.inf)
+    run_ranges(_project_nb.project_global, len(rows), POINTS, tables, p_B, rows, within, out)
 
 
 def bin_by_element(

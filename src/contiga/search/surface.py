@@ -25,8 +25,18 @@ class Surface(Protocol):
         """Pieces the search works on."""
         ...  # pragma: no cover
 
-    def closest(self, p_B: FloatArray, rows: IntArray, out: Projection) -> None:
-        """Closest points of p_B[rows] into the same rows of `out`."""
+    def closest(
+        self,
+        p_B: FloatArray,
+        rows: IntArray,
+        out: Projection,
+        within: FloatArray | None = None,
+    ) -> None:
+        """Closest points of p_B[rows] into the same rows of `out`.
+
+        `within` (len(rows),) are distances to points of the surface that are known, infinite where
+        none is: what is farther need not be looked at.
+        """
         ...  # pragma: no cover
 
     def track(
@@ -83,9 +93,15 @@ class ExactSurface(NamedTuple):
         """Bézier pieces."""
         return len(self.tables.elements.table)
 
-    def closest(self, p_B: FloatArray, rows: IntArray, out: Projection) -> None:
+    def closest(
+        self,
+        p_B: FloatArray,
+        rows: IntArray,
+        out: Projection,
+        within: FloatArray | None = None,
+    ) -> None:
         """Closest points of the body."""
-        projection.closest_of_rows(self.tables, p_B, rows, out)
+        projection.closest_of_rows(self.tables, p_B, rows, out, within)
 
     def track(
         self,

@@ -32,6 +32,7 @@ from contiga.sim.tracked import (
     Tracked,
     closest,
     continued,
+    distances,
     remember,
     take,
     track,
@@ -118,7 +119,8 @@ def look(
     `rows` is (in contact, near), `tracked` the feet of the first.
     """
     touching, near = rows
-    near = _still_outside(surface, step, near, found, options)
+    within = np.full(len(step.now), np.inf)
+    near = _still_free(surface, step, (near, within), found, options)
     inside = _proved_inside(surface, tracked, options)
     inside |= tracked.keep & (found.reach[touching] > 0.0)
     outside, reach = _proved_outside(surface, tracked, options)
@@ -132,7 +134,8 @@ def look(
     asked = np.concatenate((touching[doubtful], near))
     if len(asked) == 0:
         return
-    truth = closest(surface, step.now, asked)
+    within[touching] = distances(tracked, step.now[touching])
+    truth = closest(surface, step.now, asked, within[asked])
     feet = rows_of(truth, np.arange(len(asked), dtype=np.int32))
     kept = np.zeros(len(asked), dtype=bool)
     kept[: len(doubtful)] = tracked.keep[doubtful]
@@ -143,17 +146,58 @@ def look(
     _judge(surface, step, _Asked(asked, was, kept, old, feet, truth), found, options)
 
 
-def _still_outside(
-    surface: Surface, step: Step, near: IntArray, found: Detected, options: Options
+def _still_free(
+    surface: Surface,
+    step: Step,
+    asked: tuple[IntArray, FloatArray],
+    found: Detected,
+    options: Options,
 ) -> IntArray:
-    """Settle the free points whose foot proves that they are still outside; returns the others."""
-    known = (step.near[near] >= 0) & ~step.ignored[near]
+    """Settle the free points whose feet prove that they stay so; returns the others.
+
+    `asked` is (the points, distances to feet of all points): those that are seen are filled in.
+    """
+    near, within = asked
+    known = step.near[near] >= 0
     rows = near[known]
     tracked = track(surface, (None, step.now[rows]), (step.near[rows], step.uv[rows]), options)
     outside, reach = _proved_outside(surface, tracked, options)
     found.reach[rows[outside]] = reach
     remember(found, rows[outside], rows_of(tracked.feet, np.flatnonzero(outside)))
-    return np.concatenate((near[~known], rows[~outside]))
+    held = _still_held(surface, step, rows, tracked, found, options)
+    within[rows] = distances(tracked, step.now[rows])
+    return np.concatenate((near[~known], rows[~outside & ~held]))
+
+
+def _still_held(
+    surface: Surface,
+    step: Step,
+    rows: IntArray,
+    tracked: Tracked,
+    found: Detected,
+    options: Options,
+) -> BoolArray:
+    """Settle those of the points `rows` that lie inside since the start; returns which.
+
+    Their feet prove that they are inside, and what crosses nothing on its way has not come in. A
+    search by penetration asks how deep they are, which a foot does not tell so far down.
+    """
+    held = np.zeros(len(rows), dtype=bool)
+    if options.penetration:
+        return held
+    feet = tracked.feet
+    sound = tracked.solved & ~tracked.at_border & (feet.feature == Feature.FACE)
+    sound &= step.ignored[rows] & np.isfinite(step.way[rows]) & (-feet.gap > options.band)
+    own = np.flatnonzero(sound).astype(np.int32)
+    radius = surface.inner_ball(feet.patch, feet.uv, own)
+    reach = np.minimum(-feet.gap[own], 2.0 * radius + feet.gap[own]) - options.band
+    own, reach = own[reach > 0.0], reach[reach > 0.0]
+    _, sense = surface.last_crossings(step.before, step.now, rows[own])
+    own, reach = own[sense == 0], reach[sense == 0]
+    held[own] = True
+    found.reach[rows[own]] = -reach
+    remember(found, rows[own], rows_of(feet, own))
+    return held
 
 
 def _judge(surface: Surface, step: Step, asked: _Asked, found: Detected, options: Options) -> None:

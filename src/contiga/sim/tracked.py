@@ -129,12 +129,21 @@ def continued(tracked: Tracked) -> ByteArray:
     return status.astype(np.int8)
 
 
-def closest(surface: Surface, p_B: FloatArray, rows: IntArray) -> Projection:
-    """Closest points of p_B[rows], one row an entry of `rows`."""
+def closest(
+    surface: Surface, p_B: FloatArray, rows: IntArray, within: FloatArray | None = None
+) -> Projection:
+    """Closest points of p_B[rows], one row an entry of `rows`, as of `within`."""
     out = empty_projection(len(rows))
     points = np.ascontiguousarray(p_B[rows])
-    surface.closest(points, np.arange(len(rows), dtype=np.int32), out)
+    surface.closest(points, np.arange(len(rows), dtype=np.int32), out, within)
     return out
+
+
+def distances(tracked: Tracked, p_B: FloatArray) -> FloatArray:
+    """How far points are from their tracked feet; infinite where those may be off the surface."""
+    feet = tracked.feet
+    away = np.sqrt(np.square(p_B - feet.point).sum(axis=1))
+    return np.where(tracked.solved & ~tracked.at_border, away, np.inf)
 
 
 def look_inside(

@@ -10,6 +10,8 @@ import pytest
 import contiga as cg
 from contiga.errors import InputError
 from contiga.records import Feature, Status
+from contiga.search.projection import empty_projection
+from contiga.search.surface import surface_of
 
 
 @pytest.mark.interpreted
@@ -94,6 +96,25 @@ def test_a_foot_never_stands_in_a_hole():
     assert (feet.feature[over] == Feature.EDGE).all()
     assert (feet.status[~over] == Status.OK).all()
     np.testing.assert_array_equal(np.sign(feet.gap), np.sign(p[:, 2]))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0, 1.5, np.inf])
+@pytest.mark.parametrize("shape", ["torus", "square_with_hole"])
+def test_a_distance_that_is_known_changes_no_foot(shape, share):
+    # What is less than the distance is no foot's: the search sees that and goes on.
+    body = square_with_hole() if shape == "square_with_hole" else cg.Body([cg.shapes.torus()])
+    low, high = body.bounds()
+    p = np.random.default_rng(3).uniform(low - 0.5, high + 0.5, (300, 3))
+    rows = np.arange(len(p), dtype=np.int32)
+    plain, bounded = empty_projection(len(p)), empty_projection(len(p))
+    surface = surface_of(body)
+    surface.closest(p, rows, plain)
+    away = np.linalg.norm(plain.point - p, axis=1)
+    surface.closest(p, rows, bounded, away * share if np.isfinite(share) else away + share)
+    np.testing.assert_array_equal(bounded.status, plain.status)
+    np.testing.assert_array_equal(bounded.feature, plain.feature)
+    np.testing.assert_allclose(bounded.point, plain.point, rtol=0.0, atol=1e-11)
+    np.testing.assert_allclose(bounded.gap, plain.gap, rtol=0.0, atol=1e-11)
 
 
 @pytest.mark.parametrize("off", [0.1, 1e-2, 1e-4, 1e-7])

@@ -36,8 +36,14 @@ class FacetedSurface(NamedTuple):
         """Triangles with an area."""
         return len(self.tables.facets.link)
 
-    def closest(self, p_B: FloatArray, rows: IntArray, out: Projection) -> None:
-        """Closest points of the mesh."""
+    def closest(
+        self,
+        p_B: FloatArray,
+        rows: IntArray,
+        out: Projection,
+        within: FloatArray | None = None,
+    ) -> None:
+        """Closest points of the mesh; what is known of their distances would save nothing."""
         closest_of_rows(self.tables.facets, p_B, rows, self.smooth, out)
 
     def track(
