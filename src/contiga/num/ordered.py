@@ -29,13 +29,18 @@ def product(a: ArrayLike, b: ArrayLike) -> FloatArray:
 
 
 def length(vector: ArrayLike) -> float:
-    """Root of the sum of the squares of all entries.
+    """Root of the sum of the squares of all entries, which may be as large as numbers go.
 
     >>> length([3.0, 4.0])
     5.0
     """
     values = np.asarray(vector, dtype=np.float64)
-    return math.sqrt(float(np.sum(values * values)))
+    most = float(np.max(np.abs(values), initial=0.0))
+    if most == 0.0 or not math.isfinite(most):
+        return most
+    power = math.frexp(most)[1]
+    scaled = np.ldexp(values, -power)
+    return float(np.ldexp(math.sqrt(float(np.sum(scaled * scaled))), power))
 
 
 def solve(matrix: ArrayLike, right: ArrayLike) -> FloatArray:

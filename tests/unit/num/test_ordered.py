@@ -20,6 +20,11 @@ def test_a_length_is_the_norm():
     assert length(vector) == pytest.approx(np.linalg.norm(vector), rel=1e-15)
 
 
+@pytest.mark.parametrize("size", [1e-320, 1e-200, 1e200, 1e308, 0.0, np.inf])
+def test_a_length_is_as_large_as_numbers_go(size):
+    assert length([0.6 * size, 0.0, -0.8 * size]) == pytest.approx(size, rel=1e-3)
+
+
 @pytest.mark.parametrize("columns", [(), (2,)])
 def test_systems_are_solved_with_pivots(columns):
     rng = np.random.default_rng(2)
