@@ -16,9 +16,9 @@ from tests.stress.tally import Clock, Tally
 import contiga as cg
 from contiga.records import Hit
 
-FINE = 1e-12
-# Of the coordinates and the size: heights below it are none.
 ROUNDING = 8.0 * float(np.finfo(float).eps)
+"""Heights below it, relative to the coordinates and the size, are none."""
+FINE = 1e-12
 """Ends closer to the surface than this, relative to the size, are not judged, away from edges."""
 SHORTEST, LONGEST = 1e-9, 3.0
 AIMS = ("random", "face", "edge", "vertex", "knot", "pole")

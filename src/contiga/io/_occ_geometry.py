@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -375,3 +377,18 @@ def _approximated(trimmed: Any) -> Any:
         if made.IsDone() and made.HasResult() and math.isfinite(made.MaxError()):
             return made.Surface()
     raise GeometryError("a surface has no NURBS form and could not be approximated")
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """OpenCASCADE's messages are kept off the terminal meanwhile."""
+    from OCP.Message import Message
+
+    printers = Message.DefaultMessenger_s().ChangePrinters()
+    kept = list(printers)
+    printers.Clear()
+    try:
+        yield
+    finally:
+        for printer in kept:
+            printers.Append(printer)

@@ -8,8 +8,6 @@ planes as they are, analytic surfaces in their rational form, p-curves along.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -86,7 +84,7 @@ def warm_up() -> None:
     from OCP.IGESControl import IGESControl_Reader
     from OCP.STEPControl import STEPControl_Reader
 
-    with quiet():
+    with occ.quiet():
         STEPControl_Reader()
         IGESControl_Reader()
     slope = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], [[0.0, 0.0], [1.0, 1.0]])
@@ -94,24 +92,9 @@ def warm_up() -> None:
     bent(slope, (half, half), np.ones(2))
 
 
-@contextmanager
-def quiet() -> Iterator[None]:
-    """OpenCASCADE's messages are kept off the terminal meanwhile."""
-    from OCP.Message import Message
-
-    printers = Message.DefaultMessenger_s().ChangePrinters()
-    kept = list(printers)
-    printers.Clear()
-    try:
-        yield
-    finally:
-        for printer in kept:
-            printers.Append(printer)
-
-
 def read_step_iges(path: Path, file_unit: str | None, unit: str | None) -> Body:
     """The faces of a STEP or IGES file as a body in `unit`; see `contiga.io.cad.read_cad`."""
-    with quiet():
+    with occ.quiet():
         found = _transfer_iges(path) if is_iges(path) else _transfer_step(path)
         own = file_unit or found.unit
         # OpenCASCADE has multiplied by the unit the file states, which file_unit overrides.
