@@ -63,9 +63,13 @@ class Judge:
         solid, tally = self.solid, self.tally
         sign = truth.signs(solid, p_B)
         touching = np.isin(state.status, IN_CONTACT)
-        odd = np.flatnonzero(((sign < 0) & (self.came_in | touching)) != touching)
+        odd = np.flatnonzero(((sign < 0) & self.came_in) != touching)
         sign = truth.settled(solid, p_B, sign, odd)
         known = self._history(p_B, sign, touching)
+        # On which side of a joint a point is or was is not known, nor if it came in from there.
+        odd = odd[touching[odd] & ~self.came_in[odd]]
+        odd = odd[(sign[odd] == 0) | truth.at_a_joint(solid, self.before[odd])]
+        known[odd], self.came_in[odd] = False, True
         expected = (sign < 0) & self.came_in
         differs = known & (sign != 0) & (touching != expected)
         flagged = np.isin(state.status, FLAGS)
