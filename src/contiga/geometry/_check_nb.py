@@ -1,0 +1,133 @@
+"""Triangles of a face held against the surface, and cut where it is farther than allowed."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from contiga.geometry._basis_nb import find_span
+from contiga.geometry._chord_nb import triangle_distance
+from contiga.geometry._refine_nb import (
+    ALLOWED,
+    CHECKED,
+    GOOD,
+    NEW,
+    advance,
+    full,
+    halve,
+    is_good,
+    put_vertex,
+    queue_all,
+)
+from contiga.geometry._shape_nb import evaluate
+from contiga.geometry._triangulation_nb import BORDER, TRIANGLES
+
+PLACES = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
+"""Where a triangle within one or two elements is sampled, as shares of its corners."""
+FINEST = 8
+"""Most samples along a side."""
+
+
+@njit(cache=True)
+def spans_over(knots, degree, low, high):
+    """Elements that an interval of parameters reaches over."""
+    count = knots.size - degree - 1
+    first = find_span(knots, degree, count, min(max(low, knots[0]), knots[-1]))
+    last = find_span(knots, degree, count, min(max(high, knots[0]), knots[-1]))
+    n = 1
+    for k in range(first, last):
+        if knots[k + 1] > knots[k]:
+            n += 1
+    return n
+
+
+@njit(cache=True)
+def samples_along(t, face, triangle):
+    """Samples along a side, so that every element it runs over gets some."""
+    s = face.surface
+    c = t.corners[triangle]
+    most = 1
+    for axis in range(2):
+        low = min(t.xy[c[0], axis], t.xy[c[1], axis], t.xy[c[2], axis])
+        high = max(t.xy[c[0], axis], t.xy[c[1], axis], t.xy[c[2], axis])
+        start, width = face.frame[axis], face.frame[2 + axis]
+        knots, degree = (s.U, s.p) if axis == 0 else (s.V, s.q)
+        most = max(most, spans_over(knots, degree, start + low * width, start + high * width))
+    return min(most, FINEST)
+
+
+@njit(cache=True)
+def miss_at(t, face, front, triangle, x, y):
+    """Distance of a place of the surface from a triangle or those beside it."""
+    evaluate(face, x, y, 0)
+    most = np.inf
+    for k in range(-1, 3):
+        here = triangle if k < 0 else t.beside[triangle, k]
+        if here == BORDER:
+            continue
+        c = t.corners[here]
+        miss = triangle_distance(
+            face.D[0, 0], front.points[c[0]], front.points[c[1]], front.points[c[2]]
+        )
+        most = min(most, miss)
+        if most <= face.sag * ALLOWED:
+            break
+    return most
+
+
+@njit(cache=True)
+def largest_miss(t, face, front, triangle):
+    """Largest miss at places over a triangle, and the place."""
+    c = t.corners[triangle]
+    n = samples_along(t, face, triangle)
+    most, px, py = -1.0, 0.0, 0.0
+    if n <= 2:
+        for i in range(4):
+            if i < 3 and t.beside[triangle, (i + 2) % 3] == BORDER:
+                continue
+            x = y = 0.0
+            for k in range(3):
+                x += PLACES[i, k] * t.xy[c[k], 0]
+                y += PLACES[i, k] * t.xy[c[k], 1]
+            miss = miss_at(t, face, front, triangle, x, y)
+            if miss > most:
+                most, px, py = miss, x, y
+        return most, px, py
+    n += 2
+    for i in range(1, n):
+        for j in range(1, n - i):
+            a, b = i / n, j / n
+            x = (1.0 - a - b) * t.xy[c[0], 0] + a * t.xy[c[1], 0] + b * t.xy[c[2], 0]
+            y = (1.0 - a - b) * t.xy[c[0], 1] + a * t.xy[c[1], 1] + b * t.xy[c[2], 1]
+            miss = miss_at(t, face, front, triangle, x, y)
+            if miss > most:
+                most, px, py = miss, x, y
+    return most, px, py
+
+
+@njit(cache=True)
+def refine(t, face, front):
+    """Cut triangles until all keep the distance; False if room ran out: call it again then."""
+    queue_all(t, front)
+    while True:
+        if not advance(t, face, front):
+            return False
+        whole = True
+        for here in range(t.used[TRIANGLES]):
+            if full(t, 2):
+                return False
+            if t.state[here] == NEW and not is_good(t, front, here):
+                halve(t, face, front, here)
+                whole = False
+            if t.state[here] != GOOD:
+                continue
+            miss, x, y = largest_miss(t, face, front, here)
+            if miss <= ALLOWED * face.sag:
+                t.state[here] = CHECKED
+                continue
+            whole = False
+            t.state[here] = NEW
+            if not put_vertex(t, face, front, here, x, y, 0.0):
+                halve(t, face, front, here)
+        if whole:
+            return True
