@@ -15,9 +15,10 @@ import numpy as np
 from numba import njit
 
 from contiga.geometry._chord_nb import triangle_distance
-from contiga.geometry._shape_nb import SAG, E, F, G, evaluate, expected_miss, shape_at, square
+from contiga.geometry._shape_nb import E, F, G, evaluate, expected_miss, shape_at, square
 from contiga.geometry._triangulation_nb import (
     BORDER,
+    FRAME,
     INSIDE,
     ON_VERTEX,
     OUTSIDE,
@@ -43,9 +44,9 @@ CLOSEST = 0.7
 """A new vertex keeps this distance from others, in the metric."""
 SMALLEST = 1e-26
 """Triangles with less than this area in the unit square are not cut any further."""
-USELESS = 0.2
-"""Nor does a vertex help that is nearer, as a share of the wanted distance, to another or to the
-border."""
+USELESS = 0.5
+"""Nor does a vertex help that is nearer, as a share of the distance, to another or to the border.
+A finite surface holds finitely many that are not, so refinement ends."""
 
 
 class Front(NamedTuple):
@@ -63,6 +64,10 @@ class Front(NamedTuple):
     """(2,) start and length of the ring."""
     stack: np.ndarray
     """(m + 8,) triangles that a new vertex touched."""
+    heads: np.ndarray
+    """(2^k,) newest vertex whose cube in space has that hash, −1 for none."""
+    older: np.ndarray
+    """(n,) vertex before each with the same hash."""
 
 
 @njit(cache=True)
@@ -127,29 +132,66 @@ def settle_in(t, front, top):
 
 
 @njit(cache=True)
+def bucket(front, i, j, k):
+    """Hash of a cube of space."""
+    return (i * 73856093 ^ j * 19349663 ^ k * 83492791) & (front.heads.size - 1)
+
+
+@njit(cache=True)
+def enter(front, side, v):
+    """Put a vertex where `is_near` finds it."""
+    p = front.points[v]
+    cube = (math.floor(p[0] / side), math.floor(p[1] / side), math.floor(p[2] / side))
+    at = bucket(front, np.int64(cube[0]), np.int64(cube[1]), np.int64(cube[2]))
+    front.older[v] = front.heads[at]
+    front.heads[at] = v
+
+
+@njit(cache=True)
+def enter_all(t, front, side):
+    """Put all vertices where `is_near` finds them, cubes having this side."""
+    front.heads[:] = -1
+    for v in range(FRAME, t.used[VERTICES]):
+        enter(front, side, v)
+
+
+@njit(cache=True)
+def is_near(front, side, p):
+    """Whether a vertex is nearer to p than `side`."""
+    low = (math.floor(p[0] / side), math.floor(p[1] / side), math.floor(p[2] / side))
+    for n in range(27):
+        i, j, k = n // 9 - 1, n // 3 % 3 - 1, n % 3 - 1
+        v = front.heads[bucket(front, np.int64(low[0]) + i, np.int64(low[1]) + j, np.int64(low[2]) + k)]
+        while v >= 0:
+            q = front.points[v]
+            if (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2 < side * side:
+                return True
+            v = front.older[v]
+    return False
+
+
+@njit(cache=True, error_model="numpy")
 def foot_on_side(t, metric, a, b, v):
     """(x, y) of the place nearest to v, in the metric, on the side from a to b."""
     dx, dy = t.xy[b, 0] - t.xy[a, 0], t.xy[b, 1] - t.xy[a, 1]
     px, py = t.xy[v, 0] - t.xy[a, 0], t.xy[v, 1] - t.xy[a, 1]
     along = metric[0] * dx * px + metric[1] * (dx * py + dy * px) + metric[2] * dy * py
     share = along / square(metric[0], metric[1], metric[2], dx, dy)
-    share = min(max(share, 0.0), 1.0)
+    if not share > 0.0:
+        share = 0.0
+    share = min(share, 1.0)
     return t.xy[a, 0] + share * dx, t.xy[a, 1] + share * dy
 
 
 @njit(cache=True)
 def is_useless(t, face, front, here, v):
-    """Whether v is so near to a corner of its triangle, or to the border, that it mends nothing."""
-    c = t.corners[here]
-    sag = front.forms[v, SAG]
-    for k in range(3):
-        sag = min(sag, front.forms[c[k], SAG])
-    limit = USELESS * sag
+    """Whether v is so near to another vertex, or to the border, that it mends nothing."""
+    limit = USELESS * face.sag
     p = front.points[v]
+    if is_near(front, limit, p):
+        return True
+    c = t.corners[here]
     for k in range(3):
-        corner = front.points[c[k]]
-        if triangle_distance(p, corner, corner, corner) < limit:
-            return True
         if t.beside[here, k] == BORDER:
             metric = mean_metric(front, (c[0], c[1], c[2]))
             x, y = foot_on_side(t, metric, c[(k + 1) % 3], c[(k + 2) % 3], v)
@@ -167,6 +209,8 @@ def put_vertex(t, face, front, start, x, y, apart):
 
     `apart` is in the metric; below zero a vertex is put whether it helps or not.
     """
+    if not (0.0 <= x <= 1.0 and 0.0 <= y <= 1.0):
+        return False
     v = t.used[VERTICES]
     t.xy[v, 0], t.xy[v, 1] = snapped(x), snapped(y)
     here, where = walk(t, start, v)
@@ -182,8 +226,10 @@ def put_vertex(t, face, front, start, x, y, apart):
             if e * dx * dx + 2.0 * f * dx * dy + g * dy * dy < apart * apart:
                 return False
     shape_at(face, t.xy[v, 0], t.xy[v, 1], front.points[v], front.forms[v])
-    if apart >= 0.0 and is_useless(t, face, front, here, v):
-        return False
+    if apart >= 0.0:
+        if is_useless(t, face, front, here, v):
+            return False
+        enter(front, USELESS * face.sag, v)
     t.used[VERTICES] += 1
     if where == INSIDE:
         top = split_triangle(t, here, v, front.stack)
@@ -193,7 +239,7 @@ def put_vertex(t, face, front, start, x, y, apart):
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def front_place(t, front, triangle, k):
     """Where the third corner of a well-sized triangle on side k is."""
     c = t.corners[triangle]

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-GRID = 2.0**-50
+GRID = 2.0**-49
 BORDER = -1
 FREE = -1
 """Mark of a side that no segment runs along."""
@@ -55,19 +55,23 @@ def two_product(a, b):
 
 
 @njit(cache=True)
-def turn(xy, a, b, c):
-    """Twice the area of abc, positive if anticlockwise; its sign is exact."""
-    abx = xy[b, 0] - xy[a, 0]
-    acy = xy[c, 1] - xy[a, 1]
-    aby = xy[b, 1] - xy[a, 1]
-    acx = xy[c, 0] - xy[a, 0]
-    left = abx * acy
-    right = aby * acx
+def cross(ax, ay, bx, by):
+    """a × b; its sign is exact for multiples of `GRID` within [−9, 9]."""
+    left = ax * by
+    right = ay * bx
     if abs(left - right) > 1e-15 * (abs(left) + abs(right)):
         return left - right
-    p, p_rest = two_product(abx, acy)
-    q, q_rest = two_product(aby, acx)
+    p, p_rest = two_product(ax, by)
+    q, q_rest = two_product(ay, bx)
     return (p - q) + (p_rest - q_rest)
+
+
+@njit(cache=True)
+def turn(xy, a, b, c):
+    """Twice the area of abc, positive if anticlockwise; its sign is exact."""
+    return cross(
+        xy[b, 0] - xy[a, 0], xy[b, 1] - xy[a, 1], xy[c, 0] - xy[a, 0], xy[c, 1] - xy[a, 1]
+    )
 
 
 @njit(cache=True)
@@ -146,34 +150,54 @@ def flip(t, triangle, k):
 
 
 @njit(cache=True)
+def place_in(t, triangle, v):
+    """Where v, which is not outside the triangle, is: a side, INSIDE or ON_VERTEX."""
+    on = INSIDE
+    for k in range(3):
+        if turn(t.xy, t.corners[triangle, (k + 1) % 3], t.corners[triangle, (k + 2) % 3], v) == 0.0:
+            if on != INSIDE:
+                return ON_VERTEX
+            on = k
+    return on
+
+
+@njit(cache=True)
+def from_centre(xy, corners, v):
+    """Three times the way from the centre of a triangle to v, exact."""
+    x = y = 0.0
+    for a in corners:
+        x += xy[v, 0] - xy[a, 0]
+        y += xy[v, 1] - xy[a, 1]
+    return x, y
+
+
+@njit(cache=True)
 def walk(t, start, v):
     """Triangle that vertex v lies in, and where: a side, INSIDE, ON_VERTEX or OUTSIDE.
 
-    OUTSIDE comes with the triangle at whose border side the walk ended.
+    OUTSIDE comes with the triangle at whose border side the walk ended. The walk goes straight
+    from the centre of `start`; what is on its line counts as left of it. Turns are exact and every
+    triangle has an area, so it meets no triangle twice.
     """
-    here = start
-    first = 0
-    for _ in range(4 * t.used[TRIANGLES] + 16):
-        on = INSIDE
-        out = -1
-        zeros = 0
-        for i in range(3):
-            k = (first + i) % 3
-            side = turn(t.xy, t.corners[here, (k + 1) % 3], t.corners[here, (k + 2) % 3], v)
-            if side < 0.0:
-                out = k
-                break
-            if side == 0.0:
-                on = k
-                zeros += 1
-        if out < 0:
-            return here, (ON_VERTEX if zeros > 1 else on)
-        if t.beside[here, out] == BORDER:
+    a, b, c = t.corners[start]
+    corners = (a, b, c)
+    x, y = from_centre(t.xy, corners, v)
+    here, k = start, -1
+    for i in range(3):
+        bx, by = from_centre(t.xy, corners, t.corners[start, (i + 1) % 3])
+        cx, cy = from_centre(t.xy, corners, t.corners[start, (i + 2) % 3])
+        if cross(x, y, bx, by) < 0.0 and cross(x, y, cx, cy) >= 0.0:
+            k = i
+    if k < 0:
+        return here, INSIDE
+    while turn(t.xy, t.corners[here, (k + 1) % 3], t.corners[here, (k + 2) % 3], v) < 0.0:
+        if t.beside[here, k] == BORDER:
             return here, OUTSIDE
-        here = t.beside[here, out]
-        # Another side first each time, so that a walk does not run in a circle.
-        first = (first + 1) % 3
-    return here, OUTSIDE
+        j = opposite(t, here, k)
+        here = t.beside[here, k]
+        dx, dy = from_centre(t.xy, corners, t.corners[here, j])
+        k = (j + 2) % 3 if cross(x, y, dx, dy) < 0.0 else (j + 1) % 3
+    return here, place_in(t, here, v)
 
 
 @njit(cache=True)

@@ -12,7 +12,7 @@ from contiga.geometry import _border_nb as border_nb
 from contiga.geometry._check_nb import refine
 from contiga.geometry._ears_nb import ears, one_ring
 from contiga.geometry._evaluate_nb import make_scratch
-from contiga.geometry._refine_nb import Front, put_vertex, relax
+from contiga.geometry._refine_nb import USELESS, Front, enter_all, put_vertex, relax
 from contiga.geometry._shape_nb import Face, shapes_at
 from contiga.geometry._triangulation_nb import (
     BORDER,
@@ -123,6 +123,7 @@ class FaceMesh:
         self.front = _front(self.t)
         shapes_at(self.t, self.face, self.front.points, self.front.forms)
         relax(self.t, self.front, RELAXED)
+        enter_all(self.t, self.front, USELESS * sag)
 
     def refined(self, most: int) -> bool:
         """Put vertices in until no triangle misses by more than the distance.
@@ -169,6 +170,7 @@ class FaceMesh:
         front.points[: len(self.t.xy)] = self.front.points
         front.forms[: len(self.t.xy)] = self.front.forms
         self.t, self.front = t, front
+        enter_all(t, front, USELESS * self.face.sag)
 
     def triangles(self) -> Ints:
         """(m, 3) own vertices, the first of the polygons being 0."""
@@ -222,4 +224,6 @@ def _front(t: Triangulation) -> Front:
         np.zeros(m, np.bool_),
         np.zeros(2, np.int64),
         np.zeros(m + 8, np.int64),
+        np.full(1 << n.bit_length(), -1, np.int64),
+        np.zeros(n, np.int64),
     )
