@@ -7,6 +7,7 @@ from numba import njit
 
 from contiga.geometry._basis_nb import find_span
 from contiga.geometry._chord_nb import triangle_distance
+from contiga.geometry._height_nb import all_below, plane_of
 from contiga.geometry._refine_nb import (
     ALLOWED,
     CHECKED,
@@ -106,7 +107,35 @@ def largest_miss(t, face, front, triangle):
 
 
 @njit(cache=True)
-def refine(t, face, front):
+def proved(t, face, front, heights, triangle):
+    """Whether the surface over a triangle keeps the distance from its plane, or where not."""
+    c = t.corners[triangle]
+    m = heights.middle
+    uv = np.empty((3, 2))
+    points = np.empty((3, 3))
+    for k in range(3):
+        for d in range(2):
+            uv[k, d] = face.frame[d] + t.xy[c[k], d] * face.frame[2 + d]
+        for d in range(3):
+            points[k, d] = front.points[c[k], d] - m[d]
+    plane = np.empty(4)
+    if not plane_of(points[0], points[1], points[2], plane):
+        return True, 0.0, 0.0
+    below, u, v = all_below(heights, uv, plane, face.sag)
+    return below, (u - face.frame[0]) / face.frame[2], (v - face.frame[1]) / face.frame[3]
+
+
+@njit(cache=True)
+def keeps(t, face, front, heights, triangle):
+    """Whether a triangle keeps the distance, and a place for a vertex if not."""
+    miss, x, y = largest_miss(t, face, front, triangle)
+    if miss > ALLOWED * face.sag:
+        return False, x, y
+    return proved(t, face, front, heights, triangle)
+
+
+@njit(cache=True)
+def refine(t, face, front, heights):
     """Cut triangles until all keep the distance; False if room ran out: call it again then."""
     queue_all(t, front)
     while True:
@@ -121,8 +150,8 @@ def refine(t, face, front):
                 whole = False
             if t.state[here] != GOOD:
                 continue
-            miss, x, y = largest_miss(t, face, front, here)
-            if miss <= ALLOWED * face.sag:
+            kept, x, y = keeps(t, face, front, heights, here)
+            if kept:
                 t.state[here] = CHECKED
                 continue
             whole = False

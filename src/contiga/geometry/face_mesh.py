@@ -12,6 +12,7 @@ from contiga.geometry import _border_nb as border_nb
 from contiga.geometry._check_nb import refine
 from contiga.geometry._ears_nb import ears, one_ring
 from contiga.geometry._evaluate_nb import make_scratch
+from contiga.geometry._height_nb import DEPTH, Heights
 from contiga.geometry._refine_nb import USELESS, Front, enter_all, put_vertex, relax
 from contiga.geometry._shape_nb import Face, shapes_at
 from contiga.geometry._triangulation_nb import (
@@ -23,6 +24,7 @@ from contiga.geometry._triangulation_nb import (
     VERTICES,
     Triangulation,
 )
+from contiga.geometry.bezier import extract
 from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
 
@@ -130,7 +132,8 @@ class FaceMesh:
 
         False if there would be more than `most` triangles.
         """
-        while not refine(self.t, self.face, self.front):
+        heights = _heights(self.surface)
+        while not refine(self.t, self.face, self.front, heights):
             if self.t.used[TRIANGLES] > most:
                 return False
             self._grow()
@@ -183,6 +186,14 @@ class FaceMesh:
         if self.ears is not None:
             return np.empty((0, 3))
         return self.front.points[len(self.ids) : self.t.used[VERTICES]]
+
+
+def _heights(surface: NurbsSurface) -> Heights:
+    middle = surface.bounds().mean(axis=0)
+    coefs, u, v = extract(surface.translated(-middle))
+    room = 3 * DEPTH + 4
+    stack = np.empty((room, *coefs.shape[2:4], 2))
+    return Heights(coefs, u, v, middle, stack, np.empty((room, 5)))
 
 
 def _order(n: int) -> tuple[Ints, Ints]:
