@@ -84,24 +84,23 @@ class _Mesher:
         self.borders: Borders = borders_of(body)
         _, ends = np.unique(corners(self.borders), return_inverse=True)
         self.ends: Ints = ends.reshape(-1, 2)
-        self.edges = {
-            e: EdgeShape(body, self.borders, e)
-            for e, sides in enumerate(self.borders.sides)
-            if sides and not self.borders.pole[e]
-        }
         self.grids = [net_grid(patch, tol) for patch in body.patches] if net else None
         # An area over the patch's extent is the length that the edges of a net may miss.
         self.sags = [
             tol / max(math.sqrt(patch.net_area()), 1e-300) if net else ALONG * tol
             for patch in body.patches
         ]
+        self.edges = {
+            e: EdgeShape(body, self.borders, e, min(self.sags[side.path.patch] for side in sides))
+            for e, sides in enumerate(self.borders.sides)
+            if sides and not self.borders.pole[e]
+        }
         self.shares = {e: self._share(e) for e in self.edges}
 
     def _share(self, e: int) -> FloatArray:
         """Where an edge gets vertices: as the distance asks, and where grids of a net end."""
         edge = self.edges[e]
-        sag = min(self.sags[side.path.patch] for side in edge.sides)
-        share = chain_shares(edge, sag, bool(self.ends[e, 0] == self.ends[e, 1]))
+        share = chain_shares(edge, edge.sag, bool(self.ends[e, 0] == self.ends[e, 1]))
         if self.grids is None:
             return share
         for side in edge.sides:

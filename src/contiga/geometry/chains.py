@@ -26,6 +26,8 @@ ROUNDS = 30
 """Halvings of sides that still miss."""
 LOOSE = 3.0
 """Images of an edge may be off by this many of its tolerances before parameters are matched."""
+ASTRAY = 0.1
+"""Or by this share of the distance that is asked for."""
 KINK = 1e-3
 """Change of direction at a knot, radians, that is a corner of the edge."""
 POLE_ANGLE = np.pi / 4
@@ -49,13 +51,22 @@ class Chain(NamedTuple):
 
 
 class EdgeShape:
-    """An edge as its own curve and as the images of its sides."""
+    """An edge as its own curve and as the images of its sides.
 
-    def __init__(self, body: Body, borders: Borders, e: int) -> None:
-        self.sides = borders.sides[e]
+    An edge of one face alone is the image of its side: no other face asks for the file's curve.
+
+    Parameters
+    ----------
+    e : the edge
+    sag : how far its chords may miss, length
+    """
+
+    def __init__(self, body: Body, borders: Borders, e: int, sag: float) -> None:
+        self.sides, self.sag = borders.sides[e], sag
         self.patches = [body.patches[side.path.patch] for side in self.sides]
-        self.curve = borders.curves[e]
-        self.loose = max(LOOSE * borders.tolerances[e], 1e-7 * body.size)
+        self.curve = borders.curves[e] if len(self.sides) > 1 else None
+        loose = min(LOOSE * borders.tolerances[e], ASTRAY * sag)
+        self.loose = max(loose, 1e-7 * body.size)
         self._match: list[tuple[FloatArray, FloatArray] | None] = [None] * len(self.sides)
         for i in range(len(self.sides)):
             self._match[i] = self._matched(i)

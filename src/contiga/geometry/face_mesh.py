@@ -96,7 +96,9 @@ class FaceMesh:
             return bad, False
         inside = border_nb.flooded(t, twice, np.empty(len(t.corners), np.int64))
         border_nb.carve(t, inside)
-        return bad, bool(t.used[TRIANGLES] > 0)
+        # Where nothing is between them, as of two chords with the same ends, all are in the way.
+        whole = bool(t.used[TRIANGLES] > 0)
+        return bad if whole else np.ones(n, dtype=np.bool_), whole
 
     def _mean_metric(self) -> FloatArray:
         """(3,) squares of the mean lengths of S_u and S_v over the unit square."""
