@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from contiga.geometry._basis_nb import find_span
 from contiga.geometry._chord_nb import triangle_distance
 from contiga.geometry._height_nb import all_below, plane_of
 from contiga.geometry._refine_nb import (
@@ -24,37 +23,8 @@ from contiga.geometry._shape_nb import evaluate
 from contiga.geometry._triangulation_nb import BORDER, TRIANGLES
 
 PLACES = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
-"""Where a triangle within one or two elements is sampled, as shares of its corners."""
-FINEST = 8
-"""Most samples along a side."""
-
-
-@njit(cache=True)
-def spans_over(knots, degree, low, high):
-    """Elements that an interval of parameters reaches over."""
-    count = knots.size - degree - 1
-    first = find_span(knots, degree, count, min(max(low, knots[0]), knots[-1]))
-    last = find_span(knots, degree, count, min(max(high, knots[0]), knots[-1]))
-    n = 1
-    for k in range(first, last):
-        if knots[k + 1] > knots[k]:
-            n += 1
-    return n
-
-
-@njit(cache=True)
-def samples_along(t, face, triangle):
-    """Samples along a side, so that every element it runs over gets some."""
-    s = face.surface
-    c = t.corners[triangle]
-    most = 1
-    for axis in range(2):
-        low = min(t.xy[c[0], axis], t.xy[c[1], axis], t.xy[c[2], axis])
-        high = max(t.xy[c[0], axis], t.xy[c[1], axis], t.xy[c[2], axis])
-        start, width = face.frame[axis], face.frame[2 + axis]
-        knots, degree = (s.U, s.p) if axis == 0 else (s.V, s.q)
-        most = max(most, spans_over(knots, degree, start + low * width, start + high * width))
-    return min(most, FINEST)
+"""Where a triangle is sampled, as shares of its corners: on sides, where the surface may lie over
+the triangle beside it, and inside."""
 
 
 @njit(cache=True)
@@ -78,31 +48,24 @@ def miss_at(t, face, front, triangle, x, y):
 
 @njit(cache=True)
 def largest_miss(t, face, front, triangle):
-    """Largest miss at places over a triangle, and the place."""
+    """Largest miss at places over a triangle, and the place.
+
+    What a triangle beside it has seen, or is on the border, is left out.
+    """
     c = t.corners[triangle]
-    n = samples_along(t, face, triangle)
     most, px, py = -1.0, 0.0, 0.0
-    if n <= 2:
-        for i in range(4):
-            if i < 3 and t.beside[triangle, (i + 2) % 3] == BORDER:
+    for i in range(4):
+        if i < 3:
+            other = t.beside[triangle, (i + 2) % 3]
+            if other == BORDER or t.state[other] == CHECKED:
                 continue
-            x = y = 0.0
-            for k in range(3):
-                x += PLACES[i, k] * t.xy[c[k], 0]
-                y += PLACES[i, k] * t.xy[c[k], 1]
-            miss = miss_at(t, face, front, triangle, x, y)
-            if miss > most:
-                most, px, py = miss, x, y
-        return most, px, py
-    n += 2
-    for i in range(1, n):
-        for j in range(1, n - i):
-            a, b = i / n, j / n
-            x = (1.0 - a - b) * t.xy[c[0], 0] + a * t.xy[c[1], 0] + b * t.xy[c[2], 0]
-            y = (1.0 - a - b) * t.xy[c[0], 1] + a * t.xy[c[1], 1] + b * t.xy[c[2], 1]
-            miss = miss_at(t, face, front, triangle, x, y)
-            if miss > most:
-                most, px, py = miss, x, y
+        x = y = 0.0
+        for k in range(3):
+            x += PLACES[i, k] * t.xy[c[k], 0]
+            y += PLACES[i, k] * t.xy[c[k], 1]
+        miss = miss_at(t, face, front, triangle, x, y)
+        if miss > most:
+            most, px, py = miss, x, y
     return most, px, py
 
 

@@ -173,8 +173,6 @@ def all_below(h, uv, plane, limit):
             if is_beside(box, uv):
                 continue
             rest_of(h.coefs[i, j], plane, limit, net)
-            if is_below(net):
-                continue
             restrict(net, 0, a, b)
             restrict(net, 1, c, d)
             below, u, v = element_below(h, uv)
