@@ -160,6 +160,34 @@ def test_a_part_of_the_data_folder_is_closed(data_dir):
         assert set(faults(mesh).values()) == {0}, (tol, faults(mesh))
 
 
+@pytest.mark.parametrize("tol", [0.02, 0.006, 1e-4])
+def test_faces_with_sharp_bends_end_and_keep_the_distance(data_dir, tol):
+    body = cg.read_cad(data_dir / "goteborg_hull.step")
+    mesh = body.tessellate(tol)
+    assert 50 < len(mesh.triangles) < 40000
+    assert np.abs(mesh.project(places_on(body, 5000)).gap).max() <= tol * (1.0 + 1e-6)
+
+
+def test_the_border_of_one_face_alone_is_that_of_the_face(data_dir):
+    """The curves of the file are 48 tolerances off it."""
+    body = cg.read_cad(data_dir / "dtmb5415_bulbous_bow.iges")
+    tol = 1e-5 * body.size
+    mesh = body.tessellate(tol)
+    assert np.abs(mesh.project(places_on(body, 20000)).gap).max() <= tol * (1.0 + 1e-6)
+
+
+def test_a_blade_thinner_than_the_tolerance_has_a_volume(tmp_path):
+    """Chords of its two arcs have the same ends: with one for each, nothing is between them."""
+    from tests import occ_solids
+    from tests.stress import solids as stress
+
+    path = occ_solids.write(stress.RECIPES["blade"].make(), tmp_path / "blade.step")
+    body = cg.read_cad(path)
+    mesh = body.tessellate(0.1 * body.size)
+    assert set(faults(mesh).values()) == {0}
+    assert 0.5 * body.volume() < mesh.volume() < body.volume()
+
+
 CURVED = {
     "sphere": shapes.sphere(),
     "torus": shapes.torus(),

@@ -141,8 +141,10 @@ def bucket(front, i, j, k):
 def enter(front, side, v):
     """Put a vertex where `is_near` finds it."""
     p = front.points[v]
-    cube = (math.floor(p[0] / side), math.floor(p[1] / side), math.floor(p[2] / side))
-    at = bucket(front, np.int64(cube[0]), np.int64(cube[1]), np.int64(cube[2]))
+    x = np.int64(math.floor(p[0] / side))
+    y = np.int64(math.floor(p[1] / side))
+    z = np.int64(math.floor(p[2] / side))
+    at = bucket(front, x, y, z)
     front.older[v] = front.heads[at]
     front.heads[at] = v
 
@@ -158,10 +160,11 @@ def enter_all(t, front, side):
 @njit(cache=True)
 def is_near(front, side, p):
     """Whether a vertex is nearer to p than `side`."""
-    low = (math.floor(p[0] / side), math.floor(p[1] / side), math.floor(p[2] / side))
+    x = np.int64(math.floor(p[0] / side))
+    y = np.int64(math.floor(p[1] / side))
+    z = np.int64(math.floor(p[2] / side))
     for n in range(27):
-        i, j, k = n // 9 - 1, n // 3 % 3 - 1, n % 3 - 1
-        v = front.heads[bucket(front, np.int64(low[0]) + i, np.int64(low[1]) + j, np.int64(low[2]) + k)]
+        v = front.heads[bucket(front, x + n // 9 - 1, y + n // 3 % 3 - 1, z + n % 3 - 1)]
         while v >= 0:
             q = front.points[v]
             if (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2 < side * side:

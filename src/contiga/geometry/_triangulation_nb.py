@@ -69,9 +69,7 @@ def cross(ax, ay, bx, by):
 @njit(cache=True)
 def turn(xy, a, b, c):
     """Twice the area of abc, positive if anticlockwise; its sign is exact."""
-    return cross(
-        xy[b, 0] - xy[a, 0], xy[b, 1] - xy[a, 1], xy[c, 0] - xy[a, 0], xy[c, 1] - xy[a, 1]
-    )
+    return cross(xy[b, 0] - xy[a, 0], xy[b, 1] - xy[a, 1], xy[c, 0] - xy[a, 0], xy[c, 1] - xy[a, 1])
 
 
 @njit(cache=True)

@@ -55,7 +55,7 @@ class CurveFeet:
         return t, np.linalg.norm(self.curve.evaluate(t) - points, axis=1)
 
     def _nearer_end(self, points: FloatArray, best: np.ndarray) -> np.ndarray:
-        """`best`, but where it is the start of a closed curve that end which the foot is next to."""
+        """`best`, but at the seam of a closed curve that end of it which the foot is next to."""
         if not self.period:
             return best
         last = len(self._t) - 1
