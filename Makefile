@@ -13,6 +13,7 @@ DEMO := out/demo
 GENERATED := examples/generated
 ONE_THREAD := $(wildcard tests/cases tests/unit/search)
 PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
+TWO := -n 2 --dist loadfile
 
 .PHONY: demo test lint bench stress docs clean
 .DEFAULT_GOAL := demo
@@ -23,9 +24,9 @@ demo: $(BIN)/.run-stamp $(GENERATED)/headform.step $(GENERATED)/pad.vtu
 	@echo "The report: $(abspath $(DEMO)/report.html)"
 
 test: lint
-	NUMBA_NUM_THREADS=2 $(PYTEST)
-	NUMBA_DISABLE_JIT=1 $(PYTEST) -m interpreted
-	NUMBA_NUM_THREADS=1 $(PYTEST) -m "not slow" $(ONE_THREAD)
+	NUMBA_NUM_THREADS=2 $(PYTEST) $(TWO)
+	NUMBA_DISABLE_JIT=1 $(PYTEST) $(TWO) -m interpreted
+	NUMBA_NUM_THREADS=1 $(PYTEST) $(TWO) -m "not slow" $(ONE_THREAD)
 
 lint: $(BIN)/.test-stamp
 	$(BIN)/ruff check .

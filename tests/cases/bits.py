@@ -51,7 +51,9 @@ def _starts(patch: cg.NurbsSurface, order: np.ndarray) -> cg.Projection:
     uv = _parameters(patch)[order]
     n = len(uv)
     nothing, none = np.zeros((n, 3)), np.zeros(n, np.int8)
-    return cg.Projection(np.zeros(n, np.int32), uv, nothing, nothing, np.zeros(n), none, none)
+    return cg.Projection(
+        np.zeros(n, np.int32), uv, nothing, nothing, np.zeros(n), none, none, np.zeros(n, bool)
+    )
 
 
 def _segments(p: np.ndarray, q: np.ndarray, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
