@@ -114,7 +114,10 @@ def mean_metric(front, vertices):
 
 @njit(cache=True)
 def settle_in(t, front, top):
-    """Turn sides around the newest vertex until Delaunay in the metric; queue all touched."""
+    """Turn sides around the newest vertex until Delaunay in the metric; queue all touched.
+
+    Every turn gives that vertex one more side, which is not turned again: this ends in any metric.
+    """
     stack = front.stack
     while top > 0:
         top -= 1
