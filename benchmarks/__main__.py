@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks import area, area_errors, faceted, startup, tracking
+from benchmarks import area, area_errors, faceted, mesher, startup, tracking
 from contiga.num.threads import thread_count
 
 
@@ -12,6 +12,7 @@ def main() -> None:
     for title, run in (
         ("Tracking", tracking.run),
         ("Faceted", faceted.run),
+        ("Mesher", mesher.run),
         ("Area", area.run),
         ("Errors of the area", area_errors.run),
         ("Start", startup.run),

@@ -233,7 +233,7 @@ class Body:
         """Triangles of the faces, trims obeyed, without cracks at shared edges.
 
         `tol` is a length for "chord" and an area by patch for "net", as for patches."""
-        from contiga.geometry.trim_mesh import body_mesh
+        from contiga.geometry.body_mesh import body_mesh
 
         return body_mesh(self, tol, method).like(self.name, self.unit, self.reference_point)
 

@@ -35,7 +35,7 @@ class CurveFeet:
         """(n,) parameters and (n,) distances."""
         from scipy.spatial import cKDTree
 
-        best = cKDTree(self._p).query(points)[1]
+        best = self._nearer_end(points, cKDTree(self._p).query(points)[1])
         low = self._t[np.maximum(best - 1, 0)]
         high = self._t[np.minimum(best + 1, len(self._t) - 1)]
         t = self._t[best].copy()
@@ -53,3 +53,12 @@ class CurveFeet:
             if done.all():
                 break
         return t, np.linalg.norm(self.curve.evaluate(t) - points, axis=1)
+
+    def _nearer_end(self, points: FloatArray, best: np.ndarray) -> np.ndarray:
+        """`best`, but at the seam of a closed curve that end of it which the foot is next to."""
+        if not self.period:
+            return best
+        last = len(self._t) - 1
+        after = np.linalg.norm(points - self._p[1], axis=1)
+        before = np.linalg.norm(points - self._p[-2], axis=1)
+        return np.where(best % last == 0, np.where(after < before, 0, last), best)

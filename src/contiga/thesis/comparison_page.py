@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_TRIANGLES = 2_500_000
+MOST_TRIANGLES = 1_000_000
 """Of a mesh in a reproduction that shall be done in five minutes."""
 TRIANGLE_BYTES = 700
 """Memory that building the search tables of a mesh takes at its peak, by triangle; measured."""

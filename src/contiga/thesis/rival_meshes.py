@@ -1,8 +1,8 @@
 """Meshes of a body at wanted Hausdorff errors, as the fair rival of its exact geometry.
 
-A tessellation keeps to its tolerance by a proof and is finer than it need be. Here its distance
-from the body is measured, and the tolerance is widened until the measured distance is the wanted
-one: the same kind of mesh with as few triangles as it takes.
+A tessellation keeps to its tolerance and may be finer than it need be. Here its distance from the
+body is measured, and the tolerance is changed until the measured distance is the wanted one: the
+same kind of mesh with as few triangles as it takes.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.geometry.body import Body
-from contiga.geometry.tessellate import chord_grid, grid_mesh
 from contiga.geometry.trimesh import TriMesh
 from contiga.records import FloatArray
 
@@ -24,8 +23,6 @@ SAMPLES = 30_000
 """Points of the body the distance is measured at."""
 NEAR = 0.1
 """Natural logarithm of measured over wanted error that is let pass."""
-PROVED = 1e-4
-"""Tolerance of the grid that finer meshes of one patch are even subdivisions of."""
 
 
 class RivalMesh(NamedTuple):
@@ -68,7 +65,7 @@ def _calibrated(
     """A mesh with about the `wanted` error, its error, and tolerance over error."""
 
     def at(slack: float) -> tuple[TriMesh, float, float]:
-        mesh = _mesh(body, wanted * slack * body.size)
+        mesh = body.tessellate(wanted * slack * body.size)
         error = hausdorff(mesh, on) / body.size
         return mesh, error, wanted * slack / error
 
@@ -77,23 +74,6 @@ def _calibrated(
         return first
     second = at(first[2])
     return min(first, second, key=lambda found: abs(np.log(found[1] / wanted)))
-
-
-def _mesh(body: Body, tolerance: float) -> TriMesh:
-    """A tessellation; of one whole patch the fine ones by subdividing a coarser one evenly."""
-    coarse = PROVED * body.size
-    if len(body.patches) > 1 or body.trims[0] is not None or tolerance >= coarse:
-        return body.tessellate(tolerance)
-    (patch,) = body.patches
-    parts = sqrt(coarse / tolerance)
-    u, v = (_cut(breaks, parts) for breaks in chord_grid(patch, coarse))
-    return grid_mesh(patch, u, v)
-
-
-def _cut(breaks: FloatArray, parts: float) -> FloatArray:
-    """About `parts` times as many breaks, spread like the old ones."""
-    n = len(breaks) - 1
-    return np.interp(np.linspace(0.0, n, ceil(n * parts) + 1), np.arange(n + 1.0), breaks)
 
 
 def hausdorff(mesh: TriMesh, on: FloatArray) -> float:

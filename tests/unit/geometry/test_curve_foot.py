@@ -32,3 +32,14 @@ def test_feet_on_a_line_end_at_its_ends(x):
     assert distance[0] == pytest.approx(np.hypot(0.5, beyond), abs=1e-12)
     assert feet.period == 0.0
     assert t.shape == (1,)
+
+
+@pytest.mark.parametrize("share", [1e-6, 1e-3, 0.4, 0.999, 1.0 - 1e-6])
+def test_feet_beside_the_seam_of_a_closed_curve_are_on_their_side_of_it(share):
+    # At the seam the first and the last sample are one place: either may be the nearest.
+    circle = shapes.circle(radius=2.0)
+    low, high = circle.domain
+    t = np.array([low + share * (high - low)])
+    found, distance = CurveFeet(circle)(circle.evaluate(t))
+    assert distance[0] < 1e-12
+    assert found[0] == pytest.approx(t[0], abs=1e-9)

@@ -10,7 +10,6 @@ from contiga import Body, shapes
 from contiga.errors import InputError
 from contiga.geometry.body import BodyEdge, EdgeUse
 from contiga.geometry.curve_foot import CurveFeet
-from contiga.geometry.watertight import _unfolded
 
 
 def box() -> Body:
@@ -78,15 +77,6 @@ def test_an_edge_known_only_roughly_keeps_its_vertices():
     assert mesh.area() == pytest.approx(np.pi / 2 + np.pi, rel=1e-3)
     ends = mesh.vertices[mesh.open_edges()]
     assert CurveFeet(arc)(ends.mean(axis=1))[1].min() > 1e-3
-
-
-def test_faces_that_fold_onto_each_other_part():
-    # Two leaves over the same corner triangle: what was around it meets.
-    leaves = np.array([[0, 1, 2], [2, 1, 0], [0, 2, 3], [4, 2, 0], [1, 2, 0]])
-    kept = _unfolded(leaves[:4])
-    np.testing.assert_array_equal(kept, [[0, 2, 3], [4, 2, 0]])
-    # The same corner in the same sense is not a fold.
-    assert len(_unfolded(leaves[[0, 4]])) == 2
 
 
 def test_a_sloppy_part_keeps_its_area_and_closes_but_at_free_edges(data_dir):

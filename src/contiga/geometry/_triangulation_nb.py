@@ -1,0 +1,263 @@
+"""A triangulation in the plane that grows: exact turns, insertion, flips, walks.
+
+Places are multiples of `GRID` within [−1, 2], so differences of coordinates are exact and the sign
+of a turn can be found exactly (the expansion of two products, Dekker 1971; Shewchuk 1997).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+GRID = 2.0**-49
+BORDER = -1
+FREE = -1
+"""Mark of a side that no segment runs along."""
+VERTICES, TRIANGLES = 0, 1
+FRAME = 4
+"""Vertices of the square around everything, which come first."""
+INSIDE, ON_VERTEX, OUTSIDE = -1, -2, -3
+"""Results of a walk, where it is no side (0, 1, 2) that the place is on."""
+SPLITTER = 134217729.0
+"""2^27 + 1."""
+
+
+class Triangulation(NamedTuple):
+    """Room for n vertices and m triangles; `used` says how much of it is in use."""
+
+    xy: np.ndarray
+    """(n, 2)."""
+    corners: np.ndarray
+    """(m, 3) anticlockwise."""
+    beside: np.ndarray
+    """(m, 3) triangle across the side opposite each corner, `BORDER` for none."""
+    marks: np.ndarray
+    """(m, 3) segment along that side, `FREE` for none."""
+    state: np.ndarray
+    """(m,) int8, zero for a triangle that is new or was changed."""
+    used: np.ndarray
+    """(2,) vertices and triangles in use."""
+
+
+@njit(cache=True)
+def two_product(a, b):
+    """a · b as a rounded product and its exact remainder."""
+    p = a * b
+    c = SPLITTER * a
+    ah = c - (c - a)
+    al = a - ah
+    c = SPLITTER * b
+    bh = c - (c - b)
+    bl = b - bh
+    return p, al * bl - (((p - ah * bh) - al * bh) - ah * bl)
+
+
+@njit(cache=True)
+def cross(ax, ay, bx, by):
+    """a × b; its sign is exact for multiples of `GRID` within [−9, 9]."""
+    left = ax * by
+    right = ay * bx
+    if abs(left - right) > 1e-15 * (abs(left) + abs(right)):
+        return left - right
+    p, p_rest = two_product(ax, by)
+    q, q_rest = two_product(ay, bx)
+    return (p - q) + (p_rest - q_rest)
+
+
+@njit(cache=True)
+def turn(xy, a, b, c):
+    """Twice the area of abc, positive if anticlockwise; its sign is exact."""
+    return cross(xy[b, 0] - xy[a, 0], xy[b, 1] - xy[a, 1], xy[c, 0] - xy[a, 0], xy[c, 1] - xy[a, 1])
+
+
+@njit(cache=True)
+def snapped(x):
+    """The nearest multiple of `GRID`."""
+    return np.round(x / GRID) * GRID
+
+
+@njit(cache=True)
+def corner_of(t, triangle, vertex):
+    """Which corner of `triangle` is `vertex`."""
+    for k in range(3):
+        if t.corners[triangle, k] == vertex:
+            return k
+    return -1
+
+
+@njit(cache=True)
+def put(t, triangle, corners, beside, marks):
+    """Write one triangle."""
+    for k in range(3):
+        t.corners[triangle, k] = corners[k]
+        t.beside[triangle, k] = beside[k]
+        t.marks[triangle, k] = marks[k]
+    t.state[triangle] = 0
+
+
+@njit(cache=True)
+def relink(t, triangle, a, b, new):
+    """Make `new` the neighbour of `triangle` across its side from a to b."""
+    if triangle == BORDER:
+        return
+    for k in range(3):
+        if t.corners[triangle, (k + 1) % 3] == a and t.corners[triangle, (k + 2) % 3] == b:
+            t.beside[triangle, k] = new
+            return
+
+
+@njit(cache=True)
+def opposite(t, triangle, k):
+    """Corner of the neighbour across side k that is opposite to that side."""
+    other = t.beside[triangle, k]
+    b = t.corners[triangle, (k + 1) % 3]
+    for j in range(3):
+        if t.corners[other, (j + 2) % 3] == b:
+            return j
+    return -1
+
+
+@njit(cache=True)
+def flip(t, triangle, k):
+    """Turn side k, if the two triangles at it make a strictly convex quadrangle; True if done.
+
+    Afterwards `triangle` is (a, b, d) and its former neighbour (a, d, c), where a was corner k.
+    """
+    other = t.beside[triangle, k]
+    j = opposite(t, triangle, k)
+    a = t.corners[triangle, k]
+    b = t.corners[triangle, (k + 1) % 3]
+    c = t.corners[triangle, (k + 2) % 3]
+    d = t.corners[other, j]
+    if turn(t.xy, a, b, d) <= 0.0 or turn(t.xy, a, d, c) <= 0.0:
+        return False
+    # Sides of the quadrangle: ab and ca of this triangle, bd and dc of the other.
+    ab, ca = (k + 2) % 3, (k + 1) % 3
+    bd, dc = (j + 1) % 3, (j + 2) % 3
+    n_ab, m_ab = t.beside[triangle, ab], t.marks[triangle, ab]
+    n_ca, m_ca = t.beside[triangle, ca], t.marks[triangle, ca]
+    n_bd, m_bd = t.beside[other, bd], t.marks[other, bd]
+    n_dc, m_dc = t.beside[other, dc], t.marks[other, dc]
+    put(t, triangle, (a, b, d), (n_bd, other, n_ab), (m_bd, FREE, m_ab))
+    put(t, other, (a, d, c), (n_dc, n_ca, triangle), (m_dc, m_ca, FREE))
+    relink(t, n_bd, d, b, triangle)
+    relink(t, n_ca, a, c, other)
+    return True
+
+
+@njit(cache=True)
+def place_in(t, triangle, v):
+    """Where v, which is not outside the triangle, is: a side, INSIDE or ON_VERTEX."""
+    on = INSIDE
+    for k in range(3):
+        if turn(t.xy, t.corners[triangle, (k + 1) % 3], t.corners[triangle, (k + 2) % 3], v) == 0.0:
+            if on != INSIDE:
+                return ON_VERTEX
+            on = k
+    return on
+
+
+@njit(cache=True)
+def from_centre(xy, corners, v):
+    """Three times the way from the centre of a triangle to v, exact."""
+    x = y = 0.0
+    for a in corners:
+        x += xy[v, 0] - xy[a, 0]
+        y += xy[v, 1] - xy[a, 1]
+    return x, y
+
+
+@njit(cache=True)
+def walk(t, start, v):
+    """Triangle that vertex v lies in, and where: a side, INSIDE, ON_VERTEX or OUTSIDE.
+
+    OUTSIDE comes with the triangle at whose border side the walk ended. The walk goes straight
+    from the centre of `start`; what is on its line counts as left of it. Turns are exact and every
+    triangle has an area, so it meets no triangle twice.
+    """
+    a, b, c = t.corners[start]
+    corners = (a, b, c)
+    x, y = from_centre(t.xy, corners, v)
+    here, k = start, -1
+    for i in range(3):
+        bx, by = from_centre(t.xy, corners, t.corners[start, (i + 1) % 3])
+        cx, cy = from_centre(t.xy, corners, t.corners[start, (i + 2) % 3])
+        if cross(x, y, bx, by) < 0.0 and cross(x, y, cx, cy) >= 0.0:
+            k = i
+    if k < 0:
+        return here, INSIDE
+    while turn(t.xy, t.corners[here, (k + 1) % 3], t.corners[here, (k + 2) % 3], v) < 0.0:
+        if t.beside[here, k] == BORDER:
+            return here, OUTSIDE
+        j = opposite(t, here, k)
+        here = t.beside[here, k]
+        dx, dy = from_centre(t.xy, corners, t.corners[here, j])
+        k = (j + 2) % 3 if cross(x, y, dx, dy) < 0.0 else (j + 1) % 3
+    return here, place_in(t, here, v)
+
+
+@njit(cache=True)
+def split_triangle(t, triangle, v, stack):
+    """Put v inside a triangle; writes the three parts, v their corner 0, to `stack`."""
+    a, b, c = t.corners[triangle]
+    na, nb, nc = t.beside[triangle]
+    ma, mb, mc = t.marks[triangle]
+    second = t.used[TRIANGLES]
+    third = second + 1
+    t.used[TRIANGLES] += 2
+    put(t, triangle, (v, b, c), (na, second, third), (ma, FREE, FREE))
+    put(t, second, (v, c, a), (nb, third, triangle), (mb, FREE, FREE))
+    put(t, third, (v, a, b), (nc, triangle, second), (mc, FREE, FREE))
+    relink(t, nb, a, c, second)
+    relink(t, nc, b, a, third)
+    stack[0], stack[1], stack[2] = triangle, second, third
+    return 3
+
+
+@njit(cache=True)
+def split_side(t, triangle, k, v, stack):
+    """Put v on the inner side k; writes the four parts, v their corner 0, to `stack`."""
+    other = t.beside[triangle, k]
+    j = opposite(t, triangle, k)
+    a = t.corners[triangle, k]
+    b = t.corners[triangle, (k + 1) % 3]
+    c = t.corners[triangle, (k + 2) % 3]
+    d = t.corners[other, j]
+    mark = t.marks[triangle, k]
+    n_ab, m_ab = t.beside[triangle, (k + 2) % 3], t.marks[triangle, (k + 2) % 3]
+    n_ca, m_ca = t.beside[triangle, (k + 1) % 3], t.marks[triangle, (k + 1) % 3]
+    n_bd, m_bd = t.beside[other, (j + 1) % 3], t.marks[other, (j + 1) % 3]
+    n_dc, m_dc = t.beside[other, (j + 2) % 3], t.marks[other, (j + 2) % 3]
+    third = t.used[TRIANGLES]
+    fourth = third + 1
+    t.used[TRIANGLES] += 2
+    put(t, triangle, (v, a, b), (n_ab, other, third), (m_ab, mark, FREE))
+    put(t, other, (v, b, d), (n_bd, fourth, triangle), (m_bd, FREE, mark))
+    put(t, third, (v, c, a), (n_ca, triangle, fourth), (m_ca, FREE, mark))
+    put(t, fourth, (v, d, c), (n_dc, third, other), (m_dc, mark, FREE))
+    relink(t, n_ca, a, c, third)
+    relink(t, n_dc, c, d, fourth)
+    stack[0], stack[1], stack[2], stack[3] = triangle, other, third, fourth
+    return 4
+
+
+@njit(cache=True)
+def cross_sum(xy, a, b, c, d, m):
+    """Negative if d lies in the circle through abc that is round in the metric m = (E, F, G).
+
+    The sine of the sum of the angles at a and d over the side bc (cotangent form of Lawson's
+    test), up to positive factors.
+    """
+    bax, bay = xy[b, 0] - xy[a, 0], xy[b, 1] - xy[a, 1]
+    cax, cay = xy[c, 0] - xy[a, 0], xy[c, 1] - xy[a, 1]
+    cdx, cdy = xy[c, 0] - xy[d, 0], xy[c, 1] - xy[d, 1]
+    bdx, bdy = xy[b, 0] - xy[d, 0], xy[b, 1] - xy[d, 1]
+    dot_a = m[0] * bax * cax + m[1] * (bax * cay + bay * cax) + m[2] * bay * cay
+    dot_d = m[0] * cdx * bdx + m[1] * (cdx * bdy + cdy * bdx) + m[2] * cdy * bdy
+    sine_a = bax * cay - bay * cax
+    sine_d = cdx * bdy - cdy * bdx
+    total = dot_a * sine_d + sine_a * dot_d
+    size = abs(dot_a * sine_d) + abs(sine_a * dot_d)
+    return total if abs(total) > 1e-12 * size else 0.0
