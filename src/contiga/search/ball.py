@@ -14,10 +14,9 @@ from __future__ import annotations
 import weakref
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contiga.num.threads import run_ranges
-from contiga.records import Feature, FloatArray, IntArray, Projection
+from contiga.records import FloatArray, IntArray
 from contiga.search import _ball_nb
 from contiga.search.ball_cells import Balls, build_balls
 from contiga.search.records import Tables
@@ -52,28 +51,3 @@ def touching_radius(
     feet = (patch, uv)
     run_ranges(_ball_nb.radii, len(rows), POINTS, balls, tables.grid, feet, rows, side, out)
     return out
-
-
-def certified_inside(
-    tables: Tables,
-    feet: Projection,
-    depth: FloatArray,
-    miss: FloatArray | float = 0.0,
-) -> NDArray[np.bool_]:
-    """(n,) True where a point is proved to lie inside a closed body by its foot alone.
-
-    The open balls that touch at the foot Q and are smaller than ρ_in hold no point of the surface
-    and points just under Q; one of them holds P where d (2 ρ_in − d) > e².
-
-    Parameters
-    ----------
-    feet : feet of the points, whether closest or tracked; only those inside a face prove anything
-    depth : (n,) d, how far the point lies below its foot against the normal, length
-    miss : e, how far it lies off the normal, length
-    """
-    rows = np.arange(len(feet.patch), dtype=np.int32)
-    radius = touching_radius(tables, feet.patch, feet.uv, rows, INNER)
-    d = np.asarray(depth, dtype=np.float64)
-    with np.errstate(invalid="ignore", over="ignore"):
-        held = (d > 0.0) & (d * (2.0 * radius - d) > np.square(miss))
-    return held & (feet.feature == Feature.FACE)

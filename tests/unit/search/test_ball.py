@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.records import Feature, Status
+from contiga.records import Status
 from contiga.search import ball, ball_cells
 from contiga.search.surface import surface_of
 
@@ -151,21 +151,6 @@ def test_on_a_box_the_inner_ball_falls_with_the_distance_to_the_edge():
     assert (inner <= a).all()
     assert (inner >= 0.4 * a).all()
     assert (outer >= np.minimum(2.0 * a, 0.99 * ball_cells.CAP * body.size)).all()
-
-
-def test_a_point_is_certified_by_depth_and_tangential_miss():
-    body = SMOOTH["slab"]()
-    p = np.array([[0.0, 0.0, 0.02], [0.0, 0.0, 0.02], [0.0, 0.0, 0.03], [0.6, 0.0, 0.02]])
-    feet = body.project(p)
-    tables = ball_tables(body)
-    sure = ball.certified_inside(tables, feet, -feet.gap, np.array([0.0, 0.02, 0.0, 0.0]))
-    assert sure.tolist() == [True, False, False, False]
-    edge = feet._replace(feature=np.full(4, Feature.EDGE, np.int8))
-    assert not ball.certified_inside(tables, edge, -feet.gap).any()
-
-
-def ball_tables(body):
-    return surface_of(body).tables
 
 
 def test_far_from_the_origin_the_balls_are_nearly_the_same():
