@@ -13,7 +13,7 @@ DEMO := out/demo
 GENERATED := examples/generated
 ONE_THREAD := $(wildcard tests/cases tests/unit/search)
 PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
-TWO := -n 2 --dist loadfile
+TWO := -n 2 --dist loadfile --no-loadscope-reorder
 
 .PHONY: demo test lint bench stress docs clean
 .DEFAULT_GOAL := demo
