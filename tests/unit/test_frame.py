@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -55,6 +57,45 @@ def test_kernels_import_only_numpy_numba_math_and_kernels() -> None:
                 module = line.split()[1]
                 kernel = module.startswith("contiga.") and module.endswith("_nb")
                 assert kernel or module.startswith(allowed), f"{path.name}: {line}"
+
+
+def test_no_inner_kernel_is_called_from_python() -> None:
+    """They have no entry from there: a call would end the process."""
+    inner = {
+        f"{path.stem}.{node.name}"
+        for path in SOURCES
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.FunctionDef)
+        if any(ast.unparse(given).startswith("inner(") for given in node.decorator_list)
+    }
+    assert len(inner) > 300
+    folders = ("src", "tests", "benchmarks", "docs", "examples")
+    files = [path for folder in folders for path in sorted((ROOT / folder).rglob("*.py"))]
+    for path in files:
+        assert not inner & set(_kernels_in_python(path)), path
+
+
+def _kernels_in_python(path: Path) -> Iterator[str]:
+    """The kernels (file.name) that a file hands to Python: those it names outside of kernels."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    modules, names = {}, {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom):
+            home = (node.module or "").rpartition(".")[2]
+            for alias in node.names:
+                modules[alias.asname or alias.name] = alias.name
+                names[alias.asname or alias.name] = f"{home}.{alias.name}"
+    parts = [node for node in tree.body if not getattr(node, "decorator_list", [])]
+    if not path.name.endswith("_nb.py"):
+        yield from names.values()
+        parts = tree.body
+    own = {node.name: f"{path.stem}.{node.name}" for node in tree.body if hasattr(node, "name")}
+    for part in parts:
+        for node in ast.walk(part):
+            if isinstance(node, ast.Name):
+                yield (names | own).get(node.id, "")
+            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+                yield f"{modules.get(node.value.id)}.{node.attr}"
 
 
 def test_type_checker_knows_every_kernel_file() -> None:

@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
+
 OK = 0
 # Cut of an edge whose outer end lies inside without being in contact: each end keeps its half.
 HALF = 0.5
@@ -42,7 +44,7 @@ def cuts(corner, feet, n_c, fraction):
     return border[:n].copy()
 
 
-@njit(cache=True)
+@inner()
 def polygon_of(inside, fraction, f, polygon, edge):
     """Corners of the part in contact: barycentric coordinates, and the edge each is cut from."""
     n = 0
@@ -63,7 +65,7 @@ def polygon_of(inside, fraction, f, polygon, edge):
     return n
 
 
-@njit(cache=True)
+@inner()
 def hand_over(share, inside):
     """Give the shares of corners that are not in contact to those that are."""
     kept = 0.0
@@ -103,7 +105,7 @@ def slave_pieces(nodes, points, corner, n_c, fraction, share, start, stop):
         hand_over(share[f], inside)
 
 
-@njit(cache=True)
+@inner()
 def _triangle(a, b, c):
     """Area of a triangle in space."""
     x1, y1, z1 = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -114,7 +116,7 @@ def _triangle(a, b, c):
     return 0.5 * math.sqrt(x * x + y * y + z * z)
 
 
-@njit(cache=True)
+@inner()
 def _determinant(a, b, c):
     return (
         a[0] * (b[1] * c[2] - b[2] * c[1])

@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 
-@njit(cache=True)
+
+@inner()
 def _turn(p, a, b, c):
     return (p[b, 0] - p[a, 0]) * (p[c, 1] - p[a, 1]) - (p[b, 1] - p[a, 1]) * (p[c, 0] - p[a, 0])
 
 
-@njit(cache=True)
+@inner()
 def _far(p, a, b):
     return (p[b, 0] - p[a, 0]) ** 2 + (p[b, 1] - p[a, 1]) ** 2
 

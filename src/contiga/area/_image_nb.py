@@ -16,6 +16,7 @@ from numba import njit
 
 from contiga.area._facet_nb import hand_over, polygon_of
 from contiga.num._fma_nb import fma
+from contiga.num.jit import inner
 
 LANES = 16
 THIRD = 1.0 / 3.0
@@ -121,7 +122,7 @@ def _lane(lanes, k, l):
     return lanes[k, l], lanes[k + 1, l], lanes[k + 2, l]
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _block(lanes):
     """Shares of the facets of all lanes, from feet and normals, into the first three rows."""
     for l in range(LANES):
@@ -196,7 +197,7 @@ def image_pieces(corner, feet, sides, fraction, share, start, stop):
         hand_over(share[f], inside)
 
 
-@njit(cache=True)
+@inner()
 def _between(point, normal, ends, t, p, n):
     """Foot and normal of a cut, the share `t` of the way along an edge.
 

@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
+
 
 @njit(cache=True)
 def incidence(facets, n):
@@ -58,7 +60,7 @@ def touched(topology, rows, place):
     return whole[:n], part[:m]
 
 
-@njit(cache=True)
+@inner()
 def _sort_in(facets, f, place, whole, part, counts):
     n, m = counts
     a = place[facets[f, 0]]
@@ -75,7 +77,7 @@ def _sort_in(facets, f, place, whole, part, counts):
     return n, m
 
 
-@njit(cache=True)
+@inner()
 def _first_corner(facets, f, place):
     for k in range(3):
         if place[facets[f, k]] >= 0:
@@ -134,7 +136,7 @@ def around(facets, part, points, place):
     return found[:m].copy(), corner, inner[:n_i].copy(), free[:n_f].copy(), start
 
 
-@njit(cache=True)
+@inner()
 def _finite(facets, f, points):
     total = 0.0
     for k in range(3):
@@ -143,7 +145,7 @@ def _finite(facets, f, points):
     return math.isfinite(total)
 
 
-@njit(cache=True)
+@inner()
 def _distance2(points, a, b):
     total = 0.0
     for c in range(3):

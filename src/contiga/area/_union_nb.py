@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 
-@njit(cache=True)
+
+@inner()
 def _root(parent, i):
     while parent[i] != i:
         parent[i] = parent[parent[i]]
@@ -14,7 +16,7 @@ def _root(parent, i):
     return i
 
 
-@njit(cache=True)
+@inner()
 def _join(parent, a, b):
     if parent[a] == parent[b]:  # nearly always, once the first facets are through
         return
@@ -26,7 +28,7 @@ def _join(parent, a, b):
         parent[a] = b
 
 
-@njit(cache=True)
+@inner()
 def _numbered(parent):
     label = np.empty(parent.shape[0], np.int32)
     count = 0

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
+
 
 @njit(cache=True)
 def find_span(knots, degree, count, t):
@@ -63,7 +65,7 @@ def basis_derivatives(knots, degree, span, t, order, out):
                 out[k, r] = j * new
 
 
-@njit(cache=True)
+@inner()
 def discrete_splines(knots, degree, span, refined, start, skip, out):
     """Weights of the old control points in one control point on refined knots (Oslo algorithm).
 

@@ -27,6 +27,7 @@ from contiga.geometry._triangulation_nb import (
     turn,
     walk,
 )
+from contiga.num.jit import inner
 
 
 @njit(cache=True)
@@ -40,7 +41,7 @@ def open_frame(t):
     t.beside[0], t.beside[1] = (BORDER, 1, BORDER), (BORDER, BORDER, 0)
 
 
-@njit(cache=True)
+@inner()
 def settle(t, stack, top, metric):
     """Turn sides opposite the newest vertex, corner 0 of what is on the stack, until Delaunay."""
     while top > 0:
@@ -84,7 +85,7 @@ def insert_all(t, order, hint, metric, alias):
     return at
 
 
-@njit(cache=True)
+@inner()
 def around(t, start, v, to):
     """Triangle with corner v whose opposite side the way from v to `to` meets, and the answer.
 
@@ -113,14 +114,14 @@ def around(t, start, v, to):
     return first, -9
 
 
-@njit(cache=True)
+@inner()
 def ahead(xy, v, b, to):
     """Whether b, on the line from v to `to`, is on the side of `to`."""
     along = (xy[b, 0] - xy[v, 0]) * (xy[to, 0] - xy[v, 0])
     return along + (xy[b, 1] - xy[v, 1]) * (xy[to, 1] - xy[v, 1]) > 0.0
 
 
-@njit(cache=True)
+@inner()
 def crossed_sides(t, here, k, v, to, ends):
     """Ends of the sides that the way from v to `to` crosses; their number, or −1 − segment.
 
@@ -148,7 +149,7 @@ def crossed_sides(t, here, k, v, to, ends):
         k = (j + 1) % 3 if side > 0.0 else (j + 2) % 3
 
 
-@njit(cache=True)
+@inner()
 def side_between(t, start, b, c):
     """Triangle and side from b to c, (−1, −1) if there is none."""
     here, _ = walk(t, start, b)
@@ -165,7 +166,7 @@ def side_between(t, start, b, c):
     return -1, -1
 
 
-@njit(cache=True)
+@inner()
 def make_side(t, at, v, to, ends):
     """Turn sides until one runs from v to `to`: (triangle, side), or (−1, blocking segment).
 
@@ -205,7 +206,7 @@ def make_side(t, at, v, to, ends):
     return -1, -1
 
 
-@njit(cache=True)
+@inner()
 def crosses(xy, v, to, a, d):
     """Whether the side ad crosses the way from v to `to` inside both."""
     if a in (v, to) or d in (v, to):

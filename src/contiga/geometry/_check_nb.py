@@ -21,13 +21,14 @@ from contiga.geometry._refine_nb import (
 )
 from contiga.geometry._shape_nb import evaluate
 from contiga.geometry._triangulation_nb import BORDER, TRIANGLES
+from contiga.num.jit import inner
 
 PLACES = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
 """Where a triangle is sampled, as shares of its corners: on sides, where the surface may lie over
 the triangle beside it, and inside."""
 
 
-@njit(cache=True)
+@inner()
 def miss_at(t, face, front, triangle, x, y):
     """Distance of a place of the surface from a triangle or those beside it."""
     evaluate(face, x, y, 0)
@@ -46,7 +47,7 @@ def miss_at(t, face, front, triangle, x, y):
     return most
 
 
-@njit(cache=True)
+@inner()
 def largest_miss(t, face, front, triangle):
     """Largest miss at places over a triangle, and the place.
 
@@ -69,7 +70,7 @@ def largest_miss(t, face, front, triangle):
     return most, px, py
 
 
-@njit(cache=True)
+@inner()
 def proved(t, face, front, heights, triangle):
     """Whether the surface over a triangle keeps the distance from its plane, or where not."""
     c = t.corners[triangle]
@@ -88,7 +89,7 @@ def proved(t, face, front, heights, triangle):
     return below, (u - face.frame[0]) / face.frame[2], (v - face.frame[1]) / face.frame[3]
 
 
-@njit(cache=True)
+@inner()
 def keeps(t, face, front, heights, triangle):
     """Whether a triangle keeps the distance, and a place for a vertex if not."""
     miss, x, y = largest_miss(t, face, front, triangle)

@@ -13,10 +13,12 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
+
 MAX_DEPTH = 4
 
 
-@njit(cache=True)
+@inner()
 def cut(coefs, axis, t, keep_low):
     """Bernstein coefficients (p + 1, q + 1, d) of the part below or above `t`, in place."""
     p = coefs.shape[axis] - 1
@@ -86,7 +88,7 @@ def triangle_distance(x, a, b, c):
     return math.sqrt(ex * ex + ey * ey + ez * ez)
 
 
-@njit(cache=True)
+@inner()
 def cutting_plane(quad, plane):
     """Normal of a plane through the diagonal between the two triangles, towards the second."""
     square = 0.0
@@ -100,7 +102,7 @@ def cutting_plane(quad, plane):
         plane[d] = quad[3, d] - quad[1, d] - share * (quad[2, d] - quad[0, d])
 
 
-@njit(cache=True)
+@inner()
 def hull_within(points, quad, tol):
     """Whether the hull of `points` (n, 3) is within `tol` of the triangles 012 and 023."""
     n = points.shape[0]
@@ -139,7 +141,7 @@ def hull_within(points, quad, tol):
     return True
 
 
-@njit(cache=True)
+@inner()
 def to_points(coefs, points):
     """Cartesian control points ((p + 1)(q + 1), 3) of a piece (p + 1, q + 1, 4)."""
     m = coefs.shape[1]
@@ -149,7 +151,7 @@ def to_points(coefs, points):
                 points[i * m + j, d] = coefs[i, j, d] / coefs[i, j, 3]
 
 
-@njit(cache=True)
+@inner()
 def copy_piece(source, target):
     """target = source, entry by entry: numba takes seconds to compile the slice assignment."""
     for i in range(source.shape[0]):
@@ -158,13 +160,13 @@ def copy_piece(source, target):
                 target[i, j, d] = source[i, j, d]
 
 
-@njit(cache=True)
+@inner()
 def corner_rows(p, q):
     """Rows of the control points at the corners of a piece, around its border."""
     return (0, p * (q + 1), p * (q + 1) + q, q)
 
 
-@njit(cache=True)
+@inner()
 def corners_within(points, corners, quad, tol):
     """Whether the four corners of a piece, which are points of the surface, are within `tol`."""
     for k in corners:
@@ -176,7 +178,7 @@ def corners_within(points, corners, quad, tol):
     return True
 
 
-@njit(cache=True)
+@inner()
 def cell_within(net, tol, stack, depth, points):
     """Whether a piece (p + 1, q + 1, 4) is within `tol` of the two triangles on its corners.
 
@@ -213,7 +215,7 @@ def cell_within(net, tol, stack, depth, points):
     return True
 
 
-@njit(cache=True)
+@inner()
 def element_within(coefs, rows, columns, tol):
     """Whether all cells of one element, cut in `rows` × `columns`, are within `tol`."""
     p = coefs.shape[0] - 1

@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
+
 
 @njit(cache=True)
 def one_ring(xy, starts):
@@ -35,7 +37,7 @@ def one_ring(xy, starts):
     return ring
 
 
-@njit(cache=True)
+@inner()
 def area2(xy, a, b, c):
     """Twice the signed area of abc."""
     return (xy[b, 0] - xy[a, 0]) * (xy[c, 1] - xy[a, 1]) - (xy[b, 1] - xy[a, 1]) * (
@@ -43,7 +45,7 @@ def area2(xy, a, b, c):
     )
 
 
-@njit(cache=True)
+@inner()
 def is_empty(xy, ring, after, start, corners):
     """Whether no other vertex of the ring is in the triangle."""
     a, b, c = corners

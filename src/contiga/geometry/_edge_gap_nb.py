@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from contiga.geometry._evaluate_nb import curve_range, make_scratch, surface_point
+from contiga.num.jit import inner
 
 ROUNDS = 40
 PER_SPAN = 6
@@ -23,7 +24,7 @@ DENSER = 8
 """Where the curve seems off, it is sampled this many times more densely before that is believed."""
 
 
-@njit(cache=True)
+@inner()
 def _image(s, image, domain, t, work):
     """Fills work.point: the surface at the p-curve's point at t, moved into the rectangle."""
     work[0][0] = t
@@ -33,7 +34,7 @@ def _image(s, image, domain, t, work):
     surface_point(s, u, v, 0, work[2], work[3])
 
 
-@njit(cache=True)
+@inner()
 def _square(table, k, point):
     total = 0.0
     for c in range(3):
@@ -41,7 +42,7 @@ def _square(table, k, point):
     return total
 
 
-@njit(cache=True)
+@inner()
 def _downhill(table, k, point):
     """The sample reached from sample k as long as the next comes nearer, and its square."""
     least = _square(table, k, point)
@@ -55,7 +56,7 @@ def _downhill(table, k, point):
     return k, least
 
 
-@njit(cache=True)
+@inner()
 def _scanned(table, start, stop, step, point):
     """The nearest of some samples, and its square."""
     best = start
@@ -68,7 +69,7 @@ def _scanned(table, start, stop, step, point):
     return best, least
 
 
-@njit(cache=True)
+@inner()
 def _nearest(table, point, last):
     """Sample nearest to a point: from the best of so many, and of those around the one before."""
     n = table.shape[0]
@@ -79,7 +80,7 @@ def _nearest(table, point, last):
     return (other, square) if square < least else (best, least)
 
 
-@njit(cache=True)
+@inner()
 def _from_sample(curve, ts, best, point, work):
     """Square of the distance of a point to a curve around one sample: Newton in a bracket."""
     least = math.inf
@@ -109,7 +110,7 @@ def _from_sample(curve, ts, best, point, work):
     return least
 
 
-@njit(cache=True)
+@inner()
 def _foot(curve, ts, table, point, work):
     """Distance of a point to a curve, from its nearest sample."""
     best, least = _nearest(table, point, min(work[2][0], ts.size - 1))
@@ -121,7 +122,7 @@ def _foot(curve, ts, table, point, work):
     return math.sqrt(least)
 
 
-@njit(cache=True)
+@inner()
 def _samples(curve, per_span):
     """Parameters between the breaks of a curve, `per_span` a span, and its points there."""
     knots = curve.knots
@@ -142,14 +143,14 @@ def _samples(curve, per_span):
     return ts, points
 
 
-@njit(cache=True)
+@inner()
 def _off(s, image, curve, domain, t, tables, work):
     """Distance of the image at t to the curve; `tables` are the curve's samples."""
     _image(s, image, domain, t, work[0])
     return _foot(curve, tables[0], tables[1], work[0][3][0, 0], work[1])
 
 
-@njit(cache=True)
+@inner()
 def _farthest(s, image, curve, domain, tables, work, out):
     """Fills `out` as `image_gap` does; returns the p-curve's parameter of the largest distance.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit, prange
 
 from contiga.geometry._basis_nb import basis_derivatives, find_span
+from contiga.num.jit import inner
 
 CHUNK = 1024
 
@@ -55,7 +56,7 @@ class Scratch(NamedTuple):
     binomial: np.ndarray
 
 
-@njit(cache=True)
+@inner()
 def binomials(order):
     """Pascal's triangle (order + 1, order + 1)."""
     table = np.zeros((order + 1, order + 1))
@@ -78,14 +79,14 @@ def make_scratch(p, q, order):
     )
 
 
-@njit(cache=True)
+@inner()
 def nearest_point(knots, degree, span, t):
     """Index of the control point nearest to `t` in its span; the end points at the ends."""
     share = (t - knots[span]) / (knots[span + 1] - knots[span])
     return span - degree + round(degree * share)
 
 
-@njit(cache=True)
+@inner()
 def surface_sums(s, u, v, order, work):
     """Derivatives of the numerator and the weight at one point, in ``work.sums``.
 
@@ -124,7 +125,7 @@ def surface_sums(s, u, v, order, work):
     return ci, cj
 
 
-@njit(cache=True)
+@inner()
 def quotient(sums, binomial, order, rational, out):
     """Derivatives of numerator / weight, `out` (order + 1, order + 1, 3).
 
@@ -146,7 +147,7 @@ def quotient(sums, binomial, order, rational, out):
                 out[a, b, d] /= sums[0, 0, 3]
 
 
-@njit(cache=True)
+@inner()
 def surface_point(s, u, v, order, work, out):
     """Point and derivatives at one parameter, `out` (order + 1, order + 1, 3)."""
     ci, cj = surface_sums(s, u, v, order, work)
@@ -199,13 +200,13 @@ def curve_range(c, t, order, out):
             out[k, 0, d] += c.net[centre, d]
 
 
-@njit(cache=True)
+@inner()
 def length3(a):
     """Euclidean length of a 3-vector."""
     return math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
 
 
-@njit(cache=True)
+@inner()
 def add_cross(a, b, factor, out):
     """out += factor · a × b."""
     out[0] += factor * (a[1] * b[2] - a[2] * b[1])
@@ -213,7 +214,7 @@ def add_cross(a, b, factor, out):
     out[2] += factor * (a[0] * b[1] - a[1] * b[0])
 
 
-@njit(cache=True)
+@inner()
 def tangent_noise(s, u, v, work):
     """Sizes of the terms that cancel in S_u and S_v: what their rounding is relative to.
 
@@ -238,7 +239,7 @@ def tangent_noise(s, u, v, work):
     return a_u / w, a_v / w
 
 
-@njit(cache=True)
+@inner()
 def inward(knots, count, t):
     """Signed length that points from `t` to the inside of the domain."""
     low = knots[0]
@@ -248,7 +249,7 @@ def inward(knots, count, t):
     return high - low
 
 
-@njit(cache=True)
+@inner()
 def limit_normal(s, u, v, normal):
     """Unit normal as a limit from inside; True where there is one.
 

@@ -11,9 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from contiga.geometry._chord_nb import copy_piece, cut, restrict
+from contiga.num.jit import inner
 
 DEPTH = 8
 """Most quarterings of an element's part."""
@@ -38,7 +38,7 @@ class Heights(NamedTuple):
     """(3 DEPTH + 4, 5) u from and to, v from and to, quarterings."""
 
 
-@njit(cache=True)
+@inner()
 def plane_of(a, b, c, plane):
     """Unit normal and offset of the plane through abc; False if there is none."""
     x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -53,7 +53,7 @@ def plane_of(a, b, c, plane):
     return True
 
 
-@njit(cache=True)
+@inner()
 def is_beside(box, uv):
     """Whether a rectangle is on the far side of one side of the triangle uv."""
     for k in range(3):
@@ -67,7 +67,7 @@ def is_beside(box, uv):
     return False
 
 
-@njit(cache=True)
+@inner()
 def is_over(uv, u, v):
     """Whether a place is in the triangle uv."""
     for k in range(3):
@@ -78,7 +78,7 @@ def is_over(uv, u, v):
     return True
 
 
-@njit(cache=True)
+@inner()
 def rest_of(coefs, plane, limit, net):
     """What is left below `limit`, times the weight, on both sides of a plane."""
     for i in range(net.shape[0]):
@@ -90,7 +90,7 @@ def rest_of(coefs, plane, limit, net):
             net[i, j, 1] = limit * w + height
 
 
-@njit(cache=True)
+@inner()
 def is_below(net):
     """Whether nothing is above the limit for certain."""
     for i in range(net.shape[0]):
@@ -100,7 +100,7 @@ def is_below(net):
     return True
 
 
-@njit(cache=True)
+@inner()
 def high_corner(net, box, uv):
     """Corner of a rectangle that is over the triangle and farthest above the limit, or −1."""
     best, least = -1, 0.0
@@ -113,7 +113,7 @@ def high_corner(net, box, uv):
     return best
 
 
-@njit(cache=True)
+@inner()
 def quarter(h, top):
     """Put the quarters of a rectangle in its place; the number of entries."""
     box = h.boxes[top].copy()
@@ -131,7 +131,7 @@ def quarter(h, top):
     return top + 4
 
 
-@njit(cache=True)
+@inner()
 def element_below(h, uv):
     """Whether the element in entry 0 is below the limit over a triangle, and a place where not."""
     top = 1
@@ -149,7 +149,7 @@ def element_below(h, uv):
     return True, 0.0, 0.0
 
 
-@njit(cache=True)
+@inner()
 def all_below(h, uv, plane, limit):
     """`element_below` for every element that the triangle uv, anticlockwise, reaches over."""
     u0, u1 = min(uv[0, 0], uv[1, 0], uv[2, 0]), max(uv[0, 0], uv[1, 0], uv[2, 0])

@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
+
 # Deep enough for |N| with a kink along a line; a smooth element needs one or two levels.
 MAX_DEPTH = 20
 # Shared by the elements of a surface; a kink along a line takes some ten thousand to 1e-10.
@@ -16,7 +18,7 @@ MIN_BOXES = 2**12
 NOISE = 1e-15
 
 
-@njit(cache=True)
+@inner()
 def bernstein(degree, t, values, slopes):
     """The degree + 1 Bernstein polynomials on [0, 1] at `t` and their derivatives."""
     values[0] = 1.0
@@ -35,7 +37,7 @@ def bernstein(degree, t, values, slopes):
         values[j] = saved
 
 
-@njit(cache=True)
+@inner()
 def jacobian(A, A_u, A_v):
     """|S_u × S_v| from the homogeneous point (4,) and its derivatives."""
     w = A[3]
@@ -50,7 +52,7 @@ def jacobian(A, A_u, A_v):
     return math.sqrt(x * x + y * y + z * z)
 
 
-@njit(cache=True)
+@inner()
 def box_area(coefs, box, nodes, weights):
     """Gauss value of the area over ``box`` = (u0, u1, v0, v1, ...) in local coordinates."""
     p = coefs.shape[0] - 1
@@ -86,7 +88,7 @@ def box_area(coefs, box, nodes, weights):
     return total * (box[1] - box[0]) * (box[3] - box[2])
 
 
-@njit(cache=True)
+@inner()
 def element_area(coefs, nodes, weights, rtol, floor, most):
     """Area of one element (p + 1, q + 1, 4), quartered where four boxes disagree with one.
 
@@ -150,7 +152,7 @@ def grid_area(coefs, nodes, weights, rtol):
     return total
 
 
-@njit(cache=True)
+@inner()
 def piece_length(coefs, low, high, nodes, weights):
     """Gauss value of the arc length over ``[low, high]`` in local coordinates."""
     p = coefs.shape[0] - 1
@@ -173,7 +175,7 @@ def piece_length(coefs, low, high, nodes, weights):
     return total * (high - low)
 
 
-@njit(cache=True)
+@inner()
 def element_length(coefs, nodes, weights, rtol, floor):
     """Arc length of one element (p + 1, 4), halved where two parts disagree with the whole."""
     limit = 2 * MAX_DEPTH

@@ -33,6 +33,7 @@ from contiga.geometry._triangulation_nb import (
     turn,
     walk,
 )
+from contiga.num.jit import inner
 
 NEW, GOOD, CHECKED, GIVEN_UP = 0, 1, 2, 3
 """States of a triangle."""
@@ -70,7 +71,7 @@ class Front(NamedTuple):
     """(n,) vertex before each with the same hash."""
 
 
-@njit(cache=True)
+@inner()
 def push(front, triangle):
     """Put a triangle in the queue unless it is there."""
     if not front.queued[triangle]:
@@ -80,7 +81,7 @@ def push(front, triangle):
         front.ring[1] += 1
 
 
-@njit(cache=True)
+@inner()
 def pop(front):
     """The triangle that waits longest."""
     triangle = front.queue[front.ring[0]]
@@ -90,7 +91,7 @@ def pop(front):
     return triangle
 
 
-@njit(cache=True)
+@inner()
 def is_good(t, front, triangle):
     """Whether a triangle needs no more vertices, as far as its corners tell."""
     if t.state[triangle] == NEW:
@@ -100,7 +101,7 @@ def is_good(t, front, triangle):
     return t.state[triangle] != NEW
 
 
-@njit(cache=True)
+@inner()
 def mean_metric(front, vertices):
     """(E, F, G) of the mean metric of some vertices."""
     e = f = g = 0.0
@@ -112,7 +113,7 @@ def mean_metric(front, vertices):
     return (e / n, f / n, g / n)
 
 
-@njit(cache=True)
+@inner()
 def settle_in(t, front, top):
     """Turn sides around the newest vertex until Delaunay in the metric; queue all touched.
 
@@ -134,13 +135,13 @@ def settle_in(t, front, top):
             top += 2
 
 
-@njit(cache=True)
+@inner()
 def bucket(front, i, j, k):
     """Hash of a cube of space."""
     return (i * 73856093 ^ j * 19349663 ^ k * 83492791) & (front.heads.size - 1)
 
 
-@njit(cache=True)
+@inner()
 def enter(front, side, v):
     """Put a vertex where `is_near` finds it."""
     p = front.points[v]
@@ -160,7 +161,7 @@ def enter_all(t, front, side):
         enter(front, side, v)
 
 
-@njit(cache=True)
+@inner()
 def is_near(front, side, p):
     """Whether a vertex is nearer to p than `side`."""
     x = np.int64(math.floor(p[0] / side))
@@ -176,7 +177,7 @@ def is_near(front, side, p):
     return False
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def foot_on_side(t, metric, a, b, v):
     """(x, y) of the place nearest to v, in the metric, on the side from a to b."""
     dx, dy = t.xy[b, 0] - t.xy[a, 0], t.xy[b, 1] - t.xy[a, 1]
@@ -189,7 +190,7 @@ def foot_on_side(t, metric, a, b, v):
     return t.xy[a, 0] + share * dx, t.xy[a, 1] + share * dy
 
 
-@njit(cache=True)
+@inner()
 def is_useless(t, face, front, here, v):
     """Whether v is so near to another vertex, or to the border, that it mends nothing."""
     limit = USELESS * face.sag
@@ -245,7 +246,7 @@ def put_vertex(t, face, front, start, x, y, apart):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def front_place(t, front, triangle, k):
     """Where the third corner of a well-sized triangle on side k is."""
     c = t.corners[triangle]
@@ -274,7 +275,7 @@ def front_place(t, front, triangle, k):
     return True, x, y
 
 
-@njit(cache=True)
+@inner()
 def longest_inner(t, front, triangle):
     """The longest side in the metric that is no border, −1 if all are."""
     c = t.corners[triangle]
@@ -292,7 +293,7 @@ def longest_inner(t, front, triangle):
     return best
 
 
-@njit(cache=True)
+@inner()
 def halve(t, face, front, triangle):
     """Cut a triangle at the middle of its longest inner side, or in itself; give up else."""
     c = t.corners[triangle]
@@ -310,13 +311,13 @@ def halve(t, face, front, triangle):
     t.state[triangle] = GIVEN_UP
 
 
-@njit(cache=True)
+@inner()
 def full(t, spare):
     """Whether there is no more room for a vertex."""
     return t.used[VERTICES] + spare >= t.xy.shape[0]
 
 
-@njit(cache=True)
+@inner()
 def advance(t, face, front):
     """Look at what is in the queue until it is empty; False if room ran out."""
     while front.ring[1] > 0:
@@ -343,7 +344,7 @@ def advance(t, face, front):
     return True
 
 
-@njit(cache=True)
+@inner()
 def queue_all(t, front):
     """Everything that was not looked at yet into the queue."""
     for here in range(t.used[TRIANGLES]):

@@ -15,6 +15,7 @@ from numba import njit
 
 from contiga.geometry._evaluate_nb import Scratch, SurfaceArrays, surface_point
 from contiga.geometry._triangulation_nb import BORDER, FRAME, VERTICES
+from contiga.num.jit import inner
 
 TURN = 0.3
 """Largest distance as a share of the radius of curvature: sides then turn by at most a quarter."""
@@ -46,7 +47,7 @@ class Face(NamedTuple):
     """(3, 3, 3) derivatives."""
 
 
-@njit(cache=True)
+@inner()
 def evaluate(face, x, y, order):
     """Derivatives up to an order (2 at most) at a place of the square, in ``face.D``."""
     s = face.surface
@@ -55,13 +56,13 @@ def evaluate(face, x, y, order):
     surface_point(s, u, v, order, face.work, face.D)
 
 
-@njit(cache=True)
+@inner()
 def dot(a, b):
     """a · b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True)
+@inner()
 def shape_at(face, x, y, point, form):
     """Point and form at a place; at a pole the form is that of a place near it."""
     evaluate(face, x, y, 2)
@@ -74,7 +75,7 @@ def shape_at(face, x, y, point, form):
             form[E], form[G], form[SAG] = 1.0, 1.0, face.sag
 
 
-@njit(cache=True)
+@inner()
 def form_here(face, form, turning):
     """The form from ``face.D``; False where the surface has no normal.
 
@@ -104,7 +105,7 @@ def form_here(face, form, turning):
     return True
 
 
-@njit(cache=True)
+@inner()
 def metric_of(face, form, r, a, turning):
     """Metric and distance from the shape operator `a` in the frame `r`."""
     middle = 0.5 * (a[0] + a[2])
@@ -131,13 +132,13 @@ def metric_of(face, form, r, a, turning):
     form[SAG] = allowed
 
 
-@njit(cache=True)
+@inner()
 def square(a, b, c, x, y):
     """Quadratic form (a, b, c) of (x, y)."""
     return a * x * x + 2.0 * b * x * y + c * y * y
 
 
-@njit(cache=True)
+@inner()
 def expected_miss(xy, corners, beside, forms):
     """Expected distance of a triangle from the surface over the wanted one.
 

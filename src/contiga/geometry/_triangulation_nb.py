@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from contiga.num.jit import inner
 
 GRID = 2.0**-49
 BORDER = -1
@@ -41,7 +42,7 @@ class Triangulation(NamedTuple):
     """(2,) vertices and triangles in use."""
 
 
-@njit(cache=True)
+@inner()
 def two_product(a, b):
     """a · b as a rounded product and its exact remainder."""
     p = a * b
@@ -54,7 +55,7 @@ def two_product(a, b):
     return p, al * bl - (((p - ah * bh) - al * bh) - ah * bl)
 
 
-@njit(cache=True)
+@inner()
 def cross(ax, ay, bx, by):
     """a × b; its sign is exact for multiples of `GRID` within [−9, 9]."""
     left = ax * by
@@ -66,19 +67,19 @@ def cross(ax, ay, bx, by):
     return (p - q) + (p_rest - q_rest)
 
 
-@njit(cache=True)
+@inner()
 def turn(xy, a, b, c):
     """Twice the area of abc, positive if anticlockwise; its sign is exact."""
     return cross(xy[b, 0] - xy[a, 0], xy[b, 1] - xy[a, 1], xy[c, 0] - xy[a, 0], xy[c, 1] - xy[a, 1])
 
 
-@njit(cache=True)
+@inner()
 def snapped(x):
     """The nearest multiple of `GRID`."""
     return np.round(x / GRID) * GRID
 
 
-@njit(cache=True)
+@inner()
 def corner_of(t, triangle, vertex):
     """Which corner of `triangle` is `vertex`."""
     for k in range(3):
@@ -87,7 +88,7 @@ def corner_of(t, triangle, vertex):
     return -1
 
 
-@njit(cache=True)
+@inner()
 def put(t, triangle, corners, beside, marks):
     """Write one triangle."""
     for k in range(3):
@@ -97,7 +98,7 @@ def put(t, triangle, corners, beside, marks):
     t.state[triangle] = 0
 
 
-@njit(cache=True)
+@inner()
 def relink(t, triangle, a, b, new):
     """Make `new` the neighbour of `triangle` across its side from a to b."""
     if triangle == BORDER:
@@ -108,7 +109,7 @@ def relink(t, triangle, a, b, new):
             return
 
 
-@njit(cache=True)
+@inner()
 def opposite(t, triangle, k):
     """Corner of the neighbour across side k that is opposite to that side."""
     other = t.beside[triangle, k]
@@ -119,7 +120,7 @@ def opposite(t, triangle, k):
     return -1
 
 
-@njit(cache=True)
+@inner()
 def flip(t, triangle, k):
     """Turn side k, if the two triangles at it make a strictly convex quadrangle; True if done.
 
@@ -147,7 +148,7 @@ def flip(t, triangle, k):
     return True
 
 
-@njit(cache=True)
+@inner()
 def place_in(t, triangle, v):
     """Where v, which is not outside the triangle, is: a side, INSIDE or ON_VERTEX."""
     on = INSIDE
@@ -159,7 +160,7 @@ def place_in(t, triangle, v):
     return on
 
 
-@njit(cache=True)
+@inner()
 def from_centre(xy, corners, v):
     """Three times the way from the centre of a triangle to v, exact."""
     x = y = 0.0
@@ -169,7 +170,7 @@ def from_centre(xy, corners, v):
     return x, y
 
 
-@njit(cache=True)
+@inner()
 def walk(t, start, v):
     """Triangle that vertex v lies in, and where: a side, INSIDE, ON_VERTEX or OUTSIDE.
 
@@ -198,7 +199,7 @@ def walk(t, start, v):
     return here, place_in(t, here, v)
 
 
-@njit(cache=True)
+@inner()
 def split_triangle(t, triangle, v, stack):
     """Put v inside a triangle; writes the three parts, v their corner 0, to `stack`."""
     a, b, c = t.corners[triangle]
@@ -216,7 +217,7 @@ def split_triangle(t, triangle, v, stack):
     return 3
 
 
-@njit(cache=True)
+@inner()
 def split_side(t, triangle, k, v, stack):
     """Put v on the inner side k; writes the four parts, v their corner 0, to `stack`."""
     other = t.beside[triangle, k]
@@ -243,7 +244,7 @@ def split_side(t, triangle, k, v, stack):
     return 4
 
 
-@njit(cache=True)
+@inner()
 def cross_sum(xy, a, b, c, d, m):
     """Negative if d lies in the circle through abc that is round in the metric m = (E, F, G).
 

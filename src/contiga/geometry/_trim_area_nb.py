@@ -7,9 +7,10 @@ from numba import njit
 
 from contiga.geometry._quadrature_nb import bernstein, jacobian
 from contiga.geometry._trim_nb import bernstein_at, parameter_at, point_in_trim
+from contiga.num.jit import inner
 
 
-@njit(cache=True)
+@inner()
 def flux(A, A_u, A_v):
     """S · (S_u × S_v) from the homogeneous point (4,) and its derivatives.
 
@@ -21,7 +22,7 @@ def flux(A, A_u, A_v):
     return (A[0] * x + A[1] * y + A[2] * z) / A[3] ** 3
 
 
-@njit(cache=True)
+@inner()
 def element_integral(coefs, box, nodes, weights):
     """∫ |S_s × S_t| ds over ``s`` in box[0]…box[1] at ``t`` = box[2], all local to one element.
 
@@ -53,7 +54,7 @@ def element_integral(coefs, box, nodes, weights):
     return total * (box[1] - box[0])
 
 
-@njit(cache=True)
+@inner()
 def strip(grid, start, u, v, rule):
     """∫ |S_u × S_v| du from u = `start` to `u` at constant `v`, element by element.
 
@@ -80,7 +81,7 @@ def strip(grid, start, u, v, rule):
     return total / height if u >= start else -total / height
 
 
-@njit(cache=True)
+@inner()
 def _knot_crossings(tables, piece, u_breaks, v_breaks):
     """Sorted parameters of a piece, 0 and 1 included, at which it crosses borders of elements."""
     coefs = tables.piece_coefs[piece]
@@ -98,7 +99,7 @@ def _knot_crossings(tables, piece, u_breaks, v_breaks):
     return np.sort(found[:n])
 
 
-@njit(cache=True)
+@inner()
 def piece_integral(tables, piece, start, grid, rule):
     """∮ F dv along one piece, ``F(u, v)`` the strip integral from u = `start`."""
     coefs = tables.piece_coefs[piece]
@@ -135,7 +136,7 @@ def piece_integral(tables, piece, start, grid, rule):
     return total
 
 
-@njit(cache=True)
+@inner()
 def _state_beside(tables, patch, u, v):
     """`point_in_trim`, with everything outside the patch's rectangle outside."""
     d = tables.domain[patch]
@@ -144,7 +145,7 @@ def _state_beside(tables, patch, u, v):
     return point_in_trim(tables, patch, u, v)
 
 
-@njit(cache=True)
+@inner()
 def side_of_piece(tables, piece):
     """+1 if the face lies left of a piece, −1 if right, 0 if on both sides or on neither."""
     patch = tables.piece_patch[piece]

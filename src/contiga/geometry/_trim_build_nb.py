@@ -8,13 +8,14 @@ import numpy as np
 from numba import njit
 
 from contiga.geometry._trim_nb import CUT, MARGIN, _crosses_right, _range_in_row
+from contiga.num.jit import inner
 
 ROOT_WIDTH = 1e-14
 FLAT = 1e-15
 """A derivative below this share of its terms' size is rounding, not a turning point."""
 
 
-@njit(cache=True)
+@inner()
 def _binomial(n, k):
     value = 1.0
     for i in range(k):
@@ -22,7 +23,7 @@ def _binomial(n, k):
     return value
 
 
-@njit(cache=True)
+@inner()
 def turning_polynomial(coefs, degree, axis):
     """Bernstein coefficients of x'w − xw', whose roots are the turning points of x/w.
 
@@ -45,7 +46,7 @@ def turning_polynomial(coefs, degree, axis):
     return out
 
 
-@njit(cache=True)
+@inner()
 def _sign_changes(c):
     changes = 0
     last = 0.0
@@ -57,7 +58,7 @@ def _sign_changes(c):
     return changes
 
 
-@njit(cache=True)
+@inner()
 def _noted(roots, count, root):
     """Append `root` unless it is there; returns the new count."""
     for i in range(count):
@@ -111,7 +112,7 @@ def roots_inside(c):
     return np.sort(roots[:count])
 
 
-@njit(cache=True)
+@inner()
 def monotone_breaks(coefs, degree):
     """Sorted parameters 0 … 1 between which a segment is monotone in u and in v."""
     if degree == 1:
@@ -134,7 +135,7 @@ def monotone_breaks(coefs, degree):
     return breaks[:keep]
 
 
-@njit(cache=True)
+@inner()
 def split_first(coefs, degree, t):
     """The two halves of a segment at t (de Casteljau); they share the middle point bit by bit."""
     right = coefs.copy()
@@ -180,7 +181,7 @@ def monotone_pieces(segments, degrees):
     return coefs[:n], source[:n], interval[:n]
 
 
-@njit(cache=True)
+@inner()
 def _columns(tables, patch, low, high):
     """First and last column that an interval of u touches, with the safety margin."""
     u0, u1 = tables.domain[patch, 0], tables.domain[patch, 1]
@@ -192,7 +193,7 @@ def _columns(tables, patch, low, high):
     return first, last
 
 
-@njit(cache=True)
+@inner()
 def _row_pieces(tables, patch, v_low, v_high):
     """Pieces that touch a row of cells and the columns they touch in it."""
     start, stop = tables.patch_start[patch], tables.patch_start[patch + 1]
@@ -213,7 +214,7 @@ def _row_pieces(tables, patch, v_low, v_high):
     return pieces[:n], first[:n], last[:n]
 
 
-@njit(cache=True)
+@inner()
 def _cell_toggles(tables, pieces, first, column, rows):
     """Heights in a row at which the number of crossings right of `column` changes parity."""
     heights = np.empty(2 * pieces.size)
@@ -239,7 +240,7 @@ def _cell_toggles(tables, pieces, first, column, rows):
     return ordered[:keep]
 
 
-@njit(cache=True)
+@inner()
 def _parity_right(tables, pieces, first, column, v):
     parity = 0
     for k in range(pieces.size):

@@ -14,6 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
+
 OUT, IN, CUT = 0, 1, 2
 MARGIN = 1e-9
 """Widening of a piece when cells are marked, as a share of the domain; far above rounding."""
@@ -62,7 +64,7 @@ class TrimTables(NamedTuple):
     """v values inside the cell's row at which `cell_parity` flips."""
 
 
-@njit(cache=True)
+@inner()
 def bernstein_at(coefs, degree, k, t):
     """Component k of a segment at t in [0, 1]: nested Bernstein form, all terms of one sign."""
     s = 1.0 - t
@@ -122,7 +124,7 @@ def parameter_at(coefs, degree, axis, value):
     return 0.5 * (a + b)
 
 
-@njit(cache=True)
+@inner()
 def other_coordinate(tables, piece, axis, value):
     """The coordinate other than `axis` where piece `piece` has coordinate `axis` = value."""
     coefs = tables.piece_coefs[piece]
@@ -131,7 +133,7 @@ def other_coordinate(tables, piece, axis, value):
     return bernstein_at(coefs, degree, 1 - axis, t) / bernstein_at(coefs, degree, 2, t)
 
 
-@njit(cache=True)
+@inner()
 def _range_in_row(tables, piece, v_low, v_high):
     """Interval of u that a piece covers between two lines of constant v."""
     ends = tables.piece_ends[piece]
@@ -143,7 +145,7 @@ def _range_in_row(tables, piece, v_low, v_high):
     return min(low, high), max(low, high)
 
 
-@njit(cache=True)
+@inner()
 def cell_of(tables, patch, u, v):
     """Column and row of the cell that holds (u, v); the row is exact in floating point."""
     u0, u1 = tables.domain[patch, 0], tables.domain[patch, 1]
@@ -160,7 +162,7 @@ def cell_of(tables, patch, u, v):
     return i, j
 
 
-@njit(cache=True)
+@inner()
 def _crosses_right(tables, piece, u, v):
     """Whether the ray from (u, v) towards +u crosses a piece (half-open in v)."""
     ends = tables.piece_ends[piece]
@@ -173,7 +175,7 @@ def _crosses_right(tables, piece, u, v):
     return other_coordinate(tables, piece, 1, v) > u
 
 
-@njit(cache=True)
+@inner()
 def _against_piece(tables, piece, u, v, eps):
     """A point against one piece: 2 on it within `eps` = (u, v), 1 it crosses the ray, 0 neither.
 
@@ -232,7 +234,7 @@ def point_in_trim(tables, patch, u, v):
     return parity
 
 
-@njit(cache=True)
+@inner()
 def _piece_meets_box(tables, piece, u0, u1, v0, v1):
     """Whether a monotone piece meets a box: exact, since its u over the row is an interval."""
     ends = tables.piece_ends[piece]

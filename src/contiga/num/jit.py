@@ -15,11 +15,12 @@ from __future__ import annotations
 import glob
 import os
 import re
-from functools import cache
+from functools import cache, partial
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from numba import njit
 from numba.core import caching
 
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -30,6 +31,9 @@ IMPORT = re.compile(
 ASIDE = re.compile(r"#[^\n]*|\\\n")
 """Comments, and ends of lines that do not end: they are gone when imports are looked for."""
 DIGITS = 16
+inner = partial(njit, cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+"""Decorator of kernels that only kernels call: without what a call from Python needs, they compile
+a fifth faster. Called from Python they would crash; a test sees to it that none is."""
 
 
 def stamp_of(file: str | Path, package: Path = PACKAGE) -> str:

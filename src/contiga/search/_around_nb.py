@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._local_nb import expand
 from contiga.search._sides_nb import side_point
 
@@ -19,7 +20,7 @@ GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 SECTIONS = 30
 
 
-@njit(cache=True)
+@inner()
 def stands(side, s, t):
     """Whether (s, t) lies on a side of its element."""
     if side == 0:
@@ -42,7 +43,7 @@ def cross(elements, e, side, s, t):
     return elements.table[e]["neighbour"][side], s, t, other
 
 
-@njit(cache=True)
+@inner()
 def collapsed_side(elements, e, s, t):
     """The side through (s, t) that is one point in space, or −1."""
     for side in range(4):
@@ -51,7 +52,7 @@ def collapsed_side(elements, e, s, t):
     return -1
 
 
-@njit(cache=True)
+@inner()
 def _add(elements, foot, list_e, list_st, n):
     e, s, t = foot
     pole = collapsed_side(elements, e, s, t)
@@ -101,7 +102,7 @@ def around(elements, foot, list_e, list_st):
     return n
 
 
-@njit(cache=True)
+@inner()
 def inward_slope(q, side):
     """Slope of f per length on the way in from a side, from the expansion q there."""
     g = q[1] if side < 2 else q[2]
@@ -111,13 +112,13 @@ def inward_slope(q, side):
     return (-g if side & 1 else g) / math.sqrt(metric)
 
 
-@njit(cache=True)
+@inner()
 def _slope_at(elements, e, side, x, point, h):
     s, t = side_point(side, x)
     return inward_slope(expand(elements, e, s, t, point, h), side)
 
 
-@njit(cache=True)
+@inner()
 def _steepest_from_pole(elements, e, side, point, h):
     """Smallest inward slope along a collapsed side, and where: samples, then golden section."""
     best = math.inf
@@ -144,7 +145,7 @@ def _steepest_from_pole(elements, e, side, point, h):
     return best, at
 
 
-@njit(cache=True)
+@inner()
 def vertex_exit(elements, foot, point, miss, h):
     """The steepest way down from a corner or pole: (element, s, t), element −1 where all go up."""
     list_e = np.empty(MOST, np.int64)

@@ -13,6 +13,7 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._ball_cell_nb import WORST, bends, deviation, measure
 from contiga.search._element_nb import BINOMIAL
 
@@ -30,7 +31,7 @@ MOST = 160
 BINOMIAL_TWICE = np.array([[float(math.comb(2 * n, k)) for k in range(32)] for n in range(16)])
 
 
-@njit(cache=True)
+@inner()
 def _end_rows(elements, e, side, shift, first, row):
     """Homogeneous coefficients along a side, and their derivative across it, about `shift`."""
     table = elements.table[e]
@@ -62,7 +63,7 @@ def _end_rows(elements, e, side, shift, first, row):
     return along
 
 
-@njit(cache=True)
+@inner()
 def jump(elements, e, f, way, tolerance):
     """Bound of the jump of the derivative across the joint where f continues e in direction `way`.
 
@@ -102,7 +103,7 @@ def jump(elements, e, f, way, tolerance):
     return math.sqrt(largest) / least**2
 
 
-@njit(cache=True)
+@inner()
 def _turn_seen(own, cell):
     """Largest share by which derivatives in `cell` differ from those of the middle of `own`."""
     u = own["wide"][0] / cell["wide"][0]
@@ -117,7 +118,7 @@ def _turn_seen(own, cell):
     return deviation(own, da, db)
 
 
-@njit(cache=True)
+@inner()
 def near(cells, rows, k, home):
     """Radii of inner and outer ball that the block `rows` of cells bounds, into home["near"]."""
     own = cells[k]
@@ -148,7 +149,7 @@ def near(cells, rows, k, home):
     return True
 
 
-@njit(cache=True)
+@inner()
 def _fits(cells, smooth, base, ij, line):
     """Whether a line of cells beside a block is there, is sound, and joins it smoothly.
 
@@ -175,7 +176,7 @@ def _fits(cells, smooth, base, ij, line):
     return True
 
 
-@njit(cache=True)
+@inner()
 def _at(smooth, base, i, j):
     """Number of the cell (i, j) of a patch, counted on round a seam; −1 outside."""
     first, nu, nv = base
@@ -205,7 +206,7 @@ def base_homes(cells, smooth, bases, homes):
                     _home(cells, smooth, base, (i, j), rows, homes[k])
 
 
-@njit(cache=True)
+@inner()
 def _home(cells, smooth, base, ij, rows, home):
     i, j = ij
     k = base[0] + i * base[2] + j
@@ -305,7 +306,7 @@ def joints(elements, grid, bases, cells, tolerance, smooth):
     return closes
 
 
-@njit(cache=True)
+@inner()
 def _across(cell, way):
     """Length of a cell across its lines in direction 1 − way."""
     r11, r12, r22 = cell["metric"]

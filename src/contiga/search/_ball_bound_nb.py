@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 from contiga.geometry._trim_nb import point_in_trim
+from contiga.num.jit import inner
 from contiga.search._ball_plane_nb import clear_ball, far_box, lower, unit
 from contiga.search._element_nb import evaluate, parameters
 from contiga.search._tree_nb import box_distance2
@@ -23,7 +24,7 @@ ENOUGH = 2.0
 """Radii beyond this many goals are not worth a loss of smaller ones."""
 
 
-@njit(cache=True)
+@inner()
 def _is_home(home, b):
     """Whether cell b lies in the smooth block of `home`."""
     if home["patch"] != b["patch"]:
@@ -46,7 +47,7 @@ def _is_home(home, b):
     return False
 
 
-@njit(cache=True)
+@inner()
 def _touching(q, x, normal):
     """Radius of the ball that touches at q, on the side of `normal`, and passes through x."""
     square = 0.0
@@ -58,7 +59,7 @@ def _touching(q, x, normal):
     return 0.5 * square / height if height > 1e-12 * math.sqrt(square) else math.inf
 
 
-@njit(cache=True)
+@inner()
 def _take_samples(elements, trims, centre, a, cap, samples):
     """Points, normals and touching radii by bend of five places of a cell; how many are in."""
     point, normal, above = samples
@@ -95,7 +96,7 @@ def _take_samples(elements, trims, centre, a, cap, samples):
     return n
 
 
-@njit(cache=True)
+@inner()
 def _bend_limits(h, n, above):
     ee = ff = gg = l = m = r = 0.0
     for c in range(3):
@@ -116,7 +117,7 @@ def _bend_limits(h, n, above):
         above[1] = min(above[1], 1.0 / (mean + root))
 
 
-@njit(cache=True)
+@inner()
 def _lower_samples(samples, n, b, side):
     point, normal, above = samples
     sign = -1.0 if side == 0 else 1.0
@@ -129,7 +130,7 @@ def _lower_samples(samples, n, b, side):
         above[k, side] = min(above[k, side], _touching(point[k], b["middle"], m))
 
 
-@njit(cache=True)
+@inner()
 def _bound_cell(body, a, home, limits, value, samples):
     """Lower the corner values (2, 4) of cell a by every cell of the tree; `samples` too."""
     cells, tree, order = body
@@ -175,7 +176,7 @@ def _bound_cell(body, a, home, limits, value, samples):
                     _lower_samples(samples[0], count, b, side)
 
 
-@njit(cache=True)
+@inner()
 def _wanting(value, samples, n, goal):
     """Share of the samples at which less than half of what may be there is proved."""
     above = samples[2]

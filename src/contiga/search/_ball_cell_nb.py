@@ -13,6 +13,7 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._bounds_nb import derivative_bounds, restrict
 from contiga.search._element_nb import evaluate
 
@@ -20,7 +21,7 @@ WORST = 0.98
 """Cells whose derivatives differ more than this share from those of their middle bound nothing."""
 
 
-@njit(cache=True)
+@inner()
 def _span(g, degree, order):
     """Least and largest coefficient of the difference of `order` of the scalar net `g`."""
     p, q = degree
@@ -48,13 +49,13 @@ def _span(g, degree, order):
     return factor * low, factor * high
 
 
-@njit(cache=True)
+@inner()
 def _largest(g, degree, order):
     low, high = _span(g, degree, order)
     return max(-low, high)
 
 
-@njit(cache=True)
+@inner()
 def _quotient_span(g, degree, order, weights, slack):
     """Bounds of the difference of `g` over a weight between `weights`, widened by `slack`."""
     low, high = _span(g, degree, order)
@@ -62,21 +63,21 @@ def _quotient_span(g, degree, order, weights, slack):
     return min(low / least, low / most) - slack, max(high / least, high / most) + slack
 
 
-@njit(cache=True)
+@inner()
 def deviation(cell, da, db):
     """Norm of a change of the derivatives by at most (da, db), in the cell's own metric."""
     r11, r12, r22 = cell["metric"]
     return math.hypot(da / r11, (db + da * abs(r12) / r11) / r22)
 
 
-@njit(cache=True)
+@inner()
 def _eigenvalues(m11, m12, m22):
     middle = 0.5 * (m11 + m22)
     reach = math.hypot(0.5 * (m11 - m22), m12)
     return middle - reach, middle + reach
 
 
-@njit(cache=True)
+@inner()
 def bends(cell, slack):
     """Least and largest of N·S''(d, d) over |R d|², N any unit vector near the cell's normal.
 
@@ -108,7 +109,7 @@ def bends(cell, slack):
     return least, most
 
 
-@njit(cache=True)
+@inner()
 def _unit_normal(h, hs, ht, cell):
     """Frame of the middle into the cell; False where the derivatives span no plane."""
     ax, ay, az = h[0, 1] * hs, h[1, 1] * hs, h[2, 1] * hs
@@ -135,7 +136,7 @@ def _unit_normal(h, hs, ht, cell):
     return True
 
 
-@njit(cache=True)
+@inner()
 def _normal_bounds(g, w, degree, cell):
     """Bounds of n·S' (returned) and n·S'' (into the cell) from the nets n·A and w."""
     p, q = degree
@@ -159,7 +160,7 @@ def _normal_bounds(g, w, degree, cell):
     return f10, f01
 
 
-@njit(cache=True)
+@inner()
 def _less_affine(net, degree, h, sizes, rest):
     """Net of the cell less its tangent plane's map at the middle, one degree higher, into `rest`.
 
@@ -191,7 +192,7 @@ def _less_affine(net, degree, h, sizes, rest):
                         rest[new, c] += part * (net[old, c] - w * flat)
 
 
-@njit(cache=True)
+@inner()
 def measure(elements, e, centre, cell):
     """Fill in the bounds of a cell whose element and box are set; lengths about `centre`."""
     box = cell["box"]
@@ -236,7 +237,7 @@ def measure(elements, e, centre, cell):
     _corner_normals(elements, e, h, cell)
 
 
-@njit(cache=True)
+@inner()
 def _turn_bounds(flat, bound, cell):
     """How much derivatives, normals and bends change; `flat` bounds n·S_x and n·S_y."""
     second = cell["second"]
@@ -267,7 +268,7 @@ def _turn_bounds(flat, bound, cell):
     cell["wobble"] = _wobble(cell, bound)
 
 
-@njit(cache=True)
+@inner()
 def _corner_normals(elements, e, h, cell):
     box = cell["box"]
     for k in range(4):
@@ -278,7 +279,7 @@ def _corner_normals(elements, e, h, cell):
             cell["wobble"] = math.inf
 
 
-@njit(cache=True)
+@inner()
 def _second_bounds(h, sizes, bound, cell):
     """Bounds of |S''| and of its part along the tangent plane of the middle, into the cell.
 
@@ -294,7 +295,7 @@ def _second_bounds(h, sizes, bound, cell):
         cell["slide"][k] = min(bound[2 + k], math.sqrt(max(square - up * up, 0.0)) + change)
 
 
-@njit(cache=True)
+@inner()
 def _wobble(cell, bound):
     """How far the normals leave the bilinear patch of the corners' normals.
 
@@ -310,7 +311,7 @@ def _wobble(cell, bound):
     return 0.125 * (nx * nx + ny * ny + (xx + yy) / (1.0 - cell["turn"]))
 
 
-@njit(cache=True)
+@inner()
 def _corner_normal(h, normal):
     x = h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2]
     y = h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2]

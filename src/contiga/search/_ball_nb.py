@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._element_nb import locate
 
 
-@njit(cache=True)
+@inner()
 def radius_at(balls, grid, patch, u, v, side):
     """Radius known of the touching ball at (u, v), zero where nothing is known."""
     e, s, t = locate(grid, patch, u, v)

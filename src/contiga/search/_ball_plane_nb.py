@@ -14,13 +14,13 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from contiga.num.jit import inner
 
 ROUNDING = 1e-14
 """Distances of planes are shrunk by this share of the body's size."""
 
 
-@njit(cache=True)
+@inner()
 def _overhang(cell, m, sign):
     """How far a cell reaches beyond its corners in direction sign·m."""
     n = cell["normal"]
@@ -30,7 +30,7 @@ def _overhang(cell, m, sign):
     return along + (up * cell["rise"] if up > 0.0 else -up * cell["sink"])
 
 
-@njit(cache=True)
+@inner()
 def _plane(a, b, m, normal, margin, f):
     """Corner values of the ball between cell a and the plane with normal m before cell b, into f.
 
@@ -43,7 +43,7 @@ def _plane(a, b, m, normal, margin, f):
     return _ball_before(a, m, k - _overhang(b, m, -1.0) - margin, normal, f)
 
 
-@njit(cache=True)
+@inner()
 def _ball_before(a, m, k, normal, f):
     half = 0.5 * (
         (m[0] + normal[0]) ** 2 + (m[1] + normal[1]) ** 2 + (m[2] + normal[2]) ** 2
@@ -63,12 +63,12 @@ def _ball_before(a, m, k, normal, f):
     return True
 
 
-@njit(cache=True)
+@inner()
 def _covers(f, v):
     return f[0] >= v[0] and f[1] >= v[1] and f[2] >= v[2] and f[3] >= v[3]
 
 
-@njit(cache=True)
+@inner()
 def _score(f, v, enough):
     """What a bound leaves of `v`: nine places of the cell, each counted up to `enough`.
 
@@ -91,7 +91,7 @@ def _score(f, v, enough):
     return total
 
 
-@njit(cache=True)
+@inner()
 def unit(x, y, z, m):
     length = math.sqrt(x * x + y * y + z * z)
     if not length > 0.0:
@@ -102,7 +102,7 @@ def unit(x, y, z, m):
     return True
 
 
-@njit(cache=True)
+@inner()
 def _axis(a, b, normal, e, work):
     """The direction in the tangent plane of cell a that parts it best from cell b, into e."""
     best = -math.inf
@@ -146,7 +146,7 @@ def _axis(a, b, normal, e, work):
     return best > -math.inf
 
 
-@njit(cache=True)
+@inner()
 def _slopes(a, b, normal, e, limits, slopes):
     """Tilts of the parting plane worth trying: as far from the ball as the cell b allows."""
     size, cap, _ = limits
@@ -176,7 +176,7 @@ def _slopes(a, b, normal, e, limits, slopes):
     return 6
 
 
-@njit(cache=True)
+@inner()
 def lower(a, b, pole, limits, v, work):
     """Lower the corner values `v` of cell a to what cell b leaves of them; whether it took any."""
     f, m, e, best, slopes = work
@@ -227,7 +227,7 @@ def lower(a, b, pole, limits, v, work):
     return True
 
 
-@njit(cache=True)
+@inner()
 def clear_ball(a, normal, side, v):
     """Middle and radius (four numbers) of a ball that holds all balls that touch the cell."""
     rho = max(max(v[0], v[1]), max(v[2], v[3]))
@@ -246,7 +246,7 @@ def clear_ball(a, normal, side, v):
     return x, y, z, rho + math.sqrt(apart) + rho * a["wobble"] + a["bulge"]
 
 
-@njit(cache=True)
+@inner()
 def _even_ball(a, b, pole, v, margin, work):
     """Radius of balls that all touch cell a and are parted from cell b by one plane, not over v.
 
@@ -288,7 +288,7 @@ def _even_ball(a, b, pole, v, margin, work):
     return best
 
 
-@njit(cache=True)
+@inner()
 def far_box(a, tree, node, normal, v, work):
     """Whether the plane that touches a node's box, towards the cell, keeps all corner values."""
     f, m, _, _, _ = work

@@ -19,6 +19,7 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._rest_nb import D01, D02, D10, D11, D20, MOST, rest_of, unit_normal
 
 INNER, OUTER, SPEED_S, SPEED_T, WIDTH_S, WIDTH_T = 0, 1, 2, 3, 4, 5
@@ -39,19 +40,19 @@ def bend_work():
     )
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def largest_and_spread(a, b, c):
     """Middle and half the difference of the eigenvalues of the matrix ((a, b), (b, c))."""
     return 0.5 * (a + c), math.sqrt(0.25 * (a - c) ** 2 + b * b)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def unbounded(bend):
     for c in range(BENDS):
         bend[c] = 0.0 if c >= WIDTH_S else math.inf
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def frame_of(v):
     """Of the tangents v[:, 0] and v[:, 1]: length of the first, part of the other along and across.
 
@@ -69,7 +70,7 @@ def frame_of(v):
     return x, xy / x, math.sqrt(max(yy - (xy / x) ** 2, 0.0))
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def second_form(h, alpha, beta, gamma):
     """Second derivatives in the frame S_p = α S_s, S_q = β S_s + γ S_t: their normal parts, and the
     largest tangential one. `h` holds the derivatives of S."""
@@ -93,7 +94,7 @@ def second_form(h, alpha, beta, gamma):
     return pp, pq, qq, middle + spread
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def principal(h):
     """Largest normal curvature towards the normal and away from it, and |S_s|, |S_t| and their
     parts across each other, where `h` holds the derivatives."""
@@ -113,7 +114,7 @@ def principal(h):
     return middle + spread, spread - middle, (x, y, area / y, area / x)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def stretch_and_turn(v, n, frame, rest):
     """ε and D of a cell: largest stretch, largest change across the plane whose normal is n.
 
@@ -151,12 +152,12 @@ def stretch_and_turn(v, n, frame, rest):
     return middle + spread, turn
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def length(h, column):
     return math.sqrt(h[0, column] ** 2 + h[1, column] ** 2 + h[2, column] ** 2)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _form_change(frame, rest):
     """Largest change of the second derivative in a direction of the frame."""
     alpha, beta, gamma = frame

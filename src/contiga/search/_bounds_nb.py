@@ -14,8 +14,10 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 
-@njit(cache=True)
+
+@inner()
 def _cut(net, n, stride, start, a, b):
     """Bernstein coefficients net[start + i*stride, :], i = 0..n, restricted to [a, b] in place."""
     for c in range(4):
@@ -30,7 +32,7 @@ def _cut(net, n, stride, start, a, b):
                 net[start + i * stride, c] = x + r * (net[start + (i + 1) * stride, c] - x)
 
 
-@njit(cache=True)
+@inner()
 def restrict(coefs, degree, box, net):
     """Coefficients of the element on `box` (s0, s1, t0, t1 in [-1/2, 1/2]) into net[k, 4]."""
     p, q = degree
@@ -43,7 +45,7 @@ def restrict(coefs, degree, box, net):
         _cut(net, q, 1, i * (q + 1), box[2] + 0.5, box[3] + 0.5)
 
 
-@njit(cache=True)
+@inner()
 def _difference(net, degree, order, work):
     """Largest |A| and |w| of the net's mixed difference of `order`, as a derivative on [0, 1]²."""
     p, q = degree
@@ -81,7 +83,7 @@ def _difference(net, degree, order, work):
     return factor * math.sqrt(top), factor * top_w
 
 
-@njit(cache=True)
+@inner()
 def derivative_bounds(net, degree, size, bound, low, high):
     """Bounds over a box whose coefficients are `net` and whose sides are `size` long.
 
@@ -141,13 +143,13 @@ def derivative_bounds(net, degree, size, bound, low, high):
     bound[8] = k03 / ht**3
 
 
-@njit(cache=True)
+@inner()
 def cell_bounds(elements, e, cell, bound):
     """Bounds over one cell alone, into bound[9]: tighter than its leaf's, above all at a pole."""
     cell_box(elements, e, cell, bound, np.empty((2, 3)))
 
 
-@njit(cache=True)
+@inner()
 def cell_box(elements, e, cell, bound, corner):
     """As `cell_bounds`; corner (2, 3) takes the box of the cell's control points."""
     table = elements.table[e]
@@ -161,7 +163,7 @@ def cell_box(elements, e, cell, bound, corner):
     derivative_bounds(net, (p, q), size, bound, corner[0], corner[1])
 
 
-@njit(cache=True)
+@inner()
 def _beyond(net, degree, limit):
     """Whether |A|² − limit² w² > 0 on the whole box whose coefficients are `net`.
 
@@ -221,7 +223,7 @@ def look_closer(elements, e, cell, point, limit, bound):
     return False
 
 
-@njit(cache=True)
+@inner()
 def split_direction(bound, size, flatness):
     """Which way to halve a box: 0 in s, 1 in t, -1 when it is flat and square enough.
 
@@ -244,7 +246,7 @@ def split_direction(bound, size, flatness):
     return 0 if bend_s >= bend_t else 1
 
 
-@njit(cache=True)
+@inner()
 def subdivide(elements, e, flatness, depth, boxes, bounds, corners):
     """Leaves of element e into boxes[:, 4], bounds[:, 9], corners[:, 6]; returns how many.
 

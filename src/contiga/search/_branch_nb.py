@@ -31,6 +31,7 @@ import math
 from numba import njit
 
 from contiga.geometry._trim_nb import box_state
+from contiga.num.jit import inner
 from contiga.search._element_nb import locate
 from contiga.search._ring_nb import part_of
 
@@ -41,7 +42,7 @@ FOLLOW = 1
 """Flag of rows to be followed part by part."""
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def holds(curvature, m, far, slip, r):
     """Whether μ > 0 and μ r > t; curvature = (κ_i, κ_o), m = m_1 for P(0) and P(1)."""
     k = max(curvature[0], curvature[1])
@@ -52,7 +53,7 @@ def holds(curvature, m, far, slip, r):
     return least > 0.0 and least * r > slip
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def is_whole(tables, patch, foot, far_u, far_v):
     """Whether nothing is trimmed away from the box around the foot (u, v) of a patch."""
     if tables.trims.trimmed[patch] == 0:
@@ -65,7 +66,7 @@ def is_whole(tables, patch, foot, far_u, far_v):
     return box_state(tables.trims, patch, u - far_u, u + far_u, v - far_v, v + far_v) == IN
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _by_pole(ring, box, u, v, u0, v0):
     """Length of the way from (u0, v0) to (u, v) by the pole, at most."""
     side = ring["pole"]
@@ -75,7 +76,7 @@ def _by_pole(ring, box, u, v, u0, v0):
     return (abs(v - edge) + abs(v0 - edge)) * ring["speed"][1]
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def by_ring(ring, box, foot, start, seen, tolerance):
     """Radius of a ball that proves the start (u, v) of a foot (u, v) of one patch, or 0.
 

@@ -16,6 +16,7 @@ import math
 
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._bounds_nb import cell_box
 from contiga.search._element_nb import evaluate
 from contiga.search._flat_cell_nb import touch
@@ -42,7 +43,7 @@ NONE = (0.0, 0.0, 0.0, 0.0)
 """No room beyond any side."""
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _beside_box(corner, p, d, near, far, pad):
     """Whether p + x d, near ≤ x ≤ far, misses a box (low, high) widened by `pad`."""
     for c in range(3):
@@ -59,7 +60,7 @@ def _beside_box(corner, p, d, near, far, pad):
     return near > far
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _judge(h, k, size, path, span, entries):
     """What to do with a cell of half-size `size` about the place whose derivatives are `h`.
 
@@ -130,7 +131,7 @@ def _judge(h, k, size, path, span, entries):
     return HALVE, 0.0, 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _solve(elements, e, box, start, path, h):
     """Newton's method for the line, held in `box` (s0, s1, t0, t1), from `start`.
 
@@ -183,7 +184,7 @@ def _solve(elements, e, box, start, path, h):
     return -1, s, t, x, slope
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _shrunk(h, k, cell, path, span):
     """The part of a cell in which the path itself, not the line, can cross it.
 
@@ -225,7 +226,7 @@ def _shrunk(h, k, cell, path, span):
     )
 
 
-@njit(cache=True)
+@inner()
 def _halve(stack, top, cell, across):
     """Put the halves of a cell on the stack, cut across s (True) or t."""
     s0, s1, t0, t1 = cell
@@ -237,7 +238,7 @@ def _halve(stack, top, cell, across):
         stack[top, 3] = stack[top + 1, 2] = 0.5 * (t0 + t1)
 
 
-@njit(cache=True)
+@inner()
 def _wider_across(h, k, size, own):
     """Whether a cell is to be cut across s: where the surface is longer."""
     hs, ht = size
@@ -250,7 +251,7 @@ def _wider_across(h, k, size, own):
     return extent_s * hs * hs >= extent_t * ht * ht
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _held(cell, size, path, room, h):
     """The rectangle in which the crossing of a cell is looked for: the cell and its tolerance.
 
@@ -283,7 +284,7 @@ def _held(cell, size, path, room, h):
     )
 
 
-@njit(cache=True)
+@inner()
 def _over(cell, path):
     """The path as one cell sees it: as wide as the widest room beyond sides that it touches."""
     p, d, slack, _, room = path

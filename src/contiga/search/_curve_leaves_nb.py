@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from contiga.geometry._trim_nb import parameter_at
+from contiga.num.jit import inner
 from contiga.search._bounds_nb import cell_bounds, derivative_bounds, restrict
 from contiga.search._curve_nb import curve_point, piece_parameters
 from contiga.search._element_nb import locate
@@ -18,7 +19,7 @@ SHORTEST = 1e-12
 """A stretch (share of a piece) shorter than this between two element sides is a point."""
 
 
-@njit(cache=True)
+@inner()
 def _cuts(grid, trims, piece, cuts):
     """Parameters at which a piece passes from element to element, 0 and 1 among them, sorted."""
     row = grid.patches[trims.piece_patch[piece]]
@@ -41,7 +42,7 @@ def _cuts(grid, trims, piece, cuts):
     return n
 
 
-@njit(cache=True)
+@inner()
 def _local_curve(elements, e, trims, piece, coefs):
     """Homogeneous coefficients of a p-curve in the (s, t) of element e, four a point."""
     box = elements.table[e]["box"]
@@ -53,7 +54,7 @@ def _local_curve(elements, e, trims, piece, coefs):
         coefs[4 * i + 3] = w
 
 
-@njit(cache=True)
+@inner()
 def _bounds(tables, piece, stretch, net, bound):
     """Bounds of |C'|, |C''|, |C'''| over a stretch inside one element, into bound[:3].
 
@@ -85,7 +86,7 @@ def _bounds(tables, piece, stretch, net, bound):
     bound[2] = l3 * p1**3 + 3.0 * l2 * p1 * p2 + l1 * p3
 
 
-@njit(cache=True)
+@inner()
 def _fill_row(tables, piece, stretch, bound, row):
     """One leaf: the box about the ends of a stretch, widened by its bulge over the chord."""
     elements, grid, trims = tables
@@ -107,7 +108,7 @@ def _fill_row(tables, piece, stretch, bound, row):
             row[9 + c] = max(row[9 + c], x + bulge)
 
 
-@njit(cache=True)
+@inner()
 def _grown(rows):
     bigger = np.zeros((2 * rows.shape[0], rows.shape[1]))
     bigger[: rows.shape[0]] = rows

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._element_nb import bernstein_basis, evaluate, locate
 
 MAX_ITERATIONS = 60
@@ -17,7 +18,7 @@ SMALLEST = 1e-9
 MOST_INTERVALS = 400
 
 
-@njit(cache=True)
+@inner()
 def piece_parameters(trims, piece, t, c):
     """(u, v) and two derivatives of a piece at t in [0, 1], into c[:3, :2]."""
     n = trims.piece_degree[piece]
@@ -68,7 +69,7 @@ def curve_point(elements, grid, trims, piece, t, h, d):
     return e, s, r
 
 
-@njit(cache=True)
+@inner()
 def _expand(tables, piece, t, point, h, d):
     """f = |C − P|²/2, f', f'' and |C'|² at t."""
     e = curve_point(tables.elements, tables.grid, tables.trims, piece, t, h, d)[0]
@@ -83,7 +84,7 @@ def _expand(tables, piece, t, point, h, d):
     return 0.5 * f, slope, curvature + speed, speed
 
 
-@njit(cache=True)
+@inner()
 def _descend(tables, piece, limits, start, point, h, d):
     """Minimum of f where f'' > 0 inside `limits`: Newton in a bracket. Returns t and f there."""
     low, high = limits
@@ -109,7 +110,7 @@ def _descend(tables, piece, limits, start, point, h, d):
     return best_t, best
 
 
-@njit(cache=True)
+@inner()
 def _straight_distance(f, slope, speed, h):
     """Smallest |r + C' x| over |x| ≤ h."""
     x = -slope / speed if speed > 0.0 else 0.0
@@ -117,7 +118,7 @@ def _straight_distance(f, slope, speed, h):
     return math.sqrt(max(0.0, 2.0 * f + 2.0 * slope * x + speed * x * x))
 
 
-@njit(cache=True)
+@inner()
 def closest_on_stretch(tables, leaf, point, best, slack, h):
     """Closest point of a curve leaf nearer than `best`: t and the distance, or `best` unchanged.
 
@@ -176,7 +177,7 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
     return best_t, best, left
 
 
-@njit(cache=True)
+@inner()
 def polish(tables, found, point, h):
     """Newton on f' = 0 from what a search found on a piece: where f is flat its rounding hides
     the last half of the digits of found[1].
@@ -195,7 +196,7 @@ def polish(tables, found, point, h):
     found[1] = t
 
 
-@njit(cache=True)
+@inner()
 def surface_foot(tables, found, h):
     """(element, s, t) of what a search found: a point of a face, or of a trimming piece."""
     if found[0] >= 0:

@@ -5,9 +5,8 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from contiga.geometry._trim_nb import cell_of, other_coordinate
+from contiga.num.jit import inner
 from contiga.search._element_nb import parameters
 from contiga.search._global_nb import CUT, IN, OUT, SMOOTH, in_face
 
@@ -17,7 +16,7 @@ LARGEST_WINDOW = 1.0 / 64.0
 """Share of a patch's rectangle in which edges are looked for at most."""
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _piece_distance(trims, piece, u, v, metric):
     """Distance of (u, v) to a trimming piece in the constant `metric` (uu, uv, vv).
 
@@ -53,7 +52,7 @@ def _piece_distance(trims, piece, u, v, metric):
     return math.sqrt(max(best, 0.0))
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _piece_beside(trims, piece_width, patch, place, metric, widths):
     """Largest width of the pieces within whose width (u, v) lies, zero where there is none, and
     whether one of them is an edge that has width.
@@ -95,7 +94,7 @@ def _piece_beside(trims, piece_width, patch, place, metric, widths):
     return width, shared
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _from_side(h, d, side, within):
     """Distance at which a line along d passes a side `within` away in (s, t), as seen along d."""
     i, j = (1, 2) if side < 2 else (2, 1)  # the derivatives across the side and along it
@@ -109,7 +108,7 @@ def _from_side(h, d, side, within):
     return within * math.sqrt(h[0, i] ** 2 + h[1, i] ** 2 + h[2, i] ** 2)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _rim(elements, e, place, path, least, h):
     """Width of the element's sides within whose width a place lies, BESIDE where it lies beyond,
     and whether it lies off the element.
@@ -137,7 +136,7 @@ def _rim(elements, e, place, path, least, h):
     return width, off
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def edge_width(elements, trims, piece_width, e, place, path, least, h):
     """Whether a crossing at `place` (s, t) of element e belongs to its face.
 

@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from contiga.num._fma_nb import fma
+from contiga.num.jit import inner
 
 # Columns of the table `h`: value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt².
 VALUE, DS, DT, DSS, DST, DTT = 0, 1, 2, 3, 4, 5
@@ -60,7 +61,7 @@ def quotient(n, w):
     return v, v_s, v_t, v_ss, v_st, v_tt
 
 
-@njit(cache=True, inline="never")
+@inner(inline="never")
 def _cubic_element(k, s, t, h, rational):
     """As `_horner`, for coefficients kept as a bicubic: 2.5 times as fast, unrolled."""
     x = bicubic(k, 0, s, t)
@@ -77,7 +78,7 @@ def _cubic_element(k, s, t, h, rational):
         h[2, i] = z[i]
 
 
-@njit(cache=True, inline="never")
+@inner(inline="never")
 def _horner(coefs, start, degree, s, t, h, components):
     p, q = degree
     for c in range(components):
@@ -104,7 +105,7 @@ def _horner(coefs, start, degree, s, t, h, components):
         h[c, 5] = 2.0 * a_tt
 
 
-@njit(cache=True, inline="never")
+@inner(inline="never")
 def bernstein_basis(degree, x, basis):
     """Bernstein polynomials of `degree` at x in [0, 1] with two derivatives into basis[3, :]."""
     low = degree - 2
@@ -132,7 +133,7 @@ def bernstein_basis(degree, x, basis):
         basis[2, 1] = 0.0
 
 
-@njit(cache=True)
+@inner()
 def _row(coefs, k, q, t):
     """Value, slope and curvature at t in [0, 1] of the Bernstein coefficients coefs[k], k + 4, …
 
@@ -159,7 +160,7 @@ def _row(coefs, k, q, t):
     return b0, q * b1, q * (q - 1) * b2
 
 
-@njit(cache=True, inline="never")
+@inner(inline="never")
 def _bernstein(coefs, start, degree, s, t, h, components):
     p, q = degree
     s += 0.5
@@ -218,7 +219,7 @@ def evaluate(elements, e, s, t, h):
                 h[c, i] = x[i]
 
 
-@njit(cache=True)
+@inner()
 def locate(grid, patch, u, v):
     """Element of `patch` that holds (u, v), and the local (s, t) there."""
     row = grid.patches[patch]
@@ -234,7 +235,7 @@ def locate(grid, patch, u, v):
     return row["first"] + (ku - row["u"][0]) * nv + kv - row["v"][0], s, t
 
 
-@njit(cache=True)
+@inner()
 def _span(breaks, start, stop, x):
     # Even breaks are guessed right: 2.5 times as fast as halving, whose branches are random.
     share = (x - breaks[start]) / (breaks[stop - 1] - breaks[start])
@@ -253,7 +254,7 @@ def _span(breaks, start, stop, x):
     return low
 
 
-@njit(cache=True)
+@inner()
 def parameters(elements, e, s, t):
     """Patch parameters (u, v) of local (s, t); exact on the element's sides."""
     u0 = elements.table[e]["box"][0]

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from contiga.num.jit import inner
 from contiga.search._sides_nb import normal_at
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _passage(box, line, pad):
     """The x, low to high, at which a line passes over a rectangle `box` widened by `pad`.
 
@@ -30,7 +29,7 @@ def _passage(box, line, pad):
     return low, high
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def touch(elements, e, cell, path, length, h):
     """A cell that is a point, or flat along the path: the ends tell on which sides of its tangent
     plane they lie. Returns x and the steps in (s, t) from the middle to where the path is as near

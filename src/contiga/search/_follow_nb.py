@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._around_nb import stands
 from contiga.search._bend_nb import (
     BENDS,
@@ -49,7 +50,7 @@ SAME = 1e3
 """Feet this many tolerances apart at most are one."""
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _between(path, share):
     a, b = path
     return (
@@ -59,7 +60,7 @@ def _between(path, share):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _has_ended(tables, last, foot, path, work):
     """Whether the minimum `last` of path[0] is seen to vanish on the way to path[1].
 
@@ -90,7 +91,7 @@ def _has_ended(tables, last, foot, path, work):
     return math.sqrt(square) > AWAY * slip / least, least
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _is_stationary(tables, foot, point, h):
     """Whether a start is the foot of its point at all."""
     elements = tables.elements
@@ -101,7 +102,7 @@ def _is_stationary(tables, foot, point, h):
     return good_s and abs(g_t) <= miss * math.sqrt(max(b, SHORT * a))
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def follow(tables, last, path, work):
     """Follow the branch from the foot `last` of path[0] to path[1], part by part.
 
@@ -139,7 +140,7 @@ def follow(tables, last, path, work):
     return (ENDED if ended else UNPROVED), last[0], last[1], last[2]
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _on_edge(tables, foot):
     """Whether a foot stands where its surface ends or has a kink."""
     e, s, t = foot
@@ -150,7 +151,7 @@ def _on_edge(tables, foot):
     return not whole_around(tables, e, s, t, 0.0, 0.0)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _is_there(tables, foot, k, out, h):
     """Whether row k holds the foot already."""
     if out.status[k] != OK:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._curve_nb import polish, surface_foot
 from contiga.search._element_nb import parameters
 from contiga.search._global_nb import GIVEN_UP, PRUNE, SEEN, closest, in_face
@@ -25,7 +25,7 @@ FACE, EDGE, VERTEX = 0, 1, 2
 HOPS = 4
 
 
-@njit(cache=True)
+@inner()
 def blank(out, k, status):
     """Row k of `out` for a point without a foot."""
     out.patch[k] = -1
@@ -40,7 +40,7 @@ def blank(out, k, status):
     out.uv[k, 1] = math.nan
 
 
-@njit(cache=True)
+@inner()
 def write_foot(tables, k, foot, status, feature, point, out, h):
     """Write row k of the projection `out`; the gap and normal of a face."""
     e, s, t = foot
@@ -64,7 +64,7 @@ def write_foot(tables, k, foot, status, feature, point, out, h):
     out.certified[k] = 0
 
 
-@njit(cache=True)
+@inner()
 def turn_normal(tables, k, toward, point, out):
     """At a kink: the normal runs through the point, on the side `toward` (three numbers) says."""
     square = 0.0
@@ -87,7 +87,7 @@ def turn_normal(tables, k, toward, point, out):
     out.gap[k] = sign * distance
 
 
-@njit(cache=True)
+@inner()
 def _no_farther(tables, point, only, reach, found, h):
     """As `closest`, where a foot is known at the distance `reach`: found again at least."""
     seen = reach * SEEN + 2.0 * PRUNE * tables.scale[1]
@@ -98,7 +98,7 @@ def _no_farther(tables, point, only, reach, found, h):
     return distance
 
 
-@njit(cache=True)
+@inner()
 def global_foot(tables, k, point, reach, out, found, h):
     """The closest point of the whole body, where one is known at the distance `reach`.
 
@@ -139,7 +139,7 @@ def global_foot(tables, k, point, reach, out, found, h):
         turn_normal(tables, k, total, point, out)
 
 
-@njit(cache=True)
+@inner()
 def _distance2(tables, foot, point, h):
     elements = tables.elements
     e, s, t = foot
@@ -150,7 +150,7 @@ def _distance2(tables, foot, point, h):
     return total
 
 
-@njit(cache=True)
+@inner()
 def _edge_foot(tables, home, reach, point, found, h):
     """Where a tracked foot that ran out of the face `home` leaves it: the face's closest point.
 
@@ -164,7 +164,7 @@ def _edge_foot(tables, home, reach, point, found, h):
     return is_open, near[0], near[1], near[2]
 
 
-@njit(cache=True)
+@inner()
 def _next_face(tables, edge, point, found, h):
     """Foot on the face across the edge that lies closer to the point than the edge does.
 
@@ -207,7 +207,7 @@ def _next_face(tables, edge, point, found, h):
     return result
 
 
-@njit(cache=True)
+@inner()
 def tracked_foot(tables, k, start, point, out, found, h):
     """The foot continued from `start` = (element, s, t): fills row k of `out`.
 

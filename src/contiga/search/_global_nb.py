@@ -15,9 +15,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.geometry._trim_nb import point_in_trim
+from contiga.num.jit import inner
 from contiga.search._bounds_nb import look_closer
 from contiga.search._curve_nb import closest_on_stretch
 from contiga.search._element_nb import evaluate, parameters
@@ -49,7 +49,7 @@ PRUNE = 10.0
 """A cell must promise this many tolerances less distance to be opened."""
 
 
-@njit(cache=True)
+@inner()
 def in_face(elements, trims, e, s, t):
     """Whether (s, t) of element e belongs to the trimmed face."""
     state = elements.table[e]["trim"]
@@ -59,14 +59,14 @@ def in_face(elements, trims, e, s, t):
     return state == IN
 
 
-@njit(cache=True)
+@inner()
 def has_pole(elements, e):
     """Whether a side of element e is one point."""
     kind = elements.table[e]["kind"]
     return kind[0] == POLE or kind[1] == POLE or kind[2] == POLE or kind[3] == POLE
 
 
-@njit(cache=True)
+@inner()
 def _slopes_away(elements, e, side, kept, g, change):
     """Whether f has no minimum in a cell because its slope across it keeps its sign.
 
@@ -82,7 +82,7 @@ def _slopes_away(elements, e, side, kept, g, change):
     return False
 
 
-@njit(cache=True)
+@inner()
 def _plate_distance(rr, rx, ry, xx, xy, yy):
     """Smallest |r + x a + y b| over |x|, |y| ≤ 1, from the products of r, a and b."""
     det = xx * yy - xy * xy
@@ -103,7 +103,7 @@ def _plate_distance(rr, rx, ry, xx, xy, yy):
     return math.sqrt(max(0.0, best))
 
 
-@njit(cache=True)
+@inner()
 def _cell_minimum(elements, e, cell, point, h):
     """Minimum of f on a cell where it is convex: s, t and the distance.
 
@@ -153,7 +153,7 @@ def _cell_minimum(elements, e, cell, point, h):
     return s, t, math.sqrt(2.0 * q[0])
 
 
-@njit(cache=True)
+@inner()
 def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
     """Improve the best distance and `found` (element, s, t) by one surface leaf.
 
@@ -271,7 +271,7 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
     return best, opened
 
 
-@njit(cache=True)
+@inner()
 def _least_middle(tables, point, reach, nodes, bounds):
     """Distance to the nearest of the leaves' middles, or `reach`: no foot is farther.
 
@@ -306,7 +306,7 @@ def _least_middle(tables, point, reach, nodes, bounds):
     return math.sqrt(best)
 
 
-@njit(cache=True)
+@inner()
 def closest(tables, point, only, reach, found, h):
     """Closest point to `point` no farther than `reach`, on patch `only` (−1: on any).
 

@@ -11,6 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._crossing_nb import DEPTH, EITHER, ENTRIES, next_crossing
 from contiga.search._edge_width_nb import BESIDE, edge_width
 from contiga.search._element_nb import evaluate, parameters
@@ -44,7 +45,7 @@ def _meets(node, p, inverse, span, slack):
     return near <= far * (1.0 + 1e-12) + 1e-300, near
 
 
-@njit(cache=True)
+@inner()
 def _reciprocal(x):
     return 1.0 / x if abs(x) > 1e-290 else math.inf
 
@@ -75,7 +76,7 @@ def _next_leaves(tree, p, inverse, span, slack, queue, top):
     return found, top
 
 
-@njit(cache=True)
+@inner()
 def direction(p, q):
     """Length of p → q and its direction, without squares that vanish or overflow."""
     d0 = q[0] - p[0]
@@ -91,7 +92,7 @@ def direction(p, q):
     return largest * norm, (d0 / norm, d1 / norm, d2 / norm)
 
 
-@njit(cache=True)
+@inner()
 def slack_of(p, q, size):
     most = 0.0
     for c in range(3):
@@ -99,7 +100,7 @@ def slack_of(p, q, size):
     return ROUNDING * (most + size)
 
 
-@njit(cache=True)
+@inner()
 def _room_beside(elements, e, side, slack):
     """How far beyond a side of an element a crossing may still be its own.
 
@@ -113,7 +114,7 @@ def _room_beside(elements, e, side, slack):
     return room if room > slack else 0.0
 
 
-@njit(cache=True)
+@inner()
 def _path_about(elements, e, p, d, slack):
     """(p, d, slack, wide, room) of a path about the origin of one element: `room` for its sides,
     `wide` the widest edge of the element."""
@@ -132,7 +133,7 @@ def _path_about(elements, e, p, d, slack):
     return local, d, slack, row["skirt"], room
 
 
-@njit(cache=True)
+@inner()
 def _offer(found, side, x, e, place, width, over):
     """Keep a crossing if it is the first of its sense."""
     if x < found[side, X]:
@@ -193,7 +194,7 @@ def _search(arrays, segment, sense, found, queue, work):
                     far = min(far, x + beyond)
 
 
-@njit(cache=True)
+@inner()
 def blank(out, i, status):
     out.patch[i] = -1
     out.fraction[i] = math.nan
@@ -202,7 +203,7 @@ def blank(out, i, status):
     out.status[i] = status
 
 
-@njit(cache=True)
+@inner()
 def _write(elements, out, i, found, length, h):
     """Row i of the hits, but its status, for one row of what was found."""
     e = int(found[ELEMENT])
@@ -214,7 +215,7 @@ def _write(elements, out, i, found, length, h):
         out.point[i, c] = h[c, 0] + elements.table[e]["origin"][c]
 
 
-@njit(cache=True)
+@inner()
 def _room():
     """Work arrays of a search: what is found, the queue of nodes, and what a leaf needs."""
     queue = (np.empty(128, np.int64), np.empty(128))

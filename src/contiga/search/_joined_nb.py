@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._around_nb import MOST, around
 from contiga.search._bend_nb import (
     INNER,
@@ -34,7 +34,7 @@ CELL = 1.3
 """The cell about a foot reaches this many times as far as the ball, for the metric changes."""
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _touched(s, t, far_s, far_t):
     """The side a cell around (s, t) reaches: −1 none, −2 more than one."""
     found = -1
@@ -49,7 +49,7 @@ def _touched(s, t, far_s, far_t):
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _cell(s, t, far_s, far_t):
     return (
         max(s - far_s, -0.5),
@@ -59,7 +59,7 @@ def _cell(s, t, far_s, far_t):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _by_cell(tables, foot, last, seen, size, work):
     """Whether bounds of a cell about the foot, which crosses one smooth side at most, prove it.
 
@@ -96,7 +96,7 @@ def _by_cell(tables, foot, last, seen, size, work):
     return inside and way + tables.scale[1] <= r and holds((inner, outer), m, far, slip, r)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _over_side(tables, foot, last, where, bend, work):
     """Bounds of the cell that goes on across a side, into work[1]; whether they are good.
 
@@ -153,13 +153,13 @@ def _over_side(tables, foot, last, where, bend, work):
     return True, way + aside * other[SPEED_T if there < 2 else SPEED_S]
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def least_bend(curvature, m):
     """Least curvature of f at a foot: 1 − max(κ_i m, −κ_o m)."""
     return 1.0 - max(curvature[0] * m, -curvature[1] * m)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _by_ring(tables, foot, last, seen, off):
     """Whether the bounds kept around the foot prove the start `last`, given to within `off`."""
     e, s, t = foot
@@ -174,7 +174,7 @@ def _by_ring(tables, foot, last, seen, off):
     return r > 0.0 and is_whole(tables, table[e]["patch"], at, r / width[0], r / width[1])
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def whole_around(tables, e, s, t, far_s, far_t):
     """Whether nothing is trimmed away from the cell around (s, t) of element e."""
     box = tables.elements.table[e]["box"]
@@ -183,12 +183,12 @@ def whole_around(tables, e, s, t, far_s, far_t):
     return is_whole(tables, tables.elements.table[e]["patch"], at, far[0], far[1])
 
 
-@njit(cache=True)
+@inner()
 def _snapped(x):
     return math.copysign(0.5, x) if abs(x) > 0.5 - SNAP else x
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _in_element(elements, foot, e):
     """The same foot as a point of element e, if it stands on or next to a side of that, or else as
     it is; and how far it was moved onto the side, in parameters."""
@@ -205,7 +205,7 @@ def _in_element(elements, foot, e):
     return foot, 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def prove(tables, foot, last, path, work):
     """Whether one branch joins the feet `last` of path[0] and `foot` of path[1], (e, s, t) each.
 

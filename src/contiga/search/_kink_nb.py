@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.geometry._trim_nb import point_in_trim
+from contiga.num.jit import inner
 from contiga.search._around_nb import MOST, around, collapsed_side
 from contiga.search._curve_nb import curve_point, piece_parameters, surface_foot
 from contiga.search._global_nb import closest, in_face
@@ -31,7 +31,7 @@ NEAR = 32
 SNAP = 1e-7
 
 
-@njit(cache=True)
+@inner()
 def _angle(ax, ay, az, bx, by, bz):
     cross = math.sqrt(
         (ay * bz - az * by) ** 2 + (az * bx - ax * bz) ** 2 + (ax * by - ay * bx) ** 2
@@ -39,7 +39,7 @@ def _angle(ax, ay, az, bx, by, bz):
     return math.atan2(cross, ax * bx + ay * by + az * bz)
 
 
-@njit(cache=True)
+@inner()
 def _corner_angle(h, s, t):
     """Angle an element takes at the point: π inside a side, that of its tangents at a corner."""
     if abs(s) < 0.5 or abs(t) < 0.5:
@@ -48,7 +48,7 @@ def _corner_angle(h, s, t):
     return _angle(h[0, 1], h[1, 1], h[2, 1], sign * h[0, 2], sign * h[1, 2], sign * h[2, 2])
 
 
-@njit(cache=True)
+@inner()
 def _add_pole(elements, e, side, total, h):
     """Add an element's normals along its collapsed side, each with its share of the angle."""
     column = 1 if side < 2 else 2
@@ -67,7 +67,7 @@ def _add_pole(elements, e, side, total, h):
         px, py, pz = dx, dy, dz
 
 
-@njit(cache=True)
+@inner()
 def _add_elements(tables, foot, only, total, h):
     """Add the normals of the elements around a foot, of patch `only` or (−1) of all.
 
@@ -97,7 +97,7 @@ def _add_elements(tables, foot, only, total, h):
     return n, list_e
 
 
-@njit(cache=True)
+@inner()
 def _joined_piece(trims, piece, end):
     """The piece of the same loop that goes on from the end (0 or 1) of a piece, or −1."""
     patch = trims.piece_patch[piece]
@@ -111,7 +111,7 @@ def _joined_piece(trims, piece, end):
     return -1
 
 
-@njit(cache=True)
+@inner()
 def _face_angle(tables, found, h):
     """Angle a trimmed face takes at its border point `found`: π but at the corners of a loop."""
     piece = int(-1 - found[0])
@@ -153,20 +153,20 @@ def _face_angle(tables, found, h):
     return angle if inside else 2.0 * math.pi - angle
 
 
-@njit(cache=True)
+@inner()
 def _snapped(x):
     if x < SNAP - 0.5:
         return -0.5
     return 0.5 if x > 0.5 - SNAP else x
 
 
-@njit(cache=True)
+@inner()
 def joint_reach(tables, e):
     """How far from a foot at an edge of element `e` the faces that meet there may be."""
     return max(tables.elements.table[e]["skirt"], JOIN * tables.scale[0])
 
 
-@njit(cache=True)
+@inner()
 def patches_near(tables, point, reach, near):
     """Patches that may come closer to a point than `reach`, into near[NEAR]; how many they are.
 
@@ -201,7 +201,7 @@ def patches_near(tables, point, reach, near):
     return n
 
 
-@njit(cache=True)
+@inner()
 def is_listed(near, n, patch):
     """Whether a patch is among the first n of `near`; any may be where n is −1."""
     for i in range(n):
@@ -210,7 +210,7 @@ def is_listed(near, n, patch):
     return n < 0
 
 
-@njit(cache=True)
+@inner()
 def _add_face(tables, patch, place, found, total, h):
     """Add the normal of the face `patch` if it passes through `place` = (point, how near)."""
     if not math.isfinite(closest(tables, place[0], patch, place[1], found, h)):
@@ -226,7 +226,7 @@ def _add_face(tables, patch, place, found, total, h):
     total[2] += weight * z
 
 
-@njit(cache=True)
+@inner()
 def pseudo_normal(tables, foot, found, total, h):
     """Angle-weighted sum of the normals of all faces at a foot on a kink, into total[3].
 

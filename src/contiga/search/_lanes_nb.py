@@ -15,6 +15,7 @@ import math
 from numba import njit
 
 from contiga.num._fma_nb import fma
+from contiga.num.jit import inner
 from contiga.search._element_nb import bicubic, quotient
 
 LANES = 16
@@ -101,7 +102,7 @@ def _finish(lanes, l, x, y, z, tolerance):
     lanes[13 * n + l] = -_dot(r_x, r_y, r_z, n_x, n_y, n_z)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def newton_rational(lanes, k, tolerance):
     """One round on all lanes; k holds the coefficients of x, y, z, w, sixteen each.
 
@@ -117,7 +118,7 @@ def newton_rational(lanes, k, tolerance):
         _round(lanes, l, x, y, z, tolerance)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def newton_polynomial(lanes, k, tolerance):
     """As `newton_rational`, for elements whose weight is one."""
     for l in range(LANES):
@@ -129,7 +130,7 @@ def newton_polynomial(lanes, k, tolerance):
         _round(lanes, l, x, y, z, tolerance)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def finish_rational(lanes, k, tolerance):
     """The records of all lanes where they have come to; arguments as of `newton_rational`."""
     for l in range(LANES):
@@ -142,7 +143,7 @@ def finish_rational(lanes, k, tolerance):
         _finish(lanes, l, x, y, z, tolerance)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def finish_polynomial(lanes, k, tolerance):
     """As `finish_rational`, for elements whose weight is one."""
     for l in range(LANES):

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from contiga.num.jit import inner
 from contiga.search._element_nb import evaluate
 
 POINT = 1e-24
@@ -20,7 +19,7 @@ ARMIJO = 1e-4
 HALVINGS = 40
 
 
-@njit(cache=True)
+@inner()
 def expand(elements, e, s, t, point, h):
     """(f, f_s, f_t, f_ss, f_st, f_tt, |S_s|², |S_t|²) at (s, t) of element e.
 
@@ -43,7 +42,7 @@ def expand(elements, e, s, t, point, h):
     return 0.5 * f, g_s, g_t, h_ss + a, h_st, h_tt + b, a, b
 
 
-@njit(cache=True)
+@inner()
 def newton(q):
     """Newton's step for the expansion q, shifted to be positive definite in the metric."""
     _, g_s, g_t, h_ss, h_st, h_tt, a, b = q
@@ -61,19 +60,19 @@ def newton(q):
     return (h_st * g_t - r * g_s) / det, (h_st * g_s - p * g_t) / det
 
 
-@njit(cache=True)
+@inner()
 def newton_along(g, curvature, metric):
     """Newton's step of one variable; the metric stands in for a curvature that is not positive."""
     return -g / (curvature if curvature > INDEFINITE * metric else metric)
 
 
-@njit(cache=True)
+@inner()
 def leaves(x, d):
     """Whether a step d leads out of [-1/2, 1/2] from its end x."""
     return (x <= -0.5 and d < 0.0) or (x >= 0.5 and d > 0.0)
 
 
-@njit(cache=True)
+@inner()
 def direction(q, s, t, free_s, free_t):
     """A step (d_s, d_t) down, along the free variables and not out of the square at once."""
     _, g_s, g_t, h_ss, _, h_tt, a, b = q
@@ -100,7 +99,7 @@ def direction(q, s, t, free_s, free_t):
     return d_s, d_t
 
 
-@njit(cache=True)
+@inner()
 def _to_side(x, d):
     """Share of the step d at which x meets an end of [-1/2, 1/2]; 1 if it does not."""
     if x + d < -0.5:
@@ -110,7 +109,7 @@ def _to_side(x, d):
     return 1.0
 
 
-@njit(cache=True)
+@inner()
 def _moved(x, d, reach, ends):
     """x + reach d, exactly on the side when the step ends there."""
     if ends:
@@ -118,7 +117,7 @@ def _moved(x, d, reach, ends):
     return min(max(x + reach * d, -0.5), 0.5)
 
 
-@njit(cache=True)
+@inner()
 def line_search(elements, e, foot, step, q, target, h):
     """Go along `step` to the first side at most, less while f does not fall enough.
 

@@ -17,6 +17,7 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._bend_nb import (
     INNER,
     MOST_STRETCH,
@@ -62,7 +63,7 @@ def pole_side(elements, e, cell):
     return found
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _from_pole(elements, e, cell, side, a, b):
     """Coefficients of (B, w) in powers of x in [-1, 1] along the pole and τ in [0, 1] from it."""
     p, q = centred(elements, e, cell, b)
@@ -91,7 +92,7 @@ def _from_pole(elements, e, cell, side, a, b):
     return n, m
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _bowl(a, n, m, normal, least):
     """Bound of (F/w)_xx; infinite where the tangents at the pole lie in no plane."""
     f = np.zeros(3)
@@ -118,7 +119,7 @@ def _bowl(a, n, m, normal, least):
     return (f[2] + 2.0 * w[1] * first + w[2] * f[0] / least) / least
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _tangents(h, v):
     """U, V and their slopes by x and τ at the pole, into v[3, 6]."""
     for c in range(3):
@@ -130,14 +131,14 @@ def _tangents(h, v):
         v[c, 5] = 2.0 * h[c, 2]
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _parts(h, column, normal):
     """Length of a derivative, and of its part along the normal."""
     x, y, z = h[0, column], h[1, column], h[2, column]
     return math.sqrt(x * x + y * y + z * z), abs(x * normal[0] + y * normal[1] + z * normal[2])
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _second_rest(h, normal, rest, change):
     """What U and V leave their slopes by, into change[:, 0] and [:, 1]: all, and along n."""
     xx = _parts(h, 3, normal)
@@ -148,7 +149,7 @@ def _second_rest(h, normal, rest, change):
         change[k, 1] = 0.5 * xx[k] + 2.0 * xt[k] + 1.5 * tt[k] + rest[k, D10] + 2.0 * rest[k, D01]
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _forms(h, normal, rest, bowl, turn):
     """Bounds of the three terms of the second form where N leaves n by τ `turn` at most."""
     t = _parts(h, 2, normal)
@@ -164,7 +165,7 @@ def _forms(h, normal, rest, bowl, turn):
     return first, second, third
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _lengths(bend, cell, side, lengths):
     """Speeds along the pole and from it, and the width from it, of the whole cell, into `bend`."""
     speed, down, width = lengths
@@ -180,7 +181,7 @@ def _lengths(bend, cell, side, lengths):
         bend[SPEED_S] = 2.0 * speed / wide
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _plane_of(v, x, across):
     """Unit normal of the tangents v[:, 0] and v[:, 1]; |v_0| and the part of v_1 across it."""
     i = 1.0 / (x * across)

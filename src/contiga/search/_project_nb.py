@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._element_nb import locate
 from contiga.search._foot_nb import blank, global_foot, tracked_foot
 from contiga.search._global_nb import in_face
@@ -31,7 +32,7 @@ SORT_PARTS = 16
 """Parts the counting sort is cut into; fixed, so that the order never depends on the threads."""
 
 
-@njit(cache=True)
+@inner()
 def _finite(points, k):
     return math.isfinite(points[k, 0] + points[k, 1] + points[k, 2])
 
@@ -155,7 +156,7 @@ def bin_rows(grid, feet, back, wanted, size, start, stop):
     return order, blocks_of(first)
 
 
-@njit(cache=True)
+@inner()
 def _load(elements, e, rows, points, uv, results, lanes):
     """Fill the lanes of a block; lanes beyond its rows repeat the last one, already done.
 
@@ -176,7 +177,7 @@ def _load(elements, e, rows, points, uv, results, lanes):
         lanes[6 * LANES + l] = 0.0 if l < n else 1.0
 
 
-@njit(cache=True)
+@inner()
 def _active(lanes):
     n = 0
     for l in range(LANES):
@@ -237,7 +238,7 @@ def project_chunks(tables, points, starts, size, results, start, stop):
         project_lanes(tables, points, starts[1], bins, results, 0, bins[1].shape[0])
 
 
-@njit(cache=True)
+@inner()
 def _may_go_on(elements, e, s, t):
     """Whether (s, t) beyond the element is not far, and across smooth sides within its patch."""
     if not (abs(s) <= FARTHEST and abs(t) <= FARTHEST):
@@ -254,7 +255,7 @@ def _may_go_on(elements, e, s, t):
     return True
 
 
-@njit(cache=True)
+@inner()
 def _store(tables, e, rows, lanes, results):
     out, back = results
     elements = tables.elements

@@ -15,8 +15,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._bounds_nb import cell_bounds
 from contiga.search._element_nb import evaluate
 
@@ -25,7 +25,7 @@ MOST = 8
 D10, D01, D20, D11, D02 = 0, 1, 2, 3, 4
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _shift(a, n, along, at, half):
     """Powers of x along one direction turned into those of (x − at)/half, in place."""
     for c in range(4):
@@ -45,7 +45,7 @@ def _shift(a, n, along, at, half):
                     a[c, m, i] *= factor
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def centred(elements, e, cell, a):
     """Coefficients of (A, w) over a cell in powers of x, y in [-1, 1], into a[4, 8, 8]."""
     p = elements.table[e]["degree"][0]
@@ -61,7 +61,7 @@ def centred(elements, e, cell, a):
     return p, q
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def taylor(a, h):
     """S and its derivatives by x and y to second order in the middle, into h[:3, :6]."""
     i = 1.0 / a[3, 0, 0]
@@ -77,12 +77,12 @@ def taylor(a, h):
         h[c, 5] = 2.0 * (a[c, 0, 2] - a[3, 0, 1] * y - a[3, 0, 2] * v) * i
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _at(a, c, i, j):
     return a[c, i, j] if i >= 0 and j >= 0 else 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _size(b, normal, along):
     """Length of a vector, or of its part along the normal."""
     if along:
@@ -90,7 +90,7 @@ def _size(b, normal, along):
     return math.sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2])
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _add(total, i, j, size):
     """Add the largest value and derivatives of a term x^i y^j times `size`."""
     total[0] += size
@@ -101,7 +101,7 @@ def _add(total, i, j, size):
     total[5] += j * (j - 1) * size
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def sums_of(a, p, q, h, normal, sums):
     """Bounds of B (0), of its part along the normal (1) and of w (2) with derivatives to the
     second, into sums[3, 6]; returns the least weight."""
@@ -130,7 +130,7 @@ def sums_of(a, p, q, h, normal, sums):
     return a[3, 0, 0] - sums[2, 0]
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def quotient_rest(b, w, least, rest):
     """Bounds of D from those of B and w, into rest[5]."""
     i = 1.0 / least
@@ -142,7 +142,7 @@ def quotient_rest(b, w, least, rest):
     rest[D02] = (b[5] + 2.0 * w[2] * rest[D01] + w[5] * d) * i
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def unit_normal(h):
     """Unit normal of the derivatives `h`; zero where there is none."""
     x = h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2]
@@ -154,7 +154,7 @@ def unit_normal(h):
     return x / length, y / length, z / length
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _by_third(elements, e, cell, h, rest, bound):
     """As `rest_of` for elements that have no powers: from bounds of the third derivatives."""
     hs = 0.5 * (cell[1] - cell[0])
@@ -179,7 +179,7 @@ def _by_third(elements, e, cell, h, rest, bound):
         rest[k, D02] = xyy + yyy
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def rest_of(elements, e, cell, h, rest, work):
     """Bounds of D_x, D_y, D_xx, D_xy, D_yy over a cell into rest[0], along the normal in rest[1].
 

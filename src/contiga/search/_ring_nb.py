@@ -13,6 +13,7 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._around_nb import MOST, around, stands
 from contiga.search._bend_nb import (
     BENDS,
@@ -40,7 +41,7 @@ FLAT = 0.02
 """and so are those of a cell that turns by no more than this (radians)."""
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def part_of(s, t):
     """The part of its element that holds (s, t)."""
     i = min(max(int((s + 0.5) * PARTS), 0), PARTS - 1)
@@ -48,7 +49,7 @@ def part_of(s, t):
     return i * PARTS + j
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _is_tight(bend, h):
     """Whether the curvatures in the middle, whose derivatives are in `h`, are about as large."""
     inner, outer, _ = principal(h)
@@ -56,7 +57,7 @@ def _is_tight(bend, h):
     return largest <= TIGHT * max(inner, outer) or largest * (length(h, 1) + length(h, 2)) <= FLAT
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _merge(total, bend):
     for c in range(WIDTH_S):
         total[c] = max(total[c], bend[c])
@@ -64,7 +65,7 @@ def _merge(total, bend):
         total[c] = min(total[c], bend[c])
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _bends_of(elements, e, cell, depth, total, work):
     """Bounds over a cell from those of its pieces: quartered until they are tight."""
     stack, bend, bending = work
@@ -112,7 +113,7 @@ def bends_of_parts(elements, depth, raw, start, stop):
                 _bends_of(elements, e, cell, depth, raw[e, i * PARTS + j], work)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _adjoins(elements, e, n, side):
     """Whether n goes on where e ends at `side`, in the parameters of the same patch."""
     own = elements.table[e]
@@ -126,7 +127,7 @@ def _adjoins(elements, e, n, side):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _beyond(elements, e, side, i, j):
     """The element across a side and its part that adjoins part (i, j) of element e."""
     n = elements.table[e]["neighbour"][side]
@@ -139,13 +140,13 @@ def _beyond(elements, e, side, i, j):
     return n, part, there
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _take_curvature(ring, bend):
     ring["curvature"][0] = max(ring["curvature"][0], bend[INNER])
     ring["curvature"][1] = max(ring["curvature"][1], bend[OUTER])
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _take_metric(ring, bend, scale_s, scale_t):
     """Take over speeds and widths, measured in parameters `scale` times as long as e's own."""
     ring["speed"][0] = max(ring["speed"][0], bend[SPEED_S] * scale_s)
@@ -154,14 +155,14 @@ def _take_metric(ring, bend, scale_s, scale_t):
     ring["width"][1] = min(ring["width"][1], bend[WIDTH_T] * scale_t)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _scales(elements, e, n):
     a = elements.table[e]["box"]
     b = elements.table[n]["box"]
     return (a[1] - a[0]) / (b[1] - b[0]), (a[3] - a[2]) / (b[3] - b[2])
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _add_inside(raw, e, part, way, ring):
     """Another part of the same element; `way` tells in which directions it lies off."""
     bend = raw[e, part]
@@ -173,7 +174,7 @@ def _add_inside(raw, e, part, way, ring):
         ring["room"] = min(ring["room"], bend[WIDTH_T] / PARTS)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _add_across(elements, raw, e, side, along, ring):
     """The parts across a smooth side: the one that adjoins, and those beside it."""
     for step in range(-1, 2):
@@ -191,7 +192,7 @@ def _add_across(elements, raw, e, side, along, ring):
             _take_metric(ring, bend, scale_s, scale_t)
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _add_fan(elements, raw, e, corner, ring, work):
     """The parts of all elements around a corner; False where one has a kink or an end there."""
     list_e, list_st = work
@@ -217,7 +218,7 @@ def _add_fan(elements, raw, e, corner, ring, work):
     return True
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _corner_is_open(elements, e, side_s, side_t):
     """Whether beyond one smooth side of a corner the surface ends along the same line as here."""
     kind = elements.table[e]["kind"]
@@ -226,7 +227,7 @@ def _corner_is_open(elements, e, side_s, side_t):
     return _adjoins(elements, e, n, smooth) and elements.table[n]["kind"][ended] != SMOOTH
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _block(elements, e, i, j, ring):
     """The parameters of patch around part (i, j), as far as its surroundings go on in them."""
     table = elements.table
@@ -247,7 +248,7 @@ def _block(elements, e, i, j, ring):
             ring["block"][2 * axis + end] = edge
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _pole_near(kind, i, j):
     """The side that is a pole no more than one part off; −1 where there is none."""
     for side in range(4):
@@ -258,13 +259,13 @@ def _pole_near(kind, i, j):
     return -1
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _part_at(side, along, depth):
     k = depth if side & 1 == 0 else PARTS - 1 - depth
     return k * PARTS + along if side < 2 else along * PARTS + k
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _fan_of_pole(elements, e, side, list_e, list_side):
     """Elements around the pole that is a side of e; 0 where they do not close up smoothly."""
     n = 0
@@ -292,7 +293,7 @@ def _fan_of_pole(elements, e, side, list_e, list_side):
     return n
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _cap(elements, raw, foot, part, ring, work):
     """Fill the record of a part beside a pole: all round it, one part farther than this one.
 
@@ -334,7 +335,7 @@ def _cap(elements, raw, foot, part, ring, work):
             ring["block"][low + 1] = max(ring["block"][low + 1], other[low + 1])
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _ring(elements, raw, e, i, j, ring, work):
     """Fill the record of part (i, j) of element e."""
     bend = raw[e, i * PARTS + j]

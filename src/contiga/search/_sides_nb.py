@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._element_nb import evaluate
 
 SAMPLES = 5
@@ -26,7 +27,7 @@ def side_point(side, x):
     return x, 0.5
 
 
-@njit(cache=True)
+@inner()
 def _unit_cross(h, a, b, sign):
     """Unit vector along sign · h[:, a] × h[:, b]; zero where the two are parallel."""
     x = h[1, a] * h[2, b] - h[2, a] * h[1, b]
@@ -38,12 +39,12 @@ def _unit_cross(h, a, b, sign):
     return sign * x / length, sign * y / length, sign * z / length
 
 
-@njit(cache=True)
+@inner()
 def _square(h, a):
     return h[0, a] ** 2 + h[1, a] ** 2 + h[2, a] ** 2
 
 
-@njit(cache=True)
+@inner()
 def normal_at(elements, e, s, t, h):
     """Unit normal at (s, t); `h` holds the derivatives there afterwards.
 

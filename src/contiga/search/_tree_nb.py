@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
+
 LEAF_SIZE = 2
 
 
@@ -63,7 +65,7 @@ def build(low, high):
     )
 
 
-@njit(cache=True)
+@inner()
 def box_distance2(tree, node, x, y, z):
     """Squared distance of (x, y, z) to a node's box, zero inside."""
     low = tree[node]["low"]

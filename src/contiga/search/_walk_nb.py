@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from contiga.num.jit import inner
 from contiga.search._around_nb import cross, inward_slope, vertex_exit
 from contiga.search._local_nb import POINT, direction, expand, line_search
 
@@ -33,7 +32,7 @@ CLOSE_TO_POLE = 1e-8
 """|S_s|² / |S_t|² below which the direction of S_s has lost half its digits."""
 
 
-@njit(cache=True)
+@inner()
 def _pressed(q, s, t, miss):
     """The sides (s's, t's, −1 none) through which f falls by more than `miss` per length.
 
@@ -61,13 +60,13 @@ def _pressed(q, s, t, miss):
     return out_s, out_t
 
 
-@njit(cache=True)
+@inner()
 def _lost(g, own, other, distance):
     """Whether, next to a pole, a slope is rounding of the short tangent (squares of both given)."""
     return own < CLOSE_TO_POLE * other and abs(g) <= 4.0 * ROUNDING * distance * math.sqrt(other)
 
 
-@njit(cache=True)
+@inner()
 def _at_pole(elements, e, s, t, q):
     """(s, t) moved onto the collapsed side it has come within rounding of."""
     kind = elements.table[e]["kind"]
@@ -78,7 +77,7 @@ def _at_pole(elements, e, s, t, q):
     return s, t
 
 
-@njit(cache=True)
+@inner()
 def _way_on(elements, foot, out, point, miss, h):
     """Where the foot goes on from the sides it presses against; element −1 where nowhere."""
     e, s, t = foot
@@ -100,7 +99,7 @@ def _way_on(elements, foot, out, point, miss, h):
     return -1, s, t
 
 
-@njit(cache=True)
+@inner()
 def walk(elements, start, point, tolerance, h):
     """Local foot of `point` from `start` = (element, s, t).
 
@@ -150,7 +149,7 @@ def walk(elements, start, point, tolerance, h):
     return MAX_ITERATIONS, e, s, t, FACE
 
 
-@njit(cache=True)
+@inner()
 def _settle(elements, e, s, t, out):
     """Status and feature of a converged foot, from the sides it presses against."""
     status = OK

@@ -12,11 +12,13 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
+
 WIDTH = 8
 NOBODY = 2147483647
 
 
-@njit(cache=True)
+@inner()
 def _select(values, order, start, stop, place):
     """Partly sort order[start:stop] by `values` so that the right one stands at `place`."""
     low = start
@@ -45,7 +47,7 @@ def _select(values, order, start, stop, place):
             return
 
 
-@njit(cache=True)
+@inner()
 def _halve(middle, order, start, stop):
     """Order order[start:stop] about a median; returns where the second half starts."""
     widest = -1.0
@@ -68,7 +70,7 @@ def _halve(middle, order, start, stop):
     return start + half
 
 
-@njit(cache=True)
+@inner()
 def _split(middle, order, start, stop, cuts):
     """Cut a range into at most eight; `cuts` takes their ends, the number is returned."""
     cuts[0] = start
@@ -140,7 +142,7 @@ def build(low, high):
     return box, child[:used].copy(), order
 
 
-@njit(cache=True)
+@inner()
 def box_distances(box, node, x, y, z, out):
     """Squared distances of a point to the eight boxes of a node; infinite where there is none."""
     for l in range(WIDTH):
@@ -150,7 +152,7 @@ def box_distances(box, node, x, y, z, out):
         out[l] = a * a + b * b + c * c
 
 
-@njit(cache=True)
+@inner()
 def put(nodes, bounds, base, top, node, bound):
     """Add a node to the stack from `base` on, in falling order of bounds: the nearest comes off
     first. Returns the new top."""

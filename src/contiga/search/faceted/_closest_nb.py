@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._foot_nb import blank
 from contiga.search.faceted._boxes_nb import NOBODY, WIDTH, box_distances, put
 from contiga.search.faceted._facet_nb import (
@@ -32,12 +33,12 @@ depend on which came first."""
 DEPTH = 256
 
 
-@njit(cache=True)
+@inner()
 def _limit(best, near):
     return best * (1.0 + SLACK) + near * (2.0 * math.sqrt(best) + near)
 
 
-@njit(cache=True)
+@inner()
 def closest(tree, point, seed, work):
     """Slot, place and its two numbers of the closest point; `seed` is a slot to start from."""
     shape, link, box, child, near = tree

@@ -15,6 +15,7 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._hit_nb import AT_START, NO_HIT, NOT_FINITE, OK, blank, direction, slack_of
 from contiga.search.faceted._boxes_nb import NOBODY, WIDTH, put
 from contiga.search.faceted._facet_nb import TRIANGLE
@@ -27,7 +28,7 @@ X, SLOT, U, V, OVER, AWAY = 0, 1, 2, 3, 4, 5
 """Columns of what was found: x, triangle, u, v, doubt about x, distance to its edges."""
 
 
-@njit(cache=True)
+@inner()
 def _box_entries(box, node, p, inverse, limits, slack, out):
     """x at which the path enters each box of a node, widened by `slack`; infinite if never."""
     first, last = limits
@@ -47,7 +48,7 @@ def _box_entries(box, node, p, inverse, limits, slack, out):
         out[l] = near if near <= far + 1e-12 * abs(far) else math.inf
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _crossing(shape, s, segment, sense):
     """Where the line p + x d passes through triangle s: x (infinite if not), (u, v), how far inside
     its edges, and the slope n·d."""
@@ -92,7 +93,7 @@ def _crossing(shape, s, segment, sense):
     return (x if away >= -slack else math.inf), (u, v), away, slope
 
 
-@njit(cache=True, error_model="numpy")
+@inner(error_model="numpy")
 def _search(tree, segment, sense, found, work):
     """First crossings of a segment (p, d, length, slack, spare): entries in found[0], where it
     leaves in found[1] (`sense` EITHER only)."""
@@ -143,7 +144,7 @@ def _search(tree, segment, sense, found, work):
                 far = min(far, x + beyond)
 
 
-@njit(cache=True)
+@inner()
 def _write(facets, out, i, found, length):
     """Row i of the hits, but its status, for one row of what was found."""
     shape = facets.shape
@@ -159,7 +160,7 @@ def _write(facets, out, i, found, length):
         out.point[i, c] = shape[s, c] + b + v * (shape[s, 15 + c] - shape[s, c])
 
 
-@njit(cache=True)
+@inner()
 def _room():
     return np.empty((2, 6)), (np.empty(DEPTH, np.int64), np.empty(DEPTH), np.empty(WIDTH))
 

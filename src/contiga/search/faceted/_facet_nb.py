@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from contiga.num.jit import inner
 
 OK, BORDER_STATUS, MAX_ITERATIONS, NOT_FINITE = 0, 1, 3, 5
 FACE, EDGE, VERTEX = 0, 1, 2
@@ -16,7 +16,7 @@ INSIDE = 1e-12
 """Barycentric coordinates this far below zero are inside: rounding of points over an edge."""
 
 
-@njit(cache=True)
+@inner()
 def _on_edge(shape, s, a, b, x, y, z):
     """Squared distance to the edge between columns a and b, and the share of it where it is."""
     ex = shape[s, b] - shape[s, a]
@@ -40,7 +40,7 @@ def _on_edge(shape, s, a, b, x, y, z):
     return vx * vx + vy * vy + vz * vz, t
 
 
-@njit(cache=True)
+@inner()
 def closest_on(shape, s, x, y, z):
     """Closest point of triangle s: squared distance, place, and two numbers.
 
@@ -80,7 +80,7 @@ def closest_on(shape, s, x, y, z):
     return best, 1 + edge, share, 0.0
 
 
-@njit(cache=True)
+@inner()
 def is_beyond(shape, s, x, y, z, limit):
     """Whether triangle s is farther than a squared distance `limit`, told without a division.
 
@@ -105,7 +105,7 @@ def is_beyond(shape, s, x, y, z, limit):
     return v < 0.0 and v * v > rest * (a * a + b * b + c * c)
 
 
-@njit(cache=True)
+@inner()
 def barycentric(place, a, b):
     """(u, v) of a place as `closest_on` gives it: foot = (1 − u − v) A + u B + v C."""
     if place == 0:
@@ -124,7 +124,7 @@ def barycentric(place, a, b):
     return 0.0, 0.0
 
 
-@njit(cache=True)
+@inner()
 def write_face(shape, k, s, u, v, point, out):
     """Row k of the projection for a foot inside triangle s, but its patch."""
     x, y, z = point
@@ -146,7 +146,7 @@ def write_face(shape, k, s, u, v, point, out):
     out.status[k] = OK
 
 
-@njit(cache=True)
+@inner()
 def write_kink(facets, k, foot, point, tracked, out):
     """Row k of the projection for a foot (slot, place, share) on an edge or a corner.
 
@@ -202,7 +202,7 @@ def write_kink(facets, k, foot, point, tracked, out):
         out.normal[k, c] = sign * r[c] / distance
 
 
-@njit(cache=True)
+@inner()
 def _pseudo_normal(facets, s, place, foot):
     """Sum of the normals at an edge or a corner, weighted by angle: it tells the side of a point
     (Baerentzen & Aanaes 2005, doi 10.1109/TVCG.2005.49)."""
@@ -230,7 +230,7 @@ def _pseudo_normal(facets, s, place, foot):
     return x, y, z
 
 
-@njit(cache=True)
+@inner()
 def smooth_normal(facets, s, k, out):
     """The normals of the corners, interpolated, in row k; the gap stays the signed distance."""
     u = out.uv[k, 0]

@@ -7,11 +7,13 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
+
 BITS = 7
 """Of each coordinate: 128 cells along the longest side."""
 
 
-@njit(cache=True)
+@inner()
 def _spread(n):
     """The bits of n, two places apart."""
     n = (n | (n << 8)) & 0x0300F00F

@@ -13,6 +13,7 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.jit import inner
 from contiga.search._foot_nb import blank
 from contiga.search.faceted._facet_nb import (
     BORDER,
@@ -30,7 +31,7 @@ STEPS = 1 << 20
 """Triangles of one walk at most."""
 
 
-@njit(cache=True)
+@inner()
 def _nearest_around(facets, number, best, point):
     """Of the slots around a vertex or crowded edge that which comes closer than `best`, or −1."""
     found = -1
@@ -49,7 +50,7 @@ def _nearest_around(facets, number, best, point):
     return best, found, place, a, b
 
 
-@njit(cache=True)
+@inner()
 def walk(facets, s, first, point):
     """The local minimum reached from a place `first` of triangle s: slot, place, two numbers,
     solved. `first` is what `closest_on` says of it."""
@@ -82,7 +83,7 @@ def walk(facets, s, first, point):
     return s, place, a, b, False
 
 
-@njit(cache=True)
+@inner()
 def _was_inside(shape, s, before, k):
     """Whether the foot of before[k] lies inside triangle s; no, where nothing is known of it."""
     if before.shape[0] == 0:
