@@ -37,6 +37,8 @@ MATCHED = 513
 EVEN = 0.96
 """Share of the distance for which vertices are spread, which never come out quite even."""
 WITHIN = np.array([0.25, 0.5, 0.75])
+INSIDE = (0.03, 0.1, 0.2)
+"""How far inside a face, as a share of the way to its middle, its bend counts for its border."""
 
 Evaluate = Callable[[FloatArray], FloatArray]
 
@@ -115,6 +117,35 @@ class EdgeShape:
                 bad |= off > sag
         return bad
 
+    def bend_inside(self, share: FloatArray) -> FloatArray:
+        """(n,) largest curvature (1/length) along an open border of the face inside it.
+
+        A border that is straight while the face beside it is not would be one side for many
+        triangles: thin as needles. Zero for edges of several faces, whose bend is the edge's.
+        """
+        bend = np.zeros(len(share))
+        if self.curve is not None or len(share) < 2 or _is_flat(self.patches[0]):
+            return bend
+        patch = self.patches[0]
+        uv = self.parameters(0, share)
+        along = np.gradient(uv, axis=0)
+        middle = np.array(patch.domain).mean(axis=1)
+        for part in INSIDE:
+            bend = np.maximum(bend, _bend_along(patch, uv + part * (middle - uv), along))
+        return bend
+
+
+def _bend_along(patch: NurbsSurface, uv: FloatArray, along: FloatArray) -> FloatArray:
+    """(n,) normal curvature, without its sign, at (n, 2) parameters in directions (n, 2)."""
+    d = patch.derivatives(uv, 2)
+    x, y = along.T[:, :, None]
+    normal = np.cross(d[:, 1, 0], d[:, 0, 1])
+    normal /= np.maximum(np.sqrt((normal * normal).sum(axis=1)), 1e-300)[:, None]
+    slope = x * d[:, 1, 0] + y * d[:, 0, 1]
+    second = x * x * d[:, 2, 0] + 2.0 * x * y * d[:, 1, 1] + y * y * d[:, 0, 2]
+    square = np.maximum((slope * slope).sum(axis=1), 1e-300)
+    return np.asarray(np.abs((second * normal).sum(axis=1)) / square)
+
 
 def _off(ends: FloatArray, between: FloatArray) -> FloatArray:
     """(n − 1,) largest distance of the places between from the side they belong to."""
@@ -183,6 +214,8 @@ def _spread(edge: EdgeShape, a: float, b: float, sag: float) -> FloatArray:
     bend = np.linalg.norm(second - along[:, None] * slope, axis=1)
     # Within a step: √(bend / 8 sag) sides, and no more than about a quarter of a turn a side.
     density = np.sqrt(np.maximum(bend / (8.0 * sag), bend * bend / speed / (8.0 * TURN)))
+    beside = np.sqrt(speed * edge.bend_inside(grid[1:-1]) / (8.0 * sag))
+    density = np.maximum(density, beside)
     density = np.concatenate([density[:1], density, density[-1:]])
     total = np.concatenate([[0.0], np.cumsum(0.5 * (density[:-1] + density[1:]))])
     n = max(1, int(np.ceil(total[-1] * (1.0 - 1e-9))))

@@ -121,3 +121,13 @@ def test_the_mesh_stands_in_for_its_body():
     mesh = body.tessellate(0.1)
     assert mesh.name == "crate"
     assert mesh.reference_point.tolist() == [1.0, 2.0, 3.0]
+
+
+def test_along_the_straight_border_of_a_bent_face_no_triangle_is_a_needle():
+    body = Body([shapes.bumpy_plate()])
+    mesh = body.tessellate(1e-4 * body.size)
+    corner = mesh.vertices[mesh.triangles]
+    sides = np.roll(corner, -1, axis=1) - corner
+    longest = np.linalg.norm(sides, axis=2).max(axis=1)
+    height = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / longest
+    assert (longest / height).max() < 1000.0
