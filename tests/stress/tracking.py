@@ -136,7 +136,7 @@ def certified(feet: Projection) -> np.ndarray:
 
 
 def uncertified(body: cg.Body, points: np.ndarray, start: Projection) -> Projection:
-    """Tracked feet by Newton's method alone: what certificates put right must not help the truth."""
+    """Tracked feet by Newton's method alone: certificates, which are judged, do not help."""
     out = empty_projection(len(points))
     track(tables_of(body), np.ascontiguousarray(points), (start.patch, start.uv), out)
     return out

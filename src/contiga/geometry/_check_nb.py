@@ -98,7 +98,7 @@ def keeps(t, face, front, heights, triangle):
     return proved(t, face, front, heights, triangle)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def refine(t, face, front, heights):
     """Cut triangles until all keep the distance; False if room ran out: call it again then."""
     queue_all(t, front)

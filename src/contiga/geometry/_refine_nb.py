@@ -153,7 +153,7 @@ def enter(front, side, v):
     front.heads[at] = v
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def enter_all(t, front, side):
     """Put all vertices where `is_near` finds them, cubes having this side."""
     front.heads[:] = -1
@@ -210,7 +210,7 @@ def is_useless(t, face, front, here, v):
     return False
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def put_vertex(t, face, front, start, x, y, apart):
     """A vertex at (x, y) if it is inside and none is nearer than `apart`; True if put.
 
@@ -352,7 +352,7 @@ def queue_all(t, front):
             push(front, here)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def relax(t, front, rounds):
     """Turn sides until Delaunay in the metric, or `rounds` times over all."""
     for _ in range(rounds):

@@ -176,7 +176,7 @@ def expected_miss(xy, corners, beside, forms):
     return miss / sag
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def shapes_at(t, face, points, forms):
     """Points and forms of all vertices in use but the first four, which are the frame."""
     for v in range(FRAME, t.used[VERTICES]):

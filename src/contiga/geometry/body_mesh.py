@@ -15,12 +15,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from contiga.errors import ContigaWarning, GeometryError
+from contiga.geometry._mesh_sides_nb import side_numbers
 from contiga.geometry.border import NEAR, Borders, Side, borders_of, corners, path_points
 from contiga.geometry.chains import EdgeShape, chain_shares, pole_shares
 from contiga.geometry.face_mesh import ANYWHERE, FaceMesh, Ints, Polygons
 from contiga.geometry.tessellate import MAX_CELLS, check_request, net_grid
 from contiga.geometry.trim import LARGEST_GAP
 from contiga.geometry.trimesh import TriMesh
+from contiga.num.threads import map_threads
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
@@ -115,11 +117,9 @@ class _Mesher:
     def mesh(self) -> TriMesh:
         """Triangles of all faces over one set of vertices."""
         faces = self._bordered()
-        room = MOST
-        for k, face in enumerate(faces):
-            if face.ears is None:
-                self._fill(k, face, room)
-                room -= len(face.triangles())
+        map_threads(lambda k: self._fill(k, faces[k]), range(len(faces)))
+        if sum(len(face.triangles()) for face in faces) > MOST:
+            raise too_many(self.tol, MOST)
         for _ in range(REPAIRS):
             triangles, places = self._joined(faces)
             if not _parted(faces, triangles, places):
@@ -128,11 +128,13 @@ class _Mesher:
         whole = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
         return TriMesh(points, triangles[whole].astype(np.int32)).compact()
 
-    def _fill(self, k: int, face: FaceMesh, room: int) -> None:
+    def _fill(self, k: int, face: FaceMesh) -> None:
         """Put vertices in a face: where it misses, or those of its net's grid."""
+        if face.ears is not None:
+            return
         if self.grids is None:
             face.prepare(self.tol)
-            if not face.refined(room):
+            if not face.refined(MOST):
                 raise too_many(self.tol, MOST)
             return
         face.prepare(math.inf)
@@ -279,25 +281,24 @@ def _parted(faces: list[FaceMesh], triangles: Ints, places: Ints) -> bool:
     Coarse faces that meet at a sharp edge may have the same corners, or one a side inside that
     another has too.
     """
-    corners = np.sort(triangles, axis=1)
-    whole = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2])
-    rows = np.flatnonzero(whole)
-    _, place, times = np.unique(corners[rows], axis=0, return_inverse=True, return_counts=True)
-    double = rows[times[place.ravel()] > 1]
-    done = False
-    for k, i in places[double].tolist():
-        done |= faces[k].put_inside(i)
-    n = int(triangles.max(initial=0)) + 1
-    a, b = triangles[rows].ravel(), np.roll(triangles[rows], -1, axis=1).ravel()
-    _, place, times = np.unique(
-        np.minimum(a, b) * n + np.maximum(a, b), return_inverse=True, return_counts=True
+    rows = np.flatnonzero((triangles != np.roll(triangles, 1, axis=1)).all(axis=1))
+    whole, n = triangles[rows], int(triangles.max(initial=0)) + 1
+    numbers, times = side_numbers(whole, n)
+    # A triangle is its side of the lowest number, and the corner across from that.
+    first = numbers.argmin(axis=1)
+    own = np.arange(len(whole))
+    _, place, copies = np.unique(
+        numbers[own, first] * n + whole[own, (first + 2) % 3],
+        return_inverse=True,
+        return_counts=True,
     )
-    crowded = np.flatnonzero(times[place] > 2)
+    done = False
+    for k, i in places[rows[copies[place] > 1]].tolist():
+        done |= faces[k].put_inside(i)
+    crowded, j = np.nonzero(times[numbers] > 2)
     middles = [
-        (k, faces[k].middle_of(i, (j + 2) % 3))
-        for (k, i), j in zip(
-            places[rows[crowded // 3]].tolist(), (crowded % 3).tolist(), strict=True
-        )
+        (k, faces[k].middle_of(i, (side + 2) % 3))
+        for (k, i), side in zip(places[rows[crowded]].tolist(), j.tolist(), strict=True)
     ]
     for k, middle in middles:
         if middle is not None:

@@ -73,14 +73,16 @@ class Borders(NamedTuple):
 def path_points(path: Path, patch: NurbsSurface, share: FloatArray) -> FloatArray:
     """(n, 2) parameters of the patch at shares (n,) of the path from its start."""
     t = path.start + share * (path.end - path.start)
-    t = np.where(share == 1.0, path.end, t)
-    low, high = np.array(patch.domain).T
-    if path.curve is not None:
-        return np.clip(path.curve.evaluate(t)[:, :2], low, high)
+    t[share == 1.0] = path.end
     uv = np.empty((len(t), 2))
-    fixed = path.side // 2
-    uv[:, fixed] = patch.domain[fixed][path.side % 2]
-    uv[:, 1 - fixed] = np.clip(t, low[1 - fixed], high[1 - fixed])
+    if path.curve is not None:
+        uv[:] = path.curve.evaluate(t)[:, :2]
+    else:
+        fixed = path.side // 2
+        uv[:, fixed] = patch.domain[fixed][path.side % 2]
+        uv[:, 1 - fixed] = t
+    for k, (low, high) in enumerate(patch.domain):
+        np.minimum(np.maximum(uv[:, k], low), high, out=uv[:, k])
     return uv
 
 

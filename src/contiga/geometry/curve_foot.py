@@ -13,6 +13,8 @@ PER_SPAN = 24
 """Samples of each knot span the search starts from, times the degree."""
 ROUNDS = 30
 CLOSED = 1e-9
+SHORT = 1e-15
+"""Steps below this share of the parameters, or of the coordinates, are rounding."""
 
 
 class CurveFeet:
@@ -39,16 +41,21 @@ class CurveFeet:
         low = self._t[np.maximum(best - 1, 0)]
         high = self._t[np.minimum(best + 1, len(self._t) - 1)]
         t = self._t[best].copy()
+        rounding = SHORT * float(np.abs(points).max(initial=0.0))
         for _ in range(ROUNDS):
             d = self.curve.derivatives(t, 2)
             r = d[:, 0] - points
             slope = (r * d[:, 1]).sum(axis=1)
-            bend = (d[:, 1] ** 2).sum(axis=1) + (r * d[:, 2]).sum(axis=1)
+            speed = (d[:, 1] ** 2).sum(axis=1)
+            bend = speed + (r * d[:, 2]).sum(axis=1)
             low, high = np.where(slope < 0.0, t, low), np.where(slope > 0.0, t, high)
             with np.errstate(divide="ignore", invalid="ignore"):
                 new = t - slope / bend
             new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
-            done = np.abs(new - t) <= 1e-15 * np.abs(t).max(initial=1.0)
+            step = np.abs(new - t)
+            done = (step <= SHORT * np.abs(t).max(initial=1.0)) | (
+                step * np.sqrt(speed) <= rounding
+            )
             t = new
             if done.all():
                 break

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import MeshError
 from contiga.geometry import transform
+from contiga.geometry._mesh_sides_nb import side_numbers
 from contiga.num.arrays import as_points, read_only
 from contiga.num.ordered import length
 from contiga.records import FloatArray, Hit, IntArray, Projection
@@ -165,12 +166,9 @@ class TriMesh:
 
     def open_edges(self) -> IntArray:
         """(k, 2) vertices of the sides that belong to one triangle only, in its sense."""
-        a = self.triangles.ravel().astype(np.int64)
-        b = np.roll(self.triangles, -1, axis=1).ravel().astype(np.int64)
-        n = len(self.vertices)
-        low, high = np.minimum(a, b), np.maximum(a, b)
-        _, place, times = np.unique(low * n + high, return_inverse=True, return_counts=True)
-        return np.stack([a, b], axis=1)[times[place] == 1].astype(np.int32)
+        numbers, times = side_numbers(self.triangles, len(self.vertices))
+        ends = np.stack([self.triangles, np.roll(self.triangles, -1, axis=1)], axis=2)
+        return np.asarray(ends[times[numbers] == 1])
 
     def flipped(self) -> TriMesh:
         """The same mesh with its sides swapped."""
@@ -182,8 +180,9 @@ class TriMesh:
 
     def compact(self) -> TriMesh:
         """The same triangles over the vertices they use."""
-        used, triangles = np.unique(self.triangles, return_inverse=True)
-        return self._with(self.vertices[used], triangles.reshape(-1, 3))
+        used = np.zeros(len(self.vertices), dtype=bool)
+        used[self.triangles] = True
+        return self._with(self.vertices[used], (np.cumsum(used) - 1)[self.triangles])
 
     def oriented(self) -> TriMesh:
         """The same triangles, turned so that neighbours face the same way.

@@ -8,15 +8,18 @@ one by one, so results are the same bits for any number of threads. The count is
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from math import ceil
-from typing import Any
+from typing import Any, TypeVar
 
 import numba
 
 RANGES_PER_THREAD = 6
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 def thread_count() -> int:
@@ -52,6 +55,13 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
     ]
     for job in jobs:
         job.result()
+
+
+def map_threads(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
+    """``[function(item) for item in items]`` on the threads; each call must stand by itself."""
+    if thread_count() == 1:
+        return [function(item) for item in items]
+    return list(_pool().map(function, items))
 
 
 def started(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> Callable[[], Any]:

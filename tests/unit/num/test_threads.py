@@ -35,6 +35,18 @@ def test_ranges_start_at_multiples_of_the_grain(monkeypatch: pytest.MonkeyPatch)
     assert all(start % 16 == 0 for start in starts)
 
 
+@pytest.mark.parametrize("n_threads", [1, 3])
+def test_calls_on_threads_come_back_in_order_and_hand_on_what_they_raise(
+    monkeypatch: pytest.MonkeyPatch, n_threads: int
+) -> None:
+    monkeypatch.setattr(threads, "thread_count", lambda: n_threads)
+    threads._pool.cache_clear()
+    assert threads.map_threads(lambda k: k * k, range(50)) == [k * k for k in range(50)]
+    with pytest.raises(ZeroDivisionError):
+        threads.map_threads(lambda k: 1 // (k - 3), range(5))
+    threads._pool.cache_clear()
+
+
 def test_few_rows_stay_on_the_calling_thread(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(threads, "thread_count", lambda: 2)
 

@@ -1,0 +1,52 @@
+"""Sides of triangles that are one: counted without sorting them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from contiga.num.jit import inner
+
+SPREAD = np.uint64(0x9E3779B97F4A7C15)
+"""Odd number next to 2⁶⁴ over the golden ratio: multiplied by it, neighbours lie far apart."""
+
+
+@inner()
+def _slot(keys, key, shift):
+    """Where a key is in an open table, or the free slot (−1) that it is to have."""
+    last = keys.size - 1
+    k = np.int64((np.uint64(key) * SPREAD) >> shift)
+    while keys[k] >= 0 and keys[k] != key:
+        k = (k + 1) & last
+    return k
+
+
+@njit(cache=True, nogil=True)
+def side_numbers(triangles, n):
+    """(m, 3) number of the side from corner j to the next, and (k,) how many triangles have it.
+
+    `triangles` (m, 3) have vertices below `n`; sides are one whatever their sense, and are
+    numbered as they come.
+    """
+    m = triangles.shape[0]
+    bits = 4
+    while (1 << bits) < 6 * m:
+        bits += 1
+    keys = np.full(1 << bits, -1, np.int64)
+    number = np.empty(1 << bits, np.int64)
+    times = np.zeros(3 * m, np.int64)
+    numbers = np.empty((m, 3), np.int64)
+    count = 0
+    for i in range(m):
+        for j in range(3):
+            a = np.int64(triangles[i, j])
+            b = np.int64(triangles[i, (j + 1) % 3])
+            key = min(a, b) * n + max(a, b)
+            k = _slot(keys, key, np.uint64(64 - bits))
+            if keys[k] < 0:
+                keys[k] = key
+                number[k] = count
+                count += 1
+            numbers[i, j] = number[k]
+            times[number[k]] += 1
+    return numbers, times[:count].copy()
