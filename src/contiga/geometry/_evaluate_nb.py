@@ -6,12 +6,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from contiga.geometry._basis_nb import basis_derivatives, find_span
 from contiga.num.jit import inner
-
-CHUNK = 1024
 
 # A normal from S_u × S_v that has lost more than half of its digits to cancellation is
 # replaced by the limit from inside the domain.
@@ -156,20 +154,12 @@ def surface_point(s, u, v, order, work, out):
         out[0, 0, d] += s.net[ci, cj, d]
 
 
-@njit(cache=True)
-def surface_range(s, uv, order, start, stop, out):
+@njit(cache=True, nogil=True)
+def surface_range(s, uv, order, out, start, stop):
     """Rows start..stop of the derivatives at `uv`."""
     work = make_scratch(s.p, s.q, order)
     for k in range(start, stop):
         surface_point(s, uv[k, 0], uv[k, 1], order, work, out[k])
-
-
-@njit(cache=True, parallel=True)
-def surface_parallel(s, uv, order, out):
-    """All rows, in chunks shared out over the threads; same bits for any number of threads."""
-    chunks = (uv.shape[0] + CHUNK - 1) // CHUNK
-    for c in prange(chunks):
-        surface_range(s, uv, order, c * CHUNK, min(uv.shape[0], (c + 1) * CHUNK), out)
 
 
 @njit(cache=True)
@@ -284,8 +274,8 @@ def limit_normal(s, u, v, normal):
     return False
 
 
-@njit(cache=True)
-def normal_range(s, uv, start, stop, out):
+@njit(cache=True, nogil=True)
+def normal_range(s, uv, out, start, stop):
     """Rows start..stop of the unit normals at `uv`; NaN where the surface has no area."""
     work = make_scratch(s.p, s.q, 1)
     D = np.empty((2, 2, 3))
@@ -303,11 +293,3 @@ def normal_range(s, uv, start, stop, out):
                 out[k, d] /= norm
         else:
             limit_normal(s, u, v, out[k])
-
-
-@njit(cache=True, parallel=True)
-def normal_parallel(s, uv, out):
-    """All rows, in chunks shared out over the threads."""
-    chunks = (uv.shape[0] + CHUNK - 1) // CHUNK
-    for c in prange(chunks):
-        normal_range(s, uv, c * CHUNK, min(uv.shape[0], (c + 1) * CHUNK), out)

@@ -14,13 +14,14 @@ from contiga.geometry import refine, transform
 from contiga.geometry.curve import NurbsCurve, cartesian, homogeneous
 from contiga.num.arrays import as_parameters, read_only
 from contiga.num.ordered import product
+from contiga.num.threads import run_ranges
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
     from contiga.geometry.trimesh import TriMesh
 
 # Below this many points one thread is faster than the start of several.
-PARALLEL_FROM = 4096
+POINTS = 2048
 
 Pair = tuple[FloatArray, FloatArray]
 
@@ -188,10 +189,7 @@ class NurbsSurface:
         pairs = self.checked(uv)
         k = kv.check_order(order) + 1
         out = np.zeros((len(pairs), k, k, 3))
-        if len(pairs) < PARALLEL_FROM:
-            nb.surface_range(self._arrays, pairs, order, 0, len(pairs), out)
-        else:
-            nb.surface_parallel(self._arrays, pairs, order, out)
+        run_ranges(nb.surface_range, len(pairs), POINTS, self._arrays, pairs, order, out)
         return out
 
     def normal(self, uv: ArrayLike) -> FloatArray:
@@ -204,10 +202,7 @@ class NurbsSurface:
         """
         pairs = self.checked(uv)
         out = np.zeros((len(pairs), 3))
-        if len(pairs) < PARALLEL_FROM:
-            nb.normal_range(self._arrays, pairs, 0, len(pairs), out)
-        else:
-            nb.normal_parallel(self._arrays, pairs, out)
+        run_ranges(nb.normal_range, len(pairs), POINTS, self._arrays, pairs, out)
         return out
 
     def _refined(self, U: FloatArray, V: FloatArray) -> NurbsSurface:

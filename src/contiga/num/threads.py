@@ -8,6 +8,7 @@ one by one, so results are the same bits for any number of threads. The count is
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
@@ -18,18 +19,24 @@ import numba
 
 RANGES_PER_THREAD = 6
 
+_own = threading.local()
 T = TypeVar("T")
 R = TypeVar("R")
 
 
 def thread_count() -> int:
-    """Threads the kernels run on."""
-    return int(numba.config.NUMBA_NUM_THREADS)
+    """Threads the kernels run on; one for what runs on one of them already."""
+    return 1 if getattr(_own, "busy", False) else int(numba.config.NUMBA_NUM_THREADS)
+
+
+def _begin() -> None:
+    # A job that waited for others of the same pool could wait for ever.
+    _own.busy = True
 
 
 @lru_cache(maxsize=1)
 def _pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(thread_count(), thread_name_prefix="contiga")
+    return ThreadPoolExecutor(thread_count(), thread_name_prefix="contiga", initializer=_begin)
 
 
 # Threads do not live on in a process that was forked off: it makes its own.

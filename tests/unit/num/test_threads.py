@@ -47,6 +47,19 @@ def test_calls_on_threads_come_back_in_order_and_hand_on_what_they_raise(
     threads._pool.cache_clear()
 
 
+def test_calls_within_calls_do_not_wait_for_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threads.numba.config, "NUMBA_NUM_THREADS", 2)
+    threads._pool.cache_clear()
+
+    def fill(k: int) -> int:
+        rows = np.zeros(1000, dtype=int)
+        threads.run_ranges(_count, 1000, 8, rows)
+        return int(rows.sum())
+
+    assert threads.map_threads(fill, range(8)) == 8 * [1000]
+    threads._pool.cache_clear()
+
+
 def test_few_rows_stay_on_the_calling_thread(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(threads, "thread_count", lambda: 2)
 
