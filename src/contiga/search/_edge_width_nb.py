@@ -53,13 +53,16 @@ def _seen(form, x, y, c):
 
 @inner(error_model="numpy")
 def _square_at(trims, piece, t, place, form, c):
-    """Squared distance of the path from the point at t of a trimming piece, and the step in t to
-    where the piece's tangent comes nearest to it. Into c[0] go the parameters (u, v) there."""
+    """Squared distance of a place from the point at t of a trimming piece, and the step in t to
+    where the piece's tangent comes nearest to it. Into c[0] go the parameters (u, v) there.
+
+    By all columns of `form` in space, by the first three as seen along the path.
+    """
     piece_parameters(trims, piece, t, c)
     x = c[0, 0] - place[0]
     y = c[0, 1] - place[1]
     square = slope = speed = 0.0
-    for k in range(3):
+    for k in range(form.shape[1]):
         r = _seen(form, x, y, k)
         rx = form[0, k] + 2.0 * form[2, k] * x + form[3, k] * y
         ry = form[1, k] + form[3, k] * x + 2.0 * form[4, k] * y
@@ -72,7 +75,7 @@ def _square_at(trims, piece, t, place, form, c):
 
 @inner(error_model="numpy")
 def _nearest_on_piece(trims, piece, place, form, c):
-    """How near the path comes to a trimming piece, and (u, v) there.
+    """How near a place, or the path, comes to a trimming piece, and (u, v) there.
 
     Gauss-Newton from the best of a few samples, with steps halved where they do not come nearer:
     what is asked is whether a distance that is nearly nothing is one.
@@ -99,7 +102,8 @@ def _nearest_on_piece(trims, piece, place, form, c):
 @inner(error_model="numpy")
 def _piece_beside(trims, piece_width, patch, place, form, widths):
     """Largest width of the pieces within whose width the path passes, zero where there is none,
-    whether one of them is an edge that has width, and (u, v) of such an edge where it is nearest.
+    whether one of them is an edge that has width, (u, v) of such an edge where it is nearest, and
+    how much farther along the path it comes within its width.
 
     `place` (u, v) is where the path meets the carrier, `form` the surface about it, `widths` the
     largest to look for, and that which every piece has at least at which another face joins.
@@ -119,8 +123,10 @@ def _piece_beside(trims, piece_width, patch, place, form, widths):
     i0, j0 = cell_of(trims, patch, u - du, v - dv)
     i1, j1 = cell_of(trims, patch, u + du, v + dv)
     width = 0.0
-    nearest = math.inf
+    least_way = math.inf
+    way = 0.0
     edge = place
+    across = form[:, :3]
     c = np.empty((3, 3))
     for j in range(j0, j1 + 1):
         for i in range(i0, i1 + 1):
@@ -137,13 +143,21 @@ def _piece_beside(trims, piece_width, patch, place, form, widths):
                 ):
                     continue
                 away, x, y = _nearest_on_piece(trims, piece, place, form, c)
-                if away <= own:
-                    width = max(width, own)
-                    if away <= piece_width[piece] and away < nearest:
-                        shared = True
-                        nearest = away
-                        edge = (x, y)
-    return width, shared, edge
+                on = 0.0
+                if away > own:
+                    away, x, y = _nearest_on_piece(trims, piece, place, across, c)
+                    on = _seen(form, x - u, y - v, 3)
+                if away > own:
+                    continue
+                width = max(width, own)
+                before = math.sqrt(own * own - away * away)
+                on = math.copysign(max(abs(on) - before, 0.0), on)
+                if away <= piece_width[piece] and abs(on) < least_way:
+                    shared = True
+                    least_way = abs(on)
+                    way = on
+                    edge = (x, y)
+    return width, shared, edge, way
 
 
 @inner(error_model="numpy")
@@ -210,14 +224,15 @@ def edge_width(elements, trims, piece_width, e, place, path, least, h):
     form = _across_path(h, path[1], box)
     at = parameters(elements, e, s, t)
     patch = elements.table[e]["patch"]
-    beside, outer, edge = _piece_beside(trims, piece_width, patch, at, form, (wide, least))
+    beside, outer, edge, way = _piece_beside(trims, piece_width, patch, at, form, (wide, least))
     if not off and in_face(elements, trims, e, s, t):
         return max(width, beside), place, 0.0
     # Off the element or cut away: only an edge that has width lends it to the face.
     if not outer:
         return BESIDE, place, 0.0
-    x = edge[0] - at[0]
-    y = edge[1] - at[1]
-    s += x / (box[1] - box[0])
-    t += y / (box[3] - box[2])
-    return max(width, beside), (s, t), _seen(form, x, y, 3)
+    if way != 0.0:
+        place = (
+            s + (edge[0] - at[0]) / (box[1] - box[0]),
+            t + (edge[1] - at[1]) / (box[3] - box[2]),
+        )
+    return max(width, beside), place, way
