@@ -39,7 +39,7 @@ def track(full: bool, seed: int) -> Iterator[Tally]:
     """Tracked steps of every size: 1e7 in full."""
     for name in tracking.names():
         item = tracking.tracked(name)
-        count = 430_000 if full else 1_600
+        count = 480_000 if full else 1_600
         yield tracking.follow(item, count, seed, scales=16 if full else 8)
 
 

@@ -11,6 +11,7 @@ from tests.stress.solids import CLOSED_FILES, solid
 
 import contiga as cg
 from contiga.records import Status
+from contiga.search.surface import surface_of
 
 
 def polygon(corners):
@@ -145,3 +146,42 @@ def test_a_grazing_path_hits_a_face_that_has_one_wide_edge_where_it_crosses_it(d
     assert (hit.status == Status.OK).all()
     place = a + hit.fraction[:, None] * (b - a)
     assert (norm(place - hit.point) < 1e-9 * body.size).all()
+
+
+def across(curve, t, rng):
+    """Unit vectors square to a curve at its parameters t."""
+    low, high = curve.domain
+    h = 1e-6 * (high - low)
+    d = curve.evaluate(np.minimum(t + h, high)) - curve.evaluate(np.maximum(t - h, low))
+    d /= norm(d)[:, None]
+    e = rng.normal(size=d.shape)
+    e -= (e * d).sum(axis=1)[:, None] * d
+    return e / norm(e)[:, None]
+
+
+def test_points_beside_an_edge_whose_faces_reach_past_each_other_keep_their_sides():
+    """The nearest place of all may be the back of a face that overhangs."""
+    bores = solid("small bores")
+    rng = np.random.default_rng(6)
+    for edge in bores.body.edges:
+        if edge.tolerance < 1e-9 * bores.size:
+            continue
+        t = rng.uniform(*edge.curve.domain, 3000)
+        off = edge.tolerance * rng.uniform(2.05, 12.0, 3000)
+        p = edge.curve.evaluate(t) + off[:, None] * across(edge.curve, t, rng)
+        height = bores.field(p)
+        clear = np.abs(height) > 2e-9 * bores.size
+        outside = bores.body.project(p).gap > 0.0
+        np.testing.assert_array_equal(outside[clear], height[clear] > 0.0)
+
+
+def test_a_path_that_grazes_a_slit_of_a_casting_enters(data_dir):
+    """Between two fillets 0.0096 apart, at a slope of 0.006: NIST CTC 2, faces 207 and 361."""
+    body = solid(CLOSED_FILES[0]).body
+    a = np.array([[-54.69370101356522, 780.9119225383685, -226.15656414696306]])
+    b = np.array([[-54.00657321615985, 781.991802837062, -226.51445933567678]])
+    assert not body.contains(a)[0]
+    assert body.contains(b)[0]
+    assert 0.0 < body.first_hit(a, b).fraction[0] < 1.0
+    _, sense = surface_of(body).last_crossings(a, b, np.zeros(1, np.int32))
+    assert sense[0] == 1

@@ -5,74 +5,123 @@ from __future__ import annotations
 
 import math
 
-from contiga.geometry._trim_nb import cell_of, other_coordinate
+import numpy as np
+
+from contiga.geometry._trim_nb import cell_of
 from contiga.num.jit import inner
+from contiga.search._curve_nb import piece_parameters
 from contiga.search._element_nb import parameters
 from contiga.search._global_nb import CUT, IN, OUT, SMOOTH, in_face
 
 BESIDE = -1.0
 BORDER = 2
+WINDOW = 2.0
+"""How much farther edges are looked for than the tangent plane says: surfaces bend."""
+SAMPLES = 4
+STEPS = 24
+SHORT = 1e-14
+"""Of a piece's parameter: steps below are none."""
 LARGEST_WINDOW = 1.0 / 64.0
 """Share of a patch's rectangle in which edges are looked for at most."""
 
 
 @inner(error_model="numpy")
-def _piece_distance(trims, piece, u, v, metric):
-    """Distance of (u, v) to a trimming piece in the constant `metric` (uu, uv, vv).
+def _across_path(h, d, box):
+    """The surface about a place as seen along d, to second order in the parameters of the patch.
 
-    The piece is replaced by its chord between the points at the same v and at the same u, or by
-    the nearer of its ends.
+    `h` holds the derivatives there by (s, t), of an element with parameters `box`. Returns for
+    (u, v, uu/2, uv, vv/2) the parts (x, y, z) across d, and in `along` those along d.
     """
-    uu, uv, vv = metric
-    ends = trims.piece_ends[piece]
-    best = math.inf
-    for k in range(2):
-        x = ends[2 * k] - u
-        y = ends[2 * k + 1] - v
-        best = min(best, uu * x * x + 2.0 * uv * x * y + vv * y * y)
-    low_u, high_u = min(ends[0], ends[2]), max(ends[0], ends[2])
-    low_v, high_v = min(ends[1], ends[3]), max(ends[1], ends[3])
-    x = math.inf
-    y = math.inf
-    if low_v <= v <= high_v:
-        x = other_coordinate(trims, piece, 1, v) - u
-        best = min(best, uu * x * x)
-    if low_u <= u <= high_u:
-        y = other_coordinate(trims, piece, 0, u) - v
-        best = min(best, vv * y * y)
-    if not (math.isfinite(x) and math.isfinite(y)):
-        return math.sqrt(max(best, 0.0))
-    # The foot on the line through (x, 0) and (0, y).
-    den = uu * x * x - 2.0 * uv * x * y + vv * y * y
-    f = (uu * x * x - uv * x * y) / den if den > 0.0 else 0.0
-    x *= 1.0 - f
-    y *= f
-    if low_u <= u + x <= high_u and low_v <= v + y <= high_v:
-        best = min(best, uu * x * x + 2.0 * uv * x * y + vv * y * y)
-    return math.sqrt(max(best, 0.0))
+    su = 1.0 / (box[1] - box[0])
+    sv = 1.0 / (box[3] - box[2])
+    scale = (su, sv, 0.5 * su * su, su * sv, 0.5 * sv * sv)
+    form = np.empty((5, 4))
+    for k in range(5):
+        along = h[0, k + 1] * d[0] + h[1, k + 1] * d[1] + h[2, k + 1] * d[2]
+        for c in range(3):
+            form[k, c] = (h[c, k + 1] - along * d[c]) * scale[k]
+        form[k, 3] = along * scale[k]
+    return form
 
 
 @inner(error_model="numpy")
-def _piece_beside(trims, piece_width, patch, place, metric, widths):
-    """Largest width of the pieces within whose width (u, v) lies, zero where there is none, and
-    whether one of them is an edge that has width.
+def _seen(form, x, y, c):
+    """Component c of where the surface is, x and y away in its parameters; 3 is along the path."""
+    first = form[0, c] * x + form[1, c] * y
+    return first + (form[2, c] * x + form[3, c] * y) * x + form[4, c] * y * y
 
-    `widths` is the largest to look for, and that which every piece has at least at which another
-    face joins.
+
+@inner(error_model="numpy")
+def _square_at(trims, piece, t, place, form, c):
+    """Squared distance of the path from the point at t of a trimming piece, and the step in t to
+    where the piece's tangent comes nearest to it. Into c[0] go the parameters (u, v) there."""
+    piece_parameters(trims, piece, t, c)
+    x = c[0, 0] - place[0]
+    y = c[0, 1] - place[1]
+    square = slope = speed = 0.0
+    for k in range(3):
+        r = _seen(form, x, y, k)
+        rx = form[0, k] + 2.0 * form[2, k] * x + form[3, k] * y
+        ry = form[1, k] + form[3, k] * x + 2.0 * form[4, k] * y
+        r1 = rx * c[1, 0] + ry * c[1, 1]
+        square += r * r
+        slope += r * r1
+        speed += r1 * r1
+    return square, (-slope / speed if speed > 0.0 else 0.0)
+
+
+@inner(error_model="numpy")
+def _nearest_on_piece(trims, piece, place, form, c):
+    """How near the path comes to a trimming piece, and (u, v) there.
+
+    Gauss-Newton from the best of a few samples, with steps halved where they do not come nearer:
+    what is asked is whether a distance that is nearly nothing is one.
+    """
+    least = math.inf
+    t = step = 0.0
+    for k in range(SAMPLES + 1):
+        square, move = _square_at(trims, piece, k / SAMPLES, place, form, c)
+        if square < least:
+            least, step, t = square, move, k / SAMPLES
+    for _ in range(STEPS):
+        new = min(max(t + step, 0.0), 1.0)
+        if abs(new - t) <= SHORT:
+            break
+        square, move = _square_at(trims, piece, new, place, form, c)
+        if square < least:
+            least, step, t = square, move, new
+        else:
+            step = 0.5 * (new - t)
+    _square_at(trims, piece, t, place, form, c)
+    return math.sqrt(least), c[0, 0], c[0, 1]
+
+
+@inner(error_model="numpy")
+def _piece_beside(trims, piece_width, patch, place, form, widths):
+    """Largest width of the pieces within whose width the path passes, zero where there is none,
+    whether one of them is an edge that has width, and (u, v) of such an edge where it is nearest.
+
+    `place` (u, v) is where the path meets the carrier, `form` the surface about it, `widths` the
+    largest to look for, and that which every piece has at least at which another face joins.
     """
     wide, least = widths
     shared = False
     u, v = place
-    uu, uv, vv = metric
+    uu = form[0, 0] ** 2 + form[0, 1] ** 2 + form[0, 2] ** 2
+    uv = form[0, 0] * form[1, 0] + form[0, 1] * form[1, 1] + form[0, 2] * form[1, 2]
+    vv = form[1, 0] ** 2 + form[1, 1] ** 2 + form[1, 2] ** 2
     domain = trims.domain[patch]
     det = uu * vv - uv * uv
     most_u = LARGEST_WINDOW * (domain[1] - domain[0])
     most_v = LARGEST_WINDOW * (domain[3] - domain[2])
-    du = min(wide * math.sqrt(vv / det), most_u) if det > 0.0 else most_u
-    dv = min(wide * math.sqrt(uu / det), most_v) if det > 0.0 else most_v
+    du = min(WINDOW * wide * math.sqrt(vv / det), most_u) if det > 0.0 else most_u
+    dv = min(WINDOW * wide * math.sqrt(uu / det), most_v) if det > 0.0 else most_v
     i0, j0 = cell_of(trims, patch, u - du, v - dv)
     i1, j1 = cell_of(trims, patch, u + du, v + dv)
     width = 0.0
+    nearest = math.inf
+    edge = place
+    c = np.empty((3, 3))
     for j in range(j0, j1 + 1):
         for i in range(i0, i1 + 1):
             cell = trims.grid_start[patch] + j * trims.grid_shape[patch, 0] + i
@@ -87,11 +136,14 @@ def _piece_beside(trims, piece_width, patch, place, metric, widths):
                     or max(ends[1], ends[3]) < v - dv
                 ):
                     continue
-                away = _piece_distance(trims, piece, u, v, metric)
+                away, x, y = _nearest_on_piece(trims, piece, place, form, c)
                 if away <= own:
                     width = max(width, own)
-                    shared = shared or away <= piece_width[piece]
-    return width, shared
+                    if away <= piece_width[piece] and away < nearest:
+                        shared = True
+                        nearest = away
+                        edge = (x, y)
+    return width, shared, edge
 
 
 @inner(error_model="numpy")
@@ -138,40 +190,34 @@ def _rim(elements, e, place, path, least, h):
 
 @inner(error_model="numpy")
 def edge_width(elements, trims, piece_width, e, place, path, least, h):
-    """Whether a crossing at `place` (s, t) of element e belongs to its face.
+    """Whether a crossing at `place` (s, t) of element e belongs to its face, and where.
 
     `path` is (p, d, slack, wide, room), `h` holds the derivatives there. Returns BESIDE if it does
-    not, else the width of the edge within whose width it lies, zero in the midst of the face.
-    Edges that are no smooth joint are at least `least` wide.
+    not, else the width of the edge within whose width it lies, zero in the midst of the face; the
+    place, which is on the edge if the crossing lies beyond that; and how much farther along the
+    path that is. Edges that are no smooth joint are at least `least` wide.
     """
     wide = max(path[3], least)
     s = min(max(place[0], -0.5), 0.5)
     t = min(max(place[1], -0.5), 0.5)
     if wide == 0.0:
-        return 0.0 if in_face(elements, trims, e, s, t) else BESIDE
+        return (0.0 if in_face(elements, trims, e, s, t) else BESIDE), place, 0.0
     width, off = _rim(elements, e, place, path, least, h)
     state = elements.table[e]["trim"]
     if width == BESIDE or state != CUT:
-        return width if state == IN else BESIDE
-    d = path[1]
-    aa = ab = bb = ad = bd = 0.0
-    for c in range(3):
-        ad += h[c, 1] * d[c]
-        bd += h[c, 2] * d[c]
-    for c in range(3):
-        x = h[c, 1] - ad * d[c]
-        y = h[c, 2] - bd * d[c]
-        aa += x * x
-        ab += x * y
-        bb += y * y
+        return (width if state == IN else BESIDE), place, 0.0
     box = elements.table[e]["box"]
-    du = box[1] - box[0]
-    dv = box[3] - box[2]
-    metric = (aa / (du * du), ab / (du * dv), bb / (dv * dv))
+    form = _across_path(h, path[1], box)
     at = parameters(elements, e, s, t)
     patch = elements.table[e]["patch"]
-    beside, outer = _piece_beside(trims, piece_width, patch, at, metric, (wide, least))
+    beside, outer, edge = _piece_beside(trims, piece_width, patch, at, form, (wide, least))
+    if not off and in_face(elements, trims, e, s, t):
+        return max(width, beside), place, 0.0
     # Off the element or cut away: only an edge that has width lends it to the face.
-    if not outer and (off or not in_face(elements, trims, e, s, t)):
-        return BESIDE
-    return max(width, beside)
+    if not outer:
+        return BESIDE, place, 0.0
+    x = edge[0] - at[0]
+    y = edge[1] - at[1]
+    s += x / (box[1] - box[0])
+    t += y / (box[3] - box[2])
+    return max(width, beside), (s, t), _seen(form, x, y, 3)

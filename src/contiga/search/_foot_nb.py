@@ -16,6 +16,7 @@ from contiga.search._kink_nb import (
     joint_reach,
     patches_near,
     pseudo_normal,
+    side_of_squarest,
 )
 from contiga.search._sides_nb import normal_at
 from contiga.search._walk_nb import walk
@@ -23,6 +24,8 @@ from contiga.search._walk_nb import walk
 OK, BORDER, TRIMMED, MAX_ITERATIONS, BUDGET = 0, 1, 2, 3, 8
 FACE, EDGE, VERTEX = 0, 1, 2
 HOPS = 4
+BESIDE_EDGE = 8.0
+"""Widths of an edge within which a point sees how its faces miss each other."""
 
 
 @inner()
@@ -136,7 +139,28 @@ def global_foot(tables, k, point, reach, out, found, h):
     if feature != FACE:
         total = np.empty(3)
         pseudo_normal(tables, foot, found, total, h)
+        if feature == EDGE:
+            _face_squarely(tables, foot[0], (out.point[k], point), total, found, h)
         turn_normal(tables, k, total, point, out)
+
+
+@inner()
+def _face_squarely(tables, home, ends, total, found, h):
+    """Let `total` point to the side that the squarest face tells, if a point is so near an edge
+    that its faces' misfit counts, and the sum of their normals is nearly across its way."""
+    square = along = length = 0.0
+    for c in range(3):
+        r = ends[1][c] - ends[0][c]
+        square += r * r
+        along += r * total[c]
+        length += total[c] * total[c]
+    distance = math.sqrt(square)
+    if distance > BESIDE_EDGE * joint_reach(tables, home) or along * along > 0.25 * square * length:
+        return
+    side = side_of_squarest(tables, home, (ends[1], distance), found, h)
+    if side != 0.0:
+        for c in range(3):
+            total[c] = math.copysign(1.0, side) * (ends[1][c] - ends[0][c])
 
 
 @inner()

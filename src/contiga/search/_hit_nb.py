@@ -186,11 +186,15 @@ def _search(arrays, segment, sense, found, queue, work):
                 if x == math.inf:
                     continue
                 least = 3.0 * path[2] if sense == EITHER else 0.0
-                width = edge_width(elements, trims, piece_width, e, (s, t), path, least, h)
+                width, place, on = edge_width(
+                    elements, trims, piece_width, e, (s, t), path, least, h
+                )
                 if width != BESIDE:
                     side = 0 if slope < 0.0 else 1
                     over = min(path[2] / abs(slope), spare)
-                    _offer(found, side, x, e, (s, t), width, over)
+                    # Met beyond its edge, a face is crossed where the path passes the edge.
+                    x = x if on == 0.0 else min(max(x + on, 0.0), length)
+                    _offer(found, side, x, e, place, width, over)
                     far = min(far, x + beyond)
 
 

@@ -256,3 +256,39 @@ def pseudo_normal(tables, foot, found, total, h):
             known = known or elements.table[list_e[i]]["patch"] == grid.adjacent[k]
         if not known:
             _add_face(tables, grid.adjacent[k], place, found, total, h)
+
+
+@inner()
+def side_of_squarest(tables, home, place, found, h):
+    """On which side of the face that it sees most squarely a point lies: positive is free.
+
+    `place` is (point, how far its foot on an edge of the patch `home` is), `found` is work. Where
+    the faces at an edge do not fit, one that reaches past the other is seen from behind. Zero
+    where no face is found.
+    """
+    point, distance = place
+    limit = distance + joint_reach(tables, home)
+    patch = tables.elements.table[home]["patch"]
+    span = tables.grid.patches[patch]["adjacent"]
+    near = np.empty(NEAR, np.int64)
+    listed = patches_near(tables, point, limit, near)
+    best = 0.0
+    side = 0.0
+    for k in range(span[0], span[1]):
+        other = tables.grid.adjacent[k]
+        if not is_listed(near, listed, other):
+            continue
+        if not math.isfinite(closest(tables, point, other, limit, found, h)):
+            continue
+        e, s, t = surface_foot(tables, found, h)
+        n = normal_at(tables.elements, e, s, t, h)
+        origin = tables.elements.table[e]["origin"]
+        square = along = 0.0
+        for c in range(3):
+            r = point[c] - origin[c] - h[c, 0]
+            square += r * r
+            along += r * n[c]
+        if abs(along) > best * math.sqrt(square):
+            best = abs(along) / math.sqrt(square)
+            side = along
+    return side

@@ -95,30 +95,49 @@ def settled(search: Crossings, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, B
     """Last crossings of a_B → b_B by `search`, with those that hang on rounding asked again.
 
     A path that meets an edge or a corner within its width, or goes in and out in one place, may
-    find faces there that it does not pass, or miss one. Such a path is laid beside itself by a few
-    widths, in one direction after the other, until its last crossing is clear of all edges. Where
-    none is, or the path is hardly longer than the width, of two crossings in one place the later
-    one stands.
+    find faces there that it does not pass, or miss one. Such a path makes a detour between the
+    same ends, a few widths beside the place, in one direction after the other, until its last
+    crossing is clear of all edges: whether it is in or out at its end does not depend on the way.
+    Where none is, or the path is hardly longer than the width, of two crossings in one place the
+    later one stands.
     """
     out, verdict = empty_hit(len(a_B)), np.zeros((len(a_B), 2))
     search(a_B, b_B, out, verdict)
     # A path that ends within the width keeps its own answer: beside itself it is another path.
     length = np.linalg.norm(b_B - a_B, axis=1)
     rows = np.flatnonzero((verdict[:, 1] > 0.0) & (2.0 * ASIDE * verdict[:, 1] < length))
-    aside = verdict[rows, 1]
+    aside, at = verdict[rows, 1], out.fraction[rows]
     for k in range(TRIES):
         if len(rows) == 0:
             break
-        offset = ASIDE * (1.0 + 0.5 * k) * aside[:, None] * _across(b_B[rows] - a_B[rows], k * TURN)
-        again, anew = empty_hit(len(rows)), np.zeros((len(rows), 2))
-        search(a_B[rows] + offset, b_B[rows] + offset, again, anew)
+        a, b = a_B[rows], b_B[rows]
+        offset = ASIDE * (1.0 + 0.5 * k) * aside[:, None] * _across(b - a, k * TURN)
+        again, anew = _by_way_of(search, a, a + at[:, None] * (b - a) + offset, b, at)
         clear = anew[:, 1] == 0.0
         for name in Hit._fields:
             getattr(out, name)[rows[clear]] = getattr(again, name)[clear]
         verdict[rows[clear]] = anew[clear]
-        aside = np.maximum(aside, anew[:, 1])[~clear]
+        aside, at = np.maximum(aside, anew[:, 1])[~clear], at[~clear]
         rows = rows[~clear]
     return out, verdict[:, 0].astype(np.int8)
+
+
+def _by_way_of(
+    search: Crossings, a_B: FloatArray, m_B: FloatArray, b_B: FloatArray, at: FloatArray
+) -> tuple[Hit, FloatArray]:
+    """Last crossings of the ways a_B → m_B → b_B, whose middles stand for the fractions `at`."""
+    n = len(at)
+    out, verdict = empty_hit(n), np.zeros((n, 2))
+    search(m_B, b_B, out, verdict)
+    out.fraction[:] = at + (1.0 - at) * out.fraction
+    rows = np.flatnonzero(verdict[:, 0] == 0.0)
+    first, before = empty_hit(len(rows)), np.zeros((len(rows), 2))
+    search(a_B[rows], m_B[rows], first, before)
+    first.fraction[:] *= at[rows]
+    for name in Hit._fields:
+        getattr(out, name)[rows] = getattr(first, name)
+    verdict[rows] = before
+    return out, verdict
 
 
 def _across(d: FloatArray, angle: float) -> FloatArray:

@@ -72,6 +72,43 @@ def test_a_step_between_two_faces_within_the_tolerance_lets_nothing_through():
     assert (hit.patch >= 0).all()
 
 
+def bent_step(lift, radius):
+    """Two sheets bent down along x, cut at x = 0 where the right one lies `lift` above the left."""
+    ends, middle = -0.5 / radius, 0.5 / radius
+    sheets, loops = [], []
+    for k in range(2):
+        points = [
+            [[x, y, z + k * lift] for y in (-1, 1)] for x, z in ((-1, ends), (0, middle), (1, ends))
+        ]
+        knots = ([0, 0, 0, 1, 1, 1], [0, 0, 1, 1])
+        sheets.append(cg.NurbsSurface((2, 1), knots, points))
+        corners = [[k / 2, 0, 0], [(k + 1) / 2, 0, 0], [(k + 1) / 2, 1, 0], [k / 2, 1, 0]]
+        sides = zip(corners, corners[1:] + corners[:1], strict=True)
+        loops.append([[cg.shapes.line(a, b) for a, b in sides]])
+    curve = cg.shapes.line([0, -1, lift / 2], [0, 1, lift / 2])
+    uses = (EdgeUse(0, 0, 1, False), EdgeUse(1, 0, 3, True))
+    edge = BodyEdge(curve, lift / 2, uses, ((0.0, 1.0), (0.0, 1.0)))
+    return cg.Body(sheets, trims=loops, edges=[edge])
+
+
+def test_a_path_that_grazes_a_step_between_bent_faces_does_not_slip_through():
+    """It meets the carrier far beyond the edge, where that has bent away from its tangent plane."""
+    lift, radius, n = 2e-4, 0.6, 500
+    body = bent_step(lift, radius)
+    rng = np.random.default_rng(1)
+    # Over the edge it passes the middle of the riser; it ends below the right sheet.
+    z, y = lift * rng.uniform(0.02, 0.9, n), rng.uniform(-0.8, 0.8, n)
+    deep = lift * rng.uniform(0.05, 0.3, n)
+    end = np.column_stack([np.full(n, 0.015), y, lift - 0.015**2 / (2 * radius) - deep])
+    a = np.column_stack([np.zeros(n), y + rng.uniform(-0.005, 0.005, n), z])
+    a -= 2.0 * (end - a)
+    hit = body.first_hit(a, end)
+    assert (hit.patch >= 0).all()
+    assert (np.abs(hit.point[:, 0]) < 1e-6).mean() > 0.5  # on the edge
+    _, sense = surface_of(body).last_crossings(a, end, np.arange(n, dtype=np.int32))
+    assert (sense == 1).all()
+
+
 def test_without_an_edge_there_a_gap_stays_open_unless_the_sides_match():
     assert (roof(6e-6, 0.0).first_hit(*aimed(3e-6, steep=0.0)).patch < 0).any()
     assert (roof(1e-8, 0.0).first_hit(*aimed(1e-8)).patch >= 0).all()  # joined by place
