@@ -8,7 +8,7 @@ foot.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -83,15 +83,16 @@ def asked_of(
 
 def joined(first: Asked, second: Asked) -> Asked:
     """Two in one."""
-    whole = [
-        np.concatenate(pair) if isinstance(pair[0], np.ndarray) else _both(*pair)
-        for pair in zip(first, second, strict=True)
+    columns: list[Any] = [
+        np.concatenate((getattr(first, name), getattr(second, name))) for name in Asked._fields[:7]
     ]
-    return Asked(*whole)
+    columns += [_both(first.feet, second.feet), _both(first.truth, second.truth)]
+    return Asked(*columns)
 
 
 def _both(first: Projection, second: Projection) -> Projection:
-    return Projection(*(np.concatenate(pair) for pair in zip(first, second, strict=True)))
+    columns: Any = zip(first, second, strict=True)
+    return Projection(*(np.concatenate(pair) for pair in columns))
 
 
 def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: Options) -> None:
