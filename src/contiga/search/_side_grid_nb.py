@@ -214,49 +214,45 @@ def _lowest(x):
 def sizes_and_samples(parent, labels, depth, places, first, mask):
     """Of every root: how many small cells are joined to it, and three of their middles.
 
-    The middles (3 a root) are in cells: of the cell deepest within, the first and the last; of
-    small ones where a region has no whole cell. `depth` (cells,) is the way in cells to the next
-    that may hold surface.
+    The middles (3 a root) are in cells: of three next to cells that may hold surface, spread over
+    the region; of small ones where it has no whole cell. `depth` (cells,) is the way in cells to
+    the next that may hold surface.
     """
     n = parent.shape[0]
     size = np.zeros(n, np.int64)
-    deepest = np.zeros(n, np.int64)
+    beside = np.zeros(n, np.int64)
     samples = np.empty((n, 3, 3))
     shape = labels.shape
     count = n - mask.shape[0]
-    for i in range(shape[0]):
-        for j in range(shape[1]):
-            for k in range(shape[2]):
-                if labels[i, j, k] == 0:
-                    continue
-                r = parent[labels[i, j, k] - 1]
-                middle = (i + 0.5, j + 0.5, k + 0.5)
-                if size[r] == 0:
-                    samples[r, 1] = middle
-                if depth[i, j, k] > deepest[r]:
-                    deepest[r] = depth[i, j, k]
-                    samples[r, 0] = middle
-                samples[r, 2] = middle
-                size[r] += SPLIT**3
-    largest = np.zeros(n, np.int64)
+    for last in (False, True):
+        seen = np.zeros(n, np.int64)
+        for i in range(shape[0]):
+            for j in range(shape[1]):
+                for k in range(shape[2]):
+                    if labels[i, j, k] == 0:
+                        continue
+                    r = parent[labels[i, j, k] - 1]
+                    if not last:
+                        size[r] += SPLIT**3
+                        beside[r] += 1 if depth[i, j, k] == 1 else 0
+                    elif depth[i, j, k] == 1:
+                        for q in range(3):
+                            if seen[r] == (2 * q + 1) * beside[r] // 6:
+                                samples[r, q] = (i + 0.5, j + 0.5, k + 0.5)
+                        seen[r] += 1
     for w in range(places.shape[0]):
         for p in range(first[w], first[w + 1]):
             r = parent[count + p]
-            own = _ones(mask[p])
-            if deepest[r] == 0:
+            if beside[r] == 0:
                 bit = _lowest(mask[p])
                 middle = (
                     places[w, 0] + ((bit >> 4) + 0.5) / SPLIT,
                     places[w, 1] + (((bit >> 2) & 3) + 0.5) / SPLIT,
                     places[w, 2] + ((bit & 3) + 0.5) / SPLIT,
                 )
-                if size[r] == 0:
-                    samples[r, 1] = middle
-                if own > largest[r]:
-                    largest[r] = own
-                    samples[r, 0] = middle
-                samples[r, 2] = middle
-            size[r] += own
+                for q in range(0 if size[r] == 0 else 2, 3):
+                    samples[r, q] = middle
+            size[r] += _ones(mask[p])
     return size, samples
 
 

@@ -31,8 +31,10 @@ def sides_of(tables: Tables, slit: float) -> SideGrid:
 def _build(tables: Tables, slit: float) -> SideGrid:
     table = tables.elements.table
     root = tables.tree[0]
-    place = layout(np.stack([root["low"], root["high"]]), len(table))
-    margins = table["skirt"] + table["noise"] + 2.0 * slit + 2.0 * place.skin
+    margins = table["skirt"] + table["noise"] + 2.0 * slit
+    wide = margins.max()
+    place = layout(np.stack([root["low"] - wide, root["high"] + wide]), len(table))
+    margins += 2.0 * place.skin
     limits = (WHOLE * place.size, CUT * place.size, THIN * place.small, PIECES)
     pieces, middles = _side_pieces_nb.surface_pieces(
         tables.elements, tables.trims, place.origin, margins, limits

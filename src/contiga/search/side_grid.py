@@ -7,7 +7,7 @@ One closest point tells the side of all of them; three are asked, and where they
 that do not fit) nothing is said. Points in other cells, within about one of the surface, are to be
 asked themselves.
 
-Built once a body, from at most some 1e6 cells and twice as many words of small cells.
+Built once a body, from at most 6e5 cells and as many words of small cells: 25 MB at the very most.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 from scipy import ndimage
 
 from contiga.num.threads import run_ranges
-from contiga.records import ByteArray, FloatArray, IntArray, Projection, Status
+from contiga.records import ByteArray, Feature, FloatArray, IntArray, Projection, Status
 from contiga.search import _side_grid_nb, _side_nb
 from contiga.search._side_grid_nb import SPLIT
 from contiga.search.projection import empty_projection
@@ -27,10 +27,12 @@ from contiga.search.records import Records
 
 # Cells of the whole grid: so many an element, within these bounds.
 CELLS = 1000.0
-FEWEST, MOST = 3e4, 1e6
+FEWEST, MOST = 3e4, 6e5
+# Cells more than the box takes.
+AROUND = 3
 # How thick a piece may be, in small cells; how long, in cells, where it is cut and where not.
-THIN = 0.5
-CUT, WHOLE = 1.0, 4.0
+THIN = 1.0
+CUT, WHOLE = 3.0, 4.0
 # Pieces above which none is halved any more.
 PIECES = 400_000
 # Cells hold no surface within so much of them: a share of a small one, and of the coordinates
@@ -85,7 +87,8 @@ class Layout(NamedTuple):
 
 
 def layout(bounds: FloatArray, elements: int) -> Layout:
-    """Cells over the (2, 3) box `bounds` of a body with so many elements, and one more around."""
+    """Cells over the (2, 3) box `bounds` of a body with so many elements, and more than one around:
+    all that is outside the grid, and its corners, are far from the surface."""
     low, high = bounds
     wide = high - low
     size = float(np.linalg.norm(wide))
@@ -93,9 +96,9 @@ def layout(bounds: FloatArray, elements: int) -> Layout:
     cells = min(max(CELLS * elements, FEWEST), MOST)
     cell = float((wide.prod() / cells) ** (1.0 / 3.0))
     # Thin boxes need more cells around them than they hold.
-    while (np.ceil(wide / cell) + 2.0).prod() > 1.3 * cells:
+    while (np.ceil(wide / cell) + AROUND).prod() > 1.3 * cells:
         cell *= 1.02
-    shape = np.ceil((high - low) / cell).astype(int) + 2
+    shape = np.ceil((high - low) / cell).astype(int) + AROUND
     origin = 0.5 * (low + high) - 0.5 * shape * cell
     most = float(np.abs(bounds).max())
     skin = max(SKIN * cell / SPLIT, ROUNDING * (most + size))
@@ -148,9 +151,13 @@ def _signs(place: Layout, regions: tuple[Records, FloatArray], closest: Closest)
     feet = empty_projection(len(points))
     closest(points, np.arange(len(points), dtype=np.int32), feet)
     side = np.where(feet.status == Status.OK, np.sign(feet.gap), 0.0).reshape(-1, 3)
-    agreed = (side == side[:, :1]).all(axis=1)
+    # Feet inside faces do not hang on how faces fit: where there are some, they alone count.
+    plain = ((feet.status == Status.OK) & (feet.feature == Feature.FACE)).reshape(-1, 3)
+    counts = plain | ~plain.any(axis=1, keepdims=True)
+    least = np.where(counts, side, 1.0).min(axis=1)
+    most = np.where(counts, side, -1.0).max(axis=1)
     sign = np.zeros(len(size), np.int8)
-    sign[roots] = np.where(agreed, side[:, 0], 0.0)
+    sign[roots] = np.where(least == most, least, 0.0)
     return sign
 
 

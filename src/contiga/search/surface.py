@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from typing import NamedTuple, Protocol
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contiga.geometry.body import Body
+from contiga.geometry.slits import stitches
 from contiga.geometry.trimesh import TriMesh
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.search import ball, hits, projection, reach, side_grid
@@ -179,6 +181,9 @@ class ExactSurface(NamedTuple):
         return ball.touching_radius(self.tables, patch, uv, rows, ball.OUTER)
 
 
+_KEPT: WeakKeyDictionary[Body, ExactSurface] = WeakKeyDictionary()
+
+
 def surface_of(master: Body | TriMesh) -> Surface:
     """The search on `master`; its tables are built at the first call and kept.
 
@@ -191,5 +196,9 @@ def surface_of(master: Body | TriMesh) -> Surface:
         from contiga.search.faceted.surface import faceted_surface
 
         return faceted_surface(master)
-    openings = master.openings
-    return ExactSurface(tables_of(master), openings.closed, openings.slit)
+    surface = _KEPT.get(master)
+    if surface is None:
+        # Faces are off the edges they share, and their loops off themselves where they close.
+        slit = master.openings.slit + float(stitches(master)[0].max(initial=0.0))
+        surface = _KEPT[master] = ExactSurface(tables_of(master), master.closed, slit)
+    return surface
