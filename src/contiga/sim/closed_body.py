@@ -53,13 +53,7 @@ def first_look(
         _take_inside(surface, p_B, rows[side <= 0], found, options)
         return
     rows = rows[side == 0]
-    patch, uv = surface.nearby(p_B, rows)
-    within = np.full(len(rows), np.inf)
-    known = np.flatnonzero(patch >= 0)
-    points = p_B[rows[known]]
-    tracked = track(surface, (None, points), (patch[known], uv[known]), options)
-    within[known] = distances(tracked, points)
-    out = closest(surface, p_B, rows, within)
+    out = closest(surface, p_B, rows)
     found.reach[rows] = free_reach(out, options)
     remember(found, rows, out)
 
