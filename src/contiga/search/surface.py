@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from typing import NamedTuple, Protocol
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
 
 from contiga.geometry.body import Body
+from contiga.geometry.slits import stitches
 from contiga.geometry.trimesh import TriMesh
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
-from contiga.search import ball, hits, projection, reach
+from contiga.search import ball, hits, projection, reach, side_grid
+from contiga.search.body_sides import sides_of
 from contiga.search.records import Tables
 from contiga.search.tables import tables_of
 
@@ -69,6 +75,26 @@ class Surface(Protocol):
         """Lower bounds of the distance of p_B[rows] into lengths[rows]; zero when near."""
         ...  # pragma: no cover
 
+    def sides(self, p_B: FloatArray, rows: IntArray) -> tuple[ByteArray, FloatArray]:
+        """Sides of p_B[rows] as far as they are known at once: 1 outside, −1 inside, else 0; and
+        where they are, a length greater than rounding that leads to no surface.
+
+        Closed surfaces only.
+        """
+        ...  # pragma: no cover
+
+    def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
+        """(len(rows),) True where a_B[rows] → b_B[rows] is known to meet no surface.
+
+        Closed surfaces only.
+        """
+        ...  # pragma: no cover
+
+    def nearby(self, p_B: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
+        """Places (patch, uv) not far from those of p_B[rows] that lie near the surface; patch −1
+        for others. Closed surfaces only."""
+        ...  # pragma: no cover
+
     def inner_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
         """(len(rows),) radii of balls that touch inside at feet (patch, uv)[rows], else zero.
 
@@ -87,6 +113,8 @@ class ExactSurface(NamedTuple):
     tables: Tables
     closed: bool
     """Whether the body has no border anywhere."""
+    slit: float
+    """How far faces may be apart where they meet, length."""
 
     @property
     def n_elements(self) -> int:
@@ -128,6 +156,22 @@ class ExactSurface(NamedTuple):
         """Distances to the nearest box of a leaf."""
         reach.box_reach(self.tables, p_B, rows, lengths)
 
+    def sides(self, p_B: FloatArray, rows: IntArray) -> tuple[ByteArray, FloatArray]:
+        """By the cells of a grid."""
+        return side_grid.side_of(self._grid, p_B, rows)
+
+    def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
+        """By the cells of a grid that ways pass."""
+        return side_grid.clear_ways(self._grid, a_B, b_B, rows)
+
+    def nearby(self, p_B: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
+        """A piece of the surface in the cell."""
+        return side_grid.nearby(self._grid, p_B, rows)
+
+    @property
+    def _grid(self) -> side_grid.SideGrid:
+        return sides_of(self.tables, self.slit)
+
     def inner_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
         """Lower bounds from cells of the elements."""
         return ball.touching_radius(self.tables, patch, uv, rows, ball.INNER)
@@ -135,6 +179,9 @@ class ExactSurface(NamedTuple):
     def outer_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
         """Lower bounds from cells of the elements."""
         return ball.touching_radius(self.tables, patch, uv, rows, ball.OUTER)
+
+
+_KEPT: WeakKeyDictionary[Body, ExactSurface] = WeakKeyDictionary()
 
 
 def surface_of(master: Body | TriMesh) -> Surface:
@@ -149,4 +196,9 @@ def surface_of(master: Body | TriMesh) -> Surface:
         from contiga.search.faceted.surface import faceted_surface
 
         return faceted_surface(master)
-    return ExactSurface(tables_of(master), master.closed)
+    surface = _KEPT.get(master)
+    if surface is None:
+        # Faces are off the edges they share, and their loops off themselves where they close.
+        slit = master.openings.slit + float(stitches(master)[0].max(initial=0.0))
+        surface = _KEPT[master] = ExactSurface(tables_of(master), master.closed, slit)
+    return surface

@@ -53,9 +53,11 @@ def look(
     step = Step(before, now, way, last.reach < 0.0, last.near, last.uv)
     found.near[free] = last.near[free]
     found.uv[free] = last.uv[free]
+    if options.closed:
+        closed_body.look(surface, step, (last.patch, last.uv), (rows, near), found, options)
+        return _with_feet(found)
     tracked = track(surface, (before[rows], now[rows]), (last.patch[rows], last.uv[rows]), options)
-    room = closed_body if options.closed else open_body
-    room.look(surface, step, (rows, near), tracked, found, options)
+    open_body.look(surface, step, (rows, near), tracked, found, options)
     return _with_feet(found)
 
 

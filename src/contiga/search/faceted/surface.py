@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.errors import MeshError
 from contiga.geometry.trimesh import TriMesh
@@ -71,6 +72,18 @@ class FacetedSurface(NamedTuple):
         """Distances to the nearest box of a triangle."""
         facets = self.tables.facets
         run_ranges(_closest_nb.box_reach, len(rows), POINTS, facets, p_B, rows, lengths)
+
+    def sides(self, p_B: FloatArray, rows: IntArray) -> tuple[ByteArray, FloatArray]:
+        """Nothing is known at once."""
+        return np.zeros(len(rows), np.int8), np.zeros(len(rows))
+
+    def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
+        """Nothing is known at once."""
+        return np.zeros(len(rows), dtype=bool)
+
+    def nearby(self, p_B: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
+        """Nothing is known at once."""
+        return np.full(len(rows), -1, np.int32), np.zeros((len(rows), 2))
 
     def inner_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
         """Nothing is known: a mesh has a kink along every edge."""

@@ -1,0 +1,49 @@
+"""The grid of known sides of a body of patches."""
+
+from __future__ import annotations
+
+import weakref
+
+import numpy as np
+
+from contiga.records import FloatArray, IntArray, Projection
+from contiga.search import _side_pieces_nb
+from contiga.search.projection import closest_of_rows
+from contiga.search.records import Tables
+from contiga.search.side_grid import CUT, PIECES, THIN, WHOLE, SideGrid, build, layout
+
+_KEPT: dict[int, SideGrid] = {}
+
+
+def sides_of(tables: Tables, slit: float) -> SideGrid:
+    """The grid of the closed body that `tables` are of, built at the first call.
+
+    `slit` is how far its faces may be apart where they meet, length.
+    """
+    key = id(tables.elements.table)
+    grid = _KEPT.get(key)
+    if grid is None:
+        grid = _KEPT[key] = _build(tables, slit)
+        weakref.finalize(tables.elements.table, _KEPT.pop, key, None)
+    return grid
+
+
+def _build(tables: Tables, slit: float) -> SideGrid:
+    table = tables.elements.table
+    root = tables.tree[0]
+    margins = table["skirt"] + table["noise"] + 2.0 * slit
+    wide = margins.max()
+    place = layout(np.stack([root["low"] - wide, root["high"] + wide]), len(table))
+    margins += 2.0 * place.skin
+    limits = (WHOLE * place.size, CUT * place.size, THIN * place.small, PIECES)
+    pieces, middles = _side_pieces_nb.surface_pieces(
+        tables.elements, tables.trims, place.origin, margins, limits
+    )
+    element = middles[:, 0].astype(np.int64)
+    box = table["box"][element]
+    uv = box[:, ::2] + (middles[:, 1:] + 0.5) * (box[:, 1::2] - box[:, ::2])
+
+    def closest(points: FloatArray, rows: IntArray, out: Projection) -> None:
+        closest_of_rows(tables, points, rows, out)
+
+    return build(place, pieces, (table["patch"][element], np.ascontiguousarray(uv)), closest)
