@@ -20,8 +20,8 @@ radius, and has no other minimum than there. A shortest way between two points o
 So f_τ has but one minimum in B, strict, which moves without a jump; x_0 and x_1 are it at τ = 0
 and 1.
 
-Nothing of this asks on which face x_0 and x_1 are, or whether they are on the crease. On the
-inner side of a fold there are two minima; one that runs into the crease ends there.
+Nothing of this asks on which face x_0 and x_1 are, or whether they are on the crease. Beside the
+inner side of a fold there are two minima, and the foot does jump: nothing is proved there.
 
 **At a vertex** that stays a foot no bounds are needed: if w·T < 0 for the tangents T of all sides
 that meet there at τ = 0 and τ = 1, then for all τ between and all T between two sides.
@@ -53,11 +53,6 @@ from contiga.search._sides_nb import normal_at
 CREASE = 1
 SAME = 1e3
 """A slope of this many tolerances is none."""
-AWAY = 3.0
-"""A foot that goes this many times as far as its point has left its branch, where f is not flat."""
-FOLD = 1e-2
-"""Sine of the angle to a face below which a jump over to it is not called an end of the branch:
-joints that are meant to be smooth."""
 OPPOSED = 1e-9
 """Tangents of a corner with a cosine this near to −1 leave no angle between them."""
 
@@ -241,39 +236,6 @@ def _way_guess(elements, foot, last, metric, h):
     origin = elements.table[last[0]]["origin"]
     d = (h[0, 0] + origin[0] - at[0], h[1, 0] + origin[1] - at[1], h[2, 0] + origin[2] - at[2])
     return 1.4 * math.sqrt(dot(d, d))
-
-
-@inner(error_model="numpy")
-def falls_over(tables, last, foot, path, h):
-    """Whether the foot `last` of path[0] is seen to run into a crease from inside a fold.
-
-    It is at the crease, is past it for path[1], and f falls on into the other face, where `foot` is
-    farther off than the motion explains.
-    """
-    elements = tables.elements
-    e, s, t = last
-    side = crease_beside(elements, last, foot)
-    if side < 0:
-        return False
-    x = t if side < 2 else s
-    n = elements.table[e]["neighbour"][side]
-    there = elements.table[e]["neighbour_side"][side]
-    first = side_frame(elements, e, side, x, h)
-    second = side_frame(elements, n, there, -x if elements.table[e]["flip"][side] == 1 else x, h)
-    w = minus(path[1], first[0])
-    way = minus(path[1], path[0])
-    near = AWAY * (math.sqrt(dot(way, way)) + tables.scale[1])
-    depth = (0.5 - abs(s if side < 2 else t)) * first[5][2][2 if side < 2 else 3]
-    if not (depth <= near and dot(w, first[2]) <= near):
-        return False
-    fall = dot(w, second[2])
-    if not fall > max(near, FOLD * math.sqrt(dot(w, w))):
-        return False
-    normal_at(elements, foot[0], foot[1], foot[2], h)
-    origin = elements.table[foot[0]]["origin"]
-    at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
-    gone = minus(at, first[0])
-    return dot(gone, gone) > near * near
 
 
 @inner(error_model="numpy")

@@ -17,7 +17,7 @@ from contiga.search._around_nb import cross, inward_slope, stands, vertex_exit
 from contiga.search._bend_nb import principal
 from contiga.search._branch_nb import seen_from
 from contiga.search._cells_nb import whole_around
-from contiga.search._crease_nb import falls_over, is_corner
+from contiga.search._crease_nb import is_corner
 from contiga.search._element_nb import locate
 from contiga.search._foot_nb import turn_normal, write_foot
 from contiga.search._global_nb import in_face
@@ -41,8 +41,6 @@ VANISHED = 1e-3
 """Least curvature with which a minimum that cannot be followed any farther counts as gone."""
 AWAY = 10.0
 """A foot that goes this many times as far as its least curvature explains has left its branch."""
-AHEAD = 16.0
-"""How many smallest parts a foot that nears a crease is from it when nothing more is proved."""
 MOST_PARTS = 1500
 UNPROVED, PROVED, ENDED = 0, 1, 2
 EVENT = 2
@@ -151,14 +149,10 @@ def follow(tables, last, path, work):
             if step <= 0.5**EVENT_HALVINGS:
                 return (ENDED if ended else UNPROVED), last[0], last[1], last[2]
         step *= 0.5
-    here = _between(path, done)
-    for ahead in (1.0, AHEAD):
-        there = _between(path, min(done + ahead * step, 1.0))
-        _, e, s, t, _ = walk(elements, last, there, tables.scale[1], h)
-        ended, _ = _has_ended(tables, last, (e, s, t), (here, there), work)
-        if ended or falls_over(tables, last, (e, s, t), (here, there), h):
-            return ENDED, last[0], last[1], last[2]
-    return UNPROVED, last[0], last[1], last[2]
+    there = _between(path, done + step)
+    _, e, s, t, _ = walk(elements, last, there, tables.scale[1], h)
+    ended, _ = _has_ended(tables, last, (e, s, t), (_between(path, done), there), work)
+    return (ENDED if ended else UNPROVED), last[0], last[1], last[2]
 
 
 @inner(error_model="numpy")
