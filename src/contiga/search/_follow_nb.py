@@ -94,14 +94,12 @@ def _has_ended(tables, last, foot, path, work):
 
 
 @inner(error_model="numpy")
-def _is_stationary(tables, foot, point, h):
-    """Whether a start is the foot of its point at all: f falls nowhere from there."""
-    elements = tables.elements
+def _is_stationary(elements, foot, point, miss, h):
+    """Whether a start is the foot of its point at all: f falls nowhere from there by `miss`."""
     e, s, t = foot
     q = expand(elements, e, s, t, point, h)
     _, g_s, g_t, _, _, _, a, b = q
     # At a pole one tangent vanishes, and its slope is rounding.
-    miss = SAME * tables.scale[1]
     if abs(s) < 0.5 and not abs(g_s) <= miss * math.sqrt(max(a, SHORT * b)):
         return False
     if abs(t) < 0.5 and not abs(g_t) <= miss * math.sqrt(max(b, SHORT * a)):
@@ -118,17 +116,15 @@ def _is_stationary(tables, foot, point, h):
 
 
 @inner(error_model="numpy")
-def follow(tables, last, path, work):
+def follow(tables, last, path, step, work):
     """Follow the branch from the foot `last` of path[0] to path[1], part by part.
 
-    Returns (UNPROVED, PROVED or ENDED, e, s, t): the foot at the end of what was proved.
+    The first part tried is the share `step` of the motion. Returns (UNPROVED, PROVED or ENDED, e,
+    s, t): the foot at the end of what was proved.
     """
     elements = tables.elements
     h = work[2]
-    if not _is_stationary(tables, last, path[0], h):
-        return UNPROVED, last[0], last[1], last[2]
     done = 0.0
-    step = 1.0
     smallest = 0.5**HALVINGS
     for _ in range(MOST_PARTS):
         here = _between(path, done)
@@ -203,17 +199,25 @@ def follow_rows(tables, path, starts, rows, results, start, stop):
     """
     work = prove_work()
     found = np.empty(4)
+    miss = SAME * tables.scale[1]
     before, points = path
     patch, uv = starts
     out, back = results
     for i in range(start, stop):
         k = rows[i]
         last = locate(tables.grid, patch[k], uv[k, 0], uv[k, 1])
-        if _at_end(tables, last):
-            continue
         a = (before[k, 0], before[k, 1], before[k, 2])
         b = (points[k, 0], points[k, 1], points[k, 2])
-        outcome, e, s, t = follow(tables, last, (a, b), work)
+        if _at_end(tables, last) or not _is_stationary(tables.elements, last, a, miss, work[2]):
+            continue
+        step = 1.0
+        if out.status[k] == OK:
+            e, s, t = locate(tables.grid, out.patch[k], out.uv[k, 0], out.uv[k, 1])
+            if prove(tables, (e, s, t), last, (a, b), work):
+                out.certified[k] = 1
+                continue
+            step = 0.5
+        outcome, e, s, t = follow(tables, last, (a, b), step, work)
         if outcome == ENDED:
             back[k] = EVENT
         elif outcome == PROVED:

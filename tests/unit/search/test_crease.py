@@ -78,7 +78,7 @@ FOLDS = {
     "full faces": (1.5, {"bulge": 0.15}),
     "turn grows from nothing": (0.3, {"twist": 0.3}),
     "inner and outer": (0.0, {"twist": 0.8}),
-    "sharp": (2.8, {"bow": 0.3, "sway": 0.2}),
+    "sharp": (2.4, {"bow": 0.9, "sway": 0.2}),
     "nearly smooth": (1e-4, {"bow": 0.5, "sway": 0.3}),
 }
 JUMP = 100.0
