@@ -52,17 +52,22 @@ def cell_about(s, t, far_s, far_t):
 
 
 @inner(error_model="numpy")
-def _over_side(tables, foot, last, where, bend, work):
+def _keep(boxes, k, cell):
+    """Keep a cell: element, middle s, t, half of it in s, t."""
+    boxes[k, 0], boxes[k, 1], boxes[k, 2], boxes[k, 3], boxes[k, 4] = cell
+
+
+@inner(error_model="numpy")
+def _over_side(elements, foot, last, where, bend, work):
     """Bounds of the cell that goes on across a side, into work[1]; whether they are good.
 
     Both cells are one strip along the side: `along` is the parameter along it, in which a way no
     longer than r stays within the strip whichever of the cells it runs in. Also returned is the
     length of a way to the start `last` if that is across the side, else −1.
     """
-    elements = tables.elements
     e, s, t = foot
     side, (r, far_s, far_t) = where
-    _, other, h, _, bending = work
+    _, other, h, _, bending, boxes = work
     n = elements.table[e]["neighbour"][side]
     there = elements.table[e]["neighbour_side"][side]
     sign = -1.0 if elements.table[e]["flip"][side] == 1 else 1.0
@@ -94,8 +99,7 @@ def _over_side(tables, foot, last, where, bend, work):
     middle_s = 0.5 * (cell[0] + cell[1])
     middle_t = 0.5 * (cell[2] + cell[3])
     half_s = 0.5 * (cell[1] - cell[0])
-    if not whole_around(tables, n, middle_s, middle_t, half_s, 0.5 * (cell[3] - cell[2])):
-        return False, -1.0
+    _keep(boxes, 1, (n, middle_s, middle_t, half_s, 0.5 * (cell[3] - cell[2])))
     if last[0] != n:
         return True, -1.0
     depth = abs((last[1] if there < 2 else last[2]) - edge)
@@ -109,33 +113,45 @@ def _over_side(tables, foot, last, where, bend, work):
 
 
 @inner(error_model="numpy")
-def cells_about(tables, foot, last, size, side, work):
+def cells_about(elements, foot, last, size, side, work):
     """Bounds of the cell about a foot into work[0], and beyond `side` (−1 none) into work[1].
 
     `last` is the start (e, s, t), `size` (r, half the cell in s, in t). Returns the length of a way
     from foot to start in these cells, −1 where there is none or a way of length r may lead out.
+    The cells are kept in work[5], to be looked at for trims by who knows these.
     """
     e, s, t = foot
     r, far_s, far_t = size
     bend = work[0]
-    if not bend_bounds(tables.elements, e, cell_about(s, t, far_s, far_t), bend, work[3]):
+    if not bend_bounds(elements, e, cell_about(s, t, far_s, far_t), bend, work[3]):
         return -1.0
     if not (r < far_s * bend[WIDTH_S] and r < far_t * bend[WIDTH_T]):
         return -1.0
-    if not whole_around(tables, e, s, t, far_s, far_t):
-        return -1.0
+    _keep(work[5], 0, (e, s, t, far_s, far_t))
     d_s = abs(last[1] - s)
     d_t = abs(last[2] - t)
     inside = last[0] == e and d_s <= far_s and d_t <= far_t
     way = d_s * bend[SPEED_S] + d_t * bend[SPEED_T]
     if side >= 0:
-        joined, beyond = _over_side(tables, foot, last, (side, size), bend, work)
+        joined, beyond = _over_side(elements, foot, last, (side, size), bend, work)
         if not joined:
             return -1.0
         if last[0] != e:
             inside = beyond >= 0.0
             way = beyond
     return way if inside else -1.0
+
+
+@inner(error_model="numpy")
+def is_untrimmed(tables, boxes):
+    """Whether nothing is trimmed away from the cells kept in `boxes`."""
+    for k in range(2):
+        e = int(boxes[k, 0])
+        if e >= 0 and tables.trims.trimmed[tables.elements.table[e]["patch"]] != 0:
+            far = (boxes[k, 3], boxes[k, 4])
+            if not whole_around(tables, e, boxes[k, 1], boxes[k, 2], far[0], far[1]):
+                return False
+    return True
 
 
 @inner(error_model="numpy")

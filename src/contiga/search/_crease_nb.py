@@ -37,7 +37,7 @@ from contiga.num.jit import inner
 from contiga.search._around_nb import MOST, around, inward_slope, stands
 from contiga.search._bend_nb import INNER, OUTER
 from contiga.search._branch_nb import WIDER, seen_from
-from contiga.search._cells_nb import CELL, cell_about, cells_about, touched, whole_around
+from contiga.search._cells_nb import CELL, cell_about, cells_about, touched
 from contiga.search._fold_nb import (
     dot,
     largest_bend,
@@ -89,18 +89,18 @@ def _fall(w, first, second):
 
 
 @inner(error_model="numpy")
-def _slip(tables, foot, side, fold, path, h):
+def _slip(near, foot, side, fold, path, h):
     """t of the theorem; infinite where the foot is none."""
     e, s, t = foot
-    tolerance = tables.scale[1]
+    elements, _, _, tolerance = near
     first, second = fold
     if stands(side, s, t):
         end = _fall(minus(path[1], first[0]), first, second)
         if end > SAME * tolerance:
             return math.inf
         return max(_fall(minus(path[0], first[0]), first, second), end) + 4.0 * tolerance
-    normal = normal_at(tables.elements, e, s, t, h)
-    origin = tables.elements.table[e]["origin"]
+    normal = normal_at(elements, e, s, t, h)
+    origin = elements.table[e]["origin"]
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
     return seen_from(at, normal, path[0], path[1], tolerance)[2]
 
@@ -183,12 +183,12 @@ def _is_convex(foot, sides, fold, ends, size, slip, work):
 
 
 @inner(error_model="numpy")
-def over_crease(tables, foot, last, path, work):
+def over_crease(near, foot, last, path, work):
     """Whether one branch joins the feet `last` of path[0] and `foot` of path[1] by a crease.
 
-    `work` is as for `prove`.
+    `near` and `work` are as for `prove`.
     """
-    elements = tables.elements
+    elements, _, _, tolerance = near
     side = crease_beside(elements, foot, last)
     if side < 0:
         return False
@@ -205,11 +205,11 @@ def over_crease(tables, foot, last, path, work):
         return False
     ends = (minus(path[0], first[0]), minus(path[1], first[0]))
     least = _least_guess((first, second), ends[0], ends[1])
-    slip = _slip(tables, foot, side, (first, second), path, h)
+    slip = _slip(near, foot, side, (first, second), path, h)
     if not (least > 0.0 and slip < math.inf):
         return False
     way = _way_guess(elements, foot, last, metric, h)
-    r = WIDER * max(1.1 * way + tables.scale[1], 2.0 * slip / least)
+    r = WIDER * max(1.1 * way + tolerance, 2.0 * slip / least)
     beside = min(metric[3 if side < 2 else 2], other[3 if there < 2 else 2])
     across = metric[2 if side < 2 else 3]
     size = (r, CELL * r / across, CELL * r / beside)
@@ -217,8 +217,8 @@ def over_crease(tables, foot, last, path, work):
         size = (r, CELL * r / beside, CELL * r / across)
     if touched(s, t, size[1], size[2]) != side:
         return False
-    way = cells_about(tables, foot, last, size, side, work)
-    if not 0.0 <= way <= r - tables.scale[1]:
+    way = cells_about(elements, foot, last, size, side, work)
+    if not 0.0 <= way <= r - tolerance:
         return False
     return _is_convex(foot, (side, there), (first, second), ends, size, slip, work)
 
@@ -245,18 +245,18 @@ def is_corner(foot):
 
 
 @inner(error_model="numpy")
-def stays_at_vertex(tables, foot, path, h):
+def stays_at_vertex(near, foot, path, h):
     """Whether the corner `foot` is a strict minimum for all points of a motion."""
-    elements = tables.elements
+    elements, _, trimmed, tolerance = near
     list_e = np.empty(MOST, np.int64)
     list_st = np.empty((MOST, 2))
-    miss = SAME * tables.scale[1]
+    miss = SAME * tolerance
     n = around(elements, foot, list_e, list_st)
     if n >= MOST:
         return False
     for k in range(n):
         e, s, t = list_e[k], list_st[k, 0], list_st[k, 1]
-        if not (is_corner((e, s, t)) and whole_around(tables, e, s, t, 0.0, 0.0)):
+        if not is_corner((e, s, t)) or trimmed[elements.table[e]["patch"]] != 0:
             return False
         for point in path:
             q = expand(elements, e, s, t, point, h)

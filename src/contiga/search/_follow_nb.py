@@ -16,7 +16,7 @@ from contiga.num.jit import inner
 from contiga.search._around_nb import cross, inward_slope, stands, vertex_exit
 from contiga.search._bend_nb import principal
 from contiga.search._branch_nb import seen_from
-from contiga.search._cells_nb import whole_around
+from contiga.search._cells_nb import is_untrimmed, whole_around
 from contiga.search._crease_nb import is_corner
 from contiga.search._element_nb import locate
 from contiga.search._foot_nb import turn_normal, write_foot
@@ -28,6 +28,7 @@ from contiga.search._sides_nb import normal_at
 from contiga.search._walk_nb import walk
 
 OK = 0
+IN = 1
 FACE, VERTEX = 0, 2
 CREASE, POLE = 1, 3
 SHORT = 1e-12
@@ -60,17 +61,16 @@ def _between(path, share):
 
 
 @inner(error_model="numpy")
-def _has_ended(tables, last, foot, path, work):
+def _has_ended(near, last, foot, path, h):
     """Whether the minimum `last` of path[0] is seen to vanish on the way to path[1].
 
     It has become flat, it is none for path[1], or the foot found there is farther off than the
     curvature of f explains.
     """
-    elements = tables.elements
+    elements, _, _, tolerance = near
     for side in range(4):
         if stands(side, last[1], last[2]) and elements.table[last[0]]["kind"][side] == CREASE:
             return False, math.inf  # f is bent there by more than curvature
-    h = work[2]
     normal = normal_at(elements, last[0], last[1], last[2], h)
     origin = elements.table[last[0]]["origin"]
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
@@ -79,7 +79,7 @@ def _has_ended(tables, last, foot, path, work):
     if min(a, b) <= SHORT * max(a, b):
         return False, math.inf  # on a pole curvatures are not seen
     inner, outer, _ = principal(h)
-    m, _, slip = seen_from(at, normal, path[0], path[1], tables.scale[1])
+    m, _, slip = seen_from(at, normal, path[0], path[1], tolerance)
     least = least_bend((inner, outer), m[0])
     if least > SHALLOW:
         return False, least
@@ -123,15 +123,20 @@ def follow(tables, last, path, step, work):
     s, t): the foot at the end of what was proved.
     """
     elements = tables.elements
+    tolerance = tables.scale[1]
+    near = (elements, tables.rings, tables.trims.trimmed, tolerance)
     h = work[2]
     done = 0.0
     smallest = 0.5**HALVINGS
     for _ in range(MOST_PARTS):
         here = _between(path, done)
         there = _between(path, done + step)
-        status, e, s, t, _ = walk(elements, last, there, tables.scale[1], h)
-        good = status == OK and in_face(elements, tables.trims, e, s, t)
-        if good and prove(tables, (e, s, t), last, (here, there), work):
+        status, e, s, t, _ = walk(elements, last, there, tolerance, h)
+        good = status == OK and (
+            elements.table[e]["trim"] == IN or in_face(elements, tables.trims, e, s, t)
+        )
+        good = good and prove(near, (e, s, t), last, (here, there), work)
+        if good and is_untrimmed(tables, work[5]):
             last = (e, s, t)
             done += step
             if done >= 1.0:
@@ -139,27 +144,27 @@ def follow(tables, last, path, step, work):
             step = min(2.0 * step, 1.0 - done)
             continue
         if step <= smallest:
-            ended, least = _has_ended(tables, last, (e, s, t), (here, there), work)
+            ended, least = _has_ended(near, last, (e, s, t), (here, there), h)
             if least > SHALLOW:
                 break
             if step <= 0.5**EVENT_HALVINGS:
                 return (ENDED if ended else UNPROVED), last[0], last[1], last[2]
         step *= 0.5
     there = _between(path, done + step)
-    _, e, s, t, _ = walk(elements, last, there, tables.scale[1], h)
-    ended, _ = _has_ended(tables, last, (e, s, t), (_between(path, done), there), work)
+    _, e, s, t, _ = walk(elements, last, there, tolerance, h)
+    ended, _ = _has_ended(near, last, (e, s, t), (_between(path, done), there), h)
     return (ENDED if ended else UNPROVED), last[0], last[1], last[2]
 
 
 @inner(error_model="numpy")
-def _at_end(tables, foot):
+def _at_end(elements, foot):
     """Whether a foot stands where its surface ends, or goes on in elements not linked with it."""
     e, s, t = foot
-    kind = tables.elements.table[e]["kind"]
+    kind = elements.table[e]["kind"]
     for side in range(4):
         if stands(side, s, t) and kind[side] > CREASE and kind[side] != POLE:
             return True
-    return not whole_around(tables, e, s, t, 0.0, 0.0)
+    return False
 
 
 @inner(error_model="numpy")
@@ -199,6 +204,9 @@ def follow_rows(tables, path, starts, rows, results, start, stop):
     """
     work = prove_work()
     found = np.empty(4)
+    elements = tables.elements
+    trimmed = tables.trims.trimmed
+    near = (elements, tables.rings, trimmed, tables.scale[1])
     miss = SAME * tables.scale[1]
     before, points = path
     patch, uv = starts
@@ -208,12 +216,14 @@ def follow_rows(tables, path, starts, rows, results, start, stop):
         last = locate(tables.grid, patch[k], uv[k, 0], uv[k, 1])
         a = (before[k, 0], before[k, 1], before[k, 2])
         b = (points[k, 0], points[k, 1], points[k, 2])
-        if _at_end(tables, last) or not _is_stationary(tables.elements, last, a, miss, work[2]):
+        if _at_end(elements, last) or not _is_stationary(elements, last, a, miss, work[2]):
+            continue
+        if trimmed[patch[k]] != 0 and not whole_around(tables, last[0], last[1], last[2], 0.0, 0.0):
             continue
         step = 1.0
         if out.status[k] == OK:
             e, s, t = locate(tables.grid, out.patch[k], out.uv[k, 0], out.uv[k, 1])
-            if prove(tables, (e, s, t), last, (a, b), work):
+            if prove(near, (e, s, t), last, (a, b), work) and is_untrimmed(tables, work[5]):
                 out.certified[k] = 1
                 continue
             step = 0.5

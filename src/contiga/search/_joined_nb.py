@@ -12,7 +12,7 @@ import numpy as np
 
 from contiga.num.jit import inner
 from contiga.search._bend_nb import BENDS, INNER, OUTER, bend_work, principal
-from contiga.search._branch_nb import WIDER, by_ring, holds, is_whole, seen_from
+from contiga.search._branch_nb import WIDER, by_ring, holds, seen_from
 from contiga.search._cells_nb import CELL, cells_about, in_element, touched
 from contiga.search._crease_nb import is_corner, over_crease, stays_at_vertex
 from contiga.search._element_nb import parameters
@@ -23,25 +23,25 @@ SMOOTH = 0
 
 
 @inner(error_model="numpy")
-def _by_cell(tables, foot, last, seen, size, work):
+def _by_cell(near, foot, last, seen, size, work):
     """Whether bounds of a cell about the foot, which crosses one smooth side at most, prove it.
 
     `last` is the start (e, s, t), `seen` (m, far, slip), `size` (r, half the cell in s, in t).
     """
-    elements = tables.elements
+    elements, _, _, tolerance = near
     e, s, t = foot
     m, far, slip = seen
     r, far_s, far_t = size
     side = touched(s, t, far_s, far_t)
     if side == -2 or (side >= 0 and elements.table[e]["kind"][side] != SMOOTH):
         return False
-    way = cells_about(tables, foot, last, size, side, work)
+    way = cells_about(elements, foot, last, size, side, work)
     bend, other = work[0], work[1]
     inner, outer = bend[INNER], bend[OUTER]
     if side >= 0:
         inner = max(inner, other[INNER])
         outer = max(outer, other[OUTER])
-    return 0.0 <= way <= r - tables.scale[1] and holds((inner, outer), m, far, slip, r)
+    return 0.0 <= way <= r - tolerance and holds((inner, outer), m, far, slip, r)
 
 
 @inner(error_model="numpy")
@@ -51,35 +51,44 @@ def least_bend(curvature, m):
 
 
 @inner(error_model="numpy")
-def _by_ring(tables, foot, last, seen, off):
+def _by_ring(near, foot, last, seen, off, boxes):
     """Whether the bounds kept around the foot prove the start `last`, given to within `off`."""
+    elements, rings, _, tolerance = near
     e, s, t = foot
-    table = tables.elements.table
+    table = elements.table
     if table[e]["patch"] != table[last[0]]["patch"]:
         return False
-    start = parameters(tables.elements, last[0], last[1], last[2])
-    at = parameters(tables.elements, e, s, t)
-    ring = tables.rings[e, part_of(s, t)]
-    r = by_ring(ring, table[e]["box"], at, start, seen, tables.scale[1] + off)
-    width = ring["width"]
-    return r > 0.0 and is_whole(tables, table[e]["patch"], at, r / width[0], r / width[1])
+    start = parameters(elements, last[0], last[1], last[2])
+    at = parameters(elements, e, s, t)
+    ring = rings[e, part_of(s, t)]
+    box = table[e]["box"]
+    r = by_ring(ring, box, at, start, seen, tolerance + off)
+    boxes[0, 0], boxes[0, 1], boxes[0, 2] = e, s, t
+    boxes[0, 3] = r / (ring["width"][0] * (box[1] - box[0]))
+    boxes[0, 4] = r / (ring["width"][1] * (box[3] - box[2]))
+    return r > 0.0
 
 
 @inner(error_model="numpy")
 def prove_work():
-    """Work tables of `prove`: bounds of two cells, derivatives, work of `bend_bounds` of each."""
-    return np.empty(BENDS), np.empty(BENDS), np.empty((4, 6)), bend_work(), bend_work()
+    """Work tables of `prove`: bounds of two cells, derivatives, work of `bend_bounds` of each, and
+    the cells (2, 5) that a proof holds for if nothing is trimmed away from them."""
+    boxes = np.empty((2, 5))
+    return np.empty(BENDS), np.empty(BENDS), np.empty((4, 6)), bend_work(), bend_work(), boxes
 
 
 @inner(error_model="numpy")
-def prove(tables, foot, last, path, work):
+def prove(near, foot, last, path, work):
     """Whether one branch joins the feet `last` of path[0] and `foot` of path[1], (e, s, t) each.
 
-    `work` is of `prove_work`.
+    `near` is (elements, rings, which patches are trimmed, tolerance): to hand on all tables costs
+    as much as the proof. `work` is of `prove_work`; that nothing is trimmed away from its cells
+    is to be seen to.
     """
-    elements = tables.elements
+    elements = near[0]
     moved = 0.0
-    if is_corner(foot) and foot == last and stays_at_vertex(tables, foot, path, work[2]):
+    work[5][:, 0] = -1.0
+    if is_corner(foot) and foot == last and stays_at_vertex(near, foot, path, work[2]):
         return True
     if foot[0] != last[0]:
         last, moved = in_element(elements, last, foot[0])
@@ -87,15 +96,15 @@ def prove(tables, foot, last, path, work):
         here, off = in_element(elements, foot, last[0])
         if off == 0.0:
             foot = here
-    if _by_surroundings(tables, foot, (last, moved), path, work):
+    if _by_surroundings(near, foot, (last, moved), path, work):
         return True
-    return moved == 0.0 and over_crease(tables, foot, last, path, work)
+    return moved == 0.0 and over_crease(near, foot, last, path, work)
 
 
 @inner(error_model="numpy")
-def _by_surroundings(tables, foot, start, path, work):
+def _by_surroundings(near, foot, start, path, work):
     """As `prove` where no crease is near; `start` is (last, how far it was moved)."""
-    elements = tables.elements
+    elements, _, _, tolerance = near
     last, moved = start
     e, s, t = foot
     h = work[2]
@@ -103,10 +112,10 @@ def _by_surroundings(tables, foot, start, path, work):
     origin = elements.table[e]["origin"]
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
     inner, outer, metric = principal(h)
-    m, far, slip = seen_from(at, normal, path[0], path[1], tables.scale[1])
+    m, far, slip = seen_from(at, normal, path[0], path[1], tolerance)
     # Twice the speeds at the foot: within a hair of the start they are not much larger.
     off = 2.0 * moved * (metric[0] + metric[1])
-    if _by_ring(tables, foot, last, (m, far, slip), off):
+    if _by_ring(near, foot, last, (m, far, slip), off, work[5]):
         return True
     if not metric[2] > 0.0:
         return False
@@ -122,6 +131,6 @@ def _by_surroundings(tables, foot, start, path, work):
         for c in range(3):
             square += (h[c, 0] + origin[c] - at[c]) ** 2
         way = 1.4 * math.sqrt(square)
-    r = WIDER * max(1.1 * way + off + tables.scale[1], slip / least)
+    r = WIDER * max(1.1 * way + off + tolerance, slip / least)
     size = (r, CELL * r / metric[2], CELL * r / metric[3])
-    return moved == 0.0 and _by_cell(tables, foot, last, (m, far, slip), size, work)
+    return moved == 0.0 and _by_cell(near, foot, last, (m, far, slip), size, work)

@@ -142,6 +142,22 @@ def test_a_foot_that_runs_into_a_crease_from_the_inner_side_is_not_certified_to_
     np.testing.assert_allclose(feet.point, [0.1 * below], atol=1e-10)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_foot_that_jumps_along_a_crease_is_not_certified(side):
+    """Over the crease z = y² points at height 0.52 are past its focal points: 2 y³ − 0.04 y = Y.
+
+    The minimum at y = 0.18 ends where Y = −0.002; the faces fall off too steeply to be felt.
+    """
+    body = fold(2.4, bow=1.0)
+    a, b = np.array([[0.0, 0.01, 0.52]]), np.array([[0.0, -0.01, 0.52]])
+    start = body.project(side * a * [1.0, 1.0, side])
+    assert start.feature.tolist() == [Feature.EDGE]
+    assert side * start.point[0, 1] > 0.18
+    feet = body.project(side * b * [1.0, 1.0, side], start=start, mode="track")
+    assert side * feet.point[0, 1] < -0.18
+    assert feet.certified.tolist() == [0]
+
+
 def tent():
     """A pyramid of bilinear patches over the square [-1, 1]², its top at height one."""
     x = np.linspace(-1.0, 1.0, 3)
