@@ -27,13 +27,15 @@ from contiga.search._local_nb import expand
 from contiga.search._sides_nb import normal_at
 from contiga.search._walk_nb import walk
 
-OK = 0
+OK, BORDER = 0, 1
 IN = 1
 FACE, VERTEX = 0, 2
 CREASE, POLE = 1, 3
 SHORT = 1e-12
 HALVINGS = 10
 """Halvings of a motion that is not proved."""
+HELD = 0.5**4
+"""A part this short that ends where the face does is not halved: the branch leads out there."""
 EVENT_HALVINGS = 30
 """Halvings where the minimum is shallow: a branch is followed so far to its end."""
 SHALLOW = 0.5
@@ -132,9 +134,10 @@ def follow(tables, last, path, step, work):
         here = _between(path, done)
         there = _between(path, done + step)
         status, e, s, t, _ = walk(elements, last, there, tolerance, h)
-        good = status == OK and (
+        stays = status != BORDER and (
             elements.table[e]["trim"] == IN or in_face(elements, tables.trims, e, s, t)
         )
+        good = stays and status == OK
         good = good and prove(near, (e, s, t), last, (here, there), work)
         if good and is_untrimmed(tables, work[5]):
             last = (e, s, t)
@@ -143,6 +146,8 @@ def follow(tables, last, path, step, work):
                 return PROVED, e, s, t
             step = min(2.0 * step, 1.0 - done)
             continue
+        if not stays and step <= HELD:
+            return UNPROVED, last[0], last[1], last[2]
         if step <= smallest:
             ended, least = _has_ended(near, last, (e, s, t), (here, there), h)
             if least > SHALLOW:
