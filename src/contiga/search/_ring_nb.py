@@ -190,7 +190,7 @@ def _add_across(elements, raw, e, side, along, ring):
         if _adjoins(elements, e, n, side):
             scale_s, scale_t = _scales(elements, e, n)
             _take_metric(ring, bend, scale_s, scale_t)
-        else:  # the parameter along the side is the same, all the same
+        else:  # linked point by point: the parameter along the side is the same
             beside = 1 if side < 2 else 0
             width = bend[WIDTH_T if there < 2 else WIDTH_S]
             ring["width"][beside] = min(ring["width"][beside], width)
@@ -224,11 +224,7 @@ def _add_fan(elements, raw, e, corner, ring, work):
 
 @inner(error_model="numpy")
 def _corner_is_open(elements, e, side_s, side_t):
-    """Whether beyond one smooth side of a corner the surface ends where it ends here.
-
-    The sides are linked point by point, so that ways to where it ends count as far in parameters
-    of the other element as in these.
-    """
+    """Whether beyond one smooth side of a corner the surface ends where it ends here."""
     own = elements.table[e]
     smooth, ended = (side_s, side_t) if own["kind"][side_s] == SMOOTH else (side_t, side_s)
     there = own["neighbour_side"][smooth]
