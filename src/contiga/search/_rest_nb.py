@@ -26,10 +26,13 @@ D10, D01, D20, D11, D02 = 0, 1, 2, 3, 4
 
 
 @inner(error_model="numpy")
-def _shift(a, n, along, at, half):
-    """Powers of x along one direction turned into those of (x − at)/half, in place."""
+def _shift(a, n, beside, along, at, half):
+    """Powers of x along one direction turned into those of (x − at)/half, in place.
+
+    There are n + 1 coefficients along it and `beside` + 1 along the other.
+    """
     for c in range(4):
-        for m in range(MOST):
+        for m in range(beside + 1):
             for k in range(n):
                 for i in range(n - 1, k - 1, -1):
                     if along == 0:
@@ -56,8 +59,8 @@ def centred(elements, e, cell, a):
         for j in range(q + 1):
             for c in range(4):
                 a[c, i, j] = elements.coefs[start + (i * (q + 1) + j) * 4 + c]
-    _shift(a, p, 0, 0.5 * (cell[0] + cell[1]), 0.5 * (cell[1] - cell[0]))
-    _shift(a, q, 1, 0.5 * (cell[2] + cell[3]), 0.5 * (cell[3] - cell[2]))
+    _shift(a, p, q, 0, 0.5 * (cell[0] + cell[1]), 0.5 * (cell[1] - cell[0]))
+    _shift(a, q, p, 1, 0.5 * (cell[2] + cell[3]), 0.5 * (cell[3] - cell[2]))
     return p, q
 
 

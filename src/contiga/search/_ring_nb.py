@@ -190,6 +190,10 @@ def _add_across(elements, raw, e, side, along, ring):
         if _adjoins(elements, e, n, side):
             scale_s, scale_t = _scales(elements, e, n)
             _take_metric(ring, bend, scale_s, scale_t)
+        else:  # linked point by point: the parameter along the side is the same
+            beside = 1 if side < 2 else 0
+            width = bend[WIDTH_T if there < 2 else WIDTH_S]
+            ring["width"][beside] = min(ring["width"][beside], width)
 
 
 @inner(error_model="numpy")
@@ -220,11 +224,13 @@ def _add_fan(elements, raw, e, corner, ring, work):
 
 @inner(error_model="numpy")
 def _corner_is_open(elements, e, side_s, side_t):
-    """Whether beyond one smooth side of a corner the surface ends along the same line as here."""
-    kind = elements.table[e]["kind"]
-    smooth, ended = (side_s, side_t) if kind[side_s] == SMOOTH else (side_t, side_s)
-    n = elements.table[e]["neighbour"][smooth]
-    return _adjoins(elements, e, n, smooth) and elements.table[n]["kind"][ended] != SMOOTH
+    """Whether beyond one smooth side of a corner the surface ends where it ends here."""
+    own = elements.table[e]
+    smooth, ended = (side_s, side_t) if own["kind"][side_s] == SMOOTH else (side_t, side_s)
+    there = own["neighbour_side"][smooth]
+    end = (ended & 1) ^ own["flip"][smooth]
+    kind = elements.table[own["neighbour"][smooth]]["kind"][(2 if there < 2 else 0) + end]
+    return kind != SMOOTH and kind != POLE
 
 
 @inner(error_model="numpy")

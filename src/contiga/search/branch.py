@@ -17,7 +17,7 @@ ELEMENTS = 64
 ROWS = 4096
 FOLLOWED = 64
 # How often a part is quartered for its bounds, and elements up to which that is worth its time.
-QUARTERED = ((2, 400), (1, 4000))
+QUARTERED = ((3, 100), (2, 400), (1, 4000))
 
 
 def build_rings(elements: Elements) -> Records:

@@ -7,6 +7,7 @@ import pytest
 
 import contiga as cg
 from contiga.records import Feature, Status
+from contiga.search.surface import tables_of
 
 
 def trough():
@@ -268,3 +269,13 @@ def test_a_foot_that_runs_over_seams_knots_and_joints_is_certified():
             feet = body.project(p[None], start=feet, mode="track")
             assert feet.status.tolist() == [Status.OK]
             assert feet.certified.tolist() == [1]
+
+
+def test_where_two_patches_meet_at_a_border_feet_need_not_be_followed():
+    """The bounds kept there reach across the joint, however the second patch is turned."""
+    plane = cg.shapes.plane()
+    (u0, u1), _ = plane.domain
+    left, right = plane.split(u=0.5 * (u0 + u1))
+    for other in (right, right.transposed().flipped()):
+        rings = tables_of(cg.Body([left, other])).rings
+        assert (rings["room"] > 0.1).all()
