@@ -175,13 +175,52 @@ def test_points_beside_an_edge_whose_faces_reach_past_each_other_keep_their_side
         np.testing.assert_array_equal(outside[clear], height[clear] > 0.0)
 
 
-def test_a_path_that_grazes_a_slit_of_a_casting_enters(data_dir):
-    """Between two fillets 0.0096 apart, at a slope of 0.006: NIST CTC 2, faces 207 and 361."""
+def test_paths_that_slip_between_the_faces_of_a_casting_enter(data_dir):
+    """NIST CTC 2, whose fillets are up to 0.0096 apart where they end.
+
+    The first grazes such a slit at a slope of 0.006; the second is shorter than the way from the
+    edge to where it meets the carriers; the third meets none of them.
+    """
     body = solid(CLOSED_FILES[0]).body
-    a = np.array([[-54.69370101356522, 780.9119225383685, -226.15656414696306]])
-    b = np.array([[-54.00657321615985, 781.991802837062, -226.51445933567678]])
-    assert not body.contains(a)[0]
-    assert body.contains(b)[0]
-    assert 0.0 < body.first_hit(a, b).fraction[0] < 1.0
-    _, sense = surface_of(body).last_crossings(a, b, np.zeros(1, np.int32))
-    assert sense[0] == 1
+    a = np.array(
+        [
+            [-54.69370101356522, 780.9119225383685, -226.15656414696306],
+            [-101.50094699265635, 784.2250678992531, -148.71702026150265],
+            [-254.78825868516668, 312.25720564999807, -218.23975595961332],
+        ]
+    )
+    b = np.array(
+        [
+            [-54.00657321615985, 781.991802837062, -226.51445933567678],
+            [-101.50331797111836, 784.3206296053538, -148.63047663158895],
+            [-248.2764055560037, 316.50988550876093, -209.71441717818695],
+        ]
+    )
+    assert not body.contains(a).any()
+    assert body.contains(b).all()
+    hit = body.first_hit(a, b)
+    assert (hit.status == Status.OK).all()
+    place = a + hit.fraction[:, None] * (b - a)
+    assert (norm(place - hit.point) < 0.02).all()
+    _, sense = surface_of(body).last_crossings(a[:2], b[:2], np.arange(2, dtype=np.int32))
+    assert (sense == 1).all()
+
+
+@pytest.mark.parametrize("name", ["cone", "blade"])
+def test_a_flat_path_over_a_seam_is_hit_where_it_is(name):
+    """Beyond the side of a patch by rounding as seen along the path, by 4e-6 in space."""
+    ends = {
+        "cone": [
+            [4.085658626450983, -0.027555138896022627, 35.80726817315354],
+            [4.09010759982856, 0.0008892519380987939, 35.79725789774822],
+        ],
+        "blade": [
+            [50.000372197642086, -0.00011422671713443369, 14.999627961410525],
+            [49.998937053796354, 0.0003262160787812078, 15.00106249197087],
+        ],
+    }
+    body = solid(name).body
+    a, b = np.array(ends[name])[:, None]
+    hit = body.first_hit(a, b)
+    assert hit.status[0] == Status.OK
+    assert norm(a + hit.fraction[:, None] * (b - a) - hit.point)[0] < 1e-9 * body.size

@@ -339,7 +339,8 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
                 state, s, t, x, slope = _solve(elements, e, reach, start, path, h)
                 state = max(state, 0)
             if state > 0:
-                over = min(slack / abs(slope), spare)
+                # Beside a wide edge the caller finds where along the path the crossing is.
+                over = spare if path[3] > 0.0 else min(slack / abs(slope), spare)
                 if -over <= x <= length + over and x < far and (sense or slope < 0.0):
                     found = x
             if state < 0:

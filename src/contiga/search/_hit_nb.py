@@ -20,6 +20,10 @@ from contiga.search._global_nb import OUT, has_pole
 OK, NOT_FINITE, NO_HIT, AT_START, BUDGET = 0, 5, 6, 7, 8
 ROUNDING = 8.0 * 2.220446049250313e-16
 """Share of the coordinates and the body's size below which lengths are rounding."""
+GRAZING = 32.0
+"""Widths of an edge that a path may meet the carrier of a face beyond it."""
+FLAT = 16.0
+"""Times the rounding that a crossing may be off its element without being moved onto it."""
 X, ELEMENT, S, T, EDGE, OVER = 0, 1, 2, 3, 4, 5
 """Columns of what was found: x, element, s, t, width of an edge beside it, doubt about x."""
 
@@ -145,6 +149,49 @@ def _offer(found, side, x, e, place, width, over):
         found[side, OVER] = over
 
 
+@inner(error_model="numpy")
+def _way_back(place, rate):
+    """How far along the path a place beyond sides of its element is over them, to first order."""
+    way = 0.0
+    for c in range(2):
+        beyond = min(max(place[c], -0.5), 0.5) - place[c]
+        if beyond != 0.0 and rate[c] != 0.0 and abs(beyond / rate[c]) > abs(way):
+            way = beyond / rate[c]
+    return way
+
+
+@inner(error_model="numpy")
+def _on_element(elements, e, place, path, x, h):
+    """The place of an element that stands for a crossing at `place`, and x there.
+
+    What lies off the element, seen along the path within rounding, is far off if that is flat:
+    it is where the path passes the side. `h` holds the derivatives at the crossing.
+    """
+    if abs(place[0]) <= 0.5 and abs(place[1]) <= 0.5:
+        return place, x
+    p, d = path[0], path[1]
+    aa = ab = bb = da = db = 0.0
+    for c in range(3):
+        aa += h[c, 1] * h[c, 1]
+        ab += h[c, 1] * h[c, 2]
+        bb += h[c, 2] * h[c, 2]
+        da += d[c] * h[c, 1]
+        db += d[c] * h[c, 2]
+    off = max((abs(place[0]) - 0.5) * math.sqrt(aa), (abs(place[1]) - 0.5) * math.sqrt(bb))
+    if off <= FLAT * path[2]:
+        return place, x
+    det = aa * bb - ab * ab
+    rate = (0.0, 0.0)
+    if det > 1e-12 * aa * bb:
+        rate = ((bb * da - ab * db) / det, (aa * db - ab * da) / det)
+    way = _way_back(place, rate)
+    s = min(max(place[0] + way * rate[0], -0.5), 0.5)
+    t = min(max(place[1] + way * rate[1], -0.5), 0.5)
+    evaluate(elements, e, s, t, h)
+    x = (h[0, 0] - p[0]) * d[0] + (h[1, 0] - p[1]) * d[1] + (h[2, 0] - p[2]) * d[2]
+    return (s, t), x
+
+
 @njit(inline="always")
 def _search(arrays, segment, sense, found, queue, work):
     """First crossings of a segment (p, d, length, slack, spare): entries in found[0], where it
@@ -180,8 +227,9 @@ def _search(arrays, segment, sense, found, queue, work):
                 stack[0, c] = leaf["box"][c]
             cells = 1
             pole = has_pole(elements, e)
+            flat = GRAZING * path[3]
             while cells > 0:
-                ends = (length, spare, far, sense)
+                ends = (length, max(spare, flat), far + flat, sense)
                 x, s, t, slope, cells = next_crossing(elements, leaf, pole, path, ends, work, cells)
                 if x == math.inf:
                     continue
@@ -189,12 +237,18 @@ def _search(arrays, segment, sense, found, queue, work):
                 width, place, on = edge_width(
                     elements, trims, piece_width, e, (s, t), path, least, h
                 )
-                if width != BESIDE:
-                    side = 0 if slope < 0.0 else 1
-                    over = min(path[2] / abs(slope), spare)
-                    # Met beyond its edge, a face is crossed where the path passes the edge.
-                    x = x if on == 0.0 else min(max(x + on, 0.0), length)
-                    _offer(found, side, x, e, place, width, over)
+                if width == BESIDE:
+                    continue
+                # Met beyond its edge, a face is crossed where the path passes the edge.
+                over = min(path[2] / abs(slope), spare)
+                if on != 0.0:
+                    # Of two paths that follow each other there one at least is to meet it.
+                    x += on
+                    x = min(max(x, min(x + 2.0 * width, 0.0)), max(x - 2.0 * width, length))
+                else:
+                    place, x = _on_element(elements, e, place, path, x, h)
+                if x < far and -over <= x <= length + over:
+                    _offer(found, 0 if slope < 0.0 else 1, x, e, place, width, over)
                     far = min(far, x + beyond)
 
 

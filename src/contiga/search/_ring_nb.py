@@ -236,8 +236,7 @@ def _corner_is_open(elements, e, side_s, side_t):
 @inner(error_model="numpy")
 def _block(elements, e, i, j, ring):
     """The parameters of patch around part (i, j), as far as its surroundings go on in them."""
-    table = elements.table
-    box = table[e]["box"]
+    table, box = elements.table, elements.table[e]["box"]
     for axis in range(2):
         k = i if axis == 0 else j
         low = box[2 * axis]

@@ -1,8 +1,8 @@
 """Looking up a grid of known sides: the side of a point, and whether a way is clear of surface.
 
-A cell without surface is convex and holds none within `skin` of it either: a point in it is as far
-from the surface as from the cell's sides and `skin`, and by how many cells the next that may hold
-surface is away. A way that is in such cells all along crosses nothing.
+A cell without surface is convex and holds none within `skin` of it either: as far as a point in it
+is from the cell's sides, and `skin`, and as many cells as the next that may hold surface is away,
+so far it is from the surface. A way that is in such cells all along crosses nothing.
 """
 
 from __future__ import annotations

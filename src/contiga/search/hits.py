@@ -1,19 +1,15 @@
-"""Where moving points enter a body, and where they last went in or out."""
+"""Where segments enter a surface first, and where they last went in or out."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from contiga.geometry.body import Body
 from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, Hit, IntArray
 from contiga.search import _hit_nb
-from contiga.search.checks import checked_segments
 from contiga.search.records import Tables
-from contiga.search.tables import tables_of
 
 # Segments below which a second thread does not pay.
 SEGMENTS = 256
@@ -32,35 +28,6 @@ def empty_hit(n: int) -> Hit:
     return Hit(
         np.empty(n), np.empty(n, np.int32), np.empty((n, 2)), np.empty((n, 3)), np.empty(n, np.int8)
     )
-
-
-def first_hit(body: Body, p0: ArrayLike, p1: ArrayLike) -> Hit:
-    """Where each segment p0 → p1 first enters `body` from its free side.
-
-    Interval Newton on S(u, v) = p0 + τ (p1 − p0) over the hierarchy: the smallest τ in [0, 1]
-    with (p1 − p0)·n < 0. Both ends count, and so does what lies within the rounding of the
-    coordinates of them: of two paths that follow each other at least one has an entry between
-    them. Complete for every length and angle. An edge belongs to both its faces within its width,
-    twice its tolerance in the file.
-
-    Parameters
-    ----------
-    p0, p1 : (n, 3) float64, length, body frame
-
-    Returns
-    -------
-    Hit
-        fraction τ, NaN with status NO_HIT where the path does not enter; AT_START where it
-        starts on the surface; BUDGET where the search was given up, with the best hit it had.
-
-    Raises
-    ------
-    InputError
-        Arrays that are not (n, 3) or differ in n.
-    """
-    a_B, b_B = checked_segments(p0, p1)
-    rows = np.arange(len(a_B), dtype=np.int32)
-    return hits_of_rows(tables_of(body), a_B, b_B, rows)
 
 
 def hits_of_rows(tables: Tables, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:

@@ -1,0 +1,89 @@
+"""Where moving points enter a body."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.geometry.body import Body
+from contiga.records import ByteArray, FloatArray, Hit, IntArray, Status
+from contiga.search.checks import checked_segments
+from contiga.search.projection import empty_projection
+from contiga.search.surface import Surface, surface_of
+
+# Halvings after which a place on a path is as sharp as its coordinates.
+HALVINGS = 52
+# Share of a body's size below which a slit or a height is rounding.
+ROUNDING = 1e-12
+
+
+def first_hit(body: Body, p0: ArrayLike, p1: ArrayLike) -> Hit:
+    """Where each segment p0 → p1 first enters `body` from its free side.
+
+    Interval Newton on S(u, v) = p0 + τ (p1 − p0) over the hierarchy: the smallest τ in [0, 1]
+    with (p1 − p0)·n < 0. Both ends count, and so does what lies within the rounding of the
+    coordinates of them: of two paths that follow each other at least one has an entry between
+    them. Complete for every length and angle. An edge belongs to both its faces within its width,
+    twice its tolerance in the file. Where a path slips between two faces of a closed body all the
+    same, it enters where its closest point turns from outside to inside.
+
+    Parameters
+    ----------
+    p0, p1 : (n, 3) float64, length, body frame
+
+    Returns
+    -------
+    Hit
+        fraction τ, NaN with status NO_HIT where the path does not enter; AT_START where it
+        starts on the surface; BUDGET where the search was given up, with the best hit it had.
+
+    Raises
+    ------
+    InputError
+        Arrays that are not (n, 3) or differ in n.
+    """
+    a_B, b_B = checked_segments(p0, p1)
+    surface = surface_of(body)
+    out = surface.entries(a_B, b_B, np.arange(len(a_B), dtype=np.int32))
+    band = ROUNDING * body.size
+    if surface.closed and body.openings.slit > band:
+        _explain(surface, a_B, b_B, out, band)
+    return out
+
+
+def _explain(surface: Surface, a_B: FloatArray, b_B: FloatArray, out: Hit, band: float) -> None:
+    """Fill in the entries of paths that begin outside and end inside but meet no face.
+
+    Places within `band` of the surface are on neither side.
+    """
+    rows = np.flatnonzero(out.status == Status.NO_HIT).astype(np.int32)
+    rows = rows[_sides(surface, b_B, rows, band) < 0]
+    rows = rows[_sides(surface, a_B, rows, band) > 0]
+    if len(rows) == 0:
+        return
+    way = b_B[rows] - a_B[rows]
+    low, high = np.zeros(len(rows)), np.ones(len(rows))
+    own = np.arange(len(rows), dtype=np.int32)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        inside = _sides(surface, a_B[rows] + middle[:, None] * way, own, band) < 0
+        low, high = np.where(inside, low, middle), np.where(inside, middle, high)
+    feet = empty_projection(len(rows))
+    surface.closest(a_B[rows] + high[:, None] * way, own, feet)
+    good = feet.status == Status.OK
+    rows = rows[good]
+    out.fraction[rows], out.patch[rows] = high[good], feet.patch[good]
+    out.uv[rows], out.point[rows] = feet.uv[good], feet.point[good]
+    out.status[rows] = Status.OK
+
+
+def _sides(surface: Surface, p_B: FloatArray, rows: IntArray, band: float) -> ByteArray:
+    """1 for points p_B[rows] outside, −1 inside, 0 within `band` or where that is not known."""
+    side, _ = surface.sides(p_B, rows)
+    near = np.flatnonzero(side == 0)
+    feet = empty_projection(len(near))
+    points = np.ascontiguousarray(p_B[rows[near]])
+    surface.closest(points, np.arange(len(near), dtype=np.int32), feet)
+    told = (feet.status == Status.OK) & (np.abs(feet.gap) > band)
+    side[near] = np.where(told, np.sign(feet.gap), 0)
+    return side
