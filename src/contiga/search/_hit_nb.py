@@ -22,8 +22,6 @@ ROUNDING = 8.0 * 2.220446049250313e-16
 """Share of the coordinates and the body's size below which lengths are rounding."""
 GRAZING = 32.0
 """Widths of an edge that a path may meet the carrier of a face beyond it."""
-FLAT = 16.0
-"""Times the rounding that a crossing may be off its element without being moved onto it."""
 X, ELEMENT, S, T, EDGE, OVER = 0, 1, 2, 3, 4, 5
 """Columns of what was found: x, element, s, t, width of an edge beside it, doubt about x."""
 
@@ -150,43 +148,32 @@ def _offer(found, side, x, e, place, width, over):
 
 
 @inner(error_model="numpy")
-def _way_back(place, rate):
-    """How far along the path a place beyond sides of its element is over them, to first order."""
-    way = 0.0
-    for c in range(2):
-        beyond = min(max(place[c], -0.5), 0.5) - place[c]
-        if beyond != 0.0 and rate[c] != 0.0 and abs(beyond / rate[c]) > abs(way):
-            way = beyond / rate[c]
-    return way
-
-
-@inner(error_model="numpy")
 def _on_element(elements, e, place, path, x, h):
     """The place of an element that stands for a crossing at `place`, and x there.
 
-    What lies off the element, seen along the path within rounding, is far off if that is flat:
-    it is where the path passes the side. `h` holds the derivatives at the crossing.
+    What lies off the element, seen along the path within rounding, is far off if that is flat: it
+    is where the side is nearest to the path. `h` holds the derivatives at the crossing.
     """
     if abs(place[0]) <= 0.5 and abs(place[1]) <= 0.5:
         return place, x
     p, d = path[0], path[1]
     aa = ab = bb = da = db = 0.0
     for c in range(3):
-        aa += h[c, 1] * h[c, 1]
-        ab += h[c, 1] * h[c, 2]
-        bb += h[c, 2] * h[c, 2]
         da += d[c] * h[c, 1]
         db += d[c] * h[c, 2]
-    off = max((abs(place[0]) - 0.5) * math.sqrt(aa), (abs(place[1]) - 0.5) * math.sqrt(bb))
-    if off <= FLAT * path[2]:
-        return place, x
-    det = aa * bb - ab * ab
-    rate = (0.0, 0.0)
-    if det > 1e-12 * aa * bb:
-        rate = ((bb * da - ab * db) / det, (aa * db - ab * da) / det)
-    way = _way_back(place, rate)
-    s = min(max(place[0] + way * rate[0], -0.5), 0.5)
-    t = min(max(place[1] + way * rate[1], -0.5), 0.5)
+    for c in range(3):
+        s = h[c, 1] - da * d[c]
+        t = h[c, 2] - db * d[c]
+        aa += s * s
+        ab += s * t
+        bb += t * t
+    s = min(max(place[0], -0.5), 0.5)
+    t = min(max(place[1], -0.5), 0.5)
+    # Along the side to where, seen along the path, the step onto it is shortest.
+    if s != place[0] and t == place[1] and bb > 0.0:
+        t = min(max(t - (s - place[0]) * ab / bb, -0.5), 0.5)
+    elif t != place[1] and s == place[0] and aa > 0.0:
+        s = min(max(s - (t - place[1]) * ab / aa, -0.5), 0.5)
     evaluate(elements, e, s, t, h)
     x = (h[0, 0] - p[0]) * d[0] + (h[1, 0] - p[1]) * d[1] + (h[2, 0] - p[2]) * d[2]
     return (s, t), x

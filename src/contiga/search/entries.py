@@ -13,7 +13,7 @@ from contiga.search.surface import Surface, surface_of
 
 # Halvings after which a place on a path is as sharp as its coordinates.
 HALVINGS = 52
-# Share of a body's size below which a slit or a height is rounding.
+# Share of a body's size below which a slit is rounding.
 ROUNDING = 1e-12
 
 
@@ -45,9 +45,10 @@ def first_hit(body: Body, p0: ArrayLike, p1: ArrayLike) -> Hit:
     a_B, b_B = checked_segments(p0, p1)
     surface = surface_of(body)
     out = surface.entries(a_B, b_B, np.arange(len(a_B), dtype=np.int32))
-    band = ROUNDING * body.size
-    if surface.closed and body.openings.slit > band:
-        _explain(surface, a_B, b_B, out, band)
+    # What is nearer than faces are apart may be on either side of them.
+    slit = body.openings.slit
+    if surface.closed and slit > ROUNDING * body.size:
+        _explain(surface, a_B, b_B, out, slit)
     return out
 
 
