@@ -172,9 +172,14 @@ def test_ctrl_c_ends_the_reader_too(path, monkeypatch):
     assert read("plain", path)
     (child,) = apart._idle._children[-1:]
     timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
-    timer.start()
-    with pytest.raises(KeyboardInterrupt):
-        read("sleep", path)
+    # A shell that runs the tests in the background has Ctrl-C ignored.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            read("sleep", path)
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert child.process.poll() == -signal.SIGKILL
     assert is_cleared_away(child.process.pid)  # nor is anything left of what it had forked
 
