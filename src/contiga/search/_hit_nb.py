@@ -181,11 +181,12 @@ def _on_element(elements, e, place, path, x, h):
 
 @njit(inline="always")
 def _search(arrays, segment, sense, found, queue, work):
-    """First crossings of a segment (p, d, length, slack, spare): entries in found[0], where it
-    leaves in found[1] (`sense` EITHER only). `spare` is how far beyond the ends one may lie."""
+    """First crossings of a segment (p, d, length, slack, spare, loose): entries in found[0], where
+    it leaves in found[1] (`sense` EITHER only). `spare` is how far beyond the ends one may lie,
+    `loose` by how many widths of an edge beyond each of them one at that edge may."""
     tree, leaves, elements, trims, piece_width = arrays
     stack, h, _, _, count = work
-    p, d, length, slack, spare = segment
+    p, d, length, slack, spare, loose = segment
     inverse = (_reciprocal(d[0]), _reciprocal(d[1]), _reciprocal(d[2]))
     found[0, X] = math.inf
     found[1, X] = math.inf
@@ -229,9 +230,9 @@ def _search(arrays, segment, sense, found, queue, work):
                 # Met beyond its edge, a face is crossed where the path passes the edge.
                 over = min(path[2] / abs(slope), spare)
                 if on != 0.0:
-                    # Of two paths that follow each other there one at least is to meet it.
                     x += on
-                    x = min(max(x, min(x + 2.0 * width, 0.0)), max(x - 2.0 * width, length))
+                    x = max(x, min(x + loose[0] * width, 0.0))
+                    x = min(x, max(x - loose[1] * width, length))
                 else:
                     place, x = _on_element(elements, e, place, path, x, h)
                 if x < far and -over <= x <= length + over:
@@ -288,7 +289,7 @@ def first_hits(tables, p0, p1, rows, out, start, stop):
         if length == 0.0 or tables.leaves.shape[0] == 0:
             continue
         slack = slack_of(p, q, size)
-        segment = (p, d, length, slack, math.sqrt(slack * size))
+        segment = (p, d, length, slack, math.sqrt(slack * size), (0.0, 0.0))
         _search(arrays, segment, ENTRIES, found, queue, work)
         if found[0, X] < math.inf:
             _write(elements, out, i, found[0], length, work[1])
@@ -298,8 +299,10 @@ def first_hits(tables, p0, p1, rows, out, start, stop):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def last_crossings(tables, p0, p1, out, verdict, start, stop):
+def last_crossings(tables, p0, p1, loose, out, verdict, start, stop):
     """Crossing nearest the end of each segment p0[i] → p1[i] into row i of `out`.
+
+    `loose` is by how many widths of an edge beyond p0 and p1 one at that edge may lie.
 
     `verdict` (n, 2) takes the sense, 1 where the path enters there, −1 where it leaves, 0 for
     none; and zero, or the width of an edge that it meets, or of what is crossed both ways in one
@@ -322,7 +325,7 @@ def last_crossings(tables, p0, p1, out, verdict, start, stop):
         if length == 0.0 or tables.leaves.shape[0] == 0:
             continue
         slack = slack_of(p, q, size)
-        segment = (p, d, length, slack, math.sqrt(slack * size))
+        segment = (p, d, length, slack, math.sqrt(slack * size), (loose[1], loose[0]))
         _search(arrays, segment, EITHER, found, queue, work)
         side = 0 if found[0, X] <= found[1, X] else 1
         if found[side, X] < math.inf:

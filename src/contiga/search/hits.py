@@ -17,10 +17,13 @@ SEGMENTS = 256
 TRIES = 6
 # By how many widths of the edge it meets, more with every try.
 ASIDE = 3.0
+# Widths of an edge by which the halves of a detour reach beyond their common end: one at least is
+# to meet an edge that lies there.
+STRICT, FIRST_HALF, SECOND_HALF = (0.0, 0.0), (0.0, 2.0), (2.0, 0.0)
 # The directions in which turn by this angle from try to try: the golden one never comes back.
 TURN = 2.399963229728653
 
-Crossings = Callable[[FloatArray, FloatArray, Hit, FloatArray], None]
+Crossings = Callable[[FloatArray, FloatArray, tuple[float, float], Hit, FloatArray], None]
 
 
 def empty_hit(n: int) -> Hit:
@@ -52,8 +55,10 @@ def last_crossings(
         through an edge.
     """
 
-    def search(a: FloatArray, b: FloatArray, out: Hit, verdict: FloatArray) -> None:
-        run_ranges(_hit_nb.last_crossings, len(a), SEGMENTS, tables, a, b, out, verdict)
+    def search(
+        a: FloatArray, b: FloatArray, loose: tuple[float, float], out: Hit, verdict: FloatArray
+    ) -> None:
+        run_ranges(_hit_nb.last_crossings, len(a), SEGMENTS, tables, a, b, loose, out, verdict)
 
     return settled(search, a_B[rows], b_B[rows])
 
@@ -69,7 +74,7 @@ def settled(search: Crossings, a_B: FloatArray, b_B: FloatArray) -> tuple[Hit, B
     later one stands.
     """
     out, verdict = empty_hit(len(a_B)), np.zeros((len(a_B), 2))
-    search(a_B, b_B, out, verdict)
+    search(a_B, b_B, STRICT, out, verdict)
     # A path that ends within the width keeps its own answer: beside itself it is another path.
     length = np.linalg.norm(b_B - a_B, axis=1)
     rows = np.flatnonzero((verdict[:, 1] > 0.0) & (2.0 * ASIDE * verdict[:, 1] < length))
@@ -95,11 +100,11 @@ def _by_way_of(
     """Last crossings of the ways a_B → m_B → b_B, whose middles stand for the fractions `at`."""
     n = len(at)
     out, verdict = empty_hit(n), np.zeros((n, 2))
-    search(m_B, b_B, out, verdict)
+    search(m_B, b_B, SECOND_HALF, out, verdict)
     out.fraction[:] = at + (1.0 - at) * out.fraction
     rows = np.flatnonzero(verdict[:, 0] == 0.0)
     first, before = empty_hit(len(rows)), np.zeros((len(rows), 2))
-    search(a_B[rows], m_B[rows], first, before)
+    search(a_B[rows], m_B[rows], FIRST_HALF, first, before)
     first.fraction[:] *= at[rows]
     for name in Hit._fields:
         getattr(out, name)[rows] = getattr(first, name)

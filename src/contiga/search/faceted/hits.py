@@ -66,7 +66,9 @@ def last_crossings(
         1 where the path enters there, −1 where it leaves, 0 for none.
     """
 
-    def search(a: FloatArray, b: FloatArray, out: Hit, verdict: FloatArray) -> None:
+    def search(
+        a: FloatArray, b: FloatArray, _: tuple[float, float], out: Hit, verdict: FloatArray
+    ) -> None:
         run_ranges(_entry_nb.last_crossings, len(a), SEGMENTS, facets, a, b, out, verdict)
 
     return settled(search, a_M[rows], b_M[rows])
