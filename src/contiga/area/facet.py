@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.area import _facet_nb, _image_nb, _touch_nb, _union_nb
+from contiga.area import _components_nb, _facet_nb, _image_nb, _touch_nb
 from contiga.area.base import AreaInput, Areas, Outlines, Rest
 from contiga.area.regions import Topology, topology_of
 from contiga.errors import InputError
@@ -99,7 +99,12 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
     touched = started(_touch_nb.touched, n_c, FACETS, topology, inp.rows, place)
     whole, part = touched()
     clusters = started(
-        _union_nb.facet_components, len(whole), FACETS, whole, place[topology.facets[part]], n_c
+        _components_nb.facet_components,
+        len(whole),
+        FACETS,
+        whole,
+        place[topology.facets[part]],
+        n_c,
     )
     numbered = started(parts_of, len(whole), FACETS, inp, topology, part, place)
     share = _whole_shares(inp, whole, on)

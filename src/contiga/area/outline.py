@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.area import _touch_nb, _union_nb
+from contiga.area import _components_nb, _touch_nb
 from contiga.area.base import AreaInput, Outlines
 from contiga.area.facet import Cut, Parts, cut_parts, parts_of
 from contiga.area.regions import Topology
@@ -36,7 +36,7 @@ def facet_outlines(inp: AreaInput, topology: Topology, on: str) -> Outlines:
         return no_outlines()
     place = np.full(len(inp.points), -1, np.int32)
     whole, part = _touch_nb.touched(topology, inp.rows, place)
-    label = _union_nb.facet_components(whole, place[topology.facets[part]], n_c)
+    label = _components_nb.facet_components(whole, place[topology.facets[part]], n_c)
     segments = [_sides(whole)]
     cuts = _Cuts(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0))
     if len(part):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.area import _touch_nb, _union_nb
+from contiga.area import _components_nb, _touch_nb
 from contiga.area.base import Rest
 from contiga.errors import InputError
 from contiga.records import FloatArray, IntArray
@@ -96,6 +96,6 @@ def regions(structure: Topology | Graph, rows: IntArray, points: FloatArray) -> 
     """(n_c,) number of the connected region of each point `rows`, from 0 as they come."""
     place = np.full(len(points), -1, np.int32)
     if isinstance(structure, Graph):
-        return _union_nb.graph_components(structure.first, structure.neighbour, rows, place)
+        return _components_nb.graph_components(structure.first, structure.neighbour, rows, place)
     whole, part = _touch_nb.touched(structure, rows, place)
-    return _union_nb.facet_components(whole, place[structure.facets[part]], len(rows))
+    return _components_nb.facet_components(whole, place[structure.facets[part]], len(rows))

@@ -11,6 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num._union_nb import root, unite
 from contiga.num.jit import inner
 from contiga.search._side_pieces_nb import HIGH, LEAST, LOW, MOST, NORMAL
 
@@ -124,24 +125,6 @@ def parts_of(near):
 
 
 @inner()
-def _root(parent, k):
-    while parent[k] != k:
-        parent[k] = parent[parent[k]]
-        k = parent[k]
-    return k
-
-
-@inner()
-def _unite(parent, a, b):
-    a = _root(parent, a)
-    b = _root(parent, b)
-    if a < b:
-        parent[b] = a
-    else:
-        parent[a] = b
-
-
-@inner()
 def _face(axis, last):
     """The small cells at a cell's face."""
     if axis == 0:
@@ -176,7 +159,7 @@ def join(labels, words, places, first, mask):
                 if other < 0:
                     for p in range(first[w], first[w + 1]):
                         if mask[p] & own != NONE:
-                            _unite(parent, count + p, labels[i, j, k] - 1)
+                            unite(parent, count + p, labels[i, j, k] - 1)
                 elif step > 0:
                     shift = np.uint64((48, 12, 3)[axis])
                     for p in range(first[w], first[w + 1]):
@@ -185,9 +168,9 @@ def join(labels, words, places, first, mask):
                             continue
                         for q in range(first[other], first[other + 1]):
                             if mask[q] & facing != NONE:
-                                _unite(parent, count + p, count + q)
+                                unite(parent, count + p, count + q)
     for k in range(parent.shape[0]):
-        parent[k] = _root(parent, k)
+        parent[k] = root(parent, k)
     return parent
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.area import _facet_nb, _image_nb, _touch_nb, _union_nb
+from contiga.area import _components_nb, _facet_nb, _image_nb, _touch_nb
 from contiga.area.base import AreaInput, Rest
 from contiga.area.regions import topology_of
 
@@ -256,7 +256,7 @@ def test_facets_are_sorted_by_their_corners_in_contact(rows):
 def test_regions_are_joined_over_whole_and_cut_facets():
     whole = np.array([[0, 1, 2], [3, 4, 5]], np.int32)
     corner = np.array([[-1, 6, 7], [-1, 8, -1]], np.int32)
-    assert _union_nb.facet_components(whole, corner, 9).tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 3]
+    assert _components_nb.facet_components(whole, corner, 9).tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 3]
 
 
 @pytest.mark.interpreted

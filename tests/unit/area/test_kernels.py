@@ -8,7 +8,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 import contiga as cg
-from contiga.area import _facet_nb, _image_nb, _touch_nb, _union_nb
+from contiga.area import _components_nb, _facet_nb, _image_nb, _touch_nb
 from contiga.records import Projection
 
 pytestmark = pytest.mark.interpreted
@@ -58,7 +58,7 @@ def test_regions_of_a_graph_are_its_connected_components():
     graph = graph + graph.T
     rows = np.flatnonzero(rng.random(n) < 0.8).astype(np.int32)
     place = np.full(n, -1, np.int32)
-    label = _union_nb.graph_components(
+    label = _components_nb.graph_components(
         graph.indptr.astype(np.int64), graph.indices.astype(np.int32), rows, place
     )
     count, other = connected_components(graph[rows][:, rows], directed=False)

@@ -1,31 +1,12 @@
-"""Connected components by union and find."""
+"""Connected components of points in contact."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
 
+from contiga.num._union_nb import root, unite
 from contiga.num.jit import inner
-
-
-@inner()
-def _root(parent, i):
-    while parent[i] != i:
-        parent[i] = parent[parent[i]]
-        i = parent[i]
-    return i
-
-
-@inner()
-def _join(parent, a, b):
-    if parent[a] == parent[b]:  # nearly always, once the first facets are through
-        return
-    a = _root(parent, a)
-    b = _root(parent, b)
-    if a < b:
-        parent[b] = a
-    else:
-        parent[a] = b
 
 
 @inner()
@@ -33,7 +14,7 @@ def _numbered(parent):
     label = np.empty(parent.shape[0], np.int32)
     count = 0
     for i in range(parent.shape[0]):
-        r = _root(parent, i)
+        r = root(parent, i)
         if r == i:
             label[i] = count
             count += 1
@@ -53,14 +34,14 @@ def facet_components(whole, corner, n_c):
     """
     parent = np.arange(n_c).astype(np.int32)  # half the memory to go through
     for f in range(whole.shape[0]):
-        _join(parent, whole[f, 0], whole[f, 1])
-        _join(parent, whole[f, 0], whole[f, 2])
+        unite(parent, whole[f, 0], whole[f, 1])
+        unite(parent, whole[f, 0], whole[f, 2])
     for f in range(corner.shape[0]):
         for k in range(3):
             a = corner[f, k]
             b = corner[f, (k + 1) % 3]
             if 0 <= a < n_c and 0 <= b < n_c:
-                _join(parent, a, b)
+                unite(parent, a, b)
     return _numbered(parent)
 
 
@@ -74,5 +55,5 @@ def graph_components(first, neighbour, rows, place):
         for j in range(first[rows[i]], first[rows[i] + 1]):
             k = place[neighbour[j]]
             if k >= 0:
-                _join(parent, i, k)
+                unite(parent, i, k)
     return _numbered(parent)
