@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.geometry._trim_nb import points_in_trim
+from contiga.geometry.kernels.trim_nb import points_in_trim
 from contiga.geometry.trim_area import patch_areas, patch_volumes
 from contiga.io._occ_geometry import quiet
 from contiga.io.step_iges import _transfer_iges, _transfer_step, is_iges

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.geometry._trim_nb import points_in_trim
+from contiga.geometry.kernels.trim_nb import points_in_trim
 from contiga.geometry.trim_area import patch_areas
 from contiga.io._occ_geometry import quiet
 

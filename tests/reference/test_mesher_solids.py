@@ -11,7 +11,7 @@ import pytest
 import contiga as cg
 from contiga import Body, shapes
 from contiga.errors import GeometryError
-from contiga.geometry._trim_nb import points_in_trim
+from contiga.geometry.kernels.trim_nb import points_in_trim
 from contiga.thesis.rival_meshes import fewest_triangles
 
 pytest.importorskip("OCP")

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.geometry._trim_nb import points_in_trim
+from contiga.geometry.kernels.trim_nb import points_in_trim
 
 FILES = (
     "headface_MED_full.step",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 import tomllib
@@ -50,7 +51,7 @@ def test_version_is_that_of_the_package() -> None:
 def test_kernels_import_only_numpy_numba_math_and_kernels() -> None:
     allowed = ("numpy", "numba", "math", "typing", "__future__", "contiga.num", "contiga.records")
     for path in SOURCES:
-        if not path.name.endswith("_nb.py"):
+        if not is_kernel(path):
             continue
         for line in path.read_text(encoding="utf-8").splitlines():
             if line.startswith(("import ", "from ")):
@@ -86,7 +87,7 @@ def _kernels_in_python(path: Path) -> Iterator[str]:
                 modules[alias.asname or alias.name] = alias.name
                 names[alias.asname or alias.name] = f"{home}.{alias.name}"
     parts = [node for node in tree.body if not getattr(node, "decorator_list", [])]
-    if not path.name.endswith("_nb.py"):
+    if not is_kernel(path):
         yield from names.values()
         parts = tree.body
     own = {node.name: f"{path.stem}.{node.name}" for node in tree.body if hasattr(node, "name")}
@@ -98,16 +99,17 @@ def _kernels_in_python(path: Path) -> Iterator[str]:
                 yield f"{modules.get(node.value.id)}.{node.attr}"
 
 
-def test_type_checker_knows_every_kernel_file() -> None:
-    with (ROOT / "pyproject.toml").open("rb") as file:
-        overrides = tomllib.load(file)["tool"]["mypy"]["overrides"]
-    listed = {name for entry in overrides for name in entry["module"] if name.endswith("_nb")}
-    kernels = {
-        ".".join(path.relative_to(ROOT / "src").with_suffix("").parts)
-        for path in SOURCES
-        if path.name.endswith("_nb.py")
-    }
-    assert listed == kernels
+def is_kernel(path: Path) -> bool:
+    """Whether a file is one of kernels, by where it stands."""
+    return path.parent.name == "kernels" and path.name != "__init__.py"
+
+
+def test_kernels_and_no_others_stand_in_folders_of_kernels() -> None:
+    """Their names tell them from the public modules that call them."""
+    for path in SOURCES:
+        compiled = re.search(r"^@(njit|inner)\b", path.read_text(encoding="utf-8"), re.M)
+        assert is_kernel(path) == path.name.endswith("_nb.py"), path
+        assert is_kernel(path) or not compiled, path
 
 
 def test_files_stay_short() -> None:

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.area import _components_nb, _facet_nb, _image_nb, _touch_nb
 from contiga.area.base import AreaInput, Areas, Outlines, Rest
+from contiga.area.kernels import components_nb, facet_nb, image_nb, touch_nb
 from contiga.area.regions import Topology, topology_of
 from contiga.errors import InputError
 from contiga.num.threads import run_ranges, started
@@ -96,10 +96,10 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
         return Areas(np.zeros(0), np.zeros(0, np.int32), on)
     place = np.full(len(inp.points), -1, np.int32)
     # What one thread does goes on beside what is cut into ranges for all of them.
-    touched = started(_touch_nb.touched, n_c, FACETS, topology, inp.rows, place)
+    touched = started(touch_nb.touched, n_c, FACETS, topology, inp.rows, place)
     whole, part = touched()
     clusters = started(
-        _components_nb.facet_components,
+        components_nb.facet_components,
         len(whole),
         FACETS,
         whole,
@@ -109,7 +109,7 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
     numbered = started(parts_of, len(whole), FACETS, inp, topology, part, place)
     share = _whole_shares(inp, whole, on)
     area = np.zeros(n_c)
-    gathered = started(_facet_nb.gather, len(whole), FACETS, whole, share, area)
+    gathered = started(facet_nb.gather, len(whole), FACETS, whole, share, area)
     parts = numbered()
     own = _part_areas(inp, parts, on)
     gathered()
@@ -147,7 +147,7 @@ class Cut(NamedTuple):
 
 def parts_of(inp: AreaInput, topology: Topology, part: IntArray, place: IntArray) -> Parts:
     """The facets `part`, their corners numbered on their own."""
-    found, *numbered = _touch_nb.around(topology.facets, part, inp.points, place)
+    found, *numbered = touch_nb.around(topology.facets, part, inp.points, place)
     return Parts(topology.facets[found], *numbered)
 
 
@@ -158,7 +158,7 @@ def cut_parts(inp: AreaInput, parts: Parts) -> Cut:
     surface = surface_of(inp.body)
     feet = _feet_around(surface, inp, parts)
     fraction = np.empty((m, 3))
-    border = _facet_nb.cuts(corner, feet, n_i, fraction)
+    border = facet_nb.cuts(corner, feet, n_i, fraction)
     row = np.full((m, 3), -1, np.int32)
     row.ravel()[border] = np.arange(len(border))
     ends = _leave(surface, inp, feet, _ends(nodes, corner, border, n_i), fraction.ravel(), border)
@@ -170,14 +170,14 @@ def _whole_shares(inp: AreaInput, corner: IntArray, on: str) -> FloatArray:
     share = np.empty((len(corner), 3))
     if on == "slave":
         slave = (inp.rows, inp.points, corner, share)
-        run_ranges(_facet_nb.slave_whole, len(corner), FACETS, *slave)
+        run_ranges(facet_nb.slave_whole, len(corner), FACETS, *slave)
     elif isinstance(surface_of(inp.body), ExactSurface):
         feet = (inp.feet.point, inp.feet.normal)
-        run_ranges(_image_nb.image_whole, len(corner), FACETS, corner, *feet, share)
+        run_ranges(image_nb.image_whole, len(corner), FACETS, corner, *feet, share)
     else:
         # The image on triangles is measured by the plane triangles between the feet.
         flat = (np.arange(len(inp.rows), dtype=np.int32), inp.feet.point, corner, share)
-        run_ranges(_facet_nb.slave_whole, len(corner), FACETS, *flat)
+        run_ranges(facet_nb.slave_whole, len(corner), FACETS, *flat)
     return share
 
 
@@ -193,16 +193,16 @@ def _part_areas(inp: AreaInput, parts: Parts, on: str) -> FloatArray:
     share = np.empty((m, 3))
     if on == "slave":
         slave = (nodes, inp.points, corner, n_i, cut.fraction, share)
-        run_ranges(_facet_nb.slave_pieces, m, FACETS, *slave)
+        run_ranges(facet_nb.slave_pieces, m, FACETS, *slave)
     elif not isinstance(surface, ExactSurface):
         images = (corner, cut.feet.point, corner, n_i, cut.fraction, share)
-        run_ranges(_facet_nb.slave_pieces, m, FACETS, *images)
+        run_ranges(facet_nb.slave_pieces, m, FACETS, *images)
     else:
         feet = stacked(cut.feet, cut.ends)
         sides = (n_i, np.where(cut.border < 0, -1, cut.border + len(cut.feet.patch)))
         master = (corner, (feet.point, feet.normal), sides, cut.fraction, share)
-        run_ranges(_image_nb.image_pieces, m, PIECES, *master)
-    _facet_nb.gather(corner, share, own)
+        run_ranges(image_nb.image_pieces, m, PIECES, *master)
+    facet_nb.gather(corner, share, own)
     return own
 
 

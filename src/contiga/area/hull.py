@@ -9,9 +9,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from contiga.area import _hull_nb
 from contiga.area.base import AreaInput, Areas, Outlines, Rest
 from contiga.area.cluster import check_options, clusters_of, is_positive
+from contiga.area.kernels import hull_nb
 from contiga.area.outline import joined
 from contiga.area.polygon import area_over, closing, plane_area
 from contiga.area.profile import profile_depth
@@ -168,7 +168,7 @@ def _on_surface(patch: _Patch, polygon: FloatArray) -> FloatArray:
 
 def hull_of(points: FloatArray) -> FloatArray:
     """Corners (h, 2) of the convex hull, counter-clockwise; one or two where it has no area."""
-    return points[_hull_nb.jarvis(np.ascontiguousarray(points, dtype=np.float64))]
+    return points[hull_nb.jarvis(np.ascontiguousarray(points, dtype=np.float64))]
 
 
 def unrolled(uv: FloatArray, periods: tuple[float, float]) -> FloatArray:

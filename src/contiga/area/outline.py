@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.area import _components_nb, _touch_nb
 from contiga.area.base import AreaInput, Outlines
 from contiga.area.facet import Cut, Parts, cut_parts, parts_of
+from contiga.area.kernels import components_nb, touch_nb
 from contiga.area.regions import Topology
 from contiga.records import FloatArray, IntArray
 from contiga.search.projection import empty_projection
@@ -35,8 +35,8 @@ def facet_outlines(inp: AreaInput, topology: Topology, on: str) -> Outlines:
     if n_c == 0:
         return no_outlines()
     place = np.full(len(inp.points), -1, np.int32)
-    whole, part = _touch_nb.touched(topology, inp.rows, place)
-    label = _components_nb.facet_components(whole, place[topology.facets[part]], n_c)
+    whole, part = touch_nb.touched(topology, inp.rows, place)
+    label = components_nb.facet_components(whole, place[topology.facets[part]], n_c)
     segments = [_sides(whole)]
     cuts = _Cuts(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0))
     if len(part):

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.area import _components_nb, _touch_nb
 from contiga.area.base import Rest
+from contiga.area.kernels import components_nb, touch_nb
 from contiga.errors import InputError
 from contiga.records import FloatArray, IntArray
 
@@ -58,7 +58,7 @@ def topology_of(facets: IntArray, n: int) -> Topology:
             found=own[bad[0]].tolist(),
             allowed=f"0 to {n - 1}",
         )
-    return Topology(own, *_touch_nb.incidence(own, n))
+    return Topology(own, *touch_nb.incidence(own, n))
 
 
 def neighbours_of(points: FloatArray, reach: float = REACH) -> Graph:
@@ -96,6 +96,6 @@ def regions(structure: Topology | Graph, rows: IntArray, points: FloatArray) -> 
     """(n_c,) number of the connected region of each point `rows`, from 0 as they come."""
     place = np.full(len(points), -1, np.int32)
     if isinstance(structure, Graph):
-        return _components_nb.graph_components(structure.first, structure.neighbour, rows, place)
-    whole, part = _touch_nb.touched(structure, rows, place)
-    return _components_nb.facet_components(whole, place[structure.facets[part]], len(rows))
+        return components_nb.graph_components(structure.first, structure.neighbour, rows, place)
+    whole, part = touch_nb.touched(structure, rows, place)
+    return components_nb.facet_components(whole, place[structure.facets[part]], len(rows))

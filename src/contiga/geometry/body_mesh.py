@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from contiga.errors import ContigaWarning, GeometryError
-from contiga.geometry._mesh_sides_nb import side_numbers
 from contiga.geometry.border import NEAR, Borders, Side, borders_of, corners, path_points
 from contiga.geometry.chains import EdgeShape, chain_shares, pole_shares
 from contiga.geometry.face_mesh import ANYWHERE, FaceMesh, Ints, Polygons
+from contiga.geometry.kernels.mesh_sides_nb import side_numbers
 from contiga.geometry.tessellate import MAX_CELLS, check_request, net_grid
 from contiga.geometry.trim import LARGEST_GAP
 from contiga.geometry.trimesh import TriMesh

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.geometry._shape_nb import TURN
 from contiga.geometry.border import Borders, Side, path_points
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.curve_foot import CurveFeet
+from contiga.geometry.kernels.shape_nb import TURN
 from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
 

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.geometry._edge_gap_nb import image_gap
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edges import BodyEdge, EdgeUse
+from contiga.geometry.kernels.edge_gap_nb import image_gap
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop
 

@@ -8,14 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.geometry import _border_nb as border_nb
-from contiga.geometry._check_nb import refine
-from contiga.geometry._ears_nb import ears, one_ring
-from contiga.geometry._evaluate_nb import make_scratch
-from contiga.geometry._height_nb import DEPTH, Heights
-from contiga.geometry._refine_nb import USELESS, Front, enter_all, put_vertex, relax
-from contiga.geometry._shape_nb import Face, shapes_at
-from contiga.geometry._triangulation_nb import (
+from contiga.geometry.bezier import extract
+from contiga.geometry.kernels import border_nb
+from contiga.geometry.kernels.check_nb import refine
+from contiga.geometry.kernels.ears_nb import ears, one_ring
+from contiga.geometry.kernels.evaluate_nb import make_scratch
+from contiga.geometry.kernels.height_nb import DEPTH, Heights
+from contiga.geometry.kernels.refine_nb import USELESS, Front, enter_all, put_vertex, relax
+from contiga.geometry.kernels.shape_nb import Face, shapes_at
+from contiga.geometry.kernels.triangulation_nb import (
     BORDER,
     FRAME,
     FREE,
@@ -24,7 +25,6 @@ from contiga.geometry._triangulation_nb import (
     VERTICES,
     Triangulation,
 )
-from contiga.geometry.bezier import extract
 from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
 
@@ -111,7 +111,7 @@ class FaceMesh:
         return np.array([mean[0] ** 2, 0.0, mean[1] ** 2])
 
     def cut_ears(self) -> None:
-        """Triangles between polygons that cross, none of them refined: see `_ears_nb`."""
+        """Triangles between polygons that cross, none of them refined: see `ears_nb`."""
         xy = (self.polygons.uv - self.low) / self.extent
         self.ears = ears(xy, one_ring(xy, self.polygons.starts))
 

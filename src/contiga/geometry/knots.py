@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError, InputError
-from contiga.geometry._basis_nb import basis_derivatives, find_span
+from contiga.geometry.kernels.basis_nb import basis_derivatives, find_span
 from contiga.records import FloatArray
 
 MAX_DEGREE = 15

@@ -12,9 +12,9 @@ from functools import lru_cache
 import numpy as np
 
 from contiga.errors import InputError
-from contiga.geometry._quadrature_nb import chain_length, grid_area
 from contiga.geometry.bezier import extract, extract_curve
 from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.kernels.quadrature_nb import chain_length, grid_area
 from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import GeometryError
-from contiga.geometry._basis_nb import apply_rows, elevation_rows, refinement_rows
+from contiga.geometry.kernels.basis_nb import apply_rows, elevation_rows, refinement_rows
 from contiga.geometry.knots import check_numbers
 from contiga.records import FloatArray
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError
-from contiga.geometry import _evaluate_nb as nb
 from contiga.geometry import knots as kv
 from contiga.geometry import refine, transform
 from contiga.geometry.curve import NurbsCurve, cartesian, homogeneous
+from contiga.geometry.kernels import evaluate_nb as nb
 from contiga.num.arrays import as_parameters, read_only
 from contiga.num.ordered import product
 from contiga.num.threads import run_ranges

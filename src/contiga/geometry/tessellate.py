@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import GeometryError, InputError
-from contiga.geometry._chord_nb import elements_within
 from contiga.geometry.bezier import BezierGrid, extract
+from contiga.geometry.kernels.chord_nb import elements_within
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trimesh import TriMesh
 from contiga.records import FloatArray

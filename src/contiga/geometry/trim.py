@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from contiga.errors import GeometryError
-from contiga.geometry import _trim_build_nb as build_nb
-from contiga.geometry._trim_nb import CUT, IN, OUT, TrimTables, box_state, point_in_trim
 from contiga.geometry.bezier import extract_curve
 from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.kernels import trim_build_nb as build_nb
+from contiga.geometry.kernels.trim_nb import CUT, IN, OUT, TrimTables, box_state, point_in_trim
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:

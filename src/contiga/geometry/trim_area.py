@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga.geometry._trim_area_nb import loop_integral, rectangle_integral
-from contiga.geometry._trim_nb import TrimTables
 from contiga.geometry.bezier import extract
+from contiga.geometry.kernels.trim_area_nb import loop_integral, rectangle_integral
+from contiga.geometry.kernels.trim_nb import TrimTables
 from contiga.geometry.quadrature import gauss, surface_area
 from contiga.records import FloatArray
 

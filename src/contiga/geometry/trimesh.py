@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import MeshError
 from contiga.geometry import transform
-from contiga.geometry._mesh_sides_nb import side_numbers
+from contiga.geometry.kernels.mesh_sides_nb import side_numbers
 from contiga.num.arrays import as_points, read_only
 from contiga.num.ordered import length
 from contiga.records import FloatArray, Hit, IntArray, Projection

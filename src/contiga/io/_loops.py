@@ -121,7 +121,7 @@ def loop_box(loop: Loop) -> FloatArray:
 
 def exact_box(loop: Loop) -> FloatArray:
     """(2, 2) box of a loop itself, found at the turning points of its p-curves."""
-    from contiga.geometry._trim_build_nb import monotone_pieces
+    from contiga.geometry.kernels.trim_build_nb import monotone_pieces
 
     points = []
     for strand in loop:

@@ -15,10 +15,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from contiga.geometry._trim_build_nb import monotone_pieces
-from contiga.geometry._trim_nb import parameter_at
 from contiga.geometry.bezier import extract_curve
 from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.kernels.trim_build_nb import monotone_pieces
+from contiga.geometry.kernels.trim_nb import parameter_at
 from contiga.geometry.surface import NurbsSurface
 from contiga.num.ordered import product, solve
 from contiga.records import FloatArray

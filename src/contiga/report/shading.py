@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.records import FloatArray, IntArray
-from contiga.report._raster_nb import (
+from contiga.report.camera import Camera, project
+from contiga.report.kernels.raster_nb import (
     Buffer,
     draw_balls,
     draw_lines,
@@ -17,7 +18,6 @@ from contiga.report._raster_nb import (
     light_at_pixels,
     normals_at_pixels,
 )
-from contiga.report.camera import Camera, project
 
 _KEY = np.array([-0.45, -0.65, -0.62]) / np.linalg.norm([0.45, 0.65, 0.62])
 """Towards the main light in camera axes (right, down, forward): over the left shoulder."""

@@ -1,7 +1,7 @@
 """The balls that touch a body from inside and outside, as large as can be proved.
 
 Once per body every element is cut into cells, and every cell gets four values a side that bound
-the radius of the touching ball at each of its points (`_ball_nb`). What follows from it, for Q
+the radius of the touching ball at each of its points (`ball_nb`). What follows from it, for Q
 inside a face with outward normal n and P = Q − d n (Federer 1959, reach of a set):
 
 * 0 < d < 2 ρ_in: P is inside, whatever else the body does;
@@ -17,8 +17,8 @@ import numpy as np
 
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray
-from contiga.search import _ball_nb
 from contiga.search.ball_cells import Balls, build_balls
+from contiga.search.kernels import ball_nb
 from contiga.search.records import Tables
 
 # Sides of the surface.
@@ -49,5 +49,5 @@ def touching_radius(
     out = np.empty(len(rows))
     balls = balls_of(tables)
     feet = (patch, uv)
-    run_ranges(_ball_nb.radii, len(rows), POINTS, balls, tables.grid, feet, rows, side, out)
+    run_ranges(ball_nb.radii, len(rows), POINTS, balls, tables.grid, feet, rows, side, out)
     return out

@@ -11,15 +11,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.geometry import _trim_nb
+from contiga.geometry.kernels import trim_nb
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray
-from contiga.search import (
-    _ball_block_nb,
-    _ball_bound_nb,
-    _ball_cell_nb,
-    _ball_plane_nb,
-    _tree_nb,
+from contiga.search.kernels import (
+    ball_block_nb,
+    ball_bound_nb,
+    ball_cell_nb,
+    ball_plane_nb,
+    tree_nb,
 )
 from contiga.search.records import CUT, NODE, OUT, Records, Tables
 
@@ -198,7 +198,7 @@ def _quarters(place: _Place) -> Records:
     cells["element"] = np.repeat(np.arange(n), 4)
     halves = [(-0.5, 0.0), (0.0, 0.5)]
     cells["box"] = np.tile([(*a, *b) for a in halves for b in halves], (n, 1))
-    _ball_cell_nb.measure_cells(place.tables.elements, place.centre, cells, 0, 4 * n)
+    ball_cell_nb.measure_cells(place.tables.elements, place.centre, cells, 0, 4 * n)
     return cells
 
 
@@ -245,11 +245,11 @@ def _place_cells(cells: Records, box: FloatArray, table: Records) -> None:
 def _measure(place: _Place, cells: Records) -> None:
     """Bounds of cells, and where they lie in the trims."""
     tables = place.tables
-    _ball_cell_nb.measure_cells(tables.elements, place.centre, cells, 0, len(cells))
+    ball_cell_nb.measure_cells(tables.elements, place.centre, cells, 0, len(cells))
     cells["state"] = tables.elements.table["trim"][cells["element"]]
     for k in np.flatnonzero(cells["state"] == CUT):
         box = cells["uv"][k].tolist()
-        cells["state"][k] = _trim_nb.box_state(tables.trims, int(cells["patch"][k]), *box)
+        cells["state"][k] = trim_nb.box_state(tables.trims, int(cells["patch"][k]), *box)
 
 
 def _with_homes(place: _Place, bases: Places, cells: Records) -> _Cells:
@@ -262,10 +262,10 @@ def _with_homes(place: _Place, bases: Places, cells: Records) -> _Cells:
     smooth = np.ones((n, 2), bool)
     reach = np.finfo(float).eps * float(np.abs(place.centre).max())
     tolerance = CLOSE * place.size + 8.0 * reach
-    closes = _ball_block_nb.joints(tables.elements, tables.grid, bases, cells, tolerance, smooth)
+    closes = ball_block_nb.joints(tables.elements, tables.grid, bases, cells, tolerance, smooth)
     domain = tables.trims.domain.reshape(-1, 2, 2)
     homes["period"] = (closes * np.diff(domain, axis=2)[:, :, 0])[cells["patch"]]
-    _ball_block_nb.base_homes(cells, smooth, bases, homes)
+    ball_block_nb.base_homes(cells, smooth, bases, homes)
     child = np.full(n, -1, np.int32)
     return _Cells(cells, homes, child, np.zeros((n, 2, 4)), np.zeros(n), np.zeros(n, int))
 
@@ -372,7 +372,7 @@ def _own_homes(place: _Place, parts: Records, homes: Records) -> Records:
     own = homes[rows]
     limit = ENOUGH * GOAL * place.size
     elements = place.tables.elements
-    _ball_block_nb.homes_within(elements, place.centre, around[:, rows], limit, own)
+    ball_block_nb.homes_within(elements, place.centre, around[:, rows], limit, own)
     homes[rows] = own
     return homes
 
@@ -382,9 +382,9 @@ def _bound(place: _Place, all_cells: _Cells, rows: Places) -> None:
     cells = all_cells.cells
     leaves = np.flatnonzero(_is_leaf(all_cells)).astype(np.int32)
     corner, bulge = cells["corner"][leaves], cells["bulge"][leaves, None]
-    margin = bulge + _ball_plane_nb.ROUNDING * place.size
+    margin = bulge + ball_plane_nb.ROUNDING * place.size
     low, high = corner.min(axis=1) - margin, corner.max(axis=1) + margin
-    node_low, node_high, first, count, order = _tree_nb.build(low, high)
+    node_low, node_high, first, count, order = tree_nb.build(low, high)
     tree = np.zeros(len(first), NODE)
     tree["low"], tree["high"], tree["first"], tree["count"] = node_low, node_high, first, count
     rows = np.intersect1d(rows, leaves)
@@ -393,5 +393,5 @@ def _bound(place: _Place, all_cells: _Cells, rows: Places) -> None:
     limits = (place.size, CAP * place.size, GOAL * place.size)
     result = (rows, all_cells.value, all_cells.want)
     run_ranges(
-        _ball_bound_nb.bound_cells, len(rows), 16, body, surface, all_cells.homes, limits, result
+        ball_bound_nb.bound_cells, len(rows), 16, body, surface, all_cells.homes, limits, result
     )

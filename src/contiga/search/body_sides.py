@@ -7,7 +7,7 @@ import weakref
 import numpy as np
 
 from contiga.records import FloatArray, IntArray, Projection
-from contiga.search import _side_pieces_nb
+from contiga.search.kernels import side_pieces_nb
 from contiga.search.projection import closest_of_rows
 from contiga.search.records import Tables
 from contiga.search.side_grid import CUT, PIECES, THIN, WHOLE, SideGrid, build, layout
@@ -36,7 +36,7 @@ def _build(tables: Tables, slit: float) -> SideGrid:
     place = layout(np.stack([root["low"] - wide, root["high"] + wide]), len(table))
     margins += 2.0 * place.skin
     limits = (WHOLE * place.size, CUT * place.size, THIN * place.small, PIECES)
-    pieces, middles = _side_pieces_nb.surface_pieces(
+    pieces, middles = side_pieces_nb.surface_pieces(
         tables.elements, tables.trims, place.origin, margins, limits
     )
     element = middles[:, 0].astype(np.int64)

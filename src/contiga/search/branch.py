@@ -1,6 +1,6 @@
 """The certificate of tracked feet: tables built once a body, and the rows it is asked for.
 
-What is proved, and why, stands in `_branch_nb`.
+What is proved, and why, stands in `branch_nb`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import numpy as np
 
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray, Projection
-from contiga.search import _branch_nb, _follow_nb, _ring_nb
+from contiga.search.kernels import branch_nb, follow_nb, ring_nb
 from contiga.search.records import RING, Elements, Records, Tables
 
 # Elements and rows below which a second thread does not pay.
@@ -23,12 +23,12 @@ QUARTERED = ((3, 100), (2, 400), (1, 4000))
 def build_rings(elements: Elements) -> Records:
     """(elements, 16) bounds around the parts of all elements."""
     n = len(elements.table)
-    parts = _ring_nb.PARTS**2
+    parts = ring_nb.PARTS**2
     raw = np.empty((n, parts, 6))
     rings = np.zeros((n, parts), RING)
     depth = next((d for d, most in QUARTERED if n <= most), 0)
-    run_ranges(_ring_nb.bends_of_parts, n, ELEMENTS, elements, depth, raw)
-    run_ranges(_ring_nb.join_parts, n, ELEMENTS, elements, raw, rings)
+    run_ranges(ring_nb.bends_of_parts, n, ELEMENTS, elements, depth, raw)
+    run_ranges(ring_nb.join_parts, n, ELEMENTS, elements, raw, rings)
     return rings
 
 
@@ -46,7 +46,7 @@ def certify(
     before, now = path
     flags = np.zeros(len(now), np.uint8)
     results = (out, flags)
-    run_ranges(_branch_nb.certify_rows, len(now), ROWS, tables, now, before, starts, results)
+    run_ranges(branch_nb.certify_rows, len(now), ROWS, tables, now, before, starts, results)
     rows = np.flatnonzero(flags).astype(np.int32)
-    run_ranges(_follow_nb.follow_rows, len(rows), FOLLOWED, tables, path, starts, rows, results)
-    return np.flatnonzero(flags == _follow_nb.EVENT).astype(np.int32)
+    run_ranges(follow_nb.follow_rows, len(rows), FOLLOWED, tables, path, starts, rows, results)
+    return np.flatnonzero(flags == follow_nb.EVENT).astype(np.int32)

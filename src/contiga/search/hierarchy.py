@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.geometry.trim import TrimTables
-from contiga.search import _curve_leaves_nb, _hierarchy_nb, _middles_nb, _tree_nb
+from contiga.search.kernels import curve_leaves_nb, hierarchy_nb, middles_nb, tree_nb
 from contiga.search.records import LEAF, NODE, Elements, Grid, Records
 
 # A leaf leaves its tangent parallelogram by at most this share of its larger extent.
@@ -21,8 +21,8 @@ def build_hierarchy(elements: Elements, grid: Grid, trims: TrimTables) -> tuple[
 
     Returns the leaves in the order of the hierarchy, and its nodes.
     """
-    faces = _hierarchy_nb.surface_leaves(elements, FLATNESS, DEPTH)
-    curves = _curve_leaves_nb.curve_leaves(elements, grid, trims, FLATNESS, CURVE_DEPTH)
+    faces = hierarchy_nb.surface_leaves(elements, FLATNESS, DEPTH)
+    curves = curve_leaves_nb.curve_leaves(elements, grid, trims, FLATNESS, CURVE_DEPTH)
     element, box, bound, low, high = (
         np.concatenate(pair) for pair in zip(faces, curves, strict=True)
     )
@@ -33,7 +33,7 @@ def build_hierarchy(elements: Elements, grid: Grid, trims: TrimTables) -> tuple[
     high[on_face] += skirt
     reach = max(float(np.abs(low).max(initial=0.0)), float(np.abs(high).max(initial=0.0)))
     margin = 4.0 * np.finfo(float).eps * reach
-    node_low, node_high, first, count, order = _tree_nb.build(low - margin, high + margin)
+    node_low, node_high, first, count, order = tree_nb.build(low - margin, high + margin)
     tree = np.zeros(len(first), NODE)
     tree["low"], tree["high"], tree["first"], tree["count"] = node_low, node_high, first, count
     leaves = np.zeros(len(order), LEAF)
@@ -41,5 +41,5 @@ def build_hierarchy(elements: Elements, grid: Grid, trims: TrimTables) -> tuple[
     on_face = leaves["element"] >= 0
     leaves["patch"][on_face] = elements.table["patch"][leaves["element"][on_face]]
     leaves["patch"][~on_face] = trims.piece_patch[-1 - leaves["element"][~on_face]]
-    _middles_nb.fill_middles(elements, grid, trims, leaves)
+    middles_nb.fill_middles(elements, grid, trims, leaves)
     return leaves, tree

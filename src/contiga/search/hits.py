@@ -8,7 +8,7 @@ import numpy as np
 
 from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, Hit, IntArray
-from contiga.search import _hit_nb
+from contiga.search.kernels import hit_nb
 from contiga.search.records import Tables
 
 # Segments below which a second thread does not pay.
@@ -36,7 +36,7 @@ def empty_hit(n: int) -> Hit:
 def hits_of_rows(tables: Tables, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
     """First entries of the segments a_B[rows] → b_B[rows], one row an entry of `rows`."""
     out = empty_hit(len(rows))
-    run_ranges(_hit_nb.first_hits, len(rows), SEGMENTS, tables, a_B, b_B, rows, out)
+    run_ranges(hit_nb.first_hits, len(rows), SEGMENTS, tables, a_B, b_B, rows, out)
     return out
 
 
@@ -58,7 +58,7 @@ def last_crossings(
     def search(
         a: FloatArray, b: FloatArray, loose: tuple[float, float], out: Hit, verdict: FloatArray
     ) -> None:
-        run_ranges(_hit_nb.last_crossings, len(a), SEGMENTS, tables, a, b, loose, out, verdict)
+        run_ranges(hit_nb.last_crossings, len(a), SEGMENTS, tables, a, b, loose, out, verdict)
 
     return settled(search, a_B[rows], b_B[rows])
 

@@ -11,7 +11,7 @@ import numpy as np
 from contiga.geometry.body import Body
 from contiga.geometry.slits import gaping_edges
 from contiga.records import FloatArray, IntArray
-from contiga.search import _sides_nb
+from contiga.search.kernels import sides_nb
 from contiga.search.records import BORDER, CREASE, POLE, SHARED, SMOOTH, Elements, Grid
 
 # Sides closer than this share of the body's size are one side.
@@ -25,7 +25,7 @@ SMOOTH_ANGLE = 1e-6
 def join(elements: Elements, grid: Grid, body: Body) -> Grid:
     """Fill in the sides of `elements`; returns `grid` with the list of touching patches."""
     table = elements.table
-    points, normals = _sides_nb.sample(elements)  # (n, 4, 5, 3), body axes
+    points, normals = sides_nb.sample(elements)  # (n, 4, 5, 3), body axes
     size = body.size
     n = len(table)
     kind = np.full((n, 4), BORDER)

@@ -12,9 +12,9 @@ from contiga.geometry.body import Body
 from contiga.num.arrays import as_points
 from contiga.num.threads import run_ranges, thread_count
 from contiga.records import FloatArray, IndexArray, IntArray, Projection, Status
-from contiga.search import _project_nb
 from contiga.search.branch import certify
 from contiga.search.checks import checked_mode, checked_patches
+from contiga.search.kernels import project_nb
 from contiga.search.records import Tables
 from contiga.search.tables import tables_of
 
@@ -142,17 +142,17 @@ def track(
         size = max(ceil(len(p_B) / thread_count()), BLOCKS)
         size = ceil(size / ceil(size / CHUNK))
         chunks = ceil(len(p_B) / size)
-        run_ranges(_project_nb.project_chunks, chunks, 1, tables, p_B, starts, size, results)
+        run_ranges(project_nb.project_chunks, chunks, 1, tables, p_B, starts, size, results)
     else:
         bins = bin_by_element(tables, patch, uv)
-        run_ranges(_project_nb.project_lanes, len(bins[1]), BLOCKS, tables, p_B, uv, bins, results)
+        run_ranges(project_nb.project_lanes, len(bins[1]), BLOCKS, tables, p_B, uv, bins, results)
     # Feet that have left their element: once more, from where they are, sorted by the new one.
     feet = (out.patch, out.uv)
-    flagged = (tables.grid, feet, results[1], _project_nb.GO_ON, count, 0, len(p_B))
-    bins = _project_nb.bin_rows(*flagged)
-    run_ranges(_project_nb.project_lanes, len(bins[1]), BLOCKS, tables, p_B, out.uv, bins, results)
+    flagged = (tables.grid, feet, results[1], project_nb.GO_ON, count, 0, len(p_B))
+    bins = project_nb.bin_rows(*flagged)
+    run_ranges(project_nb.project_lanes, len(bins[1]), BLOCKS, tables, p_B, out.uv, bins, results)
     rows = np.flatnonzero(results[1]).astype(np.int32)
-    run_ranges(_project_nb.project_tracked, len(rows), POINTS, tables, p_B, starts, rows, out)
+    run_ranges(project_nb.project_tracked, len(rows), POINTS, tables, p_B, starts, rows, out)
     lost = np.flatnonzero(patch < 0).astype(np.int32)
     closest_of_rows(tables, p_B, lost, out)
     if before is not None:
@@ -175,20 +175,20 @@ def closest_of_rows(
     """
     if within is None:
         within = np.full(len(rows), np.inf)
-    run_ranges(_project_nb.project_global, len(rows), POINTS, tables, p_B, rows, within, out)
+    run_ranges(project_nb.project_global, len(rows), POINTS, tables, p_B, rows, within, out)
 
 
 def bin_by_element(
     tables: Tables, patch: IntArray, uv: FloatArray
 ) -> tuple[IntArray, NDArray[np.int64]]:
     """Rows that have a foot, ordered by element, and blocks of them for the lanes."""
-    parts = _project_nb.SORT_PARTS if len(patch) > POINTS else 1
-    counts = np.zeros((_project_nb.SORT_PARTS, len(tables.elements.table)), np.int64)
+    parts = project_nb.SORT_PARTS if len(patch) > POINTS else 1
+    counts = np.zeros((project_nb.SORT_PARTS, len(tables.elements.table)), np.int64)
     element = np.empty(len(patch), np.int32)
-    grain = _project_nb.SORT_PARTS // parts
+    grain = project_nb.SORT_PARTS // parts
     run_ranges(
-        _project_nb.count_parts,
-        _project_nb.SORT_PARTS,
+        project_nb.count_parts,
+        project_nb.SORT_PARTS,
         grain,
         tables.grid,
         patch,
@@ -196,7 +196,7 @@ def bin_by_element(
         element,
         counts,
     )
-    start = _project_nb.first_places(counts)
+    start = project_nb.first_places(counts)
     order = np.empty(int(start[-1]), np.int32)
-    run_ranges(_project_nb.place_parts, _project_nb.SORT_PARTS, grain, element, counts, order)
-    return order, _project_nb.blocks_of(start)
+    run_ranges(project_nb.place_parts, project_nb.SORT_PARTS, grain, element, counts, order)
+    return order, project_nb.blocks_of(start)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray
-from contiga.search import _reach_nb
+from contiga.search.kernels import reach_nb
 from contiga.search.records import Tables
 
 # Points below which a second thread does not pay.
@@ -13,4 +13,4 @@ POINTS = 1024
 
 def box_reach(tables: Tables, p_B: FloatArray, rows: IntArray, reach: FloatArray) -> None:
     """Lower bounds of the distance of p_B[rows] to the body into reach[rows]; zero when near."""
-    run_ranges(_reach_nb.box_reach, len(rows), POINTS, tables.tree, p_B, rows, reach)
+    run_ranges(reach_nb.box_reach, len(rows), POINTS, tables.tree, p_B, rows, reach)

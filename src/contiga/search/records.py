@@ -65,7 +65,7 @@ PATCH = np.dtype(
 
 RING = np.dtype(
     [
-        # Over a part of an element and those around it (see `_ring_nb`):
+        # Over a part of an element and those around it (see `ring_nb`):
         ("curvature", "f8", 2),  # largest towards the normal and away from it, each 0 at least
         ("room", "f8"),  # a way shorter than this does not lead out of them
         ("speed", "f8", 2),  # |S_u|, |S_v| at most, within `block`

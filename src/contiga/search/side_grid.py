@@ -20,8 +20,8 @@ from scipy import ndimage
 
 from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, Feature, FloatArray, IntArray, Projection, Status
-from contiga.search import _side_grid_nb, _side_nb
-from contiga.search._side_grid_nb import SPLIT
+from contiga.search.kernels import side_grid_nb, side_nb
+from contiga.search.kernels.side_grid_nb import SPLIT
 from contiga.search.projection import empty_projection
 from contiga.search.records import Records
 
@@ -49,7 +49,7 @@ Closest = Callable[[FloatArray, IntArray, Projection], None]
 
 
 class SideGrid(NamedTuple):
-    """What is known of the sides of a closed body, about its low corner; see `_side_nb`."""
+    """What is known of the sides of a closed body, about its low corner; see `side_nb`."""
 
     origin: FloatArray
     """(3,) low corner of the grid, body frame."""
@@ -118,11 +118,11 @@ def build(
     words, places, near, piece = _painted(place, pieces)
     labels, _ = ndimage.label(words < 0)
     depth = ndimage.distance_transform_cdt(words < 0, metric="chessboard")
-    first, mask = _side_grid_nb.parts_of(near)
-    parent = _side_grid_nb.join(labels, words, places, first, mask)
+    first, mask = side_grid_nb.parts_of(near)
+    parent = side_grid_nb.join(labels, words, places, first, mask)
     regions = (parent, labels, depth, places, first, mask)
-    sign = _signs(place, _side_grid_nb.sizes_and_samples(*regions), closest)
-    cell, masks = _side_grid_nb.known_sides(parent, sign, labels, depth, words, first, mask)
+    sign = _signs(place, side_grid_nb.sizes_and_samples(*regions), closest)
+    cell, masks = side_grid_nb.known_sides(parent, sign, labels, depth, words, first, mask)
     far = int(sign[parent[labels[0, 0, 0] - 1]])
     return SideGrid(place.origin, place.size, place.skin, far, cell, masks, piece, *feet)
 
@@ -132,12 +132,12 @@ def _painted(place: Layout, pieces: FloatArray) -> tuple[IntArray, IntArray, Rec
     may; and a piece of each."""
     flat = np.zeros(np.prod(place.shape), np.int32)
     nothing = np.zeros(0, np.uint64), np.zeros(0, np.int32)
-    _side_grid_nb.paint(pieces, place.small, place.shape, flat, *nothing)
+    side_grid_nb.paint(pieces, place.small, place.shape, flat, *nothing)
     index = np.flatnonzero(flat)
     flat[:] = -1
     flat[index] = np.arange(len(index))
     near, piece = np.zeros(len(index), np.uint64), np.full(len(index), -1, np.int32)
-    _side_grid_nb.paint(pieces, place.small, place.shape, flat, near, piece)
+    side_grid_nb.paint(pieces, place.small, place.shape, flat, near, piece)
     places = np.stack(np.unravel_index(index, place.shape), axis=1).astype(np.int32)
     return flat.reshape(place.shape), places, near, piece
 
@@ -165,21 +165,21 @@ def side_of(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> tuple[ByteArray,
     """Side of p_B[rows], 1 outside, −1 inside, 0 not known; and a way, length, greater than zero
     where it is known, that leads to no surface."""
     side, reach = np.empty(len(rows), np.int8), np.empty(len(rows))
-    run_ranges(_side_nb.sides, len(rows), POINTS, grid, p_B, rows, side, reach)
+    run_ranges(side_nb.sides, len(rows), POINTS, grid, p_B, rows, side, reach)
     return side, reach
 
 
 def clear_ways(grid: SideGrid, before: FloatArray, now: FloatArray, rows: IntArray) -> Records:
     """(len(rows),) True where before[rows] → now[rows] is proved to meet no surface."""
     clear = np.empty(len(rows), bool)
-    run_ranges(_side_nb.clear_ways, len(rows), POINTS, grid, before, now, rows, clear)
+    run_ranges(side_nb.clear_ways, len(rows), POINTS, grid, before, now, rows, clear)
     return clear
 
 
 def nearby(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
     """Places (patch, uv) of the surface not far from p_B[rows], patch −1 where none is known."""
     piece = np.empty(len(rows), np.int32)
-    run_ranges(_side_nb.nearby, len(rows), POINTS, grid, p_B, rows, piece)
+    run_ranges(side_nb.nearby, len(rows), POINTS, grid, p_B, rows, piece)
     found = piece >= 0
     patch = np.where(found, grid.patch[piece], -1).astype(np.int32)
     return patch, np.where(found[:, None], grid.uv[piece], 0.0)

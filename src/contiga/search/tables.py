@@ -10,8 +10,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from contiga.errors import GeometryError
-from contiga.geometry import _trim_nb, bezier, trim
+from contiga.geometry import bezier, trim
 from contiga.geometry.body import Body
+from contiga.geometry.kernels import trim_nb
 from contiga.geometry.slits import gaping_edges, stitches
 from contiga.records import FloatArray
 from contiga.search.branch import build_rings
@@ -151,7 +152,7 @@ def _elements(body: Body, trims: trim.TrimTables) -> tuple[Elements, Grid]:
         rows["degree"] = patch.degrees
         rows["components"] = 4 if patch.is_rational else 3
         rows["box"] = _parameter_boxes(g.u_breaks, g.v_breaks)
-        rows["trim"] = [_trim_nb.box_state(trims, k, *b) for b in rows["box"].tolist()]
+        rows["trim"] = [trim_nb.box_state(trims, k, *b) for b in rows["box"].tolist()]
         for part in _fill(rows, g.coefs, used):
             coefs.append(part)
             used += part.size

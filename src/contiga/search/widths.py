@@ -13,7 +13,7 @@ from contiga.geometry.body import Body
 from contiga.geometry.slits import gaping_edges
 from contiga.geometry.trim import TrimTables
 from contiga.records import FloatArray
-from contiga.search import _sides_nb
+from contiga.search.kernels import sides_nb
 from contiga.search.records import CUT, POLE, Elements
 
 # A trimming curve this close to a side of its patch's rectangle, as a share of it, runs along it.
@@ -90,7 +90,7 @@ def _sides_that_match(elements: Elements, least: float) -> None:
     e, s = np.nonzero((across >= 0) & other & (table["width"] < least))
     if len(e) == 0:
         return
-    points, _ = _sides_nb.sample(elements)
+    points, _ = sides_nb.sample(elements)
     own, beyond = points[e, s], points[across[e, s], table["neighbour_side"][e, s]]
     turned = table["flip"][e, s] == 1
     beyond[turned] = beyond[turned, ::-1]

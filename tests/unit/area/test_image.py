@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.area import _components_nb, _facet_nb, _image_nb, _touch_nb
 from contiga.area.base import AreaInput, Rest
+from contiga.area.kernels import components_nb, facet_nb, image_nb, touch_nb
 from contiga.area.regions import topology_of
 
 
@@ -174,7 +174,7 @@ def cut_off(surface, uv, n_c, fraction, cut):
     """Area of a cut facet between points of a surface, and the corners of the part itself."""
     p, n = surface.evaluate(uv), surface.normal(uv)
     share = np.empty((1, 3))
-    _image_nb.image_pieces(
+    image_nb.image_pieces(
         np.array([[0, 1, 2]], np.int32), (p, n), (n_c, np.full((1, 3), -1, np.int32)),
         np.array([fraction]), share, 0, 1,
     )  # fmt: skip
@@ -245,7 +245,7 @@ FACETS = np.array([[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5], [6, 7, 8]], np.in
 @pytest.mark.parametrize("rows", [[0, 1, 2], [1, 2, 3, 4], [7], list(range(9)), []])
 def test_facets_are_sorted_by_their_corners_in_contact(rows):
     place = np.full(9, -1, np.int32)
-    whole, part = _touch_nb.touched(topology_of(FACETS, 9), np.array(rows, np.int32), place)
+    whole, part = touch_nb.touched(topology_of(FACETS, 9), np.array(rows, np.int32), place)
     count = np.isin(FACETS, rows).sum(axis=1)
     back = np.array(rows, np.int32)
     assert sorted(map(tuple, back[whole].tolist())) == sorted(map(tuple, FACETS[count == 3]))
@@ -256,7 +256,7 @@ def test_facets_are_sorted_by_their_corners_in_contact(rows):
 def test_regions_are_joined_over_whole_and_cut_facets():
     whole = np.array([[0, 1, 2], [3, 4, 5]], np.int32)
     corner = np.array([[-1, 6, 7], [-1, 8, -1]], np.int32)
-    assert _components_nb.facet_components(whole, corner, 9).tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 3]
+    assert components_nb.facet_components(whole, corner, 9).tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 3]
 
 
 @pytest.mark.interpreted
@@ -264,7 +264,7 @@ def test_whole_facets_on_the_slave_are_split_alike():
     points = np.array([[9.0, 9, 9], [0, 0, 0], [2, 0, 0], [0, 3, 0]])
     corner = np.array([[0, 1, 2]], np.int32)
     share = np.empty((1, 3))
-    _facet_nb.slave_whole(np.array([1, 2, 3], np.int32), points, corner, share, 0, 1)
+    facet_nb.slave_whole(np.array([1, 2, 3], np.int32), points, corner, share, 0, 1)
     area = np.zeros(3)
-    _facet_nb.gather(corner, share, area)
+    facet_nb.gather(corner, share, area)
     assert area.tolist() == [1.0, 1.0, 1.0]

@@ -7,7 +7,8 @@ import pytest
 import scipy.spatial
 
 import contiga as cg
-from contiga.area import _touch_nb, hull, regions
+from contiga.area import hull, regions
+from contiga.area.kernels import touch_nb
 
 X = np.linspace(-1.0, 1.0, 31)
 POINTS = np.array([[x, y, 0.0] for x in X for y in X + 0.003])
@@ -36,7 +37,7 @@ def made(monkeypatch):
 
     watch(scipy.spatial, "cKDTree", len)
     watch(scipy.spatial, "Delaunay", len)
-    watch(_touch_nb, "incidence", lambda facets, n: n)
+    watch(touch_nb, "incidence", lambda facets, n: n)
     watch(hull, "grid_mesh", lambda *args: len(POINTS))
     watch(hull, "closing", lambda *args: len(POINTS))
     return calls

@@ -8,7 +8,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 import contiga as cg
-from contiga.area import _components_nb, _facet_nb, _image_nb, _touch_nb
+from contiga.area.kernels import components_nb, facet_nb, image_nb, touch_nb
 from contiga.records import Projection
 
 pytestmark = pytest.mark.interpreted
@@ -17,7 +17,7 @@ FACETS = np.array([[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5], [6, 7, 8]], np.in
 
 
 def test_every_facet_is_listed_at_its_corners():
-    first, incident = _touch_nb.incidence(FACETS, 10)
+    first, incident = touch_nb.incidence(FACETS, 10)
     for i in range(10):
         own = incident[first[i] : first[i + 1]]
         assert own.tolist() == [f for f, facet in enumerate(FACETS.tolist()) if i in facet]
@@ -29,7 +29,7 @@ def test_corners_of_cut_facets_are_numbered_those_in_contact_first():
     place[[1, 2, 6]] = [0, 1, 2]
     points = np.array([[k, k * k % 5, 0.0] for k in range(9)])
     part = np.array([0, 1, 2, 4], np.int32)
-    found, corner, inner, free, start = _touch_nb.around(FACETS, part, points, place)
+    found, corner, inner, free, start = touch_nb.around(FACETS, part, points, place)
     assert found.tolist() == [0, 1, 2, 4]
     assert inner.tolist() == [0, 1, 2]
     nodes = np.concatenate([np.array([1, 2, 6])[inner], free])
@@ -46,7 +46,7 @@ def test_facets_with_a_corner_that_is_nowhere_are_left_out():
     place[2] = 0
     points = np.zeros((9, 3))
     points[1] = np.nan
-    found, *_ = _touch_nb.around(FACETS, np.array([0, 1, 2], np.int32), points, place)
+    found, *_ = touch_nb.around(FACETS, np.array([0, 1, 2], np.int32), points, place)
     assert found.tolist() == [2]
 
 
@@ -58,7 +58,7 @@ def test_regions_of_a_graph_are_its_connected_components():
     graph = graph + graph.T
     rows = np.flatnonzero(rng.random(n) < 0.8).astype(np.int32)
     place = np.full(n, -1, np.int32)
-    label = _components_nb.graph_components(
+    label = components_nb.graph_components(
         graph.indptr.astype(np.int64), graph.indices.astype(np.int32), rows, place
     )
     count, other = connected_components(graph[rows][:, rows], directed=False)
@@ -79,7 +79,7 @@ def test_cuts_are_where_the_gap_between_their_ends_is_zero():
     )  # fmt: skip
     corner = np.array([[0, 1, 2], [1, 0, 3]], np.int32)
     fraction = np.empty((2, 3))
-    border = _facet_nb.cuts(corner, feet, 1, fraction)
+    border = facet_nb.cuts(corner, feet, 1, fraction)
     assert border.tolist() == [4]  # of the second facet the edge from 0 to 3
     assert fraction[0].tolist() == pytest.approx([0.25, 1.0, 0.5])
     assert fraction[1, 0] == pytest.approx(0.25)
@@ -108,14 +108,14 @@ CORNER = np.array([[0, 1, 2]], np.int32)
 def whole(feet):
     """Shares of one facet with corners 0, 1, 2, all in contact."""
     share = np.empty((1, 3))
-    _image_nb.image_whole(CORNER, feet.point, feet.normal, share, 0, 1)
+    image_nb.image_whole(CORNER, feet.point, feet.normal, share, 0, 1)
     return share[0]
 
 
 def pieces(feet, n_c, fraction, row=(-1, -1, -1)):
     """Shares of one facet with corners 0, 1, 2."""
     share = np.empty((1, 3))
-    _image_nb.image_pieces(
+    image_nb.image_pieces(
         CORNER, (feet.point, feet.normal), (n_c, np.array([row], np.int32)),
         np.array([fraction], dtype=float), share, 0, 1,
     )  # fmt: skip

@@ -9,8 +9,8 @@ import pytest
 
 from contiga import NurbsSurface, TriMesh, shapes
 from contiga.errors import GeometryError, InputError
-from contiga.geometry import _chord_nb as chord
 from contiga.geometry import tessellate as ts
+from contiga.geometry.kernels import chord_nb as chord
 
 
 def segment_distance(x, a, b):

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from contiga.errors import GeometryError
-from contiga.geometry import _trim_build_nb as build_nb
-from contiga.geometry import _trim_nb as nb
 from contiga.geometry.body import Body, BodyEdge, EdgeUse
 from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.kernels import trim_build_nb as build_nb
+from contiga.geometry.kernels import trim_nb as nb
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import CUT, IN, OUT, build_trim_tables
 from contiga.geometry.trim_area import patch_areas

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from contiga.num._fma_nb import exact_fma, fma
+from contiga.num.kernels.fma_nb import exact_fma, fma
 
 BIG, TINY = 1.7e308, 5e-324
 SPECIAL = [0.0, -0.0, 1.0, -1.0, BIG, -BIG, TINY, -TINY, 1.5e-162, math.inf, -math.inf, math.nan]

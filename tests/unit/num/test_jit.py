@@ -148,7 +148,7 @@ def test_a_stamp_is_of_the_files_imported_and_of_no_others(tiny):
 
 
 def kernel_files():
-    files = sorted(jit.PACKAGE.rglob("_*_nb.py"))
+    files = sorted(jit.PACKAGE.rglob("kernels/*_nb.py"))
     return [file for file in files if "cache=True" in file.read_text()]
 
 

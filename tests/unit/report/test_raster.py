@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contiga.report._raster_nb import draw_balls, draw_lines, draw_triangles, empty_buffer
+from contiga.report.kernels.raster_nb import draw_balls, draw_lines, draw_triangles, empty_buffer
 
 pytestmark = pytest.mark.interpreted
 FIRST = np.array([[0, 1, 2]], dtype=np.int32)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.search._bend_nb import bend_bounds, bend_work
-from contiga.search._pole_nb import pole_bounds, pole_side
+from contiga.search.kernels.bend_nb import bend_bounds, bend_work
+from contiga.search.kernels.pole_nb import pole_bounds, pole_side
 from contiga.search.tables import tables_of
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.search import _bounds_nb, _element_nb
+from contiga.search.kernels import bounds_nb, element_nb
 from contiga.search.tables import tables_of
 
 ORDERS = [(1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3)]
@@ -26,7 +26,7 @@ def test_derivatives_stay_below_their_bounds(p, q, cell):
     patch = patch_of(p + 10 * q, p, q)
     tables = tables_of(cg.Body([patch]))
     bound = np.empty(9)
-    assert not _bounds_nb.look_closer(tables.elements, 0, cell, (0.0, 0.0, 0.0), 0.0, bound)
+    assert not bounds_nb.look_closer(tables.elements, 0, cell, (0.0, 0.0, 0.0), 0.0, bound)
     rng = np.random.default_rng(0)
     s = rng.uniform(cell[0], cell[1], 400) + 0.5
     t = rng.uniform(cell[2], cell[3], 400) + 0.5
@@ -49,7 +49,7 @@ def test_a_cell_is_called_beyond_a_distance_only_when_it_is(p, q):
         least = np.linalg.norm(surface - point, axis=1).min()
         local = tuple(point - origin)
         cell = (-0.1, 0.1, -0.1, 0.1)
-        look = _bounds_nb.look_closer
+        look = bounds_nb.look_closer
         assert not look(tables.elements, 0, cell, local, least * (1 + 1e-9), bound)
         proved += look(tables.elements, 0, cell, local, 0.9 * least, bound)
     assert proved > 40
@@ -62,7 +62,7 @@ def test_elements_evaluate_as_their_surface_in_every_form(degree):
     tables = tables_of(cg.Body([patch]))
     h = np.empty((4, 6))
     for u, v in [(0.0, 0.0), (0.3, 0.8), (1.0, 0.5)]:
-        _element_nb.evaluate(tables.elements, 0, u - 0.5, v - 0.5, h)
+        element_nb.evaluate(tables.elements, 0, u - 0.5, v - 0.5, h)
         D = patch.derivatives([[u, v]], order=2)[0]
         expected = np.stack([D[0, 0], D[1, 0], D[0, 1], D[2, 0], D[1, 1], D[0, 2]], axis=1)
         expected[:, 0] -= tables.elements.table[0]["origin"]
@@ -76,6 +76,6 @@ def test_uneven_weights_are_evaluated_without_loss():
     assert tables.elements.table[0]["form"] == 0
     h = np.empty((4, 6))
     for uv in np.random.default_rng(0).random((50, 2)):
-        _element_nb.evaluate(tables.elements, 0, *(uv - 0.5), h)
+        element_nb.evaluate(tables.elements, 0, *(uv - 0.5), h)
         expected = patch.evaluate([uv])[0] - tables.elements.table[0]["origin"]
         np.testing.assert_allclose(h[:3, 0], expected, rtol=0, atol=1e-13)

@@ -7,7 +7,7 @@ import pytest
 
 import contiga as cg
 from contiga.records import Status
-from contiga.search import _crossing_nb
+from contiga.search.kernels import crossing_nb
 from contiga.search.surface import surface_of
 
 
@@ -172,4 +172,4 @@ def test_a_search_that_is_given_up_says_so():
     body = cg.Body([sheet(points), sheet(net(lift=3.0))])
     hit = body.first_hit([[-2.0, 0, 0]], [[2.0, 0, 0]])
     assert hit.status.tolist() == [Status.BUDGET]
-    assert _crossing_nb.MAX_CELLS >= 1000
+    assert crossing_nb.MAX_CELLS >= 1000

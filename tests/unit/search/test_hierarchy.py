@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.search import _curve_nb, _element_nb
+from contiga.search.kernels import curve_nb, element_nb
 from contiga.search.tables import tables_of
 
 
@@ -43,7 +43,7 @@ def test_leaves_cover_their_elements_and_lie_in_their_boxes(patch):
         area[leaf["element"]] += (s1 - s0) * (t1 - t0)
         for s, t in rng.random((4, 2)):
             place = s0 + s * (s1 - s0), t0 + t * (t1 - t0)
-            _element_nb.evaluate(tables.elements, leaf["element"], *place, h)
+            element_nb.evaluate(tables.elements, leaf["element"], *place, h)
             x = h[:3, 0] + tables.elements.table[leaf["element"]]["origin"]
             assert (low[k] <= x).all()
             assert (x <= high[k]).all()
@@ -70,7 +70,7 @@ def test_leaves_of_trimming_curves_cover_them_and_their_bounds_hold():
         t0, t1 = leaf["box"][:2]
         length[piece] += t1 - t0
         for t in np.linspace(t0, t1, 7)[1:-1]:
-            e = _curve_nb.curve_point(tables.elements, tables.grid, tables.trims, piece, t, h, d)[0]
+            e = curve_nb.curve_point(tables.elements, tables.grid, tables.trims, piece, t, h, d)[0]
             x = d[0] + tables.elements.table[e]["origin"]
             assert (low[k] <= x).all()
             assert (x <= high[k]).all()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.search import _project_nb
+from contiga.search.kernels import project_nb
 from contiga.search.projection import bin_by_element, empty_projection
 from contiga.search.tables import tables_of
 
@@ -21,16 +21,14 @@ def lanes_only(body, points, start):
     tables = tables_of(body)
     order, blocks = bin_by_element(tables, start.patch, start.uv)
     out, back = empty_projection(len(points)), np.zeros(len(points), np.uint8)
-    _project_nb.project_lanes(
-        tables, points, start.uv, (order, blocks), (out, back), 0, len(blocks)
-    )
+    project_nb.project_lanes(tables, points, start.uv, (order, blocks), (out, back), 0, len(blocks))
     return out, back == 0
 
 
 def walk_only(body, points, start):
     tables, out = tables_of(body), empty_projection(len(points))
     rows = np.arange(len(points), dtype=np.int32)
-    _project_nb.project_tracked(tables, points, (start.patch, start.uv), rows, out, 0, len(points))
+    project_nb.project_tracked(tables, points, (start.patch, start.uv), rows, out, 0, len(points))
     return out
 
 
@@ -67,15 +65,15 @@ def test_feet_that_leave_their_element_go_on_in_the_next(kind):
     tables = tables_of(body)
     out, back = empty_projection(len(q)), np.zeros(len(q), np.uint8)
     bins = bin_by_element(tables, start.patch, start.uv)
-    _project_nb.project_lanes(tables, q, start.uv, bins, (out, back), 0, len(bins[1]))
-    gone_on = np.flatnonzero(back == _project_nb.GO_ON)
+    project_nb.project_lanes(tables, q, start.uv, bins, (out, back), 0, len(bins[1]))
+    gone_on = np.flatnonzero(back == project_nb.GO_ON)
     assert len(gone_on) > 30
     count = len(tables.elements.table)
     feet = (out.patch, out.uv)
-    bins = _project_nb.bin_rows(tables.grid, feet, back, _project_nb.GO_ON, count, 0, len(q))
+    bins = project_nb.bin_rows(tables.grid, feet, back, project_nb.GO_ON, count, 0, len(q))
     np.testing.assert_array_equal(np.sort(bins[0]), gone_on)
-    _project_nb.project_lanes(tables, q, out.uv, bins, (out, back), 0, len(bins[1]))
-    assert not (back == _project_nb.GO_ON).any()
+    project_nb.project_lanes(tables, q, out.uv, bins, (out, back), 0, len(bins[1]))
+    assert not (back == project_nb.GO_ON).any()
     done = gone_on[back[gone_on] == 0]
     assert len(done) > 0.7 * len(gone_on)
     slow = walk_only(body, q, start)
@@ -95,8 +93,8 @@ def test_a_foot_that_leaves_over_a_seam_is_left_to_the_walk():
     tables, q = tables_of(body), patch.evaluate(beyond)
     out, back = empty_projection(50), np.zeros(50, np.uint8)
     bins = bin_by_element(tables, start.patch, start.uv)
-    _project_nb.project_lanes(tables, q, start.uv, bins, (out, back), 0, len(bins[1]))
-    assert (back == _project_nb.BY_ROW).all()
+    project_nb.project_lanes(tables, q, start.uv, bins, (out, back), 0, len(bins[1]))
+    assert (back == project_nb.BY_ROW).all()
     feet = body.project(q, start=start, mode="track")
     np.testing.assert_allclose(feet.gap, 0.0, rtol=0, atol=1e-12 * body.size)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.search import _around_nb, _sides_nb
+from contiga.search.kernels import around_nb, sides_nb
 from contiga.search.records import BORDER, CREASE, POLE, SMOOTH
 from contiga.search.tables import tables_of
 
@@ -67,18 +67,18 @@ def test_patches_join_however_they_run(turn):
     kind = SMOOTH if turn in ("as is", "both") else CREASE
     assert (table["kind"][across] == kind).all()
     elements = tables_of(cg.Body([left, right])).elements
-    points, _ = _sides_nb.sample(elements)
+    points, _ = sides_nb.sample(elements)
     for e, side in np.argwhere(across):
         for x in (-0.5, 0.1):
-            s, t = _sides_nb.side_point(side, x)
-            e2, s2, t2, _ = _around_nb.cross(elements, e, side, s, t)
+            s, t = sides_nb.side_point(side, x)
+            e2, s2, t2, _ = around_nb.cross(elements, e, side, s, t)
             a, b = (body_point(elements, *place) for place in ((e, s, t), (e2, s2, t2)))
             np.testing.assert_allclose(a, b, atol=1e-12)
     assert len(points) == len(table)
 
 
 def body_point(elements, e, s, t):
-    from contiga.search._element_nb import evaluate
+    from contiga.search.kernels.element_nb import evaluate
 
     h = np.empty((4, 6))
     evaluate(elements, e, s, t, h)
@@ -91,10 +91,10 @@ def test_all_elements_around_a_corner_and_a_pole_are_listed():
     inner = next(
         e for e in range(len(elements.table)) if (elements.table[e]["neighbour"] >= 0).all()
     )
-    assert _around_nb.around(elements, (inner, 0.5, 0.5), list_e, list_st) == 4
-    assert _around_nb.around(elements, (inner, 0.5, 0.1), list_e, list_st) == 2
-    assert _around_nb.around(elements, (inner, 0.2, 0.1), list_e, list_st) == 1
+    assert around_nb.around(elements, (inner, 0.5, 0.5), list_e, list_st) == 4
+    assert around_nb.around(elements, (inner, 0.5, 0.1), list_e, list_st) == 2
+    assert around_nb.around(elements, (inner, 0.2, 0.1), list_e, list_st) == 1
     ball = tables_of(cg.Body([cg.shapes.sphere()])).elements
     e, side = np.argwhere(ball.table["kind"] == POLE)[0]
-    s, t = _sides_nb.side_point(side, 0.3)
-    assert _around_nb.around(ball, (e, s, t), list_e, list_st) == 4
+    s, t = sides_nb.side_point(side, 0.3)
+    assert around_nb.around(ball, (e, s, t), list_e, list_st) == 4

@@ -9,7 +9,7 @@ from contiga.geometry.trimesh import TriMesh
 from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, Hit, IntArray
 from contiga.search.checks import checked_segments
-from contiga.search.faceted import _entry_nb
+from contiga.search.faceted.kernels import entry_nb
 from contiga.search.faceted.records import Facets
 from contiga.search.faceted.tables import tables_of
 from contiga.search.hits import empty_hit, settled
@@ -49,7 +49,7 @@ def first_hit(mesh: TriMesh, p0: ArrayLike, p1: ArrayLike) -> Hit:
 def hits_of_rows(facets: Facets, a_M: FloatArray, b_M: FloatArray, rows: IntArray) -> Hit:
     """First entries of the segments a_M[rows] → b_M[rows], one row an entry of `rows`."""
     out = empty_hit(len(rows))
-    run_ranges(_entry_nb.first_hits, len(rows), SEGMENTS, facets, a_M, b_M, rows, out)
+    run_ranges(entry_nb.first_hits, len(rows), SEGMENTS, facets, a_M, b_M, rows, out)
     return out
 
 
@@ -69,6 +69,6 @@ def last_crossings(
     def search(
         a: FloatArray, b: FloatArray, _: tuple[float, float], out: Hit, verdict: FloatArray
     ) -> None:
-        run_ranges(_entry_nb.last_crossings, len(a), SEGMENTS, facets, a, b, out, verdict)
+        run_ranges(entry_nb.last_crossings, len(a), SEGMENTS, facets, a, b, out, verdict)
 
     return settled(search, a_M[rows], b_M[rows])

@@ -11,7 +11,7 @@ from contiga.num.arrays import as_points
 from contiga.num.threads import run_ranges
 from contiga.records import Feature, FloatArray, IntArray, Projection
 from contiga.search.checks import checked_mode, checked_patches
-from contiga.search.faceted import _closest_nb, _order_nb, _walk_nb
+from contiga.search.faceted.kernels import closest_nb, order_nb, walk_nb
 from contiga.search.faceted.records import Facets
 from contiga.search.faceted.tables import Tables, tables_of
 from contiga.search.projection import empty_projection
@@ -104,7 +104,7 @@ def track(
     patch, before = start
     slots = np.where(patch >= 0, tables.slot[patch], -1)
     starts = (slots, np.zeros((0, 3)) if before is None else before)
-    run_ranges(_walk_nb.project_tracked, len(p_M), TRACKED, facets, p_M, starts, smooth, out)
+    run_ranges(walk_nb.project_tracked, len(p_M), TRACKED, facets, p_M, starts, smooth, out)
     closest_of_rows(facets, p_M, np.flatnonzero(slots < 0).astype(np.int32), smooth, out)
 
 
@@ -113,8 +113,8 @@ def closest_of_rows(
 ) -> None:
     """Closest points of p_M[rows] into the same rows of `out`."""
     if len(rows) > ORDERED and not _is_along_space(p_M, rows):
-        rows = _order_nb.along_space(p_M, rows, *_grid(facets))
-    run_ranges(_closest_nb.project_global, len(rows), POINTS, facets, p_M, rows, smooth, out)
+        rows = order_nb.along_space(p_M, rows, *_grid(facets))
+    run_ranges(closest_nb.project_global, len(rows), POINTS, facets, p_M, rows, smooth, out)
 
 
 def _is_along_space(p_M: FloatArray, rows: IntArray) -> bool:

@@ -11,8 +11,8 @@ from contiga.errors import MeshError
 from contiga.geometry.trimesh import TriMesh
 from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
-from contiga.search.faceted import _closest_nb
 from contiga.search.faceted.hits import hits_of_rows, last_crossings
+from contiga.search.faceted.kernels import closest_nb
 from contiga.search.faceted.projection import closest_of_rows, is_smooth, track
 from contiga.search.faceted.tables import Tables, tables_of
 
@@ -71,7 +71,7 @@ class FacetedSurface(NamedTuple):
     def reach(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
         """Distances to the nearest box of a triangle."""
         facets = self.tables.facets
-        run_ranges(_closest_nb.box_reach, len(rows), POINTS, facets, p_B, rows, lengths)
+        run_ranges(closest_nb.box_reach, len(rows), POINTS, facets, p_B, rows, lengths)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> tuple[ByteArray, FloatArray]:
         """Nothing is known at once."""

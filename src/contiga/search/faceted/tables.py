@@ -11,7 +11,7 @@ from contiga.errors import MeshError
 from contiga.geometry.trimesh import TriMesh
 from contiga.num.ordered import length
 from contiga.records import FloatArray, IntArray
-from contiga.search.faceted import _boxes_nb
+from contiga.search.faceted.kernels import boxes_nb
 from contiga.search.faceted.records import BORDER, NEIGHBOUR, TRIANGLE, VERTEX, Facets
 from contiga.search.faceted.topology import Topology, topology_of
 
@@ -67,7 +67,7 @@ def _build(mesh: TriMesh) -> Tables:
     margin = 4.0 * np.finfo(float).eps * reach
     low = np.ascontiguousarray(p.min(axis=1).T) - margin
     high = np.ascontiguousarray(p.max(axis=1).T) + margin
-    box, child, order = _boxes_nb.build(low, high)
+    box, child, order = boxes_nb.build(low, high)
     facets, slot = _facets(topology, order, box, child)
     closed = not bool((facets.link[:, :3] == BORDER).any())
     folded = topology.back_to_back.astype(np.int32)

@@ -1,0 +1,59 @@
+"""Connected components of points in contact."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from contiga.num.jit import inner
+from contiga.num.kernels.union_nb import root, unite
+
+
+@inner()
+def _numbered(parent):
+    label = np.empty(parent.shape[0], np.int32)
+    count = 0
+    for i in range(parent.shape[0]):
+        r = root(parent, i)
+        if r == i:
+            label[i] = count
+            count += 1
+        else:
+            label[i] = label[r]
+    return label
+
+
+@njit(cache=True, nogil=True)
+def facet_components(whole, corner, n_c):
+    """(n_c,) regions of the points in contact that facets join, numbered as they come.
+
+    Parameters
+    ----------
+    whole : (m, 3) corners of facets, all of them below n_c
+    corner : (k, 3) corners of facets of which those below n_c are joined
+    """
+    parent = np.arange(n_c).astype(np.int32)  # half the memory to go through
+    for f in range(whole.shape[0]):
+        unite(parent, whole[f, 0], whole[f, 1])
+        unite(parent, whole[f, 0], whole[f, 2])
+    for f in range(corner.shape[0]):
+        for k in range(3):
+            a = corner[f, k]
+            b = corner[f, (k + 1) % 3]
+            if 0 <= a < n_c and 0 <= b < n_c:
+                unite(parent, a, b)
+    return _numbered(parent)
+
+
+@njit(cache=True, nogil=True)
+def graph_components(first, neighbour, rows, place):
+    """(n_c,) regions of the points `rows` in a graph of n points; `place` is (n,), −1."""
+    for i in range(rows.shape[0]):
+        place[rows[i]] = i
+    parent = np.arange(rows.shape[0]).astype(np.int32)
+    for i in range(rows.shape[0]):
+        for j in range(first[rows[i]], first[rows[i] + 1]):
+            k = place[neighbour[j]]
+            if k >= 0:
+                unite(parent, i, k)
+    return _numbered(parent)

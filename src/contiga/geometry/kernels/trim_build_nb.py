@@ -1,0 +1,308 @@
+"""Kernels that build the trim tables: splitting into monotone pieces and filling the cell grid."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contiga.geometry.kernels.trim_nb import CUT, MARGIN, _crosses_right, _range_in_row
+from contiga.num.jit import inner
+
+ROOT_WIDTH = 1e-14
+FLAT = 1e-15
+"""A derivative below this share of its terms' size is rounding, not a turning point."""
+
+
+@inner()
+def _binomial(n, k):
+    value = 1.0
+    for i in range(k):
+        value = value * (n - i) / (i + 1)
+    return value
+
+
+@inner()
+def turning_polynomial(coefs, degree, axis):
+    """Bernstein coefficients of x'w − xw', whose roots are the turning points of x/w.
+
+    Coefficients that are pure rounding are set to zero. Degree is 2p − 1.
+    """
+    p = degree
+    out = np.zeros(2 * p)
+    size = 0.0
+    for i in range(p):
+        dx = p * (coefs[i + 1, axis] - coefs[i, axis])
+        dw = p * (coefs[i + 1, 2] - coefs[i, 2])
+        for j in range(p + 1):
+            scale = _binomial(p - 1, i) * _binomial(p, j) / _binomial(2 * p - 1, i + j)
+            out[i + j] += scale * (dx * coefs[j, 2] - coefs[j, axis] * dw)
+            size = max(size, p * abs(coefs[i, axis] * coefs[j, 2]))
+    size = max(size, p * abs(coefs[p, axis] * coefs[p, 2]))
+    for k in range(2 * p):
+        if abs(out[k]) <= 64.0 * FLAT * size:
+            out[k] = 0.0
+    return out
+
+
+@inner()
+def _sign_changes(c):
+    changes = 0
+    last = 0.0
+    for x in c:
+        if x != 0.0:
+            if last * x < 0.0:
+                changes += 1
+            last = 1.0 if x > 0.0 else -1.0
+    return changes
+
+
+@inner()
+def _noted(roots, count, root):
+    """Append `root` unless it is there; returns the new count."""
+    for i in range(count):
+        if abs(roots[i] - root) < 4.0 * ROOT_WIDTH:
+            return count
+    if count < roots.shape[0]:
+        roots[count] = root
+        count += 1
+    return count
+
+
+@njit(cache=True)
+def roots_inside(c):
+    """Parameters in (0, 1) at which a Bernstein polynomial changes sign.
+
+    Halves the interval by de Casteljau until each part has no sign change among its coefficients
+    (then no root: variation diminishing) or is `ROOT_WIDTH` wide. A middle that is a root itself
+    is noted on the way, since neither half shows it. Multiple roots are no trouble.
+    """
+    n = c.shape[0]
+    roots = np.empty(4 * n)
+    count = 0
+    stack = np.empty((64 + 2 * n, n))
+    lows = np.empty(64 + 2 * n)
+    widths = np.empty(64 + 2 * n)
+    stack[0] = c
+    lows[0], widths[0] = 0.0, 1.0
+    top = 1
+    while top > 0:
+        top -= 1
+        here = stack[top].copy()
+        low, width = lows[top], widths[top]
+        if _sign_changes(here) == 0:
+            continue
+        if width < ROOT_WIDTH or top + 2 >= stack.shape[0]:
+            count = _noted(roots, count, low + 0.5 * width)
+            continue
+        left = np.empty(n)
+        for r in range(n):
+            left[r] = here[0]
+            for i in range(n - 1 - r):
+                here[i] = 0.5 * (here[i] + here[i + 1])
+        for i in range(n):
+            stack[top, i] = here[i]
+            stack[top + 1, i] = left[i]
+        if here[0] == 0.0:
+            count = _noted(roots, count, low + 0.5 * width)
+        lows[top], widths[top] = low + 0.5 * width, 0.5 * width
+        lows[top + 1], widths[top + 1] = low, 0.5 * width
+        top += 2
+    return np.sort(roots[:count])
+
+
+@inner()
+def monotone_breaks(coefs, degree):
+    """Sorted parameters 0 … 1 between which a segment is monotone in u and in v."""
+    if degree == 1:
+        return np.array([0.0, 1.0])
+    ru = roots_inside(turning_polynomial(coefs, degree, 0))
+    rv = roots_inside(turning_polynomial(coefs, degree, 1))
+    breaks = np.empty(2 + ru.size + rv.size)
+    breaks[0] = 0.0
+    breaks[1 : 1 + ru.size] = ru
+    breaks[1 + ru.size : 1 + ru.size + rv.size] = rv
+    breaks[-1] = 1.0
+    breaks.sort()
+    keep = 1
+    for i in range(1, breaks.size):
+        if breaks[i] - breaks[keep - 1] > 1e-12:
+            breaks[keep] = breaks[i]
+            keep += 1
+        elif i == breaks.size - 1:
+            breaks[keep - 1] = 1.0
+    return breaks[:keep]
+
+
+@inner()
+def split_first(coefs, degree, t):
+    """The two halves of a segment at t (de Casteljau); they share the middle point bit by bit."""
+    right = coefs.copy()
+    left = coefs.copy()
+    s = 1.0 - t
+    for r in range(degree + 1):
+        for k in range(3):
+            left[r, k] = right[0, k]
+        for i in range(degree - r):
+            for k in range(3):
+                right[i, k] = s * right[i, k] + t * right[i + 1, k]
+    return left, right
+
+
+@njit(cache=True)
+def monotone_pieces(segments, degrees):
+    """All monotone pieces of a list of segments, in order.
+
+    Returns coefficients, the segment each piece comes from and its parameter interval there.
+    """
+    capacity = 8 + 4 * segments.shape[0]
+    coefs = np.empty((capacity, segments.shape[1], 3))
+    source = np.empty(capacity, np.int32)
+    interval = np.empty((capacity, 2))
+    n = 0
+    for s in range(segments.shape[0]):
+        breaks = monotone_breaks(segments[s], degrees[s])
+        rest = segments[s].copy()
+        for k in range(breaks.size - 1):
+            if n == coefs.shape[0]:
+                coefs = np.concatenate((coefs, np.empty_like(coefs)))
+                source = np.concatenate((source, np.empty_like(source)))
+                interval = np.concatenate((interval, np.empty_like(interval)))
+            if k < breaks.size - 2:
+                t = (breaks[k + 1] - breaks[k]) / (1.0 - breaks[k])
+                head, rest = split_first(rest, degrees[s], t)
+            else:
+                head = rest
+            coefs[n] = head
+            source[n] = s
+            interval[n, 0], interval[n, 1] = breaks[k], breaks[k + 1]
+            n += 1
+    return coefs[:n], source[:n], interval[:n]
+
+
+@inner()
+def _columns(tables, patch, low, high):
+    """First and last column that an interval of u touches, with the safety margin."""
+    u0, u1 = tables.domain[patch, 0], tables.domain[patch, 1]
+    nu = tables.grid_shape[patch, 0]
+    du = (u1 - u0) / nu
+    margin = MARGIN * max(u1 - u0, abs(u0), abs(u1))
+    first = min(max(math.floor((low - margin - u0) / du), 0), nu - 1)
+    last = min(max(math.floor((high + margin - u0) / du), 0), nu - 1)
+    return first, last
+
+
+@inner()
+def _row_pieces(tables, patch, v_low, v_high):
+    """Pieces that touch a row of cells and the columns they touch in it."""
+    start, stop = tables.patch_start[patch], tables.patch_start[patch + 1]
+    v0, v1 = tables.domain[patch, 2], tables.domain[patch, 3]
+    margin = MARGIN * max(v1 - v0, abs(v0), abs(v1))
+    pieces = np.empty(stop - start, np.int32)
+    first = np.empty(stop - start, np.int64)
+    last = np.empty(stop - start, np.int64)
+    n = 0
+    for p in range(start, stop):
+        ends = tables.piece_ends[p]
+        if max(ends[1], ends[3]) < v_low - margin or min(ends[1], ends[3]) > v_high + margin:
+            continue
+        low, high = _range_in_row(tables, p, v_low - margin, v_high + margin)
+        pieces[n] = p
+        first[n], last[n] = _columns(tables, patch, low, high)
+        n += 1
+    return pieces[:n], first[:n], last[:n]
+
+
+@inner()
+def _cell_toggles(tables, pieces, first, column, rows):
+    """Heights in a row at which the number of crossings right of `column` changes parity."""
+    heights = np.empty(2 * pieces.size)
+    n = 0
+    for k in range(pieces.size):
+        if first[k] <= column:
+            continue
+        ends = tables.piece_ends[pieces[k]]
+        if ends[1] == ends[3]:
+            continue
+        for v in (ends[1], ends[3]):
+            if rows[0] < v <= rows[1]:
+                heights[n] = v
+                n += 1
+    ordered = np.sort(heights[:n])
+    keep = 0
+    for k in range(n):
+        if keep > 0 and ordered[keep - 1] == ordered[k]:
+            keep -= 1
+        else:
+            ordered[keep] = ordered[k]
+            keep += 1
+    return ordered[:keep]
+
+
+@inner()
+def _parity_right(tables, pieces, first, column, v):
+    parity = 0
+    for k in range(pieces.size):
+        if first[k] > column:
+            ends = tables.piece_ends[pieces[k]]
+            if min(ends[1], ends[3]) <= v < max(ends[1], ends[3]):
+                parity ^= 1
+    return parity
+
+
+@njit(cache=True)
+def fill_cells(tables):
+    """Cell states, parities, piece lists and toggles of all grids of `tables`.
+
+    Returns ``cell_start, cell_pieces, toggle_start, toggles``; states and parities are written
+    into the tables' own arrays.
+    """
+    cells = tables.cell_state.shape[0]
+    cell_start = np.zeros(cells + 1, np.int64)
+    toggle_start = np.zeros(cells + 1, np.int64)
+    listed = np.empty(64, np.int32)
+    flips = np.empty(64)
+    n_listed = 0
+    n_flips = 0
+    for patch in range(tables.trimmed.shape[0]):
+        nu, nv = tables.grid_shape[patch, 0], tables.grid_shape[patch, 1]
+        v0, v1 = tables.domain[patch, 2], tables.domain[patch, 3]
+        for j in range(nv):
+            v_low = v0 + j * ((v1 - v0) / nv)
+            # Rounding may leave the last line short of the domain: it holds what ends there.
+            v_high = v0 + (j + 1) * ((v1 - v0) / nv) if j < nv - 1 else v1
+            pieces, first, last = _row_pieces(tables, patch, v_low, v_high)
+            for i in range(nu):
+                cell = tables.grid_start[patch] + j * nu + i
+                before = n_listed
+                for k in range(pieces.size):
+                    if first[k] <= i <= last[k]:
+                        if n_listed == listed.size:
+                            listed = np.concatenate((listed, np.empty_like(listed)))
+                        listed[n_listed] = pieces[k]
+                        n_listed += 1
+                if n_listed == before:
+                    mid = 0.5 * (v_low + v_high)
+                    tables.cell_state[cell] = _parity_right(tables, pieces, first, i, mid)
+                else:
+                    tables.cell_state[cell] = CUT
+                    tables.cell_parity[cell] = _parity_right(tables, pieces, first, i, v_low)
+                    for v in _cell_toggles(tables, pieces, first, i, (v_low, v_high)):
+                        if n_flips == flips.size:
+                            flips = np.concatenate((flips, np.empty_like(flips)))
+                        flips[n_flips] = v
+                        n_flips += 1
+                cell_start[cell + 1] = n_listed
+                toggle_start[cell + 1] = n_flips
+    return cell_start, listed[:n_listed].copy(), toggle_start, flips[:n_flips].copy()
+
+
+@njit(cache=True)
+def plain_point_in_trim(tables, patch, u, v):
+    """The rival without a grid: every piece of the patch against the ray (no on-curve rule)."""
+    parity = 0
+    for p in range(tables.patch_start[patch], tables.patch_start[patch + 1]):
+        if _crosses_right(tables, p, u, v):
+            parity ^= 1
+    return parity

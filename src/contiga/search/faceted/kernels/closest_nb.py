@@ -1,0 +1,146 @@
+"""Closest points of a mesh: branch and bound over its hierarchy.
+
+The bound starts from the triangle the point before came to, which is near when points come in an
+order along space. Of triangles at the same distance the one of the lowest number counts, so the
+answer depends neither on where the search started nor on the threads.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contiga.num.jit import inner
+from contiga.search.faceted.kernels.boxes_nb import NOBODY, WIDTH, box_distances, put
+from contiga.search.faceted.kernels.facet_nb import (
+    NOT_FINITE,
+    TRIANGLE,
+    closest_on,
+    is_beyond,
+    smooth_normal,
+    write_face,
+    write_kink,
+)
+from contiga.search.kernels.foot_nb import blank
+
+SLACK = 1e-12
+NEAR = 0.1
+"""Triangles farther than the best by this share of the distance, and of the length below which
+points are one, are still looked at: bounds and distances are rounded, and the answer must not
+depend on which came first."""
+DEPTH = 256
+
+
+@inner()
+def _limit(best, near):
+    return best * (1.0 + SLACK) + near * (2.0 * math.sqrt(best) + near)
+
+
+@inner()
+def closest(tree, point, seed, work):
+    """Slot, place and its two numbers of the closest point; `seed` is a slot to start from."""
+    shape, link, box, child, near = tree
+    x, y, z = point
+    nodes, bounds, lane = work
+    best, place, a, b = closest_on(shape, seed, x, y, z)
+    slot = seed
+    limit = _limit(best, near)
+    nodes[0] = 0
+    bounds[0] = 0.0
+    top = 1
+    while top > 0:
+        top -= 1
+        if bounds[top] > limit:
+            continue
+        node = nodes[top]
+        box_distances(box, node, x, y, z, lane)
+        if child[node, 0] < 0:
+            for l in range(WIDTH):
+                if lane[l] > limit or child[node, l] == NOBODY:
+                    continue
+                s = -1 - child[node, l]
+                if is_beyond(shape, s, x, y, z, limit):
+                    continue
+                square, p, u, v = closest_on(shape, s, x, y, z)
+                if square < best or (square == best and link[s, TRIANGLE] < link[slot, TRIANGLE]):
+                    best = square
+                    place = p
+                    a = u
+                    b = v
+                    slot = s
+                    limit = _limit(best, near)
+            continue
+        base = top
+        for l in range(WIDTH):
+            if lane[l] <= limit and child[node, l] != NOBODY:
+                top = put(nodes, bounds, base, top, child[node, l], lane[l])
+    return slot, place, a, b
+
+
+@njit(cache=True, nogil=True)
+def project_global(facets, points, rows, smooth, out, start, stop):
+    """Closest points of points[rows[start:stop]] into the same rows of `out`."""
+    work = (np.empty(DEPTH, np.int64), np.empty(DEPTH), np.empty(WIDTH))
+    shape = facets.shape
+    link = facets.link
+    tree = (shape, link, facets.box, facets.child, NEAR * facets.scale[1])
+    patch = out.patch
+    seed = 0
+    for i in range(start, stop):
+        k = rows[i]
+        x = points[k, 0]
+        y = points[k, 1]
+        z = points[k, 2]
+        if not math.isfinite(x + y + z):
+            blank(out, k, NOT_FINITE)
+            continue
+        point = (x, y, z)
+        seed, place, a, b = closest(tree, point, seed, work)
+        patch[k] = link[seed, TRIANGLE]
+        if place == 0:
+            write_face(shape, k, seed, a, b, point, out)
+        else:
+            write_kink(facets, k, (seed, place, a), point, False, out)
+        if smooth:
+            smooth_normal(facets, seed, k, out)
+        out.certified[k] = 1
+
+
+@njit(cache=True, nogil=True)
+def box_reach(facets, points, rows, reach, start, stop):
+    """Distance of points[rows] to the nearest box of a triangle into reach[rows]."""
+    nodes = np.empty(DEPTH, np.int64)
+    bounds = np.empty(DEPTH)
+    lane = np.empty(WIDTH)
+    child = facets.child
+    for i in range(start, stop):
+        k = rows[i]
+        x = points[k, 0]
+        y = points[k, 1]
+        z = points[k, 2]
+        if not math.isfinite(x + y + z):
+            reach[k] = math.inf
+            continue
+        best = math.inf
+        nodes[0] = 0
+        bounds[0] = 0.0
+        top = 1
+        while top > 0:
+            top -= 1
+            if bounds[top] >= best:
+                continue
+            node = nodes[top]
+            box_distances(facets.box, node, x, y, z, lane)
+            leaf = child[node, 0] < 0
+            base = top
+            for l in range(WIDTH):
+                d = lane[l]
+                if d >= best or child[node, l] == NOBODY:
+                    continue
+                if leaf:
+                    best = d
+                    continue
+                top = put(nodes, bounds, base, top, child[node, l], d)
+        reach[k] = math.sqrt(best)

@@ -1,0 +1,231 @@
+"""Crossings of a swept point: the segment p0 → p1 against the triangles of a mesh.
+
+A triangle is met where the line p + x d, d of length one, passes within rounding of it as seen
+along d: with a and b the sides at its first corner A and c = (a × b)·d, P = A + u a + v b with
+u = (p − A)·(b × d)/c and v = (p − A)·(d × a)/c. A displacement of the line by ε moves u by
+ε |b × d|/|c|: so much beyond an edge still counts, at any angle, and no path slips through between
+triangles (Moeller & Trumbore 1997, doi 10.1080/10867651.1997.10487468, with lengths for
+tolerances).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contiga.num.jit import inner
+from contiga.search.faceted.kernels.boxes_nb import NOBODY, WIDTH, put
+from contiga.search.faceted.kernels.facet_nb import TRIANGLE
+from contiga.search.kernels.hit_nb import (
+    AT_START,
+    NO_HIT,
+    NOT_FINITE,
+    OK,
+    blank,
+    direction,
+    slack_of,
+)
+
+DEPTH = 256
+ENTRIES, EITHER = 0, 1
+PARALLEL = 1e-15
+"""Sine of the angle to a triangle's plane below which a path cannot cross it but at an edge."""
+X, SLOT, U, V, OVER, AWAY = 0, 1, 2, 3, 4, 5
+"""Columns of what was found: x, triangle, u, v, doubt about x, distance to its edges."""
+
+
+@inner()
+def _box_entries(box, node, p, inverse, limits, slack, out):
+    """x at which the path enters each box of a node, widened by `slack`; infinite if never."""
+    first, last = limits
+    for l in range(WIDTH):
+        a = (box[node, l] - slack - p[0]) * inverse[0]
+        b = (box[node, 24 + l] + slack - p[0]) * inverse[0]
+        near = max(first, min(a, b))
+        far = min(last, max(a, b))
+        a = (box[node, 8 + l] - slack - p[1]) * inverse[1]
+        b = (box[node, 32 + l] + slack - p[1]) * inverse[1]
+        near = max(near, min(a, b))
+        far = min(far, max(a, b))
+        a = (box[node, 16 + l] - slack - p[2]) * inverse[2]
+        b = (box[node, 40 + l] + slack - p[2]) * inverse[2]
+        near = max(near, min(a, b))
+        far = min(far, max(a, b))
+        out[l] = near if near <= far + 1e-12 * abs(far) else math.inf
+
+
+@inner(error_model="numpy")
+def _crossing(shape, s, segment, sense):
+    """Where the line p + x d passes through triangle s: x (infinite if not), (u, v), how far inside
+    its edges, and the slope n·d."""
+    p, d, length, slack, spare = segment
+    n0, n1, n2 = shape[s, 9], shape[s, 10], shape[s, 11]
+    slope = d[0] * n0 + d[1] * n1 + d[2] * n2
+    if (slope >= 0.0 and sense == ENTRIES) or abs(slope) <= PARALLEL:
+        return math.inf, (0.0, 0.0), 0.0, slope
+    r0 = p[0] - shape[s, 0]
+    r1 = p[1] - shape[s, 1]
+    r2 = p[2] - shape[s, 2]
+    x = -(r0 * n0 + r1 * n1 + r2 * n2) / slope
+    over = min(slack / abs(slope), spare)
+    if x < -over or x > length + over:
+        return math.inf, (0.0, 0.0), 0.0, slope
+    a0 = shape[s, 12] - shape[s, 0]
+    a1 = shape[s, 13] - shape[s, 1]
+    a2 = shape[s, 14] - shape[s, 2]
+    b0 = shape[s, 15] - shape[s, 0]
+    b1 = shape[s, 16] - shape[s, 1]
+    b2 = shape[s, 17] - shape[s, 2]
+    q0 = b1 * d[2] - b2 * d[1]
+    q1 = b2 * d[0] - b0 * d[2]
+    q2 = b0 * d[1] - b1 * d[0]
+    o0 = d[1] * a2 - d[2] * a1
+    o1 = d[2] * a0 - d[0] * a2
+    o2 = d[0] * a1 - d[1] * a0
+    c = a0 * q0 + a1 * q1 + a2 * q2
+    if c == 0.0:
+        return math.inf, (0.0, 0.0), 0.0, slope
+    u = (r0 * q0 + r1 * q1 + r2 * q2) / c
+    v = (r0 * o0 + r1 * o1 + r2 * o2) / c
+    w0 = q0 + o0
+    w1 = q1 + o1
+    w2 = q2 + o2
+    # How far inside the three edges the line passes.
+    away = min(
+        u * abs(c) / math.sqrt(q0 * q0 + q1 * q1 + q2 * q2),
+        v * abs(c) / math.sqrt(o0 * o0 + o1 * o1 + o2 * o2),
+        (1.0 - u - v) * abs(c) / math.sqrt(w0 * w0 + w1 * w1 + w2 * w2),
+    )
+    return (x if away >= -slack else math.inf), (u, v), away, slope
+
+
+@inner(error_model="numpy")
+def _search(tree, segment, sense, found, work):
+    """First crossings of a segment (p, d, length, slack, spare): entries in found[0], where it
+    leaves in found[1] (`sense` EITHER only)."""
+    shape, link, box, child = tree
+    nodes, entry, lane = work
+    p, d, length, slack, spare = segment
+    found[0, X] = math.inf
+    found[1, X] = math.inf
+    # A path along an axis has no finite inverse there: a huge one gives the same boxes.
+    inverse = (
+        1.0 / d[0] if abs(d[0]) > 1e-290 else 1e290,
+        1.0 / d[1] if abs(d[1]) > 1e-290 else 1e290,
+        1.0 / d[2] if abs(d[2]) > 1e-290 else 1e290,
+    )
+    far = length + spare
+    beyond = spare if sense == EITHER else 0.0
+    nodes[0] = 0
+    entry[0] = -spare
+    top = 1
+    while top > 0:
+        top -= 1
+        if entry[top] > far:
+            continue
+        node = nodes[top]
+        _box_entries(box, node, p, inverse, (-spare, far), slack, lane)
+        if child[node, 0] >= 0:
+            base = top
+            for l in range(WIDTH):
+                if lane[l] < math.inf and child[node, l] != NOBODY:
+                    top = put(nodes, entry, base, top, child[node, l], lane[l])
+            continue
+        for l in range(WIDTH):
+            if lane[l] > far or child[node, l] == NOBODY:
+                continue
+            s = -1 - child[node, l]
+            x, place, away, slope = _crossing(shape, s, segment, sense)
+            if x == math.inf:
+                continue
+            side = 0 if slope < 0.0 else 1
+            kept = found[side]
+            if x < kept[X] or (
+                x == kept[X] and link[s, TRIANGLE] < link[int(kept[SLOT]), TRIANGLE]
+            ):
+                kept[X], kept[SLOT] = x, s
+                kept[U], kept[V] = place
+                kept[AWAY] = away
+                kept[OVER] = min(slack / abs(slope), spare)
+                far = min(far, x + beyond)
+
+
+@inner()
+def _write(facets, out, i, found, length):
+    """Row i of the hits, but its status, for one row of what was found."""
+    shape = facets.shape
+    s = int(found[SLOT])
+    u = min(max(found[U], 0.0), 1.0)
+    v = min(max(found[V], 0.0), 1.0 - u)
+    out.fraction[i] = min(max(found[X] / length, 0.0), 1.0)
+    out.patch[i] = facets.link[s, TRIANGLE]
+    out.uv[i, 0] = u
+    out.uv[i, 1] = v
+    for c in range(3):
+        b = u * (shape[s, 12 + c] - shape[s, c])
+        out.point[i, c] = shape[s, c] + b + v * (shape[s, 15 + c] - shape[s, c])
+
+
+@inner()
+def _room():
+    return np.empty((2, 6)), (np.empty(DEPTH, np.int64), np.empty(DEPTH), np.empty(WIDTH))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def first_hits(facets, p0, p1, rows, out, start, stop):
+    """First entry of each segment p0[rows[i]] → p1[rows[i]] into row i of `out`."""
+    found, work = _room()
+    size = facets.scale[0]
+    tree = (facets.shape, facets.link, facets.box, facets.child)
+    for i in range(start, stop):
+        k = rows[i]
+        p = (p0[k, 0], p0[k, 1], p0[k, 2])
+        q = (p1[k, 0], p1[k, 1], p1[k, 2])
+        length, d = direction(p, q)
+        if not math.isfinite(p[0] + p[1] + p[2] + length):
+            blank(out, i, NOT_FINITE)
+            continue
+        blank(out, i, NO_HIT)
+        if length == 0.0:
+            continue
+        slack = slack_of(p, q, size)
+        _search(tree, (p, d, length, slack, math.sqrt(slack * size)), ENTRIES, found, work)
+        if found[0, X] < math.inf:
+            _write(facets, out, i, found[0], length)
+            out.status[i] = AT_START if found[0, X] <= 0.0 else OK
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def last_crossings(facets, p0, p1, out, verdict, start, stop):
+    """Crossing nearest the end of each segment p0[i] → p1[i] into row i of `out`.
+
+    `verdict` (n, 2) as for exact bodies: the sense, and zero or a length of doubt.
+    """
+    found, work = _room()
+    size = facets.scale[0]
+    tree = (facets.shape, facets.link, facets.box, facets.child)
+    for i in range(start, stop):
+        # Backwards: what is entered going back is left going on.
+        p = (p1[i, 0], p1[i, 1], p1[i, 2])
+        q = (p0[i, 0], p0[i, 1], p0[i, 2])
+        length, d = direction(p, q)
+        verdict[i] = 0.0
+        if not math.isfinite(q[0] + q[1] + q[2] + length):
+            blank(out, i, NOT_FINITE)
+            continue
+        blank(out, i, NO_HIT)
+        if length == 0.0:
+            continue
+        slack = slack_of(p, q, size)
+        _search(tree, (p, d, length, slack, math.sqrt(slack * size)), EITHER, found, work)
+        side = 0 if found[0, X] <= found[1, X] else 1
+        if found[side, X] < math.inf:
+            _write(facets, out, i, found[side], length)
+            out.fraction[i] = 1.0 - out.fraction[i]
+            out.status[i] = AT_START if found[side, X] >= length else OK
+            verdict[i, 0] = 2.0 * side - 1.0
+            both = found[1 - side, X] - found[1 - side, OVER] <= found[side, X] + found[side, OVER]
+            if both or found[side, AWAY] <= 2.0 * slack:
+                verdict[i, 1] = 2.0 * slack

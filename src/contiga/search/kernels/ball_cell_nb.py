@@ -1,0 +1,332 @@
+"""Cells of elements with rigorous bounds of how their surface runs, turns and bends.
+
+A cell is a rectangle of one element. Its own parameters (x, y) go from −1/2 to 1/2. Let a, b be
+the derivatives at its middle, n its normal there, and (a b) = Q R with orthonormal columns of Q:
+lengths and bends are told in the coordinates R (dx, dy), in which the metric of the middle is one.
+All bounds come from Bernstein coefficients, as in `bounds_nb`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contiga.num.jit import inner
+from contiga.search.kernels.bounds_nb import derivative_bounds, restrict
+from contiga.search.kernels.element_nb import evaluate
+
+WORST = 0.98
+"""Cells whose derivatives differ more than this share from those of their middle bound nothing."""
+
+
+@inner()
+def _span(g, degree, order):
+    """Least and largest coefficient of the difference of `order` of the scalar net `g`."""
+    p, q = degree
+    a, b = order
+    if a > p or b > q:
+        return 0.0, 0.0
+    work = g.copy()
+    factor = 1.0
+    for m in range(a):
+        factor *= p - m
+        for i in range(p - m):
+            for j in range(q + 1):
+                work[i * (q + 1) + j] = work[(i + 1) * (q + 1) + j] - work[i * (q + 1) + j]
+    for m in range(b):
+        factor *= q - m
+        for i in range(p + 1 - a):
+            for j in range(q - m):
+                work[i * (q + 1) + j] = work[i * (q + 1) + j + 1] - work[i * (q + 1) + j]
+    low = math.inf
+    high = -math.inf
+    for i in range(p + 1 - a):
+        for j in range(q + 1 - b):
+            low = min(low, work[i * (q + 1) + j])
+            high = max(high, work[i * (q + 1) + j])
+    return factor * low, factor * high
+
+
+@inner()
+def _largest(g, degree, order):
+    low, high = _span(g, degree, order)
+    return max(-low, high)
+
+
+@inner()
+def _quotient_span(g, degree, order, weights, slack):
+    """Bounds of the difference of `g` over a weight between `weights`, widened by `slack`."""
+    low, high = _span(g, degree, order)
+    least, most = weights
+    return min(low / least, low / most) - slack, max(high / least, high / most) + slack
+
+
+@inner()
+def deviation(cell, da, db):
+    """Norm of a change of the derivatives by at most (da, db), in the cell's own metric."""
+    r11, r12, r22 = cell["metric"]
+    return math.hypot(da / r11, (db + da * abs(r12) / r11) / r22)
+
+
+@inner()
+def _eigenvalues(m11, m12, m22):
+    middle = 0.5 * (m11 + m22)
+    reach = math.hypot(0.5 * (m11 - m22), m12)
+    return middle - reach, middle + reach
+
+
+@inner()
+def bends(cell, slack):
+    """Least and largest of N·S''(d, d) over |R d|², N any unit vector near the cell's normal.
+
+    `slack` is the largest |N − n|. Positive is towards the normal.
+    """
+    r11, r12, r22 = cell["metric"]
+    form = cell["form"]
+    # N = cos·n + sin·(something along the surface): only the latter sees S'' along the surface.
+    more = slack * cell["slide"] + 0.5 * slack * slack * cell["second"]
+    i11 = 1.0 / r11
+    i22 = 1.0 / r22
+    i12 = -r12 * i11 * i22
+    least = math.inf
+    most = -math.inf
+    for side in range(2):  # the diagonal of S'' at its lower, then at its upper bounds
+        sign = 2.0 * side - 1.0
+        ss = form[side] + sign * more[0]
+        tt = form[4 + side] + sign * more[2]
+        for other in range(2):
+            st = form[2 + other] + (2.0 * other - 1.0) * more[1]
+            m11 = ss * i11 * i11
+            m12 = i11 * (ss * i12 + st * i22)
+            m22 = ss * i12 * i12 + 2.0 * st * i12 * i22 + tt * i22 * i22
+            low, high = _eigenvalues(m11, m12, m22)
+            if side == 0:
+                least = min(least, low)
+            else:
+                most = max(most, high)
+    return least, most
+
+
+@inner()
+def _unit_normal(h, hs, ht, cell):
+    """Frame of the middle into the cell; False where the derivatives span no plane."""
+    ax, ay, az = h[0, 1] * hs, h[1, 1] * hs, h[2, 1] * hs
+    bx, by, bz = h[0, 2] * ht, h[1, 2] * ht, h[2, 2] * ht
+    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    area = math.sqrt(nx * nx + ny * ny + nz * nz)
+    r11 = math.sqrt(ax * ax + ay * ay + az * az)
+    long = math.sqrt(bx * bx + by * by + bz * bz)
+    cell["extent"] = 0.5 * math.hypot(r11, long)
+    if not area > 1e-6 * r11 * long:
+        return False
+    cell["first"][0, 0] = ax
+    cell["first"][0, 1] = ay
+    cell["first"][0, 2] = az
+    cell["first"][1, 0] = bx
+    cell["first"][1, 1] = by
+    cell["first"][1, 2] = bz
+    cell["normal"][0] = nx / area
+    cell["normal"][1] = ny / area
+    cell["normal"][2] = nz / area
+    cell["metric"][0] = r11
+    cell["metric"][1] = (ax * bx + ay * by + az * bz) / r11
+    cell["metric"][2] = area / r11
+    return True
+
+
+@inner()
+def _normal_bounds(g, w, degree, cell):
+    """Bounds of n·S' (returned) and n·S'' (into the cell) from the nets n·A and w."""
+    p, q = degree
+    least = w.min()
+    most = w.max()
+    thick = 0.0
+    for k in range((p + 1) * (q + 1)):
+        thick = max(thick, abs(g[k]) / w[k])
+    w10 = _largest(w, degree, (1, 0))
+    w01 = _largest(w, degree, (0, 1))
+    f10 = (_largest(g, degree, (1, 0)) + w10 * thick) / least
+    f01 = (_largest(g, degree, (0, 1)) + w01 * thick) / least
+    weights = (least, most)
+    form = cell["form"]
+    slack = (2.0 * w10 * f10 + _largest(w, degree, (2, 0)) * thick) / least
+    form[0], form[1] = _quotient_span(g, degree, (2, 0), weights, slack)
+    slack = (w10 * f01 + w01 * f10 + _largest(w, degree, (1, 1)) * thick) / least
+    form[2], form[3] = _quotient_span(g, degree, (1, 1), weights, slack)
+    slack = (2.0 * w01 * f01 + _largest(w, degree, (0, 2)) * thick) / least
+    form[4], form[5] = _quotient_span(g, degree, (0, 2), weights, slack)
+    return f10, f01
+
+
+@inner()
+def _less_affine(net, degree, h, sizes, rest):
+    """Net of the cell less its tangent plane's map at the middle, one degree higher, into `rest`.
+
+    (A − wL)/w with L = S + x S_x + y S_y at the middle has the second derivatives of A/w, but what
+    the quotient rule multiplies with those of w is small: without it the twist of a long cylinder
+    would seem as large as its length.
+    """
+    p, q = degree
+    for a in range(2):
+        x = (a - 0.5) * sizes[0]
+        for b in range(2):
+            y = (b - 0.5) * sizes[1]
+            for i in range(p + 2):
+                k = i - a
+                if k < 0 or k > p:
+                    continue
+                share = i / (p + 1.0) if a == 1 else 1.0 - i / (p + 1.0)
+                for j in range(q + 2):
+                    m = j - b
+                    if m < 0 or m > q:
+                        continue
+                    part = share * (j / (q + 1.0) if b == 1 else 1.0 - j / (q + 1.0))
+                    old = k * (q + 1) + m
+                    new = i * (q + 2) + j
+                    w = net[old, 3]
+                    rest[new, 3] += part * w
+                    for c in range(3):
+                        flat = h[c, 0] + x * h[c, 1] + y * h[c, 2]
+                        rest[new, c] += part * (net[old, c] - w * flat)
+
+
+@inner()
+def measure(elements, e, centre, cell):
+    """Fill in the bounds of a cell whose element and box are set; lengths about `centre`."""
+    box = cell["box"]
+    table = elements.table[e]
+    p = table["degree"][0]
+    q = table["degree"][1]
+    start = table["bernstein"]
+    n = (p + 1) * (q + 1)
+    net = np.empty((n, 4))
+    h = np.empty((4, 6))
+    hs = box[1] - box[0]
+    ht = box[3] - box[2]
+    restrict(elements.coefs[start : start + 4 * n], (p, q), (box[0], box[1], box[2], box[3]), net)
+    evaluate(elements, e, 0.5 * (box[0] + box[1]), 0.5 * (box[2] + box[3]), h)
+    for k in range(4):
+        place = k // 2 * p * (q + 1) + k % 2 * q
+        for c in range(3):
+            cell["corner"][k, c] = net[place, c] / net[place, 3] + (table["origin"][c] - centre[c])
+    for c in range(3):
+        cell["middle"][c] = h[c, 0] + (table["origin"][c] - centre[c])
+    spans = _unit_normal(h, hs, ht, cell)
+    g = np.zeros(n)
+    if spans:
+        for k in range(n):
+            for c in range(3):
+                g[k] += cell["normal"][c] * (net[k, c] - net[k, 3] * h[c, 0])
+        f10, f01 = _normal_bounds(g, net[:, 3].copy(), (p, q), cell)
+    bound = np.empty(9)
+    corner = np.empty((2, 3))
+    rest = np.zeros(((p + 2) * (q + 2), 4))
+    _less_affine(net, (p, q), h, (hs, ht), rest)
+    derivative_bounds(rest, (p + 1, q + 1), (1.0, 1.0), bound, corner[0], corner[1])
+    _second_bounds(h, (hs * hs, hs * ht, ht * ht), bound, cell)
+    second = cell["second"]
+    cell["bulge"] = 0.125 * (second[0] + second[2])
+    cell["rise"] = cell["bulge"]
+    cell["sink"] = cell["bulge"]
+    cell["turn"] = math.inf
+    if not spans:
+        return
+    _turn_bounds((f10, f01), bound, cell)
+    _corner_normals(elements, e, h, cell)
+
+
+@inner()
+def _turn_bounds(flat, bound, cell):
+    """How much derivatives, normals and bends change; `flat` bounds n·S_x and n·S_y."""
+    second = cell["second"]
+    form = cell["form"]
+    cell["rise"] = 0.125 * (max(-form[0], 0.0) + max(-form[4], 0.0))
+    cell["sink"] = 0.125 * (max(form[1], 0.0) + max(form[5], 0.0))
+    change = cell["change"]
+    change[0] = min(bound[0], 0.5 * (second[0] + second[1]))
+    change[1] = min(bound[1], 0.5 * (second[1] + second[2]))
+    turn = deviation(cell, change[0], change[1])
+    if not turn < WORST:
+        return
+    slide = cell["slide"]
+    shear = deviation(
+        cell,
+        min(change[0], 0.5 * (slide[0] + slide[1])),
+        min(change[1], 0.5 * (slide[1] + slide[2])),
+    )
+    tilt = deviation(cell, flat[0], flat[1]) / (1.0 - shear)
+    if not tilt < WORST:
+        return
+    cell["turn"] = turn
+    cell["tilt"] = tilt
+    cell["shear"] = shear
+    low, high = bends(cell, 2.0 * math.sin(0.5 * math.asin(tilt)))
+    cell["bend"][0] = low / ((1.0 - shear) ** 2 if low < 0.0 else (1.0 + turn) ** 2)
+    cell["bend"][1] = high / ((1.0 - shear) ** 2 if high > 0.0 else (1.0 + turn) ** 2)
+    cell["wobble"] = _wobble(cell, bound)
+
+
+@inner()
+def _corner_normals(elements, e, h, cell):
+    box = cell["box"]
+    for k in range(4):
+        s = box[k // 2]
+        t = box[2 + k % 2]
+        evaluate(elements, e, s, t, h)
+        if not _corner_normal(h, cell["corner_normal"][k]):
+            cell["wobble"] = math.inf
+
+
+@inner()
+def _second_bounds(h, sizes, bound, cell):
+    """Bounds of |S''| and of its part along the tangent plane of the middle, into the cell.
+
+    Seen from the middle the bound of a rational cell is about half as large.
+    """
+    n = cell["normal"]
+    for k in range(3):
+        x, y, z = h[0, 3 + k] * sizes[k], h[1, 3 + k] * sizes[k], h[2, 3 + k] * sizes[k]
+        up = x * n[0] + y * n[1] + z * n[2]
+        square = x * x + y * y + z * z
+        change = 0.5 * (bound[5 + k] + bound[6 + k])
+        cell["second"][k] = min(bound[2 + k], math.sqrt(square) + change)
+        cell["slide"][k] = min(bound[2 + k], math.sqrt(max(square - up * up, 0.0)) + change)
+
+
+@inner()
+def _wobble(cell, bound):
+    """How far the normals leave the bilinear patch of the corners' normals.
+
+    With |N_x| ≤ κ|S_x|: N·N_xx = −|N_x|² and N_xx·S_i = −N·S_ixx − 2 N_x·S_ix, and likewise in y.
+    """
+    second = cell["second"]
+    r11, r12, r22 = cell["metric"]
+    bent = max(-cell["bend"][0], cell["bend"][1])
+    nx = bent * (r11 + 0.5 * (second[0] + second[1]))
+    ny = bent * (math.hypot(r12, r22) + 0.5 * (second[1] + second[2]))
+    xx = deviation(cell, bound[5] + 2.0 * nx * second[0], bound[6] + 2.0 * nx * second[1])
+    yy = deviation(cell, bound[7] + 2.0 * ny * second[1], bound[8] + 2.0 * ny * second[2])
+    return 0.125 * (nx * nx + ny * ny + (xx + yy) / (1.0 - cell["turn"]))
+
+
+@inner()
+def _corner_normal(h, normal):
+    x = h[1, 1] * h[2, 2] - h[2, 1] * h[1, 2]
+    y = h[2, 1] * h[0, 2] - h[0, 1] * h[2, 2]
+    z = h[0, 1] * h[1, 2] - h[1, 1] * h[0, 2]
+    length = math.sqrt(x * x + y * y + z * z)
+    if not length > 0.0:
+        return False
+    normal[0] = x / length
+    normal[1] = y / length
+    normal[2] = z / length
+    return True
+
+
+@njit(cache=True)
+def measure_cells(elements, centre, cells, start, stop):
+    """`measure` of cells[start:stop]."""
+    for k in range(start, stop):
+        measure(elements, cells[k]["element"], centre, cells[k])

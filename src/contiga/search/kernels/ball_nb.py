@@ -1,0 +1,51 @@
+"""Radii of touching balls at feet, looked up in the cells of the elements."""
+
+from __future__ import annotations
+
+from numba import njit
+
+from contiga.num.jit import inner
+from contiga.search.kernels.element_nb import locate
+
+
+@inner()
+def radius_at(balls, grid, patch, u, v, side):
+    """Radius known of the touching ball at (u, v), zero where nothing is known."""
+    e, s, t = locate(grid, patch, u, v)
+    row = balls.elements[e]
+    x = (s + 0.5) * row["cells"][0]
+    y = (t + 0.5) * row["cells"][1]
+    i = min(int(x), row["cells"][0] - 1)
+    j = min(int(y), row["cells"][1] - 1)
+    node = row["first"] + i * row["stride"] + j
+    x -= i
+    y -= j
+    below = balls.child[node]
+    while below >= 0:
+        node = below >> 1
+        if below & 1 == 0:
+            x *= 2.0
+            if x >= 1.0:
+                x -= 1.0
+                node += 1
+        else:
+            y *= 2.0
+            if y >= 1.0:
+                y -= 1.0
+                node += 1
+        below = balls.child[node]
+    c = balls.value[node, side]
+    r = (1.0 - x) * ((1.0 - y) * c[0] + y * c[1]) + x * ((1.0 - y) * c[2] + y * c[3])
+    return max(r, 0.0)
+
+
+@njit(cache=True, nogil=True)
+def radii(balls, grid, feet, rows, side, out, start, stop):
+    """`radius_at` the feet (patch, uv) of rows[start:stop]; rows without a patch have none."""
+    patch, uv = feet
+    for i in range(start, stop):
+        k = rows[i]
+        if patch[k] >= 0:
+            out[i] = radius_at(balls, grid, patch[k], uv[k, 0], uv[k, 1], side)
+        else:
+            out[i] = 0.0

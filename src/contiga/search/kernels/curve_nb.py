@@ -1,0 +1,206 @@
+"""Trimming pieces in space: the surface along a p-curve, and its closest point."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contiga.num.jit import inner
+from contiga.search.kernels.element_nb import bernstein_basis, evaluate, locate
+
+MAX_ITERATIONS = 60
+POLISH_STEPS = 3
+POLISH_REACH = 1e-5
+SMALLEST = 1e-9
+"""Half-width of an interval (of a piece's parameter) that is not halved further."""
+MOST_INTERVALS = 400
+
+
+@inner()
+def piece_parameters(trims, piece, t, c):
+    """(u, v) and two derivatives of a piece at t in [0, 1], into c[:3, :2]."""
+    n = trims.piece_degree[piece]
+    basis = np.zeros((3, 16))
+    bernstein_basis(n, t, basis)
+    for k in range(3):
+        for m in range(3):
+            total = 0.0
+            for i in range(n + 1):
+                total += basis[k, i] * trims.piece_coefs[piece, i, m]
+            c[k, m] = total
+    w = 1.0 / c[0, 2]
+    for m in range(2):
+        x = c[0, m] * w
+        x1 = (c[1, m] - c[1, 2] * x) * w
+        c[2, m] = (c[2, m] - 2.0 * c[1, 2] * x1 - c[2, 2] * x) * w
+        c[1, m] = x1
+        c[0, m] = x
+
+
+@njit(cache=True)
+def curve_point(elements, grid, trims, piece, t, h, d):
+    """Point and two derivatives of the trimming curve in space into d[3, 3].
+
+    The point is relative to the origin of the element it lies in. Returns that element and the
+    local (s, t) there; `h` holds the element's derivatives.
+    """
+    c = np.empty((3, 3))
+    piece_parameters(trims, piece, t, c)
+    e, s, r = locate(grid, trims.piece_patch[piece], c[0, 0], c[0, 1])
+    evaluate(elements, e, s, r, h)
+    scale_u = 1.0 / (elements.table[e]["box"][1] - elements.table[e]["box"][0])
+    scale_v = 1.0 / (elements.table[e]["box"][3] - elements.table[e]["box"][2])
+    a1 = c[1, 0] * scale_u
+    b1 = c[1, 1] * scale_v
+    a2 = c[2, 0] * scale_u
+    b2 = c[2, 1] * scale_v
+    for k in range(3):
+        d[0, k] = h[k, 0]
+        d[1, k] = h[k, 1] * a1 + h[k, 2] * b1
+        d[2, k] = (
+            h[k, 3] * a1 * a1
+            + 2.0 * h[k, 4] * a1 * b1
+            + h[k, 5] * b1 * b1
+            + h[k, 1] * a2
+            + h[k, 2] * b2
+        )
+    return e, s, r
+
+
+@inner()
+def _expand(tables, piece, t, point, h, d):
+    """f = |C − P|²/2, f', f'' and |C'|² at t."""
+    e = curve_point(tables.elements, tables.grid, tables.trims, piece, t, h, d)[0]
+    origin = tables.elements.table[e]["origin"]
+    f = slope = curvature = speed = 0.0
+    for k in range(3):
+        r = d[0, k] - (point[k] - origin[k])
+        f += r * r
+        slope += d[1, k] * r
+        curvature += d[2, k] * r
+        speed += d[1, k] * d[1, k]
+    return 0.5 * f, slope, curvature + speed, speed
+
+
+@inner()
+def _descend(tables, piece, limits, start, point, h, d):
+    """Minimum of f where f'' > 0 inside `limits`: Newton in a bracket. Returns t and f there."""
+    low, high = limits
+    t = start
+    best_t = t
+    best = math.inf
+    for _ in range(MAX_ITERATIONS):
+        f, slope, curvature, _ = _expand(tables, piece, t, point, h, d)
+        if f < best:
+            best = f
+            best_t = t
+        if slope > 0.0:
+            high = t
+        else:
+            low = t
+        new = t - slope / curvature if curvature > 0.0 else 0.5 * (low + high)
+        new = min(max(new, limits[0]), limits[1])
+        if new != t and not (low <= new <= high):
+            new = 0.5 * (low + high)
+        if abs(new - t) <= 2e-16:
+            break
+        t = new
+    return best_t, best
+
+
+@inner()
+def _straight_distance(f, slope, speed, h):
+    """Smallest |r + C' x| over |x| ≤ h."""
+    x = -slope / speed if speed > 0.0 else 0.0
+    x = min(max(x, -h), h)
+    return math.sqrt(max(0.0, 2.0 * f + 2.0 * slope * x + speed * x * x))
+
+
+@inner()
+def closest_on_stretch(tables, leaf, point, best, slack, h):
+    """Closest point of a curve leaf nearer than `best`: t and the distance, or `best` unchanged.
+
+    The third value tells whether an interval was taken for convex to come to an end.
+
+    Intervals are dropped and finished as the cells of a face are (see `global_nb`), with the
+    leaf's bounds on |C'|, |C''| and |C'''|.
+    """
+    piece = -1 - leaf["element"]
+    t0 = leaf["box"][0]
+    t1 = leaf["box"][1]
+    k1 = leaf["bound"][0]
+    k2 = leaf["bound"][1]
+    k3 = leaf["bound"][2]
+    d = np.empty((3, 3))
+    stack = np.empty((40, 2))
+    stack[0, 0] = t0
+    stack[0, 1] = t1
+    top = 1
+    best_t = t0
+    opened = 0
+    left = False
+    while top > 0:
+        top -= 1
+        opened += 1
+        low = stack[top, 0]
+        high = stack[top, 1]
+        t = 0.5 * (low + high)
+        w = 0.5 * (high - low)
+        f, slope, curvature, speed = _expand(tables, piece, t, point, h, d)
+        distance = math.sqrt(2.0 * f)
+        if distance < best:
+            best = distance
+            best_t = t
+        if _straight_distance(f, slope, speed, w) - 0.5 * k2 * w * w > best - slack:
+            continue
+        change = w * (3.0 * k1 * k2 + (distance + k1 * w) * k3)
+        at_end = low <= t0 or high >= t1
+        if not at_end and abs(slope) > w * (abs(curvature) + change):
+            continue
+        if curvature > change or w < SMALLEST or opened > MOST_INTERVALS or top > 37:
+            left = left or (curvature <= change and w >= SMALLEST)
+            start = t if speed == 0.0 else min(max(t - slope / speed, low), high)
+            x, f = _descend(tables, piece, (low, high), start, point, h, d)
+            distance = math.sqrt(2.0 * f)
+            if distance < best:
+                best = distance
+                best_t = x
+            continue
+        first = 0 if slope > 0.0 else 1  # pushed last, opened first: the way f falls
+        stack[top, 0] = t if first == 0 else low
+        stack[top, 1] = high if first == 0 else t
+        stack[top + 1, 0] = low if first == 0 else t
+        stack[top + 1, 1] = t if first == 0 else high
+        top += 2
+    return best_t, best, left
+
+
+@inner()
+def polish(tables, found, point, h):
+    """Newton on f' = 0 from what a search found on a piece: where f is flat its rounding hides
+    the last half of the digits of found[1].
+    """
+    piece = int(-1 - found[0])
+    d = np.empty((3, 3))
+    t = found[1]
+    for _ in range(POLISH_STEPS):
+        _, slope, curvature, _ = _expand(tables, piece, t, point, h, d)
+        if curvature <= 0.0:
+            break
+        step = slope / curvature
+        if abs(step) > POLISH_REACH:
+            break
+        t = min(max(t - step, 0.0), 1.0)
+    found[1] = t
+
+
+@inner()
+def surface_foot(tables, found, h):
+    """(element, s, t) of what a search found: a point of a face, or of a trimming piece."""
+    if found[0] >= 0:
+        return int(found[0]), found[1], found[2]
+    d = np.empty((3, 3))
+    piece = int(-1 - found[0])
+    return curve_point(tables.elements, tables.grid, tables.trims, piece, found[1], h, d)

@@ -1,0 +1,266 @@
+"""Evaluation of one Bézier element and its derivatives to second order.
+
+Horner's scheme carries the value and its first two derivatives together (value, slope and half
+the curvature), in t for every power of s and then in s. The rational case follows the quotient
+rule of Piegl & Tiller, The NURBS Book, Eq. 4.20. Multiply-adds are fused where they are written so,
+nowhere else: the compiler is left no choice that would show in the bits.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contiga.num.jit import inner
+from contiga.num.kernels.fma_nb import fma
+
+# Columns of the table `h`: value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt².
+VALUE, DS, DT, DSS, DST, DTT = 0, 1, 2, 3, 4, 5
+
+BINOMIAL = np.array([[float(math.comb(n, k)) for k in range(16)] for n in range(16)])
+
+
+@njit(inline="always")
+def cubic(a, b, c, d, x):
+    """Value, slope and half the curvature of a + b x + c x² + d x³."""
+    # The sums run beside the multiply-adds: 0.9 of the time of six multiply-adds.
+    top = d * x
+    v = top + c
+    d1 = top + v
+    v = fma(v, x, b)
+    d2 = top + d1
+    d1 = fma(d1, x, v)
+    return fma(v, x, a), d1, d2
+
+
+@njit(inline="always")
+def bicubic(k, o, s, t):
+    """Value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt² of the sixteen coefficients from k[o]."""
+    b0, p0, q0 = cubic(k[o], k[o + 1], k[o + 2], k[o + 3], t)
+    b1, p1, q1 = cubic(k[o + 4], k[o + 5], k[o + 6], k[o + 7], t)
+    b2, p2, q2 = cubic(k[o + 8], k[o + 9], k[o + 10], k[o + 11], t)
+    b3, p3, q3 = cubic(k[o + 12], k[o + 13], k[o + 14], k[o + 15], t)
+    v, v_s, v_ss = cubic(b0, b1, b2, b3, s)
+    v_t, v_st, _ = cubic(p0, p1, p2, p3, s)
+    v_tt = fma(fma(fma(q3, s, q2), s, q1), s, q0)
+    return v, v_s, v_t, 2.0 * v_ss, v_st, 2.0 * v_tt
+
+
+@njit(inline="always")
+def quotient(n, w):
+    """Derivatives of a quotient, from those of numerator n and denominator w."""
+    i = 1.0 / w[0]
+    v = n[0] * i
+    v_s = fma(-w[1], v, n[1]) * i
+    v_t = fma(-w[2], v, n[2]) * i
+    v_ss = fma(-2.0 * w[1], v_s, fma(-w[3], v, n[3])) * i
+    v_st = fma(-w[1], v_t, fma(-w[2], v_s, fma(-w[4], v, n[4]))) * i
+    v_tt = fma(-2.0 * w[2], v_t, fma(-w[5], v, n[5])) * i
+    return v, v_s, v_t, v_ss, v_st, v_tt
+
+
+@inner(inline="never")
+def _cubic_element(k, s, t, h, rational):
+    """As `_horner`, for coefficients kept as a bicubic: 2.5 times as fast, unrolled."""
+    x = bicubic(k, 0, s, t)
+    y = bicubic(k, 16, s, t)
+    z = bicubic(k, 32, s, t)
+    if rational:
+        w = bicubic(k, 48, s, t)
+        x = quotient(x, w)
+        y = quotient(y, w)
+        z = quotient(z, w)
+    for i in range(6):
+        h[0, i] = x[i]
+        h[1, i] = y[i]
+        h[2, i] = z[i]
+
+
+@inner(inline="never")
+def _horner(coefs, start, degree, s, t, h, components):
+    p, q = degree
+    for c in range(components):
+        a = a_s = a_ss = a_t = a_st = a_tt = 0.0
+        for i in range(p, -1, -1):
+            b = b_t = b_tt = 0.0
+            k = start + (i * (q + 1) + q) * 4 + c
+            for _ in range(q + 1):
+                b_tt = fma(b_tt, t, b_t)
+                b_t = fma(b_t, t, b)
+                b = fma(b, t, coefs[k])
+                k -= 4
+            a_ss = fma(a_ss, s, a_s)
+            a_s = fma(a_s, s, a)
+            a = fma(a, s, b)
+            a_st = fma(a_st, s, a_t)
+            a_t = fma(a_t, s, b_t)
+            a_tt = fma(a_tt, s, b_tt)
+        h[c, 0] = a
+        h[c, 1] = a_s
+        h[c, 2] = a_t
+        h[c, 3] = 2.0 * a_ss
+        h[c, 4] = a_st
+        h[c, 5] = 2.0 * a_tt
+
+
+@inner(inline="never")
+def bernstein_basis(degree, x, basis):
+    """Bernstein polynomials of `degree` at x in [0, 1] with two derivatives into basis[3, :]."""
+    low = degree - 2
+    basis[0, 0] = 1.0
+    for k in range(1, degree + 1):
+        if k - 1 == low:
+            for i in range(degree + 1):
+                left = basis[0, i - 2] if i >= 2 else 0.0
+                mid = basis[0, i - 1] if 1 <= i <= degree - 1 else 0.0
+                right = basis[0, i] if i <= low else 0.0
+                basis[2, i] = degree * (degree - 1) * (left - 2.0 * mid + right)
+        if k == degree:
+            for i in range(degree + 1):
+                left = basis[0, i - 1] if i >= 1 else 0.0
+                right = basis[0, i] if i <= degree - 1 else 0.0
+                basis[1, i] = degree * (left - right)
+        saved = 0.0
+        for i in range(k):
+            value = basis[0, i]
+            basis[0, i] = saved + (1.0 - x) * value
+            saved = x * value
+        basis[0, k] = saved
+    if degree == 1:
+        basis[2, 0] = 0.0
+        basis[2, 1] = 0.0
+
+
+@inner()
+def _row(coefs, k, q, t):
+    """Value, slope and curvature at t in [0, 1] of the Bernstein coefficients coefs[k], k + 4, …
+
+    Nested: value·(1 − t) + binomial·tʲ·coefficient; all terms of a positive polynomial are
+    positive, no digits are lost however much its coefficients differ.
+    """
+    r = 1.0 - t
+    b0 = b1 = b2 = 0.0
+    power = before = twice = 1.0
+    x1 = x2 = 0.0
+    for j in range(q + 1):
+        x = coefs[k]
+        k += 4
+        b0 = b0 * r + BINOMIAL[q, j] * power * x
+        if j > 0:
+            b1 = b1 * r + BINOMIAL[q - 1, j - 1] * before * (x - x1)
+        if j > 1:
+            b2 = b2 * r + BINOMIAL[q - 2, j - 2] * twice * (x - 2.0 * x1 + x2)
+        x2 = x1
+        x1 = x
+        twice = before
+        before = power
+        power *= t
+    return b0, q * b1, q * (q - 1) * b2
+
+
+@inner(inline="never")
+def _bernstein(coefs, start, degree, s, t, h, components):
+    p, q = degree
+    s += 0.5
+    t += 0.5
+    r = 1.0 - s
+    for c in range(components):
+        v = v_s = v_t = v_ss = v_st = v_tt = 0.0
+        power = before = twice = 1.0
+        x1 = y1 = x2 = 0.0
+        for i in range(p + 1):
+            x, y, z = _row(coefs, start + i * (q + 1) * 4 + c, q, t)
+            weight = BINOMIAL[p, i] * power
+            v = v * r + weight * x
+            v_t = v_t * r + weight * y
+            v_tt = v_tt * r + weight * z
+            if i > 0:
+                weight = BINOMIAL[p - 1, i - 1] * before
+                v_s = v_s * r + weight * (x - x1)
+                v_st = v_st * r + weight * (y - y1)
+            if i > 1:
+                v_ss = v_ss * r + BINOMIAL[p - 2, i - 2] * twice * (x - 2.0 * x1 + x2)
+            x2 = x1
+            x1 = x
+            y1 = y
+            twice = before
+            before = power
+            power *= s
+        h[c, 0] = v
+        h[c, 1] = p * v_s
+        h[c, 2] = v_t
+        h[c, 3] = p * (p - 1) * v_ss
+        h[c, 4] = p * v_st
+        h[c, 5] = v_tt
+
+
+@njit(cache=True)
+def evaluate(elements, e, s, t, h):
+    """Point and derivatives of element e at (s, t) into h[:3, :6], relative to its origin."""
+    form = elements.table[e]["form"]
+    if form != 0:
+        _cubic_element(elements.table[e]["cubic"], s, t, h, form == 2)
+        return
+    p = elements.table[e]["degree"][0]
+    q = elements.table[e]["degree"][1]
+    n = elements.table[e]["components"]
+    start = elements.table[e]["monomial"]
+    if start >= 0:
+        _horner(elements.coefs, start, (p, q), s, t, h, n)
+    else:
+        _bernstein(elements.coefs, elements.table[e]["bernstein"], (p, q), s, t, h, n)
+    if n == 4:
+        w = (h[3, 0], h[3, 1], h[3, 2], h[3, 3], h[3, 4], h[3, 5])
+        for c in range(3):
+            x = quotient((h[c, 0], h[c, 1], h[c, 2], h[c, 3], h[c, 4], h[c, 5]), w)
+            for i in range(6):
+                h[c, i] = x[i]
+
+
+@inner()
+def locate(grid, patch, u, v):
+    """Element of `patch` that holds (u, v), and the local (s, t) there."""
+    row = grid.patches[patch]
+    ku = _span(grid.breaks, row["u"][0], row["u"][1], u)
+    kv = _span(grid.breaks, row["v"][0], row["v"][1], v)
+    u0 = grid.breaks[ku]
+    v0 = grid.breaks[kv]
+    s = (u - u0) / (grid.breaks[ku + 1] - u0) - 0.5
+    t = (v - v0) / (grid.breaks[kv + 1] - v0) - 0.5
+    s = min(max(s, -0.5), 0.5)
+    t = min(max(t, -0.5), 0.5)
+    nv = row["v"][1] - row["v"][0] - 1
+    return row["first"] + (ku - row["u"][0]) * nv + kv - row["v"][0], s, t
+
+
+@inner()
+def _span(breaks, start, stop, x):
+    # Even breaks are guessed right: 2.5 times as fast as halving, whose branches are random.
+    share = (x - breaks[start]) / (breaks[stop - 1] - breaks[start])
+    if 0.0 <= share < 1.0:
+        guess = start + int(share * (stop - 1 - start))
+        if breaks[guess] <= x < breaks[guess + 1]:
+            return guess
+    low = start
+    high = stop - 1
+    while high - low > 1:
+        mid = (low + high) >> 1
+        if x >= breaks[mid]:
+            low = mid
+        else:
+            high = mid
+    return low
+
+
+@inner()
+def parameters(elements, e, s, t):
+    """Patch parameters (u, v) of local (s, t); exact on the element's sides."""
+    u0 = elements.table[e]["box"][0]
+    u1 = elements.table[e]["box"][1]
+    v0 = elements.table[e]["box"][2]
+    v1 = elements.table[e]["box"][3]
+    u = u0 if s <= -0.5 else (u1 if s >= 0.5 else u0 + (s + 0.5) * (u1 - u0))
+    v = v0 if t <= -0.5 else (v1 if t >= 0.5 else v0 + (t + 0.5) * (v1 - v0))
+    return u, v

@@ -1,0 +1,136 @@
+"""Whether one branch joins two feet: a part of a motion, proved at once.
+
+By the bounds kept around the foot (`ring_nb`), or by those of a cell about it that is just large
+enough. The theorem stands in `branch_nb`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from contiga.num.jit import inner
+from contiga.search.kernels.bend_nb import BENDS, INNER, OUTER, bend_work, principal
+from contiga.search.kernels.branch_nb import WIDER, by_ring, holds, seen_from
+from contiga.search.kernels.cells_nb import CELL, cells_about, in_element, touched
+from contiga.search.kernels.crease_nb import is_corner, over_crease, stays_at_vertex
+from contiga.search.kernels.element_nb import parameters
+from contiga.search.kernels.ring_nb import part_of
+from contiga.search.kernels.sides_nb import normal_at
+
+SMOOTH = 0
+
+
+@inner(error_model="numpy")
+def _by_cell(near, foot, last, seen, size, work):
+    """Whether bounds of a cell about the foot, which crosses one smooth side at most, prove it.
+
+    `last` is the start (e, s, t), `seen` (m, far, slip), `size` (r, half the cell in s, in t).
+    """
+    elements, _, _, tolerance = near
+    e, s, t = foot
+    m, far, slip = seen
+    r, far_s, far_t = size
+    side = touched(s, t, far_s, far_t)
+    if side == -2 or (side >= 0 and elements.table[e]["kind"][side] != SMOOTH):
+        return False
+    way = cells_about(elements, foot, last, size, side, work)
+    bend, other = work[0], work[1]
+    inner, outer = bend[INNER], bend[OUTER]
+    if side >= 0:
+        inner = max(inner, other[INNER])
+        outer = max(outer, other[OUTER])
+    return 0.0 <= way <= r - tolerance and holds((inner, outer), m, far, slip, r)
+
+
+@inner(error_model="numpy")
+def least_bend(curvature, m):
+    """Least curvature of f at a foot: 1 − max(κ_i m, −κ_o m)."""
+    return 1.0 - max(curvature[0] * m, -curvature[1] * m)
+
+
+@inner(error_model="numpy")
+def _by_ring(near, foot, last, seen, off, boxes):
+    """Whether the bounds kept around the foot prove the start `last`, given to within `off`."""
+    elements, rings, _, tolerance = near
+    e, s, t = foot
+    table = elements.table
+    if table[e]["patch"] != table[last[0]]["patch"]:
+        return False
+    start = parameters(elements, last[0], last[1], last[2])
+    at = parameters(elements, e, s, t)
+    ring = rings[e, part_of(s, t)]
+    box = table[e]["box"]
+    r = by_ring(ring, box, at, start, seen, tolerance + off)
+    boxes[0, 0], boxes[0, 1], boxes[0, 2] = e, s, t
+    boxes[0, 3] = r / (ring["width"][0] * (box[1] - box[0]))
+    boxes[0, 4] = r / (ring["width"][1] * (box[3] - box[2]))
+    return r > 0.0
+
+
+@inner(error_model="numpy")
+def prove_work():
+    """Work tables of `prove`: bounds of two cells, derivatives, work of `bend_bounds` of each, and
+    the cells (2, 5) that a proof holds for if nothing is trimmed away from them."""
+    boxes = np.empty((2, 5))
+    return np.empty(BENDS), np.empty(BENDS), np.empty((4, 6)), bend_work(), bend_work(), boxes
+
+
+@inner(error_model="numpy")
+def prove(near, foot, last, path, work):
+    """Whether one branch joins the feet `last` of path[0] and `foot` of path[1], (e, s, t) each.
+
+    `near` is (elements, rings, which patches are trimmed, tolerance): to hand on all tables costs
+    as much as the proof. `work` is of `prove_work`; that nothing is trimmed away from its cells
+    is to be seen to.
+    """
+    elements = near[0]
+    moved = 0.0
+    work[5][:, 0] = -1.0
+    if is_corner(foot) and foot == last and stays_at_vertex(near, foot, path, work[2]):
+        return True
+    if foot[0] != last[0]:
+        last, moved = in_element(elements, last, foot[0])
+    if foot[0] != last[0]:
+        here, off = in_element(elements, foot, last[0])
+        if off == 0.0:
+            foot = here
+    if _by_surroundings(near, foot, (last, moved), path, work):
+        return True
+    return moved == 0.0 and over_crease(near, foot, last, path, work)
+
+
+@inner(error_model="numpy")
+def _by_surroundings(near, foot, start, path, work):
+    """As `prove` where no crease is near; `start` is (last, how far it was moved)."""
+    elements, _, _, tolerance = near
+    last, moved = start
+    e, s, t = foot
+    h = work[2]
+    normal = normal_at(elements, e, s, t, h)
+    origin = elements.table[e]["origin"]
+    at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
+    inner, outer, metric = principal(h)
+    m, far, slip = seen_from(at, normal, path[0], path[1], tolerance)
+    # Twice the speeds at the foot: within a hair of the start they are not much larger.
+    off = 2.0 * moved * (metric[0] + metric[1])
+    if _by_ring(near, foot, last, (m, far, slip), off, work[5]):
+        return True
+    if not metric[2] > 0.0:
+        return False
+    least = min(least_bend((inner, outer), m[0]), least_bend((inner, outer), m[1]))
+    if not least > 0.0:
+        return False
+    if last[0] == e:
+        way = abs(last[1] - s) * metric[0] + abs(last[2] - t) * metric[1]
+    else:
+        normal_at(elements, last[0], last[1], last[2], h)
+        origin = elements.table[last[0]]["origin"]
+        square = 0.0
+        for c in range(3):
+            square += (h[c, 0] + origin[c] - at[c]) ** 2
+        way = 1.4 * math.sqrt(square)
+    r = WIDER * max(1.1 * way + off + tolerance, slip / least)
+    size = (r, CELL * r / metric[2], CELL * r / metric[3])
+    return moved == 0.0 and _by_cell(near, foot, last, (m, far, slip), size, work)

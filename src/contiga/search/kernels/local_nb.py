@@ -1,0 +1,143 @@
+"""f = |S − P|²/2 about a foot, and the step that lowers it inside one element.
+
+Newton's step (Piegl & Tiller, The NURBS Book, ch. 6) where the Hessian is positive definite, a
+Levenberg shift elsewhere.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.num.jit import inner
+from contiga.search.kernels.element_nb import evaluate
+
+POINT = 1e-24
+"""|S_s|² below this share of |S_t|² (or the other way round): the side through here is a point."""
+INDEFINITE = 1e-12
+SHIFT = 1e-3
+ARMIJO = 1e-4
+HALVINGS = 40
+
+
+@inner()
+def expand(elements, e, s, t, point, h):
+    """(f, f_s, f_t, f_ss, f_st, f_tt, |S_s|², |S_t|²) at (s, t) of element e.
+
+    `h` is left with the derivatives of S. All lengths are measured from the element's origin: no
+    digits are lost far from the world's.
+    """
+    evaluate(elements, e, s, t, h)
+    origin = elements.table[e]["origin"]
+    f = g_s = g_t = h_ss = h_st = h_tt = a = b = 0.0
+    for c in range(3):
+        r = h[c, 0] - (point[c] - origin[c])
+        f += r * r
+        g_s += r * h[c, 1]
+        g_t += r * h[c, 2]
+        a += h[c, 1] * h[c, 1]
+        b += h[c, 2] * h[c, 2]
+        h_ss += r * h[c, 3]
+        h_st += r * h[c, 4] + h[c, 1] * h[c, 2]
+        h_tt += r * h[c, 5]
+    return 0.5 * f, g_s, g_t, h_ss + a, h_st, h_tt + b, a, b
+
+
+@inner()
+def newton(q):
+    """Newton's step for the expansion q, shifted to be positive definite in the metric."""
+    _, g_s, g_t, h_ss, h_st, h_tt, a, b = q
+    x = h_ss / a
+    z = h_tt / b
+    spread = math.sqrt(0.25 * (x - z) ** 2 + h_st * h_st / (a * b))
+    low = 0.5 * (x + z) - spread
+    top = max(1.0, 0.5 * (x + z) + spread)
+    shift = 0.0
+    if low < INDEFINITE * top:
+        shift = SHIFT * top - 1.5 * min(low, 0.0)
+    p = h_ss + shift * a
+    r = h_tt + shift * b
+    det = p * r - h_st * h_st
+    return (h_st * g_t - r * g_s) / det, (h_st * g_s - p * g_t) / det
+
+
+@inner()
+def newton_along(g, curvature, metric):
+    """Newton's step of one variable; the metric stands in for a curvature that is not positive."""
+    return -g / (curvature if curvature > INDEFINITE * metric else metric)
+
+
+@inner()
+def leaves(x, d):
+    """Whether a step d leads out of [-1/2, 1/2] from its end x."""
+    return (x <= -0.5 and d < 0.0) or (x >= 0.5 and d > 0.0)
+
+
+@inner()
+def direction(q, s, t, free_s, free_t):
+    """A step (d_s, d_t) down, along the free variables and not out of the square at once."""
+    _, g_s, g_t, h_ss, _, h_tt, a, b = q
+    d_s = newton_along(g_s, h_ss, a) if free_s else 0.0
+    d_t = newton_along(g_t, h_tt, b) if free_t else 0.0
+    if free_s and free_t:
+        n_s, n_t = newton(q)
+        out_s = leaves(s, n_s)
+        out_t = leaves(t, n_t)
+        if not out_s and not out_t:
+            return n_s, n_t
+        # A step out through a side where the foot stands is bent along it.
+        if out_s and not out_t and not leaves(t, d_t) and g_t * d_t < ARMIJO * g_s * d_s:
+            return 0.0, d_t
+        if out_t and not out_s and not leaves(s, d_s) and g_s * d_s < ARMIJO * g_t * d_t:
+            return d_s, 0.0
+    if leaves(s, d_s):
+        d_s = 0.0
+    if leaves(t, d_t):
+        d_t = 0.0
+    if free_s and free_t and d_s != 0.0 and d_t != 0.0:
+        # Two steps of one variable each, together at most half as long: still down.
+        return 0.5 * d_s, 0.5 * d_t
+    return d_s, d_t
+
+
+@inner()
+def _to_side(x, d):
+    """Share of the step d at which x meets an end of [-1/2, 1/2]; 1 if it does not."""
+    if x + d < -0.5:
+        return (-0.5 - x) / d
+    if x + d > 0.5:
+        return (0.5 - x) / d
+    return 1.0
+
+
+@inner()
+def _moved(x, d, reach, ends):
+    """x + reach d, exactly on the side when the step ends there."""
+    if ends:
+        return math.copysign(0.5, d)
+    return min(max(x + reach * d, -0.5), 0.5)
+
+
+@inner()
+def line_search(elements, e, foot, step, q, target, h):
+    """Go along `step` to the first side at most, less while f does not fall enough.
+
+    `target` is (point, noise): changes of f below the noise are its rounding. Returns (moved, s,
+    t, expansion there).
+    """
+    point, noise = target
+    s, t = foot
+    d_s, d_t = step
+    f = q[0]
+    descent = q[1] * d_s + q[2] * d_t
+    reach_s = _to_side(s, d_s)
+    reach_t = _to_side(t, d_t)
+    reach = min(reach_s, reach_t)
+    for k in range(HALVINGS):
+        first = k == 0
+        new_s = _moved(s, d_s, reach, first and reach_s <= reach and reach_s < 1.0)
+        new_t = _moved(t, d_t, reach, first and reach_t <= reach and reach_t < 1.0)
+        new = expand(elements, e, new_s, new_t, point, h)
+        if new[0] <= f + ARMIJO * reach * descent + noise:
+            return new_s != s or new_t != t, new_s, new_t, new
+        reach *= 0.5
+    return False, s, t, expand(elements, e, s, t, point, h)

@@ -1,0 +1,293 @@
+"""The outer loops of projection: ranges of rows, each row solved on its own."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contiga.num.jit import inner
+from contiga.search.kernels.element_nb import locate
+from contiga.search.kernels.foot_nb import blank, global_foot, tracked_foot
+from contiga.search.kernels.global_nb import in_face
+from contiga.search.kernels.lanes_nb import (
+    LANES,
+    ROWS,
+    finish_polynomial,
+    finish_rational,
+    newton_polynomial,
+    newton_rational,
+)
+
+FACE, OK, NOT_FINITE = 0, 0, 5
+OUT, IN, CUT = 0, 1, 2
+ROUNDS = 6
+BY_ROW, GO_ON = 1, 2
+"""Flags of rows that the lanes did not finish: to be done one by one, or gone on with."""
+FARTHEST = 1.0
+"""How far from its middle, in elements, a foot may have left its element to be gone on with."""
+SMOOTH = 0
+SORT_PARTS = 16
+"""Parts the counting sort is cut into; fixed, so that the order never depends on the threads."""
+
+
+@inner()
+def _finite(points, k):
+    return math.isfinite(points[k, 0] + points[k, 1] + points[k, 2])
+
+
+@njit(cache=True, nogil=True)
+def project_global(tables, points, rows, within, out, start, stop):
+    """Closest points of points[rows[start:stop]] into the same rows of `out`.
+
+    `within` (one a row of `rows`) are distances of the body known not to be less than theirs.
+    """
+    h = np.empty((4, 6))
+    found = np.empty(4)
+    for i in range(start, stop):
+        k = rows[i]
+        if _finite(points, k):
+            point = (points[k, 0], points[k, 1], points[k, 2])
+            global_foot(tables, k, point, within[i], out, found, h)
+        else:
+            blank(out, k, NOT_FINITE)
+
+
+@njit(cache=True, nogil=True)
+def project_tracked(tables, points, starts, rows, out, start, stop):
+    """Continued feet of points[rows[start:stop]] from starts = (patch, uv), one by one."""
+    h = np.empty((4, 6))
+    found = np.empty(4)
+    patch, uv = starts
+    for i in range(start, stop):
+        k = rows[i]
+        if not _finite(points, k):
+            blank(out, k, NOT_FINITE)
+            continue
+        point = (points[k, 0], points[k, 1], points[k, 2])
+        foot = locate(tables.grid, patch[k], uv[k, 0], uv[k, 1])
+        tracked_foot(tables, k, foot, point, out, found, h)
+
+
+@njit(cache=True, nogil=True)
+def count_parts(grid, patch, uv, element, counts, start, stop):
+    """First pass of the counting sort: element of each row, rows of each part in each element."""
+    n = patch.shape[0]
+    part = (n + SORT_PARTS - 1) // SORT_PARTS
+    for p in range(start, stop):
+        for k in range(p * part, min(n, (p + 1) * part)):
+            e = np.int32(-1)
+            if patch[k] >= 0:
+                e = np.int32(locate(grid, patch[k], uv[k, 0], uv[k, 1])[0])
+                counts[p, e] += 1
+            element[k] = e
+
+
+@njit(cache=True)
+def first_places(counts):
+    """Turn counts[part, element] into first places; returns where each element's bin starts."""
+    parts, n = counts.shape
+    start = np.empty(n + 1, np.int64)
+    total = 0
+    for e in range(n):
+        start[e] = total
+        for p in range(parts):
+            here = counts[p, e]
+            counts[p, e] = total
+            total += here
+    start[n] = total
+    return start
+
+
+@njit(cache=True, nogil=True)
+def place_parts(element, places, order, start, stop):
+    """Second pass: the rows ordered by element, stable."""
+    n = element.shape[0]
+    part = (n + SORT_PARTS - 1) // SORT_PARTS
+    for p in range(start, stop):
+        for k in range(p * part, min(n, (p + 1) * part)):
+            e = element[k]
+            if e >= 0:
+                order[places[p, e]] = k
+                places[p, e] += 1
+
+
+@njit(cache=True)
+def blocks_of(start):
+    """Blocks of at most LANES rows of one element: (n, 3) element, first, one past the last."""
+    count = start.shape[0] - 1
+    n = 0
+    for e in range(count):
+        n += (start[e + 1] - start[e] + LANES - 1) // LANES
+    blocks = np.empty((n, 3), np.int64)
+    b = 0
+    for e in range(count):
+        for first in range(start[e], start[e + 1], LANES):
+            blocks[b, 0] = e
+            blocks[b, 1] = first
+            blocks[b, 2] = min(first + LANES, start[e + 1])
+            b += 1
+    return blocks
+
+
+@njit(cache=True)
+def bin_rows(grid, feet, back, wanted, size, start, stop):
+    """Rows start … stop with a foot and the flag `wanted`, ordered by element, and their blocks.
+
+    `feet` is (patch, uv), `size` the number of elements.
+    """
+    patch, uv = feet
+    element = np.empty(stop - start, np.int32)
+    places = np.zeros((1, size), np.int64)
+    for k in range(start, stop):
+        e = np.int32(-1)
+        if back[k] == wanted and patch[k] >= 0:
+            e = np.int32(locate(grid, patch[k], uv[k, 0], uv[k, 1])[0])
+            places[0, e] += 1
+        element[k - start] = e
+    first = first_places(places)
+    order = np.empty(first[-1], np.int32)
+    for k in range(start, stop):
+        e = element[k - start]
+        if e >= 0:
+            order[places[0, e]] = k
+            places[0, e] += 1
+    return order, blocks_of(first)
+
+
+@inner()
+def _load(elements, e, rows, points, uv, results, lanes):
+    """Fill the lanes of a block; lanes beyond its rows repeat the last one, already done.
+
+    A row that is gone on with has its squared distance so far in the place of its gap.
+    """
+    u0 = elements.table[e]["box"][0]
+    v0 = elements.table[e]["box"][2]
+    scale_u = 1.0 / (elements.table[e]["box"][1] - u0)
+    scale_v = 1.0 / (elements.table[e]["box"][3] - v0)
+    n = rows.shape[0]
+    for l in range(LANES):
+        k = rows[min(l, n - 1)]
+        lanes[l] = min(max((uv[k, 0] - u0) * scale_u - 0.5, -0.5), 0.5)
+        lanes[LANES + l] = min(max((uv[k, 1] - v0) * scale_v - 0.5, -0.5), 0.5)
+        for c in range(3):
+            lanes[(2 + c) * LANES + l] = points[k, c] - elements.table[e]["origin"][c]
+        lanes[5 * LANES + l] = results[0].gap[k] if results[1][k] == GO_ON else math.inf
+        lanes[6 * LANES + l] = 0.0 if l < n else 1.0
+
+
+@inner()
+def _active(lanes):
+    n = 0
+    for l in range(LANES):
+        if lanes[6 * LANES + l] == 0.0:
+            n += 1
+    return n
+
+
+@njit(cache=True, nogil=True)
+def project_lanes(tables, points, uv, bins, results, start, stop):
+    """Fast tracking of the binned rows of blocks start … stop.
+
+    `bins` is (order, blocks), `results` (projection, flags). A row is flagged, to be done one by
+    one, when it does not descend, or its element is trimmed away at the foot or of too high a
+    degree; and to be gone on with from the parameters then in `results` when it leaves its element
+    for another of its patch.
+    """
+    order, blocks = bins
+    elements = tables.elements
+    tolerance = tables.scale[1] ** 2
+    lanes = np.empty(ROWS * LANES)
+    k = np.empty(64)
+    for b in range(start, stop):
+        e = blocks[b, 0]
+        rows = order[blocks[b, 1] : blocks[b, 2]]
+        kind = elements.table[e]["form"]
+        if kind == 0 or elements.table[e]["trim"] == OUT:
+            for row in rows:
+                results[1][row] = BY_ROW
+            continue
+        _load(elements, e, rows, points, uv, results, lanes)
+        for i in range(64):
+            k[i] = elements.table[e]["cubic"][i]
+        for _ in range(ROUNDS):
+            if kind == 2:
+                newton_rational(lanes, k, tolerance)
+            else:
+                newton_polynomial(lanes, k, tolerance)
+            if _active(lanes) == 0:
+                break
+        if kind == 2:
+            finish_rational(lanes, k, tolerance)
+        else:
+            finish_polynomial(lanes, k, tolerance)
+        _store(tables, e, rows, lanes, results)
+
+
+@njit(cache=True, nogil=True)
+def project_chunks(tables, points, starts, size, results, start, stop):
+    """Fast tracking of the chunks start … stop of `size` rows, each binned on its own.
+
+    What a chunk reads and writes stays in the cache: points in no order take 0.85 of the time.
+    """
+    count = tables.elements.table.shape[0]
+    for c in range(start, stop):
+        last = min((c + 1) * size, points.shape[0])
+        bins = bin_rows(tables.grid, starts, results[1], 0, count, c * size, last)
+        project_lanes(tables, points, starts[1], bins, results, 0, bins[1].shape[0])
+
+
+@inner()
+def _may_go_on(elements, e, s, t):
+    """Whether (s, t) beyond the element is not far, and across smooth sides within its patch."""
+    if not (abs(s) <= FARTHEST and abs(t) <= FARTHEST):
+        return False
+    own = elements.table[e]
+    for side, beyond in ((0, s < -0.5), (1, s > 0.5), (2, t < -0.5), (3, t > 0.5)):
+        if beyond:
+            if own["kind"][side] != SMOOTH:
+                return False
+            other = elements.table[own["neighbour"][side]]
+            # Across a seam the parameters do not go on.
+            if other["patch"] != own["patch"] or other["box"][side ^ 1] != own["box"][side]:
+                return False
+    return True
+
+
+@inner()
+def _store(tables, e, rows, lanes, results):
+    out, back = results
+    elements = tables.elements
+    u0 = elements.table[e]["box"][0]
+    v0 = elements.table[e]["box"][2]
+    du = elements.table[e]["box"][1] - u0
+    dv = elements.table[e]["box"][3] - v0
+    patch = elements.table[e]["patch"]
+    cut = elements.table[e]["trim"] == CUT
+    for l in range(rows.shape[0]):
+        k = rows[l]
+        s = lanes[l]
+        t = lanes[LANES + l]
+        state = lanes[6 * LANES + l]
+        if state == 3.0 and back[k] != GO_ON and _may_go_on(elements, e, s, t):
+            back[k] = GO_ON
+            out.patch[k] = patch
+            out.uv[k, 0] = u0 + (s + 0.5) * du
+            out.uv[k, 1] = v0 + (t + 0.5) * dv
+            out.gap[k] = lanes[5 * LANES + l]
+            continue
+        if state != 1.0 or (cut and not in_face(elements, tables.trims, e, s, t)):
+            back[k] = BY_ROW
+            continue
+        back[k] = 0
+        out.patch[k] = patch
+        out.uv[k, 0] = u0 + (s + 0.5) * du
+        out.uv[k, 1] = v0 + (t + 0.5) * dv
+        for c in range(3):
+            out.point[k, c] = lanes[(7 + c) * LANES + l] + elements.table[e]["origin"][c]
+            out.normal[k, c] = lanes[(10 + c) * LANES + l]
+        out.gap[k] = lanes[13 * LANES + l]
+        out.feature[k] = FACE
+        out.status[k] = OK
+        out.certified[k] = 0

@@ -1,0 +1,80 @@
+"""Points and normals along the sides of elements."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from contiga.num.jit import inner
+from contiga.search.kernels.element_nb import evaluate
+
+SAMPLES = 5
+COLLAPSED = 1e-14
+"""A tangent this much shorter than the twist (squared) is that of a point, not of a side."""
+
+
+@njit(cache=True)
+def side_point(side, x):
+    """Local (s, t) of the point x in [-1/2, 1/2] along a side."""
+    if side == 0:
+        return -0.5, x
+    if side == 1:
+        return 0.5, x
+    if side == 2:
+        return x, -0.5
+    return x, 0.5
+
+
+@inner()
+def _unit_cross(h, a, b, sign):
+    """Unit vector along sign · h[:, a] × h[:, b]; zero where the two are parallel."""
+    x = h[1, a] * h[2, b] - h[2, a] * h[1, b]
+    y = h[2, a] * h[0, b] - h[0, a] * h[2, b]
+    z = h[0, a] * h[1, b] - h[1, a] * h[0, b]
+    length = math.sqrt(x * x + y * y + z * z)
+    if length <= 1e-14 * math.sqrt(_square(h, a) * _square(h, b)) or length == 0.0:
+        return 0.0, 0.0, 0.0
+    return sign * x / length, sign * y / length, sign * z / length
+
+
+@inner()
+def _square(h, a):
+    return h[0, a] ** 2 + h[1, a] ** 2 + h[2, a] ** 2
+
+
+@inner()
+def normal_at(elements, e, s, t, h):
+    """Unit normal at (s, t); `h` holds the derivatives there afterwards.
+
+    At a side that is one point S_s vanishes and S_s ≈ (t ∓ 1/2) S_st: the limit of the normal
+    from inside is ± S_st × S_t. Zero where that vanishes too.
+    """
+    evaluate(elements, e, s, t, h)
+    a = _square(h, 1)
+    b = _square(h, 2)
+    m = _square(h, 4)
+    if a <= COLLAPSED * m:
+        return _unit_cross(h, 4, 2, 1.0 if t < 0.0 else -1.0)
+    if b <= COLLAPSED * m:
+        return _unit_cross(h, 1, 4, 1.0 if s < 0.0 else -1.0)
+    return _unit_cross(h, 1, 2, 1.0)
+
+
+@njit(cache=True)
+def sample(elements):
+    """Points (n, 4, 5, 3) and unit normals along the four sides of every element."""
+    n = elements.table.shape[0]
+    points = np.empty((n, 4, SAMPLES, 3))
+    normals = np.empty((n, 4, SAMPLES, 3))
+    h = np.empty((4, 6))
+    for e in range(n):
+        for side in range(4):
+            for k in range(SAMPLES):
+                s, t = side_point(side, k / (SAMPLES - 1) - 0.5)
+                x, y, z = normal_at(elements, e, s, t, h)
+                normals[e, side, k] = (x, y, z)
+                for c in range(3):
+                    points[e, side, k, c] = h[c, 0] + elements.table[e]["origin"][c]
+    return points, normals
