@@ -17,7 +17,7 @@ from benchmarks.timing import median_seconds
 from contiga.area.base import AreaInput, Rest
 from contiga.area.cluster import clusters_of
 from contiga.area.regions import regions, structure_of
-from contiga.search.projection import rows_of
+from contiga.records import rows_of
 
 SIDE = 340  # 340² nodes, of which 100,208 touch
 REPEATS = 9

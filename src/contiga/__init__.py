@@ -13,7 +13,7 @@ from contiga.version import __version__
 _HOME = {
     "NurbsCurve": "contiga.geometry.curve",
     "NurbsSurface": "contiga.geometry.surface",
-    "TriMesh": "contiga.geometry.trimesh",
+    "TriMesh": "contiga.triangles.trimesh",
     "Body": "contiga.geometry.body",
     "read_cad": "contiga.io.cad",
     "read_mesh": "contiga.io.mesh",
@@ -67,7 +67,6 @@ if TYPE_CHECKING:
     from contiga.geometry.body import Body as Body
     from contiga.geometry.curve import NurbsCurve as NurbsCurve
     from contiga.geometry.surface import NurbsSurface as NurbsSurface
-    from contiga.geometry.trimesh import TriMesh as TriMesh
     from contiga.io.cad import read_cad as read_cad
     from contiga.io.mesh import Slave as Slave
     from contiga.io.mesh import read_mesh as read_mesh
@@ -80,6 +79,7 @@ if TYPE_CHECKING:
     from contiga.records import Status as Status
     from contiga.sim.contact import Contact as Contact
     from contiga.sim.state import State as State
+    from contiga.triangles.trimesh import TriMesh as TriMesh
 
 
 def __getattr__(name: str) -> Any:

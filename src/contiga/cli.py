@@ -19,7 +19,7 @@ from contiga.errors import ContigaError, FileError, RunError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from contiga.geometry.trimesh import TriMesh
+    from contiga.triangles.trimesh import TriMesh
 
 _INTERRUPTED = 130
 """What a shell expects of a command stopped by Ctrl-C."""
@@ -161,7 +161,7 @@ def check(case: CaseFile) -> None:
     from contiga.case.build import build
     from contiga.case.describe import describe
     from contiga.case.schema import load_case
-    from contiga.geometry.trimesh import TriMesh
+    from contiga.triangles.trimesh import TriMesh
 
     loaded = load_case(case)
     bodies = build(loaded).bodies

@@ -153,3 +153,44 @@ class Triangles(NamedTuple):
     """(n, 3)."""
     triangles: IntArray
     """(m, 3) counter-clockwise seen from the free side."""
+
+
+def empty_projection(n: int) -> Projection:
+    """A projection of n rows to be filled."""
+    return Projection(
+        np.empty(n, np.int32),
+        np.empty((n, 2)),
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty(n),
+        np.empty(n, np.int8),
+        np.empty(n, np.int8),
+        np.zeros(n, np.int8),
+    )
+
+
+def rows_of(feet: Projection, rows: IndexArray) -> Projection:
+    """Some rows of a projection."""
+    return Projection(
+        feet.patch[rows],
+        feet.uv[rows],
+        feet.point[rows],
+        feet.normal[rows],
+        feet.gap[rows],
+        feet.feature[rows],
+        feet.status[rows],
+        feet.certified[rows],
+    )
+
+
+def stacked(one: Projection, other: Projection) -> Projection:
+    """The rows of one projection, and after them those of another."""
+    fields = Projection._fields
+    return Projection(*(np.concatenate([getattr(one, f), getattr(other, f)]) for f in fields))
+
+
+def empty_hit(n: int) -> Hit:
+    """A record of n hits to be filled."""
+    return Hit(
+        np.empty(n), np.empty(n, np.int32), np.empty((n, 2)), np.empty((n, 3)), np.empty(n, np.int8)
+    )

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import contiga as cg
-from contiga.motion import pose
+from contiga.num import pose
 
 SETTINGS = settings(max_examples=25, deadline=None, derandomize=True)
 

@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
-from contiga.motion import pose
-from contiga.num import quaternion
+from contiga.num import pose, quaternion
 
 numbers = st.floats(-1.0, 1.0, allow_subnormal=False)
 quaternions = (

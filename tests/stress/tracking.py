@@ -18,8 +18,8 @@ from tests.stress.solids import DATA
 from tests.stress.tally import Clock, Tally
 
 import contiga as cg
-from contiga.records import Projection, Status
-from contiga.search.projection import empty_projection, track
+from contiga.records import Projection, Status, empty_projection
+from contiga.search.projection import track
 from contiga.search.tables import tables_of
 
 Foot = Callable[[np.ndarray], np.ndarray]

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from contiga.errors import InputError
 from contiga.geometry.body import Body
-from contiga.geometry.trimesh import TriMesh
 from contiga.records import FloatArray, IntArray, Projection
+from contiga.triangles.trimesh import TriMesh
 
 
 class Rest(NamedTuple):

@@ -16,9 +16,9 @@ from contiga.area.profile import profile_depth
 from contiga.area.regions import Graph, Topology, neighbours_of, regions, topology_of
 from contiga.errors import InputError
 from contiga.geometry.body import Body
-from contiga.geometry.trimesh import TriMesh
 from contiga.num.ordered import principal_axes, product
 from contiga.records import FloatArray, IntArray
+from contiga.triangles.trimesh import TriMesh
 
 # Triangles with a side longer than this many times the local spacing bridge a gap of the cloud.
 BRIDGE = 3.0

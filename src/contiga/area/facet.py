@@ -12,8 +12,15 @@ from contiga.area.kernels import components_nb, facet_nb, image_nb, touch_nb
 from contiga.area.regions import Topology, topology_of
 from contiga.errors import InputError
 from contiga.num.threads import run_ranges, started
-from contiga.records import FloatArray, IntArray, Projection, Status
-from contiga.search.projection import empty_projection, rows_of
+from contiga.records import (
+    FloatArray,
+    IntArray,
+    Projection,
+    Status,
+    empty_projection,
+    rows_of,
+    stacked,
+)
 from contiga.search.surface import ExactSurface, Surface, surface_of
 
 # Facets, and cut facets on the master, below which a second thread does not pay.
@@ -214,12 +221,6 @@ def _feet_around(surface: Surface, inp: AreaInput, parts: Parts) -> Projection:
         points = np.ascontiguousarray(inp.points[parts.free])
         surface.track(points, near.patch[parts.start], near.uv[parts.start], out)
     return stacked(near, out)
-
-
-def stacked(one: Projection, other: Projection) -> Projection:
-    """The rows of one projection, and after them those of another."""
-    fields = Projection._fields
-    return Projection(*(np.concatenate([getattr(one, f), getattr(other, f)]) for f in fields))
 
 
 def _ends(

@@ -12,8 +12,8 @@ from contiga.area.hull import patch_of, unrolled
 from contiga.area.regions import Graph, Topology, regions, topology_of
 from contiga.geometry.body import Body
 from contiga.num.ordered import length, principal_axes, product
-from contiga.records import FloatArray, IntArray, Projection
-from contiga.search.projection import empty_projection, track
+from contiga.records import FloatArray, IntArray, Projection, empty_projection
+from contiga.search.projection import track
 from contiga.search.tables import tables_of
 
 # Cosine of the angle to their mean that no normal of a region exceeds where it is seen from there.

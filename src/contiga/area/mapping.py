@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.geometry.body import Body
-from contiga.geometry.trimesh import TriMesh
 from contiga.records import Feature, FloatArray, Projection
+from contiga.triangles.trimesh import TriMesh
 
 
 def offset_ratio(body: Body | TriMesh, feet: Projection) -> FloatArray:

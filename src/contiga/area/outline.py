@@ -11,8 +11,7 @@ from contiga.area.base import AreaInput, Outlines
 from contiga.area.facet import Cut, Parts, cut_parts, parts_of
 from contiga.area.kernels import components_nb, touch_nb
 from contiga.area.regions import Topology
-from contiga.records import FloatArray, IntArray
-from contiga.search.projection import empty_projection
+from contiga.records import FloatArray, IntArray, empty_projection
 from contiga.search.surface import surface_of
 
 Pairs = NDArray[np.int64]

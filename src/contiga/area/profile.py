@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.geometry.body import Body
-from contiga.geometry.trimesh import TriMesh
+from contiga.triangles.trimesh import TriMesh
 
 
 def profile_depth(body: Body | TriMesh) -> float | None:

@@ -26,7 +26,6 @@ from contiga.case.toml import resolved_toml
 from contiga.errors import CaseError, InputError
 from contiga.forces.laws import StressLaw
 from contiga.geometry.body import Body
-from contiga.geometry.trimesh import TriMesh
 from contiga.io.series import MeshSeries, find_files
 from contiga.io.slave import Slave
 from contiga.io.units import length_factor
@@ -46,6 +45,7 @@ from contiga.sim.run import (
     SlavePart,
 )
 from contiga.sim.run import run as run_simulation
+from contiga.triangles.trimesh import TriMesh
 
 
 def build(case: Case) -> Simulation:

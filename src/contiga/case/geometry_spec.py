@@ -31,13 +31,14 @@ from contiga.case.base import (
 )
 from contiga.case.problems import first_problem
 from contiga.errors import CaseError
-from contiga.geometry import shapes, transform
+from contiga.geometry import shapes
 from contiga.geometry.body import Body
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
-from contiga.geometry.trimesh import TriMesh
+from contiga.num import transform
 from contiga.num.ordered import product
 from contiga.records import FloatArray
+from contiga.triangles.trimesh import TriMesh
 
 Net = list[list[Vector]]
 

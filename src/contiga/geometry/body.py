@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError
-from contiga.geometry import transform
 from contiga.geometry.bezier import extract
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import measured
@@ -25,13 +24,14 @@ from contiga.geometry.edges import (
 )
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop, TrimTables, build_trim_tables, check_loops
+from contiga.num import transform
 from contiga.num.arrays import as_points, read_only
 from contiga.num.ordered import length
 from contiga.records import FloatArray, Hit, Projection
 
 if TYPE_CHECKING:
-    from contiga.geometry.trimesh import TriMesh
     from contiga.search import Openings
+    from contiga.triangles.trimesh import TriMesh
 
 __all__ = ["SIDES", "UNTRIMMED", "Body", "BodyEdge", "EdgeUse", "face_bounds", "mirrored"]
 

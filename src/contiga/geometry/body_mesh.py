@@ -18,12 +18,12 @@ from contiga.errors import ContigaWarning, GeometryError
 from contiga.geometry.border import NEAR, Borders, Side, borders_of, corners, path_points
 from contiga.geometry.chains import EdgeShape, chain_shares, pole_shares
 from contiga.geometry.face_mesh import ANYWHERE, FaceMesh, Ints, Polygons
-from contiga.geometry.kernels.mesh_sides_nb import side_numbers
 from contiga.geometry.tessellate import MAX_CELLS, check_request, net_grid
 from contiga.geometry.trim import LARGEST_GAP
-from contiga.geometry.trimesh import TriMesh
 from contiga.num.threads import map_threads
 from contiga.records import FloatArray
+from contiga.triangles.kernels.mesh_sides_nb import side_numbers
+from contiga.triangles.trimesh import TriMesh
 
 if TYPE_CHECKING:
     from contiga.geometry.body import Body

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError, InputError
-from contiga.geometry import transform
 from contiga.geometry.slopes import first_derivative_bounds
 from contiga.geometry.surface import NurbsSurface
+from contiga.num import transform
 from contiga.records import FloatArray
 
 _BATCH = 1024

@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError
 from contiga.geometry import knots as kv
-from contiga.geometry import refine, transform
+from contiga.geometry import refine
 from contiga.geometry.kernels.evaluate_nb import CurveArrays, curve_range
+from contiga.num import transform
 from contiga.num.arrays import read_only
 from contiga.records import FloatArray
 

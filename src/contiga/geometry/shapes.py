@@ -1,7 +1,7 @@
 """Exact shapes, one curve or one patch each. Sizes are positive; angles are in radians.
 
 Closed surfaces have their normals outward; open ones along +`axis`. `centre` and `axis` place a
-shape: it is built about the origin along z and then moved by `contiga.geometry.transform.frame`.
+shape: it is built about the origin along z and then moved by `contiga.num.transform.frame`.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError
 from contiga.geometry import knots as kv
-from contiga.geometry import transform
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
+from contiga.num import transform
 from contiga.num.ordered import product, solve
 from contiga.records import FloatArray
 

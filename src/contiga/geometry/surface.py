@@ -9,16 +9,17 @@ from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError
 from contiga.geometry import knots as kv
-from contiga.geometry import refine, transform
+from contiga.geometry import refine
 from contiga.geometry.curve import NurbsCurve, cartesian, homogeneous
 from contiga.geometry.kernels import evaluate_nb as nb
+from contiga.num import transform
 from contiga.num.arrays import as_parameters, read_only
 from contiga.num.ordered import product
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
-    from contiga.geometry.trimesh import TriMesh
+    from contiga.triangles.trimesh import TriMesh
 
 # Below this many points one thread is faster than the start of several.
 POINTS = 2048

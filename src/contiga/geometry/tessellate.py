@@ -17,8 +17,8 @@ from contiga.errors import GeometryError, InputError
 from contiga.geometry.bezier import BezierGrid, extract
 from contiga.geometry.kernels.chord_nb import elements_within
 from contiga.geometry.surface import NurbsSurface
-from contiga.geometry.trimesh import TriMesh
 from contiga.records import FloatArray
+from contiga.triangles.trimesh import TriMesh
 
 MAX_CELLS = 20_000_000
 _WELD = 1e-12

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from contiga.errors import MeshError
-from contiga.geometry.trimesh import TriMesh
 from contiga.io.mesh import read_mesh
 from contiga.io.raw import PartKeys
 from contiga.io.slave import Slave
+from contiga.triangles.trimesh import TriMesh
 
 SOLIDS = ("tetra", "hexahedron", "wedge", "pyramid")
 QUADRILATERALS = ("quad",)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from contiga.errors import FileError, MeshError
-from contiga.geometry.trimesh import TriMesh
 from contiga.io.atomic import atomic_write
+from contiga.triangles.trimesh import TriMesh
 
 FORMATS: dict[str, tuple[str, dict[str, Any]]] = {
     ".msh": ("gmsh", {"binary": False, "float_fmt": ".17g"}),

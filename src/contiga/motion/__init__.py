@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contiga.motion import pose
 from contiga.motion.prescribed import (
     BodyMotion,
     Combine,
@@ -13,6 +12,7 @@ from contiga.motion.prescribed import (
     SlaveMotion,
     Translate,
 )
+from contiga.num import pose
 
 __all__ = [
     "BodyMotion",

@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import FileError, InputError
-from contiga.geometry.transform import Axis, unit_axis, vector
-from contiga.motion import pose
-from contiga.num import quaternion
+from contiga.num import pose, quaternion
 from contiga.num.arrays import as_points, read_only
+from contiga.num.transform import Axis, unit_axis, vector
 from contiga.records import FloatArray
 
 POSE_COLUMNS = ("t", "x", "y", "z", "qw", "qx", "qy", "qz")

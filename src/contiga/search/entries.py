@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.geometry.body import Body
-from contiga.records import ByteArray, FloatArray, Hit, IntArray, Status
-from contiga.search.checks import checked_segments
-from contiga.search.projection import empty_projection
+from contiga.num.query_checks import checked_segments
+from contiga.records import ByteArray, FloatArray, Hit, IntArray, Status, empty_projection
 from contiga.search.surface import Surface, surface_of
 
 # Halvings after which a place on a path is as sharp as its coordinates.

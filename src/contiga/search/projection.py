@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from contiga.errors import InputError
 from contiga.geometry.body import Body
 from contiga.num.arrays import as_points
+from contiga.num.query_checks import checked_mode, checked_patches
 from contiga.num.threads import run_ranges, thread_count
-from contiga.records import FloatArray, IndexArray, IntArray, Projection, Status
+from contiga.records import FloatArray, IntArray, Projection, Status, empty_projection
 from contiga.search.branch import certify
-from contiga.search.checks import checked_mode, checked_patches
 from contiga.search.kernels import project_nb
 from contiga.search.records import Tables
 from contiga.search.tables import tables_of
@@ -25,34 +25,6 @@ CHUNK = 32768
 """Rows binned together at most, on a body with few elements: what they use stays near."""
 MOST_IN_CHUNKS = 512
 """Elements above which a chunk would have too few rows in each."""
-
-
-def empty_projection(n: int) -> Projection:
-    """A projection of n rows to be filled."""
-    return Projection(
-        np.empty(n, np.int32),
-        np.empty((n, 2)),
-        np.empty((n, 3)),
-        np.empty((n, 3)),
-        np.empty(n),
-        np.empty(n, np.int8),
-        np.empty(n, np.int8),
-        np.zeros(n, np.int8),
-    )
-
-
-def rows_of(feet: Projection, rows: IndexArray) -> Projection:
-    """Some rows of a projection."""
-    return Projection(
-        feet.patch[rows],
-        feet.uv[rows],
-        feet.point[rows],
-        feet.normal[rows],
-        feet.gap[rows],
-        feet.feature[rows],
-        feet.status[rows],
-        feet.certified[rows],
-    )
 
 
 def project(

@@ -19,10 +19,17 @@ import numpy as np
 from scipy import ndimage
 
 from contiga.num.threads import run_ranges
-from contiga.records import ByteArray, Feature, FloatArray, IntArray, Projection, Status
+from contiga.records import (
+    ByteArray,
+    Feature,
+    FloatArray,
+    IntArray,
+    Projection,
+    Status,
+    empty_projection,
+)
 from contiga.search.kernels import side_grid_nb, side_nb
 from contiga.search.kernels.side_grid_nb import SPLIT
-from contiga.search.projection import empty_projection
 from contiga.search.records import Records
 
 # Cells of the whole grid: so many an element, within these bounds.

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from contiga.geometry.body import Body
 from contiga.geometry.slits import stitches
-from contiga.geometry.trimesh import TriMesh
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.search import ball, hits, projection, reach, side_grid
 from contiga.search.body_sides import sides_of
 from contiga.search.records import Tables
 from contiga.search.tables import tables_of
+from contiga.triangles.trimesh import TriMesh
 
 
 class Surface(Protocol):
@@ -193,7 +193,7 @@ def surface_of(master: Body | TriMesh) -> Surface:
         A mesh without a triangle that has an area.
     """
     if isinstance(master, TriMesh):
-        from contiga.search.faceted.surface import faceted_surface
+        from contiga.triangles.facet_surface import faceted_surface
 
         return faceted_surface(master)
     surface = _KEPT.get(master)

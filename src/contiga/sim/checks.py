@@ -9,10 +9,10 @@ from contiga.area.hull import HullArea
 from contiga.errors import InputError
 from contiga.forces.combined import CombinedLaw
 from contiga.forces.laws import Law, StressLaw
-from contiga.geometry.trimesh import TriMesh
 from contiga.io.slave import Slave
 from contiga.records import FloatArray, LawInput
 from contiga.search.surface import surface_of
+from contiga.triangles.trimesh import TriMesh
 
 
 def check_methods(law: object, area: object) -> None:

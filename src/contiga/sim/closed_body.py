@@ -18,8 +18,8 @@ from contiga.records import (
     FloatArray,
     IndexArray,
     IntArray,
+    rows_of,
 )
-from contiga.search.projection import rows_of
 from contiga.search.surface import Surface
 from contiga.sim.judge import Asked, asked_of, free_reach, joined, judge, within_depth
 from contiga.sim.tracked import (

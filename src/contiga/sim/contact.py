@@ -16,13 +16,11 @@ from contiga.area.nodal import NodalArea
 from contiga.errors import InputError
 from contiga.forces.laws import Law, StressLaw
 from contiga.geometry.body import Body
-from contiga.geometry.trimesh import TriMesh
 from contiga.io.slave import Slave
-from contiga.motion.pose import as_pose, identity
 from contiga.num.arrays import as_points, positive
+from contiga.num.pose import as_pose, identity
 from contiga.num.rigid import to_body, to_world, turn_to_world
-from contiga.records import FloatArray, IntArray, LawInput, Projection
-from contiga.search.projection import rows_of
+from contiga.records import FloatArray, IntArray, LawInput, Projection, rows_of
 from contiga.search.surface import Surface, surface_of
 from contiga.sim.checks import (
     check_mesh,
@@ -38,6 +36,7 @@ from contiga.sim.detect import first_look, look
 from contiga.sim.outlines import outlines_of_state
 from contiga.sim.state import State
 from contiga.sim.tracked import Detected, Last, Options
+from contiga.triangles.trimesh import TriMesh
 
 SEARCHES = ("intersection", "penetration")
 TYPES = ("slave", "master", "combined")

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.geometry.trimesh import TriMesh
 from contiga.io.vtkhdf import FieldsWriter, Part
 from contiga.num.rigid import to_world
 from contiga.sim.outlines import OutlinesFile
 from contiga.sim.simulation import Simulation
 from contiga.sim.state import State
 from contiga.sim.step import Moment
+from contiga.triangles.trimesh import TriMesh
 
 # Largest departure of the drawn triangles from a body, relative to its size.
 DRAWN = 2e-3

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.geometry.body import Body
-from contiga.geometry.trimesh import TriMesh
 from contiga.io.slave import Slave
 from contiga.motion.prescribed import Moved, SlaveMotion
 from contiga.records import FloatArray
+from contiga.triangles.trimesh import TriMesh
 
 if TYPE_CHECKING:
     from contiga.sim.contact import Contact

@@ -20,8 +20,8 @@ from contiga.records import (
     IntArray,
     Projection,
     Status,
+    rows_of,
 )
-from contiga.search.projection import rows_of
 from contiga.search.surface import Surface
 from contiga.sim.tracked import (
     BoolArray,

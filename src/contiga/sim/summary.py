@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from contiga.geometry.body import Body
-from contiga.geometry.trimesh import TriMesh
 from contiga.num.threads import thread_count
 from contiga.records import ContactStatus, FloatArray
 from contiga.search.surface import surface_of
 from contiga.sim.clock import Clock
 from contiga.sim.simulation import Simulation
 from contiga.sim.step import COUNTED
+from contiga.triangles.trimesh import TriMesh
 from contiga.version import __version__
 
 

@@ -15,8 +15,8 @@ from contiga.records import (
     IntArray,
     Projection,
     Status,
+    empty_projection,
 )
-from contiga.search.projection import empty_projection
 from contiga.search.surface import Surface
 
 BoolArray = NDArray[np.bool_]

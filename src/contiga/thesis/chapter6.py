@@ -9,7 +9,6 @@ import numpy as np
 
 from contiga.area.nodal import NodalArea
 from contiga.geometry.surface import NurbsSurface
-from contiga.geometry.trimesh import TriMesh
 from contiga.records import FloatArray
 from contiga.report.plots import BODY, INK, LINES, MUTED
 from contiga.sim.clock import Clock
@@ -20,6 +19,7 @@ from contiga.thesis.play import exact_master, played
 from contiga.thesis.records import Cell, Claim, Experiment, Outcome, Picture, Table
 from contiga.thesis.variants import simulation_of, variant
 from contiga.thesis.view import View
+from contiga.triangles.trimesh import TriMesh
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,12 +10,11 @@ import numpy as np
 
 from contiga.geometry import clouds, shapes
 from contiga.geometry.body import Body
-from contiga.geometry.trimesh import TriMesh
-from contiga.records import Feature, FloatArray, Projection, Status
-from contiga.search.faceted import tables as faceted_tables
-from contiga.search.projection import rows_of
+from contiga.records import Feature, FloatArray, Projection, Status, rows_of
 from contiga.search.tables import tables_of
 from contiga.thesis.rival_meshes import SAMPLES, RivalMesh, fewest_triangles, rival_meshes
+from contiga.triangles import facet_tables as faceted_tables
+from contiga.triangles.trimesh import TriMesh
 
 Master = Body | TriMesh
 

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.geometry.body import Body
 from contiga.geometry.surface import NurbsSurface
-from contiga.geometry.trimesh import TriMesh
 from contiga.records import FloatArray
 from contiga.report import shading
 from contiga.report.camera import look, project
 from contiga.report.plots import INK, LINES, MUTED
+from contiga.triangles.trimesh import TriMesh
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

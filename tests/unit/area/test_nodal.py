@@ -8,7 +8,7 @@ import pytest
 import contiga as cg
 from contiga.area.base import AreaInput, AreaMethod
 from contiga.errors import InputError
-from contiga.search.projection import empty_projection
+from contiga.records import empty_projection
 
 PLANE = cg.Body([cg.shapes.plane()])
 

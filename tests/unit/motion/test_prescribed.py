@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from contiga.errors import FileError, InputError
-from contiga.motion import Combine, Fixed, Moved, Poses, Rotate, Translate, pose
+from contiga.motion import Combine, Fixed, Moved, Poses, Rotate, Translate
+from contiga.num import pose
 
 HALF = np.sqrt(0.5)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contiga.motion import pose
+from contiga.num import pose
 from contiga.num.rigid import to_body, to_world, turn_to_world
 
 X_WB = pose.compose(pose.translation([1.0, -2.0, 3.0]), pose.rotation("z", 0.7))

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import contiga as cg
+from contiga.records import empty_projection
 from contiga.search.kernels import project_nb
-from contiga.search.projection import bin_by_element, empty_projection
+from contiga.search.projection import bin_by_element
 from contiga.search.tables import tables_of
 
 PATCHES = {

@@ -9,8 +9,7 @@ import pytest
 
 import contiga as cg
 from contiga.errors import InputError
-from contiga.records import Feature, Status
-from contiga.search.projection import empty_projection
+from contiga.records import Feature, Status, empty_projection
 from contiga.search.surface import surface_of
 
 

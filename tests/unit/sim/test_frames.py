@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.motion import pose
+from contiga.num import pose
 from contiga.records import ContactStatus as Is
 
 RNG = np.random.default_rng(8)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from contiga.num.jit import inner
+from contiga.num.kernels.query_nb import blank_foot
 from contiga.search.kernels.curve_nb import polish, surface_foot
 from contiga.search.kernels.element_nb import parameters
 from contiga.search.kernels.global_nb import GIVEN_UP, PRUNE, SEEN, closest, in_face
@@ -26,21 +27,6 @@ FACE, EDGE, VERTEX = 0, 1, 2
 HOPS = 4
 BESIDE_EDGE = 8.0
 """Widths of an edge within which a point sees how its faces miss each other."""
-
-
-@inner()
-def blank(out, k, status):
-    """Row k of `out` for a point without a foot."""
-    out.patch[k] = -1
-    out.feature[k] = -1
-    out.status[k] = status
-    out.certified[k] = 0
-    out.gap[k] = math.nan
-    for c in range(3):
-        out.point[k, c] = math.nan
-        out.normal[k, c] = math.nan
-    out.uv[k, 0] = math.nan
-    out.uv[k, 1] = math.nan
 
 
 @inner()
@@ -109,7 +95,7 @@ def global_foot(tables, k, point, reach, out, found, h):
     """
     elements = tables.elements
     if not math.isfinite(_no_farther(tables, point, -1, reach, found, h)):
-        blank(out, k, MAX_ITERATIONS)
+        blank_foot(out, k, MAX_ITERATIONS)
         return
     if found[0] < 0:
         polish(tables, found, point, h)

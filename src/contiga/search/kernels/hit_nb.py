@@ -12,14 +12,13 @@ import numpy as np
 from numba import njit
 
 from contiga.num.jit import inner
+from contiga.num.kernels.query_nb import blank_hit, direction, slack_of
 from contiga.search.kernels.crossing_nb import DEPTH, EITHER, ENTRIES, next_crossing
 from contiga.search.kernels.edge_width_nb import BESIDE, edge_width
 from contiga.search.kernels.element_nb import evaluate, parameters
 from contiga.search.kernels.global_nb import OUT, has_pole
 
 OK, NOT_FINITE, NO_HIT, AT_START, BUDGET = 0, 5, 6, 7, 8
-ROUNDING = 8.0 * 2.220446049250313e-16
-"""Share of the coordinates and the body's size below which lengths are rounding."""
 GRAZING = 32.0
 """Widths of an edge that a path may meet the carrier of a face beyond it."""
 X, ELEMENT, S, T, EDGE, OVER = 0, 1, 2, 3, 4, 5
@@ -76,30 +75,6 @@ def _next_leaves(tree, p, inverse, span, slack, queue, top):
                 entry[top] = (near_a, near_b)[child]
                 top += 1
     return found, top
-
-
-@inner()
-def direction(p, q):
-    """Length of p → q and its direction, without squares that vanish or overflow."""
-    d0 = q[0] - p[0]
-    d1 = q[1] - p[1]
-    d2 = q[2] - p[2]
-    largest = max(abs(d0), abs(d1), abs(d2))
-    if not (largest > 0.0 and math.isfinite(largest)):
-        return largest, (0.0, 0.0, 0.0)
-    d0 /= largest
-    d1 /= largest
-    d2 /= largest
-    norm = math.sqrt(d0 * d0 + d1 * d1 + d2 * d2)
-    return largest * norm, (d0 / norm, d1 / norm, d2 / norm)
-
-
-@inner()
-def slack_of(p, q, size):
-    most = 0.0
-    for c in range(3):
-        most = max(most, abs(p[c]), abs(q[c]))
-    return ROUNDING * (most + size)
 
 
 @inner()
@@ -241,15 +216,6 @@ def _search(arrays, segment, sense, found, queue, work):
 
 
 @inner()
-def blank(out, i, status):
-    out.patch[i] = -1
-    out.fraction[i] = math.nan
-    out.uv[i] = math.nan
-    out.point[i] = math.nan
-    out.status[i] = status
-
-
-@inner()
 def _write(elements, out, i, found, length, h):
     """Row i of the hits, but its status, for one row of what was found."""
     e = int(found[ELEMENT])
@@ -283,9 +249,9 @@ def first_hits(tables, p0, p1, rows, out, start, stop):
         q = (p1[j, 0], p1[j, 1], p1[j, 2])
         length, d = direction(p, q)
         if not math.isfinite(p[0] + p[1] + p[2] + length):
-            blank(out, i, NOT_FINITE)
+            blank_hit(out, i, NOT_FINITE)
             continue
-        blank(out, i, NO_HIT)
+        blank_hit(out, i, NO_HIT)
         if length == 0.0 or tables.leaves.shape[0] == 0:
             continue
         slack = slack_of(p, q, size)
@@ -319,9 +285,9 @@ def last_crossings(tables, p0, p1, loose, out, verdict, start, stop):
         length, d = direction(p, q)
         verdict[i] = 0.0
         if not math.isfinite(q[0] + q[1] + q[2] + length):
-            blank(out, i, NOT_FINITE)
+            blank_hit(out, i, NOT_FINITE)
             continue
-        blank(out, i, NO_HIT)
+        blank_hit(out, i, NO_HIT)
         if length == 0.0 or tables.leaves.shape[0] == 0:
             continue
         slack = slack_of(p, q, size)

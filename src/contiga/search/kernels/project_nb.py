@@ -8,8 +8,9 @@ import numpy as np
 from numba import njit
 
 from contiga.num.jit import inner
+from contiga.num.kernels.query_nb import blank_foot
 from contiga.search.kernels.element_nb import locate
-from contiga.search.kernels.foot_nb import blank, global_foot, tracked_foot
+from contiga.search.kernels.foot_nb import global_foot, tracked_foot
 from contiga.search.kernels.global_nb import in_face
 from contiga.search.kernels.lanes_nb import (
     LANES,
@@ -51,7 +52,7 @@ def project_global(tables, points, rows, within, out, start, stop):
             point = (points[k, 0], points[k, 1], points[k, 2])
             global_foot(tables, k, point, within[i], out, found, h)
         else:
-            blank(out, k, NOT_FINITE)
+            blank_foot(out, k, NOT_FINITE)
 
 
 @njit(cache=True, nogil=True)
@@ -63,7 +64,7 @@ def project_tracked(tables, points, starts, rows, out, start, stop):
     for i in range(start, stop):
         k = rows[i]
         if not _finite(points, k):
-            blank(out, k, NOT_FINITE)
+            blank_foot(out, k, NOT_FINITE)
             continue
         point = (points[k, 0], points[k, 1], points[k, 2])
         foot = locate(tables.grid, patch[k], uv[k, 0], uv[k, 1])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.search.faceted.records import NOBODY, TRIANGLE, WIDTH
-from contiga.search.faceted.tables import tables_of
 from contiga.search.surface import surface_of
+from contiga.triangles.facet_tables import tables_of
+from contiga.triangles.facets import NOBODY, TRIANGLE, WIDTH
 
 
 @pytest.mark.parametrize("tol", [0.5, 0.05, 0.002])

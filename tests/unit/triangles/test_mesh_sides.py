@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contiga.geometry.kernels.mesh_sides_nb import side_numbers
+from contiga.triangles.kernels.mesh_sides_nb import side_numbers
 
 
 def reference(triangles, n):

@@ -8,8 +8,8 @@ import pytest
 import contiga as cg
 from contiga import Status, TriMesh
 from contiga.errors import MeshError
-from contiga.search.faceted.tables import tables_of
 from contiga.search.surface import surface_of
+from contiga.triangles.facet_tables import tables_of
 
 SLAVE = cg.Slave([[0.0, 0.0, 1.0]], area=[1.0])
 LAW = cg.PenaltyLaw(1.0)

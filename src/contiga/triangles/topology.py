@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.geometry.trimesh import TriMesh
 from contiga.records import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from contiga.triangles.trimesh import TriMesh
 
 BORDER = -1
 FLAT = 1e-12

@@ -15,18 +15,11 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.num.codes import AT_START, NO_HIT, NOT_FINITE, OK
 from contiga.num.jit import inner
-from contiga.search.faceted.kernels.boxes_nb import NOBODY, WIDTH, put
-from contiga.search.faceted.kernels.facet_nb import TRIANGLE
-from contiga.search.kernels.hit_nb import (
-    AT_START,
-    NO_HIT,
-    NOT_FINITE,
-    OK,
-    blank,
-    direction,
-    slack_of,
-)
+from contiga.num.kernels.query_nb import blank_hit, direction, slack_of
+from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, put
+from contiga.triangles.kernels.facet_nb import TRIANGLE
 
 DEPTH = 256
 ENTRIES, EITHER = 0, 1
@@ -185,9 +178,9 @@ def first_hits(facets, p0, p1, rows, out, start, stop):
         q = (p1[k, 0], p1[k, 1], p1[k, 2])
         length, d = direction(p, q)
         if not math.isfinite(p[0] + p[1] + p[2] + length):
-            blank(out, i, NOT_FINITE)
+            blank_hit(out, i, NOT_FINITE)
             continue
-        blank(out, i, NO_HIT)
+        blank_hit(out, i, NO_HIT)
         if length == 0.0:
             continue
         slack = slack_of(p, q, size)
@@ -213,9 +206,9 @@ def last_crossings(facets, p0, p1, out, verdict, start, stop):
         length, d = direction(p, q)
         verdict[i] = 0.0
         if not math.isfinite(q[0] + q[1] + q[2] + length):
-            blank(out, i, NOT_FINITE)
+            blank_hit(out, i, NOT_FINITE)
             continue
-        blank(out, i, NO_HIT)
+        blank_hit(out, i, NO_HIT)
         if length == 0.0:
             continue
         slack = slack_of(p, q, size)

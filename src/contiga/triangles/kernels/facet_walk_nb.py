@@ -14,7 +14,8 @@ import numpy as np
 from numba import njit
 
 from contiga.num.jit import inner
-from contiga.search.faceted.kernels.facet_nb import (
+from contiga.num.kernels.query_nb import blank_foot
+from contiga.triangles.kernels.facet_nb import (
     BORDER,
     MAX_ITERATIONS,
     NOT_FINITE,
@@ -25,7 +26,6 @@ from contiga.search.faceted.kernels.facet_nb import (
     write_face,
     write_kink,
 )
-from contiga.search.kernels.foot_nb import blank
 
 STEPS = 1 << 20
 """Triangles of one walk at most."""
@@ -111,7 +111,7 @@ def project_tracked(facets, points, starts, smooth, out, start, stop):
         y = points[k, 1]
         z = points[k, 2]
         if not math.isfinite(x + y + z):
-            blank(out, k, NOT_FINITE)
+            blank_foot(out, k, NOT_FINITE)
             continue
         point = (x, y, z)
         square, place, a, b = closest_on(shape, s, x, y, z)

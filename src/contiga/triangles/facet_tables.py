@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from contiga.errors import MeshError
-from contiga.geometry.trimesh import TriMesh
 from contiga.num.ordered import length
 from contiga.records import FloatArray, IntArray
-from contiga.search.faceted.kernels import boxes_nb
-from contiga.search.faceted.records import BORDER, NEIGHBOUR, TRIANGLE, VERTEX, Facets
-from contiga.search.faceted.topology import Topology, topology_of
+from contiga.triangles.facets import BORDER, NEIGHBOUR, TRIANGLE, VERTEX, Facets
+from contiga.triangles.kernels import boxes_nb
+from contiga.triangles.topology import Topology, topology_of
+
+if TYPE_CHECKING:
+    from contiga.triangles.trimesh import TriMesh
 
 RELATIVE_TOLERANCE = 1e-12
 """Length below which two points are one, relative to the size of the mesh."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga.geometry.trimesh import TriMesh
-from contiga.search.faceted.topology import BORDER, topology_of
+from contiga.triangles.topology import BORDER, topology_of
+
+if TYPE_CHECKING:
+    from contiga.triangles.trimesh import TriMesh
 
 
 class Condition(NamedTuple):
@@ -67,6 +69,7 @@ class Condition(NamedTuple):
 def condition_of(mesh: TriMesh) -> Condition:
     """The condition of `mesh`; a mesh without triangles has one too.
 
+    >>> from contiga import TriMesh
     >>> ball = TriMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [1, 2, 0]])
     >>> condition_of(ball).doubled, condition_of(ball).open_edges
     (1, 3)

@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import InputError
-from contiga.geometry import transform
-from contiga.geometry.transform import Axis
-from contiga.num import quaternion
+from contiga.num import quaternion, transform
 from contiga.num.arrays import as_points
 from contiga.num.ordered import product
+from contiga.num.transform import Axis
 from contiga.records import FloatArray
 
 _RIGID = 1e-9

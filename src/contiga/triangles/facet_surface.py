@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import MeshError
-from contiga.geometry.trimesh import TriMesh
 from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
-from contiga.search.faceted.hits import hits_of_rows, last_crossings
-from contiga.search.faceted.kernels import closest_nb
-from contiga.search.faceted.projection import closest_of_rows, is_smooth, track
-from contiga.search.faceted.tables import Tables, tables_of
+from contiga.triangles.facet_feet import closest_of_rows, is_smooth, track
+from contiga.triangles.facet_hits import hits_of_rows, last_crossings
+from contiga.triangles.facet_tables import Tables, tables_of
+from contiga.triangles.kernels import closest_nb
+
+if TYPE_CHECKING:
+    from contiga.triangles.trimesh import TriMesh
 
 # Points below which a second thread does not pay.
 POINTS = 1024

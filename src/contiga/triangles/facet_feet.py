@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import InputError
-from contiga.geometry.trimesh import NORMALS, TriMesh
 from contiga.num.arrays import as_points
+from contiga.num.query_checks import checked_mode, checked_patches
 from contiga.num.threads import run_ranges
-from contiga.records import Feature, FloatArray, IntArray, Projection
-from contiga.search.checks import checked_mode, checked_patches
-from contiga.search.faceted.kernels import closest_nb, order_nb, walk_nb
-from contiga.search.faceted.records import Facets
-from contiga.search.faceted.tables import Tables, tables_of
-from contiga.search.projection import empty_projection
+from contiga.records import Feature, FloatArray, IntArray, Projection, Status, empty_projection
+from contiga.triangles.facet_tables import Tables, tables_of
+from contiga.triangles.facets import NORMALS, Facets
+from contiga.triangles.kernels import closest_nb, facet_walk_nb, order_nb
+
+if TYPE_CHECKING:
+    from contiga.triangles.trimesh import TriMesh
 
 # Rows below which a second thread does not pay.
 POINTS = 512
@@ -104,7 +107,7 @@ def track(
     patch, before = start
     slots = np.where(patch >= 0, tables.slot[patch], -1)
     starts = (slots, np.zeros((0, 3)) if before is None else before)
-    run_ranges(walk_nb.project_tracked, len(p_M), TRACKED, facets, p_M, starts, smooth, out)
+    run_ranges(facet_walk_nb.project_tracked, len(p_M), TRACKED, facets, p_M, starts, smooth, out)
     closest_of_rows(facets, p_M, np.flatnonzero(slots < 0).astype(np.int32), smooth, out)
 
 
@@ -136,3 +139,17 @@ def _grid(facets: Facets) -> tuple[FloatArray, float]:
     low = boxes[0].min(axis=1)
     size = float(facets.scale[0])
     return low - 0.1 * size, 1.2 * size
+
+
+def contains(mesh: TriMesh, points: ArrayLike) -> NDArray[np.bool_]:
+    """(n,) True inside a closed mesh, or behind the nearest facet of an open one.
+
+    Decided by the sign of the gap at the closest point. Points whose closest point is a border of
+    an open mesh are behind nothing: False.
+
+    Parameters
+    ----------
+    points : (n, 3) float64, length, the mesh's frame
+    """
+    feet = project(mesh, points)
+    return (feet.gap <= 0.0) & (feet.status == Status.OK)

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import MeshError
-from contiga.geometry import transform
-from contiga.geometry.kernels.mesh_sides_nb import side_numbers
+from contiga.num import transform
 from contiga.num.arrays import as_points, read_only
 from contiga.num.ordered import length
 from contiga.records import FloatArray, Hit, IntArray, Projection
-
-if TYPE_CHECKING:
-    from contiga.search.faceted import Condition
-
-NORMALS = ("facet", "vertex")
+from contiga.triangles.condition import Condition, condition_of
+from contiga.triangles.facet_feet import contains, project
+from contiga.triangles.facet_hits import first_hit
+from contiga.triangles.facets import NORMALS
+from contiga.triangles.kernels.mesh_sides_nb import side_numbers
+from contiga.triangles.orientation import turned_triangles
 
 
 class TriMesh:
@@ -194,8 +194,6 @@ class TriMesh:
         MeshError
             A piece has one side only (a Möbius strip).
         """
-        from contiga.geometry.orientation import turned_triangles
-
         return self._with(triangles=turned_triangles(self.vertices, self.triangles, self.name))
 
     def about(self, point: ArrayLike) -> TriMesh:
@@ -241,30 +239,22 @@ class TriMesh:
         mode: str = "global",
         normals: str | None = None,
     ) -> Projection:
-        """Feet of `points` (n, 3) on the triangles; see `contiga.search.faceted.project`.
+        """Feet of `points` (n, 3) on the triangles; see `contiga.triangles.facet_feet.project`.
 
         `patch` is the triangle and `uv` the barycentric coordinates of the foot.
         """
-        from contiga.search.faceted import project
-
         return project(self, points, start, mode, normals)
 
     def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
-        """Where points moving from `p0` to `p1` enter; see `contiga.search.faceted.first_hit`."""
-        from contiga.search.faceted import first_hit
-
+        """Where points moving from `p0` to `p1` enter; see `triangles.facet_hits.first_hit`."""
         return first_hit(self, p0, p1)
 
     def condition(self) -> Condition:
         """What is good and what is wrong with the mesh as a master; nothing is refused."""
-        from contiga.search.faceted import condition_of
-
         return condition_of(self)
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """(n,) bool: on the contact side of the closest triangle."""
-        from contiga.search.faceted import contains
-
         return contains(self, points)
 
 

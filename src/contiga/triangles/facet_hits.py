@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.geometry.trimesh import TriMesh
+from contiga.num.detours import settled
+from contiga.num.query_checks import checked_segments
 from contiga.num.threads import run_ranges
-from contiga.records import ByteArray, FloatArray, Hit, IntArray
-from contiga.search.checks import checked_segments
-from contiga.search.faceted.kernels import entry_nb
-from contiga.search.faceted.records import Facets
-from contiga.search.faceted.tables import tables_of
-from contiga.search.hits import empty_hit, settled
+from contiga.records import ByteArray, FloatArray, Hit, IntArray, empty_hit
+from contiga.triangles.facet_tables import tables_of
+from contiga.triangles.facets import Facets
+from contiga.triangles.kernels import entry_nb
+
+if TYPE_CHECKING:
+    from contiga.triangles.trimesh import TriMesh
 
 # Segments below which a second thread does not pay.
 SEGMENTS = 512

@@ -9,7 +9,7 @@ import pytest
 
 from contiga import shapes
 from contiga.errors import GeometryError
-from contiga.geometry import transform
+from contiga.num import transform
 
 
 @pytest.mark.parametrize(

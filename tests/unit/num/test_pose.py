@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from contiga.errors import InputError
-from contiga.motion import pose
+from contiga.num import pose
 
 
 def test_a_quarter_turn_about_z_is_exact() -> None:

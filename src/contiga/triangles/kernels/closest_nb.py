@@ -13,8 +13,9 @@ import numpy as np
 from numba import njit
 
 from contiga.num.jit import inner
-from contiga.search.faceted.kernels.boxes_nb import NOBODY, WIDTH, box_distances, put
-from contiga.search.faceted.kernels.facet_nb import (
+from contiga.num.kernels.query_nb import blank_foot
+from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, box_distances, put
+from contiga.triangles.kernels.facet_nb import (
     NOT_FINITE,
     TRIANGLE,
     closest_on,
@@ -23,7 +24,6 @@ from contiga.search.faceted.kernels.facet_nb import (
     write_face,
     write_kink,
 )
-from contiga.search.kernels.foot_nb import blank
 
 SLACK = 1e-12
 NEAR = 0.1
@@ -94,7 +94,7 @@ def project_global(facets, points, rows, smooth, out, start, stop):
         y = points[k, 1]
         z = points[k, 2]
         if not math.isfinite(x + y + z):
-            blank(out, k, NOT_FINITE)
+            blank_foot(out, k, NOT_FINITE)
             continue
         point = (x, y, z)
         seed, place, a, b = closest(tree, point, seed, work)

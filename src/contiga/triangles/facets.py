@@ -13,6 +13,8 @@ import numpy as np
 
 from contiga.records import FloatArray, IntArray
 
+NORMALS = ("facet", "vertex")
+"""Kinds of normals at feet."""
 BORDER = -1
 """Neighbour across an edge where the surface ends. Below it: −2 − number in `around`."""
 WIDTH = 8
