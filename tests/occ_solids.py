@@ -23,7 +23,7 @@ from OCP.TopAbs import TopAbs_ShapeEnum
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
 
-from contiga.io._occ_geometry import quiet
+from contiga.io.cad.occ_geometry import quiet
 
 Z = (0.0, 0.0, 1.0)
 

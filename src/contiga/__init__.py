@@ -15,11 +15,11 @@ _HOME = {
     "NurbsSurface": "contiga.geometry.surface",
     "TriMesh": "contiga.triangles.trimesh",
     "Body": "contiga.geometry.body",
-    "read_cad": "contiga.io.cad",
-    "read_mesh": "contiga.io.mesh",
-    "read_master": "contiga.io.mesh_master",
-    "write_mesh": "contiga.io.mesh_out",
-    "Slave": "contiga.io.mesh",
+    "read_cad": "contiga.io.cad.read_cad",
+    "read_mesh": "contiga.io.mesh.read_mesh",
+    "read_master": "contiga.io.mesh.read_master",
+    "write_mesh": "contiga.io.out.write_mesh",
+    "Slave": "contiga.io.mesh.read_mesh",
     "ForceLaw": "contiga.forces.laws",
     "StressLaw": "contiga.forces.laws",
     "PenaltyLaw": "contiga.forces.laws",
@@ -67,11 +67,11 @@ if TYPE_CHECKING:
     from contiga.geometry.body import Body as Body
     from contiga.geometry.curve import NurbsCurve as NurbsCurve
     from contiga.geometry.surface import NurbsSurface as NurbsSurface
-    from contiga.io.cad import read_cad as read_cad
-    from contiga.io.mesh import Slave as Slave
-    from contiga.io.mesh import read_mesh as read_mesh
-    from contiga.io.mesh_master import read_master as read_master
-    from contiga.io.mesh_out import write_mesh as write_mesh
+    from contiga.io.cad.read_cad import read_cad as read_cad
+    from contiga.io.mesh.read_master import read_master as read_master
+    from contiga.io.mesh.read_mesh import Slave as Slave
+    from contiga.io.mesh.read_mesh import read_mesh as read_mesh
+    from contiga.io.out.write_mesh import write_mesh as write_mesh
     from contiga.records import ContactStatus as ContactStatus
     from contiga.records import Feature as Feature
     from contiga.records import Hit as Hit

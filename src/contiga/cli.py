@@ -177,10 +177,10 @@ def check(case: CaseFile) -> None:
 def info(file: Annotated[Path, typer.Argument(metavar="FILE", help="CAD file or mesh.")]) -> None:
     """Say what is in a CAD file (patches, degrees, trims, size) or in a mesh (counts)."""
     from contiga.geometry.summary import body_summary
-    from contiga.io.cad import SUFFIXES, read_cad
-    from contiga.io.mesh import read_mesh
-    from contiga.io.mesh_master import master_of
-    from contiga.io.slave import mesh_summary
+    from contiga.io.cad.read_cad import SUFFIXES, read_cad
+    from contiga.io.mesh.read_master import master_of
+    from contiga.io.mesh.read_mesh import read_mesh
+    from contiga.slaves.slave import mesh_summary
 
     if not file.exists():
         raise FileError("no such file", where=str(file))
@@ -265,8 +265,8 @@ def mesh(
 ) -> None:
     """Write triangles of a CAD file, without cracks where its faces share edges."""
     from contiga.geometry.tessellate import check_request
-    from contiga.io.cad import read_cad
-    from contiga.io.mesh_out import check_suffix, write_mesh
+    from contiga.io.cad.read_cad import read_cad
+    from contiga.io.out.write_mesh import check_suffix, write_mesh
 
     check_suffix(out)
     check_request(tol, method)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.io.vtkhdf import read_fields
+from contiga.io.out.vtkhdf import read_fields
 
 UNITS = '[units]\nlength = "m"\nmass = "kg"\ntime = "s"\n'
 QUIET = "[output]\nevery = 10\nreport = false\n"
@@ -121,7 +121,7 @@ law = { kind = "penalty", stiffness = 1.0, per_area = true }
 
 @pytest.mark.parametrize("suffix", [".msh", ".vtu", ".stl"])
 def test_mesh_of_a_ball_comes_to_the_forces_of_the_ball(tmp_path: Path, suffix: str) -> None:
-    from contiga.io.mesh_out import write_mesh
+    from contiga.io.out.write_mesh import write_mesh
 
     ball = cg.shapes.sphere(radius=10.0)
     case = tmp_path / "case.toml"

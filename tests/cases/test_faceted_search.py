@@ -42,7 +42,7 @@ formats = []
 
 @pytest.fixture(scope="module")
 def oracle() -> ModuleType:
-    path = Path(__file__).parents[1] / "unit" / "search" / "faceted" / "oracle.py"
+    path = Path(__file__).parents[1] / "unit" / "triangles" / "oracle.py"
     spec = importlib.util.spec_from_file_location("contiga_test_facet_oracle", path)
     assert spec is not None
     assert spec.loader is not None

@@ -27,7 +27,7 @@ def read_case(path: Path) -> None:
 def read_body(path: Path) -> None:
     """As ``contiga info`` of a CAD file."""
     from contiga.geometry.summary import body_summary
-    from contiga.io.cad import read_cad
+    from contiga.io.cad.read_cad import read_cad
 
     body = read_cad(path)
     for patch in body.patches:
@@ -37,9 +37,9 @@ def read_body(path: Path) -> None:
 
 def read_points(path: Path) -> None:
     """As ``contiga info`` of a mesh."""
-    from contiga.io.mesh import read_mesh
-    from contiga.io.mesh_master import master_of
-    from contiga.io.slave import mesh_summary
+    from contiga.io.mesh.read_master import master_of
+    from contiga.io.mesh.read_mesh import read_mesh
+    from contiga.slaves.slave import mesh_summary
 
     mesh = read_mesh(path)
     _check_finite(mesh.points)
@@ -55,7 +55,7 @@ def _check_finite(array: Any) -> None:
 
 def reader_of(path: Path) -> Callable[[Path], None]:
     """What reads a file of this suffix."""
-    from contiga.io.cad import SUFFIXES
+    from contiga.io.cad.read_cad import SUFFIXES
 
     if path.suffix == ".toml":
         return read_case

@@ -123,7 +123,7 @@ def _write_shapes(folder: Path) -> None:
     from OCP.IGESControl import IGESControl_Writer
     from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
-    from contiga.io._occ_geometry import quiet
+    from contiga.io.cad.occ_geometry import quiet
 
     as_is = STEPControl_StepModelType.STEPControl_AsIs
     with quiet():

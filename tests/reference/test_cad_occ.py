@@ -12,8 +12,8 @@ import pytest
 import contiga as cg
 from contiga.geometry.kernels.trim_nb import points_in_trim
 from contiga.geometry.trim_area import patch_areas, patch_volumes
-from contiga.io._occ_geometry import quiet
-from contiga.io.step_iges import _transfer_iges, _transfer_step, is_iges
+from contiga.io.cad.occ_geometry import quiet
+from contiga.io.cad.step_iges import _transfer_iges, _transfer_step, is_iges
 
 
 class Known(NamedTuple):

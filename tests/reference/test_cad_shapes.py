@@ -11,7 +11,7 @@ import pytest
 import contiga as cg
 from contiga.geometry.kernels.trim_nb import points_in_trim
 from contiga.geometry.trim_area import patch_areas
-from contiga.io._occ_geometry import quiet
+from contiga.io.cad.occ_geometry import quiet
 
 
 def write_step(path: Any, *shapes: Any, unit: str = "MM") -> Any:

@@ -6,11 +6,11 @@ import meshio
 import numpy as np
 import pytest
 
-from contiga.io import lsdyna
-from contiga.io.cells import split_shells
-from contiga.io.lsdyna_cards import read_blocks
-from contiga.io.mesh import mesh_summary, read_mesh
-from contiga.io.skin import facet_areas
+from contiga.io.mesh import lsdyna
+from contiga.io.mesh.lsdyna_cards import read_blocks
+from contiga.io.mesh.read_mesh import mesh_summary, read_mesh
+from contiga.slaves.cells import split_shells
+from contiga.slaves.skin import facet_areas
 
 TYRE = "hmmwv_lugged_tyre_c3d10.inp"
 TORUS = "torus_tet4.vtk"

@@ -6,8 +6,8 @@ import meshio
 import numpy as np
 import pytest
 
-from contiga.io.cells import SOLIDS
-from contiga.io.mesh import read_mesh
+from contiga.io.mesh.read_mesh import read_mesh
+from contiga.slaves.cells import SOLIDS
 
 CUBE = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float

@@ -148,7 +148,7 @@ class Extrema:
 
 
 def occ_surface(surface):
-    from contiga.io._occ_build import occ_surface
+    from contiga.io.cad.occ_build import occ_surface
 
     return occ_surface(surface)
 

@@ -18,7 +18,7 @@ from tests.stress import fields, parts
 from tests.stress.outlines import blade, circle, rod, stadium, teeth
 
 import contiga as cg
-from contiga.io._occ_geometry import quiet
+from contiga.io.cad.occ_geometry import quiet
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 CLOSED_FILES = ("nist_ctc_02_asme1_ap242.stp",)

@@ -146,7 +146,7 @@ def _existing(path: str, info: ValidationInfo) -> str:
 
 
 def _pattern(pattern: str, info: ValidationInfo) -> str:
-    from contiga.io.series import find_files
+    from contiga.io.mesh.series import find_files
 
     try:
         find_files(pattern, _folder(info))

@@ -26,8 +26,7 @@ from contiga.case.toml import resolved_toml
 from contiga.errors import CaseError, InputError
 from contiga.forces.laws import StressLaw
 from contiga.geometry.body import Body
-from contiga.io.series import MeshSeries, find_files
-from contiga.io.slave import Slave
+from contiga.io.mesh.series import MeshSeries, find_files
 from contiga.io.units import length_factor
 from contiga.motion.prescribed import Moved, SlaveMotion
 from contiga.records import FloatArray
@@ -45,6 +44,7 @@ from contiga.sim.run import (
     SlavePart,
 )
 from contiga.sim.run import run as run_simulation
+from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
 
 

@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 from contiga.case.base import Count, ExistingFile, LengthUnit, Spec, Vector, by_key
 from contiga.case.geometry_spec import Placed, _ShapeSpec
 from contiga.geometry import clouds
-from contiga.io.slave import Slave
 from contiga.records import FloatArray, IntArray
+from contiga.slaves.slave import Slave
 
 Corner = Annotated[int, Field(ge=2)]
 Seed = Annotated[int, Field(ge=0)]
@@ -38,7 +38,7 @@ class FilePoints(_Points):
 
     def raw(self, name: str, unit: str) -> Slave:
         """The nodes of the file."""
-        from contiga.io.mesh import read_mesh
+        from contiga.io.mesh.read_mesh import read_mesh
 
         return read_mesh(self.file, unit=unit, file_unit=self.unit, parts=self.parts)
 

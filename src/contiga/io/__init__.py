@@ -1,1 +1,1 @@
-"""One file a format; each reads into or writes from plain records."""
+"""Files: each format reads into or writes from plain records."""

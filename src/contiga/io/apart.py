@@ -1,9 +1,9 @@
 """Files read in a process of their own, so that no file can crash, hang or swamp the caller.
 
-`read_apart` asks a child process (`contiga.io._child`) and waits for plain records of ours. What
-happens to the child becomes one `FileError`: it crashed, took too long, wanted too much memory.
-The child is kept for the next file and ends when it has had nothing to do for a minute, or with
-this process. Where none can be started, files are read in this process, without bounds.
+`read_apart` asks a child process (`contiga.io.child_process`) and waits for plain records of ours.
+What happens to the child becomes one `FileError`: it crashed, took too long, wanted too much
+memory. The child is kept for the next file and ends when it has had nothing to do for a minute, or
+with this process. Where none can be started, files are read in this process, without bounds.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from pathlib import Path
 from typing import Any
 
 from contiga.errors import ContigaWarning, FileError
-from contiga.io import _child
-from contiga.io._child import Outcome, Request
+from contiga.io import child_process
+from contiga.io.child_process import Outcome, Request
 from contiga.io.limits import Limits, limits_for, too_large, too_slow
 
 _BOOT = (
     "import json, sys; sys.path[:] = json.loads(sys.stdin.buffer.readline()); "
-    "from contiga.io._child import serve; serve()"
+    "from contiga.io.child_process import serve; serve()"
 )
 _START_SECONDS = 60.0
 _LOAD_SECONDS = 900.0
@@ -106,23 +106,23 @@ class _Child:
             It ended before it had loaded the reader.
         """
         content = pickle.dumps(request)
-        self._write(_child.HEADER.pack(b"q", len(content)) + content)
+        self._write(child_process.HEADER.pack(b"q", len(content)) + content)
         import_module(needs)  # while the child is at work
         with self._ended_after(_LOAD_SECONDS):
             kind, content = self._frame()
-        if kind == _child.RESULT:
+        if kind == child_process.RESULT:
             return _outcome(content)
         clock = limits.seconds * (_CLOCK_FACTOR if os.name == "posix" else 1.0)
         try:
             with self._ended_after(clock):
                 kind, content = self._frame()
-                if kind == _child.RESULT and _child.can_fork():
+                if kind == child_process.RESULT and child_process.can_fork():
                     self._frame()
         except _GoneError as gone:
             if self.expired:
                 return _lost(too_slow(str(request.path), clock))
             return _lost(_ended(request, limits, gone.code, 0))
-        if kind == _child.RESULT:
+        if kind == child_process.RESULT:
             return _outcome(content)
         status, peak = pickle.loads(content)
         return _lost(_ended(request, limits, os.waitstatus_to_exitcode(status), peak))
@@ -154,10 +154,10 @@ class _Child:
 
     def _frame(self) -> tuple[bytes, bytes]:
         assert self.process.stdout is not None
-        head = self.process.stdout.read(_child.HEADER.size)
-        if len(head) < _child.HEADER.size:
+        head = self.process.stdout.read(child_process.HEADER.size)
+        if len(head) < child_process.HEADER.size:
             raise self._gone()
-        kind, size = _child.HEADER.unpack(head)
+        kind, size = child_process.HEADER.unpack(head)
         content = self.process.stdout.read(size)
         if len(content) < size:
             raise self._gone()
@@ -275,12 +275,12 @@ def _asked(request: Request, limits: Limits, needs: str) -> Outcome:
     while True:
         child = _idle.take()
         if child is None:
-            return _child.attempt(request.target, request.path, request.args)
+            return child_process.attempt(request.target, request.path, request.args)
         try:
             outcome = child.ask(request, limits, needs)
         except _GoneError as gone:
             child.end()
-            if gone.code != _child.IDLE_CODE:
+            if gone.code != child_process.IDLE_CODE:
                 message = f"the libraries that read {request.path.suffix} files cannot be loaded"
                 raise ImportError(f"{message} ({_how(gone.code)})") from gone
         except BaseException:

@@ -29,7 +29,7 @@ def write_report(folder: str | Path) -> Path:
     FileError
         The folder is not that of a finished run.
     """
-    from contiga.io.atomic import atomic_write
+    from contiga.io.out.atomic import atomic_write
     from contiga.report.folder import read_fields, read_outlines, read_run
     from contiga.report.html import page
     from contiga.report.peak import at_frame, peak_frame

@@ -12,8 +12,8 @@ from contiga.errors import FileError
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
-    from contiga.io.outlines import OutlineSeries
-    from contiga.io.vtkhdf import FieldSeries
+    from contiga.io.out.outlines import OutlineSeries
+    from contiga.io.out.vtkhdf import FieldSeries
 
 _ONLY_ONE = "contact"
 
@@ -66,7 +66,7 @@ def read_run(folder: Path) -> Run:
     FileError
         The folder, its history or its summary is missing or cannot be read.
     """
-    from contiga.io.history import read_history
+    from contiga.io.out.history import read_history
 
     if not folder.is_dir():
         raise FileError(
@@ -112,7 +112,7 @@ def read_fields(run: Run) -> FieldSeries | None:
     path = run.folder / "fields.vtkhdf"
     if not path.is_file():
         return None
-    from contiga.io.vtkhdf import read_fields as read
+    from contiga.io.out.vtkhdf import read_fields as read
 
     series = read(path)
     return series if len(series.times) else None
@@ -123,7 +123,7 @@ def read_outlines(run: Run) -> OutlineSeries | None:
     path = run.folder / "outlines.vtkhdf"
     if not path.is_file():
         return None
-    from contiga.io.outlines import read_outlines as read
+    from contiga.io.out.outlines import read_outlines as read
 
     return read(path)
 

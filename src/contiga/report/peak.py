@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from contiga.records import IN_CONTACT, FloatArray, IntArray
 
 if TYPE_CHECKING:
-    from contiga.io.outlines import OutlineSeries
-    from contiga.io.vtkhdf import FieldSeries
+    from contiga.io.out.outlines import OutlineSeries
+    from contiga.io.out.vtkhdf import FieldSeries
 
 
 class Outline(NamedTuple):

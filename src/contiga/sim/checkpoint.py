@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.errors import CheckpointError
-from contiga.io.atomic import atomic_write
+from contiga.io.out.atomic import atomic_write
 from contiga.records import FloatArray
 from contiga.sim.state import State
 

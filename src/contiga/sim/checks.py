@@ -9,9 +9,9 @@ from contiga.area.hull import HullArea
 from contiga.errors import InputError
 from contiga.forces.combined import CombinedLaw
 from contiga.forces.laws import Law, StressLaw
-from contiga.io.slave import Slave
 from contiga.records import FloatArray, LawInput
 from contiga.search.surface import surface_of
+from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
 
 

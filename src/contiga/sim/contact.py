@@ -16,7 +16,6 @@ from contiga.area.nodal import NodalArea
 from contiga.errors import InputError
 from contiga.forces.laws import Law, StressLaw
 from contiga.geometry.body import Body
-from contiga.io.slave import Slave
 from contiga.num.arrays import as_points, positive
 from contiga.num.pose import as_pose, identity
 from contiga.num.rigid import to_body, to_world, turn_to_world
@@ -36,6 +35,7 @@ from contiga.sim.detect import first_look, look
 from contiga.sim.outlines import outlines_of_state
 from contiga.sim.state import State
 from contiga.sim.tracked import Detected, Last, Options
+from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
 
 SEARCHES = ("intersection", "penetration")

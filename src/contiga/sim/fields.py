@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.io.vtkhdf import FieldsWriter, Part
+from contiga.io.out.vtkhdf import FieldsWriter, Part
 from contiga.num.rigid import to_world
 from contiga.sim.outlines import OutlinesFile
 from contiga.sim.simulation import Simulation

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.geometry.body import Body
-from contiga.io.slave import Slave
 from contiga.motion.prescribed import Moved, SlaveMotion
 from contiga.records import FloatArray
+from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
 
 if TYPE_CHECKING:

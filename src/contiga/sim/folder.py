@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from contiga.errors import OutputError
-from contiga.io.atomic import atomic_write
+from contiga.io.out.atomic import atomic_write
 
 HISTORY, FIELDS, CASE = "history.csv", "fields.vtkhdf", "case.toml"
 SUMMARY, CHECKPOINT = "summary.json", "checkpoint.h5"

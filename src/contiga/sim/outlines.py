@@ -9,7 +9,7 @@ import numpy as np
 
 from contiga.area.base import AreaInput, AreaMethod, Outlines, outlines_of
 from contiga.geometry.body import Body
-from contiga.io.outlines import Loops, OutlinesWriter
+from contiga.io.out.outlines import Loops, OutlinesWriter
 from contiga.num.rigid import to_body, to_world
 from contiga.records import FloatArray, Projection, Status
 from contiga.sim.state import State

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.io.history import write_history
+from contiga.io.out.history import write_history
 from contiga.records import FloatArray
 from contiga.sim import folder as names
 from contiga.sim.checkpoint import Checkpoint, read_checkpoint, write_checkpoint

@@ -11,11 +11,11 @@ import numpy as np
 
 from contiga.errors import InputError
 from contiga.geometry.body import Body
-from contiga.io.slave import Slave
 from contiga.motion.prescribed import BodyMotion, SlaveMotion
 from contiga.records import FloatArray
 from contiga.sim.contact import Contact
 from contiga.sim.fingerprint import fingerprint_of
+from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
 
 

@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from contiga.geometry.body import Body
-from contiga.io.cad import read_cad
+from contiga.io.cad.read_cad import read_cad
 
 _CHECKOUT = Path(__file__).parents[3]
 DATA = _CHECKOUT.parent / "shared" / "data"

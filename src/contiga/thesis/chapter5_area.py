@@ -10,9 +10,9 @@ from contiga.area.base import AreaMethod
 from contiga.area.facet import FacetArea
 from contiga.area.hull import HullArea, hull_of
 from contiga.area.nodal import NodalArea
-from contiga.io.slave import Slave
 from contiga.records import FloatArray, IntArray
 from contiga.report.plots import BODY, INK, LINES, MUTED
+from contiga.slaves.slave import Slave
 from contiga.thesis.play import Played, played
 from contiga.thesis.records import Cell, Claim, Experiment, Outcome, Picture, Table
 from contiga.thesis.variants import ring_facets, simulation_of, slave_of, variant

@@ -144,7 +144,7 @@ def _run(experiment: Experiment) -> Found:
 
 def _write(folder: Path, found: tuple[Found, ...]) -> Path:
     """The files of the folder; pictures that only an earlier reproduction had are removed."""
-    from contiga.io.atomic import atomic_write
+    from contiga.io.out.atomic import atomic_write
 
     figures = folder / FIGURES
     figures.mkdir(exist_ok=True)

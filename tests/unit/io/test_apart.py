@@ -212,7 +212,7 @@ def test_a_child_that_has_left_for_want_of_work_is_replaced(path):
     for child in apart._idle._children:
         os.kill(child.process.pid, signal.SIGKILL)
         child.process.wait()
-        child.process.returncode = apart._child.IDLE_CODE
+        child.process.returncode = apart.child_process.IDLE_CODE
     assert read("plain", path, 1)[1] == (1,)
 
 

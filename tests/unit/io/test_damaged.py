@@ -13,8 +13,8 @@ import pytest
 
 import contiga as cg
 from contiga.errors import CaseError, FileError, MeshError
-from contiga.io._occ_geometry import quiet
-from contiga.io.mesh import read_mesh
+from contiga.io.cad.occ_geometry import quiet
+from contiga.io.mesh.read_mesh import read_mesh
 
 
 def box(path: Path) -> str:

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contiga.io.history import write_history
-from contiga.io.vtkhdf import FieldsWriter
-from contiga.io.vtkhdf_layout import Part
+from contiga.io.out.history import write_history
+from contiga.io.out.vtkhdf import FieldsWriter
+from contiga.io.out.vtkhdf_layout import Part
 from contiga.records import ContactStatus
 from contiga.report.peak import Outline
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contiga.io.vtkhdf import FieldsWriter, read_fields
-from contiga.io.vtkhdf_layout import Part
+from contiga.io.out.vtkhdf import FieldsWriter, read_fields
+from contiga.io.out.vtkhdf_layout import Part
 from contiga.report.peak import at_frame, peak_frame, stacked
 
 from .conftest import DEPTHS, ball, penetration_of, sheet, write_fields

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contiga.io.vtkhdf import read_fields
+from contiga.io.out.vtkhdf import read_fields
 from contiga.report.camera import project
 from contiga.report.folder import Units
 from contiga.report.peak import Peak, at_frame

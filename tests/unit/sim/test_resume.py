@@ -13,8 +13,8 @@ import pytest
 import contiga as cg
 from contiga.errors import CheckpointError
 from contiga.geometry.body import Body
-from contiga.io.outlines import read_outlines
-from contiga.io.vtkhdf import FieldSeries, read_fields
+from contiga.io.out.outlines import read_outlines
+from contiga.io.out.vtkhdf import FieldSeries, read_fields
 from contiga.motion.prescribed import Moved, Translate
 from contiga.sim import fields as fields_module
 from contiga.sim.checkpoint import read_checkpoint

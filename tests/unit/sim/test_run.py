@@ -12,8 +12,8 @@ import pytest
 
 import contiga as cg
 from contiga.errors import InputError, OutputError
-from contiga.io.history import read_history
-from contiga.io.vtkhdf import read_fields
+from contiga.io.out.history import read_history
+from contiga.io.out.vtkhdf import read_fields
 from contiga.records import ContactStatus as Is
 from contiga.sim import step as step_module
 from contiga.sim.run import ContactPart, OutputOptions, Simulation, run

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contiga.io.history import read_history
-from contiga.io.vtkhdf import read_fields
+from contiga.io.out.history import read_history
+from contiga.io.out.vtkhdf import read_fields
 
 CASE = """
 title = "Torus falls on a cloud"

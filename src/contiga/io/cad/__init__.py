@@ -1,0 +1,1 @@
+"""CAD files: STEP, IGES, 3DM, G+Smo."""

@@ -1,0 +1,182 @@
+"""Faces and edges as a file gives them, gathered into a `Body`."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.errors import ContigaWarning, FileError, GeometryError
+from contiga.geometry.body import UNTRIMMED, Body, BodyEdge, EdgeUse, mirrored
+from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.surface import NurbsSurface
+from contiga.geometry.trim import check_loops
+from contiga.io.cad.loops import Loop, Sides, Strand, ends, gaps
+
+BRIDGED = 1e-9
+"""Gaps in a loop above this share of the domain get a straight closing piece."""
+
+
+class Edge(NamedTuple):
+    """An edge in space, of the file's topology."""
+
+    curve: NurbsCurve
+    tolerance: float
+    """How far faces may be off it as the file has it, length."""
+    corner: float = 0.0
+    """How far ends may be from the corner they meet at as the file has it, length."""
+
+
+class _Use(NamedTuple):
+    use: EdgeUse
+    span: tuple[float, float]
+
+
+class Assembly:
+    """Collects faces; `body` makes the Body.
+
+    Parameters
+    ----------
+    where : file name, for messages
+    """
+
+    def __init__(self, where: str) -> None:
+        self.where = where
+        self._patches: list[NurbsSurface] = []
+        self._trims: list[list[list[NurbsCurve]] | None] = []
+        self._uses: dict[int, list[_Use]] = {}
+
+    def __len__(self) -> int:
+        return len(self._patches)
+
+    def add_trimmed(self, surface: NurbsSurface, loops: list[Loop], *, flip: bool = False) -> None:
+        """A face cut out by `loops`; `flip` reverses its free side and mirrors the loops.
+
+        A face whose loops do not fit is kept whole, with a warning: one bad face is no reason to
+        refuse a file.
+        """
+        patch = len(self._patches)
+        domain = surface.domain[0]
+        closed = [bridged(loop, surface) for loop in loops]
+        try:
+            curves = tuple(tuple(strand.curve for strand in loop) for loop in closed)
+            check_loops(curves, surface.domain, f"{self.where}, face {patch}")
+        except GeometryError as error:
+            warn(f"{error}. The face is kept whole")
+            self.add_whole(surface, flip=flip)
+            return
+        trims: list[list[NurbsCurve]] = []
+        for strands in closed:
+            trims.append([mirrored(s.curve, domain) if flip else s.curve for s in strands])
+            for index, strand in enumerate(strands):
+                use = EdgeUse(patch, len(trims) - 1, index, strand.reversed)
+                self._note(strand.edge, _Use(use, strand.curve.domain))
+        self._patches.append(surface.flipped() if flip else surface)
+        self._trims.append(trims)
+
+    def add_whole(
+        self,
+        surface: NurbsSurface,
+        loop: Loop | None = None,
+        sides: Sides | None = None,
+        *,
+        flip: bool = False,
+    ) -> None:
+        """A face that is its whole natural rectangle; `loop` and `sides` tell its edges."""
+        patch = len(self._patches)
+        if loop is not None and sides is not None:
+            total = sum(surface.domain[0])
+            rows = zip(loop, sides.side, sides.against, sides.span, strict=True)
+            for strand, side, against, span in rows:
+                runs_against = against != strand.reversed
+                if flip and side < 2:
+                    side = 1 - side
+                elif flip:
+                    runs_against = not runs_against
+                    span = (total - span[1], total - span[0])
+                use = EdgeUse(patch, UNTRIMMED, side, runs_against)
+                self._note(strand.edge, _Use(use, span))
+        self._patches.append(surface.flipped() if flip else surface)
+        self._trims.append(None)
+
+    def _note(self, edge: int, use: _Use) -> None:
+        if edge >= 0:
+            self._uses.setdefault(edge, []).append(use)
+
+    def body(self, name: str, edge_of: Callable[[int], Edge | None], unit: str | None) -> Body:
+        """The body; `edge_of` gives the curve of an edge by its number in the file.
+
+        Raises
+        ------
+        FileError
+            No faces.
+        """
+        if not self._patches:
+            raise FileError(
+                "no faces found",
+                where=self.where,
+                allowed="a file with at least one surface",
+                remedy="Curves, points and facets cannot serve as a master.",
+            )
+        edges = []
+        for number, uses in self._uses.items():
+            edge = edge_of(number)
+            if edge is not None:
+                edges.append(
+                    BodyEdge(
+                        edge.curve,
+                        0.0,
+                        tuple(item.use for item in uses),
+                        tuple(item.span for item in uses),
+                        stated=edge.tolerance,
+                        corner=edge.corner,
+                    )
+                )
+        try:
+            return Body(self._patches, name, self._trims, edges, unit)
+        except GeometryError as error:
+            raise FileError(str(error), where=self.where) from error
+
+
+def bridged(loop: Loop, surface: NurbsSurface) -> Loop:
+    """`loop` clipped to nothing but with straight closing pieces where strands do not meet."""
+    span = np.array([np.ptp(interval) for interval in surface.domain])
+    result: Loop = []
+    for strand, gap in zip(loop, gaps(loop), strict=True):
+        result.append(strand)
+        if np.any(np.abs(gap) > BRIDGED * span):
+            start = ends(strand)[1]
+            line = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array([start, start + gap]))
+            result.append(Strand(line, -1, False, 0.0))
+    return result
+
+
+def merged(bodies: list[Body], path: Path, unit: str | None) -> Body:
+    """All faces of `bodies` as one body named after the file.
+
+    Raises
+    ------
+    FileError
+        No bodies.
+    """
+    if not bodies:
+        Assembly(str(path)).body(path.stem, lambda _: None, unit)
+    patches: list[NurbsSurface] = []
+    trims: list[tuple[tuple[NurbsCurve, ...], ...] | None] = []
+    edges: list[BodyEdge] = []
+    for body in bodies:
+        first = len(patches)
+        patches += body.patches
+        trims += body.trims
+        for edge in body.edges:
+            uses = tuple(use._replace(patch=use.patch + first) for use in edge.uses)
+            edges.append(edge._replace(uses=uses))
+    return Body(patches, path.stem, trims, edges, unit)
+
+
+def warn(message: str) -> None:
+    """A `ContigaWarning` that points at the caller of `read_cad`."""
+    warnings.warn(message, ContigaWarning, stacklevel=5)

@@ -1,0 +1,126 @@
+"""G+Smo XML: tensor-product B-spline and NURBS surfaces, through the standard library.
+
+Coefficients come one row a point, the first direction fastest; weights are not multiplied in.
+The format carries no length unit.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from contiga.errors import FileError, GeometryError
+from contiga.geometry.body import Body
+from contiga.geometry.surface import NurbsSurface
+from contiga.io.cad.assemble import Assembly, Edge, warn
+from contiga.io.cad.stitch import coincident_sides
+from contiga.io.units import length_factor, short_name
+from contiga.records import FloatArray
+
+SURFACES = ("TensorBSpline2", "TensorNurbs2")
+
+
+def read_gismo(path: Path, file_unit: str | None, unit: str | None) -> Body:
+    """All surfaces of a G+Smo file as one body; see `contiga.io.cad.read_cad.read_cad`.
+
+    Patches that share a whole side, with the same parameters up to direction, share an edge.
+
+    Raises
+    ------
+    FileError
+        Not XML, not G+Smo, no surface, a coefficient that is no number.
+    """
+    root = _root(path)
+    scale = 1.0
+    if file_unit is not None and unit is not None:
+        scale = length_factor(file_unit, unit, str(path))
+    surfaces = []
+    other = set()
+    for number, element in enumerate(root.iter("Geometry")):
+        kind = element.get("type", "")
+        if kind in SURFACES:
+            surfaces.append(_surface(element, scale, f"{path}, geometry {number}"))
+        else:
+            other.add(kind)
+    if other:
+        warn(f"{path}: geometry of type {', '.join(sorted(other))} was left out")
+    assembly = Assembly(str(path))
+    sides, edges = coincident_sides(surfaces)
+    for surface, (loop, found) in zip(surfaces, sides, strict=True):
+        assembly.add_whole(surface, loop, found)
+
+    def edge_of(number: int) -> Edge | None:
+        return edges[number]
+
+    return assembly.body(path.stem, edge_of, short_name(unit or file_unit) if file_unit else None)
+
+
+def _root(path: Path) -> ElementTree.Element:
+    try:
+        root = ElementTree.parse(path).getroot()
+    except ElementTree.ParseError as error:
+        raise FileError(f"not well-formed XML ({error})", where=str(path)) from error
+    if root.tag != "xml":
+        raise FileError(
+            "not a G+Smo file", where=str(path), found=root.tag, allowed="the root element <xml>"
+        )
+    return root
+
+
+def _surface(element: ElementTree.Element, scale: float, where: str) -> NurbsSurface:
+    vectors = list(element.iter("KnotVector"))
+    coefs = element.find("coefs")
+    if len(vectors) != 2 or coefs is None:
+        raise FileError(
+            "a surface needs two knot vectors and coefs", where=where, found=len(vectors)
+        )
+    knots = [_numbers(vector, where) for vector in vectors]
+    degrees = [_whole(vector, "degree", where) for vector in vectors]
+    dimension = _whole(coefs, "geoDim", where)
+    n, m = (len(U) - p - 1 for U, p in zip(knots, degrees, strict=True))
+    values = _numbers(coefs, where)
+    if dimension not in (2, 3) or n < 1 or m < 1 or values.size != n * m * dimension:
+        raise FileError(
+            "the number of coefs does not fit the knots",
+            where=where,
+            found=values.size,
+            allowed=f"{n} · {m} points of 2 or 3 coordinates",
+        )
+    points = np.zeros((m, n, 3))
+    points[..., :dimension] = values.reshape(m, n, dimension)
+    found = element.find(".//weights")
+    weights = None
+    if found is not None:
+        weights = _numbers(found, where)
+        if weights.size != n * m:
+            raise FileError(
+                "one weight a point", where=where, found=weights.size, allowed=f"{n * m}"
+            )
+        weights = weights.reshape(m, n).T
+    try:
+        return NurbsSurface(
+            (degrees[0], degrees[1]),
+            (knots[0], knots[1]),
+            points.transpose(1, 0, 2) * scale,
+            weights,
+        )
+    except GeometryError as error:
+        raise FileError(str(error), where=where) from error
+
+
+def _numbers(element: ElementTree.Element, where: str) -> FloatArray:
+    try:
+        return np.array((element.text or "").split(), dtype=np.float64)
+    except ValueError as error:
+        raise FileError(
+            f"<{element.tag}> holds something other than numbers", where=where
+        ) from error
+
+
+def _whole(element: ElementTree.Element, key: str, where: str) -> int:
+    text = element.get(key, "")
+    if not text.isdigit():
+        raise FileError(f"<{element.tag}> needs a whole {key}", where=where, found=text)
+    return int(text)

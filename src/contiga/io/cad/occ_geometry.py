@@ -1,0 +1,394 @@
+"""OpenCASCADE curves and surfaces as NURBS of contiga. Reached only from `step_iges`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.errors import GeometryError
+from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.surface import NurbsSurface
+from contiga.io.cad.warp import AngleMap, Map, identity
+from contiga.records import FloatArray
+
+EXACT = 1e-10
+"""Largest miss of an analytic surface's rational form, as a share of the size."""
+
+
+class Patch(NamedTuple):
+    """A converted surface with what happened to its parameters."""
+
+    surface: NurbsSurface
+    maps: tuple[Map, Map]
+    """Old u → new u, old v → new v."""
+
+
+def _values(array: Any) -> FloatArray:
+    # Ending an iteration costs the bindings a C++ exception: counting is ten times faster.
+    count = range(array.Lower(), array.Upper() + 1)
+    return np.array([array.Value(i) for i in count], dtype=np.float64)
+
+
+def _rational(weights: FloatArray) -> FloatArray | None:
+    return None if np.ptp(weights) <= 1e-15 * abs(weights).max() else weights
+
+
+def surface_from(spline: Any, shift: FloatArray, scale: float) -> NurbsSurface:
+    """A `Geom_BSplineSurface` that is not periodic; knots plus `shift`, coordinates · `scale`."""
+    n, m = spline.NbUPoles(), spline.NbVPoles()
+    points = np.empty((n, m, 3))
+    weights = np.ones((n, m))
+    rational = spline.IsURational() or spline.IsVRational()
+    for i in range(n):
+        for j in range(m):
+            pole = spline.Pole(i + 1, j + 1)
+            points[i, j] = pole.X(), pole.Y(), pole.Z()
+            if rational:
+                weights[i, j] = spline.Weight(i + 1, j + 1)
+    knots = (_values(spline.UKnotSequence()) + shift[0], _values(spline.VKnotSequence()) + shift[1])
+    degrees = (spline.UDegree(), spline.VDegree())
+    return NurbsSurface(degrees, knots, points * scale, _rational(weights))
+
+
+def curve_from(spline: Any, scale: float = 1.0) -> NurbsCurve:
+    """A `Geom_BSplineCurve` or `Geom2d_BSplineCurve`; coordinates times `scale`."""
+    if spline.IsPeriodic():
+        spline = spline.Copy()
+        spline.SetNotPeriodic()
+    poles = [spline.Pole(i + 1) for i in range(spline.NbPoles())]
+    plane = not hasattr(poles[0], "Z")
+    points = np.array([(p.X(), p.Y()) if plane else (p.X(), p.Y(), p.Z()) for p in poles])
+    weights = np.ones(len(poles))
+    if spline.IsRational():
+        weights = np.array([spline.Weight(i + 1) for i in range(len(poles))])
+    return NurbsCurve(
+        spline.Degree(), _values(spline.KnotSequence()), points * scale, _rational(weights)
+    )
+
+
+def pcurve_from(curve: Any, first: float, last: float) -> NurbsCurve:
+    """A `Geom2d_Curve` over [first, last], by growing parameter; lines get degree 1."""
+    from OCP.Geom2d import Geom2d_BSplineCurve, Geom2d_Line, Geom2d_TrimmedCurve
+    from OCP.Geom2dConvert import Geom2dConvert
+
+    base = curve
+    while isinstance(base, Geom2d_TrimmedCurve):
+        base = base.BasisCurve()
+    if isinstance(base, Geom2d_Line):
+        a, b = base.Value(first), base.Value(last)
+        return NurbsCurve(1, [first, first, last, last], [[a.X(), a.Y()], [b.X(), b.Y()]])
+    if isinstance(base, Geom2d_BSplineCurve):
+        return _part(base, first, last, 1.0)
+    trimmed = Geom2d_TrimmedCurve(base, first, last)
+    return curve_from(Geom2dConvert.CurveToBSplineCurve_s(trimmed))
+
+
+def curve3d_from(curve: Any, first: float, last: float, scale: float) -> NurbsCurve:
+    """A `Geom_Curve` over [first, last], by growing parameter."""
+    from OCP.Geom import Geom_BSplineCurve, Geom_TrimmedCurve
+    from OCP.GeomConvert import GeomConvert
+
+    base = curve
+    while isinstance(base, Geom_TrimmedCurve):
+        base = base.BasisCurve()
+    if isinstance(base, Geom_BSplineCurve):
+        return _part(base, first, last, scale)
+    trimmed = Geom_TrimmedCurve(base, first, last)
+    return curve_from(GeomConvert.CurveToBSplineCurve_s(trimmed), scale)
+
+
+def _part(spline: Any, first: float, last: float, scale: float) -> NurbsCurve:
+    """A B-spline over [first, last]; a periodic one is unrolled as far as the interval goes."""
+    period = spline.Period() if spline.IsPeriodic() else 0.0
+    curve = curve_from(spline, scale)
+    a, b = curve.domain
+    near = 1e-9 * (b - a)
+    if period:
+        turns = math.floor((first + near - a) / period)
+        curve = _shifted(curve, turns * period)
+        a, b = curve.domain
+        if last > b + near:
+            curve = _joined(curve, _shifted(curve, period))
+            b = curve.domain[1]
+    low = a if first - a <= near else first
+    high = b if b - last <= near else last
+    return curve if (low, high) == (a, b) else curve.restricted(low, high)
+
+
+def _shifted(curve: NurbsCurve, by: float) -> NurbsCurve:
+    return NurbsCurve(curve.degree, curve.knots + by, curve.control_points, curve.weights)
+
+
+def _joined(one: NurbsCurve, two: NurbsCurve) -> NurbsCurve:
+    """Two curves of one degree that meet, in one."""
+    p = one.degree
+    knots = np.concatenate([one.knots[:-1], two.knots[p + 1 :]])
+    points = np.concatenate([one.control_points, two.control_points[1:]])
+    weights = None
+    if one.weights is not None and two.weights is not None:
+        weights = np.concatenate(
+            [one.weights, two.weights[1:] * (one.weights[-1] / two.weights[0])]
+        )
+    return NurbsCurve(p, knots, points, weights)
+
+
+def periods_of(surface: Any) -> FloatArray:
+    """(2,) periods in u and v, 0 where there is none."""
+    return np.array(
+        [
+            surface.UPeriod() if surface.IsUPeriodic() else 0.0,
+            surface.VPeriod() if surface.IsVPeriodic() else 0.0,
+        ]
+    )
+
+
+def base_surface(surface: Any) -> Any:
+    """The surface below any rectangular trimming."""
+    from OCP.Geom import Geom_RectangularTrimmedSurface
+
+    while isinstance(surface, Geom_RectangularTrimmedSurface):
+        surface = surface.BasisSurface()
+    return surface
+
+
+def speed_of(surface: Any, box: FloatArray) -> FloatArray:
+    """(2,) largest |S_u| and |S_v| over a few points of `box`."""
+    from OCP.gp import gp_Pnt, gp_Vec
+
+    best = np.zeros(2)
+    point, du, dv = gp_Pnt(), gp_Vec(), gp_Vec()
+    for u in np.linspace(box[0, 0], box[1, 0], 4):
+        for v in np.linspace(box[0, 1], box[1, 1], 4):
+            surface.D1(float(u), float(v), point, du, dv)
+            best = np.maximum(best, [du.Magnitude(), dv.Magnitude()])
+    return best
+
+
+def patch_from(surface: Any, box: FloatArray, whole: bool, scale: float) -> Patch:
+    """`surface` as a NURBS patch.
+
+    Parameters
+    ----------
+    surface : Geom_Surface below any rectangular trimming
+    box : (2, 2) low and high (u, v) of the face
+    whole : keep a B-spline's full natural rectangle instead of cutting it down to `box`
+    scale : factor on coordinates
+
+    B-splines, Bézier patches and planes keep their parameters; circles of analytic surfaces get
+    an `AngleMap`. What has no exact form (offset surfaces) is approximated by OpenCASCADE to
+    `EXACT` · size at best, with its parameters kept.
+    """
+    from OCP.Geom import Geom_BezierSurface, Geom_BSplineSurface, Geom_Plane
+
+    if isinstance(surface, Geom_Plane):
+        return Patch(_plane(surface, box, scale), (identity, identity))
+    if isinstance(surface, Geom_BezierSurface):
+        from OCP.GeomConvert import GeomConvert
+
+        surface = GeomConvert.SurfaceToBSplineSurface_s(surface)
+    if isinstance(surface, Geom_BSplineSurface):
+        return Patch(_spline(surface, box, whole, scale), (identity, identity))
+    return _analytic(surface, box, scale)
+
+
+def _plane(plane: Any, box: FloatArray, scale: float) -> NurbsSurface:
+    (u0, v0), (u1, v1) = box
+    net = np.empty((2, 2, 3))
+    for i, u in enumerate((u0, u1)):
+        for j, v in enumerate((v0, v1)):
+            point = plane.Value(float(u), float(v))
+            net[i, j] = point.X(), point.Y(), point.Z()
+    return NurbsSurface((1, 1), ([u0, u0, u1, u1], [v0, v0, v1, v1]), net * scale)
+
+
+def _spline(surface: Any, box: FloatArray, whole: bool, scale: float) -> NurbsSurface:
+    result = surface_from(*_opened(surface, box), scale)
+    (u0, u1), (v0, v1) = result.domain
+    if whole:
+        return result
+    # Bounds within rounding of the natural ones are the natural ones.
+    low, high = np.array([u0, v0]), np.array([u1, v1])
+    near = 1e-9 * (high - low)
+    a = np.where(box[0] - low <= near, low, box[0])
+    b = np.where(high - box[1] <= near, high, box[1])
+    if np.array_equal(a, low) and np.array_equal(b, high):
+        return result
+    return result.restricted((float(a[0]), float(b[0])), (float(a[1]), float(b[1])))
+
+
+def _opened(surface: Any, box: FloatArray) -> tuple[Any, FloatArray]:
+    """A copy that is not periodic, cut open where `box` begins, and the shift of its knots.
+
+    Where a period starts is arbitrary, so the cut goes where the face begins; OpenCASCADE may
+    number the cut surface a period further on.
+    """
+    spline = surface.Copy()
+    periods = periods_of(spline)
+    if not periods.any():
+        return spline, np.zeros(2)
+    u0, u1, v0, v1 = spline.Bounds()
+    natural = np.array([[u0, v0], [u1, v1]])
+    part = np.where(periods > 0.0, box, natural)
+    part[1] = np.where(periods > 0.0, np.minimum(part[1], part[0] + periods), part[1])
+    spline.Segment(*(float(x) for x in (part[0, 0], part[1, 0], part[0, 1], part[1, 1])))
+    if spline.IsUPeriodic():
+        spline.SetUNotPeriodic()
+    if spline.IsVPeriodic():
+        spline.SetVNotPeriodic()
+    return spline, _shift_to(spline, part[0], periods)
+
+
+def _shift_to(spline: Any, start: FloatArray, periods: FloatArray) -> FloatArray:
+    """Whole periods that bring the first knots of `spline` to `start` (u, v)."""
+    u0, _, v0, _ = spline.Bounds()
+    safe = np.where(periods > 0.0, periods, 1.0)
+    turns = np.round((start - np.array([u0, v0])) / safe)
+    return np.where(periods > 0.0, turns * periods, 0.0)
+
+
+def _analytic(surface: Any, box: FloatArray, scale: float) -> Patch:
+    """A surface with circles: exact rational form, a whole turn made of two halves.
+
+    OpenCASCADE converts a whole turn by cutting a periodic spline at a parameter that is not the
+    angle, so that it starts in the wrong place; halves come out right.
+    """
+    from OCP.Geom import Geom_RectangularTrimmedSurface
+
+    for axis, period in enumerate(periods_of(surface)):
+        if period > 0.0 and box[1, axis] - box[0, axis] > 0.95 * period:
+            parts = np.array([box, box])
+            parts[0, 1, axis] = parts[1, 0, axis] = 0.5 * (box[0, axis] + box[1, axis])
+            one, two = (_analytic(surface, part, scale) for part in parts)
+            joined = _joined_patches(one, two, axis)
+            if joined is not None:
+                return joined
+    (u0, v0), (u1, v1) = (tuple(map(float, corner)) for corner in box)
+    trimmed = Geom_RectangularTrimmedSurface(surface, u0, u1, v0, v1)
+    exact = _exact_form(surface, trimmed, box)
+    if exact is not None:
+        spline, shift, maps = exact
+        return Patch(surface_from(spline, shift, scale), maps)
+    return Patch(surface_from(_approximated(trimmed), np.zeros(2), scale), (identity, identity))
+
+
+def _exact_form(
+    surface: Any, trimmed: Any, box: FloatArray
+) -> tuple[Any, FloatArray, tuple[Map, Map]] | None:
+    """Rational form of a trimmed surface, shift of its knots, parameter maps; None if none."""
+    from OCP.GeomConvert import GeomConvert
+
+    try:
+        spline = GeomConvert.SurfaceToBSplineSurface_s(trimmed)
+    except Exception:  # OpenCASCADE raises its own kinds for surfaces without an exact form
+        return None
+    if spline.IsUPeriodic():
+        spline.SetUNotPeriodic()
+    if spline.IsVPeriodic():
+        spline.SetVNotPeriodic()
+    shift = _shift_to(spline, box[0], periods_of(surface))
+    for maps in _possible_maps(spline, shift):
+        if _agrees(surface, spline, maps, (box, shift)):
+            return spline, shift, maps
+    return None
+
+
+def _joined_patches(one: Patch, two: Patch, axis: int) -> Patch | None:
+    """Two patches that meet at a line of constant u (axis 0) or v, as one; None if unlike."""
+    a, b = one.surface, two.surface
+    other = 1 - axis
+    if a.degrees != b.degrees or not np.array_equal(a.knots[other], b.knots[other]):
+        return None
+    p = a.degrees[axis]
+    knots = list(a.knots)
+    knots[axis] = np.concatenate([a.knots[axis][:-1], b.knots[axis][p + 1 :]])
+    weights = [
+        np.ones(s.control_points.shape[:2]) if s.weights is None else s.weights for s in (a, b)
+    ]
+    rest = (slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))
+    points = np.concatenate([a.control_points, b.control_points[rest]], axis=axis)
+    joined = np.concatenate([weights[0], weights[1][rest]], axis=axis)
+    maps = list(one.maps)
+    first, second = one.maps[axis], two.maps[axis]
+    if isinstance(first, AngleMap) and isinstance(second, AngleMap):
+        maps[axis] = AngleMap(np.concatenate([first.breaks, second.breaks[1:]]))
+    elif first is not second:
+        return None
+    surface = NurbsSurface(a.degrees, (knots[0], knots[1]), points, _rational(joined))
+    return Patch(surface, (maps[0], maps[1]))
+
+
+def _possible_maps(spline: Any, shift: FloatArray) -> list[tuple[Map, Map]]:
+    """Parameter maps a conversion may have made: angles in u, in v, in both, in none."""
+    u = AngleMap(_values(spline.UKnots()) + shift[0]) if spline.UDegree() == 2 else None
+    v = AngleMap(_values(spline.VKnots()) + shift[1]) if spline.VDegree() == 2 else None
+    candidates: list[tuple[Map, Map]] = []
+    if u is not None and v is not None:
+        candidates.append((u, v))
+    if u is not None:
+        candidates.append((u, identity))
+    if v is not None:
+        candidates.append((identity, v))
+    return [*candidates, (identity, identity)]
+
+
+def _agrees(
+    surface: Any, spline: Any, maps: tuple[Map, Map], place: tuple[FloatArray, FloatArray]
+) -> bool:
+    """Whether the spline at mapped parameters is the surface, on a grid off all symmetries.
+
+    `place` is the box of the face and the shift of the spline's knots.
+    """
+    box, shift = place
+    share = np.array([0.0, 0.137, 0.291, 0.418, 0.593, 0.761, 0.902, 1.0])
+    u = box[0, 0] + share * (box[1, 0] - box[0, 0])
+    v = box[0, 1] + share * (box[1, 1] - box[0, 1])
+    u0, u1, v0, v1 = spline.Bounds()
+    mapped_u = np.clip(maps[0](u) - shift[0], u0, u1)
+    mapped_v = np.clip(maps[1](v) - shift[1], v0, v1)
+    worst, size = 0.0, 0.0
+    origin = surface.Value(float(u[0]), float(v[0]))
+    for a, x in zip(u, mapped_u, strict=True):
+        for b, y in zip(v, mapped_v, strict=True):
+            point = surface.Value(float(a), float(b))
+            worst = max(worst, point.Distance(spline.Value(float(x), float(y))))
+            size = max(size, point.Distance(origin), abs(point.X()), abs(point.Y()))
+    return worst <= EXACT * size
+
+
+def _approximated(trimmed: Any) -> Any:
+    """A B-spline near `trimmed` with the same parameters, as close as OpenCASCADE gets."""
+    from OCP.GeomAbs import GeomAbs_Shape
+    from OCP.GeomConvert import GeomConvert_ApproxSurface
+
+    u0, u1, v0, v1 = trimmed.Bounds()
+    corner = trimmed.Value(u0, v0)
+    size = max(
+        corner.Distance(trimmed.Value(u, v)) for u in (u0, u1) for v in (v0, 0.5 * (v0 + v1), v1)
+    )
+    smooth = GeomAbs_Shape.GeomAbs_C1
+    for tolerance in (1e-8, 1e-7, 1e-6, 1e-5):
+        made = GeomConvert_ApproxSurface(
+            trimmed, tolerance * max(size, 1e-3), smooth, smooth, 9, 9, 200, 1
+        )
+        if made.IsDone() and made.HasResult() and math.isfinite(made.MaxError()):
+            return made.Surface()
+    raise GeometryError("a surface has no NURBS form and could not be approximated")
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """OpenCASCADE's messages are kept off the terminal meanwhile."""
+    from OCP.Message import Message
+
+    printers = Message.DefaultMessenger_s().ChangePrinters()
+    kept = list(printers)
+    printers.Clear()
+    try:
+        yield
+    finally:
+        for printer in kept:
+            printers.Append(printer)

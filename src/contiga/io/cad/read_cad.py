@@ -1,0 +1,131 @@
+"""`read_cad`: a CAD file becomes a `Body`."""
+
+from __future__ import annotations
+
+import warnings
+from difflib import get_close_matches
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from contiga.errors import ContigaWarning, FileError
+from contiga.geometry.slits import ROUNDING
+from contiga.io.apart import read_apart
+from contiga.io.units import base_factor
+
+if TYPE_CHECKING:
+    from contiga.geometry.body import Body
+    from contiga.geometry.summary import body_summary
+
+__all__ = ["SUFFIXES", "body_summary", "read_cad"]
+
+SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
+FARTHEST = 1e100
+"""Largest coordinate that is read."""
+_OPENCASCADE = "contiga.io.cad.step_iges:read_step_iges"
+_READERS = dict.fromkeys(SUFFIXES[:4], _OPENCASCADE) | {
+    ".3dm": "contiga.io.cad.rhino:read_rhino",
+    ".xml": "contiga.io.cad.gismo:read_gismo",
+}
+
+
+def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None = None) -> Body:
+    """Read the faces of a CAD file as a body.
+
+    STEP and IGES (OpenCASCADE), 3DM (rhino3dm) and G+Smo XML. Every face becomes a NURBS patch
+    with its trimming loops as p-curves, in the file's order of faces, oriented as the file says
+    (solids outward), placed as the assembly says. A face whose loops are the borders of a
+    rectangle in (u, v) becomes an untrimmed patch cut down to it. Which faces share an edge is
+    kept in ``Body.edges``.
+
+    Parameters
+    ----------
+    path : the file; its suffix tells the format
+    unit : length unit wanted, such as "mm"; None keeps the file's own
+    file_unit : length unit of the file's numbers, where the file says none or the wrong one
+
+    Returns
+    -------
+    Body
+        ``Body.unit`` is `unit`, else the file's. Numbers of a file that says no unit are kept as
+        they are, and ``Body.unit`` is None, unless `file_unit` is given.
+
+    Raises
+    ------
+    FileError
+        Missing, empty, damaged, of another format, without faces, of an unknown suffix. Files are
+        read in a process of their own: one that crashes its reader, or takes more than the time
+        or memory of `contiga.io.limits`, ends in this error too.
+    UnitError
+        `unit`, `file_unit` or the file's own unit is no length unit.
+
+    Warns
+    -----
+    ContigaWarning
+        A face without extent is left out; a face whose loops do not close is kept whole; faces
+        that share an edge are apart there by more than 1e-4 of the size: a slit, which the search
+        bridges where the file's tolerances allow it.
+    """
+    file = Path(path)
+    reader = _reader(file)
+    for key, value in (("unit", unit), ("file_unit", file_unit)):
+        if value is not None:
+            base_factor(value, "length", key)
+    _check_readable(file)
+    body: Body = read_apart(reader, file, file_unit, unit, needs="contiga.geometry.body")
+    _check_reach(body, file)
+    size = body.size
+    if any(len(edge.uses) > 1 and edge.gap > ROUNDING * size for edge in body.edges):
+        text = "; ".join(body.openings.flaws)
+        warnings.warn(f"{file}: {text}", ContigaWarning, stacklevel=2)
+    return body
+
+
+def _check_reach(body: Body, file: Path) -> None:
+    """Refuse coordinates whose squares are no numbers any more."""
+    for k, patch in enumerate(body.patches):
+        farthest = float(abs(patch.control_points).max())
+        if farthest > FARTHEST:
+            raise FileError(
+                "a control point lies farther out than can be computed with",
+                where=f"{file}, face {k}",
+                found=farthest,
+                allowed=f"coordinates up to {FARTHEST:g}",
+            )
+
+
+def __getattr__(name: str) -> Any:
+    # Geometry is imported while the file is read, not before.
+    if name == "body_summary":
+        from contiga.geometry.summary import body_summary
+
+        return body_summary
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def _reader(file: Path) -> str:
+    suffix = file.suffix.lower()
+    if suffix in _READERS:
+        return _READERS[suffix]
+    close = get_close_matches(suffix, SUFFIXES, n=1)
+    raise FileError(
+        "not a CAD format contiga reads",
+        where=str(file),
+        found=file.suffix or file.name,
+        allowed=", ".join(SUFFIXES),
+        remedy=f"Did you mean {close[0]}?" if close else None,
+    )
+
+
+def _check_readable(file: Path) -> None:
+    """Raise FileError unless `file` is a file with something in it that may be read."""
+    if not file.exists():
+        raise FileError("no such file", where=str(file))
+    if not file.is_file():
+        raise FileError("not a file", where=str(file))
+    try:
+        with file.open("rb") as stream:
+            head = stream.read(1)
+    except OSError as error:
+        raise FileError(f"cannot be read ({error.strerror})", where=str(file)) from error
+    if not head:
+        raise FileError("the file is empty", where=str(file))

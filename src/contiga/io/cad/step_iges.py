@@ -1,0 +1,385 @@
+"""STEP and IGES through OpenCASCADE: every face as a NURBS patch with its loops and edges.
+
+OpenCASCADE transfers the file (assemblies with their placements, units to millimetres) and builds
+the p-curves that the file does not carry. What it hands over is converted exactly: B-splines and
+planes as they are, analytic surfaces in their rational form, p-curves along.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from contiga.errors import FileError
+from contiga.geometry.body import Body
+from contiga.geometry.curve import NurbsCurve
+from contiga.io.cad import occ_geometry as occ
+from contiga.io.cad.assemble import Assembly, Edge, warn
+from contiga.io.cad.loops import (
+    Loop,
+    Sides,
+    Strand,
+    aligned,
+    chained,
+    ends,
+    exact_box,
+    gaps,
+    rectangle_sides,
+)
+from contiga.io.cad.sew import Sewn
+from contiga.io.cad.warp import AngleMap, bent
+from contiga.io.units import length_factor, short_name
+from contiga.records import FloatArray
+
+_UNCERTAINTY = re.compile(
+    rb"UNCERTAINTY_MEASURE_WITH_UNIT\s*\(\s*LENGTH_MEASURE\s*\(\s*([\d.+\-Ee]+)\s*\)"
+)
+OCC_UNIT = "mm"
+"""OpenCASCADE brings every file to millimetres."""
+_IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 5: "mile", 6: "m", 7: "km", 8: "thou", 9: "um"}
+_IGES_UNITS |= {10: "cm", 11: "microinch"}
+THIN = 1e-10
+"""Faces this much longer than wide are lines."""
+ROUNDED = 1e-11
+"""Share of a face within which its bounds are the surface's own: OpenCASCADE rounds them more than
+float64 would."""
+OPEN = 1e-3
+"""A loop open by more than this share of the face is not a loop; below it is closed straight."""
+
+
+class Numbers(Protocol):
+    """What numbers the edges of faces."""
+
+    def add(self, edge: Any) -> tuple[int, bool]:
+        """Number of a TopoDS_Edge, and whether it runs against the edge of that number."""
+
+
+class Transferred(NamedTuple):
+    """What OpenCASCADE made of a file."""
+
+    shape: Any
+    unit: str | None
+    """Length unit the file states, None if it states none."""
+    accuracy: float
+    """How near points must be to be one, as the file states it, its unit; 0 if it states none."""
+
+
+class RawFace(NamedTuple):
+    """A face in OpenCASCADE's own parameters."""
+
+    surface: Any
+    loops: list[Loop]
+    box: FloatArray
+    """(2, 2) low and high (u, v)."""
+    speed: FloatArray
+    """(2,) largest |S_u|, |S_v|."""
+    reversed: bool
+
+
+def warm_up() -> None:
+    """Load OpenCASCADE, its tables and the kernels in use, before the time of a file counts."""
+    from OCP.IGESControl import IGESControl_Reader
+    from OCP.STEPControl import STEPControl_Reader
+
+    with occ.quiet():
+        STEPControl_Reader()
+        IGESControl_Reader()
+    slope = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], [[0.0, 0.0], [1.0, 1.0]])
+    half = AngleMap(np.array([0.0, 0.5, 1.0]))
+    bent(slope, (half, half), np.ones(2))
+
+
+def read_step_iges(path: Path, file_unit: str | None, unit: str | None) -> Body:
+    """The faces of a STEP or IGES file as a body in `unit`; see `io.cad.read_cad`."""
+    with occ.quiet():
+        found = _transfer_iges(path) if is_iges(path) else _transfer_step(path)
+        own = file_unit or found.unit
+        # OpenCASCADE has multiplied by the unit the file states, which file_unit overrides.
+        stated = 1.0 if found.unit is None else length_factor(OCC_UNIT, found.unit, str(path))
+        wanted = length_factor(own, unit, str(path)) if own and unit else 1.0
+        result = short_name(unit or own) if own else None
+        scale = _product(stated, wanted)
+        return _body(found, path, scale, result)
+
+
+def _product(a: float, b: float) -> float:
+    """a · b to the 15 digits that units are known to: 0.001 · 1000 is 1."""
+    return float(f"{a * b:.15g}")
+
+
+def is_iges(path: Path) -> bool:
+    """Whether the suffix says IGES."""
+    return path.suffix.lower() in (".igs", ".iges")
+
+
+def _transfer_step(path: Path) -> Transferred:
+    from OCP.collections import Sequence_TCollection_AsciiString
+    from OCP.IFSelect import IFSelect_ReturnStatus
+    from OCP.STEPControl import STEPControl_Reader
+
+    with path.open("rb") as file:
+        head = file.read(4096)
+    if b"ISO-10303-21" not in head:
+        raise FileError(
+            "not a STEP file",
+            where=str(path),
+            found=head[:24].decode("latin-1"),
+            allowed="a file that begins with ISO-10303-21;",
+        )
+    reader = STEPControl_Reader()
+    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise FileError("the STEP file cannot be read: it is damaged", where=str(path))
+    names = [Sequence_TCollection_AsciiString() for _ in range(3)]
+    reader.FileUnits(*names)
+    units = list(dict.fromkeys(name.ToCString() for name in names[0]))
+    if len(units) > 1:
+        warn(f"{path}: parts in several length units {units}; {units[0]} is taken as the file's")
+    reader.TransferRoots()
+    return Transferred(reader.OneShape(), units[0] if units else None, _uncertainty(path))
+
+
+def _transfer_iges(path: Path) -> Transferred:
+    from OCP.IFSelect import IFSelect_ReturnStatus
+    from OCP.IGESControl import IGESControl_Reader
+
+    with path.open("rb") as file:
+        first = file.readline(200).rstrip(b"\r\n")
+    if len(first) < 73 or first[72:73] not in b"SBC":
+        raise FileError(
+            "not an IGES file",
+            where=str(path),
+            found=first[:24].decode("latin-1"),
+            allowed="80-column lines with S in column 73 of the first",
+        )
+    reader = IGESControl_Reader()
+    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise FileError("the IGES file cannot be read: it is damaged", where=str(path))
+    header = reader.IGESModel().GlobalSection()
+    unit = _IGES_UNITS.get(header.UnitFlag())
+    if unit is None and header.UnitName() is not None:
+        unit = header.UnitName().ToCString().strip() or None
+    reader.TransferRoots()
+    return Transferred(reader.OneShape(), unit, float(header.Resolution()))
+
+
+def _uncertainty(path: Path) -> float:
+    """The largest uncertainty of lengths a STEP file states."""
+    found = _UNCERTAINTY.findall(path.read_bytes())
+    return max((float(number) for number in found), default=0.0)
+
+
+def _body(found: Transferred, path: Path, scale: float, unit: str | None) -> Body:
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    assembly = Assembly(str(path))
+    shape, sewn = found.shape, None
+    own = 1.0 if found.unit is None else length_factor(found.unit, OCC_UNIT, str(path))
+    accuracy = found.accuracy * own
+    if shape is not None and not shape.IsNull():
+        sewn = Sewn(shape)
+        explorer = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
+        number = 0
+        while explorer.More():
+            face = TopoDS.Face(explorer.Current())
+            if sewn.turned(face):
+                face = TopoDS.Face(face.Reversed())
+            add_face(assembly, face, sewn, scale, f"{path}, face {number}")
+            explorer.Next()
+            number += 1
+
+    def edge_of(index: int) -> Edge | None:
+        return None if sewn is None else _edge(sewn.edge(index), scale, accuracy)
+
+    return assembly.body(path.stem, edge_of, unit)
+
+
+def _edge(edge: Any, scale: float, accuracy: float) -> Edge | None:
+    """Curve and tolerances of an edge; None where it has no curve in space."""
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepLib import BRepLib
+    from OCP.TopoDS import TopoDS, TopoDS_Iterator
+
+    curve = BRep_Tool.Curve_s(edge, 0.0, 0.0)
+    if curve is None and BRepLib.BuildCurve3d_s(edge):
+        curve = BRep_Tool.Curve_s(edge, 0.0, 0.0)
+    if curve is None:
+        return None
+    first, last = BRep_Tool.Range_s(edge)
+    corner = accuracy
+    vertices = TopoDS_Iterator(edge)
+    while vertices.More():
+        corner = max(corner, BRep_Tool.Tolerance_s(TopoDS.Vertex(vertices.Value())))
+        vertices.Next()
+    tolerance = BRep_Tool.Tolerance_s(edge) * scale
+    return Edge(occ.curve3d_from(curve, first, last, scale), tolerance, corner * scale)
+
+
+def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where: str) -> None:
+    """Convert a TopoDS_Face and add it; `edges` numbers its edges."""
+    raw = _raw_face(face, edges)
+    if raw is None or _is_thin(raw):
+        warn(f"{where}: a face without extent was left out")
+        return
+    sides = rectangle_sides(raw.loops[0], raw.box, raw.speed) if len(raw.loops) == 1 else None
+    closed = _closed(raw, where)
+    whole = sides is None and closed
+    patch = occ.patch_from(raw.surface, raw.box, whole, scale)
+    if not whole:
+        loop = raw.loops[0] if sides is not None else None
+        mapped = None if sides is None else _mapped_sides(sides, patch)
+        assembly.add_whole(patch.surface, loop, mapped, flip=raw.reversed)
+        return
+    span = np.array([np.ptp(interval) for interval in patch.surface.domain])
+    loops = [
+        [strand._replace(curve=bent(strand.curve, patch.maps, span)) for strand in loop]
+        for loop in raw.loops
+    ]
+    assembly.add_trimmed(patch.surface, loops, flip=raw.reversed)
+
+
+def _is_thin(raw: RawFace) -> bool:
+    """Whether the loops of a face enclose a line or a point in (u, v)."""
+    extent = (raw.box[1] - raw.box[0]) * raw.speed
+    return bool(extent.min() <= THIN * extent.max())
+
+
+def _closed(raw: RawFace, where: str) -> bool:
+    """Whether the loops close; a face whose loops do not is kept whole, with a warning."""
+    size = float(np.linalg.norm((raw.box[1] - raw.box[0]) * raw.speed))
+    worst = max((_open_by(loop, raw.surface) for loop in raw.loops), default=0.0)
+    if worst > OPEN * size:
+        warn(
+            f"{where}: a trimming loop is open by {worst:.3g} mm; the face is kept as the "
+            "rectangle around its loops"
+        )
+        return False
+    return True
+
+
+def _open_by(loop: Loop, surface: Any) -> float:
+    """Largest gap of a loop in space: none at a pole, however far apart in (u, v)."""
+    worst = 0.0
+    for strand, gap in zip(loop, gaps(loop), strict=True):
+        if gap.any():
+            (u, v), (x, y) = ends(strand)[1], ends(strand)[1] + gap
+            point = surface.Value(float(u), float(v))
+            worst = max(worst, float(point.Distance(surface.Value(float(x), float(y)))))
+    return worst
+
+
+def _mapped_sides(sides: Sides, patch: occ.Patch) -> Sides:
+    """Intervals along the sides in the patch's own parameters."""
+    spans = []
+    for side, (low, high) in zip(sides.side, sides.span, strict=True):
+        axis = 1 - side // 2
+        a, b = patch.surface.domain[axis]
+        mapped = np.clip(patch.maps[axis](np.array([low, high])), a, b)
+        spans.append((float(mapped[0]), float(mapped[1])))
+    return sides._replace(span=spans)
+
+
+def _raw_face(face: Any, edges: Numbers) -> RawFace | None:
+    """Surface, ordered loops and bounds of a face; None if it has no extent."""
+    from OCP.BRep import BRep_Tool
+    from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
+    from OCP.TopoDS import TopoDS, TopoDS_Iterator
+
+    surface = occ.base_surface(BRep_Tool.Surface_s(face))
+    if surface is None:
+        return None
+    # Loops are read off the face turned forward: its own orientation is kept apart.
+    forward = TopoDS.Face(face.Oriented(TopAbs_Orientation.TopAbs_FORWARD))
+    periods = occ.periods_of(surface)
+    loops = []
+    wires = TopoDS_Iterator(forward)
+    while wires.More():
+        if wires.Value().ShapeType() == TopAbs_ShapeEnum.TopAbs_WIRE:
+            strands = _strands(TopoDS.Wire(wires.Value()), forward, edges)
+            if strands:
+                loops.append(chained(strands, periods))
+        wires.Next()
+    loops = aligned(loops, periods)
+    box = _box(surface, loops, periods)
+    if not np.isfinite(box).all():
+        return None
+    turned = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
+    return RawFace(surface, loops, box, occ.speed_of(surface, box), turned)
+
+
+def _box(surface: Any, loops: list[Loop], periods: FloatArray) -> FloatArray:
+    """(2, 2) parameter bounds of the loops, within the surface's own; of the surface if none."""
+    u0, u1, v0, v1 = surface.Bounds()
+    natural = np.array([[u0, v0], [u1, v1]])
+    natural[np.abs(natural) > 1e99] = np.inf
+    natural[0][np.isinf(natural[0])] = -np.inf
+    if not loops:
+        return natural
+    boxes = np.array([exact_box(loop) for loop in loops])
+    box = np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+    periodic = periods > 0.0
+    box[0] = np.where(periodic, box[0], np.maximum(box[0], natural[0]))
+    box[1] = np.where(
+        periodic, np.minimum(box[1], box[0] + periods), np.minimum(box[1], natural[1])
+    )
+    # Within rounding of the natural bounds it is those: no hole is left about a pole.
+    near = ROUNDED * (box[1] - box[0])
+    box[0] = np.where(~periodic & (box[0] - natural[0] <= near), natural[0], box[0])
+    box[1] = np.where(~periodic & (natural[1] - box[1] <= near), natural[1], box[1])
+    return box
+
+
+def _strands(wire: Any, face: Any, edges: Numbers) -> Loop:
+    """The p-curves of a wire in its order, each running the wire's way."""
+    strands = []
+    for edge in _wire_edges(wire, face):
+        strand = _strand(edge, face, edges)
+        if strand is not None:
+            strands.append(strand)
+    return strands
+
+
+def _wire_edges(wire: Any, face: Any) -> list[Any]:
+    """Edges in order of connection, or as stored where the explorer cannot follow the wire."""
+    from OCP.BRepTools import BRepTools_WireExplorer
+    from OCP.TopAbs import TopAbs_Orientation
+    from OCP.TopoDS import TopoDS, TopoDS_Iterator
+
+    ordered = []
+    explorer = BRepTools_WireExplorer(wire, face)
+    while explorer.More():
+        ordered.append(explorer.Current())
+        explorer.Next()
+    stored = []
+    iterator = TopoDS_Iterator(wire)
+    borders = (TopAbs_Orientation.TopAbs_FORWARD, TopAbs_Orientation.TopAbs_REVERSED)
+    while iterator.More():
+        if iterator.Value().Orientation() in borders:
+            stored.append(TopoDS.Edge(iterator.Value()))
+        iterator.Next()
+    return ordered if len(ordered) == len(stored) else stored
+
+
+def _strand(edge: Any, face: Any, edges: Numbers) -> Strand | None:
+    from OCP.BRep import BRep_Tool
+    from OCP.ShapeFix import ShapeFix_Edge
+    from OCP.TopAbs import TopAbs_Orientation
+
+    curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 0.0)
+    if curve is None:
+        ShapeFix_Edge().FixAddPCurve(edge, face, BRep_Tool.IsClosed_s(edge, face))
+        curve = BRep_Tool.CurveOnSurface_s(edge, face, 0.0, 0.0)
+        if curve is None:
+            return None
+    first, last = BRep_Tool.Range_s(edge, face)
+    if not first < last:
+        return None
+    image = occ.pcurve_from(curve, first, last)
+    turned = edge.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
+    number, against = (-1, False) if BRep_Tool.Degenerated_s(edge) else edges.add(edge)
+    tolerance = float(BRep_Tool.Tolerance_s(edge))
+    return Strand(image.reversed() if turned else image, number, turned != against, tolerance)

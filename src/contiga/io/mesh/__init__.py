@@ -1,0 +1,1 @@
+"""Files of meshes and clouds, and series of them."""

@@ -1,0 +1,361 @@
+"""LS-DYNA keyword decks: nodes, shells, solids, thickness and nodal mass by part.
+
+Nodes and elements in the plain fixed format are read column by column, others card by card. Card
+layouts: LS-DYNA Keyword User's Manual, volume I.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.errors import FileError, MeshError
+from contiga.io.mesh.lsdyna_cards import Block, Card, fields, read_blocks, real, whole
+from contiga.io.mesh.lsdyna_parts import Parts, read_parts
+from contiga.io.mesh.raw import Group, RawMesh
+from contiga.records import FloatArray
+from contiga.slaves.skin import CellBlock
+
+SUFFIXES = (".k", ".key", ".dyn", ".dyna")
+
+_NODE = (8, 16, 16, 16)
+_ELEMENT = (8,) * 10
+_ELEMENT_MASS = (8, 8, 16, 8)
+_THICKNESSES = (16,) * 4
+# More cards for each shell than the one with its nodes; the first holds thickness at its corners.
+_SHELL_OPTIONS = {"THICKNESS": 1, "BETA": 1, "MCID": 1, "OFFSET": 1}
+_SOLIDS = ("ELEMENT_SOLID", "ELEMENT_TSHELL")
+
+_PLAIN_NUMBER = re.compile(r" *[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)? *", re.ASCII)
+_PLAIN_COUNT = re.compile(r" *\d+ *", re.ASCII)
+
+Int64Array = NDArray[np.int64]
+
+
+class _Table(NamedTuple):
+    """Elements of one sort as they stand in the deck, up to ten nodes each, 0 where fewer."""
+
+    part: Int64Array
+    nodes: Int64Array
+    thickness: FloatArray
+    """(m, 4) at the corners, 0 where the element's own cards give none."""
+
+
+def read_lsdyna(path: Path) -> RawMesh:
+    """Mesh of a keyword deck, with the files it includes; one group for each part with elements.
+
+    Raises
+    ------
+    FileError
+        Not a keyword deck, or an included file is missing.
+    MeshError
+        A card that cannot be read, an element of a node that is not there, or a kind of element
+        that is not known here.
+    """
+    blocks = list(read_blocks(path))
+    if not blocks:
+        raise FileError("not an LS-DYNA keyword deck", where=str(path), allowed="a file with *NODE")
+    _refuse_moved_nodes(blocks, path)
+    node_ids, points, shells, solids = _nodes_and_elements(blocks)
+    node_ids, points = _without_repeats(node_ids, points, path)
+    rows = _Rows(node_ids, str(path))
+    parts = read_parts(blocks)
+    cells, part_numbers, thickness = _cells(shells, solids, rows, parts)
+    return RawMesh(
+        points,
+        tuple(cells),
+        tuple(_groups(part_numbers, parts)),
+        node_ids,
+        tuple(thickness) if any(values is not None for values in thickness) else None,
+        _mass(blocks, rows, len(points)),
+    )
+
+
+def _refuse_moved_nodes(blocks: Iterable[Block], path: Path) -> None:
+    for block in blocks:
+        if block.keyword == "NODE_TRANSFORM":
+            raise FileError(
+                "nodes are moved by *NODE_TRANSFORM, which is not carried out",
+                where=str(path),
+                remedy="Write the deck with the nodes where they are",
+            )
+
+
+def _nodes_and_elements(
+    blocks: Iterable[Block],
+) -> tuple[Int64Array, FloatArray, list[_Table], list[_Table]]:
+    ids, points = [np.empty(0, dtype=np.int64)], [np.empty((0, 3))]
+    shells, solids = [], []
+    for block in blocks:
+        if block.keyword == "NODE":
+            numbers, places = _node_columns(block) or _node_cards(block)
+            ids.append(numbers)
+            points.append(places)
+        elif block.keyword.startswith("ELEMENT_SHELL"):
+            shells.append(_element_columns(block) or _shell_cards(block))
+        elif block.keyword.startswith(_SOLIDS):
+            solids.append(_element_columns(block) or _solid_cards(block))
+    return np.concatenate(ids), np.concatenate(points), shells, solids
+
+
+def _node_columns(block: Block) -> tuple[Int64Array, FloatArray] | None:
+    """Numbers and places of nodes in the plain fixed format; None if a card is not in it."""
+    if block.long or not all(_is_plain_node(card.text) for card in block.cards):
+        return None
+    table = _characters(block, sum(_NODE))
+    places = [_column(table, start, 16).astype(np.float64) for start in (8, 24, 40)]
+    return _column(table, 0, 8).astype(np.int64), np.stack(places, axis=1)
+
+
+def _is_plain_node(text: str) -> bool:
+    return (
+        "," not in text
+        and _PLAIN_COUNT.fullmatch(text[:8]) is not None
+        and all(map(_PLAIN_NUMBER.fullmatch, (text[8:24], text[24:40], text[40:56])))
+    )
+
+
+def _element_columns(block: Block) -> _Table | None:
+    """Elements in the plain fixed format, shells of four nodes and solids of eight; else None."""
+    needed = {"ELEMENT_SHELL": 6, "ELEMENT_SOLID": 10}.get(block.keyword)
+    if block.long or not needed or any("," in card.text for card in block.cards):
+        return None
+    table = _characters(block, sum(_ELEMENT))
+    if (
+        not _are_counts(table[:, : 8 * needed])
+        or not np.isin(table[:, 8 * needed :], (b" ", b"0")).all()
+    ):
+        return None
+    numbers = [_column(table, 8 * k, 8).astype(np.int64) for k in range(1, needed)]
+    nodes = np.zeros((len(table), 8 if needed == 6 else 10), dtype=np.int64)
+    for k, column in enumerate(numbers[1:]):
+        nodes[:, k] = column
+    if not nodes.any(axis=1).all():  # the first of two cards has no nodes
+        return None
+    return _Table(numbers[0], nodes, np.zeros((len(nodes), 4)))
+
+
+def _are_counts(table: NDArray[np.bytes_]) -> bool:
+    """Whether all fields of eight characters hold one run of digits and nothing else."""
+    fields = table.reshape(len(table), -1, 8)
+    digit = (fields >= b"0") & (fields <= b"9")
+    begins = digit[..., 0] + np.count_nonzero(digit[..., 1:] & ~digit[..., :-1], axis=2)
+    return bool((digit | (fields == b" ")).all() and (begins == 1).all())
+
+
+def _characters(block: Block, width: int) -> NDArray[np.bytes_]:
+    """(n, width) the characters of the cards; those that are not ASCII as question marks."""
+    text = "".join(card.text[:width].ljust(width) for card in block.cards)
+    return np.frombuffer(text.encode("ascii", "replace"), dtype="S1").reshape(-1, width)
+
+
+def _column(table: NDArray[np.bytes_], start: int, width: int) -> NDArray[np.bytes_]:
+    """(n,) the texts of a field."""
+    column = np.ascontiguousarray(table[:, start : start + width])
+    return column.view(f"S{width}")[:, 0]
+
+
+def _node_cards(block: Block) -> tuple[Int64Array, FloatArray]:
+    ids: list[int] = []
+    points: list[list[float]] = []
+    for card in block.cards:
+        node, *xyz = fields(card, block, _NODE)
+        if not node and not any(xyz):
+            continue
+        ids.append(whole(node, block, card))
+        points.append([real(value, block, card) for value in xyz])
+    array = np.array(points, dtype=np.float64).reshape(-1, 3)
+    return np.array(ids, dtype=np.int64), array
+
+
+def _shell_cards(block: Block) -> _Table:
+    """*ELEMENT_SHELL with its options: eid, pid, n1 … n8, then cards the options add."""
+    options = [word for word in block.keyword.split("_")[2:] if word]
+    for word in options:
+        if word not in _SHELL_OPTIONS:
+            raise _unknown_element(block, [f"ELEMENT_SHELL_{name}" for name in _SHELL_OPTIONS])
+    with_thickness = any(word in ("THICKNESS", "BETA", "MCID") for word in options)
+    extra = int(with_thickness) + options.count("OFFSET")
+    part, nodes, thickness = [], [], []
+    cards = [card for card in block.cards if card.text.strip()]
+    step = 1 + extra
+    if len(cards) % step:
+        raise MeshError(
+            f"each shell takes {step} cards",
+            where=block.where(cards[-1]),
+            found=f"{len(cards)} cards",
+        )
+    for i in range(0, len(cards), step):
+        numbers = [whole(field, block, cards[i]) for field in fields(cards[i], block, _ELEMENT)]
+        part.append(numbers[1])
+        nodes.append(numbers[2:])
+        corners = [0.0] * 4
+        if with_thickness:
+            values = fields(cards[i + 1], block, _THICKNESSES)
+            corners = [real(value, block, cards[i + 1]) for value in values]
+        thickness.append(corners)
+    return _table(part, nodes, thickness, 8)
+
+
+def _solid_cards(block: Block) -> _Table:
+    """*ELEMENT_SOLID: all on one card, or element and part on one and up to ten nodes on the next.
+
+    The two-card form is told by its first card, which has no nodes.
+    """
+    if block.keyword not in _SOLIDS:
+        raise _unknown_element(block, _SOLIDS)
+    part, nodes = [], []
+    cards = iter([card for card in block.cards if card.text.strip()])
+    for card in cards:
+        numbers = [whole(field, block, card) for field in fields(card, block, _ELEMENT)]
+        part.append(numbers[1])
+        if any(numbers[2:]):
+            nodes.append([*numbers[2:], 0, 0])
+            continue
+        second = next(cards, None)
+        if second is None:
+            raise MeshError("the card with the element's nodes is missing", where=block.where(card))
+        nodes.append([whole(field, block, second) for field in fields(second, block, _ELEMENT)])
+    return _table(part, nodes, [[0.0] * 4] * len(part), 10)
+
+
+def _table(
+    part: list[int], nodes: list[list[int]], thickness: list[list[float]], width: int
+) -> _Table:
+    return _Table(
+        np.array(part, dtype=np.int64),
+        np.array(nodes, dtype=np.int64).reshape(-1, width),
+        np.array(thickness, dtype=np.float64).reshape(-1, 4),
+    )
+
+
+def _unknown_element(block: Block, allowed: Iterable[str]) -> MeshError:
+    return MeshError(
+        "a kind of element that is not known here",
+        where=block.where(block.cards[0] if block.cards else None),
+        found="*" + block.keyword,
+        allowed=", ".join("*" + name for name in allowed),
+    )
+
+
+def _without_repeats(
+    ids: Int64Array, points: FloatArray, path: Path
+) -> tuple[Int64Array, FloatArray]:
+    """Nodes once each. A node given twice in the same place (included files) is no error."""
+    _, first, inverse = np.unique(ids, return_index=True, return_inverse=True)
+    if len(first) == len(ids):
+        return ids, points
+    moved = np.flatnonzero((points != points[first[inverse]]).any(axis=1))
+    if len(moved):
+        raise MeshError(
+            "a node is given twice, in different places",
+            where=str(path),
+            found=f"node {ids[moved[0]]}",
+            allowed="each node number once",
+        )
+    first.sort()
+    return ids[first], points[first]
+
+
+class _Rows:
+    """Turns node numbers of the deck into rows of its points."""
+
+    def __init__(self, ids: Int64Array, where: str) -> None:
+        self.order = np.argsort(ids, kind="stable")
+        self.sorted = ids[self.order]
+        self.where = where
+
+    def __call__(self, ids: Int64Array) -> Int64Array:
+        if len(self.sorted) == 0:
+            return np.zeros_like(ids)
+        place = np.minimum(np.searchsorted(self.sorted, ids), len(self.sorted) - 1)
+        unknown = self.sorted[place] != ids
+        if unknown.any():
+            raise MeshError(
+                "an element or mass stands on a node that is not in the deck",
+                where=self.where,
+                found=f"node {ids[unknown][0]}",
+                allowed="numbers given under *NODE",
+            )
+        rows: Int64Array = self.order[place]
+        return rows
+
+
+def _cells(
+    shells: list[_Table], solids: list[_Table], rows: _Rows, parts: Parts
+) -> tuple[list[CellBlock], list[Int64Array], list[FloatArray | None]]:
+    """Blocks by kind, with the part number of each cell and the thickness at its nodes."""
+    blocks: list[CellBlock] = []
+    numbers: list[Int64Array] = []
+    thickness: list[FloatArray | None] = []
+    for table in shells:
+        corners, middles = table.nodes[:, :4], table.nodes[:, 4:8]
+        triangle = (corners[:, 3] == corners[:, 2]) | (corners[:, 3] == 0)
+        quad8 = ~triangle & (middles > 0).all(axis=1)
+        quad = ~triangle & ~quad8
+        own = parts.shell_thickness(table.part)
+        given = np.where(table.thickness > 0.0, table.thickness, own)
+        for kind, mask, count in (
+            ("triangle", triangle, 3),
+            ("quad", quad, 4),
+            ("quad8", quad8, 8),
+        ):
+            if not mask.any():
+                continue
+            blocks.append(CellBlock(kind, rows(table.nodes[mask, :count])))
+            numbers.append(table.part[mask])
+            values = given[mask][:, :3] if count == 3 else given[mask]
+            if count == 8:
+                values = np.hstack([values, 0.5 * (values + np.roll(values, -1, axis=1))])
+            thickness.append(values if (values > 0.0).any() else None)
+    for table in solids:
+        ten = (table.nodes[:, 8:10] > 0).all(axis=1)
+        four = ~ten & (table.nodes[:, 4:8] == 0).all(axis=1)
+        for kind, mask, count in (
+            ("hexahedron", ~ten & ~four, 8),
+            ("tetra", four, 4),
+            ("tetra10", ten, 10),
+        ):
+            if mask.any():
+                blocks.append(CellBlock(kind, rows(table.nodes[mask, :count])))
+                numbers.append(table.part[mask])
+                thickness.append(None)
+    return blocks, numbers, thickness
+
+
+def _groups(part_numbers: list[Int64Array], parts: Parts) -> list[Group]:
+    present = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *part_numbers]))
+    return [
+        Group(
+            int(number),
+            parts.titles.get(int(number)) or None,
+            tuple(np.flatnonzero(numbers == number) for numbers in part_numbers),
+        )
+        for number in present
+    ]
+
+
+def _mass(blocks: Iterable[Block], rows: _Rows, count: int) -> FloatArray | None:
+    """(n,) from *ELEMENT_MASS: eid, node, mass; None if the deck has none."""
+    ids: list[int] = []
+    values: list[float] = []
+    last: tuple[Block, Card] | None = None
+    for block in blocks:
+        if block.keyword != "ELEMENT_MASS":
+            continue
+        for card in block.cards:
+            if not card.text.strip():
+                continue
+            _, node, mass, _ = fields(card, block, _ELEMENT_MASS)
+            ids.append(whole(node, block, card))
+            values.append(real(mass, block, card))
+            last = (block, card)
+    if last is None:
+        return None
+    at = rows(np.array(ids, dtype=np.int64))
+    return np.bincount(at, weights=np.array(values), minlength=count).astype(np.float64)

@@ -1,0 +1,109 @@
+"""*PART and *SECTION_SHELL of an LS-DYNA deck: what a part is called and how thick its shells are.
+
+Card layouts: LS-DYNA Keyword User's Manual, volume I, *PART and *SECTION_SHELL.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from itertools import islice
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.io.mesh.lsdyna_cards import Block, Card, fields, real, whole
+from contiga.records import FloatArray
+
+_TEN = (10,) * 8
+# Cards that follow the one with the part's number, by option of the keyword.
+_PART_OPTIONS = {"INERTIA": 3, "REPOSITION": 1, "CONTACT": 1, "PRINT": 1, "FIELD": 1}
+_ANGLES_A_CARD = 8
+
+
+class Parts(NamedTuple):
+    """Titles of parts and the thicknesses of their shells."""
+
+    titles: dict[int, str]
+    sections: dict[int, int]
+    """Section of each part."""
+    thickness: dict[int, tuple[float, float, float, float]]
+    """Of each shell section, at the four corners."""
+
+    def shell_thickness(self, part: NDArray[np.int64]) -> FloatArray:
+        """(m, 4) thickness at the corners of shells of these parts; 0 where the deck says none."""
+        numbers, inverse = np.unique(part, return_inverse=True)
+        none = (0.0, 0.0, 0.0, 0.0)
+        rows = [self.thickness.get(self.sections.get(int(n), -1), none) for n in numbers]
+        return np.array(rows, dtype=np.float64).reshape(-1, 4)[inverse.ravel()]
+
+
+def read_parts(blocks: Iterable[Block]) -> Parts:
+    """Parts and shell sections of a deck.
+
+    Raises
+    ------
+    MeshError
+        A field that should be a number is none.
+    """
+    parts = Parts({}, {}, {})
+    for block in blocks:
+        if block.keyword == "PART" or block.keyword.startswith("PART_"):
+            _read_part(block, parts)
+        elif block.keyword.startswith("SECTION_SHELL"):
+            _read_section(block, parts)
+    return parts
+
+
+def _read_part(block: Block, parts: Parts) -> None:
+    options = block.keyword.split("_")[1:]
+    plain = all(option in _PART_OPTIONS for option in options)
+    cards = iter(block.cards)
+    for heading in cards:
+        card = next(cards, None)
+        if card is None:
+            return
+        number, section = (whole(f, block, card) for f in fields(card, block, _TEN)[:2])
+        parts.titles[number] = heading.text.strip()
+        parts.sections[number] = section
+        if not plain:
+            # Unknown cards follow: what comes next cannot be told to be a part.
+            return
+        for option in options:
+            extra = [next(cards, None) for _ in range(_PART_OPTIONS[option])]
+            if option == "INERTIA" and extra[0] is not None and _has_local_axes(extra[0], block):
+                next(cards, None)
+
+
+def _has_local_axes(card: Card, block: Block) -> bool:
+    """IRCS = 1 on the first inertia card: one more card with the axes follows."""
+    return whole(fields(card, block, _TEN)[4], block, card) == 1
+
+
+def _read_section(block: Block, parts: Parts) -> None:
+    """Two cards a section (number, …; four thicknesses), after a title if the keyword says so.
+
+    Layered sections (ICOMP = 1) add their angles, eight a card. T2 to T4 are T1 where left out.
+    """
+    options = block.keyword.split("_")[2:]
+    titled = "TITLE" in options
+    single = any(option != "TITLE" for option in options)
+    cards = iter(block.cards)
+    while True:
+        if titled:
+            next(cards, None)
+        first, second = next(cards, None), next(cards, None)
+        if first is None or second is None:
+            return
+        head = fields(first, block, _TEN)
+        number, layers = whole(head[0], block, first), whole(head[3], block, first)
+        values = [real(field, block, second) for field in fields(second, block, _TEN)[:4]]
+        t1, t2, t3, t4 = (value if value > 0.0 else values[0] for value in values)
+        parts.thickness[number] = (t1, t2, t3, t4)
+        if single:
+            # Options bring cards of their own, so that only the first section is certain.
+            return
+        if whole(head[6], block, first) == 1:
+            # No more cards than there are, however many layers the card claims.
+            deque(islice(cards, -(-max(layers, 2) // _ANGLES_A_CARD)), maxlen=0)

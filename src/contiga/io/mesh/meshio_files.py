@@ -1,0 +1,297 @@
+"""Meshes that meshio reads, with its ways of failing turned into ours."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.errors import FileError, InputError, MeshError
+from contiga.io.mesh.guarded import GuardedFile, GuardedText
+from contiga.io.mesh.raw import Group, RawMesh
+from contiga.records import FloatArray
+from contiga.slaves.cells import N_NODES, SHELLS, SOLIDS
+from contiga.slaves.skin import CellBlock
+
+# Cell data in which the formats keep the number of the part a cell belongs to.
+_PART_NUMBERS = (
+    "gmsh:physical",
+    "nastran:ref",
+    "medit:ref",
+    "avsucd:material",
+    "cell_tags",
+    "su2:tag",
+    "netgen:index",
+    "ugrid:ref",
+    "flac3d:group",
+    "tetgen:ref",
+    "part",
+    "part_id",
+    "PartId",
+)
+_PASSED_OVER = ("vertex", "line")
+_MESSAGE_LENGTH = 300
+# meshio's readers of these never end on damaged files: wkt is lost in a regular expression and
+# tetgen opens its two files itself.
+_NOT_READ = {"wkt", "tetgen"}
+# These ask for line after line at the end of a file cut short, but take an open file.
+_SPINNING = {"off": "r", "tecplot": "r", "mdpa": "rb", "ansys": "rb", "ply": "rb", "nastran": "r"}
+
+
+def warm_up() -> None:
+    """Load what readers need, before their time counts."""
+    import meshio  # noqa: F401
+
+
+def suffixes() -> list[str]:
+    """File endings that can be read."""
+    import meshio
+
+    known = meshio.extension_to_filetypes.items()
+    return sorted(ending for ending, formats in known if not _NOT_READ.issuperset(formats))
+
+
+def read_with_meshio(path: Path) -> RawMesh:
+    """Points, cells and groups of any format meshio reads.
+
+    meshio prints, on some errors ends the program and on some damaged files never ends; here
+    nothing is printed and every failure is a `FileError` with what meshio had to say.
+
+    Raises
+    ------
+    FileError
+        meshio could not make sense of the file, or its suffix says no format that can be read.
+    MeshError
+        The mesh has cells of a kind that has no facets here.
+    """
+    _refuse_unknown(path)
+    if path.suffix.lower() == ".inp":
+        _refuse_assemblies(path)
+    mesh = _read(path)
+    try:
+        return _converted(mesh, path)
+    except (ValueError, IndexError, KeyError, TypeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise _unreadable(path, f"its arrays do not fit together ({error})") from error
+
+
+def _refuse_unknown(path: Path) -> None:
+    from contiga.io.mesh import cloud, lsdyna
+
+    known = suffixes()
+    # meshio knows double endings too (.vol.gz).
+    if path.suffix.lower() not in known and "".join(path.suffixes[-2:]).lower() not in known:
+        raise FileError(
+            "the suffix says no format that can be read",
+            where=str(path),
+            found=path.suffix,
+            allowed=" ".join([*lsdyna.SUFFIXES, *cloud.SUFFIXES, *known]),
+        )
+
+
+def _refuse_assemblies(path: Path) -> None:
+    """Instances of Abaqus parts are placed and repeated, which meshio passes over in silence."""
+    instances, placed, inside = 0, False, False
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        if line.startswith("**") or not line.strip():
+            continue
+        if line.startswith("*"):
+            inside = line[1:].lstrip().upper().startswith("INSTANCE")
+            instances += inside
+        elif inside:  # the cards of an instance are a translation and a rotation
+            placed = True
+    if placed or instances > 1:
+        raise FileError(
+            "parts are placed by *INSTANCE, which is not carried out",
+            where=str(path),
+            found=f"{instances} instances",
+            allowed="one instance that is not moved",
+            remedy="Write the deck flat, without parts and assemblies",
+        )
+
+
+def _converted(mesh: Any, path: Path) -> RawMesh:
+    points = _three_columns(np.asarray(mesh.points), path)
+    blocks: list[CellBlock] = []
+    place: list[tuple[int, int] | None] = []
+    for block in mesh.cells:
+        piece = _block(block, len(points), path)
+        place.append(None if piece is None else (len(blocks), len(piece.nodes)))
+        if piece is not None:
+            blocks.append(piece)
+    return RawMesh(points, tuple(blocks), tuple(_groups(mesh, place, len(blocks))))
+
+
+def _read(path: Path) -> Any:
+    """The meshio mesh, from the first of the formats with this suffix that fits."""
+    import meshio
+
+    endings = ("".join(path.suffixes[-2:]).lower(), path.suffix.lower())
+    formats = next(f for e in endings if (f := meshio.extension_to_filetypes.get(e)))
+    # Of the two formats called .msh, Gmsh is the likelier.
+    failures = []
+    for file_format in sorted(formats, key=lambda name: name != "gmsh"):
+        heard = io.StringIO()
+        try:
+            with (
+                contextlib.redirect_stdout(heard),
+                contextlib.redirect_stderr(heard),
+                warnings.catch_warnings(),
+                np.errstate(all="ignore"),
+                _source(path, file_format) as source,
+            ):
+                warnings.simplefilter("ignore")
+                return meshio.read(source, file_format)
+        except ImportError as error:
+            raise FileError(
+                f"reading {path.suffix} files needs a package that is not installed",
+                where=str(path),
+                remedy=f"{error}",
+            ) from error
+        except (Exception, SystemExit) as error:
+            # Readers fail in their own ways (KeyError, struct.error …) on bad files.
+            failures.append(f"{heard.getvalue()} {_words(error)}")
+    raise _unreadable(path, " ".join(failures[0].split())[:_MESSAGE_LENGTH])
+
+
+@contextlib.contextmanager
+def _source(path: Path, file_format: str) -> Iterator[Any]:
+    """What to hand to meshio: the path, or for readers that spin at its end a guarded file."""
+    mode = _SPINNING.get(file_format)
+    if mode is None:
+        yield path
+        return
+    with GuardedFile(io.FileIO(path)) as binary:
+        if mode == "rb":
+            yield binary
+        else:
+            yield GuardedText(binary, encoding="utf-8", errors="replace")
+
+
+def _unreadable(path: Path, said: str) -> FileError:
+    return FileError(
+        f"cannot be read as {path.suffix}: {said}" if said else "cannot be read",
+        where=str(path),
+        allowed="a complete, undamaged mesh file whose content fits its suffix",
+    )
+
+
+def _words(error: BaseException) -> str:
+    return "" if isinstance(error, SystemExit) else f"{type(error).__name__} {error}"
+
+
+def _three_columns(points: NDArray[Any], path: Path) -> FloatArray:
+    if points.size == 0:
+        return np.empty((0, 3))
+    if points.ndim != 2 or points.shape[1] not in (2, 3):
+        raise MeshError(
+            "points must have two or three coordinates", where=str(path), found=points.shape
+        )
+    full = np.zeros((len(points), 3))
+    full[:, : points.shape[1]] = points
+    return full
+
+
+def _block(block: Any, n_points: int, path: Path) -> CellBlock | None:
+    kind = str(block.type)
+    if kind.startswith(_PASSED_OVER):
+        return None
+    if kind == "polygon":
+        return _polygons(block, path)
+    if kind not in SHELLS and kind not in SOLIDS:
+        raise MeshError(
+            "cells of a kind that has no facets here",
+            where=str(path),
+            found=kind,
+            allowed=", ".join([*SHELLS, "polygon", *SOLIDS]),
+            remedy="Save the mesh with linear or quadratic cells.",
+        )
+    nodes = np.asarray(block.data, dtype=np.int64)
+    if len(nodes) == 0:
+        nodes = nodes.reshape(0, N_NODES[kind])
+    if nodes.shape != (len(nodes), N_NODES[kind]):
+        raise MeshError(
+            f"a {kind} has {N_NODES[kind]} nodes",
+            where=str(path),
+            found=f"an array of shape {nodes.shape}",
+        )
+    check_cells(kind, nodes, n_points, str(path))
+    return CellBlock(kind, nodes)
+
+
+def check_cells(kind: str, nodes: NDArray[np.int64], n_points: int, where: str) -> None:
+    """Refuse a cell that names a node which is not there."""
+    outside = np.flatnonzero(((nodes < 0) | (nodes >= n_points)).any(axis=1))
+    if len(outside):
+        raise MeshError(
+            f"{kind} {int(outside[0])} (counted from 0) names a node that is not there",
+            where=where,
+            found=nodes[outside[0]].tolist(),
+            allowed=f"0 to {n_points - 1}",
+        )
+
+
+def _polygons(block: Any, path: Path) -> CellBlock:
+    """Triangles and quadrilaterals some writers call polygons; larger ones are refused."""
+    rows = [np.asarray(row, dtype=np.int64) for row in block.data]
+    sizes = {len(row) for row in rows}
+    if not sizes <= {3, 4}:
+        raise MeshError(
+            "polygons of more than four corners", where=str(path), found=max(sizes), allowed="3, 4"
+        )
+    if sizes == {3}:
+        return CellBlock("triangle", np.stack(rows))
+    return CellBlock(
+        "quad", np.stack([row if len(row) == 4 else row[[0, 1, 2, 2]] for row in rows])
+    )
+
+
+def _groups(mesh: Any, place: list[tuple[int, int] | None], n_blocks: int) -> Iterator[Group]:
+    """Physical groups and part numbers, then sets of cells, then sets of nodes."""
+    taken: set[str] = set()
+    for key in _PART_NUMBERS:
+        if key in mesh.cell_data:
+            for group in _numbered(mesh, key, place, n_blocks):
+                if group.name is not None:
+                    taken.add(group.name)
+                yield group
+            break
+    for name, per_block in mesh.cell_sets.items():
+        if name in taken or name.startswith("gmsh:"):
+            continue
+        kept: list[NDArray[Any]] = [np.empty(0, dtype=np.int64)] * n_blocks
+        for where, rows in zip(place, per_block, strict=False):
+            if where is not None and rows is not None:
+                kept[where[0]] = np.asarray(rows, dtype=np.int64)
+        yield Group(None, str(name), tuple(kept))
+    for name, nodes in mesh.point_sets.items():
+        yield Group(None, str(name), None, np.asarray(nodes, dtype=np.int64))
+
+
+def _numbered(
+    mesh: Any, key: str, place: list[tuple[int, int] | None], n_blocks: int
+) -> Iterator[Group]:
+    """Groups from the part number each cell carries; Gmsh numbers them apart by dimension."""
+    by_dimension = key == "gmsh:physical"
+    found: dict[tuple[int, int], list[NDArray[Any]]] = {}
+    for block, numbers, where in zip(mesh.cells, mesh.cell_data[key], place, strict=True):
+        if where is None:
+            continue
+        values = np.asarray(numbers).reshape(where[1], -1)[:, 0].astype(np.int64)
+        dimension = int(block.dim) if by_dimension else 0
+        for value in np.unique(values):
+            empty = [np.empty(0, dtype=np.int64)] * n_blocks
+            rows = found.setdefault((dimension, int(value)), empty)
+            rows[where[0]] = np.flatnonzero(values == value)
+    names = {}
+    if by_dimension:
+        names = {(int(dim), int(n)): str(name) for name, (n, dim) in mesh.field_data.items()}
+    for (dimension, value), rows in sorted(found.items()):
+        yield Group(value, names.get((dimension, value)), tuple(rows))

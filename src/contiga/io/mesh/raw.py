@@ -1,0 +1,116 @@
+"""A mesh as a file has it, before it becomes a slave; choosing parts of it by name or number."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.errors import MeshError
+from contiga.records import FloatArray
+from contiga.slaves.skin import CellBlock
+from contiga.slaves.slave import MeshPart
+
+_NAMES_SHOWN = 40
+
+PartKeys = str | int | Sequence[str | int]
+
+
+class Group(NamedTuple):
+    """Cells or nodes under one name or number of the file."""
+
+    id: int | None
+    name: str | None
+    cells: tuple[NDArray[Any], ...] | None
+    """For each block of the mesh the rows of its cells; None for a set of nodes."""
+    nodes: NDArray[Any] | None = None
+    """Rows of the points; None for a set of cells."""
+
+
+class RawMesh(NamedTuple):
+    """Everything a reader found."""
+
+    points: FloatArray
+    blocks: tuple[CellBlock, ...] = ()
+    groups: tuple[Group, ...] = ()
+    node_ids: NDArray[Any] | None = None
+    """(n,) node numbers of the file, where it has any."""
+    thickness: tuple[FloatArray | None, ...] | None = None
+    """For each block (m, k) shell thickness at the cell's nodes, None where it has none."""
+    mass: FloatArray | None = None
+    """(n,) nodal mass."""
+
+
+class Selection(NamedTuple):
+    """Which cells and nodes were asked for."""
+
+    cells: tuple[NDArray[np.bool_], ...]
+    """For each block a mask of its cells."""
+    nodes: NDArray[np.bool_] | None
+    """Mask of the points, where sets of nodes were asked for."""
+
+
+def part_of(group: Group, blocks: Sequence[CellBlock]) -> MeshPart:
+    """Counts of a group, for reports."""
+    if group.cells is None:
+        assert group.nodes is not None
+        return MeshPart(group.id, group.name, 0, len(np.unique(group.nodes)))
+    used = [block.nodes[rows].ravel() for block, rows in zip(blocks, group.cells, strict=True)]
+    n_nodes = len(np.unique(np.concatenate(used))) if used else 0
+    return MeshPart(group.id, group.name, sum(len(rows) for rows in group.cells), n_nodes)
+
+
+def select(mesh: RawMesh, keys: PartKeys | None, where: str) -> Selection:
+    """Cells and nodes of the parts `keys` (all, if None).
+
+    A key is the name of a group as the file writes it (in any case if none fits exactly), or its
+    number. If only sets of nodes are named, all cells stay and the nodes are restricted.
+
+    Raises
+    ------
+    MeshError
+        A key fits no group; the message lists those there are.
+    """
+    if keys is None:
+        return Selection(tuple(np.ones(len(b.nodes), dtype=bool) for b in mesh.blocks), None)
+    wanted = [keys] if isinstance(keys, str | int) else list(keys)
+    groups = [group for key in wanted for group in _find(mesh.groups, key, where)]
+    of_cells = [group.cells for group in groups if group.cells is not None]
+    of_nodes = [group.nodes for group in groups if group.nodes is not None]
+    masks = []
+    for i, block in enumerate(mesh.blocks):
+        mask = np.full(len(block.nodes), not of_cells)
+        for cells in of_cells:
+            mask[cells[i]] = True
+        masks.append(mask)
+    if not of_nodes:
+        return Selection(tuple(masks), None)
+    nodes = np.zeros(len(mesh.points), dtype=bool)
+    nodes[np.concatenate(of_nodes)] = True
+    for block, mask in zip(mesh.blocks, masks, strict=True):
+        if of_cells:
+            nodes[block.nodes[mask]] = True
+    return Selection(tuple(masks), nodes)
+
+
+def _find(groups: Sequence[Group], key: str | int, where: str) -> list[Group]:
+    text = str(key).strip()
+    found = [group for group in groups if group.name == text]
+    if not found:
+        found = [g for g in groups if g.name is not None and g.name.casefold() == text.casefold()]
+    if not found:
+        found = [group for group in groups if group.id is not None and str(group.id) == text]
+    if found:
+        return found
+    labels = [MeshPart(group.id, group.name, 0, 0).label for group in groups]
+    shown = ", ".join(labels[:_NAMES_SHOWN])
+    if len(labels) > _NAMES_SHOWN:
+        shown += f" and {len(labels) - _NAMES_SHOWN} more"
+    raise MeshError(
+        "no part, set or group of that name or number",
+        where=where,
+        found=key,
+        allowed=shown or "nothing: the file names no parts",
+    )

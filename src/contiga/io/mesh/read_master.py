@@ -1,0 +1,90 @@
+"""`read_master`: the surface of a mesh file as a master of triangles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from contiga.errors import MeshError
+from contiga.io.mesh.raw import PartKeys
+from contiga.io.mesh.read_mesh import read_mesh
+from contiga.slaves.slave import Slave
+from contiga.triangles.trimesh import TriMesh
+
+SOLIDS = ("tetra", "hexahedron", "wedge", "pyramid")
+QUADRILATERALS = ("quad",)
+"""What the names of such cells begin with."""
+LINEAR = {"triangle": 1, "quad": 2}
+"""Triangles of a plane cell."""
+
+
+def read_master(
+    path: str | Path,
+    *,
+    unit: str | None = None,
+    file_unit: str | None = None,
+    parts: PartKeys | None = None,
+    normals: str = "facet",
+) -> TriMesh:
+    """Read the surface of a mesh as triangles.
+
+    Solids are skinned, their normals outward; quadrilaterals are split along their shorter
+    diagonal; shells keep the sense they have in the file. What the file holds beside, such as
+    nodes inside solids, is left out.
+
+    Parameters
+    ----------
+    path, unit, file_unit, parts : as for `read_mesh`
+    normals : "facet" or "vertex", of feet
+
+    Raises
+    ------
+    FileError, MeshError, UnitError
+        As `read_mesh`; a cloud, which has no surface.
+
+    Notes
+    -----
+    `source` of the mesh says what cells it was made of, where they are not its triangles.
+    """
+    slave = read_mesh(path, unit=unit, file_unit=file_unit, parts=parts)
+    return master_of(slave, where=str(path), normals=normals).compact()
+
+
+def master_of(slave: Slave, *, where: str, normals: str = "facet") -> TriMesh:
+    """The facets of `slave` over all its points.
+
+    Raises
+    ------
+    MeshError
+        There are no facets.
+    """
+    if slave.facets is None or len(slave.facets) == 0:
+        raise MeshError(
+            "there are no facets: points alone cannot be a master",
+            where=where,
+            allowed="a mesh of shells or solids",
+        )
+    return TriMesh(
+        slave.points,
+        slave.facets,
+        name=slave.name,
+        unit=slave.unit,
+        normals=normals,
+        source=_made_of(slave.cells, len(slave.facets)),
+    )
+
+
+def _made_of(cells: Mapping[str, int], n_facets: int) -> str:
+    """What facets were made of: "24 hexahedron skinned, 10 quad split", or "" for triangles."""
+    left_out = sum(count * LINEAR.get(kind, 0) for kind, count in cells.items()) - n_facets
+    linear = cells.keys() <= LINEAR.keys()
+    if linear and "quad" not in cells and left_out == 0:
+        return ""
+    done = {SOLIDS: " skinned", QUADRILATERALS: " split"}
+    texts = []
+    for kind, count in cells.items():
+        how = next((how for kinds, how in done.items() if kind.startswith(kinds)), "")
+        texts.append(f"{count} {kind}{how}")
+    if linear and left_out:
+        texts.append(f"{left_out} given twice or folded flat left out")
+    return ", ".join(texts)

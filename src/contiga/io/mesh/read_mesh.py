@@ -1,0 +1,158 @@
+"""`read_mesh`: a mesh or cloud file becomes a `Slave`.
+
+What a file holds is kept: all its nodes, in its order. Nodes inside solids, or on no cell that was
+asked for, are there but not active.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from contiga.errors import FileError, MeshError
+from contiga.io.apart import read_apart
+from contiga.io.mesh import cloud, lsdyna
+from contiga.io.mesh.raw import PartKeys, RawMesh, Selection, part_of, select
+from contiga.records import FloatArray, IntArray
+from contiga.slaves.cells import SHELLS
+from contiga.slaves.skin import CellBlock, mend_degenerate, skin
+from contiga.slaves.slave import MeshPart, Slave, check_points, mesh_summary
+
+__all__ = ["MeshPart", "Slave", "mesh_summary", "read_mesh", "read_raw"]
+
+
+def read_mesh(
+    path: str | Path,
+    *,
+    unit: str | None = None,
+    file_unit: str | None = None,
+    parts: PartKeys | None = None,
+) -> Slave:
+    """Read a mesh or a cloud as a slave.
+
+    Meshes: what meshio reads (VTU, VTK, Abaqus, Gmsh, Nastran, STL, PLY, OFF, OBJ …) and LS-DYNA
+    keyword decks. Clouds: three columns in .csv, .xyz, .txt or .npy.
+
+    Parameters
+    ----------
+    path : the file, its format told from its suffix
+    unit : length unit wanted
+    file_unit : length unit of the file. Mesh files do not say theirs: without it the numbers
+        are taken to be in `unit` already.
+    parts : names or numbers of LS-DYNA parts, Abaqus sets, Gmsh physical groups or the like.
+        The facets are the skin of the cells chosen. Of a set of nodes, all are active and the
+        facets are those whose corners all belong to it.
+
+    Returns
+    -------
+    Slave
+        All nodes of the file; facets None for a cloud. Thickness from *SECTION_SHELL and
+        *ELEMENT_SHELL_THICKNESS, mass from *ELEMENT_MASS; None for files without.
+
+    Raises
+    ------
+    FileError
+        The file is missing, unreadable or of no known kind.
+    MeshError
+        No nodes, a coordinate that is not finite, cells that do not fit, a part that is not there.
+    UnitError
+        A unit that is none.
+    """
+    path = Path(path)
+    where = str(path)
+    mesh = read_raw(path)
+    check_points(mesh.points, where=where, ids=mesh.node_ids)
+    selection = select(mesh, parts, where)
+    facets, active = _surface(mesh, selection, restricted=parts is not None, where=where)
+    slave = Slave(
+        mesh.points,
+        facets,
+        thickness=_nodal_thickness(mesh, selection),
+        mass=mesh.mass,
+        active=active,
+        name=path.stem,
+        unit=unit or file_unit,
+        cells=_counts(mesh.blocks),
+        parts=[part_of(group, mesh.blocks) for group in mesh.groups],
+    )
+    factor = _unit_factor(unit, file_unit)
+    return slave if factor == 1.0 else slave.scaled(factor)
+
+
+def read_raw(path: Path) -> RawMesh:
+    """The mesh as the file has it, read by whoever knows its suffix."""
+    if not path.exists():
+        raise FileError("no such file", where=str(path), allowed="a mesh or cloud file")
+    if not path.is_file():
+        raise FileError("not a file", where=str(path), allowed="a mesh or cloud file")
+    try:
+        empty = path.stat().st_size == 0
+        with path.open("rb"):
+            pass
+    except OSError as error:
+        raise FileError(f"cannot be opened: {error.strerror}", where=str(path)) from error
+    if empty:
+        raise FileError("the file is empty", where=str(path), allowed="a mesh or cloud file")
+    if path.suffix.lower() in cloud.SUFFIXES:
+        return RawMesh(cloud.read_cloud(path))
+    deck = path.suffix.lower() in lsdyna.SUFFIXES
+    reader = "lsdyna:read_lsdyna" if deck else "meshio_files:read_with_meshio"
+    mesh: RawMesh = read_apart(f"contiga.io.mesh.{reader}", path)
+    return mesh
+
+
+def _unit_factor(unit: str | None, file_unit: str | None) -> float:
+    from contiga.io.units import length_factor
+
+    if unit is None or file_unit is None:
+        given = unit or file_unit
+        # Converted to itself only to have a wrong name refused.
+        return 1.0 if given is None else length_factor(given, given)
+    return length_factor(file_unit, unit)
+
+
+def _surface(
+    mesh: RawMesh, selection: Selection, *, restricted: bool, where: str
+) -> tuple[IntArray | None, np.ndarray | None]:
+    blocks = [
+        piece
+        for block, mask in zip(mesh.blocks, selection.cells, strict=True)
+        for piece in mend_degenerate(CellBlock(block.kind, block.nodes[mask]))
+    ]
+    facets = skin(mesh.points, blocks)
+    if selection.nodes is not None:
+        facets = facets[selection.nodes[facets].all(axis=1)]
+        return (facets if len(facets) else None), selection.nodes
+    if len(facets):
+        return facets, None
+    if restricted or any(len(block.nodes) for block in mesh.blocks):
+        raise MeshError("the cells chosen have no surface", where=where, allowed="shells or solids")
+    return None, None
+
+
+def _nodal_thickness(mesh: RawMesh, selection: Selection) -> FloatArray | None:
+    """Mean over the shells that meet at a node; 0 at nodes on none whose thickness is known."""
+    if mesh.thickness is None:
+        return None
+    total = np.zeros(len(mesh.points))
+    count = np.zeros(len(mesh.points))
+    for block, mask, values in zip(mesh.blocks, selection.cells, mesh.thickness, strict=True):
+        if values is None or block.kind not in SHELLS:
+            continue
+        nodes = block.nodes[mask].ravel()
+        weights = values[mask].ravel()
+        known = weights > 0.0
+        total += np.bincount(nodes[known], weights=weights[known], minlength=len(total))
+        count += np.bincount(nodes[known], minlength=len(total))
+    if not count.any():
+        return None
+    thickness: FloatArray = np.divide(total, count, out=np.zeros_like(total), where=count > 0)
+    return thickness
+
+
+def _counts(blocks: tuple[CellBlock, ...]) -> dict[str, int]:
+    counts: dict[str, int] = {}
+    for block in blocks:
+        counts[block.kind] = counts.get(block.kind, 0) + len(block.nodes)
+    return counts

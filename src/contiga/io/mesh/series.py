@@ -1,0 +1,142 @@
+"""A series of mesh files as a motion: one file an instant, straight lines between."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import FileError, MeshError
+from contiga.io.mesh.read_mesh import read_raw
+from contiga.num.arrays import read_only
+from contiga.records import FloatArray
+from contiga.slaves.slave import check_points
+
+_KEPT_BYTES = 512 * 1024**2
+_DIGITS = re.compile(r"(\d+)")
+
+
+def natural_order(path: Path) -> tuple[tuple[int, int, str], ...]:
+    """Sorting key that takes runs of digits as numbers: step_2 before step_10."""
+    pieces = _DIGITS.split(path.name)
+    # Odd pieces are the runs of digits.
+    return tuple((0, int(p), p) if i % 2 else (1, 0, p) for i, p in enumerate(pieces))
+
+
+def find_files(pattern: str | Path, folder: str | Path = ".") -> tuple[Path, ...]:
+    """Files that fit a pattern such as ``step_*.vtu``, in natural order.
+
+    Raises
+    ------
+    FileError
+        None does.
+    """
+    pattern = Path(pattern)
+    start = Path(pattern.anchor) if pattern.is_absolute() else Path(folder)
+    relative = pattern.relative_to(pattern.anchor) if pattern.is_absolute() else pattern
+    files = sorted((p for p in start.glob(str(relative)) if p.is_file()), key=natural_order)
+    if not files:
+        raise FileError("no file fits the pattern", where=str(start), found=str(pattern))
+    return tuple(files)
+
+
+class MeshSeries:
+    """Positions of the nodes over time, from one mesh file an instant.
+
+    Between two instants each node moves on a straight line at constant speed; before the first
+    and after the last it stays where that file has it.
+
+    Parameters
+    ----------
+    files : mesh or cloud files with the same nodes in the same order
+    times : (k,) the instants, rising; by default 0, `step`, 2 `step` … in the order of the files
+    step : time between files
+    factor : what the coordinates are multiplied by (a change of unit)
+
+    Raises
+    ------
+    FileError, MeshError
+        A file cannot be read, has other nodes than the first, or the times do not fit.
+    """
+
+    def __init__(
+        self,
+        files: Sequence[str | Path],
+        times: ArrayLike | None = None,
+        *,
+        step: float = 1.0,
+        factor: float = 1.0,
+    ) -> None:
+        self.files = tuple(Path(file) for file in files)
+        self.factor = float(factor)
+        if not self.files:
+            raise MeshError("a series needs at least one file", where="series")
+        self.times = _as_times(times, step, len(self.files))
+        # All files are read now, so that a bad one stops a run before it starts.
+        self._kept: dict[int, FloatArray] = {}
+        first = self._read(0)
+        self._kept[0] = first
+        self._keep_all = first.nbytes * len(self.files) <= _KEPT_BYTES
+        for i in range(1, len(self.files)):
+            points = self._read(i)
+            if points.shape != first.shape:
+                raise MeshError(
+                    "the files of a series must have the same nodes",
+                    where=str(self.files[i]),
+                    found=f"{len(points)} nodes",
+                    allowed=f"{len(first)} as in {self.files[0]}",
+                )
+            if self._keep_all:
+                self._kept[i] = points
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+    def points(self, t: float) -> FloatArray:
+        """(n, 3) positions at time `t`."""
+        after = int(np.searchsorted(self.times, t, side="right"))
+        if after == 0:
+            return self._frame(0).copy()
+        before = after - 1
+        if after == len(self.times) or self.times[before] == t:
+            return self._frame(before).copy()
+        start, end = self.times[before], self.times[after]
+        share = (t - start) / (end - start)
+        # This form gives both ends exactly.
+        mixed: FloatArray = (1.0 - share) * self._frame(before) + share * self._frame(after)
+        return mixed
+
+    def _frame(self, index: int) -> FloatArray:
+        if index not in self._kept:
+            while len(self._kept) > 1:
+                del self._kept[next(iter(self._kept))]
+            self._kept[index] = self._read(index)
+        return self._kept[index]
+
+    def _read(self, index: int) -> FloatArray:
+        mesh = read_raw(self.files[index])
+        check_points(mesh.points, where=str(self.files[index]), ids=mesh.node_ids)
+        return read_only(mesh.points * self.factor)
+
+
+def _as_times(times: ArrayLike | None, step: float, count: int) -> FloatArray:
+    if times is None:
+        if not (np.isfinite(step) and step > 0.0):
+            raise MeshError(
+                "the step of a series must be positive", where="series", found=step, allowed="> 0"
+            )
+        return read_only(step * np.arange(count, dtype=np.float64))
+    array = np.asarray(times, dtype=np.float64)
+    if array.shape != (count,):
+        raise MeshError(
+            "a series needs one time a file",
+            where="series",
+            found=array.shape,
+            allowed=f"({count},)",
+        )
+    if not np.isfinite(array).all() or (np.diff(array) <= 0.0).any():
+        raise MeshError("the times of a series must rise", where="series", found=array.tolist())
+    return read_only(array)

@@ -1,0 +1,1 @@
+"""What runs write: histories, fields, outlines, meshes; each file whole or not at all."""

@@ -1,0 +1,103 @@
+"""History tables: CSV with a header, one row a step, numbers that come back exactly."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contiga.errors import FileError, InputError
+from contiga.io.out.atomic import atomic_write
+
+
+def write_history(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
+    """Write columns of equal length, whole or not at all.
+
+    Floats are written with the fewest digits that read back as the same number, integers and
+    truth values as integers.
+
+    Raises
+    ------
+    InputError
+        No columns, a column that is not one number a row, or columns of different lengths.
+    OutputError
+        The file cannot be written.
+    """
+    arrays = {name: _as_column(name, values) for name, values in columns.items()}
+    lengths = {name: len(array) for name, array in arrays.items()}
+    if not arrays or len(set(lengths.values())) > 1:
+        raise InputError("a history needs columns, all of one length", found=lengths)
+    # repr of a Python float is the shortest text that reads back exactly.
+    texts = [[repr(value) for value in array.tolist()] for array in arrays.values()]
+    with (
+        atomic_write(path) as temporary,
+        temporary.open("w", newline="", encoding="utf-8") as file,
+    ):
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(arrays)
+        writer.writerows(zip(*texts, strict=True))
+
+
+def read_history(path: str | Path) -> dict[str, NDArray[Any]]:
+    """Columns by name: int64 where every entry is a whole number, else float64.
+
+    Raises
+    ------
+    FileError
+        Missing, empty, a row that is too short or too long, or an entry that is no number.
+    """
+    path = Path(path)
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = list(csv.reader(file))
+    except OSError as error:
+        raise FileError(f"cannot be read: {error.strerror}", where=str(path)) from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise FileError("not a CSV file", where=str(path)) from error
+    if not rows or not rows[0]:
+        raise FileError("a history starts with a row of names", where=str(path))
+    names, body = rows[0], rows[1:]
+    if len(set(names)) < len(names):
+        raise FileError("column names must differ", where=str(path), found=names)
+    for number, row in enumerate(body, start=2):
+        if len(row) != len(names):
+            raise FileError(
+                "a row does not fit the header",
+                where=f"{path}, row {number}",
+                found=f"{len(row)} entries",
+                allowed=f"{len(names)}",
+            )
+    columns = zip(*body, strict=True) if body else [()] * len(names)
+    return {name: _parse(name, texts, path) for name, texts in zip(names, columns, strict=True)}
+
+
+def _as_column(name: str, values: ArrayLike) -> NDArray[Any]:
+    array = np.asarray(values)
+    if array.dtype == np.bool_:
+        array = array.astype(np.int64)
+    if array.ndim != 1 or array.dtype.kind not in "iuf":
+        raise InputError(
+            f"column {name!r} must hold one number a row",
+            found=f"shape {array.shape} of {array.dtype}",
+            allowed="shape (n,)",
+        )
+    # The digits of a single-precision number are those of its exact double.
+    return array.astype(np.float64) if array.dtype.kind == "f" else array
+
+
+def _parse(name: str, texts: tuple[str, ...], path: Path) -> NDArray[Any]:
+    try:
+        if texts:
+            return np.array([int(text) for text in texts], dtype=np.int64)
+    except (ValueError, OverflowError):
+        pass
+    try:
+        return np.array([float(text) for text in texts], dtype=np.float64)
+    except ValueError as error:
+        raise FileError(
+            f"column {name!r} has an entry that is no number: {error}", where=str(path)
+        ) from error

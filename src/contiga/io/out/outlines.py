@@ -1,0 +1,233 @@
+"""Outlines of contact regions over time as transient PolyData in VTKHDF: lines that ParaView draws.
+
+Written to the published VTKHDF specification, version 2. The number of lines differs from step to
+step, so every step is a partition of its own, with its points, its lines and, as point data, the
+region's number (``cluster``) and the contact's (``contact``).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.errors import FileError
+from contiga.io.out.atomic import atomic_write
+from contiga.io.out.vtkhdf_layout import open_file
+from contiga.records import FloatArray, IntArray
+
+_CELLS = ("Vertices", "Lines", "Polygons", "Strips")
+_LINES = _CELLS.index("Lines")
+_LABELS = ("cluster", "contact")
+_CHUNK = 256
+
+
+class Loops(NamedTuple):
+    """Closed lines of one step, points[first[i]:first[i+1]] each."""
+
+    points: FloatArray
+    """(k, 3), world axes, the first of a line not repeated at its end."""
+    first: NDArray[np.int64]
+    """(lines + 1,)."""
+    cluster: IntArray
+    """(lines,) number of the region in its contact."""
+    contact: IntArray
+    """(lines,) number of the contact."""
+
+
+class OutlinesWriter:
+    """Appends steps to a file of outlines; the file is closed and readable after every step.
+
+    Parameters
+    ----------
+    path : the file, replaced if it exists
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self.n_steps = 0
+        with atomic_write(self.path) as temporary, open_file(temporary, "w") as file:
+            _write_frame(file.create_group("VTKHDF"))
+
+    @classmethod
+    def reopen(cls, path: str | Path, n_steps: int) -> OutlinesWriter:
+        """Go on writing after the first `n_steps` steps; later ones are dropped.
+
+        Raises
+        ------
+        FileError
+            The file is missing, not of this kind, or has fewer steps.
+        """
+        there = len(read_outlines(path).times)
+        if not 0 <= n_steps <= there:
+            raise FileError(
+                "the file has fewer steps than it is to go on from",
+                where=str(path),
+                found=n_steps,
+                allowed=f"0 to {there}",
+            )
+        writer = cls.__new__(cls)
+        writer.path, writer.n_steps = Path(path), n_steps
+        with open_file(writer.path, "r+") as file:
+            _truncate(file["VTKHDF"], n_steps)
+        return writer
+
+    def append(self, time: float, loops: Loops) -> None:
+        """Add a step; one without lines is empty."""
+        points, first = loops.points, loops.first
+        count = np.diff(first)
+        with open_file(self.path, "r+") as file:
+            root = file["VTKHDF"]
+            steps = root["Steps"]
+            lines = root["Lines"]
+            starts = {
+                "PartOffsets": self.n_steps,
+                "NumberOfParts": 1,
+                "PointOffsets": len(root["Points"]),
+                "PointDataOffsets/cluster": len(root["Points"]),
+                "PointDataOffsets/contact": len(root["Points"]),
+                "Values": float(time),
+            }
+            for name, value in starts.items():
+                _extend(steps[name], [value])
+            for name, value in (
+                # Each step has an entry more than cells: readers add the step's number to what is
+                # said here, but take 0 for a topology that never changes.
+                ("CellOffsets", len(lines["Offsets"]) - self.n_steps),
+                ("ConnectivityIdOffsets", len(lines["Connectivity"])),
+            ):
+                row = np.zeros((1, len(_CELLS)), np.int64)
+                row[0, _LINES] = value
+                _extend(steps[name], row)
+            _extend(root["Points"], points)
+            for name in _LABELS:
+                _extend(root[f"PointData/{name}"], np.repeat(getattr(loops, name), count))
+            _extend(root["NumberOfPoints"], [len(points)])
+            for name in _CELLS:
+                group, own = root[name], name == "Lines"
+                _extend(group["NumberOfCells"], [len(count) if own else 0])
+                _extend(group["NumberOfConnectivityIds"], [len(points) + len(count) if own else 0])
+                offsets = first + np.arange(len(first)) if own else [0]
+                _extend(group["Offsets"], offsets)
+            _extend(lines["Connectivity"], _closed(first))
+            file.flush()
+            steps.attrs["NSteps"] = np.int64(self.n_steps + 1)
+        self.n_steps += 1
+
+
+class OutlineSeries:
+    """A file of outlines read back. Lines are read when asked for."""
+
+    def __init__(self, path: Path, times: FloatArray) -> None:
+        self.path = path
+        self.times = times
+
+    def loops(self, i: int) -> Loops:
+        """The lines of step `i`, from 0."""
+        with open_file(self.path, "r") as file:
+            root = file["VTKHDF"]
+            counts = root["NumberOfPoints"][: i + 1]
+            start, stop = int(counts[:-1].sum()), int(counts.sum())
+            cells = root["Lines/NumberOfCells"][: i + 1]
+            row = 1 + int(cells[:-1].sum()) + i
+            offsets = root["Lines/Offsets"][row : row + int(cells[-1]) + 1]
+            first = np.asarray(offsets, np.int64) - np.arange(len(offsets))
+            label = {name: root[f"PointData/{name}"][start:stop] for name in _LABELS}
+            return Loops(
+                np.asarray(root["Points"][start:stop], np.float64),
+                first,
+                *(np.asarray(label[name][first[:-1]], np.int32) for name in _LABELS),
+            )
+
+
+def read_outlines(path: str | Path) -> OutlineSeries:
+    """Open a file written by `OutlinesWriter`.
+
+    Raises
+    ------
+    FileError
+        The file is missing or not one of outlines.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileError("no such file", where=str(path))
+    with open_file(path, "r") as file:
+        try:
+            root = file["VTKHDF"]
+            count = int(root["Steps"].attrs["NSteps"])
+            times = np.array(root["Steps/Values"][:count], dtype=np.float64)
+            whole = all(f"PointData/{name}" in root for name in _LABELS)
+        except KeyError:
+            whole = False
+        if not whole:
+            raise FileError("not a file of outlines of contiga", where=str(path))
+    return OutlineSeries(path, times)
+
+
+def _closed(first: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Points of all lines in turn, each ending where it starts."""
+    total = np.arange(int(first[-1]), dtype=np.int64)
+    return np.insert(total, first[1:], first[:-1])
+
+
+def _write_frame(root: Any) -> None:
+    root.attrs["Version"] = np.array((2, 2), dtype=np.int64)
+    root.attrs["Type"] = np.bytes_("PolyData")
+    _growing(root, "NumberOfPoints", (), np.int64)
+    _growing(root, "Points", (3,), np.float64)
+    for name in _CELLS:
+        group = root.create_group(name)
+        for array in ("NumberOfCells", "NumberOfConnectivityIds", "Offsets", "Connectivity"):
+            _growing(group, array, (), np.int64)
+    _extend(root["Lines/Offsets"], [0])  # so that no step starts at 0
+    data, steps = root.create_group("PointData"), root.create_group("Steps")
+    steps.attrs["NSteps"] = np.int64(0)
+    for name in _LABELS:
+        _growing(data, name, (), np.int32)
+        _growing(steps, f"PointDataOffsets/{name}", (), np.int64)
+    for name in ("PartOffsets", "NumberOfParts", "PointOffsets"):
+        _growing(steps, name, (), np.int64)
+    for name in ("CellOffsets", "ConnectivityIdOffsets"):
+        _growing(steps, name, (len(_CELLS),), np.int64)
+    _growing(steps, "Values", (), np.float64)
+
+
+def _growing(group: Any, name: str, columns: tuple[int, ...], dtype: Any) -> None:
+    group.create_dataset(
+        name, (0, *columns), dtype, maxshape=(None, *columns), chunks=(_CHUNK, *columns)
+    )
+
+
+def _extend(stored: Any, values: Any) -> None:
+    rows = np.asarray(values, dtype=stored.dtype).reshape(-1, *stored.shape[1:])
+    start = len(stored)
+    stored.resize(start + len(rows), axis=0)
+    stored[start:] = rows
+
+
+def _truncate(root: Any, n: int) -> None:
+    """Drop all steps after the first `n`."""
+    points = int(root["NumberOfPoints"][:n].sum())
+    lengths = {"NumberOfPoints": n, "Points": points}
+    lengths |= {f"PointData/{name}": points for name in _LABELS}
+    for name in _CELLS:
+        cells = int(root[f"{name}/NumberOfCells"][:n].sum())
+        ids = int(root[f"{name}/NumberOfConnectivityIds"][:n].sum())
+        lengths |= {f"{name}/NumberOfCells": n, f"{name}/NumberOfConnectivityIds": n}
+        lead = int(name == "Lines")
+        lengths |= {f"{name}/Offsets": lead + cells + n, f"{name}/Connectivity": ids}
+    steps = root["Steps"]
+    for name in ("PartOffsets", "NumberOfParts", "PointOffsets", "CellOffsets"):
+        lengths[f"Steps/{name}"] = n
+    for name in ("ConnectivityIdOffsets", "Values", *(f"PointDataOffsets/{k}" for k in _LABELS)):
+        lengths[f"Steps/{name}"] = n
+    for name, length in lengths.items():
+        root[name].resize(length, axis=0)
+    steps.attrs["NSteps"] = np.int64(n)

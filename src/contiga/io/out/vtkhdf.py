@@ -1,0 +1,306 @@
+"""Fields over time as transient PolyData in VTKHDF, which ParaView and VTK open.
+
+Written to the published VTKHDF specification, version 2: one partition, the triangles of all
+parts as polygons and the points of clouds as vertices. The topology is stored once and every step
+points back to it through the offsets under ``Steps``; only points and point data are appended, and
+an array equal to the one of the step before is pointed back to as well.
+
+Beside the ``VTKHDF`` group, where readers do not look, ``contiga`` keeps the names, kinds and
+sizes of the parts.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contiga.errors import FileError, InputError
+from contiga.io.out.atomic import atomic_write
+from contiga.io.out.vtkhdf_layout import (
+    Part,
+    arrays_of,
+    checked_part,
+    create_array,
+    offsets_of,
+    open_file,
+    read_parts,
+    set_entry,
+    truncate,
+    write_frame,
+)
+from contiga.records import FloatArray
+
+__all__ = ["FieldSeries", "FieldsWriter", "Part", "read_fields"]
+
+
+class FieldsWriter:
+    """Appends steps to a VTKHDF file.
+
+    The file is closed after every step: it is whole and readable then, by ParaView too while a
+    run goes on, and a program that dies leaves all steps it had appended.
+
+    Parameters
+    ----------
+    path : the file, replaced if it exists
+    parts : what the rows of the stacked points are, in order
+
+    Raises
+    ------
+    InputError
+        A part of unknown kind or with triangles that name no point of it.
+    OutputError
+        The file cannot be written.
+    """
+
+    def __init__(self, path: str | Path, parts: Sequence[Part]) -> None:
+        self.path = Path(path)
+        self.parts = tuple(checked_part(part) for part in parts)
+        self.n_points = sum(part.n_points for part in self.parts)
+        self.n_steps = 0
+        self._last: dict[str, tuple[int, NDArray[Any]]] = {}
+        with atomic_write(self.path) as temporary, open_file(temporary, "w") as file:
+            write_frame(file, self.parts)
+
+    @classmethod
+    def reopen(cls, path: str | Path, n_steps: int) -> FieldsWriter:
+        """Go on writing a file after its first `n_steps`; later ones are dropped.
+
+        Raises
+        ------
+        FileError
+            The file is missing, not of this kind, or has fewer steps.
+        """
+        series = read_fields(path)
+        if not 0 <= n_steps <= len(series.times):
+            raise FileError(
+                "the file has fewer steps than it is to go on from",
+                where=str(path),
+                found=n_steps,
+                allowed=f"0 to {len(series.times)}",
+            )
+        writer = cls.__new__(cls)
+        writer.path = Path(path)
+        writer.parts = series.parts
+        writer.n_points = sum(part.n_points for part in series.parts)
+        writer.n_steps = n_steps
+        writer._last = {}
+        with open_file(writer.path, "r+") as file:
+            root = file["VTKHDF"]
+            truncate(root, n_steps, writer.n_points)
+            if n_steps:
+                for name, values, offsets in arrays_of(root):
+                    start = int(offsets[n_steps - 1])
+                    writer._last[name] = (start, values[start : start + writer.n_points])
+        return writer
+
+    def append(
+        self, time: float, points: ArrayLike, point_data: Mapping[str, ArrayLike] | None = None
+    ) -> None:
+        """Add a step.
+
+        Parameters
+        ----------
+        time : later than the last step's
+        points : (N, 3) of all parts, stacked in their order
+        point_data : name to (N,) or (N, k); the same names and types at every step
+
+        Raises
+        ------
+        InputError
+            An array does not fit, names differ from the first step's, or time does not rise.
+        OutputError
+            The file cannot be written.
+        """
+        arrays = {"Points": _as_rows("points", points, self.n_points, 3)}
+        for name, values in (point_data or {}).items():
+            arrays[f"PointData/{name}"] = _as_rows(name, values, self.n_points, None)
+        with open_file(self.path, "r+") as file:
+            root = file["VTKHDF"]
+            self._check_step(root, float(time), arrays)
+            for name, values in arrays.items():
+                start = self._append_array(root, name, values)
+                set_entry(root["Steps"], offsets_of(name), self.n_steps, start)
+            steps = root["Steps"]
+            set_entry(steps, "Values", self.n_steps, float(time))
+            for name in ("PartOffsets", "CellOffsets", "ConnectivityIdOffsets"):
+                set_entry(steps, name, self.n_steps, 0)
+            set_entry(steps, "NumberOfParts", self.n_steps, 1)
+            # The count comes last, when all it counts has been handed to the system: what is cut
+            # off before this line is a step that readers do not see.
+            file.flush()
+            steps.attrs["NSteps"] = np.int64(self.n_steps + 1)
+        self.n_steps += 1
+
+    def flush(self) -> None:
+        """Have the steps appended so far brought to the disk by the operating system."""
+        with self.path.open("rb") as file:
+            os.fsync(file.fileno())
+
+    def close(self) -> None:
+        """End writing. The file is complete after every step; this makes sure it is on the disk."""
+        self.flush()
+
+    def __enter__(self) -> FieldsWriter:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _check_step(self, root: Any, time: float, arrays: dict[str, NDArray[Any]]) -> None:
+        if self.n_steps == 0:
+            for name, values in arrays.items():
+                create_array(root, name, values)
+            return
+        last = float(root["Steps/Values"][self.n_steps - 1])
+        if not time > last:
+            raise InputError("time must rise from step to step", found=time, allowed=f"> {last}")
+        known = {name: values for name, values, _ in arrays_of(root)}
+        if set(known) != set(arrays):
+            raise InputError(
+                "point data must have the same names at every step",
+                found=sorted(set(arrays) ^ set(known)),
+                allowed=", ".join(sorted(known)),
+            )
+        for name, values in arrays.items():
+            if values.shape[1:] != known[name].shape[1:] or values.dtype != known[name].dtype:
+                raise InputError(
+                    f"{name} must have the same type and columns at every step",
+                    found=f"shape {values.shape} of {values.dtype}",
+                    allowed=f"{known[name].shape[1:]} of {known[name].dtype}",
+                )
+
+    def _append_array(self, root: Any, name: str, values: NDArray[Any]) -> int:
+        """Row at which this step's values start."""
+        if name in self._last:
+            start, last = self._last[name]
+            # Byte by byte: NaN is equal to itself here and 0.0 is not −0.0.
+            if last.tobytes() == values.tobytes():
+                return start
+        stored = root[name]
+        # Steps start with a chunk: one that held the end of a step too would be packed anew, and
+        # the room it had would be lost.
+        rows: int = stored.chunks[0]
+        start = -(-len(stored) // rows) * rows
+        stored.resize(start + len(values), axis=0)
+        stored[start:] = values
+        self._last[name] = (start, values.copy())
+        return start
+
+
+class FieldSeries:
+    """A fields file read back. Arrays are read when asked for."""
+
+    times: FloatArray
+    parts: tuple[Part, ...]
+    names: tuple[str, ...]
+    """Names of the point data."""
+
+    def __init__(
+        self, path: Path, times: FloatArray, parts: tuple[Part, ...], names: tuple[str, ...]
+    ) -> None:
+        self.path = path
+        self.times = times
+        self.parts = parts
+        self.names = names
+
+    def points(self, i: int) -> FloatArray:
+        """(N, 3) points of all parts at step `i`, stacked."""
+        return self._read(i, "Points")
+
+    def data(self, i: int, name: str) -> NDArray[Any]:
+        """(N,) or (N, k) point data at step `i`.
+
+        Raises
+        ------
+        InputError
+            There is no such step or name.
+        """
+        if name not in self.names:
+            raise InputError(
+                "no point data of that name",
+                where=str(self.path),
+                found=name,
+                allowed=", ".join(self.names),
+            )
+        return self._read(i, f"PointData/{name}")
+
+    def rows(self, part: str) -> slice:
+        """Rows of a part among the stacked points."""
+        start = 0
+        for entry in self.parts:
+            if entry.name == part:
+                return slice(start, start + entry.n_points)
+            start += entry.n_points
+        raise InputError(
+            "no part of that name",
+            where=str(self.path),
+            found=part,
+            allowed=", ".join(entry.name for entry in self.parts),
+        )
+
+    def _read(self, i: int, name: str) -> NDArray[Any]:
+        if not -len(self.times) <= i < len(self.times):
+            raise InputError(
+                "no such step",
+                where=str(self.path),
+                found=i,
+                allowed=f"0 to {len(self.times) - 1}",
+            )
+        count = sum(part.n_points for part in self.parts)
+        with open_file(self.path, "r") as file:
+            root = file["VTKHDF"]
+            start = int(root["Steps"][offsets_of(name)][i % len(self.times)])
+            values: NDArray[Any] = root[name][start : start + count]
+        return values
+
+
+def read_fields(path: str | Path) -> FieldSeries:
+    """Open a fields file written by `FieldsWriter`.
+
+    Raises
+    ------
+    FileError
+        The file is missing or was not written by contiga.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FileError("no such file", where=str(path))
+    with open_file(path, "r") as file:
+        try:
+            root, own = file["VTKHDF"], file["contiga"]
+            count = int(root["Steps"].attrs["NSteps"])
+            times = np.array(root["Steps/Values"][:count], dtype=np.float64)
+            names = tuple(name[len("PointData/") :] for name, *_ in arrays_of(root) if "/" in name)
+            parts = read_parts(root, own)
+        except (KeyError, ValueError) as error:
+            raise FileError(
+                "not a fields file of contiga",
+                where=str(path),
+                allowed="fields.vtkhdf of an output folder",
+            ) from error
+    return FieldSeries(path, times, parts, names)
+
+
+def _as_rows(name: str, values: ArrayLike, count: int, columns: int | None) -> NDArray[Any]:
+    array = np.asarray(values)
+    if columns == 3:
+        array = array.astype(np.float64)
+    if array.dtype == np.bool_:
+        array = array.astype(np.int8)
+    fits = array.ndim in (1, 2) and len(array) == count
+    if columns is not None:
+        fits = fits and array.shape == (count, columns)
+    if not fits or array.dtype.kind not in "iuf":
+        raise InputError(
+            f"{name} must have one row of numbers a point",
+            found=f"shape {array.shape} of {array.dtype}",
+            allowed=f"({count}, {columns})" if columns else f"({count},) or ({count}, k)",
+        )
+    if "/" in name or not name:
+        raise InputError("a name of point data must not be empty or hold '/'", found=name)
+    return np.ascontiguousarray(array)

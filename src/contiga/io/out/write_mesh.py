@@ -1,0 +1,68 @@
+"""Triangle meshes written for Gmsh (MSH 4.1), ParaView (VTU) and everyone (STL)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from contiga.errors import FileError, MeshError
+from contiga.io.out.atomic import atomic_write
+from contiga.triangles.trimesh import TriMesh
+
+FORMATS: dict[str, tuple[str, dict[str, Any]]] = {
+    ".msh": ("gmsh", {"binary": False, "float_fmt": ".17g"}),
+    ".vtu": ("vtu", {}),
+    ".stl": ("stl", {"binary": True}),
+}
+"""By suffix meshio's name of the format, and its options."""
+
+
+def check_suffix(path: str | Path) -> str:
+    """The suffix of a mesh file that can be written, in small letters.
+
+    Raises
+    ------
+    FileError
+        Another suffix.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in FORMATS:
+        raise FileError(
+            "the suffix says no format that can be written",
+            where=str(path),
+            found=suffix,
+            allowed=", ".join(FORMATS),
+        )
+    return suffix
+
+
+def write_mesh(path: str | Path, mesh: TriMesh) -> None:
+    """Write `mesh`, in the format that the suffix of `path` says; whole or not at all.
+
+    Coordinates keep all their digits in .msh and .vtu; .stl has single precision and no shared
+    vertices.
+
+    Raises
+    ------
+    FileError
+        A suffix other than .msh, .vtu, .stl.
+    MeshError
+        A mesh without triangles.
+    OutputError
+        The folder is missing or cannot be written to.
+    """
+    import meshio
+
+    name, options = FORMATS[check_suffix(path)]
+    if len(mesh.triangles) == 0:
+        raise MeshError("a mesh without triangles is not worth a file", where=str(path))
+    written = meshio.Mesh(mesh.vertices, [("triangle", mesh.triangles)])
+    if name == "gmsh":
+        # One surface, number 1: Gmsh counts entities from 1.
+        written.point_data["gmsh:dim_tags"] = np.tile([2, 1], (len(mesh.vertices), 1))
+        for tag in ("gmsh:physical", "gmsh:geometrical"):
+            written.cell_data[tag] = [np.ones(len(mesh.triangles), int)]
+    with atomic_write(path) as temporary:
+        meshio.write(temporary, written, file_format=name, **options)

@@ -1,0 +1,348 @@
+"""The slave: points that can touch a master, with what the mesh they come from knows about them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contiga.errors import MeshError
+from contiga.num.arrays import as_points, read_only
+from contiga.records import FloatArray, IntArray
+from contiga.slaves.cells import split_shells
+from contiga.slaves.skin import facet_areas, tributary_area
+
+_RIGID_TOLERANCE = 1e-9
+
+
+class MeshPart(NamedTuple):
+    """A part, set or physical group a mesh file names."""
+
+    id: int | None
+    name: str | None
+    n_cells: int
+    """Cells in it; 0 for a set of nodes."""
+    n_nodes: int
+    """Nodes in it, or of its cells."""
+
+    @property
+    def label(self) -> str:
+        """How a user would ask for it."""
+        if self.name is None:
+            return str(self.id)
+        return self.name if self.id is None else f"{self.id} ({self.name})"
+
+
+class Slave:
+    """Points that can touch a master: a cloud, or the nodes of a finite-element mesh. Immutable.
+
+    Parameters
+    ----------
+    points : (n, 3), length
+        All nodes of the mesh, so that results line up with it.
+    facets : (m, 3) or (m, 4) rows of `points`
+        Surface facets; quadrilaterals are split along their shorter diagonal.
+    area : (n,), length², at least 0
+        Contact area of each point; by default its third of every facet it is a corner of.
+    thickness : (n,), length, at least 0
+        Thickness of the shell at each point, 0 where there is no shell.
+    mass : (n,), at least 0
+    active : (n,) bool
+        Points that take part in contact; by default the corners of the facets, or every point
+        where there are no facets.
+    name : what messages and results call it
+    unit : the length unit of all this, if known
+    cells : counts of the cells of the file by kind, for reports
+    parts : what the file names, for reports
+
+    Raises
+    ------
+    MeshError
+        No points, a coordinate that is not finite, a facet that names no point, an array that
+        does not fit.
+    """
+
+    points: FloatArray
+    """(n, 3), read-only."""
+    facets: IntArray | None
+    """(m, 3) int32 triangles, read-only."""
+    area: FloatArray | None
+    """(n,) tributary area; None for a cloud that was given none."""
+    thickness: FloatArray | None
+    mass: FloatArray | None
+    active: NDArray[np.bool_]
+    name: str
+    unit: str | None
+    cells: Mapping[str, int]
+    parts: tuple[MeshPart, ...]
+
+    __slots__ = (
+        *("points", "facets", "area", "thickness", "mass"),
+        *("active", "name", "unit", "cells", "parts", "__weakref__"),
+    )
+
+    def __init__(
+        self,
+        points: ArrayLike,
+        facets: ArrayLike | None = None,
+        area: ArrayLike | None = None,
+        thickness: ArrayLike | None = None,
+        mass: ArrayLike | None = None,
+        *,
+        active: ArrayLike | None = None,
+        name: str = "slave",
+        unit: str | None = None,
+        cells: Mapping[str, int] | None = None,
+        parts: Sequence[MeshPart] = (),
+    ) -> None:
+        own = read_only(as_points(points, f"{name}: points"))
+        check_points(own, where=name)
+        triangles = None if facets is None else _as_facets(own, facets, name)
+        if area is None and triangles is not None:
+            area = tributary_area(own, triangles)
+        values: dict[str, Any] = {
+            "points": own,
+            "facets": triangles,
+            "area": _as_nodal(area, "area", len(own), name),
+            "thickness": _as_nodal(thickness, "thickness", len(own), name),
+            "mass": _as_nodal(mass, "mass", len(own), name),
+            "active": _as_active(active, triangles, len(own), name),
+            "name": name,
+            "unit": unit,
+            "cells": MappingProxyType(dict(cells or {})),
+            "parts": tuple(parts),
+        }
+        for key, value in values.items():
+            object.__setattr__(self, key, value)
+
+    def __setattr__(self, key: str, value: object) -> None:
+        raise AttributeError(f"a Slave is immutable: cannot set {key!r}")
+
+    def __delattr__(self, key: str) -> None:
+        raise AttributeError(f"a Slave is immutable: cannot delete {key!r}")
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def __repr__(self) -> str:
+        facets = 0 if self.facets is None else len(self.facets)
+        return (
+            f"Slave({self.name!r}: {len(self)} points, {int(self.active.sum())} active, "
+            f"{facets} facets)"
+        )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuild, ({key: _plain(getattr(self, key)) for key in _FIELDS},)
+
+    def bounds(self) -> FloatArray:
+        """(2, 3) lowest and highest coordinates of the points."""
+        return np.stack([self.points.min(axis=0), self.points.max(axis=0)])
+
+    def transformed(self, transform: ArrayLike) -> Slave:
+        """A copy moved by a (4, 4) similarity: rotation, translation, uniform scale, mirror.
+
+        Lengths, areas and thicknesses scale along; a mirror turns the facets so that their
+        normals stay on the same side. Mass stays.
+
+        Raises
+        ------
+        MeshError
+            The matrix is not (4, 4), or stretches: areas that were given could not follow it.
+        """
+        matrix = np.asarray(transform, dtype=np.float64)
+        linear, factor = _similarity(matrix, self.name)
+        mirrored = np.linalg.det(linear) < 0.0
+        facets = self.facets[:, ::-1] if mirrored and self.facets is not None else self.facets
+        return self._copy(self.points @ linear.T + matrix[:3, 3], facets, factor, self.unit)
+
+    def scaled(self, factor: float, unit: str | None = None) -> Slave:
+        """A copy with all lengths times `factor` > 0, and the label `unit` if given."""
+        if not (np.isfinite(factor) and factor > 0.0):
+            raise MeshError(
+                "the scale must be a positive number",
+                where=self.name,
+                found=factor,
+                allowed="> 0",
+            )
+        return self._copy(self.points * factor, self.facets, factor, unit or self.unit)
+
+    def _copy(
+        self, points: FloatArray, facets: IntArray | None, factor: float, unit: str | None
+    ) -> Slave:
+        return Slave(
+            points,
+            facets,
+            None if self.area is None else self.area * factor**2,
+            None if self.thickness is None else self.thickness * factor,
+            self.mass,
+            active=self.active,
+            name=self.name,
+            unit=unit,
+            cells=self.cells,
+            parts=self.parts,
+        )
+
+
+_FIELDS = tuple(key for key in Slave.__slots__ if key != "__weakref__")
+
+
+def mesh_summary(slave: Slave) -> dict[str, Any]:
+    """What a person wants to know of a mesh: plain numbers and strings, ready to print or dump.
+
+    Returns
+    -------
+    dict with name, nodes, active_nodes, facets, cells (count by kind), area (of the facets, or
+    the sum of what the points were given; None if neither), thickness (lowest and highest over
+    the active nodes, or None), mass (total or None), bounds, parts (label, cells, nodes), unit
+    """
+    active = slave.active
+    area = None
+    if slave.facets is not None:
+        area = float(facet_areas(slave.points, slave.facets).sum())
+    elif slave.area is not None:
+        area = float(slave.area.sum())
+    thickness = None
+    if slave.thickness is not None and active.any():
+        values = slave.thickness[active]
+        thickness = [float(values.min()), float(values.max())]
+    return {
+        "name": slave.name,
+        "nodes": len(slave),
+        "active_nodes": int(active.sum()),
+        "facets": 0 if slave.facets is None else len(slave.facets),
+        "cells": dict(slave.cells),
+        "area": area,
+        "thickness": thickness,
+        "mass": None if slave.mass is None else float(slave.mass.sum()),
+        "bounds": slave.bounds().tolist(),
+        "parts": [
+            {"label": part.label, "cells": part.n_cells, "nodes": part.n_nodes}
+            for part in slave.parts
+        ],
+        "unit": slave.unit,
+    }
+
+
+def check_points(points: FloatArray, *, where: str, ids: NDArray[Any] | None = None) -> None:
+    """Refuse a mesh without nodes or with a coordinate that is not finite.
+
+    `ids` are the node numbers of the file, for the message.
+    """
+    if len(points) == 0:
+        raise MeshError("there are no nodes", where=where, allowed="at least one point")
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(bad):
+        row = int(bad[0])
+        node = f"row {row} (counted from 0)" if ids is None else f"node {ids[row]} (row {row})"
+        raise MeshError(
+            f"the coordinates of {len(bad)} node(s) are not finite, first {node}",
+            where=where,
+            found=points[row].tolist(),
+            allowed="finite numbers",
+        )
+
+
+def _as_facets(points: FloatArray, facets: ArrayLike, name: str) -> IntArray:
+    try:
+        array = np.asarray(facets)
+    except ValueError as error:  # rows of different lengths
+        raise MeshError("facets must be rows of one length", where=name) from error
+    if array.ndim != 2 or array.shape[1] not in (3, 4) or array.dtype.kind not in "iu":
+        raise MeshError(
+            "facets must be whole numbers in rows of 3 or 4",
+            where=name,
+            found=f"shape {array.shape} of {array.dtype}",
+            allowed="(m, 3) triangles or (m, 4) quadrilaterals",
+        )
+    outside = np.flatnonzero(((array < 0) | (array >= len(points))).any(axis=1))
+    if len(outside):
+        raise MeshError(
+            f"facet {int(outside[0])} names a point that is not there",
+            where=name,
+            found=array[outside[0]].tolist(),
+            allowed=f"0 to {len(points) - 1}",
+        )
+    if array.shape[1] == 4:
+        array, _ = split_shells(points, "quad", array.astype(np.int32))
+    own = np.array(array, dtype=np.int32, order="C")
+    own.flags.writeable = False
+    return own
+
+
+def _as_nodal(values: ArrayLike | None, what: str, count: int, name: str) -> FloatArray | None:
+    if values is None:
+        return None
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise MeshError(f"{what} must be an array of numbers", where=name) from error
+    if array.shape != (count,):
+        raise MeshError(
+            f"{what} must have one entry a point",
+            where=name,
+            found=array.shape,
+            allowed=f"({count},)",
+        )
+    bad = np.flatnonzero(~((array >= 0.0) & np.isfinite(array)))
+    if len(bad):
+        raise MeshError(
+            f"{what} of point {int(bad[0])} is negative or not finite",
+            where=name,
+            found=float(array[bad[0]]),
+            allowed="0 or more",
+        )
+    return read_only(array)
+
+
+def _as_active(
+    active: ArrayLike | None, facets: IntArray | None, count: int, name: str
+) -> NDArray[np.bool_]:
+    if active is None:
+        mask = np.full(count, facets is None)
+        if facets is not None:
+            mask[facets] = True
+    else:
+        given = np.asarray(active)
+        if given.shape != (count,) or given.dtype != np.bool_:
+            raise MeshError(
+                "active must be one truth value a point",
+                where=name,
+                found=f"shape {given.shape} of {given.dtype}",
+                allowed=f"({count},) of bool",
+            )
+        mask = given.copy()
+    mask.flags.writeable = False
+    return mask
+
+
+def _similarity(matrix: FloatArray, name: str) -> tuple[FloatArray, float]:
+    """Linear part and scale of a (4, 4) similarity."""
+    last_row = [0.0, 0.0, 0.0, 1.0]
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or matrix[3].tolist() != last_row:
+        raise MeshError(
+            "a transform must be a finite (4, 4) matrix with last row 0 0 0 1",
+            where=name,
+            found=matrix.tolist(),
+        )
+    linear = matrix[:3, :3]
+    gram = linear.T @ linear
+    square = np.trace(gram) / 3.0
+    if not square > 0.0 or np.abs(gram - square * np.eye(3)).max() > _RIGID_TOLERANCE * square:
+        raise MeshError(
+            "a slave can be turned, moved, mirrored and scaled alike in all directions only",
+            where=name,
+            found=matrix.tolist(),
+            allowed="rotation times one scale",
+        )
+    return linear, float(np.sqrt(square))
+
+
+def _plain(value: Any) -> Any:
+    return dict(value) if isinstance(value, Mapping) else value
+
+
+def _rebuild(fields: dict[str, Any]) -> Slave:
+    return Slave(**fields)
