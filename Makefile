@@ -11,7 +11,7 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 BIN := $(VENV)/bin
 DEMO := out/demo
 GENERATED := examples/generated
-ONE_THREAD := $(wildcard tests/cases tests/unit/search)
+ONE_THREAD := $(wildcard tests/cases tests/unit/search tests/unit/triangles)
 PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
 TWO := -n 2 --dist loadfile --no-loadscope-reorder
 

@@ -20,17 +20,17 @@ _HOME = {
     "read_master": "contiga.io.mesh.read_master",
     "write_mesh": "contiga.io.out.write_mesh",
     "Slave": "contiga.io.mesh.read_mesh",
-    "ForceLaw": "contiga.forces.laws",
-    "StressLaw": "contiga.forces.laws",
-    "PenaltyLaw": "contiga.forces.laws",
-    "AdaptiveLaw": "contiga.forces.laws",
-    "Characteristic": "contiga.forces.characteristic",
+    "ForceLaw": "contiga.laws.normal",
+    "StressLaw": "contiga.laws.normal",
+    "PenaltyLaw": "contiga.laws.normal",
+    "AdaptiveLaw": "contiga.laws.normal",
+    "Characteristic": "contiga.laws.characteristic",
     "NodalArea": "contiga.area.nodal",
     "FacetArea": "contiga.area.facet",
     "HullArea": "contiga.area.hull",
     "CloudArea": "contiga.area.cloud",
-    "Contact": "contiga.sim.contact",
-    "State": "contiga.sim.state",
+    "Contact": "contiga.contact.contact",
+    "State": "contiga.contact.state",
     "load_case": "contiga.case.schema",
     "run": "contiga.api",
     "Feature": "contiga.records",
@@ -43,25 +43,22 @@ _ROOMS = {
     "shapes": "contiga.geometry.shapes",
     "clouds": "contiga.geometry.clouds",
     "errors": "contiga.errors",
-    "motion": "contiga.motion",
+    "motion": "contiga.dynamics",
 }
 
 __all__ = ["__version__", *_HOME, *_ROOMS]
 
 if TYPE_CHECKING:
+    from contiga import dynamics as motion  # noqa: F401 (the public name)
     from contiga import errors as errors
-    from contiga import motion as motion
     from contiga.api import run as run
     from contiga.area.cloud import CloudArea as CloudArea
     from contiga.area.facet import FacetArea as FacetArea
     from contiga.area.hull import HullArea as HullArea
     from contiga.area.nodal import NodalArea as NodalArea
     from contiga.case.schema import load_case as load_case
-    from contiga.forces.characteristic import Characteristic as Characteristic
-    from contiga.forces.laws import AdaptiveLaw as AdaptiveLaw
-    from contiga.forces.laws import ForceLaw as ForceLaw
-    from contiga.forces.laws import PenaltyLaw as PenaltyLaw
-    from contiga.forces.laws import StressLaw as StressLaw
+    from contiga.contact.contact import Contact as Contact
+    from contiga.contact.state import State as State
     from contiga.geometry import clouds as clouds
     from contiga.geometry import shapes as shapes
     from contiga.geometry.body import Body as Body
@@ -72,13 +69,16 @@ if TYPE_CHECKING:
     from contiga.io.mesh.read_mesh import Slave as Slave
     from contiga.io.mesh.read_mesh import read_mesh as read_mesh
     from contiga.io.out.write_mesh import write_mesh as write_mesh
+    from contiga.laws.characteristic import Characteristic as Characteristic
+    from contiga.laws.normal import AdaptiveLaw as AdaptiveLaw
+    from contiga.laws.normal import ForceLaw as ForceLaw
+    from contiga.laws.normal import PenaltyLaw as PenaltyLaw
+    from contiga.laws.normal import StressLaw as StressLaw
     from contiga.records import ContactStatus as ContactStatus
     from contiga.records import Feature as Feature
     from contiga.records import Hit as Hit
     from contiga.records import Projection as Projection
     from contiga.records import Status as Status
-    from contiga.sim.contact import Contact as Contact
-    from contiga.sim.state import State as State
     from contiga.triangles.trimesh import TriMesh as TriMesh
 
 

@@ -15,7 +15,7 @@ from contiga.errors import InputError
 
 if TYPE_CHECKING:
     from contiga.case.schema import Case
-    from contiga.sim.run import Result
+    from contiga.simulation.run import Result
 
 
 def run(

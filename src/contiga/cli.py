@@ -122,7 +122,7 @@ def run(
     try:
         result = api.run(loaded, out=folder, resume=resume, strict=strict, quiet=quiet)
     except KeyboardInterrupt:
-        from contiga.sim.folder import CHECKPOINT
+        from contiga.simulation.folder import CHECKPOINT
 
         how = f"; contiga run {case} -o {folder} --resume goes on from the last checkpoint"
         print(
@@ -136,7 +136,7 @@ def run(
 def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path) -> None:
     import numpy as np
 
-    from contiga.report.tables import number
+    from contiga.report.html_tables import number
 
     timings = summary.get("timings") or {}
     lost = float(timings.get("compile", 0.0))

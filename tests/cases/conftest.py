@@ -13,9 +13,9 @@ import contiga as cg
 from contiga.case.build import build
 from contiga.num.ordered import length
 from contiga.records import ContactStatus as Is
-from contiga.sim.clock import Clock
-from contiga.sim.run import ContactPart, Simulation
-from contiga.sim.step import Moment, advance
+from contiga.simulation.clock import Clock
+from contiga.simulation.run import ContactPart, Simulation
+from contiga.simulation.step import Moment, advance
 from contiga.thesis.scenes import scene
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contiga.forces.laws import ForceLaw, StressLaw
+from contiga.laws.normal import ForceLaw, StressLaw
 from contiga.thesis import chapter5_area as area
 from contiga.thesis import chapter5_force as force
 from contiga.thesis import chapter5_split, chapter7

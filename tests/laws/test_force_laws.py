@@ -6,10 +6,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from contiga.forces.characteristic import Characteristic
-from contiga.forces.combined import CombinedLaw
-from contiga.forces.laws import ForceLaw, PenaltyLaw, StressLaw
-from contiga.forces.share import share
+from contiga.laws.characteristic import Characteristic
+from contiga.laws.combined import CombinedLaw
+from contiga.laws.normal import ForceLaw, PenaltyLaw, StressLaw
+from contiga.laws.share import share
 from contiga.records import LawInput
 
 positive = st.floats(1e-6, 1e6)

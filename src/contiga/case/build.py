@@ -23,19 +23,19 @@ from contiga.case.motion_spec import SeriesSpec
 from contiga.case.problems import relocated
 from contiga.case.schema import BodySpec, Case, SlaveSpec
 from contiga.case.toml import resolved_toml
+from contiga.contact.contact import Contact
+from contiga.dynamics.prescribed import Moved, SlaveMotion
 from contiga.errors import CaseError, InputError
-from contiga.forces.laws import StressLaw
 from contiga.geometry.body import Body
 from contiga.io.mesh.series import MeshSeries, find_files
 from contiga.io.units import length_factor
-from contiga.motion.prescribed import Moved, SlaveMotion
+from contiga.laws.normal import StressLaw
 from contiga.records import FloatArray
 from contiga.search.surface import surface_of
 from contiga.search.tables import check_size
-from contiga.sim.clock import Clock
-from contiga.sim.contact import Contact
-from contiga.sim.folder import keep_case_file
-from contiga.sim.run import (
+from contiga.simulation.clock import Clock
+from contiga.simulation.folder import keep_case_file
+from contiga.simulation.run import (
     BodyPart,
     ContactPart,
     OutputOptions,
@@ -43,7 +43,7 @@ from contiga.sim.run import (
     Simulation,
     SlavePart,
 )
-from contiga.sim.run import run as run_simulation
+from contiga.simulation.run import run as run_simulation
 from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
 
@@ -113,7 +113,7 @@ def run(
     Raises
     ------
     OutputError
-        As `contiga.sim.run.run`; also where the copy of the case would replace the case file.
+        As `simulation.run.run`; also where the copy of the case would replace the case file.
     """
     clock = Clock()
     with clock.watching(), clock("total"), clock("build"):

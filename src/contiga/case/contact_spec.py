@@ -13,9 +13,9 @@ from contiga.area.facet import FacetArea
 from contiga.area.hull import HullArea
 from contiga.case.base import Name, NotNegative, Positive, Spec, by_kind
 from contiga.errors import CaseError
-from contiga.forces.characteristic import Characteristic
-from contiga.forces.combined import CombinedLaw
-from contiga.forces.laws import AdaptiveLaw, ForceLaw, Law, PenaltyLaw, StressLaw
+from contiga.laws.characteristic import Characteristic
+from contiga.laws.combined import CombinedLaw
+from contiga.laws.normal import AdaptiveLaw, ForceLaw, Law, PenaltyLaw, StressLaw
 
 
 class CurveTable(Spec):

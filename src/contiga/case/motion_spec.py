@@ -17,8 +17,8 @@ from contiga.case.base import (
     Vector,
     by_kind,
 )
+from contiga.dynamics.prescribed import BodyMotion, Combine, Fixed, Poses, Rotate, Translate
 from contiga.errors import CaseError
-from contiga.motion.prescribed import BodyMotion, Combine, Fixed, Poses, Rotate, Translate
 
 Table = list[list[float]]
 

@@ -8,14 +8,14 @@ from importlib.resources import files
 from typing import Any
 
 from contiga.report.folder import Run
-from contiga.report.plots import PLOT_CONFIG, VIEW_CONFIG
-from contiga.report.tables import (
+from contiga.report.html_tables import (
     inputs_table,
     key_figures,
     number,
     status_table,
     timings_table,
 )
+from contiga.report.plots import PLOT_CONFIG, VIEW_CONFIG
 
 _BODY_BUTTONS = """
 <div class="choice" role="group" aria-label="How the body is drawn" data-what="body">

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.contact.state import State
 from contiga.records import ContactStatus, FloatArray
-from contiga.sim.state import State
 from contiga.thesis.drawing import LINES, plane
 from contiga.thesis.play import Played, play
 from contiga.thesis.records import Claim, Experiment, Outcome, Picture, Table

@@ -10,11 +10,11 @@ import numpy as np
 from contiga.area.base import AreaInput, AreaMethod, Areas
 from contiga.area.hull import HullArea
 from contiga.area.nodal import NodalArea
+from contiga.contact.contact import Contact
 from contiga.errors import ContigaError
-from contiga.forces.laws import ForceLaw, StressLaw
+from contiga.laws.normal import ForceLaw, StressLaw
 from contiga.records import FloatArray
 from contiga.report.plots import INK, LINES, MUTED
-from contiga.sim.contact import Contact
 from contiga.thesis.chapter5_area import STEPS, THESIS, TRUE
 from contiga.thesis.play import Played, played
 from contiga.thesis.records import Cell, Claim, Experiment, Outcome, Picture, Table

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from contiga.area.nodal import NodalArea
+from contiga.contact.state import State
 from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
 from contiga.report.plots import BODY, INK, LINES, MUTED
-from contiga.sim.clock import Clock
-from contiga.sim.simulation import Simulation
-from contiga.sim.state import State
-from contiga.sim.step import advance
+from contiga.simulation.clock import Clock
+from contiga.simulation.simulation import Simulation
+from contiga.simulation.step import advance
 from contiga.thesis.play import exact_master, played
 from contiga.thesis.records import Cell, Claim, Experiment, Outcome, Picture, Table
 from contiga.thesis.variants import simulation_of, variant

@@ -9,11 +9,11 @@ import numpy as np
 from contiga.area.base import Rest
 from contiga.area.cluster import clusters_of
 from contiga.area.regions import regions, structure_of
+from contiga.contact.state import State
 from contiga.geometry import shapes
 from contiga.geometry.body import Body
 from contiga.records import FloatArray, IntArray
 from contiga.report.plots import BODY, INK, LINES, MUTED
-from contiga.sim.state import State
 from contiga.thesis.play import Played, play
 from contiga.thesis.records import Claim, Experiment, Outcome, Picture, Table
 from contiga.thesis.view import View

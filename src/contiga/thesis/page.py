@@ -9,7 +9,7 @@ from importlib.resources import files
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from contiga.report.tables import number
+from contiga.report.html_tables import number
 from contiga.thesis.catalogue import chapter_title
 from contiga.thesis.records import Cell, Claim, Picture, Table
 from contiga.thesis.tables import plain

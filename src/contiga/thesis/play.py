@@ -8,12 +8,12 @@ import numpy as np
 
 from contiga.case.build import build
 from contiga.case.schema import load_case
+from contiga.contact.state import State
 from contiga.geometry.body import Body
 from contiga.records import FloatArray
-from contiga.sim.clock import Clock
-from contiga.sim.simulation import Simulation
-from contiga.sim.state import State
-from contiga.sim.step import Moment, advance, history_row
+from contiga.simulation.clock import Clock
+from contiga.simulation.simulation import Simulation
+from contiga.simulation.step import Moment, advance, history_row
 from contiga.thesis.scenes import scene
 
 

@@ -10,8 +10,8 @@ from time import perf_counter
 from typing import NamedTuple
 
 from contiga.errors import FileError, RunError
-from contiga.sim.clock import Clock
-from contiga.sim.folder import open_folder, write_json, write_text
+from contiga.simulation.clock import Clock
+from contiga.simulation.folder import open_folder, write_json, write_text
 from contiga.thesis.ahead import BEFORE, compiling_ahead
 from contiga.thesis.catalogue import chosen
 from contiga.thesis.drawing import png

@@ -9,9 +9,9 @@ import numpy as np
 
 from contiga.case.build import build
 from contiga.case.schema import load_case
+from contiga.contact.contact import Contact
 from contiga.records import IntArray
-from contiga.sim.contact import Contact
-from contiga.sim.simulation import Simulation
+from contiga.simulation.simulation import Simulation
 from contiga.slaves.slave import Slave
 from contiga.thesis.scenes import scene
 

@@ -12,7 +12,7 @@ from contiga.case.describe import describe, description
 from contiga.case.schema import Case, TimeSpec, load_case, parse_case
 from contiga.case.toml import resolved_toml
 from contiga.errors import CaseError
-from contiga.forces.laws import AdaptiveLaw, ForceLaw, PenaltyLaw, StressLaw
+from contiga.laws.normal import AdaptiveLaw, ForceLaw, PenaltyLaw, StressLaw
 
 HEAD = """\
 [units]

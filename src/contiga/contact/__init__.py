@@ -1,0 +1,1 @@
+"""Contact of a slave with a master: detect, measure, respond, state."""

@@ -1,0 +1,135 @@
+"""What a contact is given and what its law answers, checked before anything is worked out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.area.base import AreaMethod
+from contiga.area.hull import HullArea
+from contiga.errors import InputError
+from contiga.laws.combined import CombinedLaw
+from contiga.laws.normal import Law, StressLaw
+from contiga.records import FloatArray, LawInput
+from contiga.search.surface import surface_of
+from contiga.slaves.slave import Slave
+from contiga.triangles.trimesh import TriMesh
+
+
+def check_methods(law: object, area: object) -> None:
+    """Refuse what is no law or no area method."""
+    if isinstance(law, type) or not all(
+        hasattr(law, name) for name in ("forces", "needs_mass", "needs_thickness")
+    ):
+        raise InputError(
+            "the law must be one, such as PenaltyLaw(100.0)",
+            where="law",
+            found=law,
+            allowed="ForceLaw, StressLaw, PenaltyLaw, AdaptiveLaw, or an object like them with "
+            "forces, needs_mass and needs_thickness",
+        )
+    if area is not None and (isinstance(area, type) or not isinstance(area, AreaMethod)):
+        raise InputError(
+            "the area must be a method, such as NodalArea(0.5)",
+            where="area",
+            found=area,
+            allowed="FacetArea, CloudArea, HullArea, NodalArea, or an object with measure",
+        )
+
+
+def check_mesh(mesh: TriMesh, area: AreaMethod | None) -> None:
+    """Refuse a mesh that cannot serve as a master, and areas that need patches."""
+    surface_of(mesh)  # refuses a mesh that cannot serve
+    if isinstance(area, HullArea):
+        raise InputError(
+            "hulls are drawn in the (u, v) of a patch, which a mesh does not have",
+            where="area",
+            found="HullArea",
+            allowed="FacetArea, CloudArea or NodalArea for a master of triangles",
+        )
+
+
+def choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
+    """Refuse a value that is not one of `allowed`."""
+    if value not in allowed:
+        raise InputError(
+            f"unknown {name}", where=name, found=value, allowed=", ".join(map(repr, allowed))
+        )
+
+
+def kind(name: str, value: object, *wanted: type) -> None:
+    """Refuse a value of another type."""
+    if not isinstance(value, wanted):
+        raise InputError(
+            f"the {name} must be a {' or a '.join(type_.__name__ for type_ in wanted)}",
+            where=name,
+            found=type(value).__name__,
+        )
+
+
+def law_of(law: Law, master_law: StressLaw | None, contact_type: str) -> Law:
+    """The law of a contact: that of both sides for type "combined"."""
+    if contact_type == "combined":
+        if isinstance(law, CombinedLaw) and master_law is None:
+            return law
+        if master_law is None:
+            raise InputError(
+                "combined contact needs the characteristic of the master too",
+                where="master_law",
+                found=None,
+                allowed="StressLaw",
+            )
+        return CombinedLaw(law, master_law)  # type: ignore[arg-type]  # checked there
+    if master_law is not None:
+        raise InputError(
+            "only combined contact has a law of the master",
+            where="master_law",
+            found=contact_type,
+            allowed='contact_type "combined"',
+        )
+    return law
+
+
+def check_needs(law: Law, slave: Slave) -> None:
+    """Refuse a slave without the nodal values the law needs."""
+    for name in ("thickness", "mass"):
+        if not getattr(law, f"needs_{name}"):
+            continue
+        values = getattr(slave, name)
+        bare = len(slave) if values is None else int((values[slave.active] <= 0.0).sum())
+        if bare:
+            raise InputError(
+                f"the law needs the slave's nodal {name}",
+                where="law",
+                found=f"{bare} points without {name}",
+                remedy=f"Give the slave a {name}, or the law one of its own",
+            )
+
+
+def locked(values: FloatArray) -> FloatArray:
+    """A view of what a law may read and not change."""
+    view = values.view()
+    view.flags.writeable = False
+    return view
+
+
+def checked_forces(law: Law, inp: LawInput) -> FloatArray:
+    """What a law answers: one force a point in contact, or it is told. Without any, none is asked.
+
+    A row too few or an axis too many would be spread over the points without a word.
+    """
+    n = len(inp.penetration)
+    if n == 0:
+        return np.zeros(0)
+    answer: object = law.forces(inp)
+    try:
+        size = np.asarray(answer, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError("the law must answer numbers", where="law", found=answer) from error
+    if size.shape != (n,):
+        raise InputError(
+            "the law must answer one force a point in contact",
+            where="law",
+            found=size.shape,
+            allowed=f"({n},)",
+        )
+    return size

@@ -1,0 +1,349 @@
+"""A contact between a rigid master and a slave: from positions to forces, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.area.base import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared
+from contiga.area.facet import FacetArea
+from contiga.area.mapping import offset_ratio
+from contiga.area.nodal import NodalArea
+from contiga.contact.checks import (
+    check_mesh,
+    check_methods,
+    check_needs,
+    checked_forces,
+    choice,
+    kind,
+    law_of,
+    locked,
+)
+from contiga.contact.detect import first_look, look
+from contiga.contact.outlines import outlines_of_state
+from contiga.contact.state import State
+from contiga.contact.tracked import Detected, Last, Options
+from contiga.errors import InputError
+from contiga.geometry.body import Body
+from contiga.laws.normal import Law, StressLaw
+from contiga.num.arrays import as_points, positive
+from contiga.num.pose import as_pose, identity
+from contiga.num.rigid import to_body, to_world, turn_to_world
+from contiga.records import FloatArray, IntArray, LawInput, Projection, rows_of
+from contiga.search.surface import Surface, surface_of
+from contiga.slaves.slave import Slave
+from contiga.triangles.trimesh import TriMesh
+
+SEARCHES = ("intersection", "penetration")
+TYPES = ("slave", "master", "combined")
+EDGES = ("release", "hold")
+
+# Share of its size an open body reaches behind its faces when nothing else is said.
+OPEN_DEPTH = 0.1
+# Distance from the surface below which a point counts as on it: a share of the body's size (feet
+# are that exact) and one of its coordinates (they are rounded).
+SAME_PLACE = 4e-12
+ROUNDING = 32.0 * np.finfo(np.float64).eps
+
+
+StageClock = Callable[[str], AbstractContextManager[None]]
+"""Called with the name of a stage, gives a context that times it."""
+
+
+def _untimed(_: str) -> AbstractContextManager[None]:
+    return nullcontext()
+
+
+class Contact:
+    """Contact of a slave with a rigid master.
+
+    Parameters
+    ----------
+    master : the rigid body: exact geometry, or triangles
+    slave : the points, and what they know of facets, areas, thickness and mass
+    law : from penetration and area to force
+    area : nodal contact areas; `FacetArea` if omitted, the slave's tributary areas for a slave
+        without facets
+    search : "intersection": a point is in contact from the step in which its path enters the body
+        from the free side; "penetration": from the step in which it lies inside
+    contact_type : which side deforms (thesis, 3.2). "slave": areas of the slave. "master": the
+        areas of the master; those of methods that measure on the slave are carried there along
+        the normal. "combined": both, the penetration is
+        split so that the stresses agree; needs stress laws of both
+    on_edge : "release" points whose foot leaves the surface over a border, or "hold" them on it
+    master_law : stress law of the master, for type "combined"
+    depth : deepest penetration that search by penetration takes for one, length; without limit
+        for closed bodies and a tenth of the size for open ones if omitted
+
+    Raises
+    ------
+    InputError
+        An option that is not known, a law that lacks what it needs (thickness, mass), areas that
+        do not fit the slave.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    >>> pad = cg.Slave([[0.0, 0.0, 1.1]], area=[0.5])
+    >>> contact = cg.Contact(ball, pad, law=cg.PenaltyLaw(100.0))
+    >>> state = contact.start(pad.points)
+    >>> state = contact.step(state, pad.points - [0.0, 0.0, 0.2], dt=1.0)
+    >>> round(state.max_penetration, 12), state.total_force.round(9).tolist()
+    (0.1, [0.0, 0.0, 10.0])
+    """
+
+    def __init__(
+        self,
+        master: Body | TriMesh,
+        slave: Slave,
+        *,
+        law: Law,
+        area: AreaMethod | None = None,
+        search: str = "intersection",
+        contact_type: str = "slave",
+        on_edge: str = "release",
+        master_law: StressLaw | None = None,
+        depth: float | None = None,
+    ) -> None:
+        choice("search", search, SEARCHES)
+        choice("contact_type", contact_type, TYPES)
+        choice("on_edge", on_edge, EDGES)
+        kind("master", master, Body, TriMesh)
+        kind("slave", slave, Slave)
+        check_methods(law, area)
+        if isinstance(master, TriMesh):
+            check_mesh(master, area)
+        self.master = master
+        self.slave = slave
+        self.contact_type = contact_type
+        self.law = law_of(law, master_law, contact_type)
+        self.area: AreaMethod = _default_area(slave) if area is None else area
+        check_needs(self.law, slave)
+        rest = Rest(slave.points, slave.facets, slave.area, master)
+        self._prepared = prepared(self.area, rest)
+        self.search = search
+        self.on_edge = on_edge
+        self.depth = None if depth is None else positive(depth, "depth", finite=False)
+
+    @property
+    def _surface(self) -> Surface:
+        return surface_of(self.master)
+
+    @cached_property
+    def _options(self) -> Options:
+        # Kept: size and borders of a mesh cost as much as a small step.
+        closed, size, bounds = self._surface.closed, self.master.size, self.master.bounds()
+        depth = self.depth
+        if depth is None:
+            depth = np.inf if closed else OPEN_DEPTH * size
+        band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())
+        return Options(
+            self.search == "penetration", self.on_edge == "hold", depth, closed, size, band, bounds
+        )
+
+    def start(
+        self, points: ArrayLike, pose: ArrayLike | None = None, *, clock: StageClock = _untimed
+    ) -> State:
+        """The state at the start.
+
+        Search by intersection starts without contact: a point that begins inside has not come in
+        from the free side, and would make a force at once. Search by penetration takes it.
+
+        Parameters
+        ----------
+        points : (n, 3) slave points, world axes
+        pose : (4, 4) X_WB of the master, the identity if omitted
+        clock : times the stages
+
+        Raises
+        ------
+        InputError
+            Points that do not fit the slave, a pose that is not one.
+        """
+        p_W, X_WB = self._checked(points, pose)
+        with clock("search"):
+            p_B = to_body(X_WB, p_W)
+            found = first_look(self._surface, p_B, self.slave.active, self._options)
+        return self._respond(found, (p_W, p_B, X_WB), np.zeros(len(p_B)), 0.0, clock)
+
+    def step(
+        self,
+        state: State,
+        points: ArrayLike,
+        pose: ArrayLike | None = None,
+        dt: float = 1.0,
+        *,
+        clock: StageClock = _untimed,
+    ) -> State:
+        """The state after a step in which the slave went to `points` and the master to `pose`.
+
+        Pure: `state` is not changed, and the same arguments give the same bits.
+
+        Parameters
+        ----------
+        state : of the last step
+        points : (n, 3) slave points, world axes
+        pose : (4, 4) X_WB of the master, the identity if omitted
+        dt : length of the step, > 0
+        clock : times the stages
+
+        Raises
+        ------
+        InputError
+            Points that do not fit the slave or the state, a pose that is not one, dt ≤ 0.
+        """
+        p_W, X_WB = self._checked(points, pose)
+        dt = positive(dt, "dt")
+        self._check_state(state)
+        with clock("search"):
+            p_B = to_body(X_WB, p_W)
+            last = Last(state.points_B, state.patch, state.uv, state.near, state.reach)
+            found = look(self._surface, p_B, last, self.slave.active, self._options)
+            rate = _rates(state, found, p_B, dt)
+        return self._respond(found, (p_W, p_B, X_WB), rate, dt, clock)
+
+    def outlines(self, state: State, pose: ArrayLike | None = None) -> Outlines | None:
+        """Closed lines around the regions of contact of `state`, world axes.
+
+        Parameters
+        ----------
+        state : of this contact
+        pose : (4, 4) X_WB of the master then, the identity if omitted
+
+        Returns
+        -------
+        Outlines
+            On the slave or the master, whichever the area is measured on; None for area methods
+            that do not tell where contact ends (constant nodal areas).
+        """
+        self._check_state(state)
+        X_WB = identity() if pose is None else as_pose(pose)
+        return outlines_of_state(state, X_WB, self.master, self.area, self._side, self._prepared)
+
+    @property
+    def has_outlines(self) -> bool:
+        """Whether the area method tells where contact ends."""
+        return hasattr(self.area, "outlines")
+
+    @property
+    def _side(self) -> str:
+        return "master" if self.contact_type == "master" else "slave"
+
+    def _checked(self, points: ArrayLike, pose: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
+        p_W = as_points(points)
+        if len(p_W) != len(self.slave):
+            raise InputError(
+                "points must have one row a slave point",
+                where="points",
+                found=len(p_W),
+                allowed=str(len(self.slave)),
+            )
+        return p_W, identity() if pose is None else as_pose(pose)
+
+    def _check_state(self, state: State) -> None:
+        kind("state", state, State)
+        if len(state.status) != len(self.slave):
+            raise InputError(
+                "the state is of another slave",
+                where="state",
+                found=len(state.status),
+                allowed=f"{len(self.slave)} points",
+            )
+        master = self.master
+        pieces = len(master.triangles if isinstance(master, TriMesh) else master.patches)
+        if int(state.patch.max(initial=-1)) >= pieces:
+            raise InputError(
+                "the state is of another master",
+                where="state.patch",
+                found=int(state.patch.max()),
+                allowed=f"-1 … {pieces - 1}",
+            )
+
+    def _respond(
+        self,
+        found: Detected,
+        where: tuple[FloatArray, FloatArray, FloatArray],
+        rate: FloatArray,
+        dt: float,
+        clock: StageClock,
+    ) -> State:
+        """Areas, forces and sums of what the search has found."""
+        p_W, p_B, X_WB = where
+        rows = np.flatnonzero(found.feet.patch >= 0).astype(np.int32)
+        feet = rows_of(found.feet, rows)
+        with clock("area"):
+            areas = self._areas(rows, p_B, feet)
+        with clock("forces"):
+            depth = np.maximum(-feet.gap, 0.0)
+            slave = self.slave
+            inp = LawInput(
+                locked(depth),
+                rate[rows],
+                locked(areas.area),
+                None if slave.thickness is None else slave.thickness[rows],
+                None if slave.mass is None else slave.mass[rows],
+                dt,
+            )
+            size = checked_forces(self.law, inp)
+            n_W = turn_to_world(X_WB, feet.normal)
+            foot_W = to_world(X_WB, feet.point)
+            force = size[:, None] * n_W
+            reference_W = to_world(X_WB, self.master.reference_point[None, :])[0]
+            arm = foot_W - reference_W
+            moment = np.cross(arm, force).sum(axis=0)
+            wrench = 0.0 - np.concatenate((force.sum(axis=0), moment))
+        n = len(p_W)
+        return State(
+            status=found.status,
+            feature=found.feet.feature,
+            patch=found.feet.patch,
+            uv=found.uv,
+            near=found.near,
+            penetration=_scattered(n, rows, depth),
+            normal=_scattered(n, rows, n_W),
+            foot=_scattered(n, rows, foot_W, p_W),
+            area=_scattered(n, rows, areas.area),
+            force=_scattered(n, rows, force),
+            clusters=_scattered(n, rows, areas.clusters, np.full(n, -1, np.int32)),
+            points_B=p_B,
+            certified=found.feet.certified,
+            reach=found.reach,
+            wrench=wrench,
+        )
+
+    def _areas(self, rows: IntArray, p_B: FloatArray, feet: Projection) -> Areas:
+        side = self._side
+        own = self.slave.area
+        inp = AreaInput(self.master, rows, p_B, feet, own, side, self._prepared)
+        areas = self.area.measure(inp)
+        if side == "slave" or areas.on == "master":
+            return areas
+        return areas._replace(area=areas.area / offset_ratio(self.master, feet))
+
+
+def _default_area(slave: Slave) -> AreaMethod:
+    has_facets = slave.facets is not None and len(slave.facets) > 0
+    return FacetArea() if has_facets else NodalArea()
+
+
+def _rates(state: State, found: Detected, p_B: FloatArray, dt: float) -> FloatArray:
+    """(n,) dλ/dt: the change of λ of old contacts, the speed of approach of new ones."""
+    now = np.maximum(-found.feet.gap, 0.0)
+    old = (now - state.penetration) / dt
+    with np.errstate(invalid="ignore"):
+        approach = -((p_B - state.points_B) * found.feet.normal).sum(axis=1) / dt
+    return np.where(state.patch >= 0, old, np.where(np.isfinite(approach), approach, 0.0))
+
+
+def _scattered(
+    n: int, rows: np.ndarray, values: np.ndarray, base: np.ndarray | None = None
+) -> np.ndarray:
+    """`values` in their rows of an array of n, `base` (zero if omitted) in the others."""
+    whole = np.zeros((n, *values.shape[1:]), values.dtype) if base is None else base.copy()
+    whole[rows] = values
+    return whole

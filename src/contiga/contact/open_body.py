@@ -1,0 +1,70 @@
+"""The step on an open body: it has sides, but no inside."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.contact.tracked import (
+    Detected,
+    Options,
+    Step,
+    Tracked,
+    continued,
+    look_inside,
+    take,
+    track,
+)
+from contiga.records import ContactStatus, IntArray, Status
+from contiga.search.surface import Surface
+
+
+def look(
+    surface: Surface,
+    step: Step,
+    rows: tuple[IntArray, IntArray],
+    tracked: Tracked,
+    found: Detected,
+    options: Options,
+) -> None:
+    """Fill `found` for the points that were in contact and the free ones that are near.
+
+    `rows` is (in contact, near), `tracked` the feet of the first.
+    """
+    touching, near = rows
+    keep = tracked.keep
+    slid_off = tracked.at_border & (not options.hold)
+    gone = np.where(slid_off, ContactStatus.SLID_OFF, ContactStatus.RELEASED)
+    status = np.where(keep, continued(tracked), gone)
+    found.status[touching] = np.where(tracked.solved, status, ContactStatus.LOST)
+    found.reach[touching] = 0.0
+    take(found.feet, touching, tracked.feet, keep)
+    if options.penetration:
+        look_inside(surface, step.now, near, found, options)
+        return
+    # A point that left one sheet may have come through another one since.
+    left = touching[found.status[touching] == ContactStatus.RELEASED]
+    _sweep(surface, step, np.concatenate((left, near)), found, options)
+    rest = near[found.feet.patch[near] < 0]
+    surface.reach(step.now, rest, found.reach)
+
+
+def _sweep(surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options) -> None:
+    """New contacts (type a): points whose last crossing is an entry, feet started there."""
+    hits, sense = surface.last_crossings(step.before, step.now, rows)
+    given_up = hits.status == Status.BUDGET
+    found.status[rows[given_up]] = ContactStatus.LOST
+    entered = np.flatnonzero(sense > 0)
+    if len(entered) == 0:
+        return
+    rows = rows[entered]
+    tracked = track(
+        surface,
+        (hits.point[entered], step.now[rows]),
+        (hits.patch[entered], hits.uv[entered]),
+        options,
+    )
+    keep = tracked.keep
+    new = np.where(tracked.at_border, ContactStatus.HELD, ContactStatus.NEW)
+    found.status[rows[keep]] = new[keep]
+    found.status[rows[~tracked.solved]] = ContactStatus.LOST
+    take(found.feet, rows, tracked.feet, keep)

@@ -1,1 +1,0 @@
-"""From penetration and area to force."""

@@ -1,0 +1,1 @@
+"""Laws: from penetration and area to force."""

@@ -1,0 +1,150 @@
+"""Contact of two deformable sides: the intermediate surface between slave and master.
+
+The penetration is split, λ = λ_s + λ_m, so that both sides' elastic stresses agree,
+σ_s(λ_s/t_s) = σ_m(λ_m/t_m): two springs in series (contact type *combined*, thesis, 3.2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.errors import InputError
+from contiga.laws.characteristic import Characteristic
+from contiga.laws.normal import StressLaw
+from contiga.laws.stress_path import StressPath, stress_path
+from contiga.records import FloatArray, LawInput
+
+_SAMPLES = 65
+
+
+class Split(NamedTuple):
+    """How the penetration of n_c points is shared by the two sides."""
+
+    slave: FloatArray
+    """(n_c,) λ_s."""
+    master: FloatArray
+    """(n_c,) λ_m."""
+    stress: FloatArray
+    """(n_c,) the elastic stress both sides carry."""
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class CombinedLaw:
+    """Stress law of a deformable slave in contact with a deformable master.
+
+    Parameters
+    ----------
+    slave : law of the slave side; its thickness, or the slave's nodal one if it has none
+    master : law of the master side, with a thickness
+
+    Notes
+    -----
+    Tables are solved exactly, plateaus included: what lies between two equal plateaus is shared in
+    proportion to their lengths. Callables are solved by Chandrupatla's bracketing method
+    (Advances in Engineering Software 28, 1997) to rounding.
+
+    Where one side's stress at zero strain is above all the other can carry, that side does not
+    deform and the other takes all the penetration.
+
+    Damping: the rate is shared as the penetration is, λ̇_s = λ̇ λ_s/λ (equally where λ = 0), and
+    the surface carries the damping stress of equal power, σ_d λ̇ = σ_d,s λ̇_s + σ_d,m λ̇_m.
+
+    Raises
+    ------
+    InputError
+        A law that is not a `StressLaw` (the force model has no stress to balance), a master
+        without thickness, characteristics that decrease.
+    """
+
+    slave: StressLaw
+    master: StressLaw
+    path: StressPath | None
+
+    def __init__(self, slave: StressLaw, master: StressLaw) -> None:
+        for side, law in (("law", slave), ("master_law", master)):
+            if not isinstance(law, StressLaw):
+                raise InputError(
+                    "combined contact balances the stresses of two sides",
+                    where=side,
+                    found=type(law).__name__,
+                    allowed="StressLaw",
+                    remedy="The force, penalty and adaptive laws work with type slave or master",
+                )
+        if master.thickness is None:
+            raise InputError("the master's stress law needs a thickness", where="master_law")
+        tables = slave.elastic.is_table and master.elastic.is_table
+        object.__setattr__(self, "slave", slave)
+        object.__setattr__(self, "master", master)
+        path = stress_path(slave.elastic, master.elastic) if tables else None
+        object.__setattr__(self, "path", path)
+
+    needs_mass = False
+
+    @property
+    def needs_thickness(self) -> bool:
+        """True where the slave's law has no thickness: the slave's nodes must have one."""
+        return self.slave.needs_thickness
+
+    def split(self, inp: LawInput) -> Split:
+        """Shares of the penetration and the elastic stress (n_c,) of both sides."""
+        t_s, t_m = self.slave.thickness_of(inp), self.master.thickness_of(inp)
+        if self.path is not None:
+            return Split(*self.path.solve(inp.penetration, t_s, t_m))
+        return _balance(self.slave, self.master, inp.penetration, t_s, t_m)
+
+    def forces(self, inp: LawInput) -> FloatArray:
+        """Force magnitudes (n_c,): area times the stress of the intermediate surface."""
+        t_s, t_m = self.slave.thickness_of(inp), self.master.thickness_of(inp)
+        split = self.split(inp)
+        part = np.full(inp.penetration.shape, 0.5)
+        np.divide(split.slave, inp.penetration, out=part, where=inp.penetration > 0.0)
+        rest = 1.0 - part
+        damping = part * self.slave.damping_stress(inp.rate * part / t_s, split.stress)
+        damping += rest * self.master.damping_stress(inp.rate * rest / t_m, split.stress)
+        return inp.area * np.maximum(split.stress + damping, 0.0)
+
+
+def _balance(
+    slave: StressLaw, master: StressLaw, depth: FloatArray, t_s: FloatArray, t_m: FloatArray
+) -> Split:
+    """The split for callables, by bracketing λ_s in [0, λ]."""
+    from scipy.optimize.elementwise import find_root
+
+    if depth.size == 0:
+        return Split(np.zeros(0), np.zeros(0), np.zeros(0))
+    _check_rising(slave.elastic, float((depth / t_s).max()), "law")
+    _check_rising(master.elastic, float((depth / t_m).max()), "master_law")
+
+    def excess(part: FloatArray, depth: FloatArray, t_s: FloatArray, t_m: FloatArray) -> FloatArray:
+        return slave.elastic_stress(part * depth / t_s) - master.elastic_stress(
+            (1.0 - part) * depth / t_m
+        )
+
+    zero, one = np.zeros(depth.shape), np.ones(depth.shape)
+    low, high = excess(zero, depth, t_s, t_m), excess(one, depth, t_s, t_m)
+    part = np.where(low >= 0.0, 0.0, 1.0)
+    inner = (low < 0.0) & (high > 0.0)
+    if inner.any():
+        arguments = (depth[inner], t_s[inner], t_m[inner])
+        found = find_root(excess, (zero[inner], one[inner]), args=arguments)
+        part[inner] = found.x
+    lambda_s, lambda_m = part * depth, (1.0 - part) * depth
+    # At an end of the bracket the stiffer side has not moved: the contact carries what the other
+    # one gives. Elsewhere both are equal to rounding.
+    stress = np.minimum(slave.elastic_stress(lambda_s / t_s), master.elastic_stress(lambda_m / t_m))
+    return Split(lambda_s, lambda_m, stress)
+
+
+def _check_rising(curve: Characteristic, upto: float, where: str) -> None:
+    """A callable cannot be proved to rise; one that falls between samples is refused."""
+    strain = np.linspace(0.0, upto, _SAMPLES)
+    falls = np.flatnonzero(np.diff(curve(strain)) < 0.0)
+    if falls.size:
+        raise InputError(
+            "combined contact needs a characteristic that does not decrease; "
+            f"it falls near {strain[falls[0]]:.6g}",
+            where=f"{where}.{curve.name}",
+        )

@@ -1,1 +1,0 @@
-"""Contact, stepping, runs, checkpoints."""

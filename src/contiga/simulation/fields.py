@@ -1,0 +1,127 @@
+"""Fields of a simulation for ParaView: all bodies and slaves stacked in one data set.
+
+Beside it stand the outlines of the regions of contact, where an area method tells them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.contact.outlines import OutlinesFile
+from contiga.contact.state import State
+from contiga.io.out.vtkhdf import FieldsWriter, Part
+from contiga.num.rigid import to_world
+from contiga.simulation.simulation import Simulation
+from contiga.simulation.step import Moment
+from contiga.triangles.trimesh import TriMesh
+
+# Largest departure of the drawn triangles from a body, relative to its size.
+DRAWN = 2e-3
+
+
+class Fields:
+    """Writes the fields and outlines of a run, step by step.
+
+    Parameters
+    ----------
+    simulation : what is run
+    path, outlines : of the two files
+    written : steps already in it, which are kept; None starts a new file
+    """
+
+    def __init__(
+        self, simulation: Simulation, path: Path, outlines: Path, written: int | None = None
+    ) -> None:
+        self._simulation = simulation
+        self._meshes: dict[str, TriMesh] = {
+            name: part.body.tessellate(DRAWN * part.body.size)
+            for name, part in simulation.bodies.items()
+        }
+        parts = [
+            Part(name, "body", len(mesh.vertices), mesh.triangles)
+            for name, mesh in self._meshes.items()
+        ] + [
+            Part(name, "slave", len(part.slave.points), part.slave.facets)
+            for name, part in simulation.slaves.items()
+        ]
+        self._part = np.repeat(np.arange(len(parts), dtype=np.int32), [p.n_points for p in parts])
+        self._writer = (
+            FieldsWriter(path, parts) if written is None else FieldsWriter.reopen(path, written)
+        )
+        self._outlines = OutlinesFile(outlines, written) if has_outlines(simulation) else None
+
+    def append(self, moment: Moment) -> None:
+        """Write one step."""
+        bodies = [
+            to_world(moment.poses[name], mesh.vertices) for name, mesh in self._meshes.items()
+        ]
+        first = sum(len(b) for b in bodies)
+        slaves = [moment.points[name] for name in self._simulation.slaves]
+        points = np.concatenate(bodies + slaves)
+        data = self._blank(len(points), first)
+        for name in self._simulation.slaves:
+            n = len(moment.points[name])
+            for part in self._simulation.contacts:
+                if part.slave == name:
+                    _add(data, slice(first, first + n), moment.states[part.name])
+            first += n
+        # Outlines first: a stop between the two leaves one too many there, which resuming drops.
+        if self._outlines is not None:
+            found = [
+                part.contact.outlines(moment.states[part.name], moment.poses[part.master])
+                for part in self._simulation.contacts
+            ]
+            self._outlines.append(moment.time, found)
+        self._writer.append(moment.time, points, data)
+
+    def _blank(self, n: int, first_slave: int) -> dict[str, NDArray[np.generic]]:
+        status = np.zeros(n, np.int32)
+        status[:first_slave] = -1
+        return {
+            "part": self._part,
+            "contact_status": status,
+            "penetration": np.zeros(n),
+            "gap": np.full(n, np.nan),
+            "normal": np.zeros((n, 3)),
+            "force": np.zeros((n, 3)),
+            "area": np.zeros(n),
+            "pressure": np.zeros(n),
+            "cluster": np.full(n, -1, np.int32),
+        }
+
+    def flush(self) -> None:
+        """Bring what was appended to the disk."""
+        self._writer.flush()
+
+    def close(self) -> None:
+        """End writing."""
+        self._writer.close()
+
+
+def has_outlines(simulation: Simulation) -> bool:
+    """Whether any contact tells where its regions end."""
+    return any(part.contact.has_outlines for part in simulation.contacts)
+
+
+def _add(data: dict[str, NDArray[np.generic]], rows: slice, state: State) -> None:
+    """Lay a contact's fields over those of other contacts of the same slave."""
+    on: NDArray[np.bool_] = state.in_contact
+
+    def take(name: str, values: NDArray[np.generic], where: NDArray[np.bool_] = on) -> None:
+        view = data[name][rows]
+        view[where] = values[where]
+
+    status = data["contact_status"][rows]
+    free: NDArray[np.bool_] = np.asarray(status == 0)
+    take("contact_status", state.status.astype(np.int32), on | free)
+    take("penetration", state.penetration)
+    take("gap", -state.penetration)
+    take("normal", state.normal)
+    take("area", state.area)
+    take("pressure", state.pressure)
+    take("cluster", state.clusters)
+    total = data["force"][rows]
+    total += state.force  # type: ignore[misc]  # float arrays, both

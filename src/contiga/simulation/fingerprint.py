@@ -1,0 +1,180 @@
+"""What tells a simulation from another: a digest of all that decides its results.
+
+A checkpoint carries it, so that a run never goes on from the steps of another case. File names
+are taken relative to the folder of the case: a folder that was moved is still the same case.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.dynamics.prescribed import Moved, SlaveMotion
+from contiga.geometry.body import Body
+from contiga.records import FloatArray
+from contiga.slaves.slave import Slave
+from contiga.triangles.trimesh import TriMesh
+
+if TYPE_CHECKING:
+    from contiga.contact.contact import Contact
+    from contiga.simulation.simulation import Simulation
+
+# Instants a slave's motion is looked at where it is not a rigid one: a series of large files would
+# have to be read again for more.
+INSTANTS = 64
+# Arguments a function is tried at, beside its code: strains, penetrations and rates.
+_TRIED = np.array([0.0, 1e-6, 1e-3, 0.03, 0.3])
+# Objects inside objects, inside objects…: beyond this a law says nothing more about itself.
+_DEEPEST = 8
+
+
+def fingerprint_of(simulation: Simulation) -> str:
+    """Of case, times, geometry, slaves, motions, contacts and what is written."""
+    digest = _Digest()
+    digest.text(_without_folder(simulation))
+    digest.arrays("times", simulation.times)
+    digest.text(repr((simulation.output.every, tuple(simulation.output.formats))))
+    for name, part in simulation.bodies.items():
+        poses = (part.motion.pose(float(t)) for t in simulation.times)
+        digest.arrays(f"poses of {name}", *poses)
+        digest.master(part.body)
+    for name, (slave, motion) in simulation.slaves.items():
+        digest.text(name)
+        digest.slave(slave)
+        digest.motion(motion, simulation.times)
+    for pair in simulation.contacts:
+        digest.text(repr((pair.name, pair.master, pair.slave)))
+        digest.contact(pair.contact)
+        if pair.contact.master is not simulation.bodies[pair.master].body:
+            digest.master(pair.contact.master)
+        if pair.contact.slave is not simulation.slaves[pair.slave].slave:
+            digest.slave(pair.contact.slave)
+    return digest.hexdigest()
+
+
+def _without_folder(simulation: Simulation) -> str:
+    """The text of the case, its folder left out of the names of files."""
+    folder = simulation.base_folder.resolve().as_posix()
+    quoted = json.dumps(folder, ensure_ascii=False)[:-1]  # as the text has it: "/a/b
+    return simulation.case_text.replace(f"{quoted.rstrip('/')}/", '"')
+
+
+class _Digest:
+    """Adds things one after the other, each with what tells it from its neighbours."""
+
+    def __init__(self) -> None:
+        self._hash = hashlib.sha256()
+        self.hexdigest = self._hash.hexdigest
+
+    def text(self, text: str) -> None:
+        """A text and its length."""
+        data = text.encode()
+        self._hash.update(f"{len(data)}:".encode() + data)
+
+    def arrays(self, label: str, *arrays: NDArray[Any] | None) -> None:
+        """Arrays with their shapes and types."""
+        self.text(f"{label}, {len(arrays)}")
+        for array in arrays:
+            if array is None:
+                self.text("none")
+            else:
+                own = np.ascontiguousarray(array)
+                self.text(f"{own.shape} {own.dtype.str}")
+                self._hash.update(own.tobytes())
+
+    def master(self, body: Body | TriMesh) -> None:
+        """Geometry, trims and what is joined to what."""
+        self.arrays("about", np.asarray(body.reference_point))
+        if isinstance(body, TriMesh):
+            self.arrays(f"mesh {body.normal_kind}", body.vertices, body.triangles)
+            return
+        for patch, loops in zip(body.patches, body.trims, strict=True):
+            self.arrays("patch", *patch.knots, patch.control_points, patch.weights)
+            self.text("whole" if loops is None else f"{[len(loop) for loop in loops]}")
+            for curve in chain.from_iterable(loops or ()):
+                self.arrays("trim", curve.knots, curve.control_points, curve.weights)
+        for edge in body.edges:
+            self.text(repr((edge.uses, edge.spans, edge.tolerance, edge.stated, edge.corner)))
+
+    def slave(self, slave: Slave) -> None:
+        """All that a contact uses of a slave."""
+        nodal = slave.area, slave.thickness, slave.mass
+        self.arrays("slave", slave.points, slave.facets, slave.active, *nodal)
+
+    def motion(self, motion: SlaveMotion, times: FloatArray) -> None:
+        """Where the points go."""
+        if isinstance(motion, Moved):
+            self.arrays("carried", *(motion.motion.pose(float(t)) for t in times))
+            if isinstance(motion.base, np.ndarray):
+                self.arrays("rest", motion.base)
+            else:
+                self.motion(motion.base, times)
+            return
+        some = np.unique(np.linspace(0, len(times) - 1, min(INSTANTS, len(times))).round())
+        for k in some.astype(int):
+            self.arrays("points", motion.points(float(times[k])))
+
+    def contact(self, contact: Contact) -> None:
+        """Options, law and area of a contact."""
+        self.text(repr((contact.search, contact.contact_type, contact.on_edge, contact.depth)))
+        self.thing(contact.law)
+        self.thing(contact.area)
+
+    def thing(self, value: Any, depth: int = 0) -> None:
+        """A law, a method or what stands in one: numbers, arrays, functions, objects."""
+        if value is None or isinstance(value, bool | int | float | complex | str | bytes):
+            self.text(f"{type(value).__name__} {value!r}")
+        elif isinstance(value, np.ndarray | np.generic):
+            self.arrays("array", np.asarray(value))
+        elif depth >= _DEEPEST:
+            self.text(type(value).__qualname__)
+        elif isinstance(value, Mapping):
+            self._things(chain.from_iterable(value.items()), depth)
+        elif isinstance(value, Sequence | set | frozenset):
+            ordered = value if isinstance(value, Sequence) else sorted(value, key=repr)
+            self._things(ordered, depth)
+        else:
+            self._object(value, depth)
+
+    def _things(self, values: Iterable[Any], depth: int) -> None:
+        own = list(values)
+        self.text(f"{len(own)} things")
+        for value in own:
+            self.thing(value, depth + 1)
+
+    def _object(self, value: Any, depth: int) -> None:
+        named = value if callable(value) and hasattr(value, "__qualname__") else type(value)
+        self.text(f"{named.__module__}.{named.__qualname__}")
+        self._code(value, depth)
+        if callable(value):
+            self.text(_tried(value))
+        if hasattr(value, "__dict__") and not isinstance(value, type):
+            self._things(chain.from_iterable(sorted(vars(value).items())), depth)
+
+    def _code(self, value: Any, depth: int) -> None:
+        """What a function of Python does: its code, constants, defaults and closure."""
+        function = getattr(value, "__func__", value)
+        code = getattr(function, "__code__", None)
+        if code is None:
+            return
+        self.text(code.co_code.hex() + repr(code.co_names))
+        plain = [c for c in code.co_consts if not hasattr(c, "co_code")]
+        cells = [cell.cell_contents for cell in function.__closure__ or ()]
+        self._things([plain, function.__defaults__, cells], depth)
+        if function is not value:
+            self.thing(value.__self__, depth + 1)
+
+
+def _tried(function: Callable[..., Any]) -> str:
+    """What a function answers; the name of the error where it takes other arguments."""
+    try:
+        with np.errstate(all="ignore"):
+            return repr(np.asarray(function(_TRIED.copy()), dtype=np.float64).tobytes())
+    except Exception as error:
+        return type(error).__name__

@@ -1,0 +1,100 @@
+"""A step is a pure function: of the same arguments the same bits, and nothing is changed."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+import contiga as cg
+from contiga.contact.state import State
+
+N = 3000
+
+
+def _bits(state: State) -> list[bytes]:
+    return [np.asarray(getattr(state, field.name)).tobytes() for field in fields(State)]
+
+
+def _run(order: np.ndarray, search: str = "intersection") -> list[State]:
+    """Points falling on a torus, in the given order of rows."""
+    rng = np.random.default_rng(4)
+    points = rng.uniform([-2.7, -2.7, 0.3], [2.7, 2.7, 0.9], (N, 3))
+    drift = rng.normal(scale=0.02, size=(N, 3)) - [0.0, 0.0, 0.05]
+    ring = cg.Body([cg.shapes.torus()])
+    cloud = cg.Slave(points[order], area=np.linspace(1.0, 2.0, N)[order])
+    contact = cg.Contact(ring, cloud, law=cg.PenaltyLaw(3.0, per_area=True), search=search)
+    states = [contact.start(points[order])]
+    for k in range(1, 13):
+        states.append(contact.step(states[-1], (points + k * drift)[order], dt=0.1))
+    return states
+
+
+@pytest.fixture(scope="module")
+def states() -> list[State]:
+    return _run(np.arange(N))
+
+
+def test_a_state_takes_at_most_160_bytes_a_point(states: list[State]) -> None:
+    size = sum(getattr(states[-1], field.name).nbytes for field in fields(State))
+    assert (size - states[-1].wrench.nbytes) / N == 151
+
+
+def test_the_same_arguments_give_the_same_bits(states: list[State]) -> None:
+    assert states[-1].n_contact > 200
+    for a, b in zip(states, _run(np.arange(N)), strict=True):
+        assert _bits(a) == _bits(b)
+
+
+def test_a_step_changes_neither_state_nor_points(states: list[State]) -> None:
+    ring = cg.Body([cg.shapes.torus()])
+    last = states[-1]
+    contact = cg.Contact(ring, cg.Slave(last.points_B, area=np.ones(N)), law=cg.PenaltyLaw(1.0))
+    points, X_WB = last.points_B - [0.0, 0.0, 0.02], np.eye(4)
+    before = (_bits(last), points.tobytes(), X_WB.tobytes())
+    first = contact.step(last, points, X_WB)
+    again = contact.step(last, points, X_WB)
+    assert before == (_bits(last), points.tobytes(), X_WB.tobytes())
+    assert _bits(first) == _bits(again)
+
+
+def test_a_state_shares_no_memory_with_the_points_or_the_last_state(states: list[State]) -> None:
+    ring = cg.Body([cg.shapes.torus()])
+    contact = cg.Contact(ring, cg.Slave(np.zeros((N, 3)), area=np.ones(N)), law=cg.PenaltyLaw(1.0))
+    points = states[0].points_B.copy()
+    first = contact.start(points)
+    second = contact.step(first, points)
+    for field in fields(State):
+        own = getattr(second, field.name)
+        assert not np.shares_memory(own, points)
+        assert not np.shares_memory(own, getattr(first, field.name))
+
+
+@pytest.mark.parametrize("search", ["intersection", "penetration"])
+def test_permuted_points_have_permuted_results(search: str) -> None:
+    order = np.random.default_rng(9).permutation(N)
+    plain, permuted = _run(np.arange(N), search), _run(order, search)
+    for a, b in zip(plain, permuted, strict=True):
+        for field in fields(State):
+            if field.name == "wrench":
+                scale = np.abs(a.force).sum() + 1e-300
+                np.testing.assert_allclose(b.wrench, a.wrench, rtol=0, atol=1e-13 * scale)
+            else:
+                own = getattr(a, field.name)[order]
+                assert own.tobytes() == getattr(b, field.name).tobytes(), field.name
+
+
+def test_points_do_not_feel_each_other(states: list[State]) -> None:
+    # A part of the points alone has the same bits: blocks of lanes are filled differently.
+    rows = np.random.default_rng(10).choice(N, 217, replace=False)
+    contact = cg.Contact(
+        cg.Body([cg.shapes.torus()]),
+        cg.Slave(np.zeros((217, 3)), area=np.linspace(1.0, 2.0, N)[rows]),
+        law=cg.PenaltyLaw(3.0, per_area=True),
+    )
+    part = contact.start(states[0].points_B[rows])
+    for state in states[1:]:
+        part = contact.step(part, state.points_B[rows], dt=0.1)
+        for name in ("status", "uv", "penetration", "normal", "force", "reach"):
+            assert getattr(part, name).tobytes() == getattr(state, name)[rows].tobytes(), name

@@ -1,0 +1,104 @@
+"""Characteristics: tables, lines, callables, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from contiga.errors import InputError, RunError
+from contiga.laws.characteristic import Characteristic
+
+TABLE = [[0.0, 0.0], [1.0, 2.0], [3.0, 3.0]]
+
+
+def test_a_table_is_linear_between_its_points_and_exact_at_them() -> None:
+    curve = Characteristic(TABLE)
+    np.testing.assert_array_equal(curve([0.0, 0.5, 1.0, 2.0, 3.0]), [0.0, 1.0, 2.0, 2.5, 3.0])
+
+
+def test_linear_extrapolation_continues_the_first_and_last_segment() -> None:
+    np.testing.assert_allclose(Characteristic(TABLE)([-1.0, 5.0]), [-2.0, 4.0], rtol=1e-15)
+
+
+def test_linear_is_the_default_extrapolation() -> None:
+    assert Characteristic(TABLE).extrapolation == "linear"
+
+
+def test_constant_extrapolation_holds_the_ends() -> None:
+    curve = Characteristic([[1.0, 2.0], [3.0, 3.0]], extrapolation="constant")
+    np.testing.assert_array_equal(curve([0.0, 9.0]), [2.0, 3.0])
+
+
+def test_error_extrapolation_stops_with_the_value_asked_for_and_the_range() -> None:
+    curve = Characteristic(TABLE, extrapolation="error", name="elastic")
+    np.testing.assert_array_equal(curve([0.0, 3.0]), [0.0, 3.0])
+    with pytest.raises(RunError, match=r"elastic: .*4\.5, outside its table \[0, 3\]"):
+        curve([1.0, 4.5])
+
+
+def test_a_number_is_a_line_through_the_origin_on_both_sides() -> None:
+    np.testing.assert_array_equal(Characteristic(0.5)([-2.0, 0.0, 8.0]), [-1.0, 0.0, 4.0])
+    np.testing.assert_array_equal(Characteristic(np.float32(2.0))([3.0]), [6.0])
+
+
+def test_a_callable_is_used_as_it_is() -> None:
+    np.testing.assert_array_equal(Characteristic(np.square)([1.0, 3.0]), [1.0, 9.0])
+
+
+def test_a_characteristic_of_a_characteristic_is_the_same_curve() -> None:
+    inner = Characteristic(TABLE, extrapolation="constant")
+    np.testing.assert_array_equal(Characteristic(inner)([9.0]), [3.0])
+
+
+def test_the_answer_has_the_shape_of_the_question() -> None:
+    curve = Characteristic(TABLE)
+    assert curve(0.5).shape == ()
+    assert curve(np.zeros((2, 3))).shape == (2, 3)
+    assert curve(np.zeros(0)).shape == (0,)
+
+
+def test_the_table_is_a_copy_that_cannot_be_written() -> None:
+    table = np.array(TABLE)
+    curve = Characteristic(table)
+    table[:] = 7.0
+    assert curve(1.0) == 2.0
+    with pytest.raises(ValueError, match="read-only"):
+        curve.y[0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("curve", "message"),
+    [
+        ([[0, 0], [2, 1], [1, 2]], r"abscissae go back or repeat at row 2; found \[2.0, 1.0\]"),
+        ([[0, 0], [0, 1]], "abscissae go back or repeat at row 1"),
+        ([[0, 0]], "at least two points; found 1"),
+        ([[0, 0], [1, np.nan]], "row 1 is not finite"),
+        ([[0, 0], [np.inf, 1]], "row 1 is not finite"),
+        ([[0, 0, 0], [1, 1, 1]], "two columns"),
+        ([0, 1], "two columns"),
+        ([], "two columns"),
+        ("steel", "a number, a table of numbers or a callable; found 'str'"),
+        (True, "two columns"),
+        ([[0, 0], [1]], "a number, a table"),
+        (np.inf, "must be finite"),
+        (lambda x: float(x) if x > 0 else 0.0, "fails when called with an array"),
+        (lambda x: 1.0, "same shape"),
+        (lambda x: x[:-1], "same shape"),
+        (lambda x: np.full_like(x, np.nan), "not finite"),
+    ],
+)
+def test_a_wrong_curve_is_refused_with_its_rule(curve: object, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Characteristic(curve)
+
+
+def test_a_callable_that_turns_infinite_later_is_found_when_it_does() -> None:
+    with np.errstate(divide="ignore"):
+        curve = Characteristic(lambda x: 1.0 / (2.0 - x))
+        with pytest.raises(InputError, match="value at 2 is not finite"):
+            curve([1.0, 2.0])
+
+
+def test_an_unknown_extrapolation_names_the_known_ones() -> None:
+    with pytest.raises(InputError, match="'linear', 'constant', 'error'"):
+        Characteristic(TABLE, extrapolation="cubic")

@@ -1,0 +1,75 @@
+"""Numbers as a person reads them, and the tables of the report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from contiga.report.folder import Run, read_run
+from contiga.report.html_tables import (
+    inputs_table,
+    key_figures,
+    number,
+    status_table,
+    timings_table,
+)
+
+from .conftest import write_folder
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Run:
+    return read_run(write_folder(tmp_path / "out", fields=False))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (3.0, "3"),
+        (1853.2, "1\N{NARROW NO-BREAK SPACE}853"),
+        (12.345678, "12.35"),
+        (0.012, "0.012"),
+        (-7.5, "-7.5"),
+        (100.0, "100"),
+        (9.9999, "10"),
+        (0.00012345, "1.234e-04"),
+        (2.5e12, "2.500e+12"),
+        (float("nan"), "–"),
+    ],
+)
+def test_number_is_short_and_right(value: float, text: str) -> None:
+    assert number(value) == text
+
+
+def test_key_figures_are_the_extremes_of_the_history(run: Run) -> None:
+    tiles = key_figures(run)
+    for text in ("90 <small>N", "3 <small>mm", "45 <small>mm²", "45 <small>", "at t = 2 ms"):
+        assert text in tiles
+
+
+def test_timings_tell_compiling_apart(run: Run) -> None:
+    table = timings_table(run)
+    assert '<tr class="apart"><td>Compiling' in table
+    assert "4 s without compiling" in table
+    assert "width:60.00%" in table
+    assert "Everything else" in table
+
+
+def test_statuses_have_a_row_a_contact_and_a_column_a_status(run: Run) -> None:
+    table = status_table(run)
+    assert table.count("<tr>") == 2
+    assert ">free</th>" in table
+    assert "<td>press</td>" in table
+
+
+def test_inputs_name_bodies_and_slaves(run: Run) -> None:
+    table = inputs_table(run)
+    assert "<td>ball</td><td>body</td><td>patches 1 · size 34.64 mm</td>" in table
+    assert "<td>sheet</td><td>slave</td><td>points 169</td>" in table
+
+
+def test_tables_of_an_empty_summary_are_left_out(run: Run) -> None:
+    bare = run._replace(summary={})
+    assert status_table(bare) == timings_table(bare) == inputs_table(bare) == ""

@@ -1,0 +1,75 @@
+"""A small simulation to run: a ball rolls and dips into a sheet and comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import contiga as cg
+from contiga.dynamics.prescribed import Combine, Fixed, Moved, Rotate, Translate
+from contiga.simulation.run import BodyPart, ContactPart, OutputOptions, Simulation, SlavePart
+
+STEPS = 12
+
+
+def grid_facets(n: int) -> np.ndarray:
+    index = np.arange(n * n).reshape(n, n)
+    corners = [index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]]
+    return np.stack([c.ravel() for c in corners], axis=1)
+
+
+def make_simulation(**changes: object) -> Simulation:
+    """The simulation, with fields changed."""
+    n = 15
+    points = cg.clouds.sample(cg.shapes.plane(width=2.0, length=2.0), n, n)
+    sheet = cg.Slave(points, grid_facets(n), thickness=np.full(n * n, 0.5), name="sheet")
+    ball = cg.Body([cg.shapes.sphere(radius=0.5, centre=(0.0, 0.0, 0.55))], name="ball")
+    dip = Translate([[0, 0, 0, 0], [6, 0.2, 0, -0.25], [12, 0.4, 0, 0]])
+    roll = Rotate([[0, 0], [12, 90]], axis="y", centre=(0.0, 0.0, 0.55))
+    law = cg.StressLaw([[0, 0], [0.1, 1.0], [1.0, 3.0]], damping=0.2)
+    values: dict[str, object] = {
+        "title": "A ball dips into a sheet",
+        "units": ("mm", "kg", "ms"),
+        "times": 12.0 * np.linspace(0.0, 1.0, STEPS + 1) ** 1.1,
+        "bodies": {"ball": BodyPart(ball, Combine([roll, dip]))},
+        "slaves": {"sheet": SlavePart(sheet, Moved(sheet.points, Fixed()))},
+        "contacts": (ContactPart("dip", "ball", "sheet", cg.Contact(ball, sheet, law=law)),),
+        "output": OutputOptions(),
+        "case_text": 'title = "A ball dips into a sheet"\n',
+    }
+    return Simulation(**(values | changes))  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def simulation() -> Simulation:
+    return make_simulation()
+
+
+class StopError(Exception):
+    """Raised by a user in the middle of a run."""
+
+
+@pytest.fixture
+def stop_after() -> Callable[[int], Callable[[int, int, int], None]]:
+    """A progress callback that stops the run after so many steps."""
+
+    def make(steps: int) -> Callable[[int, int, int], None]:
+        def progress(done: int, _: int, __: int) -> None:
+            if done == steps:
+                raise StopError
+
+        return progress
+
+    return make
+
+
+@pytest.fixture
+def make() -> Callable[..., Simulation]:
+    return make_simulation
+
+
+@pytest.fixture
+def stop() -> type[StopError]:
+    return StopError

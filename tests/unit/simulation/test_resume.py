@@ -1,0 +1,319 @@
+"""A run that was stopped goes on with the same bits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import fields as fields_of
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import contiga as cg
+from contiga.contact.state import State
+from contiga.dynamics.prescribed import Moved, Translate
+from contiga.errors import CheckpointError
+from contiga.geometry.body import Body
+from contiga.io.out.outlines import read_outlines
+from contiga.io.out.vtkhdf import FieldSeries, read_fields
+from contiga.simulation import fields as fields_module
+from contiga.simulation.checkpoint import read_checkpoint
+from contiga.simulation.run import ContactPart, OutputOptions, Simulation, run
+
+Make = Callable[..., Simulation]
+StopAfter = Callable[[int], Callable[[int, int, int], None]]
+
+
+def _same_fields(a: FieldSeries, b: FieldSeries) -> None:
+    np.testing.assert_array_equal(a.times, b.times)
+    assert (a.names, [p.name for p in a.parts]) == (b.names, [p.name for p in b.parts])
+    for k in range(len(a.times)):
+        np.testing.assert_array_equal(a.points(k), b.points(k))
+        for name in a.names:
+            assert a.data(k, name).tobytes() == b.data(k, name).tobytes()
+
+
+def _same_states(a: dict[str, State], b: dict[str, State]) -> None:
+    assert a.keys() == b.keys()
+    for name, state in a.items():
+        for field in fields_of(State):
+            one, other = getattr(state, field.name), getattr(b[name], field.name)
+            assert one.dtype == other.dtype
+            assert one.tobytes() == other.tobytes()
+
+
+def _same_output(path: Path) -> None:
+    _same_fields(*(read_fields(path / k / "fields.vtkhdf") for k in ("whole", "parts")))
+    one, other = (read_outlines(path / k / "outlines.vtkhdf") for k in ("whole", "parts"))
+    assert one.times.tobytes() == other.times.tobytes()
+    for i in range(len(one.times)):
+        for a, b in zip(one.loops(i), other.loops(i), strict=True):
+            assert a.tobytes() == b.tobytes()
+
+
+def _same_history(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> None:
+    assert list(a) == list(b)
+    for name in a:
+        assert a[name].dtype == b[name].dtype
+        if not name.endswith("wall_time"):
+            assert a[name].tobytes() == b[name].tobytes(), name
+
+
+@pytest.mark.parametrize("every", [1, 4])
+@pytest.mark.parametrize("steps", [1, 5, 12, 13])
+def test_stopped_and_resumed_is_uninterrupted(
+    make: Make, stop_after: StopAfter, stop: type[Exception], tmp_path: Path, steps: int, every: int
+) -> None:
+    simulation = make(output=OutputOptions(every=every))
+    whole = run(simulation, tmp_path / "whole")
+    with pytest.raises(stop):
+        run(simulation, tmp_path / "parts", progress=stop_after(steps))
+    assert not (tmp_path / "parts" / "history.csv").exists()
+    resumed = run(make(output=OutputOptions(every=every)), tmp_path / "parts", resume=True)
+    _same_history(whole.history, resumed.history)
+    _same_states(whole.states, resumed.states)
+    _same_output(tmp_path)
+    names = [sorted(p.name for p in (tmp_path / k).iterdir()) for k in ("whole", "parts")]
+    assert names[0] == names[1]
+    headers = [
+        (tmp_path / k / "history.csv").read_text().splitlines()[0] for k in ("whole", "parts")
+    ]
+    assert headers[0] == headers[1]
+
+
+def test_a_run_can_be_stopped_again_and_again(
+    make: Make, stop_after: StopAfter, stop: type[Exception], tmp_path: Path
+) -> None:
+    whole = run(make(), tmp_path / "whole")
+    for steps in (2, 3, 9):
+        with pytest.raises(stop):
+            run(make(), tmp_path / "parts", progress=stop_after(steps), resume=steps > 2)
+    resumed = run(make(), tmp_path / "parts", resume=True)
+    _same_history(whole.history, resumed.history)
+    _same_output(tmp_path)
+
+
+@pytest.mark.parametrize("after", [False, True])
+def test_a_stop_while_fields_are_written_leaves_whole_steps(
+    make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, after: bool
+) -> None:
+    whole = run(make(), tmp_path / "whole")
+    real = fields_module.Fields.append
+    with monkeypatch.context() as patched:
+
+        def append(self: fields_module.Fields, moment: object) -> None:
+            late = moment.time > 6.5  # type: ignore[attr-defined]
+            if late and not after:
+                raise KeyboardInterrupt
+            real(self, moment)  # type: ignore[arg-type]
+            if late:
+                raise KeyboardInterrupt
+
+        patched.setattr(fields_module.Fields, "append", append)
+        with pytest.raises(KeyboardInterrupt):
+            run(make(), tmp_path / "parts")
+    resumed = run(make(), tmp_path / "parts", resume=True)
+    _same_history(whole.history, resumed.history)
+    _same_output(tmp_path)
+
+
+def test_a_finished_run_is_resumed_without_a_step(simulation: Simulation, tmp_path: Path) -> None:
+    whole = run(simulation, tmp_path)
+    before = read_fields(tmp_path / "fields.vtkhdf")
+    content = (tmp_path / "fields.vtkhdf").read_bytes()
+    again = run(
+        simulation, tmp_path, resume=True, progress=lambda *_: pytest.fail("a step was taken")
+    )
+    _same_history(whole.history, again.history)
+    _same_states(whole.states, again.states)
+    assert (tmp_path / "fields.vtkhdf").read_bytes() == content
+    assert len(before.times) == 13
+
+
+def test_without_resume_a_stopped_run_begins_again(
+    simulation: Simulation, stop_after: StopAfter, stop: type[Exception], tmp_path: Path
+) -> None:
+    with pytest.raises(stop):
+        run(simulation, tmp_path, progress=stop_after(5))
+    calls: list[int] = []
+    run(simulation, tmp_path, progress=lambda done, *_: calls.append(done))
+    assert calls[0] == 1
+
+
+def test_nothing_to_resume_is_told(simulation: Simulation, tmp_path: Path) -> None:
+    with pytest.raises(CheckpointError, match="no checkpoint to go on from") as error:
+        run(simulation, tmp_path / "new", resume=True)
+    assert error.value.exit_code == 2
+    assert not (tmp_path / "new").exists()
+
+
+def _cut(content: bytes) -> bytes:
+    return content[: len(content) // 3]
+
+
+DAMAGE = {
+    "empty": lambda content: b"",
+    "cut off": _cut,
+    "text": lambda content: b"not a checkpoint",
+    "overwritten": lambda content: b"\0" * 512 + content[512:],
+}
+
+
+@pytest.mark.parametrize("how", DAMAGE)
+def test_a_damaged_checkpoint_is_told_and_kept(
+    simulation: Simulation, tmp_path: Path, how: str
+) -> None:
+    run(simulation, tmp_path)
+    path = tmp_path / "checkpoint.h5"
+    path.write_bytes(DAMAGE[how](path.read_bytes()))
+    damaged = path.read_bytes()
+    with pytest.raises(CheckpointError, match="cannot be read") as error:
+        run(simulation, tmp_path, resume=True)
+    assert str(path) in str(error.value)
+    assert error.value.exit_code == 2
+    assert path.read_bytes() == damaged
+
+
+@pytest.mark.parametrize("missing", ["history", "states/dip/uv", "states"])
+def test_a_checkpoint_that_lacks_something_is_told(
+    simulation: Simulation, tmp_path: Path, missing: str
+) -> None:
+    import h5py
+
+    run(simulation, tmp_path)
+    with h5py.File(tmp_path / "checkpoint.h5", "r+") as file:
+        del file[missing]
+    with pytest.raises(CheckpointError, match="cannot be read"):
+        run(simulation, tmp_path, resume=True)
+
+
+def test_a_checkpoint_of_a_later_format_is_told(simulation: Simulation, tmp_path: Path) -> None:
+    import h5py
+
+    run(simulation, tmp_path)
+    with h5py.File(tmp_path / "checkpoint.h5", "r+") as file:
+        file.attrs["format"] = 99
+    with pytest.raises(CheckpointError, match="cannot be read"):
+        run(simulation, tmp_path, resume=True)
+
+
+def _other_weights(s: Simulation) -> Simulation:
+    (patch,) = s.bodies["ball"].body.patches
+    weights = np.asarray(patch.weights).copy()
+    weights[1, 1] *= 1.01
+    other = cg.NurbsSurface(patch.degrees, patch.knots, patch.control_points, weights)
+    return replace(s, bodies={"ball": s.bodies["ball"]._replace(body=Body([other]))})
+
+
+def _other_options(s: Simulation) -> Simulation:
+    (part,) = s.contacts
+    contact = cg.Contact(part.contact.master, part.contact.slave, law=part.contact.law,
+                         search="penetration")  # fmt: skip
+    return replace(s, contacts=(ContactPart("dip", "ball", "sheet", contact),))
+
+
+def _other_motion(s: Simulation) -> Simulation:
+    moved = Translate([[0, 0, 0, 0], [12, 0.2, 0, -0.25]])
+    return replace(s, bodies={"ball": s.bodies["ball"]._replace(motion=moved)})
+
+
+def _other_thickness(s: Simulation) -> Simulation:
+    old = s.slaves["sheet"]
+    slave = cg.Slave(old.slave.points, old.slave.facets, thickness=np.full(225, 0.6))
+    return replace(s, slaves={"sheet": old._replace(slave=slave)})
+
+
+def _contact(**options: object) -> Callable[[Simulation], Simulation]:
+    def change(s: Simulation) -> Simulation:
+        (part,) = s.contacts
+        old = part.contact
+        given = {"law": old.law, **options}
+        contact = cg.Contact(old.master, old.slave, **given)  # type: ignore[arg-type]
+        return replace(s, contacts=(part._replace(contact=contact),))
+
+    return change
+
+
+def _other_way_of_the_slave(s: Simulation) -> Simulation:
+    old = s.slaves["sheet"]
+    aside = Translate([[0, 0, 0, 0], [6, 0.1, 0, 0], [12, 0, 0, 0]])
+    moved = Moved(old.slave.points, aside)
+    return replace(s, slaves={"sheet": old._replace(motion=moved)})
+
+
+def _other_facets(s: Simulation) -> Simulation:
+    old = s.slaves["sheet"].slave
+    assert old.facets is not None
+    slave = cg.Slave(old.points, old.facets[:-1], old.area, old.thickness, active=old.active)
+    return replace(s, slaves={"sheet": s.slaves["sheet"]._replace(slave=slave)})
+
+
+TABLE = [[0, 0], [0.1, 1.0], [1.0, 3.0]]
+OTHERS = {
+    "law's table": _contact(law=cg.StressLaw([[0, 0], [0.1, 1.1], [1.0, 3.0]], damping=0.2)),
+    "law's number": _contact(law=cg.StressLaw(TABLE, damping=0.3)),
+    "law's function": _contact(law=cg.StressLaw(lambda x: 10.0 * x, damping=0.2)),
+    "depth": _contact(depth=0.4),
+    "area": _contact(area=cg.NodalArea()),
+    "area's option": _contact(area=cg.FacetArea(on="master")),
+    "facets": _other_facets,
+    "way of the slave": _other_way_of_the_slave,
+    "what is written": lambda s: replace(s, output=OutputOptions(every=2)),
+    "text": lambda s: replace(s, case_text="title = 'another'\n"),
+    "times": lambda s: replace(s, times=s.times * 1.5),
+    "weights": _other_weights,
+    "options": _other_options,
+    "motion": _other_motion,
+    "thickness": _other_thickness,
+}
+
+
+@pytest.mark.parametrize("what", OTHERS)
+def test_a_checkpoint_of_another_case_is_told(
+    simulation: Simulation, stop_after: StopAfter, stop: type[Exception], tmp_path: Path, what: str
+) -> None:
+    with pytest.raises(stop):
+        run(simulation, tmp_path, progress=stop_after(4))
+    before = sorted(path.name for path in tmp_path.iterdir())
+    with pytest.raises(CheckpointError, match="another case") as error:
+        run(OTHERS[what](simulation), tmp_path, resume=True)
+    assert error.value.exit_code == 2
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
+    # The right case still goes on.
+    assert len(run(simulation, tmp_path, resume=True).history["time"]) == 13
+
+
+def test_equal_cases_built_twice_have_one_fingerprint(make: Make) -> None:
+    assert make().fingerprint() == make().fingerprint()
+
+
+def test_functions_are_told_apart_by_what_they_do(make: Make) -> None:
+    def law(factor: float) -> cg.StressLaw:
+        return cg.StressLaw(lambda x: np.where(x > 0.7, factor, 1.0) * x, thickness=0.5)
+
+    def fingerprint(law: cg.StressLaw) -> str:
+        return _contact(law=law)(make()).fingerprint()
+
+    # They differ beyond every argument they are tried at: the closure tells.
+    assert fingerprint(law(2.0)) == fingerprint(law(2.0))
+    assert fingerprint(law(2.0)) != fingerprint(law(3.0))
+
+
+def test_a_folder_that_was_moved_is_the_same_case(make: Make, tmp_path: Path) -> None:
+    def simulation(folder: Path) -> Simulation:
+        text = f'geometry = {{ file = "{folder.as_posix()}/part.step" }}\n'
+        return make(case_text=text, base_folder=folder)
+
+    here, there = simulation(tmp_path / "here"), simulation(tmp_path / "there")
+    assert here.fingerprint() == there.fingerprint()
+    other = replace(here, case_text=here.case_text.replace("part.step", "other.step"))
+    assert other.fingerprint() != here.fingerprint()
+
+
+def test_a_checkpoint_keeps_every_bit(simulation: Simulation, tmp_path: Path) -> None:
+    result = run(simulation, tmp_path)
+    read = read_checkpoint(tmp_path / "checkpoint.h5", simulation.fingerprint())
+    assert (read.done, read.written) == (13, 13)
+    _same_states(read.states, result.states)
+    _same_history(read.history, result.history)
