@@ -62,11 +62,10 @@ def ball(ax: Axes) -> None:
     axes = (1.6, 0.9)
     body = cg.Body([cg.shapes.ellipsoid(axes=(*axes, 0.9))])
     _section(ax, np.column_stack([axes[0] * np.cos(angle), axes[1] * np.sin(angle)]))
-    from contiga.search.surface import surface_of
 
     point = np.array([[0.55, 0.6, 0.0]])
     foot = body.project(point)
-    radius = float(surface_of(body).inner_ball(foot.patch, foot.uv, np.zeros(1, np.int32))[0])
+    radius = float(body.surface.inner_ball(foot.patch, foot.uv, np.zeros(1, np.int32))[0])
     centre = foot.point[0] - radius * foot.normal[0]
     ax.add_patch(plt.Circle(centre[:2], radius, facecolor="#2c6fbb22", edgecolor=SKY))
     ax.plot(*point[0, :2], "o", color=INK, markersize=5)

@@ -14,7 +14,7 @@ _HOME = {
     "NurbsCurve": "contiga.geometry.curve",
     "NurbsSurface": "contiga.geometry.surface",
     "TriMesh": "contiga.triangles.trimesh",
-    "Body": "contiga.geometry.body",
+    "Body": "contiga.masters.body",
     "read_cad": "contiga.io.cad.read_cad",
     "read_mesh": "contiga.io.mesh.read_mesh",
     "read_master": "contiga.io.mesh.read_master",
@@ -61,7 +61,6 @@ if TYPE_CHECKING:
     from contiga.contact.state import State as State
     from contiga.geometry import clouds as clouds
     from contiga.geometry import shapes as shapes
-    from contiga.geometry.body import Body as Body
     from contiga.geometry.curve import NurbsCurve as NurbsCurve
     from contiga.geometry.surface import NurbsSurface as NurbsSurface
     from contiga.io.cad.read_cad import read_cad as read_cad
@@ -74,6 +73,7 @@ if TYPE_CHECKING:
     from contiga.laws.normal import ForceLaw as ForceLaw
     from contiga.laws.normal import PenaltyLaw as PenaltyLaw
     from contiga.laws.normal import StressLaw as StressLaw
+    from contiga.masters.body import Body as Body
     from contiga.records import ContactStatus as ContactStatus
     from contiga.records import Feature as Feature
     from contiga.records import Hit as Hit

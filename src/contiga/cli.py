@@ -19,7 +19,6 @@ from contiga.errors import ContigaError, FileError, RunError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from contiga.triangles.trimesh import TriMesh
 
 _INTERRUPTED = 130
 """What a shell expects of a command stopped by Ctrl-C."""
@@ -161,47 +160,36 @@ def check(case: CaseFile) -> None:
     from contiga.case.build import build
     from contiga.case.describe import describe
     from contiga.case.schema import load_case
-    from contiga.triangles.trimesh import TriMesh
 
     loaded = load_case(case)
     bodies = build(loaded).bodies
     _table(describe(loaded))
     for name, part in bodies.items():
         print(f"\n{name}")
-        body = part.body
-        _table(_master_rows(body) if isinstance(body, TriMesh) else body.openings.rows)
+        _table(part.body.condition_rows())
     print(f"{case} is ready to run")
 
 
 @app.command()
 def info(file: Annotated[Path, typer.Argument(metavar="FILE", help="CAD file or mesh.")]) -> None:
     """Say what is in a CAD file (patches, degrees, trims, size) or in a mesh (counts)."""
-    from contiga.geometry.summary import body_summary
     from contiga.io.cad.read_cad import SUFFIXES, read_cad
     from contiga.io.mesh.read_master import master_of
     from contiga.io.mesh.read_mesh import read_mesh
+    from contiga.masters.body_summary import body_summary
     from contiga.slaves.slave import mesh_summary
 
     if not file.exists():
         raise FileError("no such file", where=str(file))
     if file.suffix.lower() in SUFFIXES:
         body = read_cad(file)
-        _table([*_summary_rows(body_summary(body)), *body.openings.rows])
+        _table([*_summary_rows(body_summary(body)), *body.condition_rows()])
         return
     mesh = read_mesh(file)
     rows = list(_summary_rows(mesh_summary(mesh)))
     if mesh.facets is not None and len(mesh.facets):
-        rows += _master_rows(master_of(mesh, where=str(file)))
+        rows += master_of(mesh, where=str(file)).condition_rows()
     _table(rows)
-
-
-def _master_rows(mesh: TriMesh) -> Iterable[tuple[str, str]]:
-    """What triangles are as a master: what they were made of, whether closed, what is wrong."""
-    if mesh.source:
-        yield "triangles", f"{len(mesh.triangles)} of {mesh.source}"
-    if "skinned" in mesh.source:
-        mesh = mesh.compact()  # nodes inside solids are no flaw
-    yield from mesh.condition().rows
 
 
 def _summary_rows(summary: dict[str, Any]) -> Iterable[tuple[str, str]]:

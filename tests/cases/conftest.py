@@ -15,7 +15,7 @@ from contiga.num.ordered import length
 from contiga.records import ContactStatus as Is
 from contiga.simulation.clock import Clock
 from contiga.simulation.run import ContactPart, Simulation
-from contiga.simulation.step import Moment, advance
+from contiga.simulation.step import Snapshot, advance
 from contiga.thesis.scenes import scene
 
 
@@ -24,19 +24,19 @@ class Followed(NamedTuple):
 
     simulation: Simulation
     contact: ContactPart
-    moments: list[Moment]
+    snapshots: list[Snapshot]
     history: dict[str, np.ndarray]
 
     @property
     def states(self) -> list[cg.State]:
-        return [moment.states[self.contact.name] for moment in self.moments]
+        return [snapshot.states[self.contact.name] for snapshot in self.snapshots]
 
     @property
     def body(self) -> cg.Body:
         return self.simulation.bodies[self.contact.master].body
 
     def points(self, k: int) -> np.ndarray:
-        return self.moments[k].points[self.contact.slave]
+        return self.snapshots[k].points[self.contact.slave]
 
     @property
     def peak(self) -> int:
@@ -49,12 +49,12 @@ def follow(path: Path, folder: Path) -> Followed:
     result = cg.run(case, out=folder / "out")
     simulation = build(case)
     (contact,) = simulation.contacts
-    moments: list[Moment] = []
+    snapshots: list[Snapshot] = []
     states: dict[str, cg.State] = {}
     for k in range(len(simulation.times)):
-        moments.append(advance(simulation, k, states, Clock()))
-        states = moments[-1].states
-    followed = Followed(simulation, contact, moments, result.history)
+        snapshots.append(advance(simulation, k, states, Clock()))
+        states = snapshots[-1].states
+    followed = Followed(simulation, contact, snapshots, result.history)
     counts = [state.n_contact for state in followed.states]
     np.testing.assert_array_equal(counts, result.history["n_contact"])
     force = [length(state.total_force) for state in followed.states]

@@ -12,7 +12,6 @@ import pytest
 
 from contiga.records import ContactStatus as Is
 from contiga.records import Feature
-from contiga.search.surface import surface_of
 
 
 @pytest.fixture(scope="session")
@@ -152,7 +151,7 @@ def test_casting_pressed_into_a_cloud(
         )
     )
     physics(run)
-    assert surface_of(run.body).closed
+    assert run.body.surface.closed
     assert run.history["n_contact"][10] > 100
     assert run.history["n_contact"][-1] == 0
     shape = occ.read_shape(casting)

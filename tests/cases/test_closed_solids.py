@@ -10,7 +10,7 @@ import pytest
 
 import contiga as cg
 from contiga.errors import ContigaWarning
-from contiga.geometry.body import UNTRIMMED, BodyEdge, EdgeUse
+from contiga.geometry.edges import UNTRIMMED, BodyEdge, EdgeUse
 from contiga.records import Status
 
 POINTS = 500

@@ -26,8 +26,8 @@ def read_case(path: Path) -> None:
 
 def read_body(path: Path) -> None:
     """As ``contiga info`` of a CAD file."""
-    from contiga.geometry.summary import body_summary
     from contiga.io.cad.read_cad import read_cad
+    from contiga.masters.body_summary import body_summary
 
     body = read_cad(path)
     for patch in body.patches:

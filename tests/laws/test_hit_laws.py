@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import contiga as cg
-from contiga.search.surface import surface_of
 
 SETTINGS = settings(max_examples=40, deadline=None, derandomize=True)
 
@@ -77,7 +76,7 @@ def test_an_end_inside_is_explained_and_the_last_crossing_tells_the_state(
     sure = (np.abs(first) > tolerance) & (np.abs(last) > tolerance)
     hit = body.first_hit(a, b)
     assert (hit.patch[sure & (first > 0) & (last < 0)] == 0).all()
-    _, sense = surface_of(body).last_crossings(a, b, np.arange(len(a), dtype=np.int32))
+    _, sense = body.surface.last_crossings(a, b, np.arange(len(a), dtype=np.int32))
     inside = np.where(sense == 0, first < 0.0, sense == 1)
     np.testing.assert_array_equal(inside[sure], last[sure] < 0.0)
 

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 import contiga as cg
 from contiga.search import side_grid
 from contiga.search.body_sides import sides_of
-from contiga.search.surface import surface_of
 from contiga.search.tables import tables_of
 
 SETTINGS = settings(max_examples=25, deadline=None, derandomize=True)
@@ -49,7 +48,7 @@ def test_a_side_told_is_the_side_and_a_reach_no_more_than_the_distance(
     feet = body.project(points)
     away = feet.gap + body.size * 10.0 ** rng.uniform(-6.0, -1.0, N) * rng.choice([-1.0, 1.0], N)
     points = np.concatenate([points, points + (away - feet.gap)[:, None] * feet.normal])
-    surface = surface_of(body)
+    surface = body.surface
     grid = sides_of(tables_of(body), surface.slit)  # type: ignore[union-attr]
     rows = np.arange(len(points), dtype=np.int32)
     side, reach = side_grid.side_of(grid, points, rows)

@@ -11,7 +11,6 @@ from tests.stress.solids import CLOSED_FILES, solid
 
 import contiga as cg
 from contiga.records import Status
-from contiga.search.surface import surface_of
 
 
 def polygon(corners):
@@ -202,7 +201,7 @@ def test_paths_that_slip_between_the_faces_of_a_casting_enter(data_dir):
     assert (hit.status == Status.OK).all()
     place = a + hit.fraction[:, None] * (b - a)
     assert (norm(place - hit.point) < 0.02).all()
-    _, sense = surface_of(body).last_crossings(a[:2], b[:2], np.arange(2, dtype=np.int32))
+    _, sense = body.surface.last_crossings(a[:2], b[:2], np.arange(2, dtype=np.int32))
     assert (sense == 1).all()
 
 

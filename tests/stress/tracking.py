@@ -19,7 +19,7 @@ from tests.stress.tally import Clock, Tally
 
 import contiga as cg
 from contiga.records import Projection, Status, empty_projection
-from contiga.search.projection import track
+from contiga.search.project import track
 from contiga.search.tables import tables_of
 
 Foot = Callable[[np.ndarray], np.ndarray]

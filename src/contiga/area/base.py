@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import InputError
-from contiga.geometry.body import Body
+from contiga.geometry.faces import Faces
+from contiga.masters.protocol import Master
 from contiga.records import FloatArray, IntArray, Projection
-from contiga.triangles.trimesh import TriMesh
 
 
 class Rest(NamedTuple):
@@ -22,14 +22,14 @@ class Rest(NamedTuple):
     """(m, 3) triangles, where there are any."""
     area: FloatArray | None
     """(n,) tributary areas, where there are any."""
-    body: Body | TriMesh | None = None
+    body: Master | None = None
     """The master, where it is known already."""
 
 
 class AreaInput(NamedTuple):
     """The points in contact, as an area method sees them."""
 
-    body: Body | TriMesh
+    body: Master
     """The master."""
     rows: IntArray
     """(n_c,) rows of the points in contact."""
@@ -45,11 +45,12 @@ class AreaInput(NamedTuple):
     """What the method's `prepare` made of the slave."""
 
     @property
-    def exact(self) -> Body:
+    def exact(self) -> Faces:
         """The master where its patches are asked for; a mesh has none."""
-        if isinstance(self.body, Body):
-            return self.body
-        raise no_patch()
+        faces = self.body.faces
+        if faces is None:
+            raise no_patch()
+        return faces
 
 
 def no_patch() -> InputError:

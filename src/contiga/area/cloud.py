@@ -15,10 +15,9 @@ from contiga.area.outline import facet_outlines, no_outlines
 from contiga.area.profile import profile_depth
 from contiga.area.regions import Graph, Topology, neighbours_of, regions, topology_of
 from contiga.errors import InputError
-from contiga.geometry.body import Body
+from contiga.masters.protocol import Master
 from contiga.num.ordered import principal_axes, product
 from contiga.records import FloatArray, IntArray
-from contiga.triangles.trimesh import TriMesh
 
 # Triangles with a side longer than this many times the local spacing bridge a gap of the cloud.
 BRIDGE = 3.0
@@ -104,7 +103,7 @@ class CloudArea:
         graph, line = neighbours_of(rest.points), is_line(rest.points)
         if line and rest.body is not None:
             _depth_of(rest.body)
-        if not line and self.by == "feet" and isinstance(rest.body, TriMesh):
+        if not line and self.by == "feet" and rest.body is not None and rest.body.faces is None:
             raise no_patch()
         if line or self.by == "feet":
             return Prepared(None, graph, line)
@@ -176,9 +175,9 @@ def triangles_of(points: FloatArray, bridge: float = BRIDGE) -> IntArray:
     return ordered
 
 
-def _depth_of(body: Body | TriMesh) -> float:
+def _depth_of(body: Master) -> float:
     """What points on a line are wide."""
-    depth = profile_depth(body)
+    depth = profile_depth(body.faces)
     if depth is None:
         raise InputError(
             "the points lie on a line, the master is no profile",

@@ -11,6 +11,7 @@ from contiga.area.base import AreaInput, Areas, Outlines, Rest
 from contiga.area.kernels import components_nb, facet_nb, image_nb, touch_nb
 from contiga.area.regions import Topology, topology_of
 from contiga.errors import InputError
+from contiga.masters.protocol import Surface
 from contiga.num.threads import run_ranges, started
 from contiga.records import (
     FloatArray,
@@ -21,7 +22,6 @@ from contiga.records import (
     rows_of,
     stacked,
 )
-from contiga.search.surface import ExactSurface, Surface, surface_of
 
 # Facets, and cut facets on the master, below which a second thread does not pay.
 FACETS = 4096
@@ -162,7 +162,7 @@ def cut_parts(inp: AreaInput, parts: Parts) -> Cut:
     """Where contact ends on the edges of facets that touch in part."""
     nodes, corner = parts.nodes, parts.corner
     n_i, m = len(parts.inner), len(nodes)
-    surface = surface_of(inp.body)
+    surface = inp.body.surface
     feet = _feet_around(surface, inp, parts)
     fraction = np.empty((m, 3))
     border = facet_nb.cuts(corner, feet, n_i, fraction)
@@ -178,7 +178,7 @@ def _whole_shares(inp: AreaInput, corner: IntArray, on: str) -> FloatArray:
     if on == "slave":
         slave = (inp.rows, inp.points, corner, share)
         run_ranges(facet_nb.slave_whole, len(corner), FACETS, *slave)
-    elif isinstance(surface_of(inp.body), ExactSurface):
+    elif inp.body.faces is not None:
         feet = (inp.feet.point, inp.feet.normal)
         run_ranges(image_nb.image_whole, len(corner), FACETS, corner, *feet, share)
     else:
@@ -195,13 +195,12 @@ def _part_areas(inp: AreaInput, parts: Parts, on: str) -> FloatArray:
     own = np.zeros(n_i)
     if m == 0:
         return own
-    surface = surface_of(inp.body)
     cut = cut_parts(inp, parts)
     share = np.empty((m, 3))
     if on == "slave":
         slave = (nodes, inp.points, corner, n_i, cut.fraction, share)
         run_ranges(facet_nb.slave_pieces, m, FACETS, *slave)
-    elif not isinstance(surface, ExactSurface):
+    elif inp.body.faces is None:
         images = (corner, cut.feet.point, corner, n_i, cut.fraction, share)
         run_ranges(facet_nb.slave_pieces, m, FACETS, *images)
     else:

@@ -10,11 +10,9 @@ import numpy as np
 from contiga.area.base import AreaInput
 from contiga.area.hull import patch_of, unrolled
 from contiga.area.regions import Graph, Topology, regions, topology_of
-from contiga.geometry.body import Body
+from contiga.geometry.faces import Faces
 from contiga.num.ordered import length, principal_axes, product
 from contiga.records import FloatArray, IntArray, Projection, empty_projection
-from contiga.search.projection import track
-from contiga.search.tables import tables_of
 
 # Cosine of the angle to their mean that no normal of a region exceeds where it is seen from there.
 SEEN = 0.5
@@ -45,7 +43,7 @@ def web_of(inp: AreaInput, graph: Graph, bridge: float) -> Web:
     out = empty_projection(len(ring))
     if len(ring):
         patch, uv = inp.feet.patch[start], inp.feet.uv[start]
-        track(tables_of(inp.exact), np.ascontiguousarray(inp.points[ring]), (patch, uv), out)
+        inp.body.surface.track(np.ascontiguousarray(inp.points[ring]), patch, uv, out)
     found = np.flatnonzero(np.isfinite(out.point).all(axis=1))
     feet = Projection(
         *(np.concatenate([getattr(inp.feet, f), getattr(out, f)[found]]) for f in out._fields)
@@ -78,7 +76,7 @@ def _around(inp: AreaInput, graph: Graph) -> tuple[IntArray, IntArray]:
 
 
 def _charts(
-    body: Body, feet: Projection, region: IntArray
+    body: Faces, feet: Projection, region: IntArray
 ) -> Iterator[tuple[IntArray, FloatArray]]:
     """Of each region, or part of one: its points, and their places (k, 2) in a chart."""
     for k in range(int(region.max(initial=-1)) + 1):
@@ -95,7 +93,7 @@ def _charts(
             yield part, _laid_out(body, feet, part)
 
 
-def _laid_out(body: Body, feet: Projection, part: IntArray) -> FloatArray:
+def _laid_out(body: Faces, feet: Projection, part: IntArray) -> FloatArray:
     """(u, v) of feet on one patch, unrolled, in lengths: times the mean |S_u| and |S_v|."""
     patch = patch_of(body, int(feet.patch[part[0]]))
     d = patch.surface.derivatives(feet.uv[part], 1)

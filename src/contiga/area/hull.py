@@ -17,7 +17,7 @@ from contiga.area.polygon import area_over, closing, plane_area
 from contiga.area.profile import profile_depth
 from contiga.area.regions import Graph, Topology, regions, structure_of
 from contiga.errors import InputError
-from contiga.geometry.body import Body
+from contiga.geometry.faces import Faces
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.tessellate import grid_mesh, net_grid
 from contiga.records import FloatArray, IntArray
@@ -185,7 +185,7 @@ def unrolled(uv: FloatArray, periods: tuple[float, float]) -> FloatArray:
     return out
 
 
-def _over_depth(body: Body, uv: FloatArray) -> FloatArray:
+def _over_depth(body: Faces, uv: FloatArray) -> FloatArray:
     """Points in the plane of a profile stand for its depth."""
     depth = profile_depth(body)
     if depth is None or np.abs(uv[:, 1]).max() > 1e-9 * depth:
@@ -194,11 +194,11 @@ def _over_depth(body: Body, uv: FloatArray) -> FloatArray:
     return np.concatenate([uv - half, uv + half])
 
 
-_PATCHES: WeakKeyDictionary[Body, dict[int, _Patch]] = WeakKeyDictionary()
-_BASES: WeakKeyDictionary[Body, dict[tuple[int, float | None], float]] = WeakKeyDictionary()
+_PATCHES: WeakKeyDictionary[Faces, dict[int, _Patch]] = WeakKeyDictionary()
+_BASES: WeakKeyDictionary[Faces, dict[tuple[int, float | None], float]] = WeakKeyDictionary()
 
 
-def patch_of(body: Body, k: int) -> _Patch:
+def patch_of(body: Faces, k: int) -> _Patch:
     """What is kept about patch `k` of a body."""
     kept = _PATCHES.setdefault(body, {})
     if k not in kept:
@@ -208,7 +208,7 @@ def patch_of(body: Body, k: int) -> _Patch:
     return kept[k]
 
 
-def _base_area(body: Body, k: int, tolerance: float | None) -> float:
+def _base_area(body: Faces, k: int, tolerance: float | None) -> float:
     kept = _BASES.setdefault(body, {})
     if (k, tolerance) not in kept:
         surface = body.patches[k]

@@ -12,7 +12,6 @@ from contiga.area.facet import Cut, Parts, cut_parts, parts_of
 from contiga.area.kernels import components_nb, touch_nb
 from contiga.area.regions import Topology
 from contiga.records import FloatArray, IntArray, empty_projection
-from contiga.search.surface import surface_of
 
 Pairs = NDArray[np.int64]
 
@@ -142,5 +141,5 @@ def _cut_places(inp: AreaInput, cuts: _Cuts, on: str) -> FloatArray:
         return places
     out = empty_projection(len(places))
     patch, uv = inp.feet.patch[cuts.inner], inp.feet.uv[cuts.inner]
-    surface_of(inp.body).track(np.ascontiguousarray(places), patch, uv, out)
+    inp.body.surface.track(np.ascontiguousarray(places), patch, uv, out)
     return np.where(np.isfinite(out.point), out.point, inp.feet.point[cuts.inner])

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.geometry.body import Body
-from contiga.triangles.trimesh import TriMesh
+from contiga.geometry.faces import Faces
 
 
-def profile_depth(body: Body | TriMesh) -> float | None:
-    """Depth of a body made by `Body.from_profile`, None for any other."""
-    if isinstance(body, TriMesh) or len(body.patches) != 1 or body.trims[0] is not None:
+def profile_depth(faces: Faces | None) -> float | None:
+    """Depth of faces made by `Body.from_profile`, None for any other."""
+    if faces is None or len(faces.patches) != 1 or faces.trims[0] is not None:
         return None
-    patch = body.patches[0]
+    patch = faces.patches[0]
     net = patch.control_points
     if patch.degrees[1] != 1 or net.shape[1] != 2:
         return None

@@ -26,13 +26,11 @@ from contiga.case.toml import resolved_toml
 from contiga.contact.contact import Contact
 from contiga.dynamics.prescribed import Moved, SlaveMotion
 from contiga.errors import CaseError, InputError
-from contiga.geometry.body import Body
 from contiga.io.mesh.series import MeshSeries, find_files
 from contiga.io.units import length_factor
 from contiga.laws.normal import StressLaw
+from contiga.masters.protocol import Master
 from contiga.records import FloatArray
-from contiga.search.surface import surface_of
-from contiga.search.tables import check_size
 from contiga.simulation.clock import Clock
 from contiga.simulation.folder import keep_case_file
 from contiga.simulation.run import (
@@ -45,7 +43,6 @@ from contiga.simulation.run import (
 )
 from contiga.simulation.run import run as run_simulation
 from contiga.slaves.slave import Slave
-from contiga.triangles.trimesh import TriMesh
 
 
 def build(case: Case) -> Simulation:
@@ -137,12 +134,9 @@ def _at(case: Case, key: str) -> Iterator[None]:
         raise relocated(error, key, str(case.file)) from error
 
 
-def _body(spec: BodySpec, unit: str) -> Body | TriMesh:
+def _body(spec: BodySpec, unit: str) -> Master:
     body = spec.geometry.body(spec.name, unit)
-    if isinstance(body, TriMesh):
-        surface_of(body)  # refuses a mesh that cannot serve
-    else:
-        check_size(body)
+    body.check()
     return body if spec.reference_point is None else body.about(spec.reference_point)
 
 
@@ -215,7 +209,7 @@ def _area(spec: ContactSpec, slave: Slave, given: bool) -> AreaMethod:
     return NodalArea()
 
 
-def _contact(spec: ContactSpec, body: Body | TriMesh, slave: Slave, area: AreaMethod) -> Contact:
+def _contact(spec: ContactSpec, body: Master, slave: Slave, area: AreaMethod) -> Contact:
     master_law = None if spec.master_law is None else spec.master_law.law
     # The schema refuses other laws on the master's side.
     assert master_law is None or isinstance(master_law, StressLaw)

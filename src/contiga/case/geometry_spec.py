@@ -32,9 +32,9 @@ from contiga.case.base import (
 from contiga.case.problems import first_problem
 from contiga.errors import CaseError
 from contiga.geometry import shapes
-from contiga.geometry.body import Body
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
+from contiga.masters.body import Body
 from contiga.num import transform
 from contiga.num.ordered import product
 from contiga.records import FloatArray

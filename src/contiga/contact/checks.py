@@ -9,10 +9,9 @@ from contiga.area.hull import HullArea
 from contiga.errors import InputError
 from contiga.laws.combined import CombinedLaw
 from contiga.laws.normal import Law, StressLaw
+from contiga.masters.protocol import Master, is_master
 from contiga.records import FloatArray, LawInput
-from contiga.search.surface import surface_of
 from contiga.slaves.slave import Slave
-from contiga.triangles.trimesh import TriMesh
 
 
 def check_methods(law: object, area: object) -> None:
@@ -36,10 +35,14 @@ def check_methods(law: object, area: object) -> None:
         )
 
 
-def check_mesh(mesh: TriMesh, area: AreaMethod | None) -> None:
-    """Refuse a mesh that cannot serve as a master, and areas that need patches."""
-    surface_of(mesh)  # refuses a mesh that cannot serve
-    if isinstance(area, HullArea):
+def check_master(master: Master, area: AreaMethod | None) -> None:
+    """Refuse what is no master or cannot serve as one, and areas that need patches it lacks."""
+    if not is_master(master):
+        raise InputError(
+            "the master must be a Body or a TriMesh", where="master", found=type(master).__name__
+        )
+    master.check()
+    if master.faces is None and isinstance(area, HullArea):
         raise InputError(
             "hulls are drawn in the (u, v) of a patch, which a mesh does not have",
             where="area",

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.contact.judge import Asked, asked_of, free_reach, joined, judge, within_depth
+from contiga.contact.judge import Asked, asked_of, free_distance, joined, judge, within_depth
 from contiga.contact.tracked import (
     BoolArray,
     Detected,
@@ -25,6 +25,7 @@ from contiga.contact.tracked import (
     take,
     track,
 )
+from contiga.masters.protocol import Surface
 from contiga.records import (
     ByteArray,
     ContactStatus,
@@ -34,27 +35,26 @@ from contiga.records import (
     IntArray,
     rows_of,
 )
-from contiga.search.surface import Surface
 
 # A point that went no farther than this share of the body's size has its last foot near by.
 SHORT = 2e-3
 
 
-def first_look(
+def detect_at_start(
     surface: Surface, p_B: FloatArray, rows: IntArray, found: Detected, options: Options
 ) -> None:
     """The side of every point at the start.
 
     By intersection, points that lie inside are not in contact until they have been outside.
     """
-    side, reach = surface.sides(p_B, rows)
-    found.reach[rows] = side * (reach - options.band)
+    side, safe_distance = surface.sides(p_B, rows)
+    found.safe_distance[rows] = side * (safe_distance - options.band)
     if options.penetration:
         _take_inside(surface, p_B, rows[side <= 0], found, options)
         return
     rows = rows[side == 0]
     out = closest(surface, p_B, rows)
-    found.reach[rows] = free_reach(out, options)
+    found.safe_distance[rows] = free_distance(out, options)
     remember(found, rows, out)
 
 
@@ -63,15 +63,15 @@ def _take_inside(
 ) -> None:
     """A start by penetration: points that lie inside, and no deeper than that reaches."""
     out = closest(surface, p_B, rows)
-    found.reach[rows] = free_reach(out, options)
+    found.safe_distance[rows] = free_distance(out, options)
     remember(found, rows, out)
     keep = within_depth(out, options)
     found.status[rows[keep]] = ContactStatus.NEW
-    found.reach[rows[keep]] = -out.gap[keep]
+    found.safe_distance[rows[keep]] = -out.gap[keep]
     take(found.feet, rows, out, keep)
 
 
-def look(
+def detect(
     surface: Surface,
     step: Step,
     last: tuple[IntArray, FloatArray],
@@ -104,46 +104,48 @@ def _look_at_touching(
 
     Returns the others. What is outside needs no foot.
     """
-    side, reach = surface.sides(step.now, rows)
-    _release(rows, side > 0, reach, found, options)
-    rows, reach, side = rows[side <= 0], reach[side <= 0], side[side <= 0]
+    side, safe_distance = surface.sides(step.now, rows)
+    _release(rows, side > 0, safe_distance, found, options)
+    rows, safe_distance, side = rows[side <= 0], safe_distance[side <= 0], side[side <= 0]
     path = (step.before[rows], step.now[rows])
     tracked = track(surface, path, (last[0][rows], last[1][rows]), options)
     # What is no deeper than rounding is on the surface.
-    kept = tracked.keep & ((found.reach[rows] > 0.0) | (-tracked.feet.gap <= options.band))
+    kept = tracked.keep & ((found.safe_distance[rows] > 0.0) | (-tracked.feet.gap <= options.band))
     ways = np.flatnonzero(tracked.keep & ~kept & (side < 0))
     kept[ways] = surface.clear_ways(step.before, step.now, rows[ways])
     doubtful = np.flatnonzero(~kept)
-    nearest = _ask_balls(surface, tracked, doubtful, (side, reach), options)
+    nearest = _ask_balls(surface, tracked, doubtful, (side, safe_distance), options)
     kept[doubtful] = nearest & tracked.keep[doubtful]
-    found.reach[rows] = np.fmax(found.reach[rows], np.where(side < 0, reach - options.band, 0.0))
+    found.safe_distance[rows] = np.fmax(
+        found.safe_distance[rows], np.where(side < 0, safe_distance - options.band, 0.0)
+    )
     status = continued(tracked)
     found.status[rows[kept]] = status[kept]
     take(found.feet, rows, tracked.feet, kept)
     out = side > 0
-    _release(rows, out, reach, found, options)
+    _release(rows, out, safe_distance, found, options)
     remember(found, rows[out], rows_of(tracked.feet, np.flatnonzero(out)))
     own = np.flatnonzero(~kept & ~out)
     feet = rows_of(tracked.feet, own)
     within = distances(tracked, step.now[rows])[own]
     return asked_of(
-        rows[own], (side[own], reach[own]), within, (tracked.keep[own], status[own], feet)
+        rows[own], (side[own], safe_distance[own]), within, (tracked.keep[own], status[own], feet)
     )
 
 
 def _release(
-    rows: IntArray, out: BoolArray, reach: FloatArray, found: Detected, options: Options
+    rows: IntArray, out: BoolArray, safe_distance: FloatArray, found: Detected, options: Options
 ) -> None:
     """Points that were in contact and are proved to be outside."""
     found.status[rows[out]] = ContactStatus.RELEASED
-    found.reach[rows[out]] = reach[out] - options.band
+    found.safe_distance[rows[out]] = safe_distance[out] - options.band
 
 
 def _look_at_free(
     surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options
 ) -> Asked:
     """Settle the free points that are known to stay so; returns the others."""
-    side, reach = surface.sides(step.now, rows)
+    side, safe_distance = surface.sides(step.now, rows)
     within = np.full(len(rows), np.inf)
     unknown = np.flatnonzero(side == 0)
     told = np.flatnonzero(side)
@@ -154,13 +156,13 @@ def _look_at_free(
     tracked = track(surface, (None, points), (patch, uv), options)
     remember(found, rows[unknown], tracked.feet)
     within[unknown] = distances(tracked, points)
-    own = side[unknown], reach[unknown]
+    own = side[unknown], safe_distance[unknown]
     _ask_balls(surface, tracked, np.arange(len(unknown)), own, options)
-    side[unknown], reach[unknown] = own
+    side[unknown], safe_distance[unknown] = own
     held = _held(surface, step, rows, side, options)
     done = held | (side > 0)
-    found.reach[rows[done]] = (side * (reach - options.band))[done]
-    return asked_of(rows[~done], (side[~done], reach[~done]), within[~done])
+    found.safe_distance[rows[done]] = (side * (safe_distance - options.band))[done]
+    return asked_of(rows[~done], (side[~done], safe_distance[~done]), within[~done])
 
 
 def _starts(
@@ -203,7 +205,7 @@ def _ask_balls(
     from the foot, and no wall is nearer than the ball's nearer end. Returns whether the feet of
     `rows` are proved to be the closest points (up to ρ).
     """
-    side, reach = known
+    side, safe_distance = known
     feet = tracked.feet
     sound = tracked.solved & ~tracked.at_border & (feet.feature == Feature.FACE)
     sound &= np.abs(feet.gap) > options.band
@@ -216,5 +218,5 @@ def _ask_balls(
         told = (way > options.band) & (side[own] != -sign)
         nearest[own] = height + options.band <= radius
         side[own[told]] = sign
-        reach[own[told]] = np.fmax(reach[own[told]], way[told])
+        safe_distance[own[told]] = np.fmax(safe_distance[own[told]], way[told])
     return nearest[rows]

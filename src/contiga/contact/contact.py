@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 
 from contiga.area.base import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared
 from contiga.area.facet import FacetArea
-from contiga.area.mapping import offset_ratio
 from contiga.area.nodal import NodalArea
+from contiga.area.offset import offset_ratio
 from contiga.contact.checks import (
-    check_mesh,
+    check_master,
     check_methods,
     check_needs,
     checked_forces,
@@ -23,20 +23,18 @@ from contiga.contact.checks import (
     law_of,
     locked,
 )
-from contiga.contact.detect import first_look, look
+from contiga.contact.detect import detect, detect_at_start
 from contiga.contact.outlines import outlines_of_state
 from contiga.contact.state import State
 from contiga.contact.tracked import Detected, Last, Options
 from contiga.errors import InputError
-from contiga.geometry.body import Body
 from contiga.laws.normal import Law, StressLaw
+from contiga.masters.protocol import Master, Surface
 from contiga.num.arrays import as_points, positive
 from contiga.num.pose import as_pose, identity
 from contiga.num.rigid import to_body, to_world, turn_to_world
 from contiga.records import FloatArray, IntArray, LawInput, Projection, rows_of
-from contiga.search.surface import Surface, surface_of
 from contiga.slaves.slave import Slave
-from contiga.triangles.trimesh import TriMesh
 
 SEARCHES = ("intersection", "penetration")
 TYPES = ("slave", "master", "combined")
@@ -99,7 +97,7 @@ class Contact:
 
     def __init__(
         self,
-        master: Body | TriMesh,
+        master: Master,
         slave: Slave,
         *,
         law: Law,
@@ -113,11 +111,9 @@ class Contact:
         choice("search", search, SEARCHES)
         choice("contact_type", contact_type, TYPES)
         choice("on_edge", on_edge, EDGES)
-        kind("master", master, Body, TriMesh)
         kind("slave", slave, Slave)
         check_methods(law, area)
-        if isinstance(master, TriMesh):
-            check_mesh(master, area)
+        check_master(master, area)
         self.master = master
         self.slave = slave
         self.contact_type = contact_type
@@ -132,7 +128,7 @@ class Contact:
 
     @property
     def _surface(self) -> Surface:
-        return surface_of(self.master)
+        return self.master.surface
 
     @cached_property
     def _options(self) -> Options:
@@ -168,7 +164,7 @@ class Contact:
         p_W, X_WB = self._checked(points, pose)
         with clock("search"):
             p_B = to_body(X_WB, p_W)
-            found = first_look(self._surface, p_B, self.slave.active, self._options)
+            found = detect_at_start(self._surface, p_B, self.slave.active, self._options)
         return self._respond(found, (p_W, p_B, X_WB), np.zeros(len(p_B)), 0.0, clock)
 
     def step(
@@ -202,8 +198,8 @@ class Contact:
         self._check_state(state)
         with clock("search"):
             p_B = to_body(X_WB, p_W)
-            last = Last(state.points_B, state.patch, state.uv, state.near, state.reach)
-            found = look(self._surface, p_B, last, self.slave.active, self._options)
+            last = Last(state.points_B, state.patch, state.uv, state.near, state.safe_distance)
+            found = detect(self._surface, p_B, last, self.slave.active, self._options)
             rate = _rates(state, found, p_B, dt)
         return self._respond(found, (p_W, p_B, X_WB), rate, dt, clock)
 
@@ -254,8 +250,7 @@ class Contact:
                 found=len(state.status),
                 allowed=f"{len(self.slave)} points",
             )
-        master = self.master
-        pieces = len(master.triangles if isinstance(master, TriMesh) else master.patches)
+        pieces = self.master.n_pieces
         if int(state.patch.max(initial=-1)) >= pieces:
             raise InputError(
                 "the state is of another master",
@@ -312,7 +307,7 @@ class Contact:
             clusters=_scattered(n, rows, areas.clusters, np.full(n, -1, np.int32)),
             points_B=p_B,
             certified=found.feet.certified,
-            reach=found.reach,
+            safe_distance=found.safe_distance,
             wrench=wrench,
         )
 

@@ -13,25 +13,27 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.contact import closed_body, open_body
-from contiga.contact.tracked import Detected, Last, Options, Step, blank, look_inside, track
+from contiga.contact.tracked import Detected, Last, Options, Step, blank, detect_inside, track
+from contiga.masters.protocol import Surface
 from contiga.records import ContactStatus, FloatArray
-from contiga.search.surface import Surface
 
 
-def first_look(surface: Surface, p_B: FloatArray, active: np.ndarray, options: Options) -> Detected:
+def detect_at_start(
+    surface: Surface, p_B: FloatArray, active: np.ndarray, options: Options
+) -> Detected:
     """The start: nothing is in contact, or, by penetration, what already lies inside."""
     found = _nothing(p_B, active)
     rows = np.flatnonzero(np.isfinite(p_B).all(axis=1) & active).astype(np.int32)
     if options.closed:
-        closed_body.first_look(surface, p_B, rows, found, options)
+        closed_body.detect_at_start(surface, p_B, rows, found, options)
         return _with_feet(found)
-    surface.reach(p_B, rows, found.reach)
+    surface.safe_distance(p_B, rows, found.safe_distance)
     if options.penetration:
-        look_inside(surface, p_B, rows, found, options)
+        detect_inside(surface, p_B, rows, found, options)
     return _with_feet(found)
 
 
-def look(
+def detect(
     surface: Surface, now: FloatArray, last: Last, active: np.ndarray, options: Options
 ) -> Detected:
     """One step: from the points of the last step to those of this one, body axes."""
@@ -44,20 +46,20 @@ def look(
     way = np.where(np.isfinite(way), way, np.inf)
     touching = finite & (last.patch >= 0)
     free = finite & active & ~touching
-    found.reach[touching] = np.maximum(last.reach - way, 0.0)[touching]
-    left = np.maximum(np.abs(last.reach) - way, 0.0)
-    found.reach[free] = np.copysign(left, last.reach)[free]
-    found.reach[~finite & active] = 0.0
+    found.safe_distance[touching] = np.maximum(last.safe_distance - way, 0.0)[touching]
+    left = np.maximum(np.abs(last.safe_distance) - way, 0.0)
+    found.safe_distance[free] = np.copysign(left, last.safe_distance)[free]
+    found.safe_distance[~finite & active] = 0.0
     rows = np.flatnonzero(touching).astype(np.int32)
     near = np.flatnonzero(free & (left <= 0.0)).astype(np.int32)
-    step = Step(before, now, way, last.reach < 0.0, last.near, last.uv)
+    step = Step(before, now, way, last.safe_distance < 0.0, last.near, last.uv)
     found.near[free] = last.near[free]
     found.uv[free] = last.uv[free]
     if options.closed:
-        closed_body.look(surface, step, (last.patch, last.uv), (rows, near), found, options)
+        closed_body.detect(surface, step, (last.patch, last.uv), (rows, near), found, options)
         return _with_feet(found)
     tracked = track(surface, (before[rows], now[rows]), (last.patch[rows], last.uv[rows]), options)
-    open_body.look(surface, step, (rows, near), tracked, found, options)
+    open_body.detect(surface, step, (rows, near), tracked, found, options)
     return _with_feet(found)
 
 
@@ -67,8 +69,8 @@ def _nothing(p_B: FloatArray, active: np.ndarray) -> Detected:
     status = np.where(finite, ContactStatus.FREE, ContactStatus.NOT_FINITE).astype(np.int8)
     n = len(p_B)
     nowhere = np.full(n, -1, np.int32)
-    reach = np.where(active, 0.0, np.inf)
-    return Detected(status, blank(n), reach, nowhere, np.zeros((n, 2)))
+    safe_distance = np.where(active, 0.0, np.inf)
+    return Detected(status, blank(n), safe_distance, nowhere, np.zeros((n, 2)))
 
 
 def _with_feet(found: Detected) -> Detected:

@@ -23,6 +23,7 @@ from contiga.contact.tracked import (
     take,
     track,
 )
+from contiga.masters.protocol import Surface
 from contiga.records import (
     ByteArray,
     ContactStatus,
@@ -33,7 +34,6 @@ from contiga.records import (
     Status,
     rows_of,
 )
-from contiga.search.surface import Surface
 
 # Feet closer than this, relative to the body's size, are one.
 SAME_FOOT = 1e-9
@@ -53,7 +53,7 @@ class Asked(NamedTuple):
     """What the foot would make of a point that is kept."""
     side: ByteArray
     """1 outside, −1 inside, 0 not known."""
-    reach: FloatArray
+    safe_distance: FloatArray
     """Way to the surface at least, where the side is known."""
     within: FloatArray
     """Distance to a point of the surface, infinite where none is known."""
@@ -122,10 +122,10 @@ def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: 
     touching = (old | new | anew | missed) & ~lost
     take(found.feet, rows, asked.feet, touching)
     remember(found, rows[~touching], rows_of(truth, np.flatnonzero(~touching)))
-    known = np.where(told, asked.reach, np.abs(truth.gap)) - options.band
-    free_way = np.where(needed, free_reach(truth, options), asked.side * known)
+    known = np.where(told, asked.safe_distance, np.abs(truth.gap)) - options.band
+    free_way = np.where(needed, free_distance(truth, options), asked.side * known)
     held = np.where(inside, np.fmax(known, 0.0), 0.0)
-    found.reach[rows] = np.where(lost, 0.0, np.where(touching, held, free_way))
+    found.safe_distance[rows] = np.where(lost, 0.0, np.where(touching, held, free_way))
 
 
 def _come_in(
@@ -201,15 +201,15 @@ def within_depth(out: Projection, options: Options) -> BoolArray:
     return inside
 
 
-def free_reach(out: Projection, options: Options) -> FloatArray:
-    """`State.reach` of free points by their closest points: zero where those were not found.
+def free_distance(out: Projection, options: Options) -> FloatArray:
+    """`safe_distance` of free points by their closest points: zero where those were not found.
 
     By penetration what lies too deep is as far from contact as from that depth.
     """
     skip = max(options.band, options.depth if options.penetration else 0.0)
-    reach = np.where(
+    safe_distance = np.where(
         out.gap > 0.0,
         np.maximum(out.gap - options.band, 0.0),
         -np.maximum(-out.gap - skip, 0.0),
     )
-    return np.where(out.status == Status.OK, reach, 0.0)
+    return np.where(out.status == Status.OK, safe_distance, 0.0)

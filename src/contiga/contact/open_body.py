@@ -10,15 +10,15 @@ from contiga.contact.tracked import (
     Step,
     Tracked,
     continued,
-    look_inside,
+    detect_inside,
     take,
     track,
 )
+from contiga.masters.protocol import Surface
 from contiga.records import ContactStatus, IntArray, Status
-from contiga.search.surface import Surface
 
 
-def look(
+def detect(
     surface: Surface,
     step: Step,
     rows: tuple[IntArray, IntArray],
@@ -36,16 +36,16 @@ def look(
     gone = np.where(slid_off, ContactStatus.SLID_OFF, ContactStatus.RELEASED)
     status = np.where(keep, continued(tracked), gone)
     found.status[touching] = np.where(tracked.solved, status, ContactStatus.LOST)
-    found.reach[touching] = 0.0
+    found.safe_distance[touching] = 0.0
     take(found.feet, touching, tracked.feet, keep)
     if options.penetration:
-        look_inside(surface, step.now, near, found, options)
+        detect_inside(surface, step.now, near, found, options)
         return
     # A point that left one sheet may have come through another one since.
     left = touching[found.status[touching] == ContactStatus.RELEASED]
     _sweep(surface, step, np.concatenate((left, near)), found, options)
     rest = near[found.feet.patch[near] < 0]
-    surface.reach(step.now, rest, found.reach)
+    surface.safe_distance(step.now, rest, found.safe_distance)
 
 
 def _sweep(surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options) -> None:

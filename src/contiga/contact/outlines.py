@@ -9,15 +9,14 @@ import numpy as np
 
 from contiga.area.base import AreaInput, AreaMethod, Outlines, outlines_of
 from contiga.contact.state import State
-from contiga.geometry.body import Body
 from contiga.io.out.outlines import Loops, OutlinesWriter
+from contiga.masters.protocol import Master
 from contiga.num.rigid import to_body, to_world
 from contiga.records import FloatArray, Projection, Status
-from contiga.triangles.trimesh import TriMesh
 
 
 def outlines_of_state(
-    state: State, X_WB: FloatArray, body: Body | TriMesh, area: AreaMethod, side: str, prepared: Any
+    state: State, X_WB: FloatArray, body: Master, area: AreaMethod, side: str, prepared: Any
 ) -> Outlines | None:
     """Where contact ends, world axes; None for area methods that do not say.
 

@@ -45,7 +45,7 @@ class State:
     certified: ByteArray
     """(n,) 1 where the foot of a point in contact is proved: continued without a jump, or the
     closest point."""
-    reach: FloatArray
+    safe_distance: FloatArray
     """(n,) way a free point can go before it can touch, and a point in a closed body before it
     can have left. Negative of points that lie inside since the start: they have not come in."""
     wrench: FloatArray

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.masters.protocol import Surface
 from contiga.records import (
     ByteArray,
     ContactStatus,
@@ -17,7 +18,6 @@ from contiga.records import (
     Status,
     empty_projection,
 )
-from contiga.search.surface import Surface
 
 BoolArray = NDArray[np.bool_]
 
@@ -48,7 +48,7 @@ class Last(NamedTuple):
     patch: IntArray
     uv: FloatArray
     near: IntArray
-    reach: FloatArray
+    safe_distance: FloatArray
 
 
 class Step(NamedTuple):
@@ -71,8 +71,8 @@ class Detected(NamedTuple):
 
     status: ByteArray
     feet: Projection
-    reach: FloatArray
-    """(n,) way each point can go before it has to be looked at; see `State.reach`."""
+    safe_distance: FloatArray
+    """(n,) way each point can go before it has to be looked at; see `State.safe_distance`."""
     near: IntArray
     """(n,) patch of the foot last known of free points, −1 none; its parameters are in `uv`."""
     uv: FloatArray
@@ -146,14 +146,16 @@ def distances(tracked: Tracked, p_B: FloatArray) -> FloatArray:
     return np.where(tracked.solved & ~tracked.at_border, away, np.inf)
 
 
-def look_inside(
+def detect_inside(
     surface: Surface, p_B: FloatArray, rows: IntArray, found: Detected, options: Options
 ) -> None:
     """Search by penetration: points that lie inside, feet at the closest points."""
     out = closest(surface, p_B, rows)
     # Behind an open surface, deeper than contact reaches or beside its border, a point is as far
     # from contact as from that depth. A foot that was not found (NaN) is looked for again.
-    found.reach[rows] = np.where(out.gap > 0.0, out.gap, np.fmax(-out.gap - options.depth, 0.0))
+    found.safe_distance[rows] = np.where(
+        out.gap > 0.0, out.gap, np.fmax(-out.gap - options.depth, 0.0)
+    )
     keep = (out.status == Status.OK) & (out.gap <= 0.0) & (out.gap >= -options.depth)
     found.status[rows[keep]] = ContactStatus.NEW
     take(found.feet, rows, out, keep)

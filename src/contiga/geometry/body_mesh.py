@@ -26,7 +26,7 @@ from contiga.triangles.kernels.mesh_sides_nb import side_numbers
 from contiga.triangles.trimesh import TriMesh
 
 if TYPE_CHECKING:
-    from contiga.geometry.body import Body
+    from contiga.geometry.faces import Faces
 
 MOST = 2 * MAX_CELLS
 """Triangles of the largest mesh."""
@@ -42,7 +42,7 @@ MEET = 1e-9
 """Ends of p-curves closer than this share of the domain are one place of the polygon."""
 
 
-def body_mesh(body: Body, tol: float, method: str = "chord") -> TriMesh:
+def body_mesh(body: Faces, tol: float, method: str = "chord") -> TriMesh:
     """One mesh of all faces of `body`; faces that share an edge share its vertices.
 
     Parameters
@@ -81,7 +81,7 @@ class Line(NamedTuple):
 class _Mesher:
     """The steps from a body to its mesh, and what they share."""
 
-    def __init__(self, body: Body, tol: float, net: bool = False) -> None:
+    def __init__(self, body: Faces, tol: float, net: bool = False) -> None:
         self.body, self.tol = body, tol
         self.borders: Borders = borders_of(body)
         _, ends = np.unique(corners(self.borders), return_inverse=True)
@@ -306,7 +306,7 @@ def _parted(faces: list[FaceMesh], triangles: Ints, places: Ints) -> bool:
     return done
 
 
-def _check_number(body: Body, tol: float) -> None:
+def _check_number(body: Faces, tol: float) -> None:
     """Refuse a tolerance that takes far too many triangles, before any is made.
 
     √|K| dA over 2.6 tol is about the fewest there can be (Pottmann et al. 2000).

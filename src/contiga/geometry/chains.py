@@ -17,7 +17,7 @@ from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
-    from contiga.geometry.body import Body
+    from contiga.geometry.faces import Faces
 
 PER_SPAN = 12
 """Samples of each knot span from which the bend is taken, times the degree."""
@@ -63,7 +63,7 @@ class EdgeShape:
     sag : how far its chords may miss, length
     """
 
-    def __init__(self, body: Body, borders: Borders, e: int, sag: float) -> None:
+    def __init__(self, body: Faces, borders: Borders, e: int, sag: float) -> None:
         self.sides, self.sag = borders.sides[e], sag
         self.patches = [body.patches[side.path.patch] for side in self.sides]
         self.curve = borders.curves[e] if len(self.sides) > 1 else None

@@ -18,7 +18,7 @@ from contiga.geometry.trim import Loop
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
-    from contiga.geometry.body import Body
+    from contiga.geometry.faces import Faces
 
 SAMPLES = 8
 """Of each knot span of a p-curve, times its degree: enough to tell which way a loop runs."""
@@ -44,7 +44,7 @@ class Joints(NamedTuple):
     """(edges,) where more than two faces meet, not in pairs."""
 
 
-def joints_of(body: Body) -> Joints:
+def joints_of(body: Faces) -> Joints:
     """The joints along the edges the body names, from how often and which way each is used."""
     edges = body.edges
     runs = [_loops_left(loops) if loops is not None else [] for loops in body.trims]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
-    from contiga.geometry.body import Body
+    from contiga.geometry.faces import Faces
 
 POINT = 1e-9
 """What stays this close to its start, as a share of the body's size, is a point."""
@@ -26,24 +26,24 @@ ALONG = 5
 """Points of a trimming piece that are looked at."""
 
 
-def widest_slit(body: Body) -> float:
+def widest_slit(body: Faces) -> float:
     """Faces that share an edge and are farther off it than this do not meet there, length."""
     size = body.size
     return min(max(SLACK * stated_tolerance(body), ROUNDING * size), LARGEST * size)
 
 
-def stated_tolerance(body: Body) -> float:
+def stated_tolerance(body: Faces) -> float:
     """The largest tolerance a file states of the edges and corners of its faces, length."""
     return max((max(edge.stated, edge.corner) for edge in body.edges), default=0.0)
 
 
-def gaping_edges(body: Body) -> NDArray[np.bool_]:
+def gaping_edges(body: Faces) -> NDArray[np.bool_]:
     """(edges,) shared edges whose faces are too far off them to meet."""
     widest = widest_slit(body)
     return np.array([len(e.uses) > 1 and e.gap > widest for e in body.edges], dtype=bool)
 
 
-def stitches(body: Body) -> tuple[FloatArray, NDArray[np.bool_]]:
+def stitches(body: Faces) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Extents (pieces,) in space of trimming pieces that are of no edge, and which are open.
 
     Such pieces run along a pole, or close a loop whose p-curves do not quite meet: there the
@@ -72,7 +72,7 @@ def stitches(body: Body) -> tuple[FloatArray, NDArray[np.bool_]]:
     return extent, is_open
 
 
-def reach_of_loops(body: Body) -> defaultdict[tuple[int, int], float]:
+def reach_of_loops(body: Faces) -> defaultdict[tuple[int, int], float]:
     """By patch and loop (`UNTRIMMED` round its rectangle) what counts as a point there, length."""
     size = body.size
     reach: defaultdict[tuple[int, int], float] = defaultdict(lambda: POINT * size)

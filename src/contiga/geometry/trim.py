@@ -20,7 +20,7 @@ from contiga.geometry.kernels.trim_nb import CUT, IN, OUT, TrimTables, box_state
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
-    from contiga.geometry.body import Body
+    from contiga.geometry.faces import Faces
 
 __all__ = [
     "CUT",
@@ -137,7 +137,7 @@ def _close(pieces: _Pieces, low: FloatArray, high: FloatArray) -> _Pieces:
     return _Pieces(coefs, np.array(ends), curve_of, interval)
 
 
-def build_trim_tables(body: Body) -> TrimTables:
+def build_trim_tables(body: Faces) -> TrimTables:
     """Tables for `point_in_trim` and `box_state` over all patches of `body`.
 
     Returns
@@ -185,7 +185,7 @@ def _stack(coefs: list[FloatArray]) -> tuple[FloatArray, np.ndarray]:
     return padded, degree
 
 
-def _with_cells(body: Body, counts: np.ndarray, **pieces: np.ndarray) -> TrimTables:
+def _with_cells(body: Faces, counts: np.ndarray, **pieces: np.ndarray) -> TrimTables:
     """The full tables: grids sized by the number of pieces, cells filled."""
     trimmed = np.array([loops is not None for loops in body.trims], dtype=np.int8)
     side = [min(max(math.ceil(3.0 * math.sqrt(c)), 4), 512) if c else 0 for c in counts]

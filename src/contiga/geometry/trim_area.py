@@ -19,7 +19,7 @@ from contiga.geometry.quadrature import gauss, surface_area
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
-    from contiga.geometry.body import Body
+    from contiga.geometry.faces import Faces
 
 AREA, VOLUME = 0, 1
 MOST_PARTS = 64
@@ -27,12 +27,12 @@ _FEW, _MORE = 4, 3
 """Points beyond the degree of the first rule, and what the second has on top."""
 
 
-def body_area(body: Body, rtol: float = 1e-9) -> float:
+def body_area(body: Faces, rtol: float = 1e-9) -> float:
     """Area of `body`, trims obeyed, to about the relative tolerance `rtol`; length²."""
     return float(patch_areas(body, rtol).sum())
 
 
-def body_volume(body: Body, rtol: float = 1e-9) -> float:
+def body_volume(body: Faces, rtol: float = 1e-9) -> float:
     """Volume that `body` encloses, length³: ⅓ ∮ S · n dA, positive if normals point outward.
 
     Positions count from the middle of the bounds, which leaves a closed body's volume as it is.
@@ -40,7 +40,7 @@ def body_volume(body: Body, rtol: float = 1e-9) -> float:
     return float(patch_volumes(body, body.bounds().mean(axis=0), rtol).sum())
 
 
-def patch_areas(body: Body, rtol: float = 1e-9) -> FloatArray:
+def patch_areas(body: Faces, rtol: float = 1e-9) -> FloatArray:
     """(m,) area of every patch of `body`, trims obeyed."""
     areas = np.empty(len(body.patches))
     for k, (patch, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
@@ -51,14 +51,14 @@ def patch_areas(body: Body, rtol: float = 1e-9) -> FloatArray:
     return areas
 
 
-def patch_volumes(body: Body, origin: FloatArray, rtol: float = 1e-9) -> FloatArray:
+def patch_volumes(body: Faces, origin: FloatArray, rtol: float = 1e-9) -> FloatArray:
     """(m,) signed volume of the cone from `origin` over every patch, trims obeyed."""
     return np.array(
         [_integral(body, k, origin, (VOLUME, rtol)) / 3.0 for k in range(len(body.patches))]
     )
 
 
-def _integral(body: Body, k: int, origin: FloatArray, task: tuple[int, float]) -> float:
+def _integral(body: Faces, k: int, origin: FloatArray, task: tuple[int, float]) -> float:
     """The area or flux integral over patch `k`, halving parts until two rules agree."""
     kind, rtol = task
     patch = body.patches[k]

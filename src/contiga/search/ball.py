@@ -19,7 +19,7 @@ from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray
 from contiga.search.ball_cells import Balls, build_balls
 from contiga.search.kernels import ball_nb
-from contiga.search.records import Tables
+from contiga.search.table_types import Tables
 
 # Sides of the surface.
 INNER, OUTER = 0, 1

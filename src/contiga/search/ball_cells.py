@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.elements.element_arrays import CUT, OUT, Records
 from contiga.geometry.kernels import trim_nb
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray
@@ -21,7 +22,7 @@ from contiga.search.kernels import (
     ball_plane_nb,
     tree_nb,
 )
-from contiga.search.records import CUT, NODE, OUT, Records, Tables
+from contiga.search.table_types import NODE, Tables
 
 # Largest radius looked for, and the one up to which cells are cut for it, as shares of the size.
 CAP = 0.25

@@ -8,9 +8,9 @@ import numpy as np
 
 from contiga.records import FloatArray, IntArray, Projection
 from contiga.search.kernels import side_pieces_nb
-from contiga.search.projection import closest_of_rows
-from contiga.search.records import Tables
+from contiga.search.project import closest_of_rows
 from contiga.search.side_grid import CUT, PIECES, THIN, WHOLE, SideGrid, build, layout
+from contiga.search.table_types import Tables
 
 _KEPT: dict[int, SideGrid] = {}
 

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.elements.element_arrays import Elements, Records
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray, Projection
 from contiga.search.kernels import branch_nb, follow_nb, ring_nb
-from contiga.search.records import RING, Elements, Records, Tables
+from contiga.search.table_types import RING, Tables
 
 # Elements and rows below which a second thread does not pay.
 ELEMENTS = 64

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.elements.element_arrays import Elements, Grid, Records
 from contiga.geometry.trim import TrimTables
 from contiga.search.kernels import curve_leaves_nb, hierarchy_nb, middles_nb, tree_nb
-from contiga.search.records import LEAF, NODE, Elements, Grid, Records
+from contiga.search.table_types import LEAF, NODE
 
 # A leaf leaves its tangent parallelogram by at most this share of its larger extent.
 FLATNESS = 0.25

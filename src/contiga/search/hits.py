@@ -6,7 +6,7 @@ from contiga.num.detours import settled
 from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, empty_hit
 from contiga.search.kernels import hit_nb
-from contiga.search.records import Tables
+from contiga.search.table_types import Tables
 
 # Segments below which a second thread does not pay.
 SEGMENTS = 256

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from contiga.geometry.body import Body
+from contiga.geometry.faces import Faces
 from contiga.num.arrays import as_points
 from contiga.records import Status
-from contiga.search.projection import project
+from contiga.search.project import project
 
 
-def contains(body: Body, points: ArrayLike) -> NDArray[np.bool_]:
+def contains(body: Faces, points: ArrayLike) -> NDArray[np.bool_]:
     """(n,) True where a point lies inside a closed body, or behind the nearest face of an open one.
 
     Decided by the sign of the gap at the closest point. Points whose closest point is a border of

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from contiga.elements.element_arrays import BORDER, CREASE
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import image_of
 from contiga.geometry.edges import UNTRIMMED
+from contiga.geometry.faces import Faces
 from contiga.geometry.joints import Joint, joints_of, turned_faces
 from contiga.geometry.slits import (
     ROUNDING,
@@ -20,10 +23,7 @@ from contiga.geometry.slits import (
     widest_slit,
 )
 from contiga.records import FloatArray
-from contiga.search.records import BORDER, CREASE
-
-if TYPE_CHECKING:
-    from contiga.geometry.body import Body
+from contiga.search.tables import tables_of
 
 SAMPLES = 33
 """Points of each knot span of a free edge its length is measured with."""
@@ -120,13 +120,23 @@ def _several(count: int, what: str) -> str:
     return f"{count} {what}" + ("" if count == 1 else "s")
 
 
-def openings_of(body: Body) -> Openings:
+_KEPT: WeakKeyDictionary[Faces, Openings] = WeakKeyDictionary()
+
+
+def openings_of(body: Faces) -> Openings:
     """Where `body` is open or unsound: nothing of a closed one.
 
     Faces are joined where they share an edge of the body; its tolerances say how far they may be
     apart. Sides of untrimmed patches that no edge names are matched in space. A flood over the
-    joints tells which faces disagree on the free side.
+    joints tells which faces disagree on the free side. Worked out at the first call and kept.
     """
+    openings = _KEPT.get(body)
+    if openings is None:
+        openings = _KEPT[body] = _found(body)
+    return openings
+
+
+def _found(body: Faces) -> Openings:
     joints = joints_of(body)
     length = sum(_length(body.edges[k].curve) for k in np.flatnonzero(joints.open))
     extents, is_open = stitches(body)
@@ -149,7 +159,7 @@ def openings_of(body: Body) -> Openings:
     )
 
 
-def _worst(body: Body) -> tuple[float, tuple[int, ...], tuple[float, float, float]]:
+def _worst(body: Faces) -> tuple[float, tuple[int, ...], tuple[float, float, float]]:
     """The largest gap of a shared edge, the patches that meet there, and where it is."""
     shared = [edge for edge in body.edges if len(edge.uses) > 1]
     if not shared:
@@ -161,7 +171,7 @@ def _worst(body: Body) -> tuple[float, tuple[int, ...], tuple[float, float, floa
     return image.gap, patches, image.point
 
 
-def _unnamed_sides(body: Body) -> tuple[list[float], list[Joint]]:
+def _unnamed_sides(body: Faces) -> tuple[list[float], list[Joint]]:
     """Lengths of free sides of untrimmed patches that no edge names, and the joints of others."""
     named = {(use.patch, use.index) for e in body.edges for use in e.uses if use.loop == UNTRIMMED}
     whole = [k for k, loops in enumerate(body.trims) if loops is None]
@@ -174,8 +184,6 @@ def _unnamed_sides(body: Body) -> tuple[list[float], list[Joint]]:
     ]
     if not unnamed:
         return [], []
-    from contiga.search.tables import tables_of
-
     table = tables_of(body).elements.table
     lengths = []
     joints: dict[Joint, None] = {}
@@ -206,7 +214,7 @@ def _at_side(boxes: FloatArray, side: int) -> np.ndarray:
 
 
 def _side_length(
-    body: Body, patch: int, side: int, span: tuple[float, float] | None = None
+    body: Faces, patch: int, side: int, span: tuple[float, float] | None = None
 ) -> float:
     surface = body.patches[patch]
     (u0, u1), (v0, v1) = surface.domain

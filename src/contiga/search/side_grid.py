@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
+from contiga.elements.element_arrays import Records
 from contiga.num.threads import run_ranges
 from contiga.records import (
     ByteArray,
@@ -30,7 +31,6 @@ from contiga.records import (
 )
 from contiga.search.kernels import side_grid_nb, side_nb
 from contiga.search.kernels.side_grid_nb import SPLIT
-from contiga.search.records import Records
 
 # Cells of the whole grid: so many an element, within these bounds.
 CELLS = 1000.0

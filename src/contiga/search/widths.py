@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.geometry.body import Body
+from contiga.elements.element_arrays import CUT, POLE, Elements
+from contiga.elements.kernels import sides_nb
+from contiga.geometry.faces import Faces
 from contiga.geometry.slits import gaping_edges
 from contiga.geometry.trim import TrimTables
 from contiga.records import FloatArray
-from contiga.search.kernels import sides_nb
-from contiga.search.records import CUT, POLE, Elements
 
 # A trimming curve this close to a side of its patch's rectangle, as a share of it, runs along it.
 NEAR = 1e-3
@@ -22,7 +22,7 @@ NEAR = 1e-3
 WIDEST = 1e-4
 
 
-def edge_widths(body: Body, elements: Elements, trims: TrimTables) -> FloatArray:
+def edge_widths(body: Faces, elements: Elements, trims: TrimTables) -> FloatArray:
     """(pieces,) widths of the trimming pieces; fills `width` and `skirt` of the elements.
 
     Twice the tolerance of the edge there and some rounding, at most `WIDEST`; lengths.
@@ -60,7 +60,7 @@ def _bridge(pieces: FloatArray, trims: TrimTables) -> None:
         pieces[k] = pieces[beside].min()
 
 
-def _sides_of_edges(body: Body, elements: Elements, of_edge: FloatArray) -> None:
+def _sides_of_edges(body: Faces, elements: Elements, of_edge: FloatArray) -> None:
     """Natural sides that the topology names."""
     table = elements.table
     for edge, width in zip(body.edges, of_edge, strict=True):
@@ -77,7 +77,7 @@ def _sides_of_edges(body: Body, elements: Elements, of_edge: FloatArray) -> None
             table["width"][rows, use.index] = np.maximum(table["width"][rows, use.index], width)
 
 
-def _at_rim(body: Body, elements: Elements, patch: int, side: int) -> np.ndarray:
+def _at_rim(body: Faces, elements: Elements, patch: int, side: int) -> np.ndarray:
     end = body.patches[patch].domain[side // 2][side % 2]
     return np.asarray(elements.table["box"][:, side] == end)
 

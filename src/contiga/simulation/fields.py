@@ -15,7 +15,7 @@ from contiga.contact.state import State
 from contiga.io.out.vtkhdf import FieldsWriter, Part
 from contiga.num.rigid import to_world
 from contiga.simulation.simulation import Simulation
-from contiga.simulation.step import Moment
+from contiga.simulation.step import Snapshot
 from contiga.triangles.trimesh import TriMesh
 
 # Largest departure of the drawn triangles from a body, relative to its size.
@@ -53,29 +53,29 @@ class Fields:
         )
         self._outlines = OutlinesFile(outlines, written) if has_outlines(simulation) else None
 
-    def append(self, moment: Moment) -> None:
+    def append(self, snapshot: Snapshot) -> None:
         """Write one step."""
         bodies = [
-            to_world(moment.poses[name], mesh.vertices) for name, mesh in self._meshes.items()
+            to_world(snapshot.poses[name], mesh.vertices) for name, mesh in self._meshes.items()
         ]
         first = sum(len(b) for b in bodies)
-        slaves = [moment.points[name] for name in self._simulation.slaves]
+        slaves = [snapshot.points[name] for name in self._simulation.slaves]
         points = np.concatenate(bodies + slaves)
         data = self._blank(len(points), first)
         for name in self._simulation.slaves:
-            n = len(moment.points[name])
+            n = len(snapshot.points[name])
             for part in self._simulation.contacts:
                 if part.slave == name:
-                    _add(data, slice(first, first + n), moment.states[part.name])
+                    _add(data, slice(first, first + n), snapshot.states[part.name])
             first += n
         # Outlines first: a stop between the two leaves one too many there, which resuming drops.
         if self._outlines is not None:
             found = [
-                part.contact.outlines(moment.states[part.name], moment.poses[part.master])
+                part.contact.outlines(snapshot.states[part.name], snapshot.poses[part.master])
                 for part in self._simulation.contacts
             ]
-            self._outlines.append(moment.time, found)
-        self._writer.append(moment.time, points, data)
+            self._outlines.append(snapshot.time, found)
+        self._writer.append(snapshot.time, points, data)
 
     def _blank(self, n: int, first_slave: int) -> dict[str, NDArray[np.generic]]:
         status = np.zeros(n, np.int32)

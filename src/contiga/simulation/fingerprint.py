@@ -6,20 +6,17 @@ are taken relative to the folder of the case: a folder that was moved is still t
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contiga.dynamics.prescribed import Moved, SlaveMotion
-from contiga.geometry.body import Body
+from contiga.num.digest import Digest
 from contiga.records import FloatArray
 from contiga.slaves.slave import Slave
-from contiga.triangles.trimesh import TriMesh
 
 if TYPE_CHECKING:
     from contiga.contact.contact import Contact
@@ -43,7 +40,7 @@ def fingerprint_of(simulation: Simulation) -> str:
     for name, part in simulation.bodies.items():
         poses = (part.motion.pose(float(t)) for t in simulation.times)
         digest.arrays(f"poses of {name}", *poses)
-        digest.master(part.body)
+        part.body.digest(digest)
     for name, (slave, motion) in simulation.slaves.items():
         digest.text(name)
         digest.slave(slave)
@@ -52,7 +49,7 @@ def fingerprint_of(simulation: Simulation) -> str:
         digest.text(repr((pair.name, pair.master, pair.slave)))
         digest.contact(pair.contact)
         if pair.contact.master is not simulation.bodies[pair.master].body:
-            digest.master(pair.contact.master)
+            pair.contact.master.digest(digest)
         if pair.contact.slave is not simulation.slaves[pair.slave].slave:
             digest.slave(pair.contact.slave)
     return digest.hexdigest()
@@ -65,42 +62,8 @@ def _without_folder(simulation: Simulation) -> str:
     return simulation.case_text.replace(f"{quoted.rstrip('/')}/", '"')
 
 
-class _Digest:
+class _Digest(Digest):
     """Adds things one after the other, each with what tells it from its neighbours."""
-
-    def __init__(self) -> None:
-        self._hash = hashlib.sha256()
-        self.hexdigest = self._hash.hexdigest
-
-    def text(self, text: str) -> None:
-        """A text and its length."""
-        data = text.encode()
-        self._hash.update(f"{len(data)}:".encode() + data)
-
-    def arrays(self, label: str, *arrays: NDArray[Any] | None) -> None:
-        """Arrays with their shapes and types."""
-        self.text(f"{label}, {len(arrays)}")
-        for array in arrays:
-            if array is None:
-                self.text("none")
-            else:
-                own = np.ascontiguousarray(array)
-                self.text(f"{own.shape} {own.dtype.str}")
-                self._hash.update(own.tobytes())
-
-    def master(self, body: Body | TriMesh) -> None:
-        """Geometry, trims and what is joined to what."""
-        self.arrays("about", np.asarray(body.reference_point))
-        if isinstance(body, TriMesh):
-            self.arrays(f"mesh {body.normal_kind}", body.vertices, body.triangles)
-            return
-        for patch, loops in zip(body.patches, body.trims, strict=True):
-            self.arrays("patch", *patch.knots, patch.control_points, patch.weights)
-            self.text("whole" if loops is None else f"{[len(loop) for loop in loops]}")
-            for curve in chain.from_iterable(loops or ()):
-                self.arrays("trim", curve.knots, curve.control_points, curve.weights)
-        for edge in body.edges:
-            self.text(repr((edge.uses, edge.spans, edge.tolerance, edge.stated, edge.corner)))
 
     def slave(self, slave: Slave) -> None:
         """All that a contact uses of a slave."""

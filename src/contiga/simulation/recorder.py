@@ -18,7 +18,7 @@ from contiga.simulation.checkpoint import Checkpoint, read_checkpoint, write_che
 from contiga.simulation.clock import Clock
 from contiga.simulation.fields import Fields, has_outlines
 from contiga.simulation.simulation import Simulation
-from contiga.simulation.step import Moment, history_row
+from contiga.simulation.step import Snapshot, history_row
 
 # Seconds from one checkpoint to the next, at least.
 CHECKPOINT_SECONDS = 5.0
@@ -89,24 +89,24 @@ class Recorder:
                 files = folder / names.UNFINISHED, folder / names.UNFINISHED_OUTLINES
                 self._fields = Fields(self.simulation, *files, written)
 
-    def take(self, moment: Moment) -> None:
+    def take(self, snapshot: Snapshot) -> None:
         """Record one step."""
-        row = history_row(self.simulation, moment)
+        row = history_row(self.simulation, snapshot)
         done, written, _ = self._stand
         last = done == len(self.simulation.times) - 1
         if self._fields and (last or done % self.simulation.output.every == 0):
             with self._clock("output"):
-                self._fields.append(moment)
+                self._fields.append(snapshot)
             written += 1
         for name, value in row.items():
             column = self._rows.setdefault(name, [])
             del column[done:]
             column.append(value)
-        self._stand = _Stand(done + 1, written, moment.states)
+        self._stand = _Stand(done + 1, written, snapshot.states)
         if perf_counter() - self._saved > CHECKPOINT_SECONDS:
             self._checkpoint()
         if self._progress is not None:
-            contacts = sum(state.n_contact for state in moment.states.values())
+            contacts = sum(state.n_contact for state in snapshot.states.values())
             self._progress(self.done, len(self.simulation.times), contacts)
 
     def columns(self) -> dict[str, FloatArray]:

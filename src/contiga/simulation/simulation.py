@@ -12,17 +12,16 @@ import numpy as np
 from contiga.contact.contact import Contact
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion
 from contiga.errors import InputError
-from contiga.geometry.body import Body
+from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.simulation.fingerprint import fingerprint_of
 from contiga.slaves.slave import Slave
-from contiga.triangles.trimesh import TriMesh
 
 
 class BodyPart(NamedTuple):
     """A body and how it moves."""
 
-    body: Body | TriMesh
+    body: Master
     motion: BodyMotion
 
 

@@ -27,7 +27,7 @@ COUNTED = {
 }
 
 
-class Moment(NamedTuple):
+class Snapshot(NamedTuple):
     """A simulation at one time."""
 
     time: float
@@ -50,7 +50,7 @@ def place(
     return poses, points
 
 
-def advance(simulation: Simulation, k: int, last: dict[str, State], clock: Clock) -> Moment:
+def advance(simulation: Simulation, k: int, last: dict[str, State], clock: Clock) -> Snapshot:
     """The simulation at its time number `k`, from the states at the time before (none at 0)."""
     time = float(simulation.times[k])
     with clock("motion"):
@@ -66,14 +66,14 @@ def advance(simulation: Simulation, k: int, last: dict[str, State], clock: Clock
             dt = time - float(simulation.times[k - 1])
             states[part.name] = part.contact.step(last[part.name], p_W, X_WB, dt, clock=clock)
         walls[part.name] = perf_counter() - start
-    return Moment(time, poses, points, states, walls)
+    return Snapshot(time, poses, points, states, walls)
 
 
-def history_row(simulation: Simulation, moment: Moment) -> dict[str, float]:
+def history_row(simulation: Simulation, snapshot: Snapshot) -> dict[str, float]:
     """One row of the history; columns carry the contact's name where there are several."""
-    row: dict[str, float] = {"time": moment.time}
+    row: dict[str, float] = {"time": snapshot.time}
     for part in simulation.contacts:
-        state = moment.states[part.name]
+        state = snapshot.states[part.name]
         prefix = "" if len(simulation.contacts) == 1 else f"{part.name}."
         force, moment_about = state.total_force, state.wrench[3:]
         centre = state.centre_of_pressure
@@ -94,7 +94,7 @@ def history_row(simulation: Simulation, moment: Moment) -> dict[str, float]:
             "centre_x": centre[0],
             "centre_y": centre[1],
             "centre_z": centre[2],
-            "wall_time": moment.walls[part.name],
+            "wall_time": snapshot.walls[part.name],
         }
         counts = np.bincount(state.status, minlength=len(ContactStatus))
         columns |= {name: int(counts[status]) for name, status in COUNTED.items()}

@@ -6,14 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from contiga.geometry.body import Body
 from contiga.num.threads import thread_count
 from contiga.records import ContactStatus, FloatArray
-from contiga.search.surface import surface_of
 from contiga.simulation.clock import Clock
 from contiga.simulation.simulation import Simulation
 from contiga.simulation.step import COUNTED
-from contiga.triangles.trimesh import TriMesh
 from contiga.version import __version__
 
 
@@ -35,7 +32,7 @@ def summarise(
         "timings": {**clock.seconds, "compile": clock.compiled},
         "steps": len(simulation.times),
         "n_points": sum(len(part.slave.points) for part in simulation.slaves.values()),
-        "n_elements": sum(surface_of(part.body).n_elements for part in simulation.bodies.values()),
+        "n_elements": sum(part.body.surface.n_elements for part in simulation.bodies.values()),
         "threads": thread_count(),
         "statuses": statuses,
         "proved": {
@@ -65,7 +62,7 @@ def _proved(history: dict[str, FloatArray], prefix: str) -> dict[str, int]:
 def _inputs(simulation: Simulation) -> dict[str, dict[str, Any]]:
     inputs: dict[str, dict[str, Any]] = {}
     for name, body_part in simulation.bodies.items():
-        inputs[name] = _master(body_part.body)
+        inputs[name] = body_part.body.facts()
     for name, slave_part in simulation.slaves.items():
         slave = slave_part.slave
         inputs[name] = {
@@ -77,33 +74,11 @@ def _inputs(simulation: Simulation) -> dict[str, dict[str, Any]]:
     return inputs
 
 
-def _master(body: Body | TriMesh) -> dict[str, Any]:
-    surface = surface_of(body)
-    if isinstance(body, TriMesh):
-        return {
-            "kind": "mesh",
-            "triangles": len(body.triangles),
-            "source": body.source,
-            "elements": surface.n_elements,
-            "normals": body.normal_kind,
-            "closed": surface.closed,
-            "size": body.size,
-        }
-    return {
-        "kind": "body",
-        "patches": len(body.patches),
-        "trimmed": sum(trims is not None for trims in body.trims),
-        "elements": surface.n_elements,
-        "closed": surface.closed,
-        "size": body.size,
-    }
-
-
 def _flaws(simulation: Simulation) -> list[str]:
-    """What is wrong with how the faces of exact bodies meet."""
-    bodies = {name: part.body for name, part in simulation.bodies.items()}
-    exact = {name: body for name, body in bodies.items() if isinstance(body, Body)}
-    return [f"{name}: {text}" for name, body in exact.items() for text in body.openings.flaws]
+    """What is wrong with how the faces of bodies meet."""
+    return [
+        f"{name}: {text}" for name, part in simulation.bodies.items() for text in part.body.flaws
+    ]
 
 
 def _not_finite(simulation: Simulation, history: dict[str, FloatArray]) -> list[str]:

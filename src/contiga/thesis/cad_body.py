@@ -7,8 +7,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from contiga.geometry.body import Body
 from contiga.io.cad.read_cad import read_cad
+from contiga.masters.body import Body
 
 _CHECKOUT = Path(__file__).parents[3]
 DATA = _CHECKOUT.parent / "shared" / "data"

@@ -163,7 +163,7 @@ def _drop(run: Played) -> float:
 def _draw_sequence(figure: Figure, steps: tuple[int, ...]) -> None:
     run = play("curve_sequence")
     closest, _ = _closest(run)
-    curve = run.body.patches[0].isocurve(v=0.0)
+    curve = run.faces.patches[0].isocurve(v=0.0)
     plots = figure.subplots(3, 2).flat
     for axes, k in zip(plots, steps, strict=True):
         _draw_nodes(plane(axes), run, k, curve, closest[k])
@@ -268,7 +268,7 @@ def _draw_space(figure: Figure) -> None:
     state, point = run.states[k], run.points(k)[0]
     before, foot = run.states[k - 1].foot[0], state.foot[0]
     closest = run.body.project(point[None]).point[0]
-    scene = np.vstack([run.body.patches[0].control_points.reshape(-1, 3), run.points(0)])
+    scene = np.vstack([run.faces.patches[0].control_points.reshape(-1, 3), run.points(0)])
     view = View(figure.subplots(), scene, towards=(-0.2, 0.95, 0.16), shape=(900, 400))
     view.surface(run.body, "#cfd8e2", 0.6, hides=False)
     view.lines([run.points(0)[0], point], color=FREE, lw=1.0)

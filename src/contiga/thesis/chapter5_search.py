@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from contiga.geometry import clouds, shapes
-from contiga.geometry.body import Body
+from contiga.masters.body import Body
 from contiga.records import FloatArray, Hit
 from contiga.thesis.chapter5_splines import weighted
 from contiga.thesis.drawing import LINES, draw_curve, plane

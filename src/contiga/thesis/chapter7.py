@@ -11,7 +11,7 @@ from contiga.area.cluster import clusters_of
 from contiga.area.regions import regions, structure_of
 from contiga.contact.state import State
 from contiga.geometry import shapes
-from contiga.geometry.body import Body
+from contiga.masters.body import Body
 from contiga.records import FloatArray, IntArray
 from contiga.report.plots import BODY, INK, LINES, MUTED
 from contiga.thesis.play import Played, play
@@ -173,7 +173,7 @@ _CAPTION_TEN = "DBSCAN with P_min = 10 at four radii; crosses are points that it
 
 def _draw_scene(figure: Figure, study: Study) -> None:
     axes = figure.subplots()
-    (surface,) = study.run.body.patches
+    (surface,) = study.run.faces.patches
     points = study.run.points(STEP)
     scene = np.concatenate([points, surface.control_points[::4].reshape(-1, 3)])
     view = View(axes, scene, shape=(900, 560), towards=(-0.35, 0.8, -0.42))

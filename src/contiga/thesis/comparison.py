@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.geometry import clouds, shapes
-from contiga.geometry.body import Body
+from contiga.masters.body import Body
 from contiga.records import Feature, FloatArray, Projection, Status, rows_of
 from contiga.search.tables import tables_of
 from contiga.thesis.rival_meshes import SAMPLES, RivalMesh, fewest_triangles, rival_meshes

@@ -9,11 +9,12 @@ import numpy as np
 from contiga.case.build import build
 from contiga.case.schema import load_case
 from contiga.contact.state import State
-from contiga.geometry.body import Body
+from contiga.geometry.faces import Faces
+from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.simulation.clock import Clock
 from contiga.simulation.simulation import Simulation
-from contiga.simulation.step import Moment, advance, history_row
+from contiga.simulation.step import Snapshot, advance, history_row
 from contiga.thesis.scenes import scene
 
 
@@ -21,7 +22,7 @@ class Played(NamedTuple):
     """A scene with one contact, and all its steps."""
 
     simulation: Simulation
-    moments: tuple[Moment, ...]
+    snapshots: tuple[Snapshot, ...]
     history: dict[str, FloatArray]
     """Columns by name, one row a step."""
 
@@ -29,24 +30,31 @@ class Played(NamedTuple):
     def states(self) -> list[State]:
         """One a step."""
         (contact,) = self.simulation.contacts
-        return [moment.states[contact.name] for moment in self.moments]
+        return [snapshot.states[contact.name] for snapshot in self.snapshots]
 
     @property
-    def body(self) -> Body:
+    def body(self) -> Master:
         """The master, in its own axes."""
+        (part,) = self.simulation.bodies.values()
+        return part.body
+
+    @property
+    def faces(self) -> Faces:
+        """The master's exact geometry."""
         return exact_master(self.simulation)
 
     def points(self, k: int) -> FloatArray:
         """(n, 3) slave points after step `k`, world axes."""
         (contact,) = self.simulation.contacts
-        return self.moments[k].points[contact.slave]
+        return self.snapshots[k].points[contact.slave]
 
 
-def exact_master(simulation: Simulation) -> Body:
-    """The one master of a scene, which has patches."""
+def exact_master(simulation: Simulation) -> Faces:
+    """The geometry of the one master of a scene, which has patches."""
     (part,) = simulation.bodies.values()
-    assert isinstance(part.body, Body)
-    return part.body
+    faces = part.body.faces
+    assert faces is not None
+    return faces
 
 
 def play(name: str) -> Played:
@@ -62,11 +70,11 @@ def play(name: str) -> Played:
 
 def played(simulation: Simulation) -> Played:
     """Run a simulation in memory and keep every step."""
-    moments: list[Moment] = []
+    snapshots: list[Snapshot] = []
     states: dict[str, State] = {}
     for k in range(len(simulation.times)):
-        moments.append(advance(simulation, k, states, Clock()))
-        states = moments[-1].states
-    rows = [history_row(simulation, moment) for moment in moments]
+        snapshots.append(advance(simulation, k, states, Clock()))
+        states = snapshots[-1].states
+    rows = [history_row(simulation, snapshot) for snapshot in snapshots]
     history = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    return Played(simulation, tuple(moments), history)
+    return Played(simulation, tuple(snapshots), history)

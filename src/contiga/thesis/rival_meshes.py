@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.geometry.body import Body
+from contiga.masters.body import Body
 from contiga.records import FloatArray
 from contiga.triangles.trimesh import TriMesh
 

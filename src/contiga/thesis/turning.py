@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from contiga.geometry import clouds
-from contiga.geometry.body import Body
+from contiga.masters.body import Body
 from contiga.records import FloatArray
 from contiga.report.plots import INK, LINES
 from contiga.thesis.comparison import DEPTH, NURBS, Master, bodies

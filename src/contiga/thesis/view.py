@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from contiga.geometry.body import Body
 from contiga.geometry.surface import NurbsSurface
+from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.report import shading
 from contiga.report.camera import look, project
 from contiga.report.plots import INK, LINES, MUTED
-from contiga.triangles.trimesh import TriMesh
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,7 +65,7 @@ class View:
 
     def surface(
         self,
-        shape: NurbsSurface | Body | TriMesh,
+        shape: NurbsSurface | Master,
         colour: str = "#9fb3c8",
         opacity: float = 1.0,
         *,
@@ -75,7 +74,7 @@ class View:
         """Shade a surface, with its borders inked; what is behind it is hidden if `hides`."""
         from matplotlib.colors import to_rgb
 
-        mesh = shape if isinstance(shape, TriMesh) else shape.tessellate(_TOLERANCE * self._span)
+        mesh = shape.tessellate(_TOLERANCE * self._span)
         layer = shading.mesh_layer(self._camera, mesh.vertices, mesh.triangles)
         front = (layer.buffer.depth < self._depth)[layer.seen]
         light = shading.lit(layer, np.array(to_rgb(colour)), self._span)

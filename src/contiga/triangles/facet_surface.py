@@ -70,10 +70,10 @@ class FacetedSurface(NamedTuple):
         """Last crossings of triangles from either side."""
         return last_crossings(self.tables.facets, a_B, b_B, rows)
 
-    def reach(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
+    def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
         """Distances to the nearest box of a triangle."""
         facets = self.tables.facets
-        run_ranges(closest_nb.box_reach, len(rows), POINTS, facets, p_B, rows, lengths)
+        run_ranges(closest_nb.box_distance, len(rows), POINTS, facets, p_B, rows, lengths)
 
     def sides(self, p_B: FloatArray, rows: IntArray) -> tuple[ByteArray, FloatArray]:
         """Nothing is known at once."""

@@ -10,11 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 from contiga.errors import MeshError
 from contiga.num import transform
 from contiga.num.arrays import as_points, read_only
+from contiga.num.digest import Digest
 from contiga.num.ordered import length
 from contiga.records import FloatArray, Hit, IntArray, Projection
 from contiga.triangles.condition import Condition, condition_of
 from contiga.triangles.facet_feet import contains, project
 from contiga.triangles.facet_hits import first_hit
+from contiga.triangles.facet_surface import FacetedSurface, faceted_surface
+from contiga.triangles.facet_tables import tables_of
 from contiga.triangles.facets import NORMALS
 from contiga.triangles.kernels.mesh_sides_nb import side_numbers
 from contiga.triangles.orientation import turned_triangles
@@ -256,6 +259,71 @@ class TriMesh:
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """(n,) bool: on the contact side of the closest triangle."""
         return contains(self, points)
+
+    @property
+    def surface(self) -> FacetedSurface:
+        """The search on the mesh, as contact asks for it; its tables are built once and kept.
+
+        Raises
+        ------
+        MeshError
+            The mesh cannot serve as a master: see `check`.
+        """
+        return faceted_surface(self)
+
+    @property
+    def faces(self) -> None:
+        """None: a mesh has no exact geometry."""
+        return None
+
+    @property
+    def closed(self) -> bool:
+        """Whether no edge belongs to one triangle only."""
+        return tables_of(self).closed
+
+    @property
+    def n_pieces(self) -> int:
+        """Triangles."""
+        return len(self.triangles)
+
+    @property
+    def flaws(self) -> list[str]:
+        """None: what is wrong with a mesh is refused, or told by its `condition`."""
+        return []
+
+    def check(self) -> None:
+        """Refuse a mesh that cannot serve as a master.
+
+        Raises
+        ------
+        MeshError
+            No triangle has an area, or neighbours face opposite ways or lie back to back.
+        """
+        faceted_surface(self)
+
+    def digest(self, digest: Digest) -> None:
+        """Add what decides results."""
+        digest.arrays("about", np.asarray(self.reference_point))
+        digest.arrays(f"mesh {self.normal_kind}", self.vertices, self.triangles)
+
+    def facts(self) -> dict[str, Any]:
+        """What a run's summary says of the mesh."""
+        return {
+            "kind": "mesh",
+            "triangles": len(self.triangles),
+            "source": self.source,
+            "elements": self.surface.n_elements,
+            "normals": self.normal_kind,
+            "closed": self.closed,
+            "size": self.size,
+        }
+
+    def condition_rows(self) -> list[tuple[str, str]]:
+        """What the triangles were made of, whether closed, what is wrong: (label, text)."""
+        made = [("triangles", f"{len(self.triangles)} of {self.source}")] if self.source else []
+        # Nodes inside solids are no flaw.
+        mesh = self.compact() if "skinned" in self.source else self
+        return [*made, *mesh.condition().rows]
 
 
 def _rebuild(vertices: FloatArray, triangles: IntArray, options: dict[str, Any]) -> TriMesh:

@@ -7,7 +7,7 @@ import pytest
 
 import contiga as cg
 from contiga.records import ContactStatus as Is
-from contiga.search.surface import ExactSurface
+from contiga.search.exact_surface import ExactSurface
 
 BALL = cg.Body([cg.shapes.sphere()])
 
@@ -50,7 +50,7 @@ def test_points_inside_at_the_start_wait_until_they_have_been_outside() -> None:
     for points in path[1:]:
         states.append(contact.step(states[-1], points))
     assert [int(s.status[0]) for s in states] == [Is.FREE] * 5 + [Is.NEW]
-    assert [bool(s.reach[0] < 0.0) for s in states] == [True] * 4 + [False] * 2
+    assert [bool(s.safe_distance[0] < 0.0) for s in states] == [True] * 4 + [False] * 2
 
 
 def test_out_and_in_again_within_a_step_is_coming_in() -> None:
@@ -69,8 +69,8 @@ def test_the_side_at_the_start_is_that_of_the_closest_point(outward: bool) -> No
     points = np.random.default_rng(3).uniform(-1.6, 1.6, (3000, 3))
     points = points[np.abs(ring.project(points).gap) > 1e-6]
     state = _contact(points, ring).start(points)
-    np.testing.assert_array_equal(state.reach < 0.0, ring.contains(points))
-    assert (np.abs(state.reach) <= np.abs(ring.project(points).gap) + 1e-12).all()
+    np.testing.assert_array_equal(state.safe_distance < 0.0, ring.contains(points))
+    assert (np.abs(state.safe_distance) <= np.abs(ring.project(points).gap) + 1e-12).all()
     taken = _contact(points, ring, search="penetration").start(points)
     np.testing.assert_array_equal(taken.in_contact, ring.contains(points))
 

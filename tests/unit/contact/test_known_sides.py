@@ -8,7 +8,7 @@ from tests.stress import shaking, solids
 
 import contiga as cg
 from contiga.records import ContactStatus as Is
-from contiga.search.surface import ExactSurface
+from contiga.search.exact_surface import ExactSurface
 
 SAME = ("status", "feature", "patch", "penetration", "normal", "foot", "force", "area", "certified")
 

@@ -7,7 +7,6 @@ import pytest
 
 import contiga as cg
 from contiga.records import ContactStatus as Is
-from contiga.search.surface import surface_of
 
 
 def _contact(master: cg.Body, n: int = 1, **options: object) -> cg.Contact:
@@ -21,9 +20,9 @@ def test_closed_bodies_are_known_from_open_ones() -> None:
     box = cg.Body([shapes.plane()])
     closed = [shapes.sphere(), shapes.torus(), shapes.ellipsoid()]
     opened = [shapes.cylinder(), shapes.disc(), shapes.saddle(), shapes.cone()]
-    assert all(surface_of(cg.Body([patch])).closed for patch in closed)
-    assert not any(surface_of(cg.Body([patch])).closed for patch in opened)
-    assert not surface_of(box).closed
+    assert all(cg.Body([patch]).surface.closed for patch in closed)
+    assert not any(cg.Body([patch]).surface.closed for patch in opened)
+    assert not box.surface.closed
 
 
 def test_a_closed_body_takes_points_of_any_depth() -> None:

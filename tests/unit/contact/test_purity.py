@@ -96,5 +96,5 @@ def test_points_do_not_feel_each_other(states: list[State]) -> None:
     part = contact.start(states[0].points_B[rows])
     for state in states[1:]:
         part = contact.step(part, state.points_B[rows], dt=0.1)
-        for name in ("status", "uv", "penetration", "normal", "force", "reach"):
+        for name in ("status", "uv", "penetration", "normal", "force", "safe_distance"):
             assert getattr(part, name).tobytes() == getattr(state, name)[rows].tobytes(), name

@@ -72,7 +72,7 @@ def test_small_steps_deep_inside_are_followed_to_the_other_side() -> None:
     inside = [abs(z) < 0.2497 for z in heights]  # at x, y = 0, 0.1 the disc is 0.24969 thick
     np.testing.assert_array_equal([state.n_contact == 1 for state in states], inside)
     # Deep points have a way to go before they are looked at again.
-    assert max(float(state.reach[0]) for state in states if state.n_contact) > 0.1
+    assert max(float(state.safe_distance[0]) for state in states if state.n_contact) > 0.1
 
 
 def test_random_walks_are_in_contact_where_they_are_inside() -> None:

@@ -8,8 +8,8 @@ import pytest
 import contiga as cg
 from contiga import Body, shapes
 from contiga.errors import InputError
-from contiga.geometry.body import BodyEdge, EdgeUse
 from contiga.geometry.curve_foot import CurveFeet
+from contiga.geometry.edges import BodyEdge, EdgeUse
 
 
 def box() -> Body:

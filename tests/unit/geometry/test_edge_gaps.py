@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.geometry.body import UNTRIMMED, BodyEdge, EdgeUse
 from contiga.geometry.edge_gaps import image_of
+from contiga.geometry.edges import UNTRIMMED, BodyEdge, EdgeUse
 
 
 def plane(size=2.0):

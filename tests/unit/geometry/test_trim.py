@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from contiga.errors import GeometryError
-from contiga.geometry.body import Body, BodyEdge, EdgeUse
 from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.edges import BodyEdge, EdgeUse
 from contiga.geometry.kernels import trim_build_nb as build_nb
 from contiga.geometry.kernels import trim_nb as nb
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import CUT, IN, OUT, build_trim_tables
 from contiga.geometry.trim_area import patch_areas
+from contiga.masters.body import Body
 
 
 def plate(width: float = 1.0, height: float = 1.0, at: tuple[float, float] = (0.0, 0.0)):

@@ -10,7 +10,6 @@ import pytest
 import contiga as cg
 from contiga.records import Status
 from contiga.search import ball, ball_cells
-from contiga.search.surface import surface_of
 
 POINTS = 1_000_000 if os.environ.get("CONTIGA_FULL") else 5_000
 
@@ -73,7 +72,7 @@ def feet_on(body, n, seed=0):
 
 
 def radii(body, patch, uv):
-    surface = surface_of(body)
+    surface = body.surface
     rows = np.arange(len(patch), dtype=np.int32)
     return surface.inner_ball(patch, uv, rows), surface.outer_ball(patch, uv, rows)
 
@@ -165,15 +164,15 @@ def test_rows_without_a_foot_and_meshes_have_no_ball():
     body = box()
     rows = np.arange(2, dtype=np.int32)
     blank = np.full(2, -1, np.int32), np.zeros((2, 2))
-    assert not surface_of(body).inner_ball(*blank, rows).any()
-    mesh = surface_of(body.tessellate(0.1))
+    assert not body.surface.inner_ball(*blank, rows).any()
+    mesh = body.tessellate(0.1).surface
     assert not mesh.inner_ball(*blank, rows).any()
     assert not mesh.outer_ball(*blank, rows).any()
 
 
 def test_balls_are_worked_out_once_and_only_when_asked_for():
     body = box()
-    surface = surface_of(body)
+    surface = body.surface
     body.project([[0.0, 0.0, 0.6]])
     key = id(surface.tables.elements.table)
     assert key not in ball._KEPT

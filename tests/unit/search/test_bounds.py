@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.search.kernels import bounds_nb, element_nb
+from contiga.elements.kernels import bounds_nb, element_nb
 from contiga.search.tables import tables_of
 
 ORDERS = [(1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3)]

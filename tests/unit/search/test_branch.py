@@ -7,7 +7,7 @@ import pytest
 
 import contiga as cg
 from contiga.records import Feature, Status
-from contiga.search.surface import tables_of
+from contiga.search.exact_surface import tables_of
 
 
 def trough():

@@ -8,7 +8,6 @@ import pytest
 import contiga as cg
 from contiga.records import Status
 from contiga.search.kernels import crossing_nb
-from contiga.search.surface import surface_of
 
 
 def net(a=5, b=5, lift=0.0):
@@ -116,7 +115,7 @@ def test_no_row_raises_and_no_other_row_is_lost(body):
     known = (Status.OK, Status.NOT_FINITE, Status.NO_HIT, Status.AT_START, Status.BUDGET)
     assert np.isin(hit.status, known).all()
     assert hit.status[0] == Status.NOT_FINITE
-    surface_of(body).last_crossings(a, b, np.arange(len(a), dtype=np.int32))
+    body.surface.last_crossings(a, b, np.arange(len(a), dtype=np.int32))
     assert (hit.status == Status.BUDGET).mean() < 0.002
 
 

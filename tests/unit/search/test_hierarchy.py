@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.search.kernels import curve_nb, element_nb
+from contiga.elements.kernels import element_nb
+from contiga.search.kernels import curve_nb
 from contiga.search.tables import tables_of
 
 

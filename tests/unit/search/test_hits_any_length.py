@@ -7,7 +7,6 @@ import pytest
 
 import contiga as cg
 from contiga.records import Status
-from contiga.search.surface import surface_of
 
 EPS = np.finfo(float).eps
 
@@ -126,7 +125,7 @@ def test_edges_and_corners_of_a_cube_are_watertight(kind, length):
 
 
 def last(master, a, b):
-    return surface_of(master).last_crossings(a, b, np.arange(len(a), dtype=np.int32))
+    return master.surface.last_crossings(a, b, np.arange(len(a), dtype=np.int32))
 
 
 def check_states(master, gap, a, b, tolerance):

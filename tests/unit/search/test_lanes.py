@@ -8,7 +8,7 @@ import pytest
 import contiga as cg
 from contiga.records import empty_projection
 from contiga.search.kernels import project_nb
-from contiga.search.projection import bin_by_element
+from contiga.search.project import bin_by_element
 from contiga.search.tables import tables_of
 
 PATCHES = {
@@ -102,9 +102,9 @@ def test_a_foot_that_leaves_over_a_seam_is_left_to_the_walk():
 
 def test_binned_in_chunks_or_as_a_whole_the_feet_are_the_same(monkeypatch):
     body, start, q = moved("polynomial", 0.01)
-    monkeypatch.setattr("contiga.search.projection.CHUNK", 700)
+    monkeypatch.setattr("contiga.search.project.CHUNK", 700)
     chunks = body.project(q, start=start, mode="track")
-    monkeypatch.setattr("contiga.search.projection.MOST_IN_CHUNKS", 0)
+    monkeypatch.setattr("contiga.search.project.MOST_IN_CHUNKS", 0)
     whole = body.project(q, start=start, mode="track")
     for a, b in zip(chunks, whole, strict=True):
         np.testing.assert_array_equal(a, b)

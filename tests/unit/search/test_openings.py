@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.geometry.body import UNTRIMMED, BodyEdge, EdgeUse
+from contiga.geometry.edges import UNTRIMMED, BodyEdge, EdgeUse
 from contiga.search import openings_of
 
 

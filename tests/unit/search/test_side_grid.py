@@ -9,15 +9,15 @@ from tests.stress import solids
 import contiga as cg
 from contiga.search import body_sides, side_grid
 from contiga.search.body_sides import sides_of
+from contiga.search.exact_surface import ExactSurface
 from contiga.search.side_grid import Layout, SideGrid
-from contiga.search.surface import ExactSurface, surface_of
 from contiga.search.tables import tables_of
 
 WELL_KNOWN = 0.8
 
 
 def _grid(body: cg.Body) -> SideGrid:
-    surface = surface_of(body)
+    surface = body.surface
     assert isinstance(surface, ExactSurface)
     return sides_of(surface.tables, surface.slit)
 
@@ -152,7 +152,7 @@ def test_clear_ways_cross_nothing_and_crossings_are_never_clear() -> None:
     b = a + d
     rows = np.arange(len(a), dtype=np.int32)
     clear = side_grid.clear_ways(_grid(body), a, b, rows)
-    _, sense = surface_of(body).last_crossings(a, b, rows)
+    _, sense = body.surface.last_crossings(a, b, rows)
     assert not (clear & (sense != 0)).any()
     assert clear.sum() > 0.6 * (sense == 0).sum()
     assert (sense != 0).sum() > 300

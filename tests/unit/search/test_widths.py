@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.geometry.body import BodyEdge, EdgeUse
-from contiga.search.surface import surface_of
+from contiga.geometry.edges import BodyEdge, EdgeUse
 from contiga.search.tables import tables_of
 
 
@@ -57,7 +56,7 @@ def test_a_gap_within_the_tolerance_lets_nothing_through(make, gap):
     hit = body.first_hit(a, b)
     assert (hit.patch >= 0).all()
     assert np.abs(hit.point[:, 0]).max() < 2.0  # a foot to start from
-    _, sense = surface_of(body).last_crossings(a, b, np.arange(len(a), dtype=np.int32))
+    _, sense = body.surface.last_crossings(a, b, np.arange(len(a), dtype=np.int32))
     assert (sense == 1).all()
 
 
@@ -105,7 +104,7 @@ def test_a_path_that_grazes_a_step_between_bent_faces_does_not_slip_through():
     hit = body.first_hit(a, end)
     assert (hit.patch >= 0).all()
     assert (np.abs(hit.point[:, 0]) < 1e-6).mean() > 0.5  # on the edge
-    _, sense = surface_of(body).last_crossings(a, end, np.arange(n, dtype=np.int32))
+    _, sense = body.surface.last_crossings(a, end, np.arange(n, dtype=np.int32))
     assert (sense == 1).all()
 
 
@@ -176,6 +175,6 @@ def test_a_path_past_a_convex_edge_within_its_width_does_not_end_inside():
     a, b = c - d, c + d
     gap_a, gap_b = (np.abs(x).max(axis=1) - 1.0 for x in (a, b))
     clear = (np.abs(gap_a) > 1e-3) & (np.abs(gap_b) > 1e-3)
-    _, sense = surface_of(body).last_crossings(a, b, np.arange(n, dtype=np.int32))
+    _, sense = body.surface.last_crossings(a, b, np.arange(n, dtype=np.int32))
     inside = np.where(sense == 0, gap_a < 0, sense == 1)
     np.testing.assert_array_equal(inside[clear], gap_b[clear] < 0)

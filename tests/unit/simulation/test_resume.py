@@ -14,9 +14,9 @@ import contiga as cg
 from contiga.contact.state import State
 from contiga.dynamics.prescribed import Moved, Translate
 from contiga.errors import CheckpointError
-from contiga.geometry.body import Body
 from contiga.io.out.outlines import read_outlines
 from contiga.io.out.vtkhdf import FieldSeries, read_fields
+from contiga.masters.body import Body
 from contiga.simulation import fields as fields_module
 from contiga.simulation.checkpoint import read_checkpoint
 from contiga.simulation.run import ContactPart, OutputOptions, Simulation, run

@@ -10,13 +10,13 @@ import pytest
 import contiga as cg
 from contiga.errors import RunError
 from contiga.records import ContactStatus as Is
-from contiga.simulation.step import Moment
+from contiga.simulation.step import Snapshot
 from contiga.simulation.strict import check_proved
 
 PLANE = cg.Body([cg.shapes.plane()])
 
 
-def _moment(status: int, certified: int) -> Moment:
+def _moment(status: int, certified: int) -> Snapshot:
     points = np.array([[0.0, 0.0, 0.1], [0.1, 0.0, 0.1]])
     contact = cg.Contact(PLANE, cg.Slave(points, area=[1.0, 1.0]), law=cg.PenaltyLaw(1.0))
     state = contact.start(points)
@@ -25,7 +25,7 @@ def _moment(status: int, certified: int) -> Moment:
         status=np.array([Is.FREE, status], np.int8),
         certified=np.array([0, certified], np.int8),
     )
-    return Moment(2.5, {}, {}, {"pad": state}, {})
+    return Snapshot(2.5, {}, {}, {"pad": state}, {})
 
 
 @pytest.mark.parametrize("status", [Is.FREE, Is.NEW, Is.OLD, Is.HELD, Is.RELEASED, Is.SLID_OFF])

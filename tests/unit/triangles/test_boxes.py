@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.search.surface import surface_of
 from contiga.triangles.facet_tables import tables_of
 from contiga.triangles.facets import NOBODY, TRIANGLE, WIDTH
 
@@ -47,7 +46,7 @@ def test_reach_is_a_lower_bound_of_the_distance_and_not_far_from_it():
     points = np.random.default_rng(0).normal(size=(500, 3)) * 3.0
     rows = np.arange(500, dtype=np.int32)[::2].copy()
     reach = np.full(500, -1.0)
-    surface_of(mesh).reach(points, rows, reach)
+    mesh.surface.safe_distance(points, rows, reach)
     assert (reach[1::2] == -1.0).all()
     distance = np.abs(mesh.project(points[rows]).gap)
     assert (reach[rows] <= distance * (1.0 + 1e-12)).all()

@@ -8,7 +8,6 @@ import pytest
 import contiga as cg
 from contiga import Status, TriMesh
 from contiga.errors import MeshError
-from contiga.search.surface import surface_of
 from contiga.triangles.facet_tables import tables_of
 
 SLAVE = cg.Slave([[0.0, 0.0, 1.0]], area=[1.0])
@@ -110,7 +109,7 @@ def test_triangles_that_face_opposite_ways_are_refused_as_a_master_and_can_be_tu
     assert abs(mixed.project([[0.1, 0.2, 2.0]]).gap[0]) == 1.5
     turned = mixed.oriented()
     assert turned.volume() == pytest.approx(1.0)
-    assert surface_of(turned).closed
+    assert turned.surface.closed
 
 
 def test_a_mesh_without_a_surface_is_refused_as_a_master():

@@ -10,11 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.errors import ContigaWarning, FileError, GeometryError
-from contiga.geometry.body import UNTRIMMED, Body, BodyEdge, EdgeUse, mirrored
 from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.edges import UNTRIMMED, BodyEdge, EdgeUse, mirrored
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import check_loops
 from contiga.io.cad.loops import Loop, Sides, Strand, ends, gaps
+from contiga.masters.body import Body
 
 BRIDGED = 1e-9
 """Gaps in a loop above this share of the domain get a straight closing piece."""

@@ -12,11 +12,11 @@ from xml.etree import ElementTree
 import numpy as np
 
 from contiga.errors import FileError, GeometryError
-from contiga.geometry.body import Body
 from contiga.geometry.surface import NurbsSurface
 from contiga.io.cad.assemble import Assembly, Edge, warn
 from contiga.io.cad.stitch import coincident_sides
 from contiga.io.units import length_factor, short_name
+from contiga.masters.body import Body
 from contiga.records import FloatArray
 
 SURFACES = ("TensorBSpline2", "TensorNurbs2")

@@ -13,8 +13,8 @@ from contiga.io.apart import read_apart
 from contiga.io.units import base_factor
 
 if TYPE_CHECKING:
-    from contiga.geometry.body import Body
-    from contiga.geometry.summary import body_summary
+    from contiga.masters.body import Body
+    from contiga.masters.body_summary import body_summary
 
 __all__ = ["SUFFIXES", "body_summary", "read_cad"]
 
@@ -71,7 +71,7 @@ def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None
         if value is not None:
             base_factor(value, "length", key)
     _check_readable(file)
-    body: Body = read_apart(reader, file, file_unit, unit, needs="contiga.geometry.body")
+    body: Body = read_apart(reader, file, file_unit, unit, needs="contiga.masters.body")
     _check_reach(body, file)
     size = body.size
     if any(len(edge.uses) > 1 and edge.gap > ROUNDING * size for edge in body.edges):
@@ -96,7 +96,7 @@ def _check_reach(body: Body, file: Path) -> None:
 def __getattr__(name: str) -> Any:
     # Geometry is imported while the file is read, not before.
     if name == "body_summary":
-        from contiga.geometry.summary import body_summary
+        from contiga.masters.body_summary import body_summary
 
         return body_summary
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.errors import FileError
-from contiga.geometry.body import Body
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
 from contiga.io.cad import step_iges
@@ -23,6 +22,7 @@ from contiga.io.cad.occ_build import OccEdges
 from contiga.io.cad.step_iges import add_face
 from contiga.io.cad.stitch import side_curve
 from contiga.io.units import length_factor, short_name
+from contiga.masters.body import Body
 from contiga.records import FloatArray
 
 _UNITS = {

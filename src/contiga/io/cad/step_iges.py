@@ -14,7 +14,6 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from contiga.errors import FileError
-from contiga.geometry.body import Body
 from contiga.geometry.curve import NurbsCurve
 from contiga.io.cad import occ_geometry as occ
 from contiga.io.cad.assemble import Assembly, Edge, warn
@@ -32,6 +31,7 @@ from contiga.io.cad.loops import (
 from contiga.io.cad.sew import Sewn
 from contiga.io.cad.warp import AngleMap, bent
 from contiga.io.units import length_factor, short_name
+from contiga.masters.body import Body
 from contiga.records import FloatArray
 
 _UNCERTAINTY = re.compile(

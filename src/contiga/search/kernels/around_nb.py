@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.elements.kernels.sides_nb import side_point
 from contiga.num.jit import inner
 from contiga.search.kernels.local_nb import expand
-from contiga.search.kernels.sides_nb import side_point
 
 CREASE, POLE = 1, 3
 MOST = 64

@@ -13,9 +13,9 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.elements.kernels.element_nb import BINOMIAL
 from contiga.num.jit import inner
 from contiga.search.kernels.ball_cell_nb import WORST, bends, deviation, measure
-from contiga.search.kernels.element_nb import BINOMIAL
 
 KINK = 1e-8
 """Derivatives that jump by less than this share of themselves are continuous: a surface that

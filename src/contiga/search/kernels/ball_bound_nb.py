@@ -11,10 +11,10 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.num.jit import inner
 from contiga.search.kernels.ball_plane_nb import clear_ball, far_box, lower, unit
-from contiga.search.kernels.element_nb import evaluate, parameters
 from contiga.search.kernels.tree_nb import box_distance2
 
 SAFE = 1.0 - 1e-8

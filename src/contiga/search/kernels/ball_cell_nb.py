@@ -13,9 +13,9 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.elements.kernels.bounds_nb import derivative_bounds, restrict
+from contiga.elements.kernels.element_nb import evaluate
 from contiga.num.jit import inner
-from contiga.search.kernels.bounds_nb import derivative_bounds, restrict
-from contiga.search.kernels.element_nb import evaluate
 
 WORST = 0.98
 """Cells whose derivatives differ more than this share from those of their middle bound nothing."""

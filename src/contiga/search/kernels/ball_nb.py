@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from numba import njit
 
+from contiga.elements.kernels.element_nb import locate
 from contiga.num.jit import inner
-from contiga.search.kernels.element_nb import locate
 
 
 @inner()

@@ -30,9 +30,9 @@ import math
 
 from numba import njit
 
+from contiga.elements.kernels.element_nb import locate
 from contiga.geometry.kernels.trim_nb import box_state
 from contiga.num.jit import inner
-from contiga.search.kernels.element_nb import locate
 from contiga.search.kernels.ring_nb import part_of
 
 OK, IN = 0, 1

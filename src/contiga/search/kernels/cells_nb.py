@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 
+from contiga.elements.kernels.element_nb import parameters
+from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.jit import inner
 from contiga.search.kernels.around_nb import MOST, around
 from contiga.search.kernels.bend_nb import (
@@ -17,8 +19,6 @@ from contiga.search.kernels.bend_nb import (
     principal,
 )
 from contiga.search.kernels.branch_nb import is_whole
-from contiga.search.kernels.element_nb import parameters
-from contiga.search.kernels.sides_nb import normal_at
 
 SNAP = 1e-9
 """A start this close to a side of its element is looked at from beyond it too."""

@@ -33,6 +33,7 @@ import math
 
 import numpy as np
 
+from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.jit import inner
 from contiga.search.kernels.around_nb import MOST, around, inward_slope, stands
 from contiga.search.kernels.bend_nb import INNER, OUTER
@@ -48,7 +49,6 @@ from contiga.search.kernels.fold_nb import (
     speed_along,
 )
 from contiga.search.kernels.local_nb import expand
-from contiga.search.kernels.sides_nb import normal_at
 
 CREASE = 1
 SAME = 1e3

@@ -16,9 +16,9 @@ import math
 
 from numba import njit
 
+from contiga.elements.kernels.bounds_nb import cell_box
+from contiga.elements.kernels.element_nb import evaluate
 from contiga.num.jit import inner
-from contiga.search.kernels.bounds_nb import cell_box
-from contiga.search.kernels.element_nb import evaluate
 from contiga.search.kernels.flat_cell_nb import touch
 
 DROP, SOLVE, POINT, HALVE = 0, 1, 2, 3

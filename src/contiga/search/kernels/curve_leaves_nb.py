@@ -7,11 +7,11 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.elements.kernels.bounds_nb import cell_bounds, derivative_bounds, restrict
+from contiga.elements.kernels.element_nb import locate
 from contiga.geometry.kernels.trim_nb import parameter_at
 from contiga.num.jit import inner
-from contiga.search.kernels.bounds_nb import cell_bounds, derivative_bounds, restrict
 from contiga.search.kernels.curve_nb import curve_point, piece_parameters
-from contiga.search.kernels.element_nb import locate
 
 THIN = 1e-7
 """Width a rectangle is given around a p-curve that runs along a parameter line."""

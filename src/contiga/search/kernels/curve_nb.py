@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.elements.kernels.element_nb import bernstein_basis, evaluate, locate
 from contiga.num.jit import inner
-from contiga.search.kernels.element_nb import bernstein_basis, evaluate, locate
 
 MAX_ITERATIONS = 60
 POLISH_STEPS = 3

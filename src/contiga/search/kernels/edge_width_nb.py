@@ -7,10 +7,10 @@ import math
 
 import numpy as np
 
+from contiga.elements.kernels.element_nb import parameters
 from contiga.geometry.kernels.trim_nb import cell_of
 from contiga.num.jit import inner
 from contiga.search.kernels.curve_nb import piece_parameters
-from contiga.search.kernels.element_nb import parameters
 from contiga.search.kernels.global_nb import CUT, IN, OUT, SMOOTH, in_face
 
 BESIDE = -1.0

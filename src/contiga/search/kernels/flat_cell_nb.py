@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.jit import inner
-from contiga.search.kernels.sides_nb import normal_at
 
 
 @inner(error_model="numpy")

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 
+from contiga.elements.kernels.sides_nb import normal_at, side_point
 from contiga.num.jit import inner
 from contiga.search.kernels.bend_nb import (
     INNER,
@@ -24,7 +25,6 @@ from contiga.search.kernels.bend_nb import (
     principal,
 )
 from contiga.search.kernels.rest_nb import D01, D02, D10, D20
-from contiga.search.kernels.sides_nb import normal_at, side_point
 
 
 @inner(error_model="numpy")

@@ -12,19 +12,19 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.elements.kernels.element_nb import locate
+from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.jit import inner
 from contiga.search.kernels.around_nb import cross, inward_slope, stands, vertex_exit
 from contiga.search.kernels.bend_nb import principal
 from contiga.search.kernels.branch_nb import seen_from
 from contiga.search.kernels.cells_nb import is_untrimmed, whole_around
 from contiga.search.kernels.crease_nb import is_corner
-from contiga.search.kernels.element_nb import locate
 from contiga.search.kernels.foot_nb import turn_normal, write_foot
 from contiga.search.kernels.global_nb import in_face
 from contiga.search.kernels.joined_nb import least_bend, prove, prove_work
-from contiga.search.kernels.kink_nb import pseudo_normal
 from contiga.search.kernels.local_nb import expand
-from contiga.search.kernels.sides_nb import normal_at
+from contiga.search.kernels.pseudo_normal_nb import pseudo_normal
 from contiga.search.kernels.walk_nb import walk
 
 OK, BORDER = 0, 1

@@ -6,12 +6,13 @@ import math
 
 import numpy as np
 
+from contiga.elements.kernels.element_nb import parameters
+from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.jit import inner
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.search.kernels.curve_nb import polish, surface_foot
-from contiga.search.kernels.element_nb import parameters
 from contiga.search.kernels.global_nb import GIVEN_UP, PRUNE, SEEN, closest, in_face
-from contiga.search.kernels.kink_nb import (
+from contiga.search.kernels.pseudo_normal_nb import (
     NEAR,
     is_listed,
     joint_reach,
@@ -19,7 +20,6 @@ from contiga.search.kernels.kink_nb import (
     pseudo_normal,
     side_of_squarest,
 )
-from contiga.search.kernels.sides_nb import normal_at
 from contiga.search.kernels.walk_nb import walk
 
 OK, BORDER, TRIMMED, MAX_ITERATIONS, BUDGET = 0, 1, 2, 3, 8

@@ -16,11 +16,11 @@ import math
 
 import numpy as np
 
+from contiga.elements.kernels.bounds_nb import look_closer
+from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.num.jit import inner
-from contiga.search.kernels.bounds_nb import look_closer
 from contiga.search.kernels.curve_nb import closest_on_stretch
-from contiga.search.kernels.element_nb import evaluate, parameters
 from contiga.search.kernels.local_nb import expand
 from contiga.search.kernels.tree_nb import box_distance2
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from contiga.search.kernels.bounds_nb import subdivide
+from contiga.elements.kernels.bounds_nb import subdivide
 
 OUT = 0
 

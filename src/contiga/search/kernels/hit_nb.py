@@ -11,11 +11,11 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.num.jit import inner
 from contiga.num.kernels.query_nb import blank_hit, direction, slack_of
 from contiga.search.kernels.crossing_nb import DEPTH, EITHER, ENTRIES, next_crossing
 from contiga.search.kernels.edge_width_nb import BESIDE, edge_width
-from contiga.search.kernels.element_nb import evaluate, parameters
 from contiga.search.kernels.global_nb import OUT, has_pole
 
 OK, NOT_FINITE, NO_HIT, AT_START, BUDGET = 0, 5, 6, 7, 8

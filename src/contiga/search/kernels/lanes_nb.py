@@ -14,9 +14,9 @@ import math
 
 from numba import njit
 
+from contiga.elements.kernels.element_nb import bicubic, quotient
 from contiga.num.jit import inner
 from contiga.num.kernels.fma_nb import fma
-from contiga.search.kernels.element_nb import bicubic, quotient
 
 LANES = 16
 # Rows of the work array, each LANES long.

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.elements.kernels.element_nb import evaluate
 from contiga.search.kernels.curve_nb import curve_point
-from contiga.search.kernels.element_nb import evaluate
 from contiga.search.kernels.global_nb import in_face
 
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.elements.kernels.element_nb import locate
 from contiga.num.jit import inner
 from contiga.num.kernels.query_nb import blank_foot
-from contiga.search.kernels.element_nb import locate
 from contiga.search.kernels.foot_nb import global_foot, tracked_foot
 from contiga.search.kernels.global_nb import in_face
 from contiga.search.kernels.lanes_nb import (

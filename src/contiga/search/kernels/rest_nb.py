@@ -16,9 +16,9 @@ import math
 
 import numpy as np
 
+from contiga.elements.kernels.bounds_nb import cell_bounds
+from contiga.elements.kernels.element_nb import evaluate
 from contiga.num.jit import inner
-from contiga.search.kernels.bounds_nb import cell_bounds
-from contiga.search.kernels.element_nb import evaluate
 
 MOST = 8
 """Coefficients of B a direction: degree five at most, and two of T."""

@@ -11,9 +11,9 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.elements.kernels.bounds_nb import restrict
 from contiga.geometry.kernels.trim_nb import box_state
 from contiga.num.jit import inner
-from contiga.search.kernels.bounds_nb import restrict
 
 OUT, IN, CUT = 0, 1, 2
 LOW, HIGH, NORMAL, LEAST, MOST = 0, 3, 6, 9, 10

@@ -109,7 +109,7 @@ def project_global(facets, points, rows, smooth, out, start, stop):
 
 
 @njit(cache=True, nogil=True)
-def box_reach(facets, points, rows, reach, start, stop):
+def box_distance(facets, points, rows, reach, start, stop):
     """Distance of points[rows] to the nearest box of a triangle into reach[rows]."""
     nodes = np.empty(DEPTH, np.int64)
     bounds = np.empty(DEPTH)

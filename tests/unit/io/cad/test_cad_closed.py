@@ -10,7 +10,6 @@ import pytest
 
 import contiga as cg
 from contiga.errors import ContigaWarning
-from contiga.search.surface import surface_of
 
 NAMES = [
     "link_rod", "crossing_bores", "rounded_box", "slot", "cup",
@@ -26,7 +25,7 @@ def test_a_valid_solid_is_closed(name: str, solids: ModuleType, tmp_path: Path) 
     body = cg.read_cad(solids.write(shape, tmp_path / "part.step"))
     assert body.closed
     assert body.openings.flaws == []
-    assert surface_of(body).closed
+    assert body.surface.closed
 
 
 @pytest.mark.parametrize("name", ["crossing_bores", "rounded_box", "slot"])

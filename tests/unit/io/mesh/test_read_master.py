@@ -9,7 +9,6 @@ import pytest
 import contiga as cg
 from contiga.errors import FileError, MeshError
 from contiga.io.mesh.read_master import read_master
-from contiga.search.surface import surface_of
 
 CUBE = np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)], dtype=float)
 HEXAHEDRON = [[0, 1, 3, 2, 4, 5, 7, 6]]
@@ -29,7 +28,7 @@ def test_solids_are_skinned_and_quads_split(tmp_path, cells):
     assert mesh.normal_kind == "vertex"
     assert (len(mesh.vertices), len(mesh.triangles)) == (8, 12)
     assert mesh.volume() == pytest.approx(1.0)
-    assert surface_of(mesh).closed
+    assert mesh.surface.closed
     assert mesh.contains([[0.5, 0.5, 0.5], [0.5, 0.5, 2.0]]).tolist() == [True, False]
 
 
@@ -51,7 +50,7 @@ def test_a_cloud_is_no_master(tmp_path):
 
 def test_a_tyre_of_solids_is_a_closed_master(data_dir):
     mesh = read_master(data_dir / "hmmwv_lugged_tyre_c3d10.inp")
-    assert surface_of(mesh).closed
+    assert mesh.surface.closed
     assert mesh.volume() > 0.0
     slave = cg.Slave([[0.0, 0.0, -1.0]], area=[1.0])
     assert cg.Contact(mesh, slave, law=cg.PenaltyLaw(1.0)).start(slave.points).n_contact == 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-from contiga.geometry.body import Body
+from contiga.masters.body import Body
 
 
 def body_summary(body: Body) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from contiga.search.kernels.tree_nb import box_distance2
 
 
 @njit(cache=True, nogil=True)
-def box_reach(tree, points, rows, reach, start, stop):
+def box_distance(tree, points, rows, safe_distance, start, stop):
     """Distance of points[rows] to the nearest box of a leaf into reach[rows]."""
     nodes = np.empty(128, np.int64)
     bounds = np.empty(128)
@@ -21,7 +21,7 @@ def box_reach(tree, points, rows, reach, start, stop):
         y = points[k, 1]
         z = points[k, 2]
         if not math.isfinite(x + y + z):
-            reach[k] = math.inf
+            safe_distance[k] = math.inf
             continue
         best = math.inf
         nodes[0] = 0
@@ -44,4 +44,4 @@ def box_reach(tree, points, rows, reach, start, stop):
             nodes[top + 1] = first + near
             bounds[top + 1] = a if near == 0 else b
             top += 2
-        reach[k] = math.sqrt(best)
+        safe_distance[k] = math.sqrt(best)

@@ -10,7 +10,6 @@ import pytest
 import contiga as cg
 from contiga.errors import InputError
 from contiga.records import Feature, Status, empty_projection
-from contiga.search.surface import surface_of
 
 
 @pytest.mark.interpreted
@@ -106,7 +105,7 @@ def test_a_distance_that_is_known_changes_no_foot(shape, share):
     p = np.random.default_rng(3).uniform(low - 0.5, high + 0.5, (300, 3))
     rows = np.arange(len(p), dtype=np.int32)
     plain, bounded = empty_projection(len(p)), empty_projection(len(p))
-    surface = surface_of(body)
+    surface = body.surface
     surface.closest(p, rows, plain)
     away = np.linalg.norm(plain.point - p, axis=1)
     surface.closest(p, rows, bounded, away * share if np.isfinite(share) else away + share)

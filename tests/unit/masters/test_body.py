@@ -9,11 +9,12 @@ import pytest
 
 from contiga.errors import GeometryError, InputError
 from contiga.geometry import shapes
-from contiga.geometry.body import Body, BodyEdge, EdgeUse
 from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.edges import BodyEdge, EdgeUse
 from contiga.geometry.kernels.trim_nb import points_in_trim
-from contiga.geometry.summary import body_summary
 from contiga.geometry.surface import NurbsSurface
+from contiga.masters.body import Body
+from contiga.masters.body_summary import body_summary
 
 
 def plate() -> NurbsSurface:

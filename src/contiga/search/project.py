@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import InputError
-from contiga.geometry.body import Body
+from contiga.geometry.faces import Faces
 from contiga.num.arrays import as_points
 from contiga.num.query_checks import checked_mode, checked_patches
 from contiga.num.threads import run_ranges, thread_count
 from contiga.records import FloatArray, IntArray, Projection, Status, empty_projection
 from contiga.search.branch import certify
 from contiga.search.kernels import project_nb
-from contiga.search.records import Tables
+from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
 
 # Rows (one by one) and blocks (sixteen at a time) below which a second thread does not pay.
@@ -28,7 +28,7 @@ MOST_IN_CHUNKS = 512
 
 
 def project(
-    body: Body, points: ArrayLike, start: Projection | None = None, mode: str = "global"
+    body: Faces, points: ArrayLike, start: Projection | None = None, mode: str = "global"
 ) -> Projection:
     """Feet of `points` on `body`.
 

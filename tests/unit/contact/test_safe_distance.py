@@ -7,7 +7,7 @@ import pytest
 
 import contiga as cg
 from contiga.records import ContactStatus as Is
-from contiga.search.surface import ExactSurface
+from contiga.search.exact_surface import ExactSurface
 
 NAN = float("nan")
 

@@ -11,12 +11,12 @@ import math
 
 import numpy as np
 
+from contiga.elements.kernels.sides_nb import normal_at, side_point
 from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.num.jit import inner
 from contiga.search.kernels.around_nb import MOST, around, collapsed_side
 from contiga.search.kernels.curve_nb import curve_point, piece_parameters, surface_foot
 from contiga.search.kernels.global_nb import closest, in_face
-from contiga.search.kernels.sides_nb import normal_at, side_point
 from contiga.search.kernels.tree_nb import box_distance2
 
 JOIN = 1e-7

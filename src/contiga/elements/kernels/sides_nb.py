@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numba import njit
 
+from contiga.elements.kernels.element_nb import evaluate
 from contiga.num.jit import inner
-from contiga.search.kernels.element_nb import evaluate
 
 SAMPLES = 5
 COLLAPSED = 1e-14

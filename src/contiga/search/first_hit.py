@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.geometry.body import Body
+from contiga.geometry.faces import Faces
 from contiga.num.query_checks import checked_segments
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Status, empty_projection
-from contiga.search.surface import Surface, surface_of
+from contiga.search.exact_surface import ExactSurface, exact_surface
+from contiga.search.openings import openings_of
 
 # Halvings after which a place on a path is as sharp as its coordinates.
 HALVINGS = 52
@@ -16,7 +17,7 @@ HALVINGS = 52
 ROUNDING = 1e-12
 
 
-def first_hit(body: Body, p0: ArrayLike, p1: ArrayLike) -> Hit:
+def first_hit(body: Faces, p0: ArrayLike, p1: ArrayLike) -> Hit:
     """Where each segment p0 → p1 first enters `body` from its free side.
 
     Interval Newton on S(u, v) = p0 + τ (p1 − p0) over the hierarchy: the smallest τ in [0, 1]
@@ -42,16 +43,18 @@ def first_hit(body: Body, p0: ArrayLike, p1: ArrayLike) -> Hit:
         Arrays that are not (n, 3) or differ in n.
     """
     a_B, b_B = checked_segments(p0, p1)
-    surface = surface_of(body)
+    surface = exact_surface(body)
     out = surface.entries(a_B, b_B, np.arange(len(a_B), dtype=np.int32))
     # What is nearer than faces are apart may be on either side of them.
-    slit = body.openings.slit
+    slit = openings_of(body).slit
     if surface.closed and slit > ROUNDING * body.size:
         _explain(surface, a_B, b_B, out, slit)
     return out
 
 
-def _explain(surface: Surface, a_B: FloatArray, b_B: FloatArray, out: Hit, band: float) -> None:
+def _explain(
+    surface: ExactSurface, a_B: FloatArray, b_B: FloatArray, out: Hit, band: float
+) -> None:
     """Fill in the entries of paths that begin outside and end inside but meet no face.
 
     Places within `band` of the surface are on neither side.
@@ -77,7 +80,7 @@ def _explain(surface: Surface, a_B: FloatArray, b_B: FloatArray, out: Hit, band:
     out.status[rows] = Status.OK
 
 
-def _sides(surface: Surface, p_B: FloatArray, rows: IntArray, band: float) -> ByteArray:
+def _sides(surface: ExactSurface, p_B: FloatArray, rows: IntArray, band: float) -> ByteArray:
     """1 for points p_B[rows] outside, −1 inside, 0 within `band` or where that is not known."""
     side, _ = surface.sides(p_B, rows)
     near = np.flatnonzero(side == 0)

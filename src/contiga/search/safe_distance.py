@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray
-from contiga.search.kernels import reach_nb
-from contiga.search.records import Tables
+from contiga.search.kernels import safe_distance_nb
+from contiga.search.table_types import Tables
 
 # Points below which a second thread does not pay.
 POINTS = 1024
 
 
-def box_reach(tables: Tables, p_B: FloatArray, rows: IntArray, reach: FloatArray) -> None:
+def box_distance(
+    tables: Tables, p_B: FloatArray, rows: IntArray, safe_distance: FloatArray
+) -> None:
     """Lower bounds of the distance of p_B[rows] to the body into reach[rows]; zero when near."""
-    run_ranges(reach_nb.box_reach, len(rows), POINTS, tables.tree, p_B, rows, reach)
+    run_ranges(
+        safe_distance_nb.box_distance, len(rows), POINTS, tables.tree, p_B, rows, safe_distance
+    )

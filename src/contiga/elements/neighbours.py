@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.geometry.body import Body
+from contiga.elements.element_arrays import BORDER, CREASE, POLE, SHARED, SMOOTH, Elements, Grid
+from contiga.elements.kernels import sides_nb
+from contiga.geometry.faces import Faces
 from contiga.geometry.slits import gaping_edges
 from contiga.records import FloatArray, IntArray
-from contiga.search.kernels import sides_nb
-from contiga.search.records import BORDER, CREASE, POLE, SHARED, SMOOTH, Elements, Grid
 
 # Sides closer than this share of the body's size are one side.
 MATCH = 1e-7
@@ -22,7 +22,7 @@ COLLAPSED = 1e-9
 SMOOTH_ANGLE = 1e-6
 
 
-def join(elements: Elements, grid: Grid, body: Body) -> Grid:
+def join(elements: Elements, grid: Grid, body: Faces) -> Grid:
     """Fill in the sides of `elements`; returns `grid` with the list of touching patches."""
     table = elements.table
     points, normals = sides_nb.sample(elements)  # (n, 4, 5, 3), body axes
@@ -125,7 +125,7 @@ def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntAr
     return ring
 
 
-def _mark_shared(patch_of: IntArray, body: Body, kind: IntArray) -> None:
+def _mark_shared(patch_of: IntArray, body: Faces, kind: IntArray) -> None:
     """Natural sides on which the topology knows a second face: SHARED instead of BORDER."""
     shared: dict[tuple[int, int], bool] = {}
     for edge, gapes in zip(body.edges, gaping_edges(body), strict=True):
@@ -139,7 +139,7 @@ def _mark_shared(patch_of: IntArray, body: Body, kind: IntArray) -> None:
             kind[own, side] = np.where(kind[own, side] == BORDER, SHARED, kind[own, side])
 
 
-def _with_adjacency(grid: Grid, patch_of: IntArray, body: Body, neighbour: IntArray) -> Grid:
+def _with_adjacency(grid: Grid, patch_of: IntArray, body: Faces, neighbour: IntArray) -> Grid:
     """`grid` with, for each patch, itself and then the patches it touches."""
     n = len(body.patches)
     linked: list[set[int]] = [set() for _ in range(n)]

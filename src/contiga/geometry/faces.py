@@ -1,63 +1,43 @@
-"""Body: oriented NURBS patches with their trims and shared edges, the master of a contact."""
+"""Faces: oriented NURBS patches with their trims and shared edges."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError
 from contiga.geometry.bezier import extract
+from contiga.geometry.body_mesh import body_mesh
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import measured
 from contiga.geometry.edges import (
     SIDES,
     UNTRIMMED,
     BodyEdge,
-    EdgeUse,
     flipped_edge,
     mirrored,
     moved_edge,
 )
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop, TrimTables, build_trim_tables, check_loops
+from contiga.geometry.trim_area import body_area, body_volume
 from contiga.num import transform
 from contiga.num.arrays import as_points, read_only
 from contiga.num.ordered import length
-from contiga.records import FloatArray, Hit, Projection
-
-if TYPE_CHECKING:
-    from contiga.search import Openings
-    from contiga.triangles.trimesh import TriMesh
-
-__all__ = ["SIDES", "UNTRIMMED", "Body", "BodyEdge", "EdgeUse", "face_bounds", "mirrored"]
+from contiga.records import FloatArray
+from contiga.triangles.trimesh import TriMesh
 
 Trims = tuple[tuple[Loop, ...] | None, ...]
 
 
-class Body:
-    """A rigid master: one or more NURBS patches, oriented so that normals point to the free side.
+class Faces:
+    """Oriented NURBS patches with their trims and shared edges: the geometry of a `Body`.
 
-    Parameters
-    ----------
-    patches : NurbsSurface, one or more
-    name : what reports and messages call it
-    trims : one entry a patch: None for the whole natural rectangle, else loops of p-curves in the
-        patch's (u, v), head to tail. The even-odd rule decides what is inside. All None if omitted.
-    edges : `BodyEdge`, which patches share which edge
-    unit : length unit of the coordinates, None if unknown
-    reference_point : (3,) point the wrench is taken about, length, body frame
-
-    Raises
-    ------
-    GeometryError
-        No patches, a count of trims that does not fit, loops that do not close or leave the
-        patch's rectangle, edges that name patches which are not there.
-
-    Bodies are immutable; methods return new ones. They compare and hash by identity.
+    The parameters are those of a `Body`. Faces never change; methods return new ones, of the same
+    class. They compare and hash by identity.
     """
 
     def __init__(
@@ -86,7 +66,6 @@ class Body:
         self._area: float | None = None
         self._bounds: FloatArray | None = None
         self._tables: TrimTables | None = None
-        self._openings: Openings | None = None
 
     def _checked_trims(
         self, trims: Sequence[Sequence[Sequence[NurbsCurve]] | None] | None
@@ -173,7 +152,8 @@ class Body:
 
     def __repr__(self) -> str:
         trimmed = sum(entry is not None for entry in self._trims)
-        return f"Body({self._name!r}, {len(self._patches)} patches, {trimmed} trimmed)"
+        kind = type(self).__name__
+        return f"{kind}({self._name!r}, {len(self._patches)} patches, {trimmed} trimmed)"
 
     @property
     def trim_tables(self) -> TrimTables:
@@ -197,8 +177,6 @@ class Body:
 
     def area(self, rtol: float = 1e-9) -> float:
         """Area of what the trims leave, length². Adaptive Gauss quadrature to about `rtol`."""
-        from contiga.geometry.trim_area import body_area
-
         if self._area is None or rtol < 1e-9:
             self._area = body_area(self, rtol)
         return self._area
@@ -208,63 +186,13 @@ class Body:
 
         Means something for closed bodies only.
         """
-        from contiga.geometry.trim_area import body_volume
-
         return body_volume(self)
-
-    @property
-    def openings(self) -> Openings:
-        """Where the surface ends, where faces gape or disagree; found when first asked for."""
-        from contiga.search import openings_of
-
-        if self._openings is None:
-            self._openings = openings_of(self)
-        return self._openings
-
-    @property
-    def closed(self) -> bool:
-        """Whether the surface ends nowhere and its faces agree on the free side.
-
-        Told by the edges: each is used by two faces that meet there within its tolerance.
-        """
-        return self.openings.closed
 
     def tessellate(self, tol: float, method: str = "chord") -> TriMesh:
         """Triangles of the faces, trims obeyed, without cracks at shared edges.
 
         `tol` is a length for "chord" and an area by patch for "net", as for patches."""
-        from contiga.geometry.body_mesh import body_mesh
-
         return body_mesh(self, tol, method).like(self.name, self.unit, self.reference_point)
-
-    @classmethod
-    def from_profile(cls, curve: NurbsCurve, depth: float = 1.0, name: str = "profile") -> Body:
-        """A plane problem: `curve` in the plane z = 0, given `depth` about that plane.
-
-        The free side is to the right of the curve's direction: a closed curve that runs
-        counter-clockwise is a solid with normals outward. Forces are per `depth`.
-
-        Raises
-        ------
-        GeometryError
-            The curve leaves z = 0, or the depth is not positive.
-        """
-        points = curve.control_points
-        if not (math.isfinite(depth) and depth > 0.0):
-            raise GeometryError("depth must be positive", where="Body.from_profile", found=depth)
-        reach = float(np.abs(points[:, :2]).max(initial=0.0))
-        if np.abs(points[:, 2]).max() > 1e-12 * reach:
-            raise GeometryError(
-                "a profile must lie in the plane z = 0",
-                where="Body.from_profile",
-                found=float(np.abs(points[:, 2]).max()),
-            )
-        half = np.array([0.0, 0.0, 0.5 * depth])
-        net = np.stack([points - half, points + half], axis=1)
-        weights = None if curve.weights is None else np.stack([curve.weights] * 2, axis=1)
-        knots_v = np.array([-0.5, -0.5, 0.5, 0.5]) * depth
-        patch = NurbsSurface((curve.degree, 1), (curve.knots, knots_v), net, weights)
-        return cls([patch], name=name)
 
     def _with(
         self,
@@ -272,8 +200,8 @@ class Body:
         trims: Trims | None = None,
         edges: Sequence[BodyEdge] | None = None,
         reference_point: FloatArray | None = None,
-    ) -> Body:
-        return Body(
+    ) -> Self:
+        return type(self)(
             patches,
             name=self._name,
             trims=self._trims if trims is None else trims,
@@ -282,17 +210,17 @@ class Body:
             reference_point=self._reference_point if reference_point is None else reference_point,
         )
 
-    def renamed(self, name: str) -> Body:
+    def renamed(self, name: str) -> Self:
         """The same body under another name."""
-        return Body(
+        return type(self)(
             self._patches, name, self._trims, self._edges, self._unit, self._reference_point
         )
 
-    def about(self, point: ArrayLike) -> Body:
+    def about(self, point: ArrayLike) -> Self:
         """The same body with another reference point (3,)."""
         return self._with(self._patches, reference_point=as_points(point, "reference_point")[0])
 
-    def flipped(self) -> Body:
+    def flipped(self) -> Self:
         """The same surface with free and contact side swapped; p-curves are mirrored along."""
         trims, edges = self._mirrored()
         return self._with([patch.flipped() for patch in self._patches], trims, edges)
@@ -307,11 +235,11 @@ class Body:
         )
         return trims, [flipped_edge(edge, self._patches) for edge in self.edges]
 
-    def transformed(self, matrix: ArrayLike) -> Body:
+    def transformed(self, matrix: ArrayLike) -> Self:
         """The body moved by a regular affine (4, 4) matrix; the free side stays the free side."""
         return self._moved(transform.affine(matrix))
 
-    def _moved(self, matrix: FloatArray) -> Body:
+    def _moved(self, matrix: FloatArray) -> Self:
         # A patch that is reflected has its u reversed, so what is drawn on it follows.
         trims, edges = self._mirrored() if transform.reflects(matrix) else (None, self.edges)
         return self._with(
@@ -321,39 +249,19 @@ class Body:
             transform.apply(matrix, self._reference_point[None, :])[0],
         )
 
-    def translated(self, d: ArrayLike) -> Body:
+    def translated(self, d: ArrayLike) -> Self:
         """The body moved by the vector `d` (3,), length."""
         return self._moved(transform.translation(d))
 
     def rotated(
         self, axis: transform.Axis, angle: float, origin: ArrayLike = (0.0, 0.0, 0.0)
-    ) -> Body:
+    ) -> Self:
         """The body turned by `angle` (radians) about `axis` ("x", "y", "z" or a vector)."""
         return self._moved(transform.rotation(axis, angle, origin))
 
-    def scaled(self, s: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Body:
+    def scaled(self, s: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Self:
         """The body scaled by `s` > 0 about `origin`."""
         return self._moved(transform.scaling(s, origin))
-
-    def project(
-        self, points: ArrayLike, start: Projection | None = None, mode: str = "global"
-    ) -> Projection:
-        """Feet of `points` (n, 3) on the body; see `contiga.search.project`."""
-        from contiga.search import project
-
-        return project(self, as_points(points), start=start, mode=mode)
-
-    def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
-        """First entry of points moving from `p0` to `p1`; see `contiga.search.first_hit`."""
-        from contiga.search import first_hit
-
-        return first_hit(self, as_points(p0, "p0"), as_points(p1, "p1"))
-
-    def contains(self, points: ArrayLike) -> np.ndarray:
-        """(n,) bool: on the contact side of the closest face; see `contiga.search.contains`."""
-        from contiga.search import contains
-
-        return contains(self, as_points(points))
 
 
 def face_bounds(patch: NurbsSurface, loops: tuple[Loop, ...] | None) -> FloatArray:

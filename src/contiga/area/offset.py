@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.geometry.body import Body
+from contiga.masters.protocol import Master
 from contiga.records import Feature, FloatArray, Projection
-from contiga.triangles.trimesh import TriMesh
 
 
-def offset_ratio(body: Body | TriMesh, feet: Projection) -> FloatArray:
+def offset_ratio(master: Master, feet: Projection) -> FloatArray:
     """(n,) area at the point over area at its foot, for a slave parallel to the master.
 
     The surface S + g n at the gap g has the area element (1 − 2 H g + K g²) dA, with the mean
@@ -18,12 +17,13 @@ def offset_ratio(body: Body | TriMesh, feet: Projection) -> FloatArray:
     beyond a focal point.
     """
     ratio = np.ones(len(feet.patch))
-    if isinstance(body, TriMesh):
+    faces = master.faces
+    if faces is None:
         return ratio
     smooth = feet.feature == Feature.FACE
     for k in np.unique(feet.patch[smooth]):
         rows = np.flatnonzero(smooth & (feet.patch == k))
-        d = body.patches[int(k)].derivatives(feet.uv[rows], 2)
+        d = faces.patches[int(k)].derivatives(feet.uv[rows], 2)
         s_u, s_v = d[:, 1, 0], d[:, 0, 1]
         n, g = feet.normal[rows], feet.gap[rows]
         e, f, h = (s_u * s_u).sum(1), (s_u * s_v).sum(1), (s_v * s_v).sum(1)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.search.kernels import around_nb, sides_nb
-from contiga.search.records import BORDER, CREASE, POLE, SMOOTH
+from contiga.elements.element_arrays import BORDER, CREASE, POLE, SMOOTH
+from contiga.elements.kernels import sides_nb
+from contiga.search.kernels import around_nb
 from contiga.search.tables import tables_of
 
 
@@ -78,7 +79,7 @@ def test_patches_join_however_they_run(turn):
 
 
 def body_point(elements, e, s, t):
-    from contiga.search.kernels.element_nb import evaluate
+    from contiga.elements.kernels.element_nb import evaluate
 
     h = np.empty((4, 6))
     evaluate(elements, e, s, t, h)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.area.mapping import offset_ratio
+from contiga.area.offset import offset_ratio
 
 RNG = np.random.default_rng(3)
 

@@ -1,0 +1,115 @@
+"""Bézier elements of a set of faces: coefficients, boxes, states against the trims."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.elements.element_arrays import (
+    CUBIC,
+    ELEMENT,
+    GENERAL,
+    PATCH,
+    RATIONAL_CUBIC,
+    Elements,
+    Grid,
+    Records,
+)
+from contiga.geometry import bezier
+from contiga.geometry.faces import Faces
+from contiga.geometry.kernels import trim_nb
+from contiga.geometry.trim import TrimTables
+from contiga.records import FloatArray
+
+# Monomials lose digits above this degree: such elements are evaluated in Bernstein form.
+MONOMIAL_DEGREE = 5
+# They lose digits too where weights of one element differ by more than this factor.
+MONOMIAL_WEIGHTS = 1e3
+# Rounding of each of the steps in which a point is evaluated.
+ROUNDING = 2.0 * float(np.finfo(float).eps)
+
+
+def monomial_matrix(degree: int) -> FloatArray:
+    """(degree+1, degree+1) from Bernstein coefficients on [0, 1] to powers of x − 1/2."""
+    matrix = np.zeros((degree + 1, degree + 1))
+    low, high = np.array([0.5, -1.0]), np.array([0.5, 1.0])  # 1 − x and x in powers of x − 1/2
+    for k in range(degree + 1):
+        poly = np.ones(1)
+        for _ in range(k):
+            poly = np.convolve(poly, high)
+        for _ in range(degree - k):
+            poly = np.convolve(poly, low)
+        binomial = np.prod([(degree - m) / (m + 1) for m in range(k)])
+        matrix[:, k] = binomial * poly
+    return matrix
+
+
+def elements_of(body: Faces, trims: TrimTables) -> tuple[Elements, Grid]:
+    """The elements of `body`, their sides not joined yet, and where they stand."""
+    grids = [bezier.extract(patch) for patch in body.patches]
+    counts = [g.coefs.shape[0] * g.coefs.shape[1] for g in grids]
+    first = np.concatenate(([0], np.cumsum(counts)))
+    table = np.zeros(int(first[-1]), ELEMENT)
+    patches = np.zeros(len(grids), PATCH)
+    coefs: list[FloatArray] = []
+    breaks: list[FloatArray] = []
+    used = places = 0
+    for k, (patch, g) in enumerate(zip(body.patches, grids, strict=True)):
+        rows = table[first[k] : first[k + 1]]
+        rows["patch"] = k
+        rows["degree"] = patch.degrees
+        rows["components"] = 4 if patch.is_rational else 3
+        rows["box"] = _parameter_boxes(g.u_breaks, g.v_breaks)
+        rows["trim"] = [trim_nb.box_state(trims, k, *b) for b in rows["box"].tolist()]
+        for part in _fill(rows, g.coefs, used):
+            coefs.append(part)
+            used += part.size
+        u, v = len(g.u_breaks), len(g.v_breaks)
+        patches["u"][k] = places, places + u
+        patches["v"][k] = places + u, places + u + v
+        patches["first"][k] = first[k]
+        breaks += [g.u_breaks, g.v_breaks]
+        places += u + v
+    nothing = np.zeros(0, np.int32), np.zeros(0, np.int8)
+    grid = Grid(patches, np.concatenate(breaks), *nothing)
+    return Elements(table, np.concatenate(coefs)), grid
+
+
+def _fill(rows: Records, coefs: FloatArray, used: int) -> list[FloatArray]:
+    """Coefficients of a patch's elements about an origin of each element's own.
+
+    Fills the rows' origin, cubic, form and places; returns what is to stand in the flat array
+    from place `used` on.
+    """
+    p, q = coefs.shape[2] - 1, coefs.shape[3] - 1
+    net = coefs.reshape(-1, p + 1, q + 1, 4).copy()
+    origin = (net[..., :3] / net[..., 3:]).mean(axis=(1, 2))
+    net[..., :3] -= net[..., 3:] * origin[:, None, None, :]
+    rows["origin"] = origin
+    stride = 4 * (p + 1) * (q + 1)
+    rows["bernstein"] = used + stride * np.arange(len(rows))
+    rows["monomial"] = -1
+    extent = np.abs(net[..., :3] / net[..., 3:]).max(axis=(1, 2, 3))
+    rows["noise"] = ROUNDING * (p + q + 2) * extent
+    if max(p, q) > MONOMIAL_DEGREE:
+        return [net.ravel()]
+    rows_of_s = np.einsum("bj,eijc->eibc", monomial_matrix(q), net)
+    monomial = np.einsum("ai,eibc->eabc", monomial_matrix(p), rows_of_s)
+    rows["monomial"] = used + net.size + stride * np.arange(len(rows))
+    weights = net[..., 3].reshape(len(net), -1)
+    uneven = weights.max(axis=1) > MONOMIAL_WEIGHTS * weights.min(axis=1)
+    rows["monomial"][uneven] = -1
+    rows["noise"] *= np.where(uneven, 1.0, weights.max(axis=1) / weights.min(axis=1))
+    if max(p, q) <= 3:
+        cubic = np.zeros((len(net), 4, 4, 4))  # element, component, power of s, power of t
+        cubic[:, :, : p + 1, : q + 1] = np.moveaxis(monomial, 3, 1)
+        rows["cubic"] = cubic.reshape(-1, 64)
+        form = np.where(rows["components"] == 4, RATIONAL_CUBIC, CUBIC)
+        rows["form"] = np.where(uneven, GENERAL, form)
+    return [net.ravel(), monomial.ravel()]
+
+
+def _parameter_boxes(u: FloatArray, v: FloatArray) -> FloatArray:
+    """(nu*nv, 4) u0, u1, v0, v1 of the elements between the breaks."""
+    low_u, low_v = np.meshgrid(u[:-1], v[:-1], indexing="ij")
+    high_u, high_v = np.meshgrid(u[1:], v[1:], indexing="ij")
+    return np.stack([a.ravel() for a in (low_u, high_u, low_v, high_v)], axis=1)

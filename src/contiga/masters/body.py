@@ -1,0 +1,159 @@
+"""Body: a rigid master of exact geometry, and what can be asked of it."""
+
+from __future__ import annotations
+
+import math
+from itertools import chain
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contiga.errors import GeometryError
+from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.faces import Faces
+from contiga.geometry.surface import NurbsSurface
+from contiga.num.arrays import as_points
+from contiga.num.digest import Digest
+from contiga.records import Hit, Projection
+from contiga.search.exact_surface import ExactSurface, exact_surface
+from contiga.search.first_hit import first_hit
+from contiga.search.inside import contains
+from contiga.search.openings import Openings, openings_of
+from contiga.search.project import project
+from contiga.search.tables import check_size
+
+
+class Body(Faces):
+    """A rigid master: one or more NURBS patches, oriented so that normals point to the free side.
+
+    Parameters
+    ----------
+    patches : NurbsSurface, one or more
+    name : what reports and messages call it
+    trims : one entry a patch: None for the whole natural rectangle, else loops of p-curves in the
+        patch's (u, v), head to tail. The even-odd rule decides what is inside. All None if omitted.
+    edges : `BodyEdge`, which patches share which edge
+    unit : length unit of the coordinates, None if unknown
+    reference_point : (3,) point the wrench is taken about, length, body frame
+
+    Raises
+    ------
+    GeometryError
+        No patches, a count of trims that does not fit, loops that do not close or leave the
+        patch's rectangle, edges that name patches which are not there.
+
+    Bodies are immutable; methods return new ones. They compare and hash by identity.
+    """
+
+    @classmethod
+    def from_profile(cls, curve: NurbsCurve, depth: float = 1.0, name: str = "profile") -> Self:
+        """A plane problem: `curve` in the plane z = 0, given `depth` about that plane.
+
+        The free side is to the right of the curve's direction: a closed curve that runs
+        counter-clockwise is a solid with normals outward. Forces are per `depth`.
+
+        Raises
+        ------
+        GeometryError
+            The curve leaves z = 0, or the depth is not positive.
+        """
+        points = curve.control_points
+        if not (math.isfinite(depth) and depth > 0.0):
+            raise GeometryError("depth must be positive", where="Body.from_profile", found=depth)
+        reach = float(np.abs(points[:, :2]).max(initial=0.0))
+        if np.abs(points[:, 2]).max() > 1e-12 * reach:
+            raise GeometryError(
+                "a profile must lie in the plane z = 0",
+                where="Body.from_profile",
+                found=float(np.abs(points[:, 2]).max()),
+            )
+        half = np.array([0.0, 0.0, 0.5 * depth])
+        net = np.stack([points - half, points + half], axis=1)
+        weights = None if curve.weights is None else np.stack([curve.weights] * 2, axis=1)
+        knots_v = np.array([-0.5, -0.5, 0.5, 0.5]) * depth
+        patch = NurbsSurface((curve.degree, 1), (curve.knots, knots_v), net, weights)
+        return cls([patch], name=name)
+
+    @property
+    def openings(self) -> Openings:
+        """Where the surface ends, where faces gape or disagree; found when first asked for."""
+        return openings_of(self)
+
+    @property
+    def closed(self) -> bool:
+        """Whether the surface ends nowhere and its faces agree on the free side.
+
+        Told by the edges: each is used by two faces that meet there within its tolerance.
+        """
+        return self.openings.closed
+
+    def project(
+        self, points: ArrayLike, start: Projection | None = None, mode: str = "global"
+    ) -> Projection:
+        """Feet of `points` (n, 3) on the body; see `contiga.search.project.project`."""
+        return project(self, as_points(points), start=start, mode=mode)
+
+    def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
+        """First entry of points moving from `p0` to `p1`; see `search.first_hit.first_hit`."""
+        return first_hit(self, as_points(p0, "p0"), as_points(p1, "p1"))
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """(n,) bool: on the contact side of the closest face; see `contiga.search.inside`."""
+        return contains(self, as_points(points))
+
+    @property
+    def surface(self) -> ExactSurface:
+        """The search on the body, as contact asks for it; built when first asked for and kept."""
+        return exact_surface(self)
+
+    @property
+    def faces(self) -> Faces:
+        """The exact geometry: the body itself."""
+        return self
+
+    @property
+    def n_pieces(self) -> int:
+        """Patches."""
+        return len(self.patches)
+
+    @property
+    def flaws(self) -> list[str]:
+        """What is wrong with how the faces meet, one text each."""
+        return self.openings.flaws
+
+    def check(self) -> None:
+        """Refuse a body that is a point, or so large or small that products of lengths are lost.
+
+        Raises
+        ------
+        GeometryError
+            As said.
+        """
+        check_size(self)
+
+    def digest(self, digest: Digest) -> None:
+        """Geometry, trims and what is joined to what."""
+        digest.arrays("about", np.asarray(self.reference_point))
+        for patch, loops in zip(self.patches, self.trims, strict=True):
+            digest.arrays("patch", *patch.knots, patch.control_points, patch.weights)
+            digest.text("whole" if loops is None else f"{[len(loop) for loop in loops]}")
+            for curve in chain.from_iterable(loops or ()):
+                digest.arrays("trim", curve.knots, curve.control_points, curve.weights)
+        for edge in self.edges:
+            digest.text(repr((edge.uses, edge.spans, edge.tolerance, edge.stated, edge.corner)))
+
+    def facts(self) -> dict[str, Any]:
+        """What a run's summary says of the body."""
+        return {
+            "kind": "body",
+            "patches": len(self.patches),
+            "trimmed": sum(trims is not None for trims in self.trims),
+            "elements": self.surface.n_elements,
+            "closed": self.closed,
+            "size": self.size,
+        }
+
+    def condition_rows(self) -> list[tuple[str, str]]:
+        """Whether the body is closed, and what is wrong with how its faces meet: (label, text)."""
+        return self.openings.rows

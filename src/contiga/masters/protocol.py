@@ -1,0 +1,196 @@
+"""A master as everything above sees it: the same few questions to exact geometry and triangles."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contiga.geometry.faces import Faces
+from contiga.num.digest import Digest
+from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
+from contiga.triangles.trimesh import TriMesh
+
+
+class Surface(Protocol):
+    """What can be searched. Points are in the master's frame; rows choose among them."""
+
+    @property
+    def closed(self) -> bool:
+        """Whether the surface has no border anywhere."""
+        ...  # pragma: no cover
+
+    @property
+    def n_elements(self) -> int:
+        """Pieces the search works on."""
+        ...  # pragma: no cover
+
+    def closest(
+        self,
+        p_B: FloatArray,
+        rows: IntArray,
+        out: Projection,
+        within: FloatArray | None = None,
+    ) -> None:
+        """Closest points of p_B[rows] into the same rows of `out`.
+
+        `within` (len(rows),) are distances to points of the surface that are known, infinite where
+        none is: what is farther need not be looked at.
+        """
+        ...  # pragma: no cover
+
+    def track(
+        self,
+        p_B: FloatArray,
+        patch: IntArray,
+        uv: FloatArray,
+        out: Projection,
+        before: FloatArray | None = None,
+    ) -> None:
+        """Feet continued from (patch, uv) into `out`; rows of patch −1 by `closest`.
+
+        `before` (n, 3) is where the points were when their feet were (patch, uv): needed for
+        tracked feet to be certified.
+        """
+        ...  # pragma: no cover
+
+    def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
+        """First entries of the segments a_B[rows] → b_B[rows], one row an entry of `rows`."""
+        ...  # pragma: no cover
+
+    def last_crossings(
+        self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
+    ) -> tuple[Hit, ByteArray]:
+        """Crossings of either sense nearest to the ends of a_B[rows] → b_B[rows], and whether the
+        path enters there (1), leaves (−1), or crosses nothing (0)."""
+        ...  # pragma: no cover
+
+    def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
+        """Lower bounds of the distance of p_B[rows] into lengths[rows]; zero when near."""
+        ...  # pragma: no cover
+
+    def sides(self, p_B: FloatArray, rows: IntArray) -> tuple[ByteArray, FloatArray]:
+        """Sides of p_B[rows] as far as they are known at once: 1 outside, −1 inside, else 0; and
+        where they are, a length greater than rounding that leads to no surface.
+
+        Closed surfaces only.
+        """
+        ...  # pragma: no cover
+
+    def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
+        """(len(rows),) True where a_B[rows] → b_B[rows] is known to meet no surface.
+
+        Closed surfaces only.
+        """
+        ...  # pragma: no cover
+
+    def nearby(self, p_B: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
+        """Places (patch, uv) not far from those of p_B[rows] that lie near the surface; patch −1
+        for others. Closed surfaces only."""
+        ...  # pragma: no cover
+
+    def inner_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
+        """(len(rows),) radii of balls that touch inside at feet (patch, uv)[rows], else zero.
+
+        Such a ball, and every smaller one, holds no other point of the surface.
+        """
+        ...  # pragma: no cover
+
+    def outer_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
+        """(len(rows),) the same on the free side."""
+        ...  # pragma: no cover
+
+
+class Master(Protocol):
+    """A rigid master: `Body` and `TriMesh` are the two there are."""
+
+    @property
+    def name(self) -> str:
+        """What reports and messages call it."""
+        ...  # pragma: no cover
+
+    @property
+    def reference_point(self) -> FloatArray:
+        """(3,) point the wrench is taken about."""
+        ...  # pragma: no cover
+
+    @property
+    def size(self) -> float:
+        """Length of the diagonal of `bounds`."""
+        ...  # pragma: no cover
+
+    @property
+    def closed(self) -> bool:
+        """Whether the surface ends nowhere."""
+        ...  # pragma: no cover
+
+    @property
+    def n_pieces(self) -> int:
+        """Patches or triangles: what the `patch` of a foot counts."""
+        ...  # pragma: no cover
+
+    @property
+    def surface(self) -> Surface:
+        """The search on it; what that needs is built when first asked for."""
+        ...  # pragma: no cover
+
+    @property
+    def faces(self) -> Faces | None:
+        """The exact geometry, for what works in the (u, v) of patches; None for triangles."""
+        ...  # pragma: no cover
+
+    @property
+    def flaws(self) -> list[str]:
+        """What is wrong with how its faces meet, one text each."""
+        ...  # pragma: no cover
+
+    def bounds(self) -> FloatArray:
+        """(2, 3) low and high corner of a box that holds it."""
+        ...  # pragma: no cover
+
+    def tessellate(self, tol: float) -> TriMesh:
+        """Triangles at most `tol` off it, length."""
+        ...  # pragma: no cover
+
+    def about(self, point: ArrayLike) -> Master:
+        """The same master with another reference point (3,)."""
+        ...  # pragma: no cover
+
+    def project(
+        self, points: ArrayLike, start: Projection | None = None, mode: str = "global"
+    ) -> Projection:
+        """Feet of `points` (n, 3): the closest points, or those continued from `start`."""
+        ...  # pragma: no cover
+
+    def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
+        """Where points that move from `p0` to `p1` (n, 3) first enter."""
+        ...  # pragma: no cover
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """(n,) which points (n, 3) lie on the contact side."""
+        ...  # pragma: no cover
+
+    def check(self) -> None:
+        """Refuse what cannot serve as a master, by a `GeometryError` or a `MeshError`."""
+        ...  # pragma: no cover
+
+    def digest(self, digest: Digest) -> None:
+        """Add all of it that decides results."""
+        ...  # pragma: no cover
+
+    def facts(self) -> dict[str, Any]:
+        """What a run's summary says of it."""
+        ...  # pragma: no cover
+
+    def condition_rows(self) -> list[tuple[str, str]]:
+        """What a person wants to know of it as a master: (label, text)."""
+        ...  # pragma: no cover
+
+
+_ASKED = [name for name in vars(Master) if not name.startswith("_")]
+
+
+def is_master(value: object) -> bool:
+    """Whether a value answers what masters are asked; nothing is worked out."""
+    return all(hasattr(type(value), name) or name in vars(value) for name in _ASKED)

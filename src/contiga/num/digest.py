@@ -1,0 +1,33 @@
+"""A digest of texts and arrays, each with what tells it from its neighbours."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Digest:
+    """Adds texts and arrays one after the other; `hexdigest` is what tells them from others."""
+
+    def __init__(self) -> None:
+        self._hash = hashlib.sha256()
+        self.hexdigest = self._hash.hexdigest
+
+    def text(self, text: str) -> None:
+        """A text and its length."""
+        data = text.encode()
+        self._hash.update(f"{len(data)}:".encode() + data)
+
+    def arrays(self, label: str, *arrays: NDArray[Any] | None) -> None:
+        """Arrays with their shapes and types."""
+        self.text(f"{label}, {len(arrays)}")
+        for array in arrays:
+            if array is None:
+                self.text("none")
+            else:
+                own = np.ascontiguousarray(array)
+                self.text(f"{own.shape} {own.dtype.str}")
+                self._hash.update(own.tobytes())

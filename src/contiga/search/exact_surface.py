@@ -1,0 +1,106 @@
+"""The search on exact geometry, as contact asks for it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.geometry.faces import Faces
+from contiga.geometry.slits import stitches
+from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
+from contiga.search import ball, hits, project, safe_distance, side_grid
+from contiga.search.body_sides import sides_of
+from contiga.search.openings import openings_of
+from contiga.search.table_types import Tables
+from contiga.search.tables import tables_of
+
+
+class ExactSurface(NamedTuple):
+    """The search on a body's NURBS patches."""
+
+    tables: Tables
+    closed: bool
+    """Whether the body has no border anywhere."""
+    slit: float
+    """How far faces may be apart where they meet, length."""
+
+    @property
+    def n_elements(self) -> int:
+        """Bézier pieces."""
+        return len(self.tables.elements.table)
+
+    def closest(
+        self,
+        p_B: FloatArray,
+        rows: IntArray,
+        out: Projection,
+        within: FloatArray | None = None,
+    ) -> None:
+        """Closest points of the body."""
+        project.closest_of_rows(self.tables, p_B, rows, out, within)
+
+    def track(
+        self,
+        p_B: FloatArray,
+        patch: IntArray,
+        uv: FloatArray,
+        out: Projection,
+        before: FloatArray | None = None,
+    ) -> None:
+        """Feet continued over elements, seams and edges."""
+        project.track(self.tables, p_B, (patch, uv), out, before)
+
+    def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
+        """First entries by interval Newton."""
+        return hits.hits_of_rows(self.tables, a_B, b_B, rows)
+
+    def last_crossings(
+        self, a_B: FloatArray, b_B: FloatArray, rows: IntArray
+    ) -> tuple[Hit, ByteArray]:
+        """Last crossings by interval Newton on the path turned round."""
+        return hits.last_crossings(self.tables, a_B, b_B, rows)
+
+    def safe_distance(self, p_B: FloatArray, rows: IntArray, lengths: FloatArray) -> None:
+        """Distances to the nearest box of a leaf."""
+        safe_distance.box_distance(self.tables, p_B, rows, lengths)
+
+    def sides(self, p_B: FloatArray, rows: IntArray) -> tuple[ByteArray, FloatArray]:
+        """By the cells of a grid."""
+        return side_grid.side_of(self._grid, p_B, rows)
+
+    def clear_ways(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> NDArray[np.bool_]:
+        """By the cells of a grid that ways pass."""
+        return side_grid.clear_ways(self._grid, a_B, b_B, rows)
+
+    def nearby(self, p_B: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
+        """A piece of the surface in the cell."""
+        return side_grid.nearby(self._grid, p_B, rows)
+
+    @property
+    def _grid(self) -> side_grid.SideGrid:
+        return sides_of(self.tables, self.slit)
+
+    def inner_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
+        """Lower bounds from cells of the elements."""
+        return ball.touching_radius(self.tables, patch, uv, rows, ball.INNER)
+
+    def outer_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
+        """Lower bounds from cells of the elements."""
+        return ball.touching_radius(self.tables, patch, uv, rows, ball.OUTER)
+
+
+_KEPT: WeakKeyDictionary[Faces, ExactSurface] = WeakKeyDictionary()
+
+
+def exact_surface(faces: Faces) -> ExactSurface:
+    """The search on `faces`; its tables are built at the first call and kept."""
+    surface = _KEPT.get(faces)
+    if surface is None:
+        openings = openings_of(faces)
+        # Faces are off the edges they share, and their loops off themselves where they close.
+        slit = openings.slit + float(stitches(faces)[0].max(initial=0.0))
+        surface = _KEPT[faces] = ExactSurface(tables_of(faces), openings.closed, slit)
+    return surface

@@ -1,0 +1,69 @@
+"""The tables the search kernels work on, beside the elements.
+
+One record a leaf or a node: a kernel is handed one array instead of twenty (handing a tuple of
+twenty arrays to a small function costs more than the function).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.elements.element_arrays import Elements, Grid, Records
+from contiga.geometry.trim import TrimTables
+from contiga.records import FloatArray
+
+RING = np.dtype(
+    [
+        # Over a part of an element and those around it (see `ring_nb`):
+        ("curvature", "f8", 2),  # largest towards the normal and away from it, each 0 at least
+        ("room", "f8"),  # a way shorter than this does not lead out of them
+        ("speed", "f8", 2),  # |S_u|, |S_v| at most, within `block`
+        ("width", "f8", 2),  # part of S_u across S_v, of S_v across S_u at least
+        ("block", "f8", 4),  # u0, u1, v0, v1 around the part
+        ("ends", "i4", 4),  # 1 where the element's side is not smooth and within reach
+        ("pole", "i4"),  # side that is a pole within reach, -1 none
+    ],
+    align=True,
+)
+LEAF = np.dtype(
+    [
+        ("element", "i4"),  # surface leaf: its element; curve leaf: -1 - trimming piece
+        ("patch", "i4"),
+        ("box", "f8", 4),  # s0, s1, t0, t1; curve leaf: t0, t1 of the piece
+        # |S_s|, |S_t|, |S_ss|, |S_st|, |S_tt|, |S_sss|, |S_sst|, |S_stt|, |S_ttt| at most
+        ("bound", "f8", 9),
+        ("middle", "f8", 3),  # a point of the body in it; infinite where that is trimmed away
+    ],
+    align=True,
+)
+NODE = np.dtype(
+    [
+        ("low", "f8", 3),
+        ("high", "f8", 3),
+        ("first", "i4"),  # first leaf; of an inner node (count 0) the left child, right is +1
+        ("count", "i4"),
+    ],
+    align=True,
+)
+
+
+class Tables(NamedTuple):
+    """Everything the kernels are handed about a body."""
+
+    elements: Elements
+    grid: Grid
+    leaves: Records
+    """`LEAF`, in the order of the hierarchy."""
+    tree: Records
+    """`NODE`, the root first."""
+    trims: TrimTables
+    piece_open: FloatArray
+    """(pieces,) 1 where a trimming piece bounds the body (no second face uses its edge)."""
+    piece_width: FloatArray
+    """(pieces,) width of the edge along a trimming piece, length; 0 where no second face joins."""
+    scale: FloatArray
+    """(2,) size of the body, tangential tolerance of a foot; lengths."""
+    rings: Records
+    """(elements, 16) `RING`."""
