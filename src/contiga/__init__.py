@@ -32,7 +32,7 @@ _HOME = {
     "Contact": "contiga.contact.contact",
     "State": "contiga.contact.state",
     "load_case": "contiga.case.schema",
-    "run": "contiga.api",
+    "run": "contiga.cli.run_case",
     "Feature": "contiga.records",
     "Status": "contiga.records",
     "ContactStatus": "contiga.records",
@@ -51,12 +51,12 @@ __all__ = ["__version__", *_HOME, *_ROOMS]
 if TYPE_CHECKING:
     from contiga import dynamics as motion  # noqa: F401 (the public name)
     from contiga import errors as errors
-    from contiga.api import run as run
     from contiga.area.cloud import CloudArea as CloudArea
     from contiga.area.facet import FacetArea as FacetArea
     from contiga.area.hull import HullArea as HullArea
     from contiga.area.nodal import NodalArea as NodalArea
     from contiga.case.schema import load_case as load_case
+    from contiga.cli.run_case import run as run
     from contiga.contact.contact import Contact as Contact
     from contiga.contact.state import State as State
     from contiga.geometry import clouds as clouds

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from time import perf_counter
 from typing import NamedTuple
@@ -21,8 +20,8 @@ from contiga.thesis.tables import as_json, machine, tidy_csv
 
 PAGE, CSV, JSON, FIGURES = "report.html", "tables.csv", "tables.json", "figures"
 
-Progress = Callable[[str, int, int], None]
-"""Called with what is being done, how many parts are done, how many there are."""
+Progress = Callable[[int, int, str], None]
+"""Called with how many experiments are done, how many there are, and which comes next."""
 
 
 class Found(NamedTuple):
@@ -43,7 +42,7 @@ def reproduce(
     only: Sequence[str] | None = None,
     full: bool = False,
     cad: str | Path | None = None,
-    quiet: bool = True,
+    progress: Progress | None = None,
 ) -> Path:
     """Run the experiments of the thesis and write what they find into the folder `out`.
 
@@ -53,7 +52,7 @@ def reproduce(
     only : keys of experiments, or chapters and sections; all of them if omitted
     full : in the comparison the finest meshes that memory allows, which takes tens of minutes
     cad : CAD file of the comparison's third body; one is looked for, or made, if omitted
-    quiet : no progress bar
+    progress : called with what is done, how much there is, and what comes next
 
     Returns
     -------
@@ -77,8 +76,7 @@ def reproduce(
     folder = Path(out)
     made = open_folder(folder, (CSV, JSON), "reproduction")
     try:
-        with _bar(quiet=quiet) as progress:
-            found = run_all(wanted, progress)
+        found = run_all(wanted, progress)
         return _write(folder, found)
     except BaseException:
         if made and not any(folder.iterdir()):
@@ -100,12 +98,12 @@ def run_all(
     with compiling_ahead(experiments) as wait:
         for done, experiment in enumerate(experiments):
             if progress is not None:
-                progress(f"{experiment.key} {experiment.title}", done, len(experiments))
+                progress(done, len(experiments), f"{experiment.key} {experiment.title}")
             if experiment.chapter >= BEFORE:
                 wait()
             found.append(_run(experiment))
     if progress is not None:
-        progress("done", len(experiments), len(experiments))
+        progress(len(experiments), len(experiments), "done")
     return tuple(found)
 
 
@@ -171,33 +169,3 @@ def _pictures_of(folder: Path) -> set[str]:
         return {Path(file).name for file in listed}
     except (OSError, ValueError, KeyError, TypeError):
         return set()
-
-
-@contextmanager
-def _bar(*, quiet: bool) -> Iterator[Progress | None]:
-    """A progress bar on the error stream: the experiment, how many are done, time spent."""
-    if quiet:
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-    )
-
-    columns = (
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TextColumn("{task.description}"),
-    )
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task("", total=None)
-
-        def progress(what: str, done: int, total: int) -> None:
-            bar.update(task, description=what, completed=done, total=total)
-
-        yield progress

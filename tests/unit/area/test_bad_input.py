@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga import cli
+from contiga.cli import commands
 from contiga.errors import InputError
 
 PLATE = cg.Body([cg.shapes.plane(width=4.0, length=4.0)])
@@ -155,7 +155,7 @@ def command(monkeypatch, capsys, folder, area, points):
     monkeypatch.setattr(sys, "argv", arguments)
     code = 0
     try:
-        cli.main()
+        commands.main()
     except SystemExit as left:
         code = int(left.code or 0)
     return code, capsys.readouterr().err

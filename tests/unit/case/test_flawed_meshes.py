@@ -12,7 +12,7 @@ import meshio
 import numpy as np
 import pytest
 
-from contiga import cli
+from contiga.cli import commands
 
 CASE = """
 title = "Crate"
@@ -56,7 +56,7 @@ def command(
         monkeypatch.setattr(sys, "argv", ["contiga", *arguments])
         code = 0
         try:
-            cli.main()
+            commands.main()
         except SystemExit as stopped:
             code = int(stopped.code or 0)
         out, err = capsys.readouterr()

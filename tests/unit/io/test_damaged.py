@@ -56,7 +56,7 @@ def damaged_iges(path: Path) -> Path:
 def contiga(*args: object) -> subprocess.CompletedProcess[str]:
     env = {**os.environ, "PYTHONPATH": str(Path(cg.__file__).parents[1])}
     return subprocess.run(
-        [sys.executable, "-c", "from contiga.cli import main; main()", *map(str, args)],
+        [sys.executable, "-c", "from contiga.cli.commands import main; main()", *map(str, args)],
         capture_output=True,
         text=True,
         env=env,

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from contiga import cli
+from contiga.cli import commands
 from contiga.errors import FileError, InputError, OutputError, RunError
 from contiga.thesis.reproduce import broken_claims, reproduce
 
@@ -140,7 +140,7 @@ def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str])
         monkeypatch.setattr(sys, "argv", ["contiga", "reproduce", *map(str, arguments)])
         code = 0
         try:
-            cli.main()
+            commands.main()
         except SystemExit as left:
             code = int(left.code or 0)
         return code, *capsys.readouterr()

@@ -1,8 +1,4 @@
-"""The command line: ``contiga run | check | info | mesh | report | reproduce``.
-
-Exit codes: 0 done, 1 the run failed, 2 the input is wrong. Wrong input gets one message on the
-error stream, never a traceback; ``CONTIGA_DEBUG=1`` shows the traceback of any failure.
-"""
+"""The commands: ``contiga run | check | info | mesh | report | reproduce``."""
 
 from __future__ import annotations
 
@@ -14,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from contiga import __version__
+from contiga.cli.progress import progress_bar
 from contiga.errors import ContigaError, FileError, RunError
 
 if TYPE_CHECKING:
@@ -113,13 +110,13 @@ def run(
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Run a case: forces, fields and a report into the output folder."""
-    from contiga import api
     from contiga.case.schema import load_case
+    from contiga.cli import run_case
 
     loaded = load_case(case)
     folder = out if out is not None else case.parent / f"{case.stem}_out"
     try:
-        result = api.run(loaded, out=folder, resume=resume, strict=strict, quiet=quiet)
+        result = run_case.run(loaded, out=folder, resume=resume, strict=strict, quiet=quiet)
     except KeyboardInterrupt:
         from contiga.simulation.folder import CHECKPOINT
 
@@ -313,7 +310,8 @@ def reproduce(
     from contiga.thesis.reproduce import reproduce as run_all
 
     names = None if only is None else only.split(",")
-    page = run_all(out, only=names, full=full, cad=cad, quiet=quiet)
+    with progress_bar("reproduce", quiet=quiet) as show:
+        page = run_all(out, only=names, full=full, cad=cad, progress=show)
     broken = broken_claims(out)
     if not quiet:
         print(f"report: {page}")

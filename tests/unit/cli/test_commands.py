@@ -10,8 +10,8 @@ from types import ModuleType
 import pytest
 
 import contiga
-import contiga.api
-from contiga import cli
+import contiga.cli.run_case
+from contiga.cli import commands
 from contiga.errors import RunError
 
 CASE = """
@@ -71,7 +71,7 @@ class Command:
         self._patch.setattr(sys, "argv", ["contiga", *map(str, arguments)])
         code = 0
         try:
-            cli.main()
+            commands.main()
         except SystemExit as left:
             code = int(left.code or 0)
         out, err = self._capture.readouterr()
@@ -184,7 +184,7 @@ def raising(error: BaseException):
 def test_run_that_fails_leaves_with_one(
     command: Command, case: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(contiga.api, "run", raising(RunError("no convergence")))
+    monkeypatch.setattr(contiga.cli.run_case, "run", raising(RunError("no convergence")))
     code, _, err = command("run", case)
     assert code == 1
     assert one_message(err) == "contiga: error: no convergence"
@@ -193,7 +193,7 @@ def test_run_that_fails_leaves_with_one(
 def test_unexpected_failure_says_how_to_see_more(
     command: Command, case: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(contiga.api, "run", raising(ZeroDivisionError("a\nb")))
+    monkeypatch.setattr(contiga.cli.run_case, "run", raising(ZeroDivisionError("a\nb")))
     code, _, err = command("run", case)
     assert code == 1
     assert "ZeroDivisionError: a" in one_message(err)
@@ -206,7 +206,7 @@ def test_unexpected_failure_says_how_to_see_more(
 def test_stopped_run_says_how_to_go_on(
     command: Command, case: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(contiga.api, "run", raising(KeyboardInterrupt()))
+    monkeypatch.setattr(contiga.cli.run_case, "run", raising(KeyboardInterrupt()))
     assert command("run", case) == (130, "", "\ncontiga: stopped\n"), "nothing to go on from"
     (case.parent / "press_out").mkdir()
     (case.parent / "press_out" / "checkpoint.h5").touch()
@@ -282,7 +282,7 @@ def test_compiling_is_told_once(monkeypatch: pytest.MonkeyPatch, capsys) -> None
     heard: list[event.Listener] = []
     with monkeypatch.context() as patched:
         patched.setattr(event, "register", lambda _, listener: heard.append(listener))
-        cli.tell_of_compiling()
+        commands.tell_of_compiling()
     with event.install_listener("numba:compile", heard[0]):
         for shift in (1.0, 2.0):
             njit(lambda x, shift=shift: x + shift)(0.0)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga import api
+from contiga.cli import run_case, signals
 from contiga.errors import CheckpointError, FileError, InputError, OutputError
 
 CASE = """\
@@ -134,7 +134,7 @@ def test_an_interrupt_where_python_drops_it_is_noted(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(signal, "getsignal", lambda _: signal.default_int_handler)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        with api._stoppable() as stopped:
+        with signals.stoppable() as stopped:
             handler = signal.signal(signal.SIGINT, signal.default_int_handler)
             assert callable(handler)
             assert not stopped()
@@ -150,7 +150,7 @@ def test_an_interrupt_where_python_drops_it_is_noted(monkeypatch: pytest.MonkeyP
 def test_a_noted_interrupt_stops_at_the_next_step(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(api, "_stoppable", lambda: nullcontext(lambda: True))
+    monkeypatch.setattr(run_case, "stoppable", lambda: nullcontext(lambda: True))
     with pytest.raises(KeyboardInterrupt):
         cg.run(case_file(tmp_path), out=tmp_path / "out")
     assert (tmp_path / "out" / "checkpoint.h5").is_file()
@@ -173,7 +173,7 @@ def test_a_folder_that_was_moved_is_resumed(
     text = text.replace("[output]", 'area = { kind = "constant", value = 1 }\n[output]')
     assert text != CASE
     with monkeypatch.context() as patched:
-        patched.setattr(api, "_stoppable", lambda: nullcontext(lambda: True))
+        patched.setattr(run_case, "stoppable", lambda: nullcontext(lambda: True))
         with pytest.raises(KeyboardInterrupt):
             cg.run(case_file(here, text), out=here / "out")
     here.rename(there)

@@ -1,0 +1,14 @@
+"""The command line: ``contiga run | check | info | mesh | report | reproduce``.
+
+Exit codes: 0 done, 1 the run failed, 2 the input is wrong. Wrong input gets one message on the
+error stream, never a traceback; ``CONTIGA_DEBUG=1`` shows the traceback of any failure.
+"""
+
+from __future__ import annotations
+
+
+def main() -> None:
+    """Run the command line and leave with its exit code."""
+    from contiga.cli.commands import main as run
+
+    run()

@@ -1,0 +1,73 @@
+"""Running a case with everything that belongs to it: the run, its files, the report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from contiga.cli.progress import progress_bar
+from contiga.cli.signals import stoppable
+from contiga.errors import InputError
+
+if TYPE_CHECKING:
+    from contiga.case.schema import Case
+    from contiga.simulation.run import Result
+
+
+def run(
+    case: Case | str | Path,
+    out: str | Path | None = None,
+    *,
+    resume: bool = False,
+    strict: bool = False,
+    quiet: bool = True,
+) -> Result:
+    """Run a case and write its output folder, the report included.
+
+    Parameters
+    ----------
+    case : a `Case`, or the path of its file
+    out : folder for the results; None keeps them in memory only
+    resume : go on from the checkpoint in `out`
+    strict : stop at the first point whose foot or side is not proved
+    quiet : no progress bar
+
+    Returns
+    -------
+    Result
+        ``history`` (columns by name), ``summary``, ``out``.
+
+    Raises
+    ------
+    InputError
+        Something in the case, its files or the folder is wrong; nothing has been written.
+    RunError
+        The run could not be carried through.
+    """
+    from contiga.case import build
+    from contiga.case.schema import Case, load_case
+    from contiga.report import write_report
+
+    checked = load_case(case) if isinstance(case, str | Path) else case
+    if not isinstance(checked, Case):
+        raise InputError(
+            "the case must be one",
+            where="case",
+            found=type(case).__name__,
+            allowed="what load_case returns, or the path of a case file",
+        )
+    with stoppable() as stopped, progress_bar(checked.title, quiet=quiet) as show:
+
+        def progress(done: int, steps: int, contacts: int) -> None:
+            if stopped():
+                raise KeyboardInterrupt
+            show(done, steps, f"{contacts} in contact")
+
+        return build.run(
+            checked,
+            out,
+            resume=resume,
+            strict=strict,
+            progress=progress,
+            on_finish=write_report,
+        )
