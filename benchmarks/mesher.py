@@ -6,7 +6,7 @@ from pathlib import Path
 from time import process_time
 
 import contiga as cg
-from contiga.thesis.rival_meshes import fewest_triangles
+from contiga_validation.rivals.rival_meshes import fewest_triangles
 
 ROOT = Path(__file__).resolve().parents[1]
 FILES = (

@@ -16,7 +16,7 @@ from contiga.records import ContactStatus as Is
 from contiga.simulation.clock import Clock
 from contiga.simulation.run import ContactPart, Simulation
 from contiga.simulation.step import Snapshot, advance
-from contiga.thesis.scenes import scene
+from contiga_validation.thesis.scenes import scene
 
 
 class Followed(NamedTuple):

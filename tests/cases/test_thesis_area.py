@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from contiga.laws.normal import ForceLaw, StressLaw
-from contiga.thesis import chapter5_area as area
-from contiga.thesis import chapter5_force as force
-from contiga.thesis import chapter5_split, chapter7
-from contiga.thesis.variants import simulation_of
+from contiga_validation.thesis import chapter5_area as area
+from contiga_validation.thesis import chapter5_force as force
+from contiga_validation.thesis import chapter5_split, chapter7
+from contiga_validation.thesis.variants import simulation_of
 
 
 def test_table_5_1_has_the_counts_and_areas_of_the_thesis() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contiga.thesis import chapter6
+from contiga_validation.thesis import chapter6
 
 
 @pytest.fixture(scope="module")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from contiga.thesis.catalogue import experiments
-from contiga.thesis.drawing import png
-from contiga.thesis.records import Experiment
+from contiga_validation.catalogue import experiments
+from contiga_validation.engine.drawing import png
+from contiga_validation.engine.experiment import Experiment
 
 _SEEN: dict[str, str] = {}
 
@@ -14,7 +14,7 @@ _SEEN: dict[str, str] = {}
 @pytest.fixture(autouse=True)
 def _no_fine_meshes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Those of the comparison take most of a minute, and show no more than the coarse ones."""
-    monkeypatch.setattr("contiga.thesis.comparison_page.MOST_TRIANGLES", 70_000)
+    monkeypatch.setattr("contiga_validation.rivals.comparison_page.MOST_TRIANGLES", 70_000)
 
 
 @pytest.mark.parametrize("experiment", experiments(), ids=lambda experiment: experiment.key)

@@ -12,7 +12,7 @@ import contiga as cg
 from contiga import Body, shapes
 from contiga.errors import GeometryError
 from contiga.geometry.kernels.trim_nb import points_in_trim
-from contiga.thesis.rival_meshes import fewest_triangles
+from contiga_validation.rivals.rival_meshes import fewest_triangles
 
 pytest.importorskip("OCP")
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -303,15 +303,19 @@ def reproduce(
         Path | None,
         typer.Option("--cad", metavar="FILE", help="CAD file of the comparison's third body."),
     ] = None,
+    data: Annotated[
+        Path | None,
+        typer.Option("--data", metavar="DIR", help="Folder of public CAD files to take it from."),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Run the experiments of the thesis: a page, tables and pictures beside its own numbers."""
-    from contiga.thesis.reproduce import broken_claims
-    from contiga.thesis.reproduce import reproduce as run_all
+    from contiga_validation.reproduce import broken_claims
+    from contiga_validation.reproduce import reproduce as run_all
 
     names = None if only is None else only.split(",")
     with progress_bar("reproduce", quiet=quiet) as show:
-        page = run_all(out, only=names, full=full, cad=cad, progress=show)
+        page = run_all(out, only=names, full=full, cad=cad, data=data, progress=show)
     broken = broken_claims(out)
     if not quiet:
         print(f"report: {page}")

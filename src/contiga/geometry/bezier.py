@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from contiga.geometry import refine
-from contiga.geometry.curve import NurbsCurve
-from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
+
+if TYPE_CHECKING:
+    from contiga.geometry.curve import NurbsCurve
+    from contiga.geometry.surface import NurbsSurface
 
 
 class BezierGrid(NamedTuple):

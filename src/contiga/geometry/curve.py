@@ -11,6 +11,7 @@ from contiga.errors import GeometryError
 from contiga.geometry import knots as kv
 from contiga.geometry import refine
 from contiga.geometry.kernels.evaluate_nb import CurveArrays, curve_range
+from contiga.geometry.quadrature import curve_length
 from contiga.num import transform
 from contiga.num.arrays import read_only
 from contiga.records import FloatArray
@@ -226,8 +227,6 @@ class NurbsCurve:
 
     def length(self, rtol: float = 1e-10) -> float:
         """Arc length, to the relative tolerance `rtol` (adaptive Gauss quadrature)."""
-        from contiga.geometry.quadrature import curve_length
-
         return curve_length(self, rtol)
 
 

@@ -8,15 +8,18 @@ error is far below the difference that was tested.
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from contiga.errors import InputError
 from contiga.geometry.bezier import extract, extract_curve
-from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.kernels.quadrature_nb import chain_length, grid_area
-from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
+
+if TYPE_CHECKING:
+    from contiga.geometry.curve import NurbsCurve
+    from contiga.geometry.surface import NurbsSurface
 
 _FINEST = 1e-14
 # Points beyond the degree: a rational quarter circle then needs one level for ten digits.

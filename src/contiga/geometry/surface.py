@@ -9,9 +9,10 @@ from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError
 from contiga.geometry import knots as kv
-from contiga.geometry import refine
+from contiga.geometry import refine, tessellate
 from contiga.geometry.curve import NurbsCurve, cartesian, homogeneous
 from contiga.geometry.kernels import evaluate_nb as nb
+from contiga.geometry.quadrature import surface_area
 from contiga.num import transform
 from contiga.num.arrays import as_parameters, read_only
 from contiga.num.ordered import product
@@ -323,26 +324,18 @@ class NurbsSurface:
 
     def area(self, rtol: float = 1e-10) -> float:
         """Area to the relative tolerance `rtol` (adaptive Gauss quadrature on each element)."""
-        from contiga.geometry.quadrature import surface_area
-
         return surface_area(self, rtol)
 
     def net_area(self) -> float:
         """Area of the triangulated control net (`contiga.geometry.tessellate.net_area`)."""
-        from contiga.geometry import tessellate
-
         return tessellate.net_area(self)
 
     def base_area(self) -> float:
         """Area of the flat base of each element (`contiga.geometry.tessellate.base_area`)."""
-        from contiga.geometry import tessellate
-
         return tessellate.base_area(self)
 
     def tessellate(self, tol: float, method: Literal["net", "chord"] = "chord") -> TriMesh:
         """Triangles within `tol`: see `contiga.geometry.tessellate.tessellate`."""
-        from contiga.geometry import tessellate
-
         return tessellate.tessellate(self, tol, method)
 
 

@@ -8,7 +8,7 @@ drop trimmed parts.
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from contiga.errors import GeometryError, InputError
 from contiga.geometry.bezier import BezierGrid, extract
 from contiga.geometry.kernels.chord_nb import elements_within
-from contiga.geometry.surface import NurbsSurface
 from contiga.records import FloatArray
 from contiga.triangles.trimesh import TriMesh
+
+if TYPE_CHECKING:
+    from contiga.geometry.surface import NurbsSurface
 
 MAX_CELLS = 20_000_000
 _WELD = 1e-12

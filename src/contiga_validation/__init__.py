@@ -1,0 +1,1 @@
+"""Evidence: experiments that show what contiga does, beside the numbers of others."""

@@ -1,0 +1,88 @@
+"""Every experiment of the reproduction, in the order of the thesis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import import_module
+
+from contiga.errors import InputError
+from contiga_validation.engine.experiment import Experiment, Options
+
+MODULES = (
+    "chapter2",
+    "chapter2_refine",
+    "chapter5_splines",
+    "chapter5_shapes",
+    "chapter5_search",
+    "chapter5_follow",
+    "chapter5_detailed",
+    "chapter5_split",
+    "chapter5_area",
+    "chapter5_force",
+    "chapter6",
+    "chapter7",
+)
+"""Modules of the thesis' suite, each with its `EXPERIMENTS`."""
+COMPARISON = "contiga_validation.rivals.comparison_page"
+"""The module whose experiments take options."""
+
+CHAPTERS = {
+    2: "Chapter 2 · B-splines, NURBS and their refinement",
+    3: "Chapter 3 · The contact of MADYMO",
+    4: "Chapter 4 · The method",
+    5: "Chapter 5 · Results",
+    6: "Chapter 6 · Against finite elements",
+    7: "Chapter 7 · Clusters",
+    8: "Beyond the thesis",
+}
+
+
+DEFAULT = Options()
+
+
+def experiments(options: Options = DEFAULT) -> tuple[Experiment, ...]:
+    """All of them."""
+    found = [
+        experiment
+        for name in MODULES
+        for experiment in import_module(f"contiga_validation.thesis.{name}").EXPERIMENTS
+    ]
+    found += import_module(COMPARISON).experiments(options)
+    return tuple(sorted(found, key=lambda experiment: experiment.chapter))
+
+
+def chapter_title(chapter: int) -> str:
+    """Heading of a chapter on the page; what follows the thesis' own goes under one."""
+    return CHAPTERS[min(chapter, max(CHAPTERS))]
+
+
+def chosen(only: Sequence[str] | None, options: Options = DEFAULT) -> tuple[Experiment, ...]:
+    """The experiments named in `only`, all of them for None.
+
+    An entry is the key of an experiment or the start of keys: "5" is all of chapter 5, "5.1" all
+    of its section 5.1.
+
+    Raises
+    ------
+    InputError
+        An entry that names no experiment, or no entries.
+    """
+    every = experiments(options)
+    if only is None:
+        return every
+    words = [word.strip() for word in only]
+    for word in words or [""]:
+        if not any(_is_meant(experiment.key, word) for experiment in every):
+            raise InputError(
+                "no experiment has this name",
+                where="only",
+                found=word,
+                allowed=", ".join(experiment.key for experiment in every),
+                remedy="A chapter or section such as 5 or 5.1 stands for all of it",
+            )
+    return tuple(e for e in every if any(_is_meant(e.key, word) for word in words))
+
+
+def _is_meant(key: str, word: str) -> bool:
+    """Whether `word` is `key` or a whole part of it from its start."""
+    return bool(word) and (key == word or key.startswith((f"{word}.", f"{word}-")))

@@ -1,0 +1,95 @@
+"""One style for all pictures: what is drawn by matplotlib becomes PNG here."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contiga.records import FloatArray
+from contiga.report.plots import BODY, GRID, INK, LINES, MUTED
+from contiga.report.shown import SCALE, colour_map
+from contiga_validation.engine.experiment import Picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from contiga.geometry.curve import NurbsCurve
+
+__all__ = ["BODY", "GRID", "INK", "LINES", "MUTED", "SCALE", "colour_map", "plane", "png"]
+
+DPI = 170
+STYLE: dict[str, Any] = {
+    "font.family": "sans-serif",
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.0,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": "#9aa3ad",
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "axes.titlecolor": INK,
+    "grid.color": GRID,
+    "grid.linewidth": 0.7,
+    "text.color": INK,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "lines.linewidth": 1.6,
+    "lines.markersize": 4.5,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+}
+
+
+def png(picture: Picture) -> bytes:
+    """The picture as a PNG file, drawn in the house's style."""
+    import matplotlib as mpl
+    from cycler import cycler
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    with mpl.rc_context({**STYLE, "axes.prop_cycle": cycler(color=LINES)}):
+        layout = ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.06)
+        figure = Figure(figsize=picture.size, dpi=DPI, layout=layout)
+        FigureCanvasAgg(figure)
+        picture.draw(figure)
+        content = io.BytesIO()
+        figure.savefig(content, format="png", metadata={"Software": None})
+    return content.getvalue()
+
+
+def plane(axes: Axes, *, equal: bool = True, labels: tuple[str, str] = ("x", "y")) -> Axes:
+    """`axes` for a figure in the plane: labelled, and with one scale where it is geometry."""
+    axes.set_xlabel(labels[0])
+    axes.set_ylabel(labels[1])
+    if equal:
+        axes.set_aspect("equal", adjustable="datalim")
+    return axes
+
+
+def curve_points(curve: NurbsCurve, count: int = 400) -> FloatArray:
+    """(count, 3) points along a curve, for drawing."""
+    return curve.evaluate(np.linspace(*curve.domain, count))
+
+
+def draw_curve(axes: Axes, curve: NurbsCurve, **style: Any) -> None:
+    """The curve, seen along z."""
+    points = curve_points(curve)
+    axes.plot(points[:, 0], points[:, 1], **{"color": LINES[0], "label": "curve", **style})
+
+
+def draw_polygon(axes: Axes, curve: NurbsCurve, **style: Any) -> None:
+    """The control polygon of a curve, seen along z."""
+    points = curve.control_points
+    look = {"color": LINES[1], "ls": (0, (4, 3)), "lw": 1.0, "marker": "o", "ms": 4.5}
+    axes.plot(points[:, 0], points[:, 1], **{**look, "label": "control polygon", **style})

@@ -1,0 +1,181 @@
+"""The page of the reproduction: one HTML file that reads offline."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Callable, Sequence
+from html import escape
+from importlib.resources import files
+from itertools import groupby
+from typing import Any
+
+from contiga.report.html_tables import number
+from contiga_validation.engine.experiment import Cell, Claim, Found, Picture, Table
+from contiga_validation.engine.table_files import plain
+
+_TITLE = "The thesis, reproduced"
+_ABOUT = (
+    "Every experiment of the thesis the method comes from (<i>A New Contact Method for Simcenter "
+    "Madymo</i>), run anew with contiga and set beside the thesis&#8217; own numbers. Its figures "
+    "are drawn again from computed data; where its text gives no geometry, a scene was designed "
+    "that shows the same behaviour, and the entry says so. A tick means that the statement held in "
+    "this run."
+)
+
+
+def page(found: Sequence[Found], facts: dict[str, Any], heading_of: Callable[[int], str]) -> str:
+    """The whole page as one text.
+
+    Parameters
+    ----------
+    found : the experiments with what they found, by chapter
+    facts : version and machine, from `contiga_validation.engine.table_files.machine`
+    heading_of : the heading of a chapter, by its number
+    """
+    groups = groupby(found, lambda f: f.experiment.chapter)
+    chapters = [(heading_of(k), list(group)) for k, group in groups]
+    parts = [_head(), _heading(found, facts), _contents(chapters)]
+    for heading, entries in chapters:
+        parts.append(f"<h2>{escape(heading)}</h2>")
+        parts += [_section(entry) for entry in entries]
+    parts += [_timings(found), "</main></body></html>\n"]
+    return "\n".join(parts)
+
+
+def _head() -> str:
+    sheets = (("contiga.report", "style.css"), ("contiga_validation.engine", "style.css"))
+    style = "".join(files(room).joinpath(name).read_text("utf-8") for room, name in sheets)
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<title>{_TITLE}</title><link rel="icon" href="data:,"><style>{style}</style>'
+        "</head><body><main>"
+    )
+
+
+def _heading(found: Sequence[Found], facts: dict[str, Any]) -> str:
+    said = (
+        f"finished {facts['finished']} · {facts['processor']}, {facts['threads']} threads · "
+        f"{facts['system']} · Python {facts['python']}, NumPy {facts['numpy']}, "
+        f"Numba {facts['numba']}"
+    )
+    return (
+        f'<div class="maker"><b>contiga</b> {escape(facts["version"])} · reproduction</div>'
+        f'<h1>{_TITLE}</h1><p class="under">{escape(said)}</p><p>{_ABOUT}</p>{_verdict(found)}'
+    )
+
+
+def _verdict(found: Sequence[Found]) -> str:
+    claims = [(e.experiment.key, claim) for e in found for claim in e.outcome.claims]
+    broken = [(key, claim) for key, claim in claims if not claim.holds]
+    if not broken:
+        return f'<p class="verdict">✓ All {len(claims)} statements held.</p>'
+    rows = "".join(
+        f'<li><a href="#{escape(key)}">{escape(key)}</a> {escape(claim.text)}</li>'
+        for key, claim in broken
+    )
+    text = f"✗ {len(broken)} of {len(claims)} statements did not hold:"
+    return f'<p class="verdict bad">{text}</p><ul class="warnings">{rows}</ul>'
+
+
+def _contents(chapters: Sequence[tuple[str, list[Found]]]) -> str:
+    parts = []
+    for heading, entries in chapters:
+        parts.append(f"<h3>{escape(heading)}</h3>")
+        for entry in entries:
+            key, title = escape(entry.experiment.key), escape(entry.experiment.title)
+            # the part of a key after the section tells experiments of one section apart
+            shown = key.partition("-")[0]
+            parts.append(f'<a href="#{key}"><span class="key">{shown}</span>{title}</a>')
+    return f'<nav aria-label="Contents">{"".join(parts)}</nav>'
+
+
+def _section(entry: Found) -> str:
+    experiment, outcome = entry.experiment, entry.outcome
+    parts = [
+        f'<section id="{escape(experiment.key)}">',
+        f'<h3 class="title">{escape(experiment.title)}</h3>',
+        f'<p class="under">{escape(experiment.where)}</p>',
+    ]
+    if experiment.thesis:
+        parts.append(f'<p class="thesis"><b>The thesis.</b> {escape(experiment.thesis)}</p>')
+    parts += [_picture(p, c) for p, c in zip(outcome.pictures, entry.pictures, strict=True)]
+    parts += [_table(table) for table in outcome.tables]
+    parts.append(_claims(outcome.claims))
+    if outcome.difference:
+        parts.append(f'<p class="why"><b>Why it differs.</b> {escape(outcome.difference)}</p>')
+    return "".join([*parts, "</section>"])
+
+
+def _picture(picture: Picture, content: bytes) -> str:
+    image = b64encode(content).decode("ascii")
+    width = round(132 * picture.size[0])
+    return (
+        f'<figure><img alt="{escape(picture.caption)}" width="{width}" '
+        f'src="data:image/png;base64,{image}"><figcaption><b>{escape(_label(picture))}</b> '
+        f"{escape(picture.caption)}</figcaption></figure>"
+    )
+
+
+def _label(picture: Picture) -> str:
+    """`Fig. 5.14` for a picture named after one of the thesis."""
+    return f"Fig. {picture.key}." if picture.key.replace(".", "").isdigit() else ""
+
+
+def _table(table: Table) -> str:
+    numeric = [
+        all(not isinstance(plain(row[k]), str) for row in table.rows)
+        for k in range(len(table.columns))
+    ]
+    kinds = [' class="number"' if is_number else "" for is_number in numeric]
+    head = "".join(
+        f"<th{kind}>{escape(name)}</th>" for name, kind in zip(table.columns, kinds, strict=True)
+    )
+    rows = "".join(
+        "<tr>"
+        + "".join(f"<td{kind}>{_cell(v)}</td>" for v, kind in zip(row, kinds, strict=True))
+        + "</tr>"
+        for row in table.rows
+    )
+    return (
+        f'<div class="wide"><table><caption><b>{escape(table.key)}</b> {escape(table.title)}'
+        f"</caption><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>"
+    )
+
+
+def _cell(value: Cell) -> str:
+    shown = plain(value)
+    if shown is None:
+        return "–"
+    if isinstance(shown, int):
+        return number(float(shown), 12)
+    return number(shown) if isinstance(shown, float) else escape(shown)
+
+
+def _claims(claims: Sequence[Claim]) -> str:
+    rows = "".join(
+        f'<li{"" if claim.holds else " class=broken"}><span class="mark">'
+        f"{'✓' if claim.holds else '✗'}</span><span>{escape(claim.text)} "
+        f'<span class="measured">{escape(claim.measured)}</span></span></li>'
+        for claim in claims
+    )
+    return f'<ul class="claims">{rows}</ul>' if rows else ""
+
+
+def _timings(found: Sequence[Found]) -> str:
+    rows = "".join(
+        f'<tr><td><a href="#{escape(e.experiment.key)}">{escape(e.experiment.key)}</a></td>'
+        f'<td class="number">{number(e.seconds - e.compiled, 3)} s</td>'
+        f'<td class="number">{number(e.compiled, 3)} s</td></tr>'
+        for e in found
+    )
+    total, lost = sum(e.seconds for e in found), sum(e.compiled for e in found)
+    return (
+        '<h2>Where the time went</h2><p class="under">Experiments with their pictures. Kernels are '
+        "compiled once on a machine, in the experiment that first needs them; some of them ahead, "
+        "by a second process.</p>"
+        '<div class="wide"><table><thead><tr><th>Experiment</th><th class="number">Time</th>'
+        f'<th class="number">Compiling, apart</th></tr></thead><tbody>{rows}<tr class="total">'
+        f'<td>Total</td><td class="number">{number(total - lost, 3)} s</td>'
+        f'<td class="number">{number(lost, 3)} s</td></tr></tbody></table></div>'
+    )

@@ -1,0 +1,160 @@
+"""The whole reproduction: every experiment run, its page, tables and pictures written."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from time import perf_counter
+
+from contiga.errors import FileError, RunError
+from contiga.simulation.clock import Clock
+from contiga.simulation.folder import open_folder, write_json, write_text
+from contiga_validation.ahead import BEFORE, compiling_ahead
+from contiga_validation.catalogue import chapter_title, chosen
+from contiga_validation.engine.drawing import png
+from contiga_validation.engine.experiment import Experiment, Found, Options
+from contiga_validation.engine.page import page
+from contiga_validation.engine.table_files import as_json, machine, tidy_csv
+
+PAGE, CSV, JSON, FIGURES = "report.html", "tables.csv", "tables.json", "figures"
+
+Progress = Callable[[int, int, str], None]
+"""Called with how many experiments are done, how many there are, and which comes next."""
+
+
+def reproduce(
+    out: str | Path,
+    *,
+    only: Sequence[str] | None = None,
+    full: bool = False,
+    cad: str | Path | None = None,
+    data: str | Path | None = None,
+    progress: Progress | None = None,
+) -> Path:
+    """Run the experiments of the thesis and write what they find into the folder `out`.
+
+    Parameters
+    ----------
+    out : folder for ``report.html``, ``tables.csv``, ``tables.json`` and ``figures``
+    only : keys of experiments, or chapters and sections; all of them if omitted
+    full : in the comparison the finest meshes that memory allows, which takes tens of minutes
+    cad : CAD file of the comparison's third body; one of `data`, or one made, if omitted
+    data : folder of public CAD files; none is looked for if omitted
+    progress : called with what is done, how much there is, and what comes next
+
+    Returns
+    -------
+    Path
+        The page. Nothing is written before all experiments are done; each file is written under
+        another name and renamed whole, the page last.
+
+    Raises
+    ------
+    InputError
+        An unknown experiment, or a folder that cannot be written or is somebody else's.
+    FileError
+        No such CAD file.
+    RunError
+        An experiment could not be carried through.
+    """
+    part = None if cad is None else Path(cad)
+    if part is not None and not part.is_file():
+        raise FileError("no such file", where=str(part))
+    wanted = chosen(only, Options(full, part, None if data is None else Path(data)))
+    folder = Path(out)
+    made = open_folder(folder, (CSV, JSON), "reproduction")
+    try:
+        found = run_all(wanted, progress)
+        return _write(folder, found)
+    except BaseException:
+        if made and not any(folder.iterdir()):
+            folder.rmdir()
+        raise
+
+
+def run_all(
+    experiments: Sequence[Experiment], progress: Progress | None = None
+) -> tuple[Found, ...]:
+    """Run experiments and draw their pictures, in memory.
+
+    Raises
+    ------
+    RunError
+        One could not be carried through; the message says which.
+    """
+    found = []
+    with compiling_ahead(experiments) as wait:
+        for done, experiment in enumerate(experiments):
+            if progress is not None:
+                progress(done, len(experiments), f"{experiment.key} {experiment.title}")
+            if experiment.chapter >= BEFORE:
+                wait()
+            found.append(_run(experiment))
+    if progress is not None:
+        progress(len(experiments), len(experiments), "done")
+    return tuple(found)
+
+
+def broken_claims(folder: str | Path) -> list[str]:
+    """Claims that did not hold in the reproduction left in `folder`, a line each.
+
+    Raises
+    ------
+    FileError
+        The folder holds no reproduction.
+    """
+    path = Path(folder) / JSON
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        return [
+            f"{experiment['key']}: {claim['text']} ({claim['measured']})"
+            for experiment in content["experiments"]
+            for claim in experiment["claims"]
+            if not claim["holds"]
+        ]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise FileError("not the tables of a reproduction", where=str(path)) from error
+
+
+def _run(experiment: Experiment) -> Found:
+    clock = Clock()
+    start = perf_counter()
+    try:
+        with clock.watching():
+            outcome = experiment.run()
+            pictures = tuple(png(picture) for picture in outcome.pictures)
+    except Exception as error:
+        raise RunError(f"experiment {experiment.key}: {type(error).__name__}: {error}") from error
+    return Found(experiment, outcome, pictures, perf_counter() - start, clock.compiled)
+
+
+def _write(folder: Path, found: tuple[Found, ...]) -> Path:
+    """The files of the folder; pictures that only an earlier reproduction had are removed."""
+    from contiga.io.out.atomic import atomic_write
+
+    figures = folder / FIGURES
+    figures.mkdir(exist_ok=True)
+    names = set()
+    for entry in found:
+        for picture, content in zip(entry.outcome.pictures, entry.pictures, strict=True):
+            names.add(f"{picture.key}.png")
+            with atomic_write(figures / f"{picture.key}.png") as path:
+                path.write_bytes(content)
+    for name in _pictures_of(folder) - names:
+        (figures / name).unlink(missing_ok=True)
+    facts = machine()
+    write_text(folder / CSV, tidy_csv(found))
+    write_json(folder / JSON, as_json(found, facts))
+    write_text(folder / PAGE, page(found, facts, chapter_title))
+    return folder / PAGE
+
+
+def _pictures_of(folder: Path) -> set[str]:
+    """Names of the pictures an earlier reproduction says it has written."""
+    try:
+        content = json.loads((folder / JSON).read_text(encoding="utf-8"))
+        listed = [p["file"] for e in content["experiments"] for p in e["pictures"]]
+        return {Path(file).name for file in listed}
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()

@@ -1,0 +1,279 @@
+"""What the thesis could not compare: accuracy against time, both sides tuned and warm."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.geometry import clouds, shapes
+from contiga.masters.body import Body
+from contiga.records import Feature, FloatArray, Projection, Status, rows_of
+from contiga.search.tables import tables_of
+from contiga.triangles import facet_tables as faceted_tables
+from contiga.triangles.trimesh import TriMesh
+from contiga_validation.rivals.rival_meshes import (
+    SAMPLES,
+    RivalMesh,
+    fewest_triangles,
+    rival_meshes,
+)
+
+Master = Body | TriMesh
+
+POINTS = 100_000
+STEPS = 4
+ROUNDS = 3
+"""Times the points go there, back and there again."""
+DEPTH = 0.01
+"""Greatest depth of the points, in sizes of the body."""
+STRIDE = 2e-3
+"""Way of a point in a step, in sizes of the body."""
+REACH = 2.5 * DEPTH
+"""Depth down to which a point's foot must be the closest point of the body, in sizes of it."""
+SAME = 1e-9
+"""Feet of one point that differ by less than this share of the size are one."""
+PEER_AT = 1e-5
+"""FCPW is run on meshes with this error and coarser ones."""
+NURBS = "NURBS"
+
+
+class Row(NamedTuple):
+    """One master of one body."""
+
+    body: str
+    master: str
+    wanted: float
+    """Hausdorff error over size the mesh was made for; zero for the exact master."""
+    error: float | None
+    """The measured one; None for a mesh that was not built."""
+    elements: int
+    fewest: float | None
+    """Triangles that the best of meshes with this error takes."""
+    seconds: float | None
+    """Of a step of tracked points, warm."""
+    exact_seconds: float
+    """Of the same step on the exact master, timed in turns with it."""
+    points: int
+    depth_error: float | None
+    """Of the largest penetration, over the size."""
+    worst_error: float | None
+    """Largest error of a point's penetration, over the size."""
+    force_error: float | None
+    """Of the sum of penetrations, relative."""
+    megabytes: float
+    """Of the search tables and the geometry; extrapolated for a mesh that was not built."""
+    peer_seconds: float | None
+    """FCPW's closest points of the same step on the same mesh; None where it was not run."""
+
+
+def bodies() -> dict[str, Body]:
+    """Those that are always there, by name."""
+    return {
+        "bumpy plate": Body([shapes.bumpy_plate(width=1.0, length=1.0, amplitude=0.04, waves=2)]),
+        "torus": Body([shapes.torus()]),
+    }
+
+
+class Path(NamedTuple):
+    """Points on the body, and points under it on their way."""
+
+    on: FloatArray
+    places: list[FloatArray]
+    """(n, 3) of each step."""
+    feet: Projection
+    """Of the first places, on the body."""
+
+
+def path(body: Body, n: int = POINTS, steps: int = STEPS) -> Path:
+    """Points under the surface, each at a depth of its own, and where they go in some steps.
+
+    Left out are points that at the start or at the end have their closest point on an edge or a
+    border, and those over which another part of the body is about as near: there a mesh, which is
+    a little elsewhere, may be asked for the penetration of the other part.
+    """
+    rng = np.random.default_rng(7)
+    areas = np.array([patch.net_area() for patch in body.patches])
+    counts = np.floor(n * areas / areas.sum()).astype(int)
+    counts[np.argmax(counts)] += n - counts.sum()
+    on = np.concatenate(
+        [clouds.random_on(p, int(c), 3) for p, c in zip(body.patches, counts, strict=True)]
+    )
+    feet = body.project(on)
+    depth = DEPTH * body.size * rng.random(len(on))
+    start = feet.point - depth[:, None] * feet.normal
+    turn = rng.standard_normal(3)
+    away = STRIDE * body.size * np.cross(feet.normal, turn / np.linalg.norm(turn))
+    places = [start + k * away for k in range(steps + 1)]
+    first = followed = body.project(start, start=feet, mode="track")
+    for place in places[1:]:
+        followed = body.project(place, start=followed, mode="track")
+    rows = np.flatnonzero(_alone(body, feet) & _alone(body, followed)).astype(np.int32)
+    return Path(on, [np.ascontiguousarray(place[rows]) for place in places], rows_of(first, rows))
+
+
+def _alone(body: Body, feet: Projection) -> np.ndarray:
+    """Feet on a face that are the closest points from as far below as `REACH`."""
+    reach = REACH * body.size
+    below = body.project(feet.point - reach * feet.normal)
+    on_face = (feet.status == Status.OK) & (feet.feature == Feature.FACE)
+    return np.asarray(on_face & (np.abs(below.gap + reach) <= SAME * body.size))
+
+
+class Tracker:
+    """Follows points over a master."""
+
+    def __init__(
+        self, master: Master, places: list[FloatArray], feet: Projection | None = None
+    ) -> None:
+        self.master, self.places = master, places
+        self.feet = master.project(places[0]) if feet is None else feet
+
+    def __call__(self, k: int) -> None:
+        """On to step k."""
+        self.feet = self.master.project(self.places[k], start=self.feet, mode="track")
+
+
+class Fcpw:
+    """FCPW's vectorised closest points on a mesh, in single precision, as it keeps it.
+
+    It starts anew each time; what it can be told is how far the surface is at most: the distance
+    of the step before and the way since. Working that out is not counted.
+    """
+
+    def __init__(self, mesh: TriMesh, places: list[FloatArray], distance: FloatArray) -> None:
+        fcpw = import_module("fcpw")
+        self.scene = fcpw.scene_3D()
+        self.scene.set_object_count(1)
+        self.scene.set_object_vertices(np.asfortranarray(mesh.vertices, dtype=np.float32), 0)
+        self.scene.set_object_triangles(np.asfortranarray(mesh.triangles, dtype=np.int32), 0)
+        self.scene.build(fcpw.aggregate_type.bvh_surface_area, True)
+        self.found = fcpw.interaction_3D_list()
+        self.places = [np.asfortranarray(place, dtype=np.float32) for place in places]
+        self.radii = np.square(1.001 * distance).astype(np.float32)
+
+    def __call__(self, k: int) -> None:
+        """The closest points at step k."""
+        self.scene.find_closest_points(self.places[k], self.radii, self.found)
+
+
+def has_peer() -> bool:
+    """Whether FCPW is installed."""
+    try:
+        import_module("fcpw")
+    except ImportError:
+        return False
+    return True
+
+
+def race(runners: list[Tracker], steps: int, rounds: int) -> list[float]:
+    """Least time of a step of each; they take turns, so that a slow moment hits all of them.
+
+    There and back, `rounds` times (odd), ending at the last step.
+    """
+    there, back = range(1, steps + 1), range(steps - 1, -1, -1)
+    way = [k for turn in range(rounds) for k in (back if turn % 2 else there)]
+    best = [np.inf] * len(runners)
+    for k in way:
+        for i, runner in enumerate(runners):
+            start = perf_counter()
+            runner(k)
+            best[i] = min(best[i], perf_counter() - start)
+    return best
+
+
+def _peer_seconds(mesh: TriMesh, places: list[FloatArray]) -> float:
+    """Least time of FCPW for the steps, each told how far the surface was and the way since."""
+    best = np.inf
+    for k in range(1, len(places)):
+        way = np.linalg.norm(places[k] - places[k - 1], axis=1)
+        distance = np.abs(mesh.project(places[k - 1]).gap) + way
+        if k == 1:
+            runner = Fcpw(mesh, places, distance)
+        runner.radii = np.square(1.001 * distance).astype(np.float32)
+        start = perf_counter()
+        runner(k)
+        best = min(best, perf_counter() - start)
+    return best
+
+
+def megabytes(value: Any) -> float:
+    """Memory of all arrays in a record."""
+    if isinstance(value, np.ndarray):
+        return value.nbytes / 1e6
+    if isinstance(value, tuple):
+        return sum(megabytes(entry) for entry in value)
+    return 0.0
+
+
+def accuracy(name: str, body: Body, most: int, n: int = POINTS) -> list[Row]:
+    """Time, error and memory of every master of a body; the exact one first.
+
+    Parameters
+    ----------
+    most : triangles of the largest mesh that is built
+    n : points
+    """
+    on, places, start = path(body, n)
+    exact = Tracker(body, places, start)
+    (seconds,) = race([exact], STEPS, ROUNDS)
+    feet = exact.feet
+    depth = np.maximum(-feet.gap, 0.0)
+    miss = foot_miss(body, places[-1], feet)
+    tables = tables_of(body)
+    bound = miss / body.size
+    count, memory = len(tables.elements.table), megabytes(tuple(tables))
+    share = miss * len(depth) / float(depth.sum())
+    first = Row(name, NURBS, 0.0, 0.0, count, None, seconds, seconds, len(depth),
+                bound, bound, share, memory, None)  # fmt: skip
+    rows = [first]
+    for rival in rival_meshes(body, on[:: max(1, len(on) // SAMPLES)], most):
+        rows.append(_mesh_row(rows[-1], rival, body, exact))
+    best = min(row.exact_seconds for row in rows)
+    return [first._replace(seconds=best, exact_seconds=best), *rows[1:]]
+
+
+def _mesh_row(last: Row, rival: RivalMesh, body: Body, exact: Tracker) -> Row:
+    """The row of a mesh, `last` that of the one before."""
+    title, count = f"mesh {rival.wanted:.0e}", rival.triangles
+    fewest = fewest_triangles(body, rival.wanted * body.size)
+    if rival.mesh is None:
+        memory = last.megabytes * count / last.elements
+        return Row(last.body, title, rival.wanted, None, count, fewest, None, np.inf, last.points,
+                   None, None, None, memory, None)  # fmt: skip
+    mesh, places = rival.mesh, exact.places
+    tracker = Tracker(mesh, places)
+    seconds, exact_seconds = race([tracker, exact], STEPS, ROUNDS)
+    peer = has_peer() and rival.wanted >= PEER_AT
+    peer_seconds = _peer_seconds(mesh, places) if peer else None
+    depth, found = (np.maximum(-t.feet.gap, 0.0) for t in (exact, tracker))
+    memory = megabytes(tuple(faceted_tables.tables_of(mesh)))
+    return Row(
+        last.body, title, rival.wanted, rival.error, count, fewest, seconds, exact_seconds,
+        len(depth), float(abs(found.max() - depth.max()) / body.size),
+        float(np.abs(found - depth).max() / body.size),
+        float(abs(found.sum() / depth.sum() - 1.0)),
+        memory + megabytes((mesh.vertices, mesh.triangles)), peer_seconds,
+    )  # fmt: skip
+
+
+def foot_miss(body: Body, points: FloatArray, feet: Projection) -> float:
+    """How far the exact side's own penetrations can be off, from the surface evaluated anew.
+
+    A foot that misses the true one by t along the surface has a distance wrong by at most t; the
+    point itself may be off by rounding.
+    """
+    worst = 0.0
+    for k, patch in enumerate(body.patches):
+        rows = feet.patch == k
+        if not rows.any():
+            continue
+        place, normal = patch.evaluate(feet.uv[rows]), patch.normal(feet.uv[rows])
+        away = points[rows] - place
+        along = away - (away * normal).sum(axis=1)[:, None] * normal
+        off = np.abs((away * normal).sum(axis=1) - feet.gap[rows])
+        # Second order: the distance to a foot t aside differs by t²/2d; t itself bounds both.
+        worst = max(worst, float(np.linalg.norm(along, axis=1).max()), float(off.max()))
+    return worst

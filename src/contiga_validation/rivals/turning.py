@@ -1,0 +1,134 @@
+"""Force noise: a torus turns about its own axis against a cloud at rest."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from contiga.geometry import clouds
+from contiga.masters.body import Body
+from contiga.records import FloatArray
+from contiga.report.plots import INK, LINES
+from contiga_validation.engine.experiment import Claim, Outcome, Picture, Table
+from contiga_validation.rivals.comparison import DEPTH, NURBS, Master, bodies
+from contiga_validation.rivals.rival_meshes import SAMPLES, rival_meshes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+POINTS = 400
+STRIP = 2.0
+"""Width of the strip of points, degrees about the axis."""
+DEGREES = 45.0
+FINEST = 4
+"""Meshes of the test: 1e-2 to 1e-5."""
+MOST_TRIANGLES = 1_000_000
+
+
+class Noise(NamedTuple):
+    """Force while a torus turns about its own axis against a cloud at rest."""
+
+    angles: FloatArray
+    """Radians."""
+    force: dict[str, FloatArray]
+    """Sum of penetrations, by master."""
+    triangles: dict[str, int]
+
+    def spread(self, name: str) -> float:
+        """Largest less least force over the mean."""
+        force = self.force[name]
+        return float(np.ptp(force) / force.mean())
+
+
+def noise(points: int = POINTS, turns: int = 361, finest: int = FINEST) -> Noise:
+    """The force (stiffness 1) of a fixed cloud on a turning torus; exactly it is constant."""
+    body = bodies()["torus"]
+    cloud, on = _cloud(body, points)
+    angles = np.linspace(0.0, np.deg2rad(DEGREES), turns)
+    masters: dict[str, Master] = {NURBS: body}
+    triangles = {}
+    for _, rival in zip(range(finest), rival_meshes(body, on, MOST_TRIANGLES), strict=False):
+        if rival.mesh is not None:
+            masters[f"mesh {rival.wanted:.0e}"] = rival.mesh
+            triangles[f"mesh {rival.wanted:.0e}"] = rival.triangles
+    force = {name: np.array([_press(m, cloud, a) for a in angles]) for name, m in masters.items()}
+    return Noise(angles, force, triangles)
+
+
+def _cloud(body: Body, points: int) -> tuple[FloatArray, FloatArray]:
+    """Points under a narrow strip of the torus, and points all over it.
+
+    A strip as narrow as a facet feels each edge that comes by.
+    """
+    share = STRIP / 360.0
+    on = clouds.random_on(body.patches[0], int(points / share), 3)
+    strip = on[np.abs(np.arctan2(on[:, 1], on[:, 0])) < np.deg2rad(0.5 * STRIP)]
+    feet = body.project(strip)
+    depth = DEPTH * body.size * np.random.default_rng(7).random((len(strip), 1))
+    return feet.point - depth * feet.normal, on[:: max(1, len(on) // SAMPLES)]
+
+
+def _press(master: Master, cloud: FloatArray, angle: float) -> float:
+    c, s = np.cos(angle), np.sin(angle)
+    turned = np.column_stack(
+        [c * cloud[:, 0] + s * cloud[:, 1], c * cloud[:, 1] - s * cloud[:, 0], cloud[:, 2]]
+    )
+    return float(np.maximum(-master.project(turned).gap, 0.0).sum())
+
+
+def turning() -> Outcome:
+    """What the page says of it."""
+    found = noise()
+    spread = {name: found.spread(name) for name in found.force}
+    rows = tuple((name, found.triangles.get(name), value) for name, value in spread.items())
+    return Outcome(
+        tables=(
+            Table(
+                "8.2",
+                f"Force noise while a torus turns by {DEGREES:g} degrees, in {len(found.angles)} "
+                "places.",
+                ("master", "triangles", "(largest − least force) / mean"),
+                rows,
+            ),
+        ),
+        pictures=(Picture("8.2", _CAPTION, lambda f: _draw(f, found), (6.8, 4.2)),),
+        claims=(
+            Claim(
+                "The exact master's force is constant to 1e-9 while the torus turns.",
+                spread[NURBS] < 1e-9,
+                f"{spread[NURBS]:.1e} of the force",
+            ),
+            Claim(
+                "Every mesh is noisier, and a finer one less so.",
+                list(spread.values())[1:] == sorted(spread.values(), reverse=True)[:-1],
+                ", ".join(f"{name}: {value:.1e}" for name, value in spread.items()),
+            ),
+        ),
+        difference=(
+            "Not in the thesis. A facet's middle lies deeper than its edges: each that comes by "
+            "makes a tooth of a saw. Finer meshes have smaller teeth, and more of them."
+        ),
+    )
+
+
+_CAPTION = (
+    "A torus turns about its own axis against a cloud at rest: change of the force over its mean. "
+    "Exactly nothing changes; the facets of a mesh make a saw-tooth. Below, the size of the change "
+    "on a logarithmic scale."
+)
+
+
+def _draw(figure: Figure, found: Noise) -> None:
+    top, bottom = figure.subplots(2, 1, sharex=True)
+    degrees = np.rad2deg(found.angles)
+    for colour, (name, force) in zip((INK, *LINES), found.force.items(), strict=False):
+        change = force / force.mean() - 1.0
+        above = 2 if name == NURBS else 1
+        if name in (NURBS, "mesh 1e-02", "mesh 1e-03"):
+            top.plot(degrees, 1e3 * change, color=colour, lw=1.2, zorder=above)
+        size = np.maximum(np.abs(change), 1e-17)
+        bottom.semilogy(degrees, size, color=colour, lw=0.9, label=name)
+    top.set_ylabel("change of force, 1e-3")
+    bottom.set(xlabel="angle, degrees", ylabel="size of the change", ylim=(1e-17, 1.0))
+    figure.legend(ncols=6, loc="outside upper center", fontsize=7.5, columnspacing=1.2)

@@ -1,0 +1,1 @@
+"""The suite of the thesis: its chapters, run anew and set beside its own numbers."""

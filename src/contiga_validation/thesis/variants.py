@@ -1,0 +1,58 @@
+"""A scene with one contact, run with another area, law or slave than its case file says."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from contiga.case.build import build
+from contiga.case.schema import load_case
+from contiga.contact.contact import Contact
+from contiga.records import IntArray
+from contiga.simulation.simulation import Simulation
+from contiga.slaves.slave import Slave
+from contiga_validation.thesis.scenes import scene
+
+
+def simulation_of(name: str) -> Simulation:
+    """The simulation of a scene."""
+    return build(load_case(scene(name)))
+
+
+def variant(simulation: Simulation, *, master: Any = None, **options: Any) -> Simulation:
+    """`simulation` with its one contact made anew.
+
+    Parameters
+    ----------
+    master : what takes the body's place in the contact; it must be at rest
+    options : of `Contact`, and `slave`, whose points must be the same
+    """
+    (part,) = simulation.contacts
+    own = part.contact
+    slave = options.pop("slave", own.slave)
+    chosen = {"law": own.law, "area": own.area, "search": own.search, **options}
+    contact = Contact(own.master if master is None else master, slave, **chosen)
+    return replace(simulation, contacts=(part._replace(contact=contact),))
+
+
+def slave_of(simulation: Simulation) -> Slave:
+    """The slave of the one contact."""
+    (part,) = simulation.contacts
+    return part.contact.slave
+
+
+def ring_facets(rows: int, columns: int, keep: range | None = None) -> IntArray:
+    """(m, 3) triangles of a tube of points, `rows` around it and `columns` along it.
+
+    Parameters
+    ----------
+    keep : the strips between a row and the next that are meshed; all of them if omitted
+    """
+    facets = []
+    for i in range(rows) if keep is None else keep:
+        for j in range(columns - 1):
+            a, b = (i % rows) * columns + j, ((i + 1) % rows) * columns + j
+            facets += [(a, b, b + 1), (a, b + 1, a + 1)]
+    return np.array(facets, dtype=np.int32)
