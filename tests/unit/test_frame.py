@@ -107,9 +107,23 @@ def is_kernel(path: Path) -> bool:
 def test_kernels_and_no_others_stand_in_folders_of_kernels() -> None:
     """Their names tell them from the public modules that call them."""
     for path in SOURCES:
-        compiled = re.search(r"^@(njit|inner)\b", path.read_text(encoding="utf-8"), re.M)
+        compiled = re.search(
+            r"^@(njit|kernel|inner|inlined)\b", path.read_text(encoding="utf-8"), re.M
+        )
         assert is_kernel(path) == path.name.endswith("_nb.py"), path
         assert is_kernel(path) or not compiled, path
+
+
+def test_decorators_come_from_one_place() -> None:
+    given = {
+        ast.unparse(decorator).partition("(")[0]
+        for path in SOURCES
+        if is_kernel(path)
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.FunctionDef)
+        for decorator in node.decorator_list
+    }
+    assert given == {"kernel", "inner", "inlined", "intrinsic"}
 
 
 def test_files_stay_short() -> None:

@@ -14,17 +14,10 @@ from numpy.typing import NDArray
 from contiga.records import ByteArray, FloatArray, IntArray
 
 # Kinds of element side.
-SMOOTH = 0  # another element continues the surface with the same tangent plane
-CREASE = 1  # another element continues the surface with a kink
-BORDER = 2  # the surface ends
-POLE = 3  # the whole side is one point
-SHARED = 4  # a face joins here whose elements do not line up with this one's
 
 # States of an element against the trimming loops (as `box_state` of the trims returns them).
-OUT, IN, CUT = 0, 1, 2
 
 # Form an element is evaluated in.
-GENERAL, CUBIC, RATIONAL_CUBIC = 0, 1, 2
 
 Records = NDArray[Any]
 

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.elements.element_arrays import BORDER, CREASE, POLE, SHARED, SMOOTH, Elements, Grid
+from contiga.elements.element_arrays import Elements, Grid
 from contiga.elements.kernels import sides_nb
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import gaping_edges
+from contiga.num.codes import BORDER, CREASE, POLE, SHARED, SMOOTH
 from contiga.records import FloatArray, IntArray
 
 # Sides closer than this share of the body's size are one side.

@@ -16,7 +16,8 @@ from contiga.errors import GeometryError
 from contiga.geometry.bezier import extract_curve
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.kernels import trim_build_nb as build_nb
-from contiga.geometry.kernels.trim_nb import CUT, IN, OUT, TrimTables, box_state, point_in_trim
+from contiga.geometry.kernels.trim_nb import TrimTables, box_state, point_in_trim
+from contiga.num.codes import CUT, IN, OUT
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from contiga.records import Feature, Status
 
 # Outcome of a foot or a hit: `Status`.
 OK = int(Status.OK)
-FREE_BORDER = int(Status.BORDER)
+AT_BORDER = int(Status.BORDER)
 TRIMMED = int(Status.TRIMMED)
 MAX_ITERATIONS = int(Status.MAX_ITERATIONS)
 BRANCH_EVENT = int(Status.BRANCH_EVENT)
@@ -23,3 +23,27 @@ BUDGET = int(Status.BUDGET)
 FACE = int(Feature.FACE)
 EDGE = int(Feature.EDGE)
 VERTEX = int(Feature.VERTEX)
+
+# Side of a Bézier element: what continues the surface across it.
+SMOOTH = 0
+"""Another element, with the same tangent plane."""
+CREASE = 1
+"""Another element, with a kink."""
+BORDER = 2
+"""Nothing: the surface ends."""
+POLE = 3
+"""The whole side is one point."""
+SHARED = 4
+"""A face whose elements do not line up with this one's."""
+
+# State of a part of a patch against its trimming loops.
+OUT, IN, CUT = 0, 1, 2
+
+# Form an element is evaluated in.
+GENERAL, CUBIC, RATIONAL_CUBIC = 0, 1, 2
+
+# Crossings a search looks for.
+ENTRIES, EITHER = 0, 1
+
+NO_TRIANGLE = -1
+"""Across an edge of a triangle: the surface ends."""

@@ -31,9 +31,13 @@ IMPORT = re.compile(
 ASIDE = re.compile(r"#[^\n]*|\\\n")
 """Comments, and ends of lines that do not end: they are gone when imports are looked for."""
 DIGITS = 16
+kernel = partial(njit, cache=True, nogil=True)
+"""Decorator of kernels that Python calls, on any thread."""
 inner = partial(njit, cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 """Decorator of kernels that only kernels call: without what a call from Python needs, they compile
 a fifth faster. Called from Python they would crash; a test sees to it that none is."""
+inlined = partial(njit, inline="always")
+"""Decorator of a few lines that are put in place of their calls."""
 
 
 def stamp_of(file: str | Path, package: Path = PACKAGE) -> str:

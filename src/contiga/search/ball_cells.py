@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.elements.element_arrays import CUT, OUT, Records
+from contiga.elements.element_arrays import Records
 from contiga.geometry.kernels import trim_nb
+from contiga.num.codes import CUT, OUT
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray
 from contiga.search.kernels import (

@@ -8,7 +8,6 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from contiga.elements.element_arrays import BORDER, CREASE
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import image_of
 from contiga.geometry.edges import UNTRIMMED
@@ -22,6 +21,7 @@ from contiga.geometry.slits import (
     stitches,
     widest_slit,
 )
+from contiga.num.codes import BORDER, CREASE
 from contiga.records import FloatArray
 from contiga.search.tables import tables_of
 

@@ -10,16 +10,13 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from contiga.elements.build import elements_of
-from contiga.elements.element_arrays import (
-    BORDER,
-    SHARED,
-    Elements,
-)
+from contiga.elements.element_arrays import Elements
 from contiga.elements.neighbours import join
 from contiga.errors import GeometryError
 from contiga.geometry import trim
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import gaping_edges, stitches
+from contiga.num.codes import BORDER, SHARED
 from contiga.records import FloatArray
 from contiga.search.branch import build_rings
 from contiga.search.hierarchy import build_hierarchy

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.elements.element_arrays import CUT, POLE, Elements
+from contiga.elements.element_arrays import Elements
 from contiga.elements.kernels import sides_nb
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import gaping_edges
 from contiga.geometry.trim import TrimTables
+from contiga.num.codes import CUT, POLE
 from contiga.records import FloatArray
 
 # A trimming curve this close to a side of its patch's rectangle, as a share of it, runs along it.

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga.triangles.topology import BORDER, topology_of
+from contiga.num.codes import NO_TRIANGLE
+from contiga.triangles.topology import topology_of
 
 if TYPE_CHECKING:
     from contiga.triangles.trimesh import TriMesh
@@ -80,7 +81,7 @@ def condition_of(mesh: TriMesh) -> Condition:
         return Condition(0, 0, 0, 0, 0, 0, 0, loose, None)
     t = topology_of(mesh)
     flat = int((t.twin < 0).sum())
-    open_edges = int((t.neighbour == BORDER).sum())
+    open_edges = int((t.neighbour == NO_TRIANGLE).sum())
     closed = open_edges == 0 and len(t.kept) > 0 and t.turned == 0
     return Condition(
         triangles=m,

@@ -8,10 +8,12 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from contiga.errors import MeshError
+from contiga.num.codes import NO_TRIANGLE
 from contiga.num.ordered import length
 from contiga.records import FloatArray, IntArray
-from contiga.triangles.facets import BORDER, NEIGHBOUR, TRIANGLE, VERTEX, Facets
+from contiga.triangles.facets import Facets
 from contiga.triangles.kernels import boxes_nb
+from contiga.triangles.kernels.facet_nb import NEIGHBOUR, TRIANGLE, VERTICES
 from contiga.triangles.topology import Topology, topology_of
 
 if TYPE_CHECKING:
@@ -71,7 +73,7 @@ def _build(mesh: TriMesh) -> Tables:
     high = np.ascontiguousarray(p.max(axis=1).T) + margin
     box, child, order = boxes_nb.build(low, high)
     facets, slot = _facets(topology, order, box, child)
-    closed = not bool((facets.link[:, :3] == BORDER).any())
+    closed = not bool((facets.link[:, :3] == NO_TRIANGLE).any())
     folded = topology.back_to_back.astype(np.int32)
     return Tables(facets, slot, closed, topology.turned, topology.crowded, folded)
 
@@ -87,16 +89,16 @@ def _facets(
     neighbour = t.neighbour[order]
     joined = neighbour >= 0
     neighbour[joined] = slot_of[neighbour[joined]]
-    neighbour[neighbour < BORDER] -= len(t.points)  # fans follow the vertices in `around`
+    neighbour[neighbour < NO_TRIANGLE] -= len(t.points)  # fans follow the vertices in `around`
     normal = unit_normals(p)
     corner = np.zeros((len(t.points), 4))
     corner[:, :3] = vertex_normals(p, vertex, normal, len(t.points))
-    open_edge = neighbour == BORDER
+    open_edge = neighbour == NO_TRIANGLE
     corner[vertex[open_edge], 3] = 1.0
     corner[np.roll(vertex, -1, axis=1)[open_edge], 3] = 1.0
     shape = np.concatenate([p[:, 0], *_duals(p, normal), normal, p[:, 1], p[:, 2]], axis=1)
     link = np.zeros((len(order), 8), np.int32)
-    link[:, NEIGHBOUR:VERTEX], link[:, VERTEX:TRIANGLE] = neighbour, vertex
+    link[:, NEIGHBOUR:VERTICES], link[:, VERTICES:TRIANGLE] = neighbour, vertex
     link[:, TRIANGLE] = t.kept[order]
     slot = np.where(t.twin >= 0, slot_of[np.maximum(t.twin, 0)], -1).astype(np.int32)
     size = length(np.ptp(t.points, axis=0))

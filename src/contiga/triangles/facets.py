@@ -9,20 +9,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from contiga.records import FloatArray, IntArray
 
 NORMALS = ("facet", "vertex")
 """Kinds of normals at feet."""
-BORDER = -1
-"""Neighbour across an edge where the surface ends. Below it: −2 − number in `around`."""
-WIDTH = 8
-"""Children of a node."""
-NOBODY = np.iinfo(np.int32).max
-"""Child of a node that is not there; its box is at infinity."""
-NEIGHBOUR, VERTEX, TRIANGLE = 0, 3, 6
-"""Columns of `link`."""
 
 
 class Facets(NamedTuple):
@@ -32,8 +22,8 @@ class Facets(NamedTuple):
     """(m, 18) first corner a, duals g1 and g2, unit normal n, corners b and c: barycentric
     coordinates of a point P are (P − a)·g1 and (P − a)·g2, its height is (P − a)·n."""
     link: IntArray
-    """(m, 8) slots across the three edges (`BORDER`, or −2 − number where more than two meet), the
-    three vertices, the triangle of the mesh."""
+    """(m, 8) slots across the three edges (`NO_TRIANGLE`, or −2 − number in `around` where more
+    than two meet), the three vertices, the triangle of the mesh."""
     corner: FloatArray
     """(v, 4) unit sums of the normals around a vertex, weighted by angle; 1 at a border, else 0."""
     around_first: IntArray

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.num.codes import NO_TRIANGLE
 from contiga.records import FloatArray, IntArray
 
 if TYPE_CHECKING:
     from contiga.triangles.trimesh import TriMesh
 
-BORDER = -1
 FLAT = 1e-12
 """Triangles lower than this share of their longest side have no area."""
 
@@ -163,7 +163,7 @@ class _HalfEdges(NamedTuple):
 
     def neighbours(self, m: int) -> tuple[Ints, list[Ints]]:
         """(3 m,) neighbours of the first m triangles, and the fans."""
-        result = np.full(len(self.owner), BORDER, np.int64)
+        result = np.full(len(self.owner), NO_TRIANGLE, np.int64)
         a, b = self.pairs()
         result[a] = b // 3
         result[b] = a // 3
@@ -202,7 +202,7 @@ def _around_flat(half: _HalfEdges, m: int, neighbour: Ints, fans: list[Ints]) ->
         outer = half.owner[(patch == k) & ~flat]
         members = np.unique(outer // 3)
         around.append(members)
-        neighbour[outer] = -2 - len(fans) if len(members) > 1 else BORDER
+        neighbour[outer] = -2 - len(fans) if len(members) > 1 else NO_TRIANGLE
         if len(members) > 1:
             fans.append(members)
     return [around[k] for k in label]

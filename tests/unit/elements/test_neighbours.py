@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.elements.element_arrays import BORDER, CREASE, POLE, SMOOTH
 from contiga.elements.kernels import sides_nb
+from contiga.num.codes import BORDER, CREASE, POLE, SMOOTH
 from contiga.search.kernels import around_nb
 from contiga.search.tables import tables_of
 

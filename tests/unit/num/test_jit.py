@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -149,7 +150,7 @@ def test_a_stamp_is_of_the_files_imported_and_of_no_others(tiny):
 
 def kernel_files():
     files = sorted(jit.PACKAGE.rglob("kernels/*_nb.py"))
-    return [file for file in files if "cache=True" in file.read_text()]
+    return [file for file in files if re.search(r"^@(kernel|inner)\b", file.read_text(), re.M)]
 
 
 @pytest.mark.parametrize("file", kernel_files(), ids=lambda file: file.stem)

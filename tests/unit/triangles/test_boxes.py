@@ -7,7 +7,8 @@ import pytest
 
 import contiga as cg
 from contiga.triangles.facet_tables import tables_of
-from contiga.triangles.facets import NOBODY, TRIANGLE, WIDTH
+from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH
+from contiga.triangles.kernels.facet_nb import TRIANGLE
 
 
 @pytest.mark.parametrize("tol", [0.5, 0.05, 0.002])

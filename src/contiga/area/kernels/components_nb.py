@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 from contiga.num.kernels.union_nb import root, unite
 
 
@@ -23,7 +22,7 @@ def _numbered(parent):
     return label
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def facet_components(whole, corner, n_c):
     """(n_c,) regions of the points in contact that facets join, numbered as they come.
 
@@ -45,7 +44,7 @@ def facet_components(whole, corner, n_c):
     return _numbered(parent)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def graph_components(first, neighbour, rows, place):
     """(n_c,) regions of the points `rows` in a graph of n points; `place` is (n,), −1."""
     for i in range(rows.shape[0]):

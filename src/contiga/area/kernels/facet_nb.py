@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.codes import OK
+from contiga.num.jit import inner, kernel
 
-OK = 0
 # Cut of an edge whose outer end lies inside without being in contact: each end keeps its half.
 HALF = 0.5
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def cuts(corner, feet, n_c, fraction):
     """Where contact ends on the edges of the facets, by the signed gap at their ends.
 
@@ -83,7 +82,7 @@ def hand_over(share, inside):
             share[k] += lost * (share[k] / kept if kept > 0.0 else 1.0 / count)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def slave_pieces(nodes, points, corner, n_c, fraction, share, start, stop):
     """Area in contact of facets start … stop (corners `nodes`), split to the corners, into `share`.
 
@@ -125,7 +124,7 @@ def _determinant(a, b, c):
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def slave_whole(rows, points, corner, share, start, stop):
     """Areas of facets start … stop that touch as a whole, split to the corners."""
     for f in range(start, stop):
@@ -137,7 +136,7 @@ def slave_whole(rows, points, corner, share, start, stop):
         )
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def gather(corner, share, area):
     """Add the shares of facets' corners to the nodal areas (n_c,), in order."""
     for f in range(corner.shape[0]):

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 
 @inner()
@@ -18,7 +17,7 @@ def _far(p, a, b):
     return (p[b, 0] - p[a, 0]) ** 2 + (p[b, 1] - p[a, 1]) ** 2
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def jarvis(p):
     """Corners of the hull of p (n, 2), counter-clockwise from the lowest of the leftmost points.
 

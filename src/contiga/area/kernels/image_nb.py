@@ -12,10 +12,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.area.kernels.facet_nb import hand_over, polygon_of
-from contiga.num.jit import inner
+from contiga.num.jit import inlined, inner, kernel
 from contiga.num.kernels.fma_nb import fma
 
 LANES = 16
@@ -28,28 +27,28 @@ TORN = 2.0
 TINY = 1e-30
 
 
-@njit(inline="always")
+@inlined()
 def _dot(a, b):
     return fma(a[2], b[2], fma(a[1], b[1], a[0] * b[0]))
 
 
-@njit(inline="always")
+@inlined()
 def _sum(a, b):
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@njit(inline="always")
+@inlined()
 def _difference(a, b):
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@njit(inline="always")
+@inlined()
 def _plus(a, t, b):
     """a + t b."""
     return fma(t, b[0], a[0]), fma(t, b[1], a[1]), fma(t, b[2], a[2])
 
 
-@njit(inline="always")
+@inlined()
 def _sag(side, m, change):
     """What, times m, leads from the middle of a chord to that of its image.
 
@@ -59,7 +58,7 @@ def _sag(side, m, change):
     return 0.5 * _dot(change, side) / fma(2.0, math.sqrt(square), square)
 
 
-@njit(inline="always")
+@inlined()
 def _density(ab, ac, sags, x, y):
     """Area element, in units of the triangle's own, at the barycentric (1 − x − y, x, y).
 
@@ -75,7 +74,7 @@ def _density(ab, ac, sags, x, y):
     return 0.5 * math.sqrt(_dot((n_x, n_y, n_z), (n_x, n_y, n_z)))
 
 
-@njit(inline="always")
+@inlined()
 def _shares(points, normals):
     """Integrals of the linear shape functions of three feet over the image of their triangle.
 
@@ -112,12 +111,12 @@ def _shares(points, normals):
     )
 
 
-@njit(inline="always")
+@inlined()
 def _row(rows, i):
     return rows[i, 0], rows[i, 1], rows[i, 2]
 
 
-@njit(inline="always")
+@inlined()
 def _lane(lanes, k, l):
     return lanes[k, l], lanes[k + 1, l], lanes[k + 2, l]
 
@@ -134,7 +133,7 @@ def _block(lanes):
         lanes[2, l] = c
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def image_whole(corner, point, normal, share, start, stop):
     """Areas of the images of facets start … stop (corners among the feet), split to the corners.
 
@@ -155,7 +154,7 @@ def image_whole(corner, point, normal, share, start, stop):
                 share[first + l, k] = lanes[k, l]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def image_pieces(corner, feet, sides, fraction, share, start, stop):
     """As `image_whole`, for the parts of facets that are cut at the edge of contact.
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 
-@njit(cache=True)
+@kernel()
 def incidence(facets, n):
     """Facets at each of n points: (first (n+1,), incident)."""
     first = np.zeros(n + 1, np.int64)
@@ -29,7 +28,7 @@ def incidence(facets, n):
     return first, incident
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def touched(topology, rows, place):
     """Facets with corners in contact: all three, or some of them.
 
@@ -85,7 +84,7 @@ def _first_corner(facets, f, place):
     return -1
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def around(facets, part, points, place):
     """Corners of the facets `part`, numbered on their own: those in contact first.
 

@@ -12,9 +12,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 
 @inner()
@@ -196,7 +195,7 @@ def _beyond(net, degree, limit):
     return True
 
 
-@njit(cache=True)
+@kernel()
 def look_closer(elements, e, cell, point, limit, bound):
     """Whether a cell is all farther than `limit` from `point` (about the element's origin).
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.codes import GENERAL, RATIONAL_CUBIC
+from contiga.num.jit import inlined, inner, kernel
 from contiga.num.kernels.fma_nb import fma
 
 # Columns of the table `h`: value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt².
@@ -22,7 +22,7 @@ VALUE, DS, DT, DSS, DST, DTT = 0, 1, 2, 3, 4, 5
 BINOMIAL = np.array([[float(math.comb(n, k)) for k in range(16)] for n in range(16)])
 
 
-@njit(inline="always")
+@inlined()
 def cubic(a, b, c, d, x):
     """Value, slope and half the curvature of a + b x + c x² + d x³."""
     # The sums run beside the multiply-adds: 0.9 of the time of six multiply-adds.
@@ -35,7 +35,7 @@ def cubic(a, b, c, d, x):
     return fma(v, x, a), d1, d2
 
 
-@njit(inline="always")
+@inlined()
 def bicubic(k, o, s, t):
     """Value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt² of the sixteen coefficients from k[o]."""
     b0, p0, q0 = cubic(k[o], k[o + 1], k[o + 2], k[o + 3], t)
@@ -48,7 +48,7 @@ def bicubic(k, o, s, t):
     return v, v_s, v_t, 2.0 * v_ss, v_st, 2.0 * v_tt
 
 
-@njit(inline="always")
+@inlined()
 def quotient(n, w):
     """Derivatives of a quotient, from those of numerator n and denominator w."""
     i = 1.0 / w[0]
@@ -196,12 +196,12 @@ def _bernstein(coefs, start, degree, s, t, h, components):
         h[c, 5] = v_tt
 
 
-@njit(cache=True)
+@kernel()
 def evaluate(elements, e, s, t, h):
     """Point and derivatives of element e at (s, t) into h[:3, :6], relative to its origin."""
     form = elements.table[e]["form"]
-    if form != 0:
-        _cubic_element(elements.table[e]["cubic"], s, t, h, form == 2)
+    if form != GENERAL:
+        _cubic_element(elements.table[e]["cubic"], s, t, h, form == RATIONAL_CUBIC)
         return
     p = elements.table[e]["degree"][0]
     q = elements.table[e]["degree"][1]

@@ -5,17 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.elements.kernels.element_nb import evaluate
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 SAMPLES = 5
 COLLAPSED = 1e-14
 """A tangent this much shorter than the twist (squared) is that of a point, not of a side."""
 
 
-@njit(cache=True)
+@kernel()
 def side_point(side, x):
     """Local (s, t) of the point x in [-1/2, 1/2] along a side."""
     if side == 0:
@@ -62,7 +61,7 @@ def normal_at(elements, e, s, t, h):
     return _unit_cross(h, 1, 2, 1.0)
 
 
-@njit(cache=True)
+@kernel()
 def sample(elements):
     """Points (n, 4, 5, 3) and unit normals along the four sides of every element."""
     n = elements.table.shape[0]

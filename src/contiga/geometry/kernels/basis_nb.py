@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 
-@njit(cache=True)
+@kernel()
 def find_span(knots, degree, count, t):
     """Index k with knots[k] <= t < knots[k + 1]; the last non-empty span at the domain's end."""
     if t >= knots[count]:
@@ -27,7 +26,7 @@ def find_span(knots, degree, count, t):
     return low
 
 
-@njit(cache=True)
+@kernel()
 def basis_derivatives(knots, degree, span, t, order, out):
     """Derivatives 0..order of the degree + 1 basis functions that live on `span`.
 
@@ -91,7 +90,7 @@ def discrete_splines(knots, degree, span, refined, start, skip, out):
         out[j] = saved
 
 
-@njit(cache=True)
+@kernel()
 def refinement_rows(knots, degree, count, refined):
     """Rows of the map from `count` control points on `knots` to those on the finer `refined`.
 
@@ -108,7 +107,7 @@ def refinement_rows(knots, degree, count, refined):
     return first, weights
 
 
-@njit(cache=True)
+@kernel()
 def elevation_rows(knots, degree, count, elevated):
     """As `refinement_rows`, to degree + 1 on `elevated` (each distinct knot once more).
 
@@ -129,7 +128,7 @@ def elevation_rows(knots, degree, count, elevated):
     return first, weights
 
 
-@njit(cache=True)
+@kernel()
 def apply_rows(first, weights, points):
     """New points (n, d) from old `points` (m, d) by the rows of a refinement or elevation."""
     n, width = weights.shape

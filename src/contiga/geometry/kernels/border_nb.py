@@ -8,7 +8,6 @@ or run over a vertex, are told, not mended.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from contiga.geometry.kernels.triangulation_nb import (
     BORDER,
@@ -27,10 +26,10 @@ from contiga.geometry.kernels.triangulation_nb import (
     turn,
     walk,
 )
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 
-@njit(cache=True)
+@kernel()
 def open_frame(t):
     """The square [−1, 2]² as two triangles."""
     for k, (x, y) in enumerate(((-1.0, -1.0), (2.0, -1.0), (2.0, 2.0), (-1.0, 2.0))):
@@ -57,7 +56,7 @@ def settle(t, stack, top, metric):
             top += 2
 
 
-@njit(cache=True)
+@kernel()
 def insert_all(t, order, hint, metric, alias):
     """Insert the vertices `order`; `hint` is a vertex near each that is already there, or −1.
 
@@ -214,7 +213,7 @@ def crosses(xy, v, to, a, d):
     return turn(xy, v, to, a) * turn(xy, v, to, d) < 0.0
 
 
-@njit(cache=True)
+@kernel()
 def make_segments(t, at, segments, alias, twice, bad):
     """Make every segment a side of triangles and mark it; `bad` gets those in each other's way.
 
@@ -239,7 +238,7 @@ def make_segments(t, at, segments, alias, twice, bad):
         t.marks[t.beside[here, k], opposite(t, here, k)] = s
 
 
-@njit(cache=True)
+@kernel()
 def flooded(t, twice, stack):
     """(m,) whether each triangle is inside: each segment on the way in from the frame counts."""
     inside = np.full(t.used[TRIANGLES], -1, np.int8)
@@ -264,7 +263,7 @@ def flooded(t, twice, stack):
     return inside
 
 
-@njit(cache=True)
+@kernel()
 def carve(t, inside):
     """Drop what is not inside; sides with a segment become border."""
     new = np.full(inside.size, BORDER, np.int64)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from contiga.geometry.kernels.chord_nb import triangle_distance
 from contiga.geometry.kernels.height_nb import all_below, plane_of
@@ -21,7 +20,7 @@ from contiga.geometry.kernels.refine_nb import (
 )
 from contiga.geometry.kernels.shape_nb import evaluate
 from contiga.geometry.kernels.triangulation_nb import BORDER, TRIANGLES
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 PLACES = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
 """Where a triangle is sampled, as shares of its corners: on sides, where the surface may lie over
@@ -98,7 +97,7 @@ def keeps(t, face, front, heights, triangle):
     return proved(t, face, front, heights, triangle)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def refine(t, face, front, heights):
     """Cut triangles until all keep the distance; False if room ran out: call it again then."""
     queue_all(t, front)

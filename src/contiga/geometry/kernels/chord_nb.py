@@ -11,9 +11,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 MAX_DEPTH = 4
 
@@ -36,7 +35,7 @@ def cut(coefs, axis, t, keep_low):
                         coefs[j, i, d] += share * (coefs[j, other, d] - coefs[j, i, d])
 
 
-@njit(cache=True)
+@kernel()
 def restrict(coefs, axis, low, high):
     """Bernstein coefficients over ``[low, high]`` of [0, 1] along `axis`, in place."""
     if high < 1.0:
@@ -45,7 +44,7 @@ def restrict(coefs, axis, low, high):
         cut(coefs, axis, low / high, False)
 
 
-@njit(cache=True)
+@kernel()
 def triangle_distance(x, a, b, c):
     """Distance from the point `x` to the triangle abc (Ericson, Real-Time Collision Detection)."""
     abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
@@ -236,7 +235,7 @@ def element_within(coefs, rows, columns, tol):
     return True
 
 
-@njit(cache=True)
+@kernel()
 def elements_within(coefs, rows, columns, tol, open_):
     """Clears the flags of `open_` (nu, nv) at elements that are within `tol`."""
     for i in range(coefs.shape[0]):

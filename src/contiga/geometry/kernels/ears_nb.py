@@ -7,12 +7,11 @@ off, so that every side of the polygons is a side of exactly one triangle in any
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 
-@njit(cache=True)
+@kernel()
 def one_ring(xy, starts):
     """All polygons as one ring of vertices: each is joined to the ring by a side there and back."""
     ring = np.empty(xy.shape[0] + 2 * (starts.size - 2), np.int64)
@@ -65,7 +64,7 @@ def is_empty(xy, ring, after, start, corners):
     return True
 
 
-@njit(cache=True)
+@kernel()
 def ears(xy, ring):
     """(n − 2, 3) triangles of a ring of n vertices that runs anticlockwise."""
     n = ring.size

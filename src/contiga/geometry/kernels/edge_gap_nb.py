@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.geometry.kernels.evaluate_nb import curve_range, make_scratch, surface_point
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 ROUNDS = 40
 PER_SPAN = 6
@@ -196,7 +195,7 @@ def _farthest(s, image, curve, domain, tables, work, out):
     return best
 
 
-@njit(cache=True)
+@kernel()
 def image_gap(s, image, curve, domain, near, out):
     """Largest distance of the image of an edge on a surface to the edge's curve.
 

@@ -6,10 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from contiga.geometry.kernels.basis_nb import basis_derivatives, find_span
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 # A normal from S_u × S_v that has lost more than half of its digits to cancellation is
 # replaced by the limit from inside the domain.
@@ -65,7 +64,7 @@ def binomials(order):
     return table
 
 
-@njit(cache=True)
+@kernel()
 def make_scratch(p, q, order):
     """Work arrays for a surface of degrees (p, q)."""
     return Scratch(
@@ -154,7 +153,7 @@ def surface_point(s, u, v, order, work, out):
         out[0, 0, d] += s.net[ci, cj, d]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def surface_range(s, uv, order, out, start, stop):
     """Rows start..stop of the derivatives at `uv`."""
     work = make_scratch(s.p, s.q, order)
@@ -162,7 +161,7 @@ def surface_range(s, uv, order, out, start, stop):
         surface_point(s, uv[k, 0], uv[k, 1], order, work, out[k])
 
 
-@njit(cache=True)
+@kernel()
 def curve_range(c, t, order, out):
     """Derivatives of a curve at `t` (k,), `out` (k, order + 1, 3); A4.2 of The NURBS Book."""
     N = np.empty((order + 1, c.degree + 1))
@@ -274,7 +273,7 @@ def limit_normal(s, u, v, normal):
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def normal_range(s, uv, out, start, stop):
     """Rows start..stop of the unit normals at `uv`; NaN where the surface has no area."""
     work = make_scratch(s.p, s.q, 1)

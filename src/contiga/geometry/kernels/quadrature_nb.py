@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 # Deep enough for |N| with a kink along a line; a smooth element needs one or two levels.
 MAX_DEPTH = 20
@@ -127,7 +126,7 @@ def element_area(coefs, nodes, weights, rtol, floor, most):
     return total
 
 
-@njit(cache=True)
+@kernel()
 def grid_area(coefs, nodes, weights, rtol):
     """Areas of all elements (nu, nv, p + 1, q + 1, 4), summed in order."""
     nu, nv = coefs.shape[:2]
@@ -205,7 +204,7 @@ def element_length(coefs, nodes, weights, rtol, floor):
     return total
 
 
-@njit(cache=True)
+@kernel()
 def chain_length(coefs, nodes, weights, rtol):
     """Lengths of all elements (n, p + 1, 4), summed in order."""
     rough = 0.0

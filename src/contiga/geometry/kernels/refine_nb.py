@@ -12,7 +12,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from contiga.geometry.kernels.chord_nb import triangle_distance
 from contiga.geometry.kernels.shape_nb import E, F, G, evaluate, expected_miss, shape_at, square
@@ -33,7 +32,7 @@ from contiga.geometry.kernels.triangulation_nb import (
     turn,
     walk,
 )
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 NEW, GOOD, CHECKED, GIVEN_UP = 0, 1, 2, 3
 """States of a triangle."""
@@ -153,7 +152,7 @@ def enter(front, side, v):
     front.heads[at] = v
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def enter_all(t, front, side):
     """Put all vertices where `is_near` finds them, cubes having this side."""
     front.heads[:] = -1
@@ -210,7 +209,7 @@ def is_useless(t, face, front, here, v):
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def put_vertex(t, face, front, start, x, y, apart):
     """A vertex at (x, y) if it is inside and none is nearer than `apart`; True if put.
 
@@ -352,7 +351,7 @@ def queue_all(t, front):
             push(front, here)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def relax(t, front, rounds):
     """Turn sides until Delaunay in the metric, or `rounds` times over all."""
     for _ in range(rounds):

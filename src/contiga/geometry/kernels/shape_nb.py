@@ -11,11 +11,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from contiga.geometry.kernels.evaluate_nb import Scratch, SurfaceArrays, surface_point
 from contiga.geometry.kernels.triangulation_nb import BORDER, FRAME, VERTICES
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 TURN = 0.3
 """Largest distance as a share of the radius of curvature: sides then turn by at most a quarter."""
@@ -176,7 +175,7 @@ def expected_miss(xy, corners, beside, forms):
     return miss / sag
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def shapes_at(t, face, points, forms):
     """Points and forms of all vertices in use but the first four, which are the frame."""
     for v in range(FRAME, t.used[VERTICES]):

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from contiga.geometry.kernels.quadrature_nb import bernstein, jacobian
 from contiga.geometry.kernels.trim_nb import bernstein_at, parameter_at, point_in_trim
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 
 @inner()
@@ -176,7 +175,7 @@ def side_of_piece(tables, piece):
     return 0
 
 
-@njit(cache=True)
+@kernel()
 def loop_integral(tables, pieces, grid, rule):
     """Signed contribution of one loop (its pieces in order) to the integral over its patch."""
     longest = 0.0
@@ -201,7 +200,7 @@ def loop_integral(tables, pieces, grid, rule):
     return sign * total
 
 
-@njit(cache=True)
+@kernel()
 def rectangle_integral(grid, rule):
     """∬ over the whole patch: strips from side to side, element by element in v."""
     _, u_breaks, v_breaks = grid

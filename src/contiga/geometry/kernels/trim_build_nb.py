@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.geometry.kernels.trim_nb import CUT, MARGIN, _crosses_right, _range_in_row
-from contiga.num.jit import inner
+from contiga.geometry.kernels.trim_nb import MARGIN, _crosses_right, _range_in_row
+from contiga.num.codes import CUT
+from contiga.num.jit import inner, kernel
 
 ROOT_WIDTH = 1e-14
 FLAT = 1e-15
@@ -70,7 +70,7 @@ def _noted(roots, count, root):
     return count
 
 
-@njit(cache=True)
+@kernel()
 def roots_inside(c):
     """Parameters in (0, 1) at which a Bernstein polynomial changes sign.
 
@@ -150,7 +150,7 @@ def split_first(coefs, degree, t):
     return left, right
 
 
-@njit(cache=True)
+@kernel()
 def monotone_pieces(segments, degrees):
     """All monotone pieces of a list of segments, in order.
 
@@ -251,7 +251,7 @@ def _parity_right(tables, pieces, first, column, v):
     return parity
 
 
-@njit(cache=True)
+@kernel()
 def fill_cells(tables):
     """Cell states, parities, piece lists and toggles of all grids of `tables`.
 
@@ -298,7 +298,7 @@ def fill_cells(tables):
     return cell_start, listed[:n_listed].copy(), toggle_start, flips[:n_flips].copy()
 
 
-@njit(cache=True)
+@kernel()
 def plain_point_in_trim(tables, patch, u, v):
     """The rival without a grid: every piece of the patch against the ray (no on-curve rule)."""
     parity = 0

@@ -12,11 +12,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.codes import CUT, IN, OUT
+from contiga.num.jit import inner, kernel
 
-OUT, IN, CUT = 0, 1, 2
 MARGIN = 1e-9
 """Widening of a piece when cells are marked, as a share of the domain; far above rounding."""
 ON_CURVE = 1e-12
@@ -78,7 +77,7 @@ def bernstein_at(coefs, degree, k, t):
     return value
 
 
-@njit(cache=True)
+@kernel()
 def parameter_at(coefs, degree, axis, value):
     """t in [0, 1] at which the monotone coordinate `axis` of a piece takes `value`.
 
@@ -199,7 +198,7 @@ def _against_piece(tables, piece, u, v, eps):
     return 1 if counted and crossing > u else 0
 
 
-@njit(cache=True)
+@kernel()
 def point_in_trim(tables, patch, u, v):
     """1 if (u, v) belongs to the trimmed patch, 0 if it is cut away (even-odd rule).
 
@@ -246,7 +245,7 @@ def _piece_meets_box(tables, piece, u0, u1, v0, v1):
     return high >= u0 and low <= u1
 
 
-@njit(cache=True)
+@kernel()
 def box_state(tables, patch, u0, u1, v0, v1):
     """OUT (0), IN (1) or CUT (2) of a parameter box; IN and OUT are certain.
 
@@ -284,7 +283,7 @@ def box_state(tables, patch, u0, u1, v0, v1):
     return point_in_trim(tables, patch, 0.5 * (u0 + u1), 0.5 * (v0 + v1))
 
 
-@njit(cache=True)
+@kernel()
 def points_in_trim(tables, patch, uv):
     """`point_in_trim` for rows of (u, v) on one patch."""
     inside = np.empty(uv.shape[0], np.bool_)

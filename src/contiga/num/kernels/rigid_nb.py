@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
+from contiga.num.jit import kernel
 
 
-@njit(cache=True)
+@kernel()
 def to_body(points, pose):
     """Rᵀ (p − t) of (n, 3) points for a (4, 4) pose."""
     out = np.empty_like(points)
@@ -21,7 +21,7 @@ def to_body(points, pose):
     return out
 
 
-@njit(cache=True)
+@kernel()
 def to_world(points, pose, shift):
     """R p + t of (n, 3) points for a (4, 4) pose; R p where `shift` is 0."""
     out = np.empty_like(points)

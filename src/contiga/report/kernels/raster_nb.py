@@ -9,9 +9,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
+from contiga.num.jit import kernel
 from contiga.records import FloatArray, IntArray
 
 _ON_EDGE = -1e-9
@@ -41,7 +41,7 @@ def empty_buffer(height: int, width: int) -> Buffer:
     )
 
 
-@njit(cache=True)
+@kernel()
 def draw_triangles(screen, triangles, buffer):
     """Draw (m, 3) `triangles` of the (n, 3) `screen` points: column, row, depth."""
     height, width = buffer.depth.shape
@@ -72,7 +72,7 @@ def draw_triangles(screen, triangles, buffer):
                     buffer.b[row, column] = b
 
 
-@njit(cache=True)
+@kernel()
 def draw_balls(screen, radius, scale, buffer):
     """Draw a ball of `radius` pixels round each `screen` point; `scale` is length per pixel."""
     height, width = buffer.depth.shape
@@ -94,7 +94,7 @@ def draw_balls(screen, radius, scale, buffer):
                     buffer.b[row, column] = dy
 
 
-@njit(cache=True)
+@kernel()
 def draw_lines(screen, segments, depth, bias, ink):
     """Add to `ink` (h, w) the parts of (m, 2) `segments` that `depth` does not hide by `bias`."""
     height, width = depth.shape
@@ -117,7 +117,7 @@ def draw_lines(screen, segments, depth, bias, ink):
                     ink[row, column] = 1.0
 
 
-@njit(cache=True)
+@kernel()
 def normals_at_pixels(buffer, corners, axes, normal):
     """Unit normals (h, w, 3) in camera `axes`, turned to the eye, from those at corners (m, 3, 3).
 
@@ -144,7 +144,7 @@ def normals_at_pixels(buffer, corners, axes, normal):
                 normal[row, column, k] = scale * turned
 
 
-@njit(cache=True)
+@kernel()
 def light_at_pixels(owner, normal, hollow, lamps, light):
     """What each pixel's colour is multiplied by and what is added: `light` (h, w, 2).
 

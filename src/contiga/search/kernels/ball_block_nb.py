@@ -11,10 +11,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.elements.kernels.element_nb import BINOMIAL
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 from contiga.search.kernels.ball_cell_nb import WORST, bends, deviation, measure
 
 KINK = 1e-8
@@ -193,7 +192,7 @@ def _at(smooth, base, i, j):
     return first + i * nv + j
 
 
-@njit(cache=True)
+@kernel()
 def base_homes(cells, smooth, bases, homes):
     """Around every sound cell of the patches' grids, a block about as wide all round."""
     rows = np.empty(MOST, np.int64)
@@ -249,7 +248,7 @@ def _home(cells, smooth, base, ij, rows, home):
     home["uv"][:] = uv
 
 
-@njit(cache=True)
+@kernel()
 def homes_within(elements, centre, around, enough, homes):
     """Smooth blocks that are one cell, out of surroundings `around` (m, n), the widest first.
 
@@ -272,7 +271,7 @@ def homes_within(elements, centre, around, enough, homes):
                 homes[k]["uv"][:] = around[i, k]["uv"]
 
 
-@njit(cache=True)
+@kernel()
 def joints(elements, grid, bases, cells, tolerance, smooth):
     """Mark which cells of the patches' grids join the next one in u and in v smoothly.
 

@@ -9,11 +9,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.geometry.kernels.trim_nb import point_in_trim
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 from contiga.search.kernels.ball_plane_nb import clear_ball, far_box, lower, unit
 from contiga.search.kernels.tree_nb import box_distance2
 
@@ -194,7 +193,7 @@ def _wanting(value, samples, n, goal):
     return 0.5 * total / n
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def bound_cells(body, surface, homes, limits, result, start, stop):
     """Corner values (2, 4) and what is wanting, of the rows start … stop of a body's cells.
 

@@ -11,11 +11,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.elements.kernels.bounds_nb import derivative_bounds, restrict
 from contiga.elements.kernels.element_nb import evaluate
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 WORST = 0.98
 """Cells whose derivatives differ more than this share from those of their middle bound nothing."""
@@ -325,7 +324,7 @@ def _corner_normal(h, normal):
     return True
 
 
-@njit(cache=True)
+@kernel()
 def measure_cells(elements, centre, cells, start, stop):
     """`measure` of cells[start:stop]."""
     for k in range(start, stop):

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from numba import njit
-
 from contiga.elements.kernels.element_nb import locate
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 
 @inner()
@@ -39,7 +37,7 @@ def radius_at(balls, grid, patch, u, v, side):
     return max(r, 0.0)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def radii(balls, grid, feet, rows, side, out, start, stop):
     """`radius_at` the feet (patch, uv) of rows[start:stop]; rows without a patch have none."""
     patch, uv = feet

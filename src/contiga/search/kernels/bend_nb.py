@@ -17,9 +17,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 from contiga.search.kernels.rest_nb import D01, D02, D10, D11, D20, MOST, rest_of, unit_normal
 
 INNER, OUTER, SPEED_S, SPEED_T, WIDTH_S, WIDTH_T = 0, 1, 2, 3, 4, 5
@@ -28,7 +27,7 @@ MOST_STRETCH = 0.45
 """Largest ε that is worked with."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def bend_work():
     """Work tables of `bend_bounds`: h, rest, and those of `rest_of`."""
     return (
@@ -171,7 +170,7 @@ def _form_change(frame, rest):
     return middle + spread
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def bend_bounds(elements, e, cell, bend, work):
     """Bounds over a cell (s0, s1, t0, t1) of element e into bend[6]; whether there are any.
 

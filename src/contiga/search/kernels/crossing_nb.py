@@ -14,11 +14,10 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from contiga.elements.kernels.bounds_nb import cell_box
 from contiga.elements.kernels.element_nb import evaluate
-from contiga.num.jit import inner
+from contiga.num.codes import ENTRIES
+from contiga.num.jit import inlined, inner
 from contiga.search.kernels.flat_cell_nb import touch
 
 DROP, SOLVE, POINT, HALVE = 0, 1, 2, 3
@@ -38,7 +37,6 @@ MAX_CELLS = 20000
 """Cells one path may open; then it is given up."""
 DEPTH = 128
 """Cells of a leaf that can wait at once."""
-ENTRIES, EITHER = 0, 1
 NONE = (0.0, 0.0, 0.0, 0.0)
 """No room beyond any side."""
 
@@ -295,7 +293,7 @@ def _over(cell, path):
     return p, d, slack, wide, room
 
 
-@njit(inline="always")
+@inlined()
 def next_crossing(elements, leaf, pole, path, ends, work, top):
     """Next crossing of one leaf, trimmed or not, among the `top` cells on the stack.
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.elements.kernels.bounds_nb import cell_bounds, derivative_bounds, restrict
 from contiga.elements.kernels.element_nb import locate
 from contiga.geometry.kernels.trim_nb import parameter_at
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 from contiga.search.kernels.curve_nb import curve_point, piece_parameters
 
 THIN = 1e-7
@@ -115,7 +114,7 @@ def _grown(rows):
     return bigger
 
 
-@njit(cache=True)
+@kernel()
 def curve_leaves(elements, grid, trims, flatness, depth):
     """Leaves of all trimming pieces: element −1 − piece, box (t0, t1, 0, 0), bounds, low, high.
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.elements.kernels.element_nb import bernstein_basis, evaluate, locate
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 MAX_ITERATIONS = 60
 POLISH_STEPS = 3
@@ -39,7 +38,7 @@ def piece_parameters(trims, piece, t, c):
         c[0, m] = x
 
 
-@njit(cache=True)
+@kernel()
 def curve_point(elements, grid, trims, piece, t, h, d):
     """Point and two derivatives of the trimming curve in space into d[3, 3].
 

@@ -9,12 +9,12 @@ import numpy as np
 
 from contiga.elements.kernels.element_nb import parameters
 from contiga.geometry.kernels.trim_nb import cell_of
+from contiga.num.codes import BORDER, CUT, IN, OUT, SMOOTH
 from contiga.num.jit import inner
 from contiga.search.kernels.curve_nb import piece_parameters
-from contiga.search.kernels.global_nb import CUT, IN, OUT, SMOOTH, in_face
+from contiga.search.kernels.global_nb import in_face
 
 BESIDE = -1.0
-BORDER = 2
 WINDOW = 2.0
 """How much farther edges are looked for than the tangent plane says: surfaces bend."""
 SAMPLES = 4

@@ -8,6 +8,7 @@ import numpy as np
 
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
+from contiga.num.codes import BUDGET, EDGE, FACE, MAX_ITERATIONS, OK, TRIMMED
 from contiga.num.jit import inner
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.search.kernels.curve_nb import polish, surface_foot
@@ -22,8 +23,6 @@ from contiga.search.kernels.pseudo_normal_nb import (
 )
 from contiga.search.kernels.walk_nb import walk
 
-OK, BORDER, TRIMMED, MAX_ITERATIONS, BUDGET = 0, 1, 2, 3, 8
-FACE, EDGE, VERTEX = 0, 1, 2
 HOPS = 4
 BESIDE_EDGE = 8.0
 """Widths of an edge within which a point sees how its faces miss each other."""

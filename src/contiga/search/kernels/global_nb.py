@@ -19,13 +19,12 @@ import numpy as np
 from contiga.elements.kernels.bounds_nb import look_closer
 from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.geometry.kernels.trim_nb import point_in_trim
+from contiga.num.codes import CUT, IN, POLE, SMOOTH
 from contiga.num.jit import inner
 from contiga.search.kernels.curve_nb import closest_on_stretch
 from contiga.search.kernels.local_nb import expand
 from contiga.search.kernels.tree_nb import box_distance2
 
-SMOOTH, POLE = 0, 3
-OUT, IN, CUT = 0, 1, 2
 MAX_CELLS = 20000
 """Cells one query may open; then it is given up."""
 EASY = 12

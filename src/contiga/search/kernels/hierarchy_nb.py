@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from contiga.elements.kernels.bounds_nb import subdivide
+from contiga.num.codes import OUT
+from contiga.num.jit import kernel
 
-OUT = 0
 
-
-@njit(cache=True)
+@kernel()
 def surface_leaves(elements, flatness, depth):
     """Element (n,), box (n, 4), bound (n, 9), low and high (n, 3) of all surface leaves."""
     most = 1 << depth

@@ -9,23 +9,22 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.elements.kernels.element_nb import evaluate, parameters
-from contiga.num.jit import inner
+from contiga.num.codes import AT_START, BUDGET, EITHER, ENTRIES, NO_HIT, NOT_FINITE, OK, OUT
+from contiga.num.jit import inlined, inner, kernel
 from contiga.num.kernels.query_nb import blank_hit, direction, slack_of
-from contiga.search.kernels.crossing_nb import DEPTH, EITHER, ENTRIES, next_crossing
+from contiga.search.kernels.crossing_nb import DEPTH, next_crossing
 from contiga.search.kernels.edge_width_nb import BESIDE, edge_width
-from contiga.search.kernels.global_nb import OUT, has_pole
+from contiga.search.kernels.global_nb import has_pole
 
-OK, NOT_FINITE, NO_HIT, AT_START, BUDGET = 0, 5, 6, 7, 8
 GRAZING = 32.0
 """Widths of an edge that a path may meet the carrier of a face beyond it."""
 X, ELEMENT, S, T, EDGE, OVER = 0, 1, 2, 3, 4, 5
 """Columns of what was found: x, element, s, t, width of an edge beside it, doubt about x."""
 
 
-@njit(inline="always")
+@inlined()
 def _meets(node, p, inverse, span, slack):
     """Whether p + x d, near ≤ x ≤ far, meets the node's box, widened by `slack`; the least such x.
 
@@ -51,7 +50,7 @@ def _reciprocal(x):
     return 1.0 / x if abs(x) > 1e-290 else math.inf
 
 
-@njit(inline="always")
+@inlined()
 def _next_leaves(tree, p, inverse, span, slack, queue, top):
     """Next node of leaves that the path meets within `span`, −1 for none, and nodes left."""
     nodes, entry = queue
@@ -154,7 +153,7 @@ def _on_element(elements, e, place, path, x, h):
     return (s, t), x
 
 
-@njit(inline="always")
+@inlined()
 def _search(arrays, segment, sense, found, queue, work):
     """First crossings of a segment (p, d, length, slack, spare, loose): entries in found[0], where
     it leaves in found[1] (`sense` EITHER only). `spare` is how far beyond the ends one may lie,
@@ -236,7 +235,7 @@ def _room():
     return np.empty((2, 6)), queue, work
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def first_hits(tables, p0, p1, rows, out, start, stop):
     """First entry of each segment p0[rows[i]] → p1[rows[i]] into row i of `out`."""
     elements = tables.elements
@@ -264,7 +263,7 @@ def first_hits(tables, p0, p1, rows, out, start, stop):
             out.status[i] = BUDGET
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def last_crossings(tables, p0, p1, loose, out, verdict, start, stop):
     """Crossing nearest the end of each segment p0[i] → p1[i] into row i of `out`.
 

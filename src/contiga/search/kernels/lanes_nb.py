@@ -12,10 +12,8 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from contiga.elements.kernels.element_nb import bicubic, quotient
-from contiga.num.jit import inner
+from contiga.num.jit import inlined, inner
 from contiga.num.kernels.fma_nb import fma
 
 LANES = 16
@@ -29,20 +27,20 @@ LAST = 1e10
 Newton squares the miss, which is measured where the step ends."""
 
 
-@njit(inline="always")
+@inlined()
 def _dot(a, b, c, x, y, z):
     return fma(c, z, fma(b, y, a * x))
 
 
-@njit(inline="always")
+@inlined()
 def _round(lanes, l, x, y, z, tolerance):
     """One Newton round of lane l, from the derivatives x, y, z of the surface's coordinates."""
     n = LANES
     s = lanes[l]
     t = lanes[n + l]
-    r_x = x[0] - lanes[2 * n + l]
-    r_y = y[0] - lanes[3 * n + l]
-    r_z = z[0] - lanes[4 * n + l]
+    r_x = x[0] - lanes[ROW_X * n + l]
+    r_y = y[0] - lanes[ROW_Y * n + l]
+    r_z = z[0] - lanes[ROW_Z * n + l]
     f = _dot(r_x, r_y, r_z, r_x, r_y, r_z)
     g_s = _dot(r_x, r_y, r_z, x[1], y[1], z[1])
     g_t = _dot(r_x, r_y, r_z, x[2], y[2], z[2])
@@ -54,7 +52,7 @@ def _round(lanes, l, x, y, z, tolerance):
     h_tt = fma(r_z, z[5], fma(r_y, y[5], fma(r_x, x[5], b)))
     det = fma(h_ss, h_tt, -h_st * h_st)
     regular = (a > 1e-12 * b) & (b > 1e-12 * a)  # away from poles
-    sound = regular & (det > 1e-6 * a * b) & (h_ss > 0.0) & (f <= lanes[5 * n + l] + tolerance)
+    sound = regular & (det > 1e-6 * a * b) & (h_ss > 0.0) & (f <= lanes[ROW_F * n + l] + tolerance)
     i = 1.0 / det
     new_s = fma(fma(g_t, h_st, -g_s * h_tt), i, s)
     new_t = fma(fma(g_s, h_st, -g_t * h_ss), i, t)
@@ -62,30 +60,30 @@ def _round(lanes, l, x, y, z, tolerance):
     step_t = new_t - t
     last = fma(step_s * step_s, a, step_t * step_t * b) <= LAST * tolerance
     inside = (new_s >= -0.5) & (new_s <= 0.5) & (new_t >= -0.5) & (new_t <= 0.5)
-    state = lanes[6 * n + l]
-    now = 2.0 if not sound else (3.0 if not inside else (1.0 if last else 0.0))
-    active = state == 0.0
-    step = active & (now != 2.0)
+    state = lanes[ROW_STATE * n + l]
+    now = GIVEN_BACK if not sound else (LEFT if not inside else (DONE if last else ACTIVE))
+    active = state == ACTIVE
+    step = active & (now != GIVEN_BACK)
     lanes[l] = new_s if step else s
     lanes[n + l] = new_t if step else t
-    lanes[5 * n + l] = f * (1.0 + 1e-12) if active else lanes[5 * n + l]
-    lanes[6 * n + l] = now if active else state
+    lanes[ROW_F * n + l] = f * (1.0 + 1e-12) if active else lanes[ROW_F * n + l]
+    lanes[ROW_STATE * n + l] = now if active else state
 
 
-@njit(inline="always")
+@inlined()
 def _finish(lanes, l, x, y, z, tolerance):
     """Foot, normal and gap of lane l; it is given back if it misses by more than tolerated."""
     n = LANES
-    r_x = x[0] - lanes[2 * n + l]
-    r_y = y[0] - lanes[3 * n + l]
-    r_z = z[0] - lanes[4 * n + l]
+    r_x = x[0] - lanes[ROW_X * n + l]
+    r_y = y[0] - lanes[ROW_Y * n + l]
+    r_z = z[0] - lanes[ROW_Z * n + l]
     g_s = _dot(r_x, r_y, r_z, x[1], y[1], z[1])
     g_t = _dot(r_x, r_y, r_z, x[2], y[2], z[2])
     a = _dot(x[1], y[1], z[1], x[1], y[1], z[1])
     b = _dot(x[2], y[2], z[2], x[2], y[2], z[2])
     missed = (g_s * g_s > tolerance * a) | (g_t * g_t > tolerance * b)
-    state = lanes[6 * n + l]
-    lanes[6 * n + l] = 2.0 if (state == 1.0) & missed else state
+    state = lanes[ROW_STATE * n + l]
+    lanes[ROW_STATE * n + l] = GIVEN_BACK if (state == DONE) & missed else state
     n_x = fma(y[1], z[2], -z[1] * y[2])
     n_y = fma(z[1], x[2], -x[1] * z[2])
     n_z = fma(x[1], y[2], -y[1] * x[2])
@@ -93,13 +91,13 @@ def _finish(lanes, l, x, y, z, tolerance):
     n_x *= i
     n_y *= i
     n_z *= i
-    lanes[7 * n + l] = x[0]
-    lanes[8 * n + l] = y[0]
-    lanes[9 * n + l] = z[0]
-    lanes[10 * n + l] = n_x
-    lanes[11 * n + l] = n_y
-    lanes[12 * n + l] = n_z
-    lanes[13 * n + l] = -_dot(r_x, r_y, r_z, n_x, n_y, n_z)
+    lanes[ROW_FOOT * n + l] = x[0]
+    lanes[(ROW_FOOT + 1) * n + l] = y[0]
+    lanes[(ROW_FOOT + 2) * n + l] = z[0]
+    lanes[ROW_NORMAL * n + l] = n_x
+    lanes[(ROW_NORMAL + 1) * n + l] = n_y
+    lanes[(ROW_NORMAL + 2) * n + l] = n_z
+    lanes[ROW_GAP * n + l] = -_dot(r_x, r_y, r_z, n_x, n_y, n_z)
 
 
 @inner(error_model="numpy")

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.elements.kernels.element_nb import evaluate
+from contiga.num.jit import kernel
 from contiga.search.kernels.curve_nb import curve_point
 from contiga.search.kernels.global_nb import in_face
 
 
-@njit(cache=True)
+@kernel()
 def fill_middles(elements, grid, trims, leaves):
     """The middles of all leaves, body axes; infinite where the trims leave none."""
     h = np.empty((4, 6))

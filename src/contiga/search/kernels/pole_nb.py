@@ -15,9 +15,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.codes import POLE
+from contiga.num.jit import inner, kernel
 from contiga.search.kernels.bend_nb import (
     INNER,
     MOST_STRETCH,
@@ -44,12 +44,11 @@ from contiga.search.kernels.rest_nb import (
     taylor,
 )
 
-POLE = 3
 PLANE = 1e-9
 """Tangents at a pole leave a plane by no more than this share of their length."""
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def pole_side(elements, e, cell):
     """The side of the cell that is a pole; −1 where there is none, or more than one."""
     found = -1
@@ -192,7 +191,7 @@ def _plane_of(v, x, across):
     )
 
 
-@njit(cache=True, error_model="numpy")
+@kernel(error_model="numpy")
 def pole_bounds(elements, e, cell, side, bend, work):
     """As `bend_bounds`, over a cell whose `side` is a pole; no width along that."""
     unbounded(bend)

@@ -5,15 +5,25 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.elements.kernels.element_nb import locate
-from contiga.num.jit import inner
+from contiga.num.codes import CUT, FACE, GENERAL, NOT_FINITE, OK, OUT, RATIONAL_CUBIC, SMOOTH
+from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.search.kernels.foot_nb import global_foot, tracked_foot
 from contiga.search.kernels.global_nb import in_face
 from contiga.search.kernels.lanes_nb import (
+    ACTIVE,
+    DONE,
     LANES,
+    LEFT,
+    ROW_F,
+    ROW_FOOT,
+    ROW_GAP,
+    ROW_NORMAL,
+    ROW_STATE,
+    ROW_T,
+    ROW_X,
     ROWS,
     finish_polynomial,
     finish_rational,
@@ -21,14 +31,11 @@ from contiga.search.kernels.lanes_nb import (
     newton_rational,
 )
 
-FACE, OK, NOT_FINITE = 0, 0, 5
-OUT, IN, CUT = 0, 1, 2
 ROUNDS = 6
 BY_ROW, GO_ON = 1, 2
 """Flags of rows that the lanes did not finish: to be done one by one, or gone on with."""
 FARTHEST = 1.0
 """How far from its middle, in elements, a foot may have left its element to be gone on with."""
-SMOOTH = 0
 SORT_PARTS = 16
 """Parts the counting sort is cut into; fixed, so that the order never depends on the threads."""
 
@@ -38,7 +45,7 @@ def _finite(points, k):
     return math.isfinite(points[k, 0] + points[k, 1] + points[k, 2])
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def project_global(tables, points, rows, within, out, start, stop):
     """Closest points of points[rows[start:stop]] into the same rows of `out`.
 
@@ -55,7 +62,7 @@ def project_global(tables, points, rows, within, out, start, stop):
             blank_foot(out, k, NOT_FINITE)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def project_tracked(tables, points, starts, rows, out, start, stop):
     """Continued feet of points[rows[start:stop]] from starts = (patch, uv), one by one."""
     h = np.empty((4, 6))
@@ -71,7 +78,7 @@ def project_tracked(tables, points, starts, rows, out, start, stop):
         tracked_foot(tables, k, foot, point, out, found, h)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def count_parts(grid, patch, uv, element, counts, start, stop):
     """First pass of the counting sort: element of each row, rows of each part in each element."""
     n = patch.shape[0]
@@ -85,7 +92,7 @@ def count_parts(grid, patch, uv, element, counts, start, stop):
             element[k] = e
 
 
-@njit(cache=True)
+@kernel()
 def first_places(counts):
     """Turn counts[part, element] into first places; returns where each element's bin starts."""
     parts, n = counts.shape
@@ -101,7 +108,7 @@ def first_places(counts):
     return start
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def place_parts(element, places, order, start, stop):
     """Second pass: the rows ordered by element, stable."""
     n = element.shape[0]
@@ -114,7 +121,7 @@ def place_parts(element, places, order, start, stop):
                 places[p, e] += 1
 
 
-@njit(cache=True)
+@kernel()
 def blocks_of(start):
     """Blocks of at most LANES rows of one element: (n, 3) element, first, one past the last."""
     count = start.shape[0] - 1
@@ -132,7 +139,7 @@ def blocks_of(start):
     return blocks
 
 
-@njit(cache=True)
+@kernel()
 def bin_rows(grid, feet, back, wanted, size, start, stop):
     """Rows start … stop with a foot and the flag `wanted`, ordered by element, and their blocks.
 
@@ -171,23 +178,23 @@ def _load(elements, e, rows, points, uv, results, lanes):
     for l in range(LANES):
         k = rows[min(l, n - 1)]
         lanes[l] = min(max((uv[k, 0] - u0) * scale_u - 0.5, -0.5), 0.5)
-        lanes[LANES + l] = min(max((uv[k, 1] - v0) * scale_v - 0.5, -0.5), 0.5)
+        lanes[ROW_T * LANES + l] = min(max((uv[k, 1] - v0) * scale_v - 0.5, -0.5), 0.5)
         for c in range(3):
-            lanes[(2 + c) * LANES + l] = points[k, c] - elements.table[e]["origin"][c]
-        lanes[5 * LANES + l] = results[0].gap[k] if results[1][k] == GO_ON else math.inf
-        lanes[6 * LANES + l] = 0.0 if l < n else 1.0
+            lanes[(ROW_X + c) * LANES + l] = points[k, c] - elements.table[e]["origin"][c]
+        lanes[ROW_F * LANES + l] = results[0].gap[k] if results[1][k] == GO_ON else math.inf
+        lanes[ROW_STATE * LANES + l] = ACTIVE if l < n else DONE
 
 
 @inner()
 def _active(lanes):
     n = 0
     for l in range(LANES):
-        if lanes[6 * LANES + l] == 0.0:
+        if lanes[ROW_STATE * LANES + l] == ACTIVE:
             n += 1
     return n
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def project_lanes(tables, points, uv, bins, results, start, stop):
     """Fast tracking of the binned rows of blocks start … stop.
 
@@ -204,8 +211,8 @@ def project_lanes(tables, points, uv, bins, results, start, stop):
     for b in range(start, stop):
         e = blocks[b, 0]
         rows = order[blocks[b, 1] : blocks[b, 2]]
-        kind = elements.table[e]["form"]
-        if kind == 0 or elements.table[e]["trim"] == OUT:
+        form = elements.table[e]["form"]
+        if form == GENERAL or elements.table[e]["trim"] == OUT:
             for row in rows:
                 results[1][row] = BY_ROW
             continue
@@ -213,20 +220,20 @@ def project_lanes(tables, points, uv, bins, results, start, stop):
         for i in range(64):
             k[i] = elements.table[e]["cubic"][i]
         for _ in range(ROUNDS):
-            if kind == 2:
+            if form == RATIONAL_CUBIC:
                 newton_rational(lanes, k, tolerance)
             else:
                 newton_polynomial(lanes, k, tolerance)
             if _active(lanes) == 0:
                 break
-        if kind == 2:
+        if form == RATIONAL_CUBIC:
             finish_rational(lanes, k, tolerance)
         else:
             finish_polynomial(lanes, k, tolerance)
         _store(tables, e, rows, lanes, results)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def project_chunks(tables, points, starts, size, results, start, stop):
     """Fast tracking of the chunks start … stop of `size` rows, each binned on its own.
 
@@ -269,16 +276,16 @@ def _store(tables, e, rows, lanes, results):
     for l in range(rows.shape[0]):
         k = rows[l]
         s = lanes[l]
-        t = lanes[LANES + l]
-        state = lanes[6 * LANES + l]
-        if state == 3.0 and back[k] != GO_ON and _may_go_on(elements, e, s, t):
+        t = lanes[ROW_T * LANES + l]
+        state = lanes[ROW_STATE * LANES + l]
+        if state == LEFT and back[k] != GO_ON and _may_go_on(elements, e, s, t):
             back[k] = GO_ON
             out.patch[k] = patch
             out.uv[k, 0] = u0 + (s + 0.5) * du
             out.uv[k, 1] = v0 + (t + 0.5) * dv
-            out.gap[k] = lanes[5 * LANES + l]
+            out.gap[k] = lanes[ROW_F * LANES + l]
             continue
-        if state != 1.0 or (cut and not in_face(elements, tables.trims, e, s, t)):
+        if state != DONE or (cut and not in_face(elements, tables.trims, e, s, t)):
             back[k] = BY_ROW
             continue
         back[k] = 0
@@ -286,9 +293,9 @@ def _store(tables, e, rows, lanes, results):
         out.uv[k, 0] = u0 + (s + 0.5) * du
         out.uv[k, 1] = v0 + (t + 0.5) * dv
         for c in range(3):
-            out.point[k, c] = lanes[(7 + c) * LANES + l] + elements.table[e]["origin"][c]
-            out.normal[k, c] = lanes[(10 + c) * LANES + l]
-        out.gap[k] = lanes[13 * LANES + l]
+            out.point[k, c] = lanes[(ROW_FOOT + c) * LANES + l] + elements.table[e]["origin"][c]
+            out.normal[k, c] = lanes[(ROW_NORMAL + c) * LANES + l]
+        out.gap[k] = lanes[ROW_GAP * LANES + l]
         out.feature[k] = FACE
         out.status[k] = OK
         out.certified[k] = 0

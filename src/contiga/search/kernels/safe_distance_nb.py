@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from contiga.num.jit import kernel
 from contiga.search.kernels.tree_nb import box_distance2
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def box_distance(tree, points, rows, safe_distance, start, stop):
     """Distance of points[rows] to the nearest box of a leaf into reach[rows]."""
     nodes = np.empty(128, np.int64)

@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 from contiga.num.kernels.union_nb import root, unite
 from contiga.search.kernels.side_pieces_nb import HIGH, LEAST, LOW, MOST, NORMAL
 
@@ -81,7 +80,7 @@ def _paint_piece(p, piece, small, shape, words, near, name):
                 name[word] = p
 
 
-@njit(cache=True)
+@kernel()
 def paint(pieces, small, shape, words, near, name):
     """Mark the cells that pieces meet in words (flat). With `near`, whose rows `words` then holds:
     the small cells, and in `name` a piece for each cell."""
@@ -103,7 +102,7 @@ def _flood(seed, clear):
         x = y
 
 
-@njit(cache=True)
+@kernel()
 def parts_of(near):
     """The joined sets of small cells without surface in each word: first (n + 1,), mask (m,)."""
     first = np.zeros(near.shape[0] + 1, np.int64)
@@ -134,7 +133,7 @@ def _face(axis, last):
     return K_LAST if last else K_FIRST
 
 
-@njit(cache=True)
+@kernel()
 def join(labels, words, places, first, mask):
     """Root of every joined region: of the labelled cells, label − 1, then of the parts.
 
@@ -193,7 +192,7 @@ def _lowest(x):
     return n
 
 
-@njit(cache=True)
+@kernel()
 def sizes_and_samples(parent, labels, depth, places, first, mask):
     """Of every root: how many small cells are joined to it, and three of their middles.
 
@@ -239,7 +238,7 @@ def sizes_and_samples(parent, labels, depth, places, first, mask):
     return size, samples
 
 
-@njit(cache=True)
+@kernel()
 def known_sides(parent, sign, labels, depth, words, first, mask):
     """What a look-up needs: (cells,) side times way, or FIRST_WORD + word, and (words, 2) masks of
     the small cells inside and outside. `sign` (roots,) is 1 outside, −1 inside, 0 not known."""

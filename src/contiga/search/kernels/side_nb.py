@@ -10,9 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 from contiga.search.kernels.side_grid_nb import FIRST_WORD, NONE, ONE, SPLIT
 
 STEPS = 64
@@ -75,7 +74,7 @@ def side_at(grid, x):
     return 0, 0.0, float(SPLIT), word
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def sides(grid, points, rows, side, reach, start, stop):
     """Sides of points[rows[start:stop]], and lower bounds of their distance to the surface."""
     for i in range(start, stop):
@@ -90,7 +89,7 @@ def sides(grid, points, rows, side, reach, start, stop):
                 reach[i] = way * grid.size + grid.skin
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def nearby(grid, points, rows, piece, start, stop):
     """A piece of the surface near points[rows[start:stop]], −1 where the grid names none."""
     for i in range(start, stop):
@@ -116,7 +115,7 @@ def _leaves_part(x, d, parts):
     return max(far, 0.0)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def clear_ways(grid, before, now, rows, clear, start, stop):
     """Whether the ways before[rows] → now[rows] are known to meet no surface."""
     skin = grid.skin / grid.size

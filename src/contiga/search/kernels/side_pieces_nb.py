@@ -9,13 +9,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.elements.kernels.bounds_nb import restrict
 from contiga.geometry.kernels.trim_nb import box_state
-from contiga.num.jit import inner
+from contiga.num.codes import CUT, OUT
+from contiga.num.jit import inner, kernel
 
-OUT, IN, CUT = 0, 1, 2
 LOW, HIGH, NORMAL, LEAST, MOST = 0, 3, 6, 9, 10
 """Columns of a piece: its box, and the slab LEAST ≤ normal · x ≤ MOST."""
 COLUMNS = 11
@@ -100,7 +99,7 @@ def widen(piece, margin):
     piece[MOST] += margin
 
 
-@njit(cache=True)
+@kernel()
 def doubled(array):
     """A copy with room for twice the rows."""
     new = np.empty((2 * array.shape[0], array.shape[1]))
@@ -125,7 +124,7 @@ def _state(elements, trims, e, box):
     )
 
 
-@njit(cache=True)
+@kernel()
 def surface_pieces(elements, trims, origin, margins, limits):
     """Pieces (n, 11) about `origin`, and where their middles are: (n, 3) element, s, t.
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 LEAF_SIZE = 2
 
 
-@njit(cache=True)
+@kernel()
 def build(low, high):
     """Node arrays (low, high, first, count) and the order of the n boxes `low`, `high` (n, 3)."""
     n = low.shape[0]

@@ -11,13 +11,22 @@ from __future__ import annotations
 
 import math
 
+from contiga.num.codes import (
+    AT_BORDER,
+    BORDER,
+    CREASE,
+    EDGE,
+    FACE,
+    MAX_ITERATIONS,
+    OK,
+    POLE,
+    SMOOTH,
+    VERTEX,
+)
 from contiga.num.jit import inner
 from contiga.search.kernels.around_nb import cross, inward_slope, vertex_exit
 from contiga.search.kernels.local_nb import POINT, direction, expand, line_search
 
-OK, BORDER_STATUS, MAX_ITERATIONS = 0, 1, 3
-FACE, EDGE, VERTEX = 0, 1, 2
-SMOOTH, CREASE, BORDER, POLE, SHARED = 0, 1, 2, 3, 4
 STEPS = 400
 """Bound on the steps of one walk; each passes one element at most."""
 ROUNDING = 4e-16
@@ -159,7 +168,7 @@ def _settle(elements, e, s, t, out):
             continue
         kind = elements.table[e]["kind"][out[k]]
         if kind == BORDER:
-            status = BORDER_STATUS
+            status = AT_BORDER
         if kind == POLE:
             feature = VERTEX
         elif kind != SMOOTH:

@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 WIDTH = 8
+"""Children of a node."""
 NOBODY = 2147483647
+"""Child of a node that is not there; its box is at infinity."""
 
 
 @inner()
@@ -91,7 +92,7 @@ def _split(middle, order, start, stop, cuts):
     return n
 
 
-@njit(cache=True)
+@kernel()
 def build(low, high):
     """Nodes (box, child) over the boxes `low`, `high` (3, n), and the order of these."""
     n = low.shape[1]

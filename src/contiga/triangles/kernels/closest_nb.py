@@ -10,13 +10,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.codes import NOT_FINITE
+from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, box_distances, put
 from contiga.triangles.kernels.facet_nb import (
-    NOT_FINITE,
     TRIANGLE,
     closest_on,
     is_beyond,
@@ -79,7 +78,7 @@ def closest(tree, point, seed, work):
     return slot, place, a, b
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def project_global(facets, points, rows, smooth, out, start, stop):
     """Closest points of points[rows[start:stop]] into the same rows of `out`."""
     work = (np.empty(DEPTH, np.int64), np.empty(DEPTH), np.empty(WIDTH))
@@ -108,7 +107,7 @@ def project_global(facets, points, rows, smooth, out, start, stop):
         out.certified[k] = 1
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def box_distance(facets, points, rows, reach, start, stop):
     """Distance of points[rows] to the nearest box of a triangle into reach[rows]."""
     nodes = np.empty(DEPTH, np.int64)

@@ -13,16 +13,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.codes import AT_START, NO_HIT, NOT_FINITE, OK
-from contiga.num.jit import inner
+from contiga.num.codes import AT_START, EITHER, ENTRIES, NO_HIT, NOT_FINITE, OK
+from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_hit, direction, slack_of
 from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, put
 from contiga.triangles.kernels.facet_nb import TRIANGLE
 
 DEPTH = 256
-ENTRIES, EITHER = 0, 1
 PARALLEL = 1e-15
 """Sine of the angle to a triangle's plane below which a path cannot cross it but at an edge."""
 X, SLOT, U, V, OVER, AWAY = 0, 1, 2, 3, 4, 5
@@ -166,7 +164,7 @@ def _room():
     return np.empty((2, 6)), (np.empty(DEPTH, np.int64), np.empty(DEPTH), np.empty(WIDTH))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def first_hits(facets, p0, p1, rows, out, start, stop):
     """First entry of each segment p0[rows[i]] → p1[rows[i]] into row i of `out`."""
     found, work = _room()
@@ -190,7 +188,7 @@ def first_hits(facets, p0, p1, rows, out, start, stop):
             out.status[i] = AT_START if found[0, X] <= 0.0 else OK
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def last_crossings(facets, p0, p1, out, verdict, start, stop):
     """Crossing nearest the end of each segment p0[i] → p1[i] into row i of `out`.
 

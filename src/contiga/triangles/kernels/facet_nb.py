@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
+from contiga.num.codes import AT_BORDER, EDGE, FACE, NO_TRIANGLE, OK, VERTEX
 from contiga.num.jit import inner
 
-OK, BORDER_STATUS, MAX_ITERATIONS, NOT_FINITE = 0, 1, 3, 5
-FACE, EDGE, VERTEX = 0, 1, 2
-BORDER = -1
 NEIGHBOUR, VERTICES, TRIANGLE = 0, 3, 6
+"""Columns of `link`."""
 A, B, C, N = 0, 12, 15, 9
 """Columns of the corners and the normal in `shape`."""
 INSIDE = 1e-12
@@ -175,11 +174,11 @@ def write_kink(facets, k, foot, point, tracked, out):
     n = (shape[s, N], shape[s, N + 1], shape[s, N + 2])
     own = r[0] * n[0] + r[1] * n[1] + r[2] * n[2]
     if place < 4:
-        at_end = link[s, place - 1] == BORDER
+        at_end = link[s, place - 1] == NO_TRIANGLE
     else:
         at_end = facets.corner[link[s, VERTICES + place - 4], 3] != 0.0
     beside = at_end and square - own * own > small * small
-    out.status[k] = BORDER_STATUS if beside else OK
+    out.status[k] = AT_BORDER if beside else OK
     if at_end and (tracked or not beside):
         out.gap[k] = own
         out.normal[k, 0], out.normal[k, 1], out.normal[k, 2] = n
@@ -218,7 +217,7 @@ def _pseudo_normal(facets, s, place, foot):
         x += shape[other, N]
         y += shape[other, N + 1]
         z += shape[other, N + 2]
-    elif other < BORDER:
+    elif other < NO_TRIANGLE:
         near = (4.0 * facets.scale[1]) ** 2
         number = -2 - other
         for i in range(facets.around_first[number], facets.around_first[number + 1]):

@@ -11,14 +11,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.codes import MAX_ITERATIONS, NO_TRIANGLE, NOT_FINITE
+from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.triangles.kernels.facet_nb import (
-    BORDER,
-    MAX_ITERATIONS,
-    NOT_FINITE,
     TRIANGLE,
     VERTICES,
     closest_on,
@@ -62,7 +59,7 @@ def walk(facets, s, first, point):
             return s, place, a, b, True
         if place < 4:
             other = link[s, place - 1]
-            if other == BORDER:
+            if other == NO_TRIANGLE:
                 return s, place, a, b, True
             if other >= 0:
                 square, p, u, v = closest_on(shape, other, point[0], point[1], point[2])
@@ -92,7 +89,7 @@ def _was_inside(shape, s, before, k):
     return closest_on(shape, s, before[k, 0], before[k, 1], before[k, 2])[1] == 0
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def project_tracked(facets, points, starts, smooth, out, start, stop):
     """Feet of rows start … stop continued from the triangles starts[0]; rows of −1 are left out.
 

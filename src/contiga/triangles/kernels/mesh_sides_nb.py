@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 SPREAD = np.uint64(0x9E3779B97F4A7C15)
 """Odd number next to 2⁶⁴ over the golden ratio: multiplied by it, neighbours lie far apart."""
@@ -21,7 +20,7 @@ def _slot(keys, key, shift):
     return k
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def side_numbers(triangles, n):
     """(m, 3) number of the side from corner j to the next, and (k,) how many triangles have it.
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 BITS = 7
 """Of each coordinate: 128 cells along the longest side."""
@@ -21,7 +20,7 @@ def _spread(n):
     return (n | (n << 2)) & 0x09249249
 
 
-@njit(cache=True)
+@kernel()
 def along_space(points, rows, low, width):
     """`rows` in the order of the Morton codes of their points; not-finite ones come first."""
     n = rows.shape[0]
