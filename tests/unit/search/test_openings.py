@@ -10,7 +10,7 @@ import pytest
 
 import contiga as cg
 from contiga.geometry.edges import UNTRIMMED, BodyEdge, EdgeUse
-from contiga.search import openings_of
+from contiga.search.openings import openings_of
 
 
 def bilinear(a, b, c, d):
