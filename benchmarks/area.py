@@ -14,8 +14,8 @@ import numpy as np
 import contiga as cg
 from benchmarks.scene import OFFSET, STEP, surface
 from benchmarks.timing import median_seconds
-from contiga.area.base import AreaInput, Rest
 from contiga.area.cluster import clusters_of
+from contiga.area.method import AreaInput, Rest
 from contiga.area.regions import regions, structure_of
 from contiga.records import rows_of
 

@@ -9,7 +9,7 @@ from time import perf_counter
 
 from contiga.errors import FileError, RunError
 from contiga.simulation.clock import Clock
-from contiga.simulation.folder import open_folder, write_json, write_text
+from contiga.simulation.output_folder import open_folder, write_json, write_text
 from contiga_validation.ahead import BEFORE, compiling_ahead
 from contiga_validation.catalogue import chapter_title, chosen
 from contiga_validation.engine.drawing import png

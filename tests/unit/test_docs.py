@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from contiga.case.base import Spec
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.schema import (
     BodySpec,
@@ -18,6 +17,7 @@ from contiga.case.schema import (
     UnitsSpec,
     parse_case,
 )
+from contiga.case.spec import Spec
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

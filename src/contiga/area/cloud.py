@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.area.base import AreaInput, Areas, Outlines, Rest, no_patch
 from contiga.area.cluster import is_positive
 from contiga.area.facet import measure_facets
 from contiga.area.feet import web_of
+from contiga.area.method import AreaInput, Areas, Outlines, Rest, no_patch
 from contiga.area.outline import facet_outlines, no_outlines
 from contiga.area.profile import profile_depth
 from contiga.area.regions import Graph, Topology, neighbours_of, regions, topology_of

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.area.base import AreaInput
-from contiga.area.kernels import facet_nb, touch_nb
+from contiga.area.kernels import facet_area_nb, touch_nb
+from contiga.area.method import AreaInput
 from contiga.area.regions import Topology
 from contiga.masters.protocol import Surface
 from contiga.records import (
@@ -65,7 +65,7 @@ def cut_parts(inp: AreaInput, parts: Parts) -> Cut:
     surface = inp.body.surface
     feet = _feet_around(surface, inp, parts)
     fraction = np.empty((m, 3))
-    border = facet_nb.cuts(corner, feet, n_i, fraction)
+    border = facet_area_nb.cuts(corner, feet, n_i, fraction)
     row = np.full((m, 3), -1, np.int32)
     row.ravel()[border] = np.arange(len(border))
     ends = _leave(surface, inp, feet, _ends(nodes, corner, border, n_i), fraction.ravel(), border)

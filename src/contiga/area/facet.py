@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from contiga.area.base import AreaInput, Areas, Outlines, Rest
 from contiga.area.cuts import Parts, cut_parts, parts_of
-from contiga.area.kernels import components_nb, facet_nb, image_nb, touch_nb
+from contiga.area.kernels import components_nb, facet_area_nb, image_nb, touch_nb
+from contiga.area.method import AreaInput, Areas, Outlines, Rest
 from contiga.area.outline import facet_outlines
 from contiga.area.regions import Topology, topology_of
 from contiga.errors import InputError
@@ -108,7 +108,7 @@ def measure_facets(inp: AreaInput, topology: Topology, on: str) -> Areas:
     numbered = started(parts_of, len(whole), FACETS, inp, topology, part, place)
     share = _whole_shares(inp, whole, on)
     area = np.zeros(n_c)
-    gathered = started(facet_nb.gather, len(whole), FACETS, whole, share, area)
+    gathered = started(facet_area_nb.gather, len(whole), FACETS, whole, share, area)
     parts = numbered()
     own = _part_areas(inp, parts, on)
     gathered()
@@ -121,14 +121,14 @@ def _whole_shares(inp: AreaInput, corner: IntArray, on: str) -> FloatArray:
     share = np.empty((len(corner), 3))
     if on == "slave":
         slave = (inp.rows, inp.points, corner, share)
-        run_ranges(facet_nb.slave_whole, len(corner), FACETS, *slave)
+        run_ranges(facet_area_nb.slave_whole, len(corner), FACETS, *slave)
     elif inp.body.faces is not None:
         feet = (inp.feet.point, inp.feet.normal)
         run_ranges(image_nb.image_whole, len(corner), FACETS, corner, *feet, share)
     else:
         # The image on triangles is measured by the plane triangles between the feet.
         flat = (np.arange(len(inp.rows), dtype=np.int32), inp.feet.point, corner, share)
-        run_ranges(facet_nb.slave_whole, len(corner), FACETS, *flat)
+        run_ranges(facet_area_nb.slave_whole, len(corner), FACETS, *flat)
     return share
 
 
@@ -143,14 +143,14 @@ def _part_areas(inp: AreaInput, parts: Parts, on: str) -> FloatArray:
     share = np.empty((m, 3))
     if on == "slave":
         slave = (nodes, inp.points, corner, n_i, cut.fraction, share)
-        run_ranges(facet_nb.slave_pieces, m, FACETS, *slave)
+        run_ranges(facet_area_nb.slave_pieces, m, FACETS, *slave)
     elif inp.body.faces is None:
         images = (corner, cut.feet.point, corner, n_i, cut.fraction, share)
-        run_ranges(facet_nb.slave_pieces, m, FACETS, *images)
+        run_ranges(facet_area_nb.slave_pieces, m, FACETS, *images)
     else:
         feet = stacked(cut.feet, cut.ends)
         sides = (n_i, np.where(cut.border < 0, -1, cut.border + len(cut.feet.patch)))
         master = (corner, (feet.point, feet.normal), sides, cut.fraction, share)
         run_ranges(image_nb.image_pieces, m, PIECES, *master)
-    facet_nb.gather(corner, share, own)
+    facet_area_nb.gather(corner, share, own)
     return own

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.area.base import AreaInput
 from contiga.area.hull import patch_of, unrolled
+from contiga.area.method import AreaInput
 from contiga.area.regions import Graph, Topology, regions, topology_of
 from contiga.geometry.faces import Faces
 from contiga.num.ordered import length, principal_axes, product

@@ -9,9 +9,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from contiga.area.base import AreaInput, Areas, Outlines, Rest
 from contiga.area.cluster import check_options, clusters_of, is_positive
 from contiga.area.kernels import hull_nb
+from contiga.area.method import AreaInput, Areas, Outlines, Rest
 from contiga.area.outline import joined
 from contiga.area.polygon import area_over, closing, plane_area
 from contiga.area.profile import profile_depth

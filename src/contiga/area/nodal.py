@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.area.base import AreaInput, Areas, Rest
+from contiga.area.method import AreaInput, Areas, Rest
 from contiga.errors import InputError
 from contiga.num.arrays import read_only
 from contiga.records import FloatArray

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.area.base import AreaInput, Outlines
 from contiga.area.cuts import Cut, Parts, cut_parts, parts_of
 from contiga.area.kernels import components_nb, touch_nb
+from contiga.area.method import AreaInput, Outlines
 from contiga.area.regions import Topology
 from contiga.records import FloatArray, IntArray, empty_projection
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.area.base import Rest
 from contiga.area.kernels import components_nb, touch_nb
+from contiga.area.method import Rest
 from contiga.errors import InputError
 from contiga.records import FloatArray, IntArray
 

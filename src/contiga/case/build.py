@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from contiga.area.base import AreaMethod
 from contiga.area.facet import FacetArea
+from contiga.area.method import AreaMethod
 from contiga.area.nodal import NodalArea
 from contiga.case.contact_spec import (
     CloudAreaSpec,
@@ -32,7 +32,7 @@ from contiga.laws.normal import StressLaw
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.simulation.clock import Clock
-from contiga.simulation.folder import keep_case_file
+from contiga.simulation.output_folder import keep_case_file
 from contiga.simulation.run import (
     BodyPart,
     ContactPart,

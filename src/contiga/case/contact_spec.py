@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, model_validator
 
-from contiga.area.base import AreaMethod
 from contiga.area.cloud import CloudArea
 from contiga.area.facet import FacetArea
 from contiga.area.hull import HullArea
-from contiga.case.base import Name, NotNegative, Positive, Spec, by_kind
+from contiga.area.method import AreaMethod
+from contiga.case.spec import Name, NotNegative, Positive, Spec, by_kind
 from contiga.errors import CaseError
 from contiga.laws.characteristic import Characteristic
 from contiga.laws.combined import CombinedLaw

@@ -19,7 +19,8 @@ from pydantic import (
     model_validator,
 )
 
-from contiga.case.base import (
+from contiga.case.problems import first_problem
+from contiga.case.spec import (
     Axis,
     ExistingFile,
     LengthUnit,
@@ -29,7 +30,6 @@ from contiga.case.base import (
     by_key,
     suggest,
 )
-from contiga.case.problems import first_problem
 from contiga.errors import CaseError
 from contiga.geometry import shapes
 from contiga.geometry.curve import NurbsCurve

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from contiga.case.base import (
+from contiga.case.spec import (
     Axis,
     ExistingFile,
     FilePattern,

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from contiga.case.base import Count, ExistingFile, LengthUnit, Spec, Vector, by_key
 from contiga.case.geometry_spec import Placed, _ShapeSpec
+from contiga.case.spec import Count, ExistingFile, LengthUnit, Spec, Vector, by_key
 from contiga.geometry import clouds
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.slave import Slave

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from contiga.case.base import suggest
+from contiga.case.spec import suggest
 from contiga.errors import CaseError, InputError
 
 _LONGEST = 100

@@ -15,7 +15,12 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
-from contiga.case.base import (
+from contiga.case.contact_spec import ContactSpec
+from contiga.case.geometry_spec import GeometrySpec
+from contiga.case.motion_spec import FixedSpec, RigidMotionSpec, SlaveMotionSpec
+from contiga.case.points_spec import PointsSpec
+from contiga.case.problems import case_error
+from contiga.case.spec import (
     Count,
     LengthUnit,
     MassUnit,
@@ -27,11 +32,6 @@ from contiga.case.base import (
     Vector,
     suggest,
 )
-from contiga.case.contact_spec import ContactSpec
-from contiga.case.geometry_spec import GeometrySpec
-from contiga.case.motion_spec import FixedSpec, RigidMotionSpec, SlaveMotionSpec
-from contiga.case.points_spec import PointsSpec
-from contiga.case.problems import case_error
 from contiga.errors import CaseError, FileError
 from contiga.records import FloatArray
 

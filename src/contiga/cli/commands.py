@@ -118,7 +118,7 @@ def run(
     try:
         result = run_case.run(loaded, out=folder, resume=resume, strict=strict, quiet=quiet)
     except KeyboardInterrupt:
-        from contiga.simulation.folder import CHECKPOINT
+        from contiga.simulation.output_folder import CHECKPOINT
 
         how = f"; contiga run {case} -o {folder} --resume goes on from the last checkpoint"
         print(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.area.base import AreaMethod
 from contiga.area.hull import HullArea
+from contiga.area.method import AreaMethod
 from contiga.errors import InputError
 from contiga.laws.combined import CombinedLaw
 from contiga.laws.normal import Law, StressLaw

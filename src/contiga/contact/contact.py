@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.area.base import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared
 from contiga.area.facet import FacetArea
+from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared
 from contiga.area.nodal import NodalArea
 from contiga.area.offset import offset_ratio
 from contiga.contact.checks import (
@@ -24,8 +24,8 @@ from contiga.contact.checks import (
     locked,
 )
 from contiga.contact.detect import detect, detect_at_start
-from contiga.contact.outlines import outlines_of_state
 from contiga.contact.state import State
+from contiga.contact.state_outlines import outlines_of_state
 from contiga.contact.tracked import Detected, Last, Options
 from contiga.errors import InputError
 from contiga.laws.normal import Law, StressLaw

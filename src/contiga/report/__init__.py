@@ -30,10 +30,10 @@ def write_report(folder: str | Path) -> Path:
         The folder is not that of a finished run.
     """
     from contiga.io.out.atomic import atomic_write
-    from contiga.report.folder import read_fields, read_outlines, read_run
     from contiga.report.html import page
     from contiga.report.peak import at_frame, peak_frame
     from contiga.report.plots import history_figures, view_figure
+    from contiga.report.run_folder import read_fields, read_outlines, read_run
     from contiga.report.scene import draw_still
 
     run = read_run(Path(folder))

@@ -7,7 +7,6 @@ from html import escape
 from importlib.resources import files
 from typing import Any
 
-from contiga.report.folder import Run
 from contiga.report.html_tables import (
     inputs_table,
     key_figures,
@@ -16,6 +15,7 @@ from contiga.report.html_tables import (
     timings_table,
 )
 from contiga.report.plots import PLOT_CONFIG, VIEW_CONFIG
+from contiga.report.run_folder import Run
 
 _BODY_BUTTONS = """
 <div class="choice" role="group" aria-label="How the body is drawn" data-what="body">

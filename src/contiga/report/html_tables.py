@@ -6,7 +6,7 @@ import math
 from html import escape
 from typing import Any
 
-from contiga.report.folder import Run
+from contiga.report.run_folder import Run
 
 _STAGES = {
     "import": "Loading packages",

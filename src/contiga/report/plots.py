@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from contiga.report.folder import Run, Units
 from contiga.report.peak import Peak
+from contiga.report.run_folder import Run, Units
 from contiga.report.scene import outside_direction, upwards
 from contiga.report.shown import REGIONS, SCALE, Shown, fields_of, region_colours
 

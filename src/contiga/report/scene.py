@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from contiga.records import FloatArray
 from contiga.report import shading
 from contiga.report.camera import Camera, look, project, unit
-from contiga.report.folder import Units
 from contiga.report.peak import Peak
+from contiga.report.run_folder import Units
 from contiga.report.shown import Shown, colour_map, first_field, region_colours
 
 Picture = NDArray[np.float32]

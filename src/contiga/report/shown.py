@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.records import FloatArray
-from contiga.report.folder import Units
 from contiga.report.peak import Outline, Peak
+from contiga.report.run_folder import Units
 
 SCALE = ("#ffe9a8", "#fdbf5a", "#f4813f", "#d9433f", "#a01c5b", "#4a0f57")
 """From little to much; lightness falls all the way, so it reads without colour."""

@@ -9,8 +9,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from contiga.elements.build import elements_of
 from contiga.elements.element_arrays import Elements
+from contiga.elements.extraction import elements_of
 from contiga.elements.neighbours import join
 from contiga.errors import GeometryError
 from contiga.geometry import trim

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.contact.outlines import OutlinesFile
 from contiga.contact.state import State
 from contiga.io.out.vtkhdf import FieldsWriter, Part
 from contiga.num.rigid import to_world
+from contiga.simulation.outlines_file import OutlinesFile
 from contiga.simulation.simulation import Simulation
 from contiga.simulation.step import Snapshot
 from contiga.triangles.trimesh import TriMesh

@@ -13,7 +13,7 @@ import numpy as np
 from contiga.contact.state import State
 from contiga.io.out.history import write_history
 from contiga.records import FloatArray
-from contiga.simulation import folder as names
+from contiga.simulation import output_folder as names
 from contiga.simulation.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from contiga.simulation.clock import Clock
 from contiga.simulation.fields import Fields, has_outlines

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga.area.base import AreaMethod
 from contiga.area.facet import FacetArea
 from contiga.area.hull import HullArea, hull_of
+from contiga.area.method import AreaMethod
 from contiga.area.nodal import NodalArea
 from contiga.records import FloatArray, IntArray
 from contiga.report.plots import BODY, INK, LINES, MUTED

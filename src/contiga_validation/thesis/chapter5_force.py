@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga.area.base import AreaInput, AreaMethod, Areas
 from contiga.area.hull import HullArea
+from contiga.area.method import AreaInput, AreaMethod, Areas
 from contiga.area.nodal import NodalArea
 from contiga.contact.contact import Contact
 from contiga.errors import ContigaError

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga.area.base import Rest
 from contiga.area.cluster import clusters_of
+from contiga.area.method import Rest
 from contiga.area.regions import regions, structure_of
 from contiga.contact.state import State
 from contiga.geometry import shapes

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.area.base import AreaInput, Rest
-from contiga.area.kernels import components_nb, facet_nb, image_nb, touch_nb
+from contiga.area.kernels import components_nb, facet_area_nb, image_nb, touch_nb
+from contiga.area.method import AreaInput, Rest
 from contiga.area.regions import topology_of
 
 
@@ -264,7 +264,7 @@ def test_whole_facets_on_the_slave_are_split_alike():
     points = np.array([[9.0, 9, 9], [0, 0, 0], [2, 0, 0], [0, 3, 0]])
     corner = np.array([[0, 1, 2]], np.int32)
     share = np.empty((1, 3))
-    facet_nb.slave_whole(np.array([1, 2, 3], np.int32), points, corner, share, 0, 1)
+    facet_area_nb.slave_whole(np.array([1, 2, 3], np.int32), points, corner, share, 0, 1)
     area = np.zeros(3)
-    facet_nb.gather(corner, share, area)
+    facet_area_nb.gather(corner, share, area)
     assert area.tolist() == [1.0, 1.0, 1.0]

@@ -8,7 +8,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 import contiga as cg
-from contiga.area.kernels import components_nb, facet_nb, image_nb, touch_nb
+from contiga.area.kernels import components_nb, facet_area_nb, image_nb, touch_nb
 from contiga.records import Projection
 
 pytestmark = pytest.mark.interpreted
@@ -79,7 +79,7 @@ def test_cuts_are_where_the_gap_between_their_ends_is_zero():
     )  # fmt: skip
     corner = np.array([[0, 1, 2], [1, 0, 3]], np.int32)
     fraction = np.empty((2, 3))
-    border = facet_nb.cuts(corner, feet, 1, fraction)
+    border = facet_area_nb.cuts(corner, feet, 1, fraction)
     assert border.tolist() == [4]  # of the second facet the edge from 0 to 3
     assert fraction[0].tolist() == pytest.approx([0.25, 1.0, 0.5])
     assert fraction[1, 0] == pytest.approx(0.25)

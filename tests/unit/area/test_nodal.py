@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.area.base import AreaInput, AreaMethod
+from contiga.area.method import AreaInput, AreaMethod
 from contiga.errors import InputError
 from contiga.records import empty_projection
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from contiga.report.folder import Run, read_run
 from contiga.report.html_tables import (
     inputs_table,
     key_figures,
@@ -14,6 +13,7 @@ from contiga.report.html_tables import (
     status_table,
     timings_table,
 )
+from contiga.report.run_folder import Run, read_run
 
 from .conftest import write_folder
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from contiga.io.out.vtkhdf import read_fields
-from contiga.report.folder import Units, read_run
 from contiga.report.peak import Peak, at_frame
 from contiga.report.plots import history_figures, view_figure, with_unit
+from contiga.report.run_folder import Units, read_run
 from contiga.report.shown import REGIONS
 
 from .conftest import outlined, write_fields

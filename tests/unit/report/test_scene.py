@@ -9,8 +9,8 @@ import pytest
 
 from contiga.io.out.vtkhdf import read_fields
 from contiga.report.camera import project
-from contiga.report.folder import Units
 from contiga.report.peak import Peak, at_frame
+from contiga.report.run_folder import Units
 from contiga.report.scene import (
     SLAVE,
     draw_still,

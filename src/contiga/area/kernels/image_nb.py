@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from contiga.area.kernels.facet_nb import hand_over, polygon_of
+from contiga.area.kernels.facet_area_nb import hand_over, polygon_of
 from contiga.num.jit import inlined, inner, kernel
 from contiga.num.kernels.fma_nb import fma
 

@@ -83,7 +83,7 @@ def read_with_meshio(path: Path) -> RawMesh:
 
 
 def _refuse_unknown(path: Path) -> None:
-    from contiga.io.mesh import cloud, lsdyna
+    from contiga.io.mesh import cloud_files, lsdyna
 
     known = suffixes()
     # meshio knows double endings too (.vol.gz).
@@ -92,7 +92,7 @@ def _refuse_unknown(path: Path) -> None:
             "the suffix says no format that can be read",
             where=str(path),
             found=path.suffix,
-            allowed=" ".join([*lsdyna.SUFFIXES, *cloud.SUFFIXES, *known]),
+            allowed=" ".join([*lsdyna.SUFFIXES, *cloud_files.SUFFIXES, *known]),
         )
 
 

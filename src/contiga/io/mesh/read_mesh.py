@@ -12,7 +12,7 @@ import numpy as np
 
 from contiga.errors import FileError, MeshError
 from contiga.io.apart import read_apart
-from contiga.io.mesh import cloud, lsdyna
+from contiga.io.mesh import cloud_files, lsdyna
 from contiga.io.mesh.raw import PartKeys, RawMesh, Selection, part_of, select
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import SHELLS
@@ -94,8 +94,8 @@ def read_raw(path: Path) -> RawMesh:
         raise FileError(f"cannot be opened: {error.strerror}", where=str(path)) from error
     if empty:
         raise FileError("the file is empty", where=str(path), allowed="a mesh or cloud file")
-    if path.suffix.lower() in cloud.SUFFIXES:
-        return RawMesh(cloud.read_cloud(path))
+    if path.suffix.lower() in cloud_files.SUFFIXES:
+        return RawMesh(cloud_files.read_cloud(path))
     deck = path.suffix.lower() in lsdyna.SUFFIXES
     reader = "lsdyna:read_lsdyna" if deck else "meshio_files:read_with_meshio"
     mesh: RawMesh = read_apart(f"contiga.io.mesh.{reader}", path)

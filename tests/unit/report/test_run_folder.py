@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from contiga.errors import FileError
-from contiga.report.folder import by_contact, read_fields, read_run
+from contiga.report.run_folder import by_contact, read_fields, read_run
 
 from .conftest import write_folder
 
