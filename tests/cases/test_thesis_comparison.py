@@ -12,7 +12,7 @@ from contiga.records import Feature
 from contiga_validation.engine.experiment import Options
 from contiga_validation.rivals import cad_body, comparison
 from contiga_validation.rivals.comparison_page import claims, compare, most_triangles
-from contiga_validation.rivals.rival_meshes import ERRORS
+from contiga_validation.rivals.rival_meshes import ERRORS, hausdorff
 from contiga_validation.rivals.turning import noise
 
 
@@ -54,6 +54,16 @@ def test_meshes_that_are_not_built_are_extrapolated(
             assert fine.elements == pytest.approx(10 * coarse.elements, rel=1e-3)
             assert fine.megabytes == pytest.approx(10 * coarse.megabytes, rel=1e-3)
         assert (further.error, further.depth_error, further.peer_seconds) == (None, None, None)
+
+
+def test_the_points_of_a_trimmed_body_lie_on_its_faces() -> None:
+    """Its patches reach beyond: there the distance of a mesh would be that of no surface."""
+    found = cad_body.cad_body(data=Path("nowhere"))
+    assert any(loops is not None for loops in found.body.trims)
+    on = comparison.path(found.body, 3000).on
+    assert 2700 < len(on) < 3300
+    assert np.abs(found.body.project(on).gap).max() < 1e-9 * found.body.size
+    assert hausdorff(found.body.tessellate(1e-2 * found.body.size), on) < 1e-2 * found.body.size
 
 
 def test_a_broken_exact_side_breaks_its_claim(rows: dict[str, list[comparison.Row]]) -> None:

@@ -223,3 +223,15 @@ def test_a_flat_path_over_a_seam_is_hit_where_it_is(name):
     hit = body.first_hit(a, b)
     assert hit.status[0] == Status.OK
     assert norm(a + hit.fraction[:, None] * (b - a) - hit.point)[0] < 1e-9 * body.size
+
+
+def test_a_path_that_skims_a_bent_face_is_hit_where_it_passes_the_edge():
+    """It meets the carrier 0.8 beyond the edge, where no plane nor parabola tells where that is."""
+    body = solid("bores off centre").body
+    a = np.array([[8.012096175174873, 8.173658171031036, 8.49347914302832]])
+    b = np.array([[-28.920828164961165, 1.7373047942176143, 10.807941734521794]])
+    hit = body.first_hit(a, b)
+    assert hit.status[0] == Status.OK
+    assert norm(a + hit.fraction[:, None] * (b - a) - hit.point) < 1e-6
+    edge = np.array([0.86545732, 6.92820322, 8.94133507])  # where the path comes nearest to it
+    assert norm(hit.point - edge) < 1e-5

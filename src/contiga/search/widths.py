@@ -110,10 +110,20 @@ def _sides_along_pieces(pieces: FloatArray, elements: Elements, trims: TrimTable
         rows = np.flatnonzero(table["patch"] == k)
         low, high = trims.domain[k].reshape(2, 2).T
         own = np.flatnonzero((trims.piece_patch == k) & (pieces > 0.0))
+        places = (ends[own] - low) / (high - low)
+        box = (table["box"][rows].reshape(-1, 2, 2) - low[:, None]) / (high - low)[:, None]
         for side in range(4):
-            along, end = side // 2, (low, high)[side % 2][side // 2]
-            near = np.abs(ends[own][:, :, along] - end).max(axis=1) <= NEAR * (high - low)[along]
-            rim = (table["box"][rows, side] == end) & (table["kind"][rows, side] != POLE)
-            if near.any():
-                width = pieces[own[near]].max()
-                table["width"][rows[rim], side] = np.maximum(table["width"][rows[rim], side], width)
+            off = np.abs(places[:, :, side // 2] - side % 2)
+            way = np.ptp(places, axis=1)
+            # A short piece that comes in to a corner is near the side, but not along it.
+            near = (off.max(axis=1) <= NEAR) & (way[:, 1 - side // 2] > way[:, side // 2])
+            rim = (table["box"][rows, side] == (low, high)[side % 2][side // 2]) & (
+                table["kind"][rows, side] != POLE
+            )
+            if near.any() and rim.any():
+                least, most = box[rim, 1 - side // 2].T
+                along = np.sort(places[near, :, 1 - side // 2], axis=1)
+                beside = (along[:, 0] < most[:, None]) & (along[:, 1] > least[:, None])
+                width = np.where(beside, pieces[own[near]], 0.0).max(axis=1)
+                column = table["width"][:, side]
+                column[rows[rim]] = np.maximum(column[rows[rim]], width)

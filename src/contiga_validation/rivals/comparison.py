@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from importlib import import_module
+from math import ceil
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from contiga.geometry import clouds, shapes
 from contiga.masters.body import Body
-from contiga.records import Feature, FloatArray, Projection, Status, rows_of
+from contiga.records import Feature, FloatArray, IndexArray, Projection, Status, rows_of
 from contiga.search.tables import tables_of
 from contiga.triangles import facet_tables as faceted_tables
 from contiga.triangles.trimesh import TriMesh
@@ -21,7 +22,7 @@ from contiga_validation.rivals.rival_meshes import (
     rival_meshes,
 )
 
-Master = Body | TriMesh
+Contender = Body | TriMesh
 
 POINTS = 100_000
 STEPS = 4
@@ -95,13 +96,7 @@ def path(body: Body, n: int = POINTS, steps: int = STEPS) -> Path:
     a little elsewhere, may be asked for the penetration of the other part.
     """
     rng = np.random.default_rng(7)
-    areas = np.array([patch.net_area() for patch in body.patches])
-    counts = np.floor(n * areas / areas.sum()).astype(int)
-    counts[np.argmax(counts)] += n - counts.sum()
-    on = np.concatenate(
-        [clouds.random_on(p, int(c), 3) for p, c in zip(body.patches, counts, strict=True)]
-    )
-    feet = body.project(on)
+    on, feet = _points_on(body, n)
     depth = DEPTH * body.size * rng.random(len(on))
     start = feet.point - depth[:, None] * feet.normal
     turn = rng.standard_normal(3)
@@ -112,6 +107,25 @@ def path(body: Body, n: int = POINTS, steps: int = STEPS) -> Path:
         followed = body.project(place, start=followed, mode="track")
     rows = np.flatnonzero(_alone(body, feet) & _alone(body, followed)).astype(np.int32)
     return Path(on, [np.ascontiguousarray(place[rows]) for place in places], rows_of(first, rows))
+
+
+def _points_on(body: Body, n: int) -> tuple[FloatArray, Projection]:
+    """About `n` points (m, 3) spread over the trimmed faces, and their feet."""
+
+    def drawn(count: int) -> tuple[FloatArray, Projection, IndexArray]:
+        areas = np.array([patch.net_area() for patch in body.patches])
+        counts = np.floor(count * areas / areas.sum()).astype(int)
+        counts[np.argmax(counts)] += count - counts.sum()
+        on = np.concatenate(
+            [clouds.random_on(p, int(c), 3) for p, c in zip(body.patches, counts, strict=True)]
+        )
+        feet = body.project(on)
+        return on, feet, np.flatnonzero(np.abs(feet.gap) <= SAME * body.size).astype(np.int32)
+
+    on, feet, rows = drawn(n)
+    if len(rows) < len(on):  # patches reach beyond their faces
+        on, feet, rows = drawn(ceil(n * len(on) / max(1, len(rows))))
+    return on[rows], rows_of(feet, rows)
 
 
 def _alone(body: Body, feet: Projection) -> np.ndarray:
@@ -126,7 +140,7 @@ class Tracker:
     """Follows points over a master."""
 
     def __init__(
-        self, master: Master, places: list[FloatArray], feet: Projection | None = None
+        self, master: Contender, places: list[FloatArray], feet: Projection | None = None
     ) -> None:
         self.master, self.places = master, places
         self.feet = master.project(places[0]) if feet is None else feet

@@ -142,6 +142,46 @@ def test_widths_are_twice_the_tolerance_where_a_second_face_joins(make):
         )
 
 
+def loop_of(*corners):
+    points = [[*corner, 0.0] for corner in corners]
+    return [cg.shapes.line(a, b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
+
+
+def test_a_short_wide_piece_at_a_corner_does_not_widen_the_side_it_comes_in_to():
+    """The side keeps its own width: a path under it that never leaves meets nothing."""
+    wide, short = 1e-4, 4e-4
+    squares = [[0.0, 0.0], [0.0, 1.0], [1.0, 0.0]]  # two more beyond the upper and the right side
+    sheets = [
+        cg.shapes.bilinear(*([x + a, y + b, 0] for b in (0, 1) for a in (0, 1))) for x, y in squares
+    ]
+    loops = [
+        [loop_of((0, 0), (1, 0), (1, 1), (1 - short, 1), (0, 1))],
+        [loop_of((0, 0), (1 - short, 0), (1, 0), (1, 1), (0, 1))],
+        [loop_of((0, 0), (1, 0), (1, 1), (0, 1))],
+    ]
+    meets = [
+        ([1, 1], [1 - short, 1], wide, (0, 2), (1, 1)),
+        ([1 - short, 1], [0, 1], wide, (0, 3), (1, 0)),
+        ([1, 0], [1, 1], 1e-12, (0, 1), (2, 3)),
+    ]
+    edges = [
+        BodyEdge(
+            cg.shapes.line([*a, 0], [*b, 0]),
+            tolerance,
+            tuple(EdgeUse(patch, 0, index, False) for patch, index in uses),
+            ((0.0, 1.0), (0.0, 1.0)),
+        )
+        for a, b, tolerance, *uses in meets
+    ]
+    body = cg.Body(sheets, trims=loops, edges=edges)
+    table = tables_of(body).elements.table
+    row = np.flatnonzero(table["patch"] == 0)
+    np.testing.assert_allclose(table["width"][row, 3], 2.0 * wide, rtol=1e-9)
+    assert table["width"][row, 1].max() < 1e-11
+    start, end = np.array([[0.9999, 0.5, -5e-5]]), np.array([[1.0001, 0.5, -5e-5]])
+    assert body.first_hit(start, end).status == cg.Status.NO_HIT
+
+
 def test_a_path_past_a_convex_edge_within_its_width_does_not_end_inside():
     """It may touch; but what it crosses last must not put a far end on the wrong side."""
     p = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)

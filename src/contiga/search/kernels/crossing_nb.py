@@ -16,11 +16,13 @@ import math
 
 from contiga.elements.kernels.bounds_nb import cell_box
 from contiga.elements.kernels.element_nb import evaluate
-from contiga.num.codes import ENTRIES
+from contiga.num.codes import EITHER, ENTRIES
 from contiga.num.jit import inlined, inner
-from contiga.search.kernels.flat_cell_nb import touch
+from contiga.num.kernels.vector_nb import column, cross, dot, minus
+from contiga.search.kernels.flat_cell_nb import over_plane, touch
 
 DROP, SOLVE, POINT, HALVE = 0, 1, 2, 3
+ENDLESS, BESIDE, ON = -1, 0, 1
 CONTRACTS = 0.75
 """|rows| · change below which Newton's method, held in the cell, converges to the only root: its
 steps shrink at least by λ²/(4 (1 − λ)) < 1, and squared from then on."""
@@ -59,6 +61,27 @@ def _beside_box(corner, p, d, near, far, pad):
 
 
 @inner(error_model="numpy")
+def _past(r, d, near, far, radius):
+    """Whether the path stays farther than `radius` from a cell's middle, r away from its start."""
+    x = min(max(-dot(r, d), near), far)
+    e = (r[0] + x * d[0], r[1] + x * d[1], r[2] + x * d[2])
+    return dot(e, e) > radius * radius
+
+
+@inner(error_model="numpy")
+def _outside_slab(r, n, c, span, thick):
+    """Whether both ends of the path are on one side of the slab that holds a cell.
+
+    n is the normal, not of unit length, in the cell's middle, c = n·d.
+    """
+    height = dot(r, n)
+    first = height + span[0] * c
+    last = height + span[1] * c
+    pad = thick * math.sqrt(dot(n, n))
+    return min(first, last) > pad or max(first, last) < -pad
+
+
+@inner(error_model="numpy")
 def _judge(h, k, size, path, span, entries):
     """What to do with a cell of half-size `size` about the place whose derivatives are `h`.
 
@@ -68,55 +91,31 @@ def _judge(h, k, size, path, span, entries):
     """
     hs, ht = size
     p, d, slack, wide, _ = path
-    near, far = span
-    r0 = p[0] - h[0, 0]
-    r1 = p[1] - h[1, 0]
-    r2 = p[2] - h[2, 0]
+    r = minus(p, column(h, 0))
     kx = k[0] * hs
     ky = k[1] * ht
-    # The part of the path nearest to the cell's middle must come within its radius.
-    x = min(max(-(r0 * d[0] + r1 * d[1] + r2 * d[2]), near), far)
-    e0 = r0 + x * d[0]
-    e1 = r1 + x * d[1]
-    e2 = r2 + x * d[2]
-    reach = (kx + ky) * (1.0 + 1e-9) + slack + wide
-    if e0 * e0 + e1 * e1 + e2 * e2 > reach * reach:
+    if _past(r, d, span[0], span[1], (kx + ky) * (1.0 + 1e-9) + slack + wide):
         return DROP, 0.0, 0.0
-    a0 = h[0, 1]
-    a1 = h[1, 1]
-    a2 = h[2, 1]
-    b0 = h[0, 2]
-    b1 = h[1, 2]
-    b2 = h[2, 2]
-    n0 = a1 * b2 - a2 * b1
-    n1 = a2 * b0 - a0 * b2
-    n2 = a0 * b1 - a1 * b0
-    c = n0 * d[0] + n1 * d[1] + n2 * d[2]
+    a = column(h, 1)
+    b = column(h, 2)
+    n = cross(a, b)
+    c = dot(n, d)
     kxx = k[2] * hs * hs
     kxy = k[3] * hs * ht
     kyy = k[4] * ht * ht
     bend = 0.5 * (kxx + kyy) + kxy
-    # Both ends on the same side of the slab that holds the cell.
-    height = r0 * n0 + r1 * n1 + r2 * n2
-    first = height + near * c
-    last = height + far * c
-    pad = (bend + slack + wide) * math.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
-    if min(first, last) > pad or max(first, last) < -pad:
+    if _outside_slab(r, n, c, span, bend + slack + wide):
         return DROP, 0.0, 0.0
     # Leaving wherever in the cell: n·d > 0 for all its normals.
     turn = (kxx + kxy) * ky + kx * (kxy + kyy)
     if entries and c * hs * ht > turn * (1.0 + 1e-6):
         return DROP, 0.0, 0.0
-    q0 = b1 * d[2] - b2 * d[1]
-    q1 = b2 * d[0] - b0 * d[2]
-    q2 = b0 * d[1] - b1 * d[0]
-    o0 = d[1] * a2 - d[2] * a1
-    o1 = d[2] * a0 - d[0] * a2
-    o2 = d[0] * a1 - d[1] * a0
-    g_s = math.sqrt(q0 * q0 + q1 * q1 + q2 * q2)
-    g_t = math.sqrt(o0 * o0 + o1 * o1 + o2 * o2)
-    s = q0 * r0 + q1 * r1 + q2 * r2
-    t = o0 * r0 + o1 * r1 + o2 * r2
+    q = cross(b, d)
+    o = cross(d, a)
+    g_s = math.sqrt(dot(q, q))
+    g_t = math.sqrt(dot(o, o))
+    s = dot(q, r)
+    t = dot(o, r)
     away = abs(c)
     off = bend + 2.0 * slack + wide
     if abs(s) - g_s * off > away * hs or abs(t) - g_t * off > away * ht:
@@ -133,53 +132,40 @@ def _judge(h, k, size, path, span, entries):
 def _solve(elements, e, box, start, path, h):
     """Newton's method for the line, held in `box` (s0, s1, t0, t1), from `start`.
 
-    `path` begins with (p, d, slack). Returns 1 where it converged, 0 where the box holds no root,
-    −1 where the steps ran out; s, t, x, and (S_s × S_t)·d over |S_s × S_t|.
+    `path` begins with (p, d, slack). Returns ON where it converged, BESIDE where the box holds no
+    root, ENDLESS where the steps ran out; s, t, x, and (S_s × S_t)·d over |S_s × S_t|.
     """
     p, d, slack = path[0], path[1], path[2]
     s, t = start
     x = slope = 0.0
     for _ in range(STEPS):
         evaluate(elements, e, s, t, h)
-        r0 = p[0] - h[0, 0]
-        r1 = p[1] - h[1, 0]
-        r2 = p[2] - h[2, 0]
-        a0 = h[0, 1]
-        a1 = h[1, 1]
-        a2 = h[2, 1]
-        b0 = h[0, 2]
-        b1 = h[1, 2]
-        b2 = h[2, 2]
-        n0 = a1 * b2 - a2 * b1
-        n1 = a2 * b0 - a0 * b2
-        n2 = a0 * b1 - a1 * b0
-        c = n0 * d[0] + n1 * d[1] + n2 * d[2]
+        r = minus(p, column(h, 0))
+        a = column(h, 1)
+        b = column(h, 2)
+        n = cross(a, b)
+        c = dot(n, d)
         if c == 0.0:
-            return -1, s, t, x, slope
-        slope = c / math.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
-        x = -(r0 * d[0] + r1 * d[1] + r2 * d[2])
-        e0 = r0 + x * d[0]
-        e1 = r1 + x * d[1]
-        e2 = r2 + x * d[2]
-        miss = math.sqrt(e0 * e0 + e1 * e1 + e2 * e2)
+            return ENDLESS, s, t, x, slope
+        slope = c / math.sqrt(dot(n, n))
+        x = -dot(r, d)
         # From the miss, not from the start: that far away the products cancel to noise.
-        ds = (e0 * (b1 * d[2] - b2 * d[1]) + e1 * (b2 * d[0] - b0 * d[2])) / c
-        ds += e2 * (b0 * d[1] - b1 * d[0]) / c
-        dt = (e0 * (d[1] * a2 - d[2] * a1) + e1 * (d[2] * a0 - d[0] * a2)) / c
-        dt += e2 * (d[0] * a1 - d[1] * a0) / c
+        miss = (r[0] + x * d[0], r[1] + x * d[1], r[2] + x * d[2])
+        q = cross(b, d)
+        o = cross(d, a)
+        ds = (miss[0] * q[0] + miss[1] * q[1]) / c + miss[2] * q[2] / c
+        dt = (miss[0] * o[0] + miss[1] * o[1]) / c + miss[2] * o[2] / c
         ds = min(max(s + ds, box[0]), box[1]) - s
         dt = min(max(t + dt, box[2]), box[3]) - t
         s += ds
         t += dt
-        m0 = a0 * ds + b0 * dt
-        m1 = a1 * ds + b1 * dt
-        m2 = a2 * ds + b2 * dt
-        x += m0 * d[0] + m1 * d[1] + m2 * d[2]
-        if miss <= slack:
-            return 1, s, t, x, slope
-        if math.sqrt(m0 * m0 + m1 * m1 + m2 * m2) <= 0.0625 * slack:
-            return 0, s, t, x, slope
-    return -1, s, t, x, slope
+        m = (a[0] * ds + b[0] * dt, a[1] * ds + b[1] * dt, a[2] * ds + b[2] * dt)
+        x += dot(m, d)
+        if math.sqrt(dot(miss, miss)) <= slack:
+            return ON, s, t, x, slope
+        if math.sqrt(dot(m, m)) <= 0.0625 * slack:
+            return BESIDE, s, t, x, slope
+    return ENDLESS, s, t, x, slope
 
 
 @inner(error_model="numpy")
@@ -192,28 +178,13 @@ def _shrunk(h, k, cell, path, span):
     p, d, slack, wide, _ = path
     hs = 0.5 * (cell[1] - cell[0])
     ht = 0.5 * (cell[3] - cell[2])
-    a = (h[0, 1], h[1, 1], h[2, 1])
-    b = (h[0, 2], h[1, 2], h[2, 2])
-    r = (p[0] - h[0, 0], p[1] - h[1, 0], p[2] - h[2, 0])
-    aa = ab = bb = ra = rb = da = db = 0.0
-    for c in range(3):
-        aa += a[c] * a[c]
-        ab += a[c] * b[c]
-        bb += b[c] * b[c]
-        ra += r[c] * a[c]
-        rb += r[c] * b[c]
-        da += d[c] * a[c]
-        db += d[c] * b[c]
-    det = aa * bb - ab * ab
-    if not det > 1e-12 * aa * bb:
+    flat, line, per = over_plane(h, minus(p, column(h, 0)), d)
+    if not flat:
         return cell
     off = 0.5 * (k[2] * hs * hs + k[4] * ht * ht) + k[3] * hs * ht + 2.0 * slack + wide
-    s = (bb * ra - ab * rb) / det
-    t = (aa * rb - ab * ra) / det
-    ds = (bb * da - ab * db) / det
-    dt = (aa * db - ab * da) / det
-    pad_s = off * math.sqrt(bb / det) + 4.0 * TINY
-    pad_t = off * math.sqrt(aa / det) + 4.0 * TINY
+    s, t, ds, dt = line
+    pad_s = off * per[0] + 4.0 * TINY
+    pad_t = off * per[1] + 4.0 * TINY
     sc = 0.5 * (cell[0] + cell[1])
     tc = 0.5 * (cell[2] + cell[3])
     return (
@@ -257,21 +228,12 @@ def _held(cell, size, path, room, h):
     turned into one of (s, t) by the derivatives `h` in the cell's middle.
     """
     d, slack = path[1], path[2]
-    a0 = h[0, 1]
-    a1 = h[1, 1]
-    a2 = h[2, 1]
-    b0 = h[0, 2]
-    b1 = h[1, 2]
-    b2 = h[2, 2]
-    q0 = b1 * d[2] - b2 * d[1]
-    q1 = b2 * d[0] - b0 * d[2]
-    q2 = b0 * d[1] - b1 * d[0]
-    o0 = d[1] * a2 - d[2] * a1
-    o1 = d[2] * a0 - d[0] * a2
-    o2 = d[0] * a1 - d[1] * a0
-    c = abs(a0 * q0 + a1 * q1 + a2 * q2)
-    per_s = math.sqrt(q0 * q0 + q1 * q1 + q2 * q2) / c
-    per_t = math.sqrt(o0 * o0 + o1 * o1 + o2 * o2) / c
+    a = column(h, 1)
+    q = cross(column(h, 2), d)
+    o = cross(d, a)
+    c = abs(dot(a, q))
+    per_s = math.sqrt(dot(q, q)) / c
+    per_t = math.sqrt(dot(o, o)) / c
     s = min(2.0 * slack * per_s, size[0])
     t = min(2.0 * slack * per_t, size[1])
     return (
@@ -293,6 +255,44 @@ def _over(cell, path):
     return p, d, slack, wide, room
 
 
+@inner(error_model="numpy")
+def _root(elements, e, place, cell, size, path, h):
+    """The root of a cell that has one at most: state, s, t, x and slope, as `_solve` gives them.
+
+    `place` is where to start; what is not in the cell is looked for beside it.
+    """
+    room = path[4]
+    box = _held(cell, size, path, NONE, h)
+    around = _held(cell, size, path, room, h)
+    state, s, t, x, slope = _solve(elements, e, box, place, path, h)
+    if state == BESIDE and around != box:
+        state, s, t, x, slope = _solve(elements, e, around, place, path, h)
+        state = max(state, BESIDE)
+    return state, s, t, x, slope
+
+
+@inner(error_model="numpy")
+def _counts(x, slope, path, ends):
+    """Whether a root is a crossing that is asked for."""
+    length, spare, far, sense = ends
+    # Beside a wide edge the caller finds where along the path the crossing is.
+    over = spare if path[3] > 0.0 else min(path[2] / abs(slope), spare)
+    return -over <= x <= length + over and x < far and (sense == EITHER or slope < 0.0)
+
+
+@inner(error_model="numpy")
+def _push_parts(stack, top, cell, part, across):
+    """Put what `part` leaves of a cell on the stack, in halves unless it is small; the new top."""
+    if part[0] >= part[1] or part[2] >= part[3]:
+        return top
+    left = (part[1] - part[0]) * (part[3] - part[2])
+    if left < 0.5 * (cell[1] - cell[0]) * (cell[3] - cell[2]):
+        stack[top] = part
+        return top + 1
+    _halve(stack, top, cell, across)
+    return top + 2
+
+
 @inlined()
 def next_crossing(elements, leaf, pole, path, ends, work, top):
     """Next crossing of one leaf, trimmed or not, among the `top` cells on the stack.
@@ -306,7 +306,7 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
     stack, h, k, corner, count = work
     length, spare, far, sense = ends
     e = leaf["element"]
-    p, d, slack, _, room = path
+    p, d, slack = path[0], path[1], path[2]
     whole = DEEP * (leaf["box"][1] - leaf["box"][0]) * (leaf["box"][3] - leaf["box"][2])
     span = (-spare, min(far, length + spare))
     easy = count[0] + EASY
@@ -329,38 +329,22 @@ def next_crossing(elements, leaf, pole, path, ends, work, top):
         evaluate(elements, e, place[0], place[1], h)
         verdict, ds, dt = _judge(h, k, size, seen, span, sense == ENTRIES)
         if verdict == SOLVE:
-            box = _held(cell, size, path, NONE, h)
-            reach = _held(cell, size, path, room, h)
             start = (place[0] + ds, place[1] + dt)
-            state, s, t, x, slope = _solve(elements, e, box, start, path, h)
-            if state == 0 and reach != box:  # not in the cell, perhaps beside it
-                state, s, t, x, slope = _solve(elements, e, reach, start, path, h)
-                state = max(state, 0)
-            if state > 0:
-                # Beside a wide edge the caller finds where along the path the crossing is.
-                over = spare if path[3] > 0.0 else min(slack / abs(slope), spare)
-                if -over <= x <= length + over and x < far and (sense or slope < 0.0):
-                    found = x
-            if state < 0:
+            state, s, t, x, slope = _root(elements, e, start, cell, size, path, h)
+            if state == ON and _counts(x, slope, path, ends):
+                found = x
+            if state == ENDLESS:
                 verdict = HALVE if max(size[0], size[1]) > TINY else POINT
                 evaluate(elements, e, place[0], place[1], h)
         if verdict == POINT:
             x, ds, dt, slope = touch(elements, e, cell, path, length, h)
             s, t = place[0] + ds, place[1] + dt
-            if slope != 0.0 and x < far and (sense or slope < 0.0):
+            if slope != 0.0 and x < far and (sense == EITHER or slope < 0.0):
                 found = x
         if verdict == HALVE:
             if count[0] > MAX_CELLS or top > DEPTH - 3:
                 count[1] = 1
                 continue
             part = _shrunk(h, k, cell, seen, span)
-            if part[0] >= part[1] or part[2] >= part[3]:
-                continue
-            left = (part[1] - part[0]) * (part[3] - part[2])
-            if left < 2.0 * size[0] * size[1]:
-                stack[top] = part
-                top += 1
-                continue
-            _halve(stack, top, cell, _wider_across(h, k, size, own))
-            top += 2
+            top = _push_parts(stack, top, cell, part, _wider_across(h, k, size, own))
     return found, s, t, slope, top

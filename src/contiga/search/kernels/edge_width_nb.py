@@ -7,10 +7,11 @@ import math
 
 import numpy as np
 
-from contiga.elements.kernels.element_nb import parameters
+from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.geometry.kernels.trim_nb import cell_of
 from contiga.num.codes import BORDER, CUT, IN, OUT, SMOOTH
 from contiga.num.jit import inner
+from contiga.num.kernels.vector_nb import column, dot, minus
 from contiga.search.kernels.curve_nb import piece_parameters
 from contiga.search.kernels.global_nb import in_face
 
@@ -21,6 +22,8 @@ SAMPLES = 4
 STEPS = 24
 SHORT = 1e-14
 """Of a piece's parameter: steps below are none."""
+SHARP = 0.1
+"""Share of an edge's width that what second order leaves out may be without being looked at."""
 LARGEST_WINDOW = 1.0 / 64.0
 """Share of a patch's rectangle in which edges are looked for at most."""
 
@@ -75,7 +78,7 @@ def _square_at(trims, piece, t, place, form, c):
 
 @inner(error_model="numpy")
 def _nearest_on_piece(trims, piece, place, form, c):
-    """How near a place, or the path, comes to a trimming piece, and (u, v) there.
+    """How near a place, or the path, comes to a trimming piece, and (u, v, t) there.
 
     Gauss-Newton from the best of a few samples, with steps halved where they do not come nearer:
     what is asked is whether a distance that is nearly nothing is one.
@@ -96,19 +99,103 @@ def _nearest_on_piece(trims, piece, place, form, c):
         else:
             step = 0.5 * (new - t)
     _square_at(trims, piece, t, place, form, c)
-    return math.sqrt(least), c[0, 0], c[0, 1]
+    return math.sqrt(least), c[0, 0], c[0, 1], t
 
 
 @inner(error_model="numpy")
-def _piece_beside(trims, piece_width, patch, place, form, widths):
+def _past_piece(trims, piece, t, place, carrier, c, h):
+    """How far the path passes from the point at t of a trimming piece, the step in t to where
+    the piece's tangent comes nearest to it, and where along the path that is.
+
+    `carrier` is (elements, e, (s, t) of `place`, path). Into c[0] go (u, v); `h` is work.
+    """
+    elements, e, at, path = carrier
+    p, d = path[0], path[1]
+    box = elements.table[e]["box"]
+    piece_parameters(trims, piece, t, c)
+    su = 1.0 / (box[1] - box[0])
+    sv = 1.0 / (box[3] - box[2])
+    evaluate(elements, e, at[0] + (c[0, 0] - place[0]) * su, at[1] + (c[0, 1] - place[1]) * sv, h)
+    r = minus(column(h, 0), p)
+    x = dot(r, d)
+    square = slope = speed = 0.0
+    way = c[1, 0] * su, c[1, 1] * sv
+    along = dot(column(h, 1), d) * way[0] + dot(column(h, 2), d) * way[1]
+    for k in range(3):
+        off = r[k] - x * d[k]
+        off_t = h[k, 1] * way[0] + h[k, 2] * way[1] - along * d[k]
+        square += off * off
+        slope += off * off_t
+        speed += off_t * off_t
+    return math.sqrt(square), (-slope / speed if speed > 0.0 else 0.0), x
+
+
+@inner(error_model="numpy")
+def _passes(trims, piece, t, place, carrier, c):
+    """How near the path passes by a trimming piece, (u, v) there, and where along the path.
+
+    On the surface itself, from the t of the nearest place to second order.
+    """
+    h = np.empty((4, 6))
+    least, step, x = _past_piece(trims, piece, t, place, carrier, c, h)
+    for _ in range(STEPS):
+        new = min(max(t + step, 0.0), 1.0)
+        if abs(new - t) <= SHORT:
+            break
+        away, move, along = _past_piece(trims, piece, new, place, carrier, c, h)
+        if away < least:
+            least, step, t, x = away, move, new, along
+        else:
+            step = 0.5 * (new - t)
+    _past_piece(trims, piece, t, place, carrier, c, h)
+    return least, c[0, 0], c[0, 1], x
+
+
+@inner(error_model="numpy")
+def _bends(form, x, y):
+    """How far the surface bends away from its tangent plane x and y away, as seen along the path:
+    what lies beyond second order is taken for no more than that."""
+    square = 0.0
+    for k in range(3):
+        second = (form[2, k] * x + form[3, k] * y) * x + form[4, k] * y * y
+        square += second * second
+    return math.sqrt(square)
+
+
+@inner(error_model="numpy")
+def _met_at(trims, piece, own, place, form, carrier, c):
+    """How near a crossing, or else its path, is to a trimming piece of the width `own`, (u, v)
+    there, and how much farther along the path the path passes it.
+
+    `place` is (u, v, x) of the crossing, `form` the surface about it, `carrier` as `_past_piece`
+    has it.
+    """
+    u, v, x = place
+    at = (u, v)
+    away, edge_u, edge_v, _ = _nearest_on_piece(trims, piece, at, form, c)
+    if away <= own:
+        return away, edge_u, edge_v, 0.0
+    away, edge_u, edge_v, t = _nearest_on_piece(trims, piece, at, form[:, :3], c)
+    bend = _bends(form, edge_u - u, edge_v - v)
+    if bend > SHARP * own and away <= own + bend:
+        away, edge_u, edge_v, on = _passes(trims, piece, t, at, carrier, c)
+        return away, edge_u, edge_v, on - x
+    return away, edge_u, edge_v, _seen(form, edge_u - u, edge_v - v, 3)
+
+
+@inner(error_model="numpy")
+def _piece_beside(trims, piece_width, place, x, form, widths, carrier):
     """Largest width of the pieces within whose width the path passes, zero where there is none,
     whether one of them is an edge that has width, (u, v) of such an edge where it is nearest, and
     how much farther along the path it comes within its width.
 
-    `place` (u, v) is where the path meets the carrier, `form` the surface about it, `widths` the
-    largest to look for, and that which every piece has at least at which another face joins.
+    `place` (u, v) is where the path meets the carrier, at `x`, `form` the surface about it,
+    `widths` the largest to look for, and that which every piece has at least at which another face
+    joins; `carrier` as `_past_piece` has it.
     """
     wide, least = widths
+    elements, e = carrier[0], carrier[1]
+    patch = elements.table[e]["patch"]
     shared = False
     u, v = place
     uu = form[0, 0] ** 2 + form[0, 1] ** 2 + form[0, 2] ** 2
@@ -126,7 +213,6 @@ def _piece_beside(trims, piece_width, patch, place, form, widths):
     least_way = math.inf
     way = 0.0
     edge = place
-    across = form[:, :3]
     c = np.empty((3, 3))
     for j in range(j0, j1 + 1):
         for i in range(i0, i1 + 1):
@@ -142,11 +228,7 @@ def _piece_beside(trims, piece_width, patch, place, form, widths):
                     or max(ends[1], ends[3]) < v - dv
                 ):
                     continue
-                away, x, y = _nearest_on_piece(trims, piece, place, form, c)
-                on = 0.0
-                if away > own:
-                    away, x, y = _nearest_on_piece(trims, piece, place, across, c)
-                    on = _seen(form, x - u, y - v, 3)
+                away, ue, ve, on = _met_at(trims, piece, own, (u, v, x), form, carrier, c)
                 if away > own:
                     continue
                 width = max(width, own)
@@ -156,7 +238,7 @@ def _piece_beside(trims, piece_width, patch, place, form, widths):
                     shared = True
                     least_way = abs(on)
                     way = on
-                    edge = (x, y)
+                    edge = (ue, ve)
     return width, shared, edge, way
 
 
@@ -223,8 +305,10 @@ def edge_width(elements, trims, piece_width, e, place, path, least, h):
     box = elements.table[e]["box"]
     form = _across_path(h, path[1], box)
     at = parameters(elements, e, s, t)
-    patch = elements.table[e]["patch"]
-    beside, outer, edge, way = _piece_beside(trims, piece_width, patch, at, form, (wide, least))
+    x = dot(minus(column(h, 0), path[0]), path[1])
+    carrier = (elements, e, (s, t), path)
+    widths = (wide, least)
+    beside, outer, edge, way = _piece_beside(trims, piece_width, at, x, form, widths, carrier)
     if not off and in_face(elements, trims, e, s, t):
         return max(width, beside), place, 0.0
     # Off the element or cut away: only an edge that has width lends it to the face.

@@ -6,6 +6,7 @@ import math
 
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.jit import inner
+from contiga.num.kernels.vector_nb import column, dot, minus
 
 
 @inner(error_model="numpy")
@@ -30,6 +31,30 @@ def _passage(box, line, pad):
 
 
 @inner(error_model="numpy")
+def over_plane(h, r, d):
+    """The line r + x d over the tangent plane, in (s, t) from where `h` was taken.
+
+    Whether there is a plane; (s, t) at x = 0 and how they grow with x; the most that a
+    displacement of length one changes s and t.
+    """
+    a = column(h, 1)
+    b = column(h, 2)
+    aa, ab, bb = dot(a, a), dot(a, b), dot(b, b)
+    ra, rb = dot(r, a), dot(r, b)
+    da, db = dot(d, a), dot(d, b)
+    det = aa * bb - ab * ab
+    if not det > 1e-12 * aa * bb:
+        return False, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0)
+    line = (
+        (bb * ra - ab * rb) / det,
+        (aa * rb - ab * ra) / det,
+        (bb * da - ab * db) / det,
+        (aa * db - ab * da) / det,
+    )
+    return True, line, (math.sqrt(bb / det), math.sqrt(aa / det))
+
+
+@inner(error_model="numpy")
 def touch(elements, e, cell, path, length, h):
     """A cell that is a point, or flat along the path: the ends tell on which sides of its tangent
     plane they lie. Returns x and the steps in (s, t) from the middle to where the path is as near
@@ -39,10 +64,10 @@ def touch(elements, e, cell, path, length, h):
     """
     s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
     p, d, slack, _, room = path
-    n0, n1, n2 = normal_at(elements, e, s, t, h)
-    r = (p[0] - h[0, 0], p[1] - h[1, 0], p[2] - h[2, 0])
-    first = r[0] * n0 + r[1] * n1 + r[2] * n2
-    falls = d[0] * n0 + d[1] * n1 + d[2] * n2
+    normal = normal_at(elements, e, s, t, h)
+    r = minus(p, column(h, 0))
+    first = dot(r, normal)
+    falls = dot(d, normal)
     last = first + length * falls
     if first >= -slack and last < 0.0 and last < first:
         slope = -1.0
@@ -50,32 +75,16 @@ def touch(elements, e, cell, path, length, h):
         slope = 1.0
     else:
         return 0.0, 0.0, 0.0, 0.0
-    aa = ab = bb = ra = rb = da = db = 0.0
-    for c in range(3):
-        aa += h[c, 1] * h[c, 1]
-        ab += h[c, 1] * h[c, 2]
-        bb += h[c, 2] * h[c, 2]
-        ra += r[c] * h[c, 1]
-        rb += r[c] * h[c, 2]
-        da += d[c] * h[c, 1]
-        db += d[c] * h[c, 2]
-    det = aa * bb - ab * ab
-    if not det > 1e-12 * aa * bb:
-        return min(max(-(r[0] * d[0] + r[1] * d[1] + r[2] * d[2]), 0.0), length), 0.0, 0.0, slope
-    line = (
-        (bb * ra - ab * rb) / det,
-        (aa * rb - ab * ra) / det,
-        (bb * da - ab * db) / det,
-        (aa * db - ab * da) / det,
-    )
-    per_s, per_t = math.sqrt(bb / det), math.sqrt(aa / det)
+    flat, line, per = over_plane(h, r, d)
+    if not flat:
+        return min(max(-dot(r, d), 0.0), length), 0.0, 0.0, slope
     box = (
-        cell[0] - s - (room[0] * per_s if cell[0] <= -0.5 else 0.0),
-        cell[1] - s + (room[1] * per_s if cell[1] >= 0.5 else 0.0),
-        cell[2] - t - (room[2] * per_t if cell[2] <= -0.5 else 0.0),
-        cell[3] - t + (room[3] * per_t if cell[3] >= 0.5 else 0.0),
+        cell[0] - s - (room[0] * per[0] if cell[0] <= -0.5 else 0.0),
+        cell[1] - s + (room[1] * per[0] if cell[1] >= 0.5 else 0.0),
+        cell[2] - t - (room[2] * per[1] if cell[2] <= -0.5 else 0.0),
+        cell[3] - t + (room[3] * per[1] if cell[3] >= 0.5 else 0.0),
     )
-    low, high = _passage(box, line, (2.0 * slack * per_s, 2.0 * slack * per_t))
+    low, high = _passage(box, line, (2.0 * slack * per[0], 2.0 * slack * per[1]))
     low, high = max(low, 0.0), min(high, length)
     meets = -first / falls
     x = min(max(meets, low), high)

@@ -13,6 +13,7 @@ over the cell), because Newton then finds its only minimum. What is neither is h
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from contiga.num.codes import CUT, IN, POLE, SMOOTH
 from contiga.num.jit import inner
 from contiga.search.kernels.curve_nb import closest_on_stretch
 from contiga.search.kernels.local_nb import expand
-from contiga.search.kernels.tree_nb import box_distance2
+from contiga.search.kernels.tree_nb import open_node
 
 MAX_CELLS = 20000
 """Cells one query may open; then it is given up."""
@@ -48,6 +49,45 @@ PRUNE = 10.0
 """A cell must promise this many tolerances less distance to be opened."""
 
 
+class Middle(NamedTuple):
+    """Products of r, from the point to a cell's middle, and of the cell's half sides x and y."""
+
+    rr: float
+    rx: float
+    ry: float
+    xx: float
+    xy: float
+    yy: float
+    hxx: float
+    hxy: float
+    hyy: float
+
+
+class Bounds(NamedTuple):
+    """Bounds of the derivatives of a cell laid on −1 … 1."""
+
+    x: float
+    y: float
+    xx: float
+    xy: float
+    yy: float
+    xxx: float
+    xxy: float
+    xyy: float
+    yyy: float
+
+
+class Hessian(NamedTuple):
+    """Second derivatives of f in a cell's middle, and their largest changes in it."""
+
+    xx: float
+    xy: float
+    yy: float
+    dxx: float
+    dxy: float
+    dyy: float
+
+
 @inner()
 def in_face(elements, trims, e, s, t):
     """Whether (s, t) of element e belongs to the trimmed face."""
@@ -56,6 +96,18 @@ def in_face(elements, trims, e, s, t):
         u, v = parameters(elements, e, s, t)
         return point_in_trim(trims, elements.table[e]["patch"], u, v) != 0
     return state == IN
+
+
+@inner()
+def _improve(elements, trims, place, distance, best, found):
+    """The least distance, which `place` (element, s, t) may improve; then `found` is that place."""
+    e, s, t = place
+    if distance < best and in_face(elements, trims, e, s, t):
+        found[0] = e
+        found[1] = s
+        found[2] = t
+        return distance
+    return best
 
 
 @inner()
@@ -82,8 +134,9 @@ def _slopes_away(elements, e, side, kept, g, change):
 
 
 @inner()
-def _plate_distance(rr, rx, ry, xx, xy, yy):
-    """Smallest |r + x a + y b| over |x|, |y| ≤ 1, from the products of r, a and b."""
+def _plate_distance(m):
+    """Smallest |r + x a + y b| over |x|, |y| ≤ 1: the distance to a cell laid flat."""
+    rr, rx, ry, xx, xy, yy = m.rr, m.rx, m.ry, m.xx, m.xy, m.yy
     det = xx * yy - xy * xy
     if det > 1e-12 * xx * yy:
         x = (-rx * yy + ry * xy) / det
@@ -153,6 +206,104 @@ def _cell_minimum(elements, e, cell, point, h):
 
 
 @inner()
+def _middle(h, local, hs, ht):
+    """Products of r, from the point to a cell's middle, and the cell's half sides x and y there.
+
+    Also the second derivatives of the surface along r, as they come.
+    """
+    rr = rx = ry = xx = xy = yy = hxx = hxy = hyy = 0.0
+    for c in range(3):
+        r = h[c, 0] - local[c]
+        x = h[c, 1] * hs
+        y = h[c, 2] * ht
+        rr += r * r
+        rx += r * x
+        ry += r * y
+        xx += x * x
+        xy += x * y
+        yy += y * y
+        hxx += r * h[c, 3]
+        hxy += r * h[c, 4]
+        hyy += r * h[c, 5]
+    return Middle(rr, rx, ry, xx, xy, yy, hxx, hxy, hyy)
+
+
+@inner()
+def _scaled(k, hs, ht):
+    """The bounds of a cell's derivatives, as those of the cell laid on −1 … 1."""
+    return Bounds(
+        k[0] * hs,
+        k[1] * ht,
+        k[2] * hs * hs,
+        k[3] * hs * ht,
+        k[4] * ht * ht,
+        k[5] * hs**3,
+        k[6] * hs * hs * ht,
+        k[7] * hs * ht * ht,
+        k[8] * ht**3,
+    )
+
+
+@inner()
+def _hessian(m, b, hs, ht):
+    """Second derivatives of f in a cell's middle, and how much each changes in the cell."""
+    far = math.sqrt(m.rr) + b.x + b.y
+    xx = m.hxx * hs * hs + m.xx
+    xy = m.hxy * hs * ht + m.xy
+    yy = m.hyy * ht * ht + m.yy
+    dxx = 3.0 * b.xx * b.x + 2.0 * b.xy * b.x + b.y * b.xx + far * (b.xxx + b.xxy)
+    dyy = 3.0 * b.yy * b.y + 2.0 * b.xy * b.y + b.x * b.yy + far * (b.yyy + b.xyy)
+    dxy = 2.0 * b.xy * (b.x + b.y) + b.xx * b.y + b.x * b.yy + far * (b.xxy + b.xyy)
+    return Hessian(xx, xy, yy, dxx, dxy, dyy)
+
+
+@inner()
+def _without_minimum(elements, e, cell, m, f):
+    """Whether f has no minimum in a cell, `f` its Hessian there."""
+    change = abs(f.xx) + f.dxx + abs(f.xy) + f.dxy
+    if _slopes_away(elements, e, 0, (cell[0] <= -0.5, cell[1] >= 0.5), m.rx, change):
+        return True
+    change = abs(f.yy) + f.dyy + abs(f.xy) + f.dxy
+    return _slopes_away(elements, e, 2, (cell[2] <= -0.5, cell[3] >= 0.5), m.ry, change)
+
+
+@inner()
+def _convex(f):
+    """Whether f is convex in a cell."""
+    low = f.xx - f.dxx
+    low_y = f.yy - f.dyy
+    return low > 0.0 and low_y > 0.0 and low * low_y > (abs(f.xy) + f.dxy) ** 2
+
+
+@inner()
+def _halve(stack, top, cell, m, wide):
+    """Put the halves of a cell on the stack, the one down the slope last."""
+    s0, s1, t0, t1 = cell
+    for c in range(2):
+        stack[top + c] = (s0, s1, t0, t1)
+    if wide:
+        sc = 0.5 * (s0 + s1)
+        low = top + 1 if m.rx > 0.0 else top
+        stack[low, 1] = sc
+        stack[2 * top + 1 - low, 0] = sc
+    else:
+        tc = 0.5 * (t0 + t1)
+        low = top + 1 if m.ry > 0.0 else top
+        stack[low, 3] = tc
+        stack[2 * top + 1 - low, 2] = tc
+
+
+@inner()
+def _cell_bounds(elements, leaf, cell, local, limit, own, k):
+    """Fill the bounds `k` of a cell, its leaf's or its `own`; whether it is beyond `limit`."""
+    if own:
+        return look_closer(elements, leaf["element"], cell, local, limit, k)
+    for c in range(9):
+        k[c] = leaf["bound"][c]
+    return False
+
+
+@inner()
 def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
     """Improve the best distance and `found` (element, s, t) by one surface leaf.
 
@@ -175,98 +326,37 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
         top -= 1
         opened += 1
         cell = (stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3])
-        sc = 0.5 * (cell[0] + cell[1])
-        tc = 0.5 * (cell[2] + cell[3])
+        s = 0.5 * (cell[0] + cell[1])
+        t = 0.5 * (cell[2] + cell[3])
         hs = 0.5 * (cell[1] - cell[0])
         ht = 0.5 * (cell[3] - cell[2])
-        evaluate(elements, e, sc, tc, h)
-        rr = rx = ry = xx = xy = yy = hxx = hxy = hyy = 0.0
-        for c in range(3):
-            r = h[c, 0] - local[c]
-            x = h[c, 1] * hs
-            y = h[c, 2] * ht
-            rr += r * r
-            rx += r * x
-            ry += r * y
-            xx += x * x
-            xy += x * y
-            yy += y * y
-            hxx += r * h[c, 3]
-            hxy += r * h[c, 4]
-            hyy += r * h[c, 5]
-        distance = math.sqrt(rr)
-        if distance < best and in_face(elements, trims, e, sc, tc):
-            best = distance
-            found[0] = e
-            found[1] = sc
-            found[2] = tc
+        evaluate(elements, e, s, t, h)
+        m = _middle(h, local, hs, ht)
+        best = _improve(elements, trims, (e, s, t), math.sqrt(m.rr), best, found)
         hard = opened > easy
-        if hard or (pole and 4.0 * hs * ht < whole):
-            if look_closer(elements, e, cell, local, best - slack, k):
-                continue
-        else:
-            for c in range(9):
-                k[c] = leaf["bound"][c]
-        kx = k[0] * hs
-        ky = k[1] * ht
-        kxx = k[2] * hs * hs
-        kxy = k[3] * hs * ht
-        kyy = k[4] * ht * ht
-        bend = 0.5 * (kxx + kyy) + kxy
-        least = _plate_distance(rr, rx, ry, xx, xy, yy) - bend
+        own = hard or (pole and 4.0 * hs * ht < whole)
+        if _cell_bounds(elements, leaf, cell, local, best - slack, own, k):
+            continue
+        b = _scaled(k, hs, ht)
+        least = _plate_distance(m) - (0.5 * (b.xx + b.yy) + b.xy)
         if least > best - slack:
             continue
-        kxxx = k[5] * hs**3
-        kxxy = k[6] * hs * hs * ht
-        kxyy = k[7] * hs * ht * ht
-        kyyy = k[8] * ht**3
-        far = distance + kx + ky
-        hxx = hxx * hs * hs + xx
-        hxy = hxy * hs * ht + xy
-        hyy = hyy * ht * ht + yy
-        dxx = 3.0 * kxx * kx + 2.0 * kxy * kx + ky * kxx + far * (kxxx + kxxy)
-        dyy = 3.0 * kyy * ky + 2.0 * kxy * ky + kx * kyy + far * (kyyy + kxyy)
-        dxy = 2.0 * kxy * (kx + ky) + kxx * ky + kx * kyy + far * (kxxy + kxyy)
-        if _slopes_away(
-            elements, e, 0, (cell[0] <= -0.5, cell[1] >= 0.5), rx, abs(hxx) + dxx + abs(hxy) + dxy
-        ) or _slopes_away(
-            elements, e, 2, (cell[2] <= -0.5, cell[3] >= 0.5), ry, abs(hyy) + dyy + abs(hxy) + dxy
-        ):
+        f = _hessian(m, b, hs, ht)
+        if _without_minimum(elements, e, cell, m, f):
             continue
-        low = hxx - dxx
-        low_y = hyy - dyy
-        convex = low > 0.0 and low_y > 0.0 and low * low_y > (abs(hxy) + dxy) ** 2
-        if convex:
+        if _convex(f):
             s, t, distance = _cell_minimum(elements, e, cell, point, h)
-            if distance < best and in_face(elements, trims, e, s, t):
-                best = distance
-                found[0] = e
-                found[1] = s
-                found[2] = t
-            continue
-        if max(hs, ht) < SMALLEST:
+            best = _improve(elements, trims, (e, s, t), distance, best, found)
+        elif max(hs, ht) < SMALLEST:
             if least < best - UNTOLD * slack:
                 found[3] = max(found[3], DROPPED)
-            continue
-        if before + opened > MAX_CELLS or top > 61:
+        elif before + opened > MAX_CELLS or top > 61:
             found[3] = GIVEN_UP
-            continue
-        # Halved where the surface is longer, or f varies more; the lower half is pushed last.
-        wide = abs(rx) + abs(hxx) >= abs(ry) + abs(hyy) if hard else xx >= yy
-        if wide:
-            if rx > 0.0:
-                stack[top] = (sc, cell[1], cell[2], cell[3])
-                stack[top + 1] = (cell[0], sc, cell[2], cell[3])
-            else:
-                stack[top] = (cell[0], sc, cell[2], cell[3])
-                stack[top + 1] = (sc, cell[1], cell[2], cell[3])
-        elif ry > 0.0:
-            stack[top] = (cell[0], cell[1], tc, cell[3])
-            stack[top + 1] = (cell[0], cell[1], cell[2], tc)
         else:
-            stack[top] = (cell[0], cell[1], cell[2], tc)
-            stack[top + 1] = (cell[0], cell[1], tc, cell[3])
-        top += 2
+            # Halved where the surface is longer, or f varies more.
+            wide = abs(m.rx) + abs(f.xx) >= abs(m.ry) + abs(f.yy) if hard else m.xx >= m.yy
+            _halve(stack, top, cell, m, wide)
+            top += 2
     return best, opened
 
 
@@ -290,19 +380,32 @@ def _least_middle(tables, point, reach, nodes, bounds):
         n = tree[nodes[top]]["count"]
         first = tree[nodes[top]]["first"]
         if n == 0:
-            a = box_distance2(tree, first, x, y, z)
-            b = box_distance2(tree, first + 1, x, y, z)
-            near = 0 if a <= b else 1
-            nodes[top] = first + 1 - near
-            bounds[top] = b if near == 0 else a
-            nodes[top + 1] = first + near
-            bounds[top + 1] = a if near == 0 else b
+            open_node(tree, first, point, nodes, bounds, top)
             top += 2
             continue
         for k in range(first, first + n):
             m = leaves[k]["middle"]
             best = min(best, (m[0] - x) ** 2 + (m[1] - y) ** 2 + (m[2] - z) ** 2)
     return math.sqrt(best)
+
+
+@inner()
+def _improve_by_leaf(tables, leaf, point, limits, found, stack, h):
+    """As `_search_leaf`, for a leaf of a surface or of a trimming curve."""
+    e = leaf["element"]
+    best, slack, opened = limits
+    if e >= 0:
+        if opened > MAX_CELLS:
+            found[3] = GIVEN_UP
+            return best, 0
+        return _search_leaf(tables.elements, tables.trims, leaf, point, limits, found, stack, h)
+    r, distance, left = closest_on_stretch(tables, leaf, point, best, slack, h)
+    if left:
+        found[3] = max(found[3], DROPPED)
+    if distance < best:
+        found[0] = e
+        found[1] = r
+    return min(best, distance), 0
 
 
 @inner()
@@ -315,9 +418,6 @@ def closest(tables, point, only, reach, found, h):
     """
     tree = tables.tree
     leaves = tables.leaves
-    elements = tables.elements
-    trims = tables.trims
-    x, y, z = point
     best = reach
     found[3] = 0.0
     hit = False
@@ -340,42 +440,18 @@ def closest(tables, point, only, reach, found, h):
             break
         if bounds[top] > limit * limit:
             continue
-        node = nodes[top]
-        n = tree[node]["count"]
-        first = tree[node]["first"]
+        n = tree[nodes[top]]["count"]
+        first = tree[nodes[top]]["first"]
         if n == 0:
-            a = box_distance2(tree, first, x, y, z)
-            b = box_distance2(tree, first + 1, x, y, z)
-            near = 0 if a <= b else 1
-            nodes[top] = first + 1 - near
-            bounds[top] = b if near == 0 else a
-            nodes[top + 1] = first + near
-            bounds[top + 1] = a if near == 0 else b
+            open_node(tree, first, point, nodes, bounds, top)
             top += 2
             continue
         for k in range(first, first + n):
-            leaf = leaves[k]
-            if only >= 0 and leaf["patch"] != only:
+            if only >= 0 and leaves[k]["patch"] != only:
                 continue
-            e = leaf["element"]
-            if e >= 0:
-                if opened > MAX_CELLS:
-                    found[3] = GIVEN_UP
-                    continue
-                distance, cells = _search_leaf(
-                    elements, trims, leaf, point, (best, slack, opened), found, stack, h
-                )
-                opened += cells
-                if distance < best:
-                    best = distance
-                    hit = True
-            else:
-                r, distance, left = closest_on_stretch(tables, leaf, point, best, slack, h)
-                if left:
-                    found[3] = max(found[3], DROPPED)
-                if distance < best:
-                    best = distance
-                    found[0] = e
-                    found[1] = r
-                    hit = True
+            limits = (best, slack, opened)
+            distance, cells = _improve_by_leaf(tables, leaves[k], point, limits, found, stack, h)
+            hit = hit or distance < best
+            best = distance
+            opened += cells
     return best if hit else math.inf

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from contiga.num.jit import kernel
-from contiga.search.kernels.tree_nb import box_distance2
+from contiga.search.kernels.tree_nb import open_node
 
 
 @kernel()
@@ -36,12 +36,6 @@ def box_distance(tree, points, rows, safe_distance, start, stop):
             if tree[node]["count"] > 0:
                 best = bounds[top]
                 continue
-            a = box_distance2(tree, first, x, y, z)
-            b = box_distance2(tree, first + 1, x, y, z)
-            near = 0 if a <= b else 1
-            nodes[top] = first + 1 - near
-            bounds[top] = b if near == 0 else a
-            nodes[top + 1] = first + near
-            bounds[top + 1] = a if near == 0 else b
+            open_node(tree, first, (x, y, z), nodes, bounds, top)
             top += 2
         safe_distance[k] = math.sqrt(best)

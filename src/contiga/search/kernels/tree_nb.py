@@ -73,3 +73,16 @@ def box_distance2(tree, node, x, y, z):
     b = max(low[1] - y, y - high[1], 0.0)
     c = max(low[2] - z, z - high[2], 0.0)
     return a * a + b * b + c * c
+
+
+@inner()
+def open_node(tree, first, point, nodes, bounds, top):
+    """Put the two children at `first` on the stack, the nearer one last."""
+    x, y, z = point
+    a = box_distance2(tree, first, x, y, z)
+    b = box_distance2(tree, first + 1, x, y, z)
+    near = 0 if a <= b else 1
+    nodes[top] = first + 1 - near
+    bounds[top] = b if near == 0 else a
+    nodes[top + 1] = first + near
+    bounds[top + 1] = a if near == 0 else b
