@@ -11,6 +11,7 @@ import numpy as np
 
 from contiga.geometry import clouds, shapes
 from contiga.masters.body import Body
+from contiga.masters.protocol import Master
 from contiga.records import Feature, FloatArray, IndexArray, Projection, Status, rows_of
 from contiga.search.tables import tables_of
 from contiga.triangles import facet_tables as faceted_tables
@@ -21,8 +22,6 @@ from contiga_validation.rivals.rival_meshes import (
     fewest_triangles,
     rival_meshes,
 )
-
-Contender = Body | TriMesh
 
 POINTS = 100_000
 STEPS = 4
@@ -140,7 +139,7 @@ class Tracker:
     """Follows points over a master."""
 
     def __init__(
-        self, master: Contender, places: list[FloatArray], feet: Projection | None = None
+        self, master: Master, places: list[FloatArray], feet: Projection | None = None
     ) -> None:
         self.master, self.places = master, places
         self.feet = master.project(places[0]) if feet is None else feet

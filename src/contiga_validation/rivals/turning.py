@@ -8,10 +8,11 @@ import numpy as np
 
 from contiga.geometry import clouds
 from contiga.masters.body import Body
+from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.report.plots import INK, LINES
 from contiga_validation.engine.experiment import Claim, Outcome, Picture, Table
-from contiga_validation.rivals.comparison import DEPTH, NURBS, Contender, bodies
+from contiga_validation.rivals.comparison import DEPTH, NURBS, bodies
 from contiga_validation.rivals.rival_meshes import SAMPLES, rival_meshes
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def noise(points: int = POINTS, turns: int = 361, finest: int = FINEST) -> Noise
     body = bodies()["torus"]
     cloud, on = _cloud(body, points)
     angles = np.linspace(0.0, np.deg2rad(DEGREES), turns)
-    masters: dict[str, Contender] = {NURBS: body}
+    masters: dict[str, Master] = {NURBS: body}
     triangles = {}
     for _, rival in zip(range(finest), rival_meshes(body, on, MOST_TRIANGLES), strict=False):
         if rival.mesh is not None:
@@ -69,7 +70,7 @@ def _cloud(body: Body, points: int) -> tuple[FloatArray, FloatArray]:
     return feet.point - depth * feet.normal, on[:: max(1, len(on) // SAMPLES)]
 
 
-def _press(master: Contender, cloud: FloatArray, angle: float) -> float:
+def _press(master: Master, cloud: FloatArray, angle: float) -> float:
     c, s = np.cos(angle), np.sin(angle)
     turned = np.column_stack(
         [c * cloud[:, 0] + s * cloud[:, 1], c * cloud[:, 1] - s * cloud[:, 0], cloud[:, 2]]

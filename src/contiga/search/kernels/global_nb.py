@@ -13,15 +13,22 @@ over the cell), because Newton then finds its only minimum. What is neither is h
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from contiga.elements.kernels.bounds_nb import look_closer
 from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.geometry.kernels.trim_nb import point_in_trim
-from contiga.num.codes import CUT, IN, POLE, SMOOTH
+from contiga.num.codes import CUT, IN, POLE
 from contiga.num.jit import inner
+from contiga.search.kernels.closest_cell_nb import (
+    convex,
+    hessian,
+    middle,
+    plate_distance,
+    scaled,
+    without_minimum,
+)
 from contiga.search.kernels.curve_nb import closest_on_stretch
 from contiga.search.kernels.local_nb import expand
 from contiga.search.kernels.tree_nb import open_node
@@ -47,45 +54,6 @@ UNTOLD = 100.0
 for (1e-9 of the body's size) is not told from a closer foot."""
 PRUNE = 10.0
 """A cell must promise this many tolerances less distance to be opened."""
-
-
-class Middle(NamedTuple):
-    """Products of r, from the point to a cell's middle, and of the cell's half sides x and y."""
-
-    rr: float
-    rx: float
-    ry: float
-    xx: float
-    xy: float
-    yy: float
-    hxx: float
-    hxy: float
-    hyy: float
-
-
-class Bounds(NamedTuple):
-    """Bounds of the derivatives of a cell laid on −1 … 1."""
-
-    x: float
-    y: float
-    xx: float
-    xy: float
-    yy: float
-    xxx: float
-    xxy: float
-    xyy: float
-    yyy: float
-
-
-class Hessian(NamedTuple):
-    """Second derivatives of f in a cell's middle, and their largest changes in it."""
-
-    xx: float
-    xy: float
-    yy: float
-    dxx: float
-    dxy: float
-    dyy: float
 
 
 @inner()
@@ -115,44 +83,6 @@ def has_pole(elements, e):
     """Whether a side of element e is one point."""
     kind = elements.table[e]["kind"]
     return kind[0] == POLE or kind[1] == POLE or kind[2] == POLE or kind[3] == POLE
-
-
-@inner()
-def _slopes_away(elements, e, side, kept, g, change):
-    """Whether f has no minimum in a cell because its slope across it keeps its sign.
-
-    `kept` tells for `side` (0: s, 2: t) which of the two ends the cell reaches; a minimum may
-    stand there against the slope where the surface has a kink or ends. `g` is the slope in the
-    cell's middle, `change` its largest change.
-    """
-    kind = elements.table[e]["kind"]
-    if g > change:
-        return not (kept[0] and kind[side] != SMOOTH)
-    if -g > change:
-        return not (kept[1] and kind[side + 1] != SMOOTH)
-    return False
-
-
-@inner()
-def _plate_distance(m):
-    """Smallest |r + x a + y b| over |x|, |y| ≤ 1: the distance to a cell laid flat."""
-    rr, rx, ry, xx, xy, yy = m.rr, m.rx, m.ry, m.xx, m.xy, m.yy
-    det = xx * yy - xy * xy
-    if det > 1e-12 * xx * yy:
-        x = (-rx * yy + ry * xy) / det
-        y = (-ry * xx + rx * xy) / det
-        if -1.0 <= x <= 1.0 and -1.0 <= y <= 1.0:
-            return math.sqrt(max(0.0, rr + x * rx + y * ry))
-    best = math.inf
-    for k in range(2):
-        fix = 1.0 - 2.0 * k
-        y = -(ry + fix * xy) / yy if yy > 0.0 else 0.0
-        y = min(max(y, -1.0), 1.0)
-        best = min(best, rr + xx + y * y * yy + 2.0 * (fix * rx + y * ry + fix * y * xy))
-        x = -(rx + fix * xy) / xx if xx > 0.0 else 0.0
-        x = min(max(x, -1.0), 1.0)
-        best = min(best, rr + yy + x * x * xx + 2.0 * (fix * ry + x * rx + fix * x * xy))
-    return math.sqrt(max(0.0, best))
 
 
 @inner()
@@ -203,76 +133,6 @@ def _cell_minimum(elements, e, cell, point, h):
         if f - q[0] <= 1e-15 * f:
             break
     return s, t, math.sqrt(2.0 * q[0])
-
-
-@inner()
-def _middle(h, local, hs, ht):
-    """Products of r, from the point to a cell's middle, and the cell's half sides x and y there.
-
-    Also the second derivatives of the surface along r, as they come.
-    """
-    rr = rx = ry = xx = xy = yy = hxx = hxy = hyy = 0.0
-    for c in range(3):
-        r = h[c, 0] - local[c]
-        x = h[c, 1] * hs
-        y = h[c, 2] * ht
-        rr += r * r
-        rx += r * x
-        ry += r * y
-        xx += x * x
-        xy += x * y
-        yy += y * y
-        hxx += r * h[c, 3]
-        hxy += r * h[c, 4]
-        hyy += r * h[c, 5]
-    return Middle(rr, rx, ry, xx, xy, yy, hxx, hxy, hyy)
-
-
-@inner()
-def _scaled(k, hs, ht):
-    """The bounds of a cell's derivatives, as those of the cell laid on −1 … 1."""
-    return Bounds(
-        k[0] * hs,
-        k[1] * ht,
-        k[2] * hs * hs,
-        k[3] * hs * ht,
-        k[4] * ht * ht,
-        k[5] * hs**3,
-        k[6] * hs * hs * ht,
-        k[7] * hs * ht * ht,
-        k[8] * ht**3,
-    )
-
-
-@inner()
-def _hessian(m, b, hs, ht):
-    """Second derivatives of f in a cell's middle, and how much each changes in the cell."""
-    far = math.sqrt(m.rr) + b.x + b.y
-    xx = m.hxx * hs * hs + m.xx
-    xy = m.hxy * hs * ht + m.xy
-    yy = m.hyy * ht * ht + m.yy
-    dxx = 3.0 * b.xx * b.x + 2.0 * b.xy * b.x + b.y * b.xx + far * (b.xxx + b.xxy)
-    dyy = 3.0 * b.yy * b.y + 2.0 * b.xy * b.y + b.x * b.yy + far * (b.yyy + b.xyy)
-    dxy = 2.0 * b.xy * (b.x + b.y) + b.xx * b.y + b.x * b.yy + far * (b.xxy + b.xyy)
-    return Hessian(xx, xy, yy, dxx, dxy, dyy)
-
-
-@inner()
-def _without_minimum(elements, e, cell, m, f):
-    """Whether f has no minimum in a cell, `f` its Hessian there."""
-    change = abs(f.xx) + f.dxx + abs(f.xy) + f.dxy
-    if _slopes_away(elements, e, 0, (cell[0] <= -0.5, cell[1] >= 0.5), m.rx, change):
-        return True
-    change = abs(f.yy) + f.dyy + abs(f.xy) + f.dxy
-    return _slopes_away(elements, e, 2, (cell[2] <= -0.5, cell[3] >= 0.5), m.ry, change)
-
-
-@inner()
-def _convex(f):
-    """Whether f is convex in a cell."""
-    low = f.xx - f.dxx
-    low_y = f.yy - f.dyy
-    return low > 0.0 and low_y > 0.0 and low * low_y > (abs(f.xy) + f.dxy) ** 2
 
 
 @inner()
@@ -331,20 +191,20 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
         hs = 0.5 * (cell[1] - cell[0])
         ht = 0.5 * (cell[3] - cell[2])
         evaluate(elements, e, s, t, h)
-        m = _middle(h, local, hs, ht)
+        m = middle(h, local, hs, ht)
         best = _improve(elements, trims, (e, s, t), math.sqrt(m.rr), best, found)
         hard = opened > easy
         own = hard or (pole and 4.0 * hs * ht < whole)
         if _cell_bounds(elements, leaf, cell, local, best - slack, own, k):
             continue
-        b = _scaled(k, hs, ht)
-        least = _plate_distance(m) - (0.5 * (b.xx + b.yy) + b.xy)
+        b = scaled(k, hs, ht)
+        least = plate_distance(m) - (0.5 * (b.xx + b.yy) + b.xy)
         if least > best - slack:
             continue
-        f = _hessian(m, b, hs, ht)
-        if _without_minimum(elements, e, cell, m, f):
+        f = hessian(m, b, hs, ht)
+        if without_minimum(elements, e, cell, m, f):
             continue
-        if _convex(f):
+        if convex(f):
             s, t, distance = _cell_minimum(elements, e, cell, point, h)
             best = _improve(elements, trims, (e, s, t), distance, best, found)
         elif max(hs, ht) < SMALLEST:
