@@ -114,6 +114,20 @@ def test_kernels_and_no_others_stand_in_folders_of_kernels() -> None:
         assert is_kernel(path) or not compiled, path
 
 
+@pytest.mark.parametrize(
+    "room", sorted({p.parent for p in SOURCES if is_kernel(p)}), ids=lambda room: room.parent.name
+)
+def test_kernels_are_listed_in_reading_order(room: Path) -> None:
+    """Each on those before it, so that whoever reads from the top knows all that is called."""
+    doc = ast.get_docstring(ast.parse((room / "__init__.py").read_text(encoding="utf-8"))) or ""
+    listed = re.findall(r"^- (\w+_nb)\b", doc, re.M)
+    assert sorted(listed) == sorted(path.stem for path in room.glob("*_nb.py"))
+    for k, name in enumerate(listed):
+        text = (room / f"{name}.py").read_text(encoding="utf-8")
+        used = re.findall(rf"^from contiga\.{room.parent.name}\.kernels\.(\w+) import", text, re.M)
+        assert set(used) <= set(listed[:k]), name
+
+
 def test_decorators_come_from_one_place() -> None:
     given = {
         ast.unparse(decorator).partition("(")[0]

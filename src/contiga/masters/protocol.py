@@ -193,4 +193,5 @@ _ASKED = [name for name in vars(Master) if not name.startswith("_")]
 
 def is_master(value: object) -> bool:
     """Whether a value answers what masters are asked; nothing is worked out."""
-    return all(hasattr(type(value), name) or name in vars(value) for name in _ASKED)
+    own = getattr(value, "__dict__", {})
+    return all(hasattr(type(value), name) or name in own for name in _ASKED)

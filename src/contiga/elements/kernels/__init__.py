@@ -1,0 +1,6 @@
+"""Kernels, in reading order: Bézier elements. Each stands on those before it.
+
+- bounds_nb: rigorous bounds of an element's derivatives over a box, from Bernstein coefficients
+- element_nb: evaluation of one Bézier element and its derivatives to second order
+- sides_nb: points and normals along the sides of elements
+"""

@@ -1,0 +1,54 @@
+"""Kernels, in reading order: the search on exact geometry. Each stands on those before it.
+
+- tree_nb: a binary hierarchy of boxes, built by halving at the median of the longest axis
+- hierarchy_nb: leaves over the elements: their parts in boxes, with bounds of the derivatives
+- curve_nb: trimming pieces in space: the surface along a p-curve, and its closest point
+- curve_leaves_nb: leaves over the trimming pieces: stretches of one element each, with rigorous
+  bounds
+- closest_cell_nb: one cell of an element against a point: whether it can hold a closer one, or
+  just one minimum
+- local_nb: f = |S − P|²/2 about a foot, and the step that lowers it inside one element
+- global_nb: the closest point of a body: branch and bound with rigorous lower bounds
+- middles_nb: a point of the body in every leaf: what a search can be sure of before it opens any
+- around_nb: the elements that meet at a foot, and which of them leads down from there
+- walk_nb: the local foot from a start: safeguarded Newton that walks over elements and patches
+- pseudo_normal_nb: the sum of the normals around a kink, weighted by angle: it decides the side
+  of a point there
+- foot_nb: from a foot to its record: point, normal, gap; crossing to the next face
+- lanes_nb: Newton's method on many points of one element at once: the fast lane of tracking
+- project_nb: the outer loops of projection: ranges of rows, each row solved on its own
+- safe_distance_nb: how far a point can go before it can touch: a lower bound of its distance
+- edge_width_nb: edges have width: a path that meets the carrier of a face beside it still meets
+  the face where it passes its edge, as seen along the path, within the width of that edge
+- flat_cell_nb: where a path crosses a cell that is a point, or flat along the path: its ends tell
+- crossing_nb: where a straight path crosses one leaf, cell by cell, with tolerances that are
+  lengths
+- hit_nb: crossings of swept points: the segments p0 → p1 against the exact surface
+- side_pieces_nb: pieces of a surface, small and flat enough to tell which cells of a grid they
+  meet
+- side_grid_nb: which cells of a grid hold surface, and which of the others are joined
+- side_nb: looking up a grid of known sides: the side of a point, and whether a way is clear of
+  surface
+- ball_plane_nb: touching balls: how large a ball may touch a surface from inside or outside and
+  hold no more
+- ball_cell_nb: cells of elements with rigorous bounds of how their surface runs, turns and bends
+- ball_block_nb: blocks of cells over which a patch is smooth: how near its own points come to
+  touching balls
+- ball_bound_nb: the corner values of cells: what all other cells of the body leave of their
+  touching balls
+- ball_nb: radii of touching balls at feet, looked up in the cells of the elements
+- rest_nb: what an element's surface leaves its second-order Taylor polynomial by, over a box
+- bend_nb: how much an element bends over a box: rigorous bounds of its normal curvatures and
+  widths
+- pole_nb: how much an element bends over a box with a side that is one point, as at the pole of a
+  sphere
+- ring_nb: bounds around every sixteenth of an element: what the quick certificate of a tracked
+  foot asks
+- branch_nb: the certificate of a tracked foot: that it is on the branch its start was on
+- cells_nb: the cell about a foot, and how it goes on across a side of its element
+- fold_nb: a crease and its two faces beside a foot: frames, and how far they turn along it
+- crease_nb: the certificate of feet on and beside a crease
+- joined_nb: whether one branch joins two feet: a part of a motion, proved at once
+- follow_nb: following the branch of a foot part by part, where its surroundings do not prove it
+  at once
+"""
