@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.elements.kernels.sides_nb import side_point
-from contiga.num.jit import inner
+from contiga.num.codes import CREASE, POLE
+from contiga.num.jit import inner, kernel
 from contiga.search.kernels.local_nb import expand
 
-CREASE, POLE = 1, 3
 MOST = 64
 """Elements listed around one point."""
 POLE_SAMPLES = 8
@@ -32,7 +31,7 @@ def stands(side, s, t):
     return t >= 0.5
 
 
-@njit(cache=True)
+@kernel()
 def cross(elements, e, side, s, t):
     """The same point of the surface seen from the element across `side`."""
     x = t if side < 2 else s
@@ -69,7 +68,7 @@ def _add(elements, foot, list_e, list_st, n):
     return n
 
 
-@njit(cache=True)
+@kernel()
 def around(elements, foot, list_e, list_st):
     """All (element, s, t) that are the point `foot`, through linked sides and poles.
 

@@ -28,14 +28,12 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
 from contiga.elements.kernels.element_nb import locate
 from contiga.geometry.kernels.trim_nb import box_state
-from contiga.num.jit import inner
+from contiga.num.codes import IN, OK
+from contiga.num.jit import inlined, inner, kernel
 from contiga.search.kernels.ring_nb import part_of
 
-OK, IN = 0, 1
 WIDER = 1.1
 """The ball is this many times as large as what has to be in it."""
 FOLLOW = 1
@@ -112,7 +110,7 @@ def by_ring(ring, box, foot, start, seen, tolerance):
     return r
 
 
-@njit(inline="always")
+@inlined()
 def seen_from(foot, n, a, b, tolerance):
     """(m for P(0), m for P(1)), the larger distance, and t, of a foot with normal n and a motion
     from a to b."""
@@ -130,7 +128,7 @@ def seen_from(foot, n, a, b, tolerance):
     return (m0, m1), math.sqrt(max(first, second)), slip
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def certify_rows(tables, points, before, starts, results, start, stop):
     """Certify feet start … stop by the bounds kept around them.
 

@@ -34,6 +34,7 @@ import math
 import numpy as np
 
 from contiga.elements.kernels.sides_nb import normal_at
+from contiga.num.codes import CREASE
 from contiga.num.jit import inner
 from contiga.search.kernels.around_nb import MOST, around, inward_slope, stands
 from contiga.search.kernels.bend_nb import INNER, OUTER
@@ -50,7 +51,6 @@ from contiga.search.kernels.fold_nb import (
 )
 from contiga.search.kernels.local_nb import expand
 
-CREASE = 1
 SAME = 1e3
 """A slope of this many tolerances is none."""
 OPPOSED = 1e-9

@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from contiga.elements.kernels.element_nb import locate
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.num.jit import inner
+from contiga.num.codes import AT_BORDER, CREASE, FACE, IN, OK, POLE, VERTEX
+from contiga.num.jit import inner, kernel
 from contiga.search.kernels.around_nb import cross, inward_slope, stands, vertex_exit
 from contiga.search.kernels.bend_nb import principal
 from contiga.search.kernels.branch_nb import seen_from
@@ -27,10 +27,6 @@ from contiga.search.kernels.local_nb import expand
 from contiga.search.kernels.pseudo_normal_nb import pseudo_normal
 from contiga.search.kernels.walk_nb import walk
 
-OK, BORDER = 0, 1
-IN = 1
-FACE, VERTEX = 0, 2
-CREASE, POLE = 1, 3
 SHORT = 1e-12
 HALVINGS = 10
 """Halvings of a motion that is not proved."""
@@ -134,7 +130,7 @@ def follow(tables, last, path, step, work):
         here = _between(path, done)
         there = _between(path, done + step)
         status, e, s, t, _ = walk(elements, last, there, tolerance, h)
-        stays = status != BORDER and (
+        stays = status != AT_BORDER and (
             elements.table[e]["trim"] == IN or in_face(elements, tables.trims, e, s, t)
         )
         good = stays and status == OK
@@ -201,7 +197,7 @@ def _put_right(tables, k, foot, point, out, work):
         turn_normal(tables, k, total, point, out)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def follow_rows(tables, path, starts, rows, results, start, stop):
     """Follow the branches of rows[start:stop]; `path` is (points before, points now).
 

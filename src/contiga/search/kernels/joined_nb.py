@@ -12,14 +12,13 @@ import numpy as np
 
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
+from contiga.num.codes import SMOOTH
 from contiga.num.jit import inner
 from contiga.search.kernels.bend_nb import BENDS, INNER, OUTER, bend_work, principal
 from contiga.search.kernels.branch_nb import WIDER, by_ring, holds, seen_from
 from contiga.search.kernels.cells_nb import CELL, cells_about, in_element, touched
 from contiga.search.kernels.crease_nb import is_corner, over_crease, stays_at_vertex
 from contiga.search.kernels.ring_nb import part_of
-
-SMOOTH = 0
 
 
 @inner(error_model="numpy")

@@ -11,9 +11,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from contiga.num.jit import inner
+from contiga.num.codes import POLE, SMOOTH
+from contiga.num.jit import inner, kernel
 from contiga.search.kernels.around_nb import MOST, around, stands
 from contiga.search.kernels.bend_nb import (
     BENDS,
@@ -30,8 +30,6 @@ from contiga.search.kernels.bend_nb import (
 )
 from contiga.search.kernels.pole_nb import pole_bounds, pole_side
 
-SMOOTH, POLE = 0, 3
-IN, CUT = 1, 2
 PARTS = 4
 BY_POLE = 2
 """Parts this close to a pole have all that is round it for surroundings."""
@@ -97,7 +95,7 @@ def _bends_of(elements, e, cell, depth, total, work):
         top += 4
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def bends_of_parts(elements, depth, raw, start, stop):
     """Bounds of all parts of elements start … stop into raw[element, part, 6]."""
     work = (np.empty((16, 5)), np.empty(BENDS), bend_work())
@@ -383,7 +381,7 @@ def _ring(elements, raw, e, i, j, ring, work):
     _block(elements, e, i, j, ring)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel(error_model="numpy")
 def join_parts(elements, raw, rings, start, stop):
     """Fill rings[element, part] of elements start … stop from the bounds of all parts."""
     work = (np.empty(MOST, np.int64), np.empty((MOST, 2)))
