@@ -24,6 +24,8 @@ FLAGS = tuple(
     if value.name not in ("FREE", "NEW", "OLD", "RELEASED", "SLID_OFF", "HELD")
 )
 """Statuses that say that something was not solved, or had to be mended."""
+PASSED = np.linspace(0.0, 1.0, 9)
+"""Shares of a step at which it is asked whether it passes a joint."""
 
 
 def cloud(solid: Solid, n: int, scale: float, rng: np.random.Generator) -> np.ndarray:
@@ -68,7 +70,9 @@ class Judge:
         known = self._history(p_B, sign, touching)
         # On which side of a joint a point is or was is not known, nor if it came in from there.
         odd = odd[touching[odd] & ~self.came_in[odd]]
-        odd = odd[(sign[odd] == 0) | truth.at_a_joint(solid, self.before[odd])]
+        way = p_B[odd] - self.before[odd]
+        passed = [truth.at_a_joint(solid, self.before[odd] + k * way) for k in PASSED]
+        odd = odd[(sign[odd] == 0) | np.any(passed, axis=0)]
         known[odd], self.came_in[odd] = False, True
         expected = (sign < 0) & self.came_in
         differs = known & (sign != 0) & (touching != expected)
