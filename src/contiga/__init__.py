@@ -19,7 +19,7 @@ _HOME = {
     "read_mesh": "contiga.io.mesh.read_mesh",
     "read_master": "contiga.io.mesh.read_master",
     "write_mesh": "contiga.io.out.write_mesh",
-    "Slave": "contiga.io.mesh.read_mesh",
+    "Slave": "contiga.slaves.slave",
     "ForceLaw": "contiga.laws.normal",
     "StressLaw": "contiga.laws.normal",
     "PenaltyLaw": "contiga.laws.normal",
@@ -65,7 +65,6 @@ if TYPE_CHECKING:
     from contiga.geometry.surface import NurbsSurface as NurbsSurface
     from contiga.io.cad.read_cad import read_cad as read_cad
     from contiga.io.mesh.read_master import read_master as read_master
-    from contiga.io.mesh.read_mesh import Slave as Slave
     from contiga.io.mesh.read_mesh import read_mesh as read_mesh
     from contiga.io.out.write_mesh import write_mesh as write_mesh
     from contiga.laws.characteristic import Characteristic as Characteristic
@@ -79,6 +78,7 @@ if TYPE_CHECKING:
     from contiga.records import Hit as Hit
     from contiga.records import Projection as Projection
     from contiga.records import Status as Status
+    from contiga.slaves.slave import Slave as Slave
     from contiga.triangles.trimesh import TriMesh as TriMesh
 
 

@@ -15,7 +15,7 @@ from contiga_validation.engine.experiment import Picture
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from contiga.geometry.curve import NurbsCurve
+    from contiga import NurbsCurve
 
 __all__ = ["BODY", "GRID", "INK", "LINES", "MUTED", "SCALE", "colour_map", "plane", "png"]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from contiga.geometry.surface import NurbsSurface
+from contiga import NurbsSurface
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.report import shading

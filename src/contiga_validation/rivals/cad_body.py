@@ -6,8 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-from contiga.io.cad.read_cad import read_cad
-from contiga.masters.body import Body
+from contiga import Body, read_cad
 from contiga_validation.rivals.headform import headform, only_solid, write_step
 
 IN_DATA = "utah_teapot_32bezier_gismo.xml"

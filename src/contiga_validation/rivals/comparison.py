@@ -9,13 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.geometry import clouds, shapes
-from contiga.masters.body import Body
+from contiga import Body, Feature, Projection, Status, TriMesh, clouds, shapes
 from contiga.masters.protocol import Master
-from contiga.records import Feature, FloatArray, IndexArray, Projection, Status, rows_of
+from contiga.records import FloatArray, IndexArray, rows_of
 from contiga.search.tables import tables_of
 from contiga.triangles import facet_tables as faceted_tables
-from contiga.triangles.trimesh import TriMesh
 from contiga_validation.rivals.rival_meshes import (
     SAMPLES,
     RivalMesh,

@@ -13,9 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.masters.body import Body
+from contiga import Body, TriMesh
 from contiga.records import FloatArray
-from contiga.triangles.trimesh import TriMesh
 
 ERRORS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
 """Wanted Hausdorff errors, relative to the size of the body."""

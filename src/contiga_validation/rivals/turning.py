@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga.geometry import clouds
-from contiga.masters.body import Body
+from contiga import Body, clouds
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.report.plots import INK, LINES

@@ -6,13 +6,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga.area.facet import FacetArea
-from contiga.area.hull import HullArea, hull_of
+from contiga import FacetArea, HullArea, NodalArea, Slave
+from contiga.area.hull import hull_of
 from contiga.area.method import AreaMethod
-from contiga.area.nodal import NodalArea
 from contiga.records import FloatArray, IntArray
 from contiga.report.plots import BODY, INK, LINES, MUTED
-from contiga.slaves.slave import Slave
 from contiga_validation.engine.experiment import Cell, Claim, Experiment, Outcome, Picture, Table
 from contiga_validation.engine.view import View
 from contiga_validation.thesis.play import Played, played

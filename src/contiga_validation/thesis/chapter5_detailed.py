@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.contact.state import State
-from contiga.records import ContactStatus, FloatArray
+from contiga import ContactStatus, State
+from contiga.records import FloatArray
 from contiga_validation.engine.drawing import LINES, plane
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
 from contiga_validation.engine.view import View

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga.records import ContactStatus, FloatArray
+from contiga import ContactStatus
+from contiga.records import FloatArray
 from contiga_validation.engine.drawing import LINES, MUTED, draw_curve, plane
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
 from contiga_validation.engine.view import View
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from contiga.geometry.curve import NurbsCurve
+    from contiga import NurbsCurve
 
 CONTACT, FREE, OTHER = LINES[1], LINES[0], LINES[2]
 

@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga.area.hull import HullArea
+from contiga import Contact, ForceLaw, HullArea, NodalArea, StressLaw
 from contiga.area.method import AreaInput, AreaMethod, Areas
-from contiga.area.nodal import NodalArea
-from contiga.contact.contact import Contact
 from contiga.errors import ContigaError
-from contiga.laws.normal import ForceLaw, StressLaw
 from contiga.records import FloatArray
 from contiga.report.plots import INK, LINES, MUTED
 from contiga_validation.engine.experiment import Cell, Claim, Experiment, Outcome, Picture, Table

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga.geometry import clouds, shapes
-from contiga.masters.body import Body
-from contiga.records import FloatArray, Hit
+from contiga import Body, Hit, clouds, shapes
+from contiga.records import FloatArray
 from contiga_validation.engine.drawing import LINES, draw_curve, plane
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
 from contiga_validation.engine.view import View

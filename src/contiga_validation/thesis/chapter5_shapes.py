@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contiga.geometry import clouds, shapes
-from contiga.geometry.curve import NurbsCurve
-from contiga.geometry.surface import NurbsSurface
+from contiga import NurbsCurve, NurbsSurface, clouds, shapes
 from contiga.records import FloatArray
 from contiga_validation.engine.drawing import LINES
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from contiga import NurbsCurve, NurbsSurface
 from contiga.geometry import knots as kv
-from contiga.geometry.curve import NurbsCurve
-from contiga.geometry.surface import NurbsSurface
 from contiga_validation.engine.drawing import LINES, draw_curve, draw_polygon, plane
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
 from contiga_validation.engine.view import View

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga.geometry.surface import NurbsSurface
+from contiga import NurbsSurface
 from contiga.report.plots import BODY, LINES, MUTED
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
 from contiga_validation.engine.view import View

@@ -7,15 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga.area.nodal import NodalArea
-from contiga.contact.state import State
-from contiga.geometry.surface import NurbsSurface
+from contiga import NodalArea, NurbsSurface, State, TriMesh
 from contiga.records import FloatArray
 from contiga.report.plots import BODY, INK, LINES, MUTED
 from contiga.simulation.clock import Clock
 from contiga.simulation.simulation import Simulation
 from contiga.simulation.step import advance
-from contiga.triangles.trimesh import TriMesh
 from contiga_validation.engine.experiment import Cell, Claim, Experiment, Outcome, Picture, Table
 from contiga_validation.engine.view import View
 from contiga_validation.thesis.play import exact_master, played

@@ -6,12 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from contiga import Body, State, shapes
 from contiga.area.cluster import clusters_of
 from contiga.area.method import Rest
 from contiga.area.regions import regions, structure_of
-from contiga.contact.state import State
-from contiga.geometry import shapes
-from contiga.masters.body import Body
 from contiga.records import FloatArray, IntArray
 from contiga.report.plots import BODY, INK, LINES, MUTED
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table

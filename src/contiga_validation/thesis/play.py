@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga import State, load_case
 from contiga.case.build import build
-from contiga.case.schema import load_case
-from contiga.contact.state import State
 from contiga.geometry.faces import Faces
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray

@@ -7,12 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from contiga import Contact, Slave, load_case
 from contiga.case.build import build
-from contiga.case.schema import load_case
-from contiga.contact.contact import Contact
 from contiga.records import IntArray
 from contiga.simulation.simulation import Simulation
-from contiga.slaves.slave import Slave
 from contiga_validation.thesis.scenes import scene
 
 
