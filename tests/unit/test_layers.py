@@ -22,14 +22,17 @@ def modules_of(source: Path) -> dict[str, Path]:
     return found
 
 
-def imports_of(source: Path) -> Graph:
-    """What each module imports when it runs, at its top or inside a function."""
+def imports_of(source: Path, *, typed: bool = False) -> Graph:
+    """What each module imports when it runs, at its top or inside a function.
+
+    With `typed` what only type checkers read counts too.
+    """
     modules = modules_of(source)
-    return {name: set(_imported(path, modules)) - {name} for name, path in modules.items()}
+    return {n: set(_imported(path, modules, typed)) - {n} for n, path in modules.items()}
 
 
-def _imported(path: Path, modules: dict[str, Path]) -> Iterator[str]:
-    for node in _run(ast.parse(path.read_text(encoding="utf-8"))):
+def _imported(path: Path, modules: dict[str, Path], typed: bool) -> Iterator[str]:
+    for node in _below(ast.parse(path.read_text(encoding="utf-8")), typed):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in modules)
         elif isinstance(node, ast.ImportFrom) and node.module in modules:
@@ -38,13 +41,12 @@ def _imported(path: Path, modules: dict[str, Path]) -> Iterator[str]:
                 yield inner if inner in modules else node.module
 
 
-def _run(node: ast.AST) -> Iterator[ast.AST]:
-    """All that stands below a node, but for what only type checkers read."""
+def _below(node: ast.AST, typed: bool) -> Iterator[ast.AST]:
     for child in ast.iter_child_nodes(node):
-        if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
+        if not typed and isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
             continue
         yield child
-        yield from _run(child)
+        yield from _below(child, typed)
 
 
 def circles_of(graph: Graph) -> list[list[str]]:
@@ -122,8 +124,8 @@ def test_no_module_imports_itself_in_a_circle(graph: Graph) -> None:
     assert circles_of(graph) == []
 
 
-def test_imports_run_downward(graph: Graph, floors: list[list[str]]) -> None:
-    assert upward(graph, floors) == []
+def test_imports_run_downward_for_type_checkers_too(floors: list[list[str]]) -> None:
+    assert upward(imports_of(ROOT / "src", typed=True), floors) == []
 
 
 def test_every_module_has_a_floor(graph: Graph, floors: list[list[str]]) -> None:
@@ -149,3 +151,4 @@ def test_a_circle_and_a_way_up_are_seen_inside_functions_too(tmp_path: Path) -> 
         "house.low -> house.high"
     ]
     assert graph["house.typed"] == set()
+    assert imports_of(tmp_path, typed=True)["house.typed"] == {"house.high"}
