@@ -13,13 +13,14 @@ import numpy as np
 from numba import njit
 
 from contiga.num.jit import inner
+from contiga.search._about_edge_nb import edge_work, may_join
 from contiga.search._around_nb import cross, inward_slope, stands, vertex_exit
 from contiga.search._bend_nb import principal
 from contiga.search._branch_nb import seen_from
 from contiga.search._cells_nb import is_untrimmed, whole_around
 from contiga.search._crease_nb import is_corner
+from contiga.search._edge_nb import over_edge, rests_on_edge, runs_into_fold
 from contiga.search._element_nb import locate
-from contiga.search._edge_nb import edge_work, may_join, over_edge, rests_on_edge
 from contiga.search._foot_nb import continued_foot, turn_normal, write_foot
 from contiga.search._global_nb import in_face
 from contiga.search._joined_nb import least_bend, prove
@@ -35,6 +36,10 @@ CREASE, POLE = 1, 3
 SHORT = 1e-12
 HALVINGS = 10
 """Halvings of a motion that is not proved."""
+EDGE_HALVINGS = 18
+"""The same beside an edge, which a point may pass very close by."""
+AHEAD = 24.0
+"""How many parts a foot may be away from a fold beside which no more parts are proved."""
 HELD = 0.5**4
 """A part this short that ends where the face does is not halved: the branch leads out there."""
 EVENT_HALVINGS = 30
@@ -46,9 +51,10 @@ VANISHED = 1e-3
 AWAY = 10.0
 """A foot that goes this many times as far as its least curvature explains has left its branch."""
 MOST_PARTS = 1500
-UNPROVED, PROVED, ENDED = 0, 1, 2
+UNPROVED, PROVED, ENDED, FELL = 0, 1, 2, 3
 EVENT = 2
 """Flag of rows whose branch ends."""
+BRANCH_EVENT = 4
 NEAR_EDGE = 1e-6
 """Share of the body's size about a start on an edge that is looked at,"""
 WIDTHS = 4.0
@@ -151,13 +157,14 @@ def follow(tables, last, path, step, work):
     """Follow the branch from the foot `last` of path[0] to path[1], part by part.
 
     The first part tried is the share `step` of the motion; `work` is of `edge_work`. Returns
-    (UNPROVED, PROVED or ENDED, e, s, t, feature): the foot at the end of what was proved.
+    (UNPROVED, PROVED, ENDED or FELL, e, s, t, feature): the foot at the end of what was proved.
     """
     near = (tables.elements, tables.rings, tables.trims.trimmed, tables.scale[1])
     h = work[0][2]
     done = 0.0
     kind = FACE
     smallest = 0.5**HALVINGS
+    at_edge = 0.5**EDGE_HALVINGS
     for _ in range(MOST_PARTS):
         here = _between(path, done)
         there = _between(path, done + step)
@@ -170,9 +177,14 @@ def follow(tables, last, path, step, work):
                 return PROVED, e, s, t, feature
             step = min(2.0 * step, 1.0 - done)
             continue
+        beside = may_join(tables, last[0])
+        if beside:
+            ahead = _between(path, min(done + AHEAD * step, 1.0))
+            if runs_into_fold(tables, last, (here, ahead), work):
+                return FELL, last[0], last[1], last[2], kind
         if not stays and step <= HELD:
             return UNPROVED, last[0], last[1], last[2], kind
-        if step <= smallest:
+        if step <= (at_edge if beside else smallest):
             ended, least = _has_ended(near, last, (e, s, t), (here, there), h)
             if least > SHALLOW:
                 break
@@ -235,7 +247,8 @@ def _is_start(tables, last, point, work):
 def follow_rows(tables, path, starts, rows, results, start, stop):
     """Follow the branches of rows[start:stop]; `path` is (points before, points now).
 
-    A foot that is not the one on its branch is put right. Rows whose branch ends are flagged EVENT.
+    A foot that is not the one on its branch is put right. Rows whose branch ends are flagged EVENT,
+    or, where it ran into a fold and the foot fell on to the other face, a BRANCH_EVENT at once.
     """
     work = edge_work()
     elements = tables.elements
@@ -263,6 +276,8 @@ def follow_rows(tables, path, starts, rows, results, start, stop):
         outcome, e, s, t, feature = follow(tables, last, (a, b), step, work)
         if outcome == ENDED:
             back[k] = EVENT
+        elif outcome == FELL and out.status[k] == OK:
+            out.status[k] = BRANCH_EVENT
         elif outcome == PROVED:
             if not _is_there(tables, (e, s, t), k, out, work[0][2]):
                 _put_right(tables, k, (e, s, t, feature), b, out, (work[2], work[0][2]))

@@ -20,8 +20,9 @@ SPEED = 1e-12
 def measure_pieces(tables, across, samples, measured, start, stop):
     """Into measured[piece] (turn, slip) of pieces start … stop; infinite where they do not meet.
 
-    `across` (pieces,) is the patch beyond each, −1 none; `samples` of each are taken. The turn is the angle between the normals,
-    the slip that between the edge's tangent and the plane of the face beyond (radians).
+    `across` (pieces,) is the patch beyond each, −1 none; `samples` of each are taken. The turn is
+    the angle between the normals, the slip that between the edge's tangent and the plane of the
+    face beyond (radians).
     """
     h = np.empty((4, 6))
     d = np.empty((3, 3))

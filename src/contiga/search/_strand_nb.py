@@ -43,7 +43,7 @@ def strand_work():
 
 @inner(error_model="numpy")
 def _in_range(trims, piece, axis, low, high):
-    """Stretch of a piece's parameter in which one coordinate lies between two values; (1, 0) none."""
+    """Where on a piece one coordinate lies between two values: (t0, t1), or (1, 0) nowhere."""
     ends = trims.piece_ends[piece]
     a = ends[axis]
     b = ends[2 + axis]

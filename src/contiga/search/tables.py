@@ -91,9 +91,7 @@ def _build(body: Body) -> Tables:
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
     rings = build_rings(elements)
     none = Joints(np.zeros(0, JOINT), np.zeros((0, 4), np.int32))
-    tables = Tables(
-        elements, grid, leaves, tree, trims, is_open, piece_width, scale, rings, none
-    )
+    tables = Tables(elements, grid, leaves, tree, trims, is_open, piece_width, scale, rings, none)
     return tables._replace(joints=build_joints(body, tables))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from contiga.geometry.body import Body
 from contiga.num.threads import run_ranges
-from contiga.records import FloatArray, IntArray
+from contiga.records import IntArray
 from contiga.search import _joint_nb
 from contiga.search.records import JOINT, Joints, Records, Tables
 
