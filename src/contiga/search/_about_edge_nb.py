@@ -17,7 +17,7 @@ import numpy as np
 from contiga.num.jit import inner
 from contiga.search._around_nb import cross as beyond_side
 from contiga.search._bend_nb import SPEED_S, SPEED_T, WIDTH_S, WIDTH_T, bend_bounds, principal
-from contiga.search._cells_nb import CELL, cell_about
+from contiga.search._cells_nb import CELL, SNAP, cell_about
 from contiga.search._curve_nb import surface_foot
 from contiga.search._element_nb import parameters
 from contiga.search._fold_nb import cross, dot
@@ -193,7 +193,12 @@ def _across(tables, foot, at, edge, side, point, work):
         return (e2, s, t), (elements.table[e]["width"][side], 0.0, math.inf)
     joint = tables.joints.edges[edge]
     faces = joint["patch"]
-    other = faces[1] if faces[0] == elements.table[e]["patch"] else faces[0]
+    row = elements.table[e]
+    other = faces[1] if faces[0] == row["patch"] else faces[0]
+    if side >= 0 and row["kind"][side] <= CREASE and 0.5 - abs(at[side // 2]) <= SNAP:
+        e2, s, t, _ = beyond_side(elements, e, side, at[0], at[1])
+        if elements.table[e2]["patch"] == other:
+            return (e2, s, t), (joint["width"], joint["slip"], joint["turn"])
     reach = max(joint["width"], JOIN * tables.scale[0])
     nowhere = (-1, 0.0, 0.0)
     known = (joint["width"], joint["slip"], joint["turn"])

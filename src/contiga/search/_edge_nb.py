@@ -61,7 +61,6 @@ SHARP = 1e-6
 """A branch is known if it is to this share of the body's size, or to a few widths of the edge."""
 FEW = 4.0
 TRIES = 3
-GROWTH = 8.0
 LEAST = 0.1
 """Least curvature of f that a ball is laid out for."""
 AHEAD = 3.5
@@ -184,7 +183,7 @@ def over_edge(tables, foot, last, path, work):
         need = max(way, 2.0 * (slip + drop) / least)
         if need <= r:
             return True
-        if not need <= GROWTH * r:
+        if not need < math.inf:
             return False
     return False
 
@@ -247,6 +246,4 @@ def runs_into_fold(tables, last, path, work):
         need = 2.0 * slip / least + BENT * way
         if need <= r:
             return past < 0.0
-        if not need <= GROWTH * r:
-            return False
     return False

@@ -33,8 +33,10 @@ def measure_pieces(tables, across, samples, measured, start, stop):
         if across[k] < 0 or not tables.piece_width[k] > 0.0:
             continue
         turn = slip = 0.0
-        for i in range(samples[k] + 1):
-            e, s, t = curve_point(elements, tables.grid, tables.trims, k, i / samples[k], h, d)
+        for i in range(samples[k]):
+            e, s, t = curve_point(
+                elements, tables.grid, tables.trims, k, (i + 0.5) / samples[k], h, d
+            )
             origin = elements.table[e]["origin"]
             point = (d[0, 0] + origin[0], d[0, 1] + origin[1], d[0, 2] + origin[2])
             n = normal_at(elements, e, s, t, h)

@@ -17,6 +17,8 @@ from contiga.search.records import JOINT, Joints, Records, Tables
 PIECES = 16
 # Places along an edge at least, and along each piece of it.
 PLACES, AT_LEAST = 8, 2
+# An element this little longer than an edge (share of its patch) runs along it.
+HAIR = 1e-9
 # Between samples an edge may turn and slip a little more.
 MORE = 1.02
 
@@ -68,6 +70,8 @@ def _sides(body: Body, tables: Tables, edges: Records) -> IntArray:
             along = 1 - use.index // 2
             box = table["box"][:, 2 * along : 2 * along + 2]
             low, high = edge.spans[i] if edge.spans else (-np.inf, np.inf)
+            hair = HAIR * float(np.ptp(body.patches[use.patch].domain[along]))
             rows = (table["patch"] == use.patch) & (table["box"][:, use.index] == end)
-            sides[rows & (box[:, 0] >= low) & (box[:, 1] <= high), use.index] = k
+            rows &= (box[:, 0] >= low - hair) & (box[:, 1] <= high + hair)
+            sides[rows, use.index] = k
     return sides
