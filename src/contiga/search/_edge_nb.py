@@ -9,16 +9,15 @@ every surface of two faces that are joined exactly, whose points are no farther 
 file than the width δ of the edge, and whose tangents and normals along it differ from those of the
 file by no more than its slip σ (or, where faces are joined smoothly, its turn) as it was measured
 when the body was built (`trimmed_edges`). Where a way crosses the strand at an angle φ, the slope
-of f may then fall, by no more than
-
-    δ + sin φ max(0, w·(b_1 + b_2) + 2 |w| σ),    or    δ + sin φ |w| α
-
-where the faces turn by α at most, outer side or inner. The angles under which a shortest way can
-cross again and again add up to less than 1 + 2 k r, for between two crossings the strand turns by
-their sum. So on all shortest ways the slope of f falls by D in all at most, and grows by μ a
-length otherwise. Then the minima of f_τ in the ball lie within D/μ of each other: **the branch is
-known to D/μ**, and that must be no more than `SHARP` allows. All else is as there, with t + D in
-place of t.
+of f may then fall by δ, if w·(b_1 + b_2) + 2 |w| σ ≤ 0 there; else by δ + sin φ |w| α, where the
+faces turn by α at most, outer side or inner. That is used for joints meant to be smooth only, with
+α ≤ `FOLD`: beside a real fold two minima that were as good as one may part later, and which of them
+is followed would not be known. Beside a smooth joint they stay within |w| α/μ. The angles under
+which a shortest way can cross again and again add up to less than 1 + 2 k r, for between two
+crossings the strand turns by their sum. So on all shortest ways the slope of f falls by D in all at
+most, and grows by μ a length otherwise. Then the minima of f_τ in the ball lie within D/μ of each
+other: **the branch is known to D/μ**, and that must be no more than `SHARP` allows. All else is as
+there, with t + D in place of t.
 
 **A branch that ends at a fold.** On the inner side of a fold a minimum x_0 of f_0 in A may run
 into the edge. Let B be the ball of radius r about x_0, f_τ convex with modulus μ > 0 along the
@@ -141,9 +140,11 @@ def _least_and_drop(fold, ends, r, work):
         _least_on_strand(fold, ends, work),
     )
     jump = most_jump((bends[0], bends[1]), (first, second), ends, reach, bent)
-    jump = max(jump + 2.0 * reach[1] * joint[1], 0.0)
-    jump = min(jump, reach[1] * joint[2])
-    return least, joint[0] + (1.0 + 2.0 * bent * r) * jump
+    if jump + 2.0 * reach[1] * joint[1] <= 0.0:
+        return least, joint[0]
+    if joint[2] > FOLD:
+        return least, math.inf
+    return least, joint[0] + (1.0 + 2.0 * bent * r) * reach[1] * joint[2]
 
 
 @inner(error_model="numpy")

@@ -126,6 +126,30 @@ def test_nearly_smooth_folds_give_no_events(turn):
             assert feet.certified.mean() >= 0.99
 
 
+@pytest.mark.parametrize("gap", [0.0, 1e-7])
+@pytest.mark.parametrize("off", [1e-4, 1e-6, -1e-6, 3e-7, -3e-7, 1e-8, -1e-8])
+def test_a_path_that_goes_in_very_near_an_edge_is_not_certified_on_the_wrong_face(gap, off):
+    """On which side of the edge it passes decides which of two minima the foot stays on."""
+    body = trimmed_fold(np.pi / 2, gap)
+    out = np.array([[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0]]) / np.sqrt(2.0)  # normals, left and right
+    rng = np.random.default_rng(4)
+    before, after = rng.uniform(0.001, 0.1, (2, 200, 1)), rng.uniform(-0.1, -0.001, (2, 200, 1))
+    share = before[0] / (before[0] - after[0])
+    # Past the left plane `off` above the right one.
+    before[1] = (off - share * after[1]) / (1.0 - share)
+    y = rng.uniform(-0.3, 0.3, (200, 1)) * [0.0, 1.0, 0.0]
+    a, b = (p[0] * out[0] + p[1] * out[1] + y for p in (before, after))
+    outside = before[1, :, 0] > 0.0
+    start = body.project(a)
+    feet = body.project(b, start=start, mode="track")
+    on = after[0] * out[0] if off > 0.0 else after[1] * out[1]
+    proved = (feet.certified == 1) & outside
+    miss = np.linalg.norm(feet.point - on - y, axis=1)
+    assert miss[proved].max(initial=0.0) <= 1e-9 + 2.0 * gap
+    if abs(off) == 1e-4:
+        assert proved[outside].mean() > 0.95
+
+
 def continued(body, start, a, b, steps=400):
     """Feet after many tiny steps, and which of them never jumped."""
     feet, stays = start, np.ones(len(a), bool)
