@@ -77,6 +77,16 @@ RING = np.dtype(
     align=True,
 )
 
+JOINT = np.dtype(
+    [
+        ("patch", "i4", 2),  # the two faces of an edge; -1 where nothing is known of how they meet
+        ("width", "f8"),  # of the edge, length
+        ("turn", "f8"),  # largest angle between their normals along it, radians, as measured
+        ("slip", "f8"),  # largest angle between its tangent in one and the other's plane, likewise
+    ],
+    align=True,
+)
+
 LEAF = np.dtype(
     [
         ("element", "i4"),  # surface leaf: its element; curve leaf: -1 - trimming piece
@@ -121,6 +131,15 @@ class Grid(NamedTuple):
     """1 where two patches meet at an edge without lining up element by element."""
 
 
+class Joints(NamedTuple):
+    """Edges at which trimmed faces join others (see `trimmed_edges`)."""
+
+    edges: Records
+    """(edges,) `JOINT`."""
+    sides: IntArray
+    """(elements, 4) the edge that an untrimmed patch's natural side is a part of, −1 none."""
+
+
 class Tables(NamedTuple):
     """Everything the kernels are handed about a body."""
 
@@ -139,3 +158,4 @@ class Tables(NamedTuple):
     """(2,) size of the body, tangential tolerance of a foot; lengths."""
     rings: Records
     """(elements, 16) `RING`."""
+    joints: Joints

@@ -22,14 +22,17 @@ from contiga.search.records import (
     CUBIC,
     ELEMENT,
     GENERAL,
+    JOINT,
     PATCH,
     RATIONAL_CUBIC,
     SHARED,
     Elements,
     Grid,
+    Joints,
     Records,
     Tables,
 )
+from contiga.search.trimmed_edges import build_joints
 from contiga.search.widths import edge_widths
 
 # Monomials lose digits above this degree: such elements are evaluated in Bernstein form.
@@ -87,7 +90,9 @@ def _build(body: Body) -> Tables:
     leaves, tree = build_hierarchy(elements, grid, trims)
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
     rings = build_rings(elements)
-    return Tables(elements, grid, leaves, tree, trims, is_open, piece_width, scale, rings)
+    none = Joints(np.zeros(0, JOINT), np.zeros((0, 4), np.int32))
+    tables = Tables(elements, grid, leaves, tree, trims, is_open, piece_width, scale, rings, none)
+    return tables._replace(joints=build_joints(body, tables))
 
 
 def _open_pieces(body: Body, trims: trim.TrimTables) -> FloatArray:
