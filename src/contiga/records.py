@@ -40,8 +40,9 @@ class Status(IntEnum):
     MAX_ITERATIONS = 3
     """Not converged. Take smaller steps, or project with ``mode="global"``."""
     BRANCH_EVENT = 4
-    """The tracked minimum vanished on the way (the point crossed a focal surface); the foot is the
-    closest point instead. Nothing continues the old one: smaller steps show where it ends."""
+    """The tracked minimum vanished on the way. Where the point crossed a focal surface the foot is
+    the closest point instead; where it ran into the inner side of a fold it went on in the other
+    face. Nothing continues the old one: smaller steps show where it ends."""
     NOT_FINITE = 5
     """The point has a NaN or infinite coordinate. Mend the input."""
     NO_HIT = 6
@@ -77,8 +78,8 @@ class ContactStatus(IntEnum):
     """In contact: lies inside a closed body without a crossing having been seen. Its foot is the
     closest point. Report the case: this is a fault of the search."""
     REACQUIRED = 9
-    """In contact at the closest point: the foot it had vanished (its point crossed a focal
-    surface) or did not continue. Take smaller steps to stay on the branch."""
+    """In contact at a foot found again: the one it had vanished (its point crossed a focal surface,
+    or it ran into the inner side of a fold) or did not continue."""
 
 
 IN_CONTACT = (

@@ -10,7 +10,7 @@ from tests.stress.fields import norm
 from tests.stress.solids import CLOSED_FILES, solid
 
 import contiga as cg
-from contiga.records import Status
+from contiga.records import Feature, Status
 
 
 def polygon(corners):
@@ -235,3 +235,17 @@ def test_a_path_that_skims_a_bent_face_is_hit_where_it_passes_the_edge():
     assert norm(a + hit.fraction[:, None] * (b - a) - hit.point) < 1e-6
     edge = np.array([0.86545732, 6.92820322, 8.94133507])  # where the path comes nearest to it
     assert norm(hit.point - edge) < 1e-5
+
+
+def test_a_point_a_billionth_of_the_size_above_a_large_face_beside_its_rim():
+    """The wall below the rim is some times farther, the middle of the face 3e9 times."""
+    body = solid("link rod").body
+    rng = np.random.default_rng(6)
+    n = 4000
+    height = body.size * 10.0 ** rng.uniform(-10.0, -8.0, n)
+    radius = 22.0 - height * rng.uniform(2.0, 8.0, n)
+    angle = np.radians(rng.uniform(230.0, 260.0, n))
+    p = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), 8.0 + height])
+    feet = body.project(p)
+    np.testing.assert_allclose(feet.gap, p[:, 2] - 8.0, rtol=0, atol=1e-13 * body.size)
+    assert (feet.feature == Feature.FACE).all()

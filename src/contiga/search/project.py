@@ -105,7 +105,8 @@ def track(
 
     With `before` (n, 3), where the points were, the feet are certified: shown to be on the branch
     of stationary points that leads from their start. Where the branch ends on the way, the row is
-    a BRANCH_EVENT with the closest point for a foot.
+    a BRANCH_EVENT with the closest point for a foot, or, at the inner side of a fold, with the one
+    that goes on in the other face.
     """
     patch, uv = starts
     results = (out, np.zeros(len(p_B), np.uint8))

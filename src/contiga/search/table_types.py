@@ -12,7 +12,7 @@ import numpy as np
 
 from contiga.elements.element_arrays import Elements, Grid, Records
 from contiga.geometry.trim import TrimTables
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IntArray
 
 RING = np.dtype(
     [
@@ -24,6 +24,15 @@ RING = np.dtype(
         ("block", "f8", 4),  # u0, u1, v0, v1 around the part
         ("ends", "i4", 4),  # 1 where the element's side is not smooth and within reach
         ("pole", "i4"),  # side that is a pole within reach, -1 none
+    ],
+    align=True,
+)
+JOINT = np.dtype(
+    [
+        ("patch", "i4", 2),  # the two faces of an edge; -1 where nothing is known of how they meet
+        ("width", "f8"),  # of the edge, length
+        ("turn", "f8"),  # largest angle between their normals along it, radians, as measured
+        ("slip", "f8"),  # largest angle between its tangent in one and the other's plane, likewise
     ],
     align=True,
 )
@@ -49,6 +58,15 @@ NODE = np.dtype(
 )
 
 
+class Joints(NamedTuple):
+    """Edges at which trimmed faces join others (see `trimmed_edges`)."""
+
+    edges: Records
+    """(edges,) `JOINT`."""
+    sides: IntArray
+    """(elements, 4) the edge that an untrimmed patch's natural side is a part of, −1 none."""
+
+
 class Tables(NamedTuple):
     """Everything the kernels are handed about a body."""
 
@@ -67,3 +85,4 @@ class Tables(NamedTuple):
     """(2,) size of the body, tangential tolerance of a foot; lengths."""
     rings: Records
     """(elements, 16) `RING`."""
+    joints: Joints

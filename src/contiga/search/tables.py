@@ -20,7 +20,8 @@ from contiga.num.codes import BORDER, SHARED
 from contiga.records import FloatArray
 from contiga.search.branch import build_rings
 from contiga.search.hierarchy import build_hierarchy
-from contiga.search.table_types import Tables
+from contiga.search.table_types import JOINT, Joints, Tables
+from contiga.search.trimmed_edges import build_joints
 from contiga.search.widths import edge_widths
 
 # Tangential miss accepted at a foot, relative to the body's size.
@@ -72,7 +73,9 @@ def _build(body: Faces) -> Tables:
     leaves, tree = build_hierarchy(elements, grid, trims)
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
     rings = build_rings(elements)
-    return Tables(elements, grid, leaves, tree, trims, is_open, piece_width, scale, rings)
+    none = Joints(np.zeros(0, JOINT), np.zeros((0, 4), np.int32))
+    tables = Tables(elements, grid, leaves, tree, trims, is_open, piece_width, scale, rings, none)
+    return tables._replace(joints=build_joints(body, tables))
 
 
 def _open_pieces(body: Faces, trims: trim.TrimTables) -> FloatArray:

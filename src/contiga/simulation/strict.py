@@ -12,7 +12,7 @@ from contiga.simulation.step import Snapshot
 DOUBTFUL = {
     ContactStatus.LOST: "could not be solved",
     ContactStatus.FOUND: "lies inside and was not seen to come in",
-    ContactStatus.REACQUIRED: "has lost its foot and takes the closest point",
+    ContactStatus.REACQUIRED: "has lost its foot, which was found again elsewhere",
 }
 
 

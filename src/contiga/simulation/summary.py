@@ -112,8 +112,8 @@ def _warnings(statuses: dict[str, dict[str, int]]) -> list[str]:
         anew = counts[ContactStatus.REACQUIRED.name]
         if anew:
             texts.append(
-                f"{name}: {anew} times the foot of a point in contact vanished and the closest "
-                "point was taken; take smaller steps to follow it"
+                f"{name}: {anew} times the foot of a point in contact vanished and was found again "
+                "elsewhere; take smaller steps to see where"
             )
         bad = counts[ContactStatus.NOT_FINITE.name]
         if bad:

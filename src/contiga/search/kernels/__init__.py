@@ -5,9 +5,9 @@
 - curve_nb: trimming pieces in space: the surface along a p-curve, and its closest point
 - curve_leaves_nb: leaves over the trimming pieces: stretches of one element each, with rigorous
   bounds
+- local_nb: f = |S − P|²/2 about a foot, and the step that lowers it inside one element
 - closest_cell_nb: one cell of an element against a point: whether it can hold a closer one, or
   just one minimum
-- local_nb: f = |S − P|²/2 about a foot, and the step that lowers it inside one element
 - global_nb: the closest point of a body: branch and bound with rigorous lower bounds
 - middles_nb: a point of the body in every leaf: what a search can be sure of before it opens any
 - around_nb: the elements that meet at a foot, and which of them leads down from there
@@ -49,6 +49,13 @@
 - fold_nb: a crease and its two faces beside a foot: frames, and how far they turn along it
 - crease_nb: the certificate of feet on and beside a crease
 - joined_nb: whether one branch joins two feet: a part of a motion, proved at once
+- strand_nb: the strand of an edge that runs through a cell of a face: which it is, where, how it
+  bends
+- about_edge_nb: the fold next to a foot: two faces that end at one edge, with cells of both and
+  their bounds
+- edge_nb: the certificate of feet on and beside the edges of trimmed faces
 - follow_nb: following the branch of a foot part by part, where its surroundings do not prove it
   at once
+- joint_nb: how well two faces meet along the trimming pieces of their common edge, measured at
+  samples
 """

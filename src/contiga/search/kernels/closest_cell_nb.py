@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from contiga.num.codes import SMOOTH
 from contiga.num.jit import inner
+from contiga.search.kernels.curve_nb import ROUNDING
 
 
 class Middle(NamedTuple):
@@ -70,25 +71,32 @@ def slopes_away(elements, e, side, kept, g, change):
 
 
 @inner()
+def _square_at(m, x, y):
+    """|r + x a + y b|² from the products of r, a and b."""
+    return m.rr + x * x * m.xx + y * y * m.yy + 2.0 * (x * m.rx + y * m.ry + x * y * m.xy)
+
+
+@inner()
 def plate_distance(m):
-    """Smallest |r + x a + y b| over |x|, |y| ≤ 1: the distance to a cell laid flat."""
-    rr, rx, ry, xx, xy, yy = m.rr, m.rx, m.ry, m.xx, m.xy, m.yy
-    det = xx * yy - xy * xy
-    if det > 1e-12 * xx * yy:
-        x = (-rx * yy + ry * xy) / det
-        y = (-ry * xx + rx * xy) / det
+    """Smallest |r + x a + y b| over |x|, |y| ≤ 1, or less by rounding: to a cell laid flat.
+
+    Far from its middle the products leave but noise of a small distance.
+    """
+    noise = ROUNDING * (m.rr + m.xx + m.yy)
+    det = m.xx * m.yy - m.xy * m.xy
+    if det > 1e-12 * m.xx * m.yy:
+        x = (-m.rx * m.yy + m.ry * m.xy) / det
+        y = (-m.ry * m.xx + m.rx * m.xy) / det
         if -1.0 <= x <= 1.0 and -1.0 <= y <= 1.0:
-            return math.sqrt(max(0.0, rr + x * rx + y * ry))
+            return math.sqrt(max(0.0, _square_at(m, x, y) - noise))
     best = math.inf
     for k in range(2):
         fix = 1.0 - 2.0 * k
-        y = -(ry + fix * xy) / yy if yy > 0.0 else 0.0
-        y = min(max(y, -1.0), 1.0)
-        best = min(best, rr + xx + y * y * yy + 2.0 * (fix * rx + y * ry + fix * y * xy))
-        x = -(rx + fix * xy) / xx if xx > 0.0 else 0.0
-        x = min(max(x, -1.0), 1.0)
-        best = min(best, rr + yy + x * x * xx + 2.0 * (fix * ry + x * rx + fix * x * xy))
-    return math.sqrt(max(0.0, best))
+        y = -(m.ry + fix * m.xy) / m.yy if m.yy > 0.0 else 0.0
+        best = min(best, _square_at(m, fix, min(max(y, -1.0), 1.0)))
+        x = -(m.rx + fix * m.xy) / m.xx if m.xx > 0.0 else 0.0
+        best = min(best, _square_at(m, min(max(x, -1.0), 1.0), fix))
+    return math.sqrt(max(0.0, best - noise))
 
 
 @inner()

@@ -80,7 +80,7 @@ def crease_beside(elements, foot, last):
 
 
 @inner(error_model="numpy")
-def _fall(w, first, second):
+def fall_from(w, first, second):
     """How fast f falls at most on the ways from a point of a crease where its gradient is −w."""
     along = dot(w, first[1]) ** 2
     in_first = max(dot(w, first[2]), 0.0)
@@ -95,10 +95,10 @@ def _slip(near, foot, side, fold, path, h):
     elements, _, _, tolerance = near
     first, second = fold
     if stands(side, s, t):
-        end = _fall(minus(path[1], first[0]), first, second)
+        end = fall_from(minus(path[1], first[0]), first, second)
         if end > SAME * tolerance:
             return math.inf
-        return max(_fall(minus(path[0], first[0]), first, second), end) + 4.0 * tolerance
+        return max(fall_from(minus(path[0], first[0]), first, second), end) + 4.0 * tolerance
     normal = normal_at(elements, e, s, t, h)
     origin = elements.table[e]["origin"]
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
@@ -118,7 +118,7 @@ def _least_guess(fold, w0, w1):
 
 
 @inner(error_model="numpy")
-def _least_in_face(bend, frame, w0, w1, wide):
+def least_in_face(bend, frame, w0, w1, wide):
     """Least curvature of f in one face; `wide` is (|w| at most, longest way from the frame)."""
     m0 = dot(w0, frame[3])
     m1 = dot(w1, frame[3])
@@ -129,7 +129,7 @@ def _least_in_face(bend, frame, w0, w1, wide):
 
 
 @inner(error_model="numpy")
-def _least_along(curve, ends, reach):
+def least_along(curve, ends, reach):
     """Least curvature of f along the crease; `curve` is of `side_bend`.
 
     `ends` is (w for P(0), w for P(1)) at the middle of it, `reach` (its length either way, |w| and
@@ -144,15 +144,16 @@ def _least_along(curve, ends, reach):
 
 
 @inner(error_model="numpy")
-def _is_outside(bends, fold, ends, reach, bent):
-    """Condition 2; `ends` and `reach` as above, `bent` the curvature of the crease at most."""
+def most_jump(bends, fold, ends, reach, bent):
+    """Largest w·(b_1 + b_2) along the crease; `ends` and `reach` as above, `bent` its curvature at
+    most."""
     first, second = fold
     arc, far, along = reach
     torsion = 0.5 * (bends[0][INNER] + bends[0][OUTER] + bends[1][INNER] + bends[1][OUTER])
     change = arc * (2.0 * bent * along + torsion * far)
     jump0 = dot(ends[0], first[2]) + dot(ends[0], second[2])
     jump1 = dot(ends[1], first[2]) + dot(ends[1], second[2])
-    return max(jump0, jump1) + change <= 0.0
+    return max(jump0, jump1) + change
 
 
 @inner(error_model="numpy")
@@ -173,13 +174,13 @@ def _is_convex(foot, sides, fold, ends, size, slip, work):
     reach = (arc, far + arc, along + (1.0 + (far + arc) * curve[3]) * arc)
     wide = (far + arc + off + r, arc + off + r)
     least = min(
-        _least_in_face(bends[0], fold[0], w0, w1, wide),
-        _least_in_face(bends[1], fold[1], w0, w1, wide),
-        _least_along(curve, ends, reach),
+        least_in_face(bends[0], fold[0], w0, w1, wide),
+        least_in_face(bends[1], fold[1], w0, w1, wide),
+        least_along(curve, ends, reach),
     )
     if not (least > 0.0 and 2.0 * slip <= least * r):
         return False
-    return _is_outside(bends, fold, ends, reach, curve[3])
+    return most_jump(bends, fold, ends, reach, curve[3]) <= 0.0
 
 
 @inner(error_model="numpy")

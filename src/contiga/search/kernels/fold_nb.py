@@ -38,7 +38,7 @@ def minus(a, b):
 
 
 @inner(error_model="numpy")
-def _cross(a, b):
+def cross(a, b):
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
@@ -58,7 +58,7 @@ def side_frame(elements, e, side, x, h):
     d = (h[0, along], h[1, along], h[2, along])
     length = 1.0 / math.sqrt(dot(d, d))
     tangent = (d[0] * length, d[1] * length, d[2] * length)
-    b = _cross(normal, tangent)
+    b = cross(normal, tangent)
     if sign * (h[0, across] * b[0] + h[1, across] * b[1] + h[2, across] * b[2]) < 0.0:
         b = (-b[0], -b[1], -b[2])
     twice = along + along + 1  # 3 or 5
@@ -87,7 +87,7 @@ def side_bend(bend, work, cell, side):
     sign = 1.0 if side & 1 == 1 else -1.0
     a = (h[0, along] + sign * h[0, 4], h[1, along] + sign * h[1, 4], h[2, along] + sign * h[2, 4])
     c = (h[0, twice], h[1, twice], h[2, twice])
-    x = _cross(a, c)
+    x = cross(a, c)
     size_c = math.sqrt(dot(c, c))
     rest1, rest2 = rest[0, r1], rest[0, r2]
     most = math.sqrt(dot(x, x)) + (math.sqrt(dot(a, a)) + size_c + rest1) * rest2 + rest1 * size_c

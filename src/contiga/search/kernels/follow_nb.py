@@ -13,16 +13,18 @@ import numpy as np
 
 from contiga.elements.kernels.element_nb import locate
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.num.codes import AT_BORDER, CREASE, FACE, IN, OK, POLE, VERTEX
+from contiga.num.codes import AT_BORDER, BRANCH_EVENT, CREASE, FACE, IN, OK, POLE
 from contiga.num.jit import inner, kernel
+from contiga.search.kernels.about_edge_nb import edge_work, may_join
 from contiga.search.kernels.around_nb import cross, inward_slope, stands, vertex_exit
 from contiga.search.kernels.bend_nb import principal
 from contiga.search.kernels.branch_nb import seen_from
 from contiga.search.kernels.cells_nb import is_untrimmed, whole_around
 from contiga.search.kernels.crease_nb import is_corner
-from contiga.search.kernels.foot_nb import turn_normal, write_foot
+from contiga.search.kernels.edge_nb import over_edge, rests_on_edge, runs_into_fold
+from contiga.search.kernels.foot_nb import continued_foot, turn_normal, write_foot
 from contiga.search.kernels.global_nb import in_face
-from contiga.search.kernels.joined_nb import least_bend, prove, prove_work
+from contiga.search.kernels.joined_nb import least_bend, prove
 from contiga.search.kernels.local_nb import expand
 from contiga.search.kernels.pseudo_normal_nb import pseudo_normal
 from contiga.search.kernels.walk_nb import walk
@@ -30,6 +32,10 @@ from contiga.search.kernels.walk_nb import walk
 SHORT = 1e-12
 HALVINGS = 10
 """Halvings of a motion that is not proved."""
+EDGE_HALVINGS = 18
+"""The same beside an edge, which a point may pass very close by."""
+AHEAD = 24.0
+"""How many parts a foot may be away from a fold beside which no more parts are proved."""
 HELD = 0.5**4
 """A part this short that ends where the face does is not halved: the branch leads out there."""
 EVENT_HALVINGS = 30
@@ -41,9 +47,13 @@ VANISHED = 1e-3
 AWAY = 10.0
 """A foot that goes this many times as far as its least curvature explains has left its branch."""
 MOST_PARTS = 1500
-UNPROVED, PROVED, ENDED = 0, 1, 2
+UNPROVED, PROVED, ENDED, FELL = 0, 1, 2, 3
 EVENT = 2
 """Flag of rows whose branch ends."""
+NEAR_EDGE = 1e-6
+"""Share of the body's size about a start on an edge that is looked at,"""
+WIDTHS = 4.0
+"""and so many times its width."""
 SAME = 1e3
 """Feet this many tolerances apart at most are one."""
 
@@ -114,47 +124,72 @@ def _is_stationary(elements, foot, point, miss, h):
 
 
 @inner(error_model="numpy")
-def follow(tables, last, path, step, work):
-    """Follow the branch from the foot `last` of path[0] to path[1], part by part.
-
-    The first part tried is the share `step` of the motion. Returns (UNPROVED, PROVED or ENDED, e,
-    s, t): the foot at the end of what was proved.
-    """
+def _go_on(tables, last, path, work):
+    """The foot of path[1] continued from `last`, and whether that is proved: (proved, whether it
+    stays on the body, e, s, t, whether it is on a face or a crease)."""
+    bends = work[0]
     elements = tables.elements
     tolerance = tables.scale[1]
     near = (elements, tables.rings, tables.trims.trimmed, tolerance)
-    h = work[2]
+    status, e, s, t, feature = walk(elements, last, path[1], tolerance, bends[2])
+    stays = status != AT_BORDER and (
+        elements.table[e]["trim"] == IN or in_face(elements, tables.trims, e, s, t)
+    )
+    good = stays and status == OK and prove(near, (e, s, t), last, path, bends)
+    if good and is_untrimmed(tables, bends[5]):
+        return True, True, e, s, t, feature
+    if not (may_join(tables, e) or may_join(tables, last[0])):
+        return False, stays, e, s, t, feature
+    if not (stays and status == OK and feature == FACE):
+        status, e, s, t, feature = continued_foot(tables, last, path[1], work[2], bends[2])
+        stays = status == OK
+    good = stays and over_edge(tables, (e, s, t), last, path, work)
+    return good, stays, e, s, t, feature
+
+
+@inner(error_model="numpy")
+def follow(tables, last, path, step, work):
+    """Follow the branch from the foot `last` of path[0] to path[1], part by part.
+
+    The first part tried is the share `step` of the motion; `work` is of `edge_work`. Returns
+    (UNPROVED, PROVED, ENDED or FELL, e, s, t, feature): the foot at the end of what was proved.
+    """
+    near = (tables.elements, tables.rings, tables.trims.trimmed, tables.scale[1])
+    h = work[0][2]
     done = 0.0
+    kind = FACE
     smallest = 0.5**HALVINGS
+    at_edge = 0.5**EDGE_HALVINGS
     for _ in range(MOST_PARTS):
         here = _between(path, done)
         there = _between(path, done + step)
-        status, e, s, t, _ = walk(elements, last, there, tolerance, h)
-        stays = status != AT_BORDER and (
-            elements.table[e]["trim"] == IN or in_face(elements, tables.trims, e, s, t)
-        )
-        good = stays and status == OK
-        good = good and prove(near, (e, s, t), last, (here, there), work)
-        if good and is_untrimmed(tables, work[5]):
+        good, stays, e, s, t, feature = _go_on(tables, last, (here, there), work)
+        if good:
             last = (e, s, t)
+            kind = feature
             done += step
             if done >= 1.0:
-                return PROVED, e, s, t
+                return PROVED, e, s, t, feature
             step = min(2.0 * step, 1.0 - done)
             continue
+        beside = may_join(tables, last[0])
+        if beside:
+            ahead = _between(path, min(done + AHEAD * step, 1.0))
+            if runs_into_fold(tables, last, (here, ahead), work):
+                return FELL, last[0], last[1], last[2], kind
         if not stays and step <= HELD:
-            return UNPROVED, last[0], last[1], last[2]
-        if step <= smallest:
+            return UNPROVED, last[0], last[1], last[2], kind
+        if step <= (at_edge if beside else smallest):
             ended, least = _has_ended(near, last, (e, s, t), (here, there), h)
             if least > SHALLOW:
                 break
             if step <= 0.5**EVENT_HALVINGS:
-                return (ENDED if ended else UNPROVED), last[0], last[1], last[2]
+                return (ENDED if ended else UNPROVED), last[0], last[1], last[2], kind
         step *= 0.5
     there = _between(path, done + step)
-    _, e, s, t, _ = walk(elements, last, there, tolerance, h)
+    _, e, s, t, _ = walk(tables.elements, last, there, tables.scale[1], h)
     ended, _ = _has_ended(near, last, (e, s, t), (_between(path, done), there), h)
-    return (ENDED if ended else UNPROVED), last[0], last[1], last[2]
+    return (ENDED if ended else UNPROVED), last[0], last[1], last[2], kind
 
 
 @inner(error_model="numpy")
@@ -183,32 +218,36 @@ def _is_there(tables, foot, k, out, h):
 
 @inner(error_model="numpy")
 def _put_right(tables, k, foot, point, out, work):
-    """Write row k for the foot of a point, on a face or a crease; `work` is (found, h)."""
-    e, s, t = foot
-    count = 0
-    for side in range(4):
-        if stands(side, s, t) and tables.elements.table[e]["kind"][side] == CREASE:
-            count += 1
-    feature = min(count, VERTEX)
-    write_foot(tables, k, foot, OK, feature, point, out, work[1])
+    """Write row k for the foot (e, s, t, feature) of a point; `work` is (found, h)."""
+    e, s, t, feature = foot
+    write_foot(tables, k, (e, s, t), OK, feature, point, out, work[1])
     if feature != FACE:
         total = np.empty(3)
-        pseudo_normal(tables, foot, work[0], total, work[1])
+        pseudo_normal(tables, (e, s, t), work[0], total, work[1])
         turn_normal(tables, k, total, point, out)
+
+
+@inner(error_model="numpy")
+def _is_start(tables, last, point, work):
+    """Whether `last` is a foot of its point that can be followed."""
+    e, s, t = last
+    trimmed = tables.trims.trimmed[tables.elements.table[e]["patch"]] != 0
+    if _at_end(tables.elements, last) or (trimmed and not whole_around(tables, e, s, t, 0.0, 0.0)):
+        reach = max(NEAR_EDGE * tables.scale[0], WIDTHS * tables.elements.table[e]["skirt"])
+        return may_join(tables, e) and rests_on_edge(tables, last, point, reach, work)
+    return _is_stationary(tables.elements, last, point, SAME * tables.scale[1], work[0][2])
 
 
 @kernel(error_model="numpy")
 def follow_rows(tables, path, starts, rows, results, start, stop):
     """Follow the branches of rows[start:stop]; `path` is (points before, points now).
 
-    A foot that is not the one on its branch is put right. Rows whose branch ends are flagged EVENT.
+    A foot that is not the one on its branch is put right. Rows whose branch ends are flagged EVENT,
+    or, where it ran into a fold and the foot fell on to the other face, a BRANCH_EVENT at once.
     """
-    work = prove_work()
-    found = np.empty(4)
+    work = edge_work()
     elements = tables.elements
-    trimmed = tables.trims.trimmed
-    near = (elements, tables.rings, trimmed, tables.scale[1])
-    miss = SAME * tables.scale[1]
+    near = (elements, tables.rings, tables.trims.trimmed, tables.scale[1])
     before, points = path
     patch, uv = starts
     out, back = results
@@ -217,21 +256,24 @@ def follow_rows(tables, path, starts, rows, results, start, stop):
         last = locate(tables.grid, patch[k], uv[k, 0], uv[k, 1])
         a = (before[k, 0], before[k, 1], before[k, 2])
         b = (points[k, 0], points[k, 1], points[k, 2])
-        if _at_end(elements, last) or not _is_stationary(elements, last, a, miss, work[2]):
-            continue
-        if trimmed[patch[k]] != 0 and not whole_around(tables, last[0], last[1], last[2], 0.0, 0.0):
+        if not _is_start(tables, last, a, work):
             continue
         step = 1.0
         if out.status[k] == OK:
-            e, s, t = locate(tables.grid, out.patch[k], out.uv[k, 0], out.uv[k, 1])
-            if prove(near, (e, s, t), last, (a, b), work) and is_untrimmed(tables, work[5]):
+            foot = locate(tables.grid, out.patch[k], out.uv[k, 0], out.uv[k, 1])
+            good = prove(near, foot, last, (a, b), work[0]) and is_untrimmed(tables, work[0][5])
+            if not good and may_join(tables, foot[0]):
+                good = over_edge(tables, foot, last, (a, b), work)
+            if good:
                 out.certified[k] = 1
                 continue
             step = 0.5
-        outcome, e, s, t = follow(tables, last, (a, b), step, work)
+        outcome, e, s, t, feature = follow(tables, last, (a, b), step, work)
         if outcome == ENDED:
             back[k] = EVENT
+        elif outcome == FELL and out.status[k] == OK:
+            out.status[k] = BRANCH_EVENT
         elif outcome == PROVED:
-            if not _is_there(tables, (e, s, t), k, out, work[2]):
-                _put_right(tables, k, (e, s, t), b, out, (found, work[2]))
+            if not _is_there(tables, (e, s, t), k, out, work[0][2]):
+                _put_right(tables, k, (e, s, t, feature), b, out, (work[2], work[0][2]))
             out.certified[k] = 1

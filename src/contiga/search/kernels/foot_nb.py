@@ -217,8 +217,8 @@ def _next_face(tables, edge, point, found, h):
 
 
 @inner()
-def tracked_foot(tables, k, start, point, out, found, h):
-    """The foot continued from `start` = (element, s, t): fills row k of `out`.
+def continued_foot(tables, start, point, found, h):
+    """The foot continued from `start` = (element, s, t): (status, element, s, t, feature).
 
     Over linked sides the walk goes on by itself; at an edge where faces meet without lining up,
     or at a trimmed edge, the adjoining faces are tried from the point where the foot arrives.
@@ -246,8 +246,13 @@ def tracked_foot(tables, k, start, point, out, found, h):
             break
         status, e, s, t, feature, reach = new
         inside = reach < 0.0
-    if not inside:
-        status = TRIMMED
+    return (status if inside else TRIMMED), e, s, t, feature
+
+
+@inner()
+def tracked_foot(tables, k, start, point, out, found, h):
+    """Fill row k of `out` with the foot continued from `start` = (element, s, t)."""
+    status, e, s, t, feature = continued_foot(tables, start, point, found, h)
     write_foot(tables, k, (e, s, t), status, feature, point, out, h)
     if feature != FACE and status == OK:
         total = np.empty(3)
