@@ -145,6 +145,21 @@ class LawInput(NamedTuple):
     """(n_c,) nodal mass where the slave has one."""
     dt: float
     """Step length, zero at the start."""
+    memory: FloatArray = np.zeros((0, 0))
+    """(n_c, m) what the law left of each point at the last step, zero of a point without a past."""
+
+
+class LawOutput(NamedTuple):
+    """What a force law answers for n_c points in contact."""
+
+    force: FloatArray
+    """(n_c,) magnitudes along the master's normal, never negative."""
+    stiffness: FloatArray
+    """(n_c,) elastic force over penetration, its slope for more of it."""
+    stored: FloatArray
+    """(n_c,) elastic energy that the force would give back."""
+    memory: FloatArray
+    """(n_c, m) what the law wants to see of each point at the next step."""
 
 
 class Triangles(NamedTuple):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from contiga.laws.characteristic import Characteristic
 from contiga.laws.combined import CombinedLaw
-from contiga.laws.normal import ForceLaw, PenaltyLaw, StressLaw
+from contiga.laws.normal import AdaptiveLaw, ForceLaw, Law, PenaltyLaw, StressLaw
 from contiga.laws.share import share
 from contiga.records import LawInput
 
@@ -43,8 +44,10 @@ def test_the_order_of_the_points_does_not_matter(depth, seed) -> None:
     rng = np.random.default_rng(seed)
     area, order = rng.random(depth.size) + 0.1, rng.permutation(depth.size)
     for law in (ForceLaw(2.0), StressLaw(2.0, 0.3), PenaltyLaw(2.0)):
-        mixed = law.forces(law_input(depth[order], area[order]))
-        np.testing.assert_allclose(mixed, law.forces(law_input(depth, area))[order], rtol=1e-12)
+        mixed = law.respond(law_input(depth[order], area[order])).force
+        np.testing.assert_allclose(
+            mixed, law.respond(law_input(depth, area)).force[order], rtol=1e-12
+        )
 
 
 @given(depths, st.floats(-1e3, 1e3), st.floats(0.0, 10.0))
@@ -53,7 +56,7 @@ def test_no_law_ever_pulls(depth, speed, damping) -> None:
     side = StressLaw([[0, 0], [1, 5], [2, 1]], 0.7, damping=damping)
     rising = StressLaw(3.0, 0.2, damping=damping)
     for law in (ForceLaw([[0, 0], [1, 1], [2, 0]]), side, CombinedLaw(rising, rising)):
-        assert (law.forces(law_input(depth, area, rate)) >= 0.0).all()
+        assert (law.respond(law_input(depth, area, rate)).force >= 0.0).all()
 
 
 @settings(deadline=None)
@@ -74,8 +77,11 @@ def test_combined_contact_balances_both_stresses(slave, master, depth, t_s, t_m)
 def test_combined_contact_is_softer_than_either_side_and_rises(slave, master, t) -> None:
     depth = np.linspace(0.0, 4.0, 50)
     given_depth = law_input(depth, np.ones(50))
-    force = CombinedLaw(StressLaw(slave, t), StressLaw(master, 1.0)).forces(given_depth)
-    alone = [StressLaw(slave, t).forces(given_depth), StressLaw(master, 1.0).forces(given_depth)]
+    force = CombinedLaw(StressLaw(slave, t), StressLaw(master, 1.0)).respond(given_depth).force
+    alone = [
+        StressLaw(slave, t).respond(given_depth).force,
+        StressLaw(master, 1.0).respond(given_depth).force,
+    ]
     assert (np.diff(force) >= -1e-10 * (1.0 + force[:-1])).all()
     assert (force <= np.minimum(*alone) * (1.0 + 1e-10) + 1e-10).all()
 
@@ -87,3 +93,42 @@ def test_swapping_the_sides_swaps_the_split(slave, master, depth) -> None:
     b = CombinedLaw(StressLaw(master, 2.0), StressLaw(slave, 1.0))
     points = law_input(depth, np.ones(depth.size))
     np.testing.assert_allclose(a.split(points).slave, b.split(points).master, 1e-10, 1e-12)
+
+
+SMOOTH = {
+    "force": ForceLaw(lambda x: 5.0 * x**2),
+    "stress": StressLaw([[0, 0], [0.4, 1], [0.8, 6]], 0.7),
+    "stress of a function": StressLaw(lambda x: x**1.5, 2.0),
+    "penalty": PenaltyLaw(30.0),
+    "penalty by area": PenaltyLaw(30.0, per_area=True),
+    "adaptive": AdaptiveLaw(0.2),
+    "combined": CombinedLaw(
+        StressLaw([[0, 0], [0.1, 1], [0.5, 1.5]], 0.6), StressLaw([[0, 0], [0.2, 1.2], [1, 9]], 0.9)
+    ),
+    "combined functions": CombinedLaw(
+        StressLaw(lambda x: x**2, 0.6), StressLaw(lambda x: 3.0 * x, 0.9)
+    ),
+}
+
+
+@pytest.mark.parametrize("law", SMOOTH.values(), ids=SMOOTH)
+@given(depth=st.floats(0.02, 0.9), area=st.floats(0.1, 3.0))
+def test_without_damping_the_force_is_the_slope_of_the_energy_and_the_stiffness_its_own(
+    law: Law, depth: float, area: float
+) -> None:
+    """By differences over a short way that holds no kink of a table, or little of one."""
+    step = 1e-5
+
+    def at(x: float) -> tuple[float, float, float]:
+        one = np.ones(1)
+        inp = LawInput(x * one, 0.0 * one, area * one, None, 2.0 * one, 0.1)
+        out = law.respond(inp)
+        return float(out.force[0]), float(out.stiffness[0]), float(out.stored[0])
+
+    (low, _, before), (force, soft, _), (high, stiff, after) = (
+        at(depth + k * step) for k in (-1, 0, 1)
+    )
+    assert (after - before) / (2 * step) == pytest.approx(force, rel=2e-4, abs=1e-9)
+    bounds = sorted([soft, stiff, at(depth - step)[1]])
+    slope = (high - low) / (2 * step)
+    assert bounds[0] * (1 - 1e-3) - 1e-6 <= slope <= bounds[2] * (1 + 1e-3) + 1e-6

@@ -10,21 +10,28 @@ from contiga.errors import InputError
 from contiga.laws.combined import CombinedLaw
 from contiga.laws.normal import Law, StressLaw
 from contiga.masters.protocol import Master, is_master
-from contiga.records import FloatArray, LawInput
+from contiga.records import FloatArray, LawInput, LawOutput
 from contiga.slaves.slave import Slave
 
 
 def check_methods(law: object, area: object) -> None:
     """Refuse what is no law or no area method."""
-    if isinstance(law, type) or not all(
-        hasattr(law, name) for name in ("forces", "needs_mass", "needs_thickness")
-    ):
+    wanted = ("respond", "n_memory", "needs_mass", "needs_thickness")
+    if hasattr(law, "forces") and not hasattr(law, "respond"):
+        raise InputError(
+            "the law answers by `forces`; a contact asks it to `respond`",
+            where="law",
+            found=type(law).__name__,
+            allowed="respond(LawInput) -> LawOutput(force, stiffness, stored, memory)",
+            remedy="Rename it respond, answer LawOutput, and set n_memory = 0",
+        )
+    if isinstance(law, type) or not all(hasattr(law, name) for name in wanted):
         raise InputError(
             "the law must be one, such as PenaltyLaw(100.0)",
             where="law",
             found=law,
             allowed="ForceLaw, StressLaw, PenaltyLaw, AdaptiveLaw, or an object like them with "
-            "forces, needs_mass and needs_thickness",
+            "respond, n_memory, needs_mass and needs_thickness",
         )
     if area is not None and (isinstance(area, type) or not isinstance(area, AreaMethod)):
         raise InputError(
@@ -115,24 +122,39 @@ def locked(values: FloatArray) -> FloatArray:
     return view
 
 
-def checked_forces(law: Law, inp: LawInput) -> FloatArray:
-    """What a law answers: one force a point in contact, or it is told. Without any, none is asked.
+def checked_answer(law: Law, inp: LawInput) -> LawOutput:
+    """What a law answers: a row a point in contact, or it is told. Without any, none is asked.
 
     A row too few or an axis too many would be spread over the points without a word.
     """
     n = len(inp.penetration)
     if n == 0:
-        return np.zeros(0)
-    answer: object = law.forces(inp)
-    try:
-        size = np.asarray(answer, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError("the law must answer numbers", where="law", found=answer) from error
-    if size.shape != (n,):
+        return LawOutput(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((0, law.n_memory)))
+    answer: object = law.respond(inp)
+    if not isinstance(answer, LawOutput):
         raise InputError(
-            "the law must answer one force a point in contact",
+            "the law must answer a LawOutput",
             where="law",
-            found=size.shape,
-            allowed=f"({n},)",
+            found=type(answer).__name__,
+            allowed="LawOutput(force, stiffness, stored, memory)",
         )
-    return size
+    shapes = {"force": (n,), "stiffness": (n,), "stored": (n,), "memory": (n, law.n_memory)}
+    return LawOutput(
+        *(_numbers(name, getattr(answer, name), shape) for name, shape in shapes.items())
+    )
+
+
+def _numbers(name: str, answer: object, shape: tuple[int, ...]) -> FloatArray:
+    where = f"law: {name}"
+    try:
+        numbers = np.asarray(answer, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError("the law must answer numbers", where=where, found=answer) from error
+    if numbers.shape != shape:
+        raise InputError(
+            "the law must answer one row a point in contact",
+            where=where,
+            found=numbers.shape,
+            allowed=str(shape),
+        )
+    return numbers

@@ -17,7 +17,7 @@ from contiga.contact.checks import (
     check_master,
     check_methods,
     check_needs,
-    checked_forces,
+    checked_answer,
     choice,
     kind,
     law_of,
@@ -165,7 +165,8 @@ class Contact:
         with clock("search"):
             p_B = to_body(X_WB, p_W)
             found = detect_at_start(self._surface, p_B, self.slave.active, self._options)
-        return self._respond(found, (p_W, p_B, X_WB), np.zeros(len(p_B)), 0.0, clock)
+        none = np.zeros((len(p_B), self.law.n_memory))
+        return self._respond(found, (p_W, p_B, X_WB), (np.zeros(len(p_B)), none), 0.0, clock)
 
     def step(
         self,
@@ -201,7 +202,7 @@ class Contact:
             last = Last(state.points_B, state.patch, state.uv, state.near, state.safe_distance)
             found = detect(self._surface, p_B, last, self.slave.active, self._options)
             rate = _rates(state, found, p_B, dt)
-        return self._respond(found, (p_W, p_B, X_WB), rate, dt, clock)
+        return self._respond(found, (p_W, p_B, X_WB), (rate, state.memory), dt, clock)
 
     def outlines(self, state: State, pose: ArrayLike | None = None) -> Outlines | None:
         """Closed lines around the regions of contact of `state`, world axes.
@@ -250,6 +251,13 @@ class Contact:
                 found=len(state.status),
                 allowed=f"{len(self.slave)} points",
             )
+        if state.memory.shape[1] != self.law.n_memory:
+            raise InputError(
+                "the state is of another law",
+                where="state.memory",
+                found=state.memory.shape,
+                allowed=f"({len(self.slave)}, {self.law.n_memory})",
+            )
         pieces = self.master.n_pieces
         if int(state.patch.max(initial=-1)) >= pieces:
             raise InputError(
@@ -263,12 +271,16 @@ class Contact:
         self,
         found: Detected,
         where: tuple[FloatArray, FloatArray, FloatArray],
-        rate: FloatArray,
+        past: tuple[FloatArray, FloatArray],
         dt: float,
         clock: StageClock,
     ) -> State:
-        """Areas, forces and sums of what the search has found."""
+        """Areas, forces and sums of what the search has found.
+
+        `where` is (p_W, p_B, X_WB), `past` the rate of λ (n,) and what the law remembers (n, m).
+        """
         p_W, p_B, X_WB = where
+        rate, memory = past
         rows = np.flatnonzero(found.feet.patch >= 0).astype(np.int32)
         feet = rows_of(found.feet, rows)
         with clock("area"):
@@ -283,11 +295,12 @@ class Contact:
                 None if slave.thickness is None else slave.thickness[rows],
                 None if slave.mass is None else slave.mass[rows],
                 dt,
+                memory[rows],
             )
-            size = checked_forces(self.law, inp)
+            answer = checked_answer(self.law, inp)
             n_W = turn_to_world(X_WB, feet.normal)
             foot_W = to_world(X_WB, feet.point)
-            force = size[:, None] * n_W
+            force = answer.force[:, None] * n_W
             reference_W = to_world(X_WB, self.master.reference_point[None, :])[0]
             arm = foot_W - reference_W
             moment = np.cross(arm, force).sum(axis=0)
@@ -304,6 +317,9 @@ class Contact:
             foot=_scattered(n, rows, foot_W, p_W),
             area=_scattered(n, rows, areas.area),
             force=_scattered(n, rows, force),
+            stiffness=_scattered(n, rows, answer.stiffness),
+            stored=_scattered(n, rows, answer.stored),
+            memory=_scattered(n, rows, answer.memory),
             clusters=_scattered(n, rows, areas.clusters, np.full(n, -1, np.int32)),
             points_B=p_B,
             certified=found.feet.certified,

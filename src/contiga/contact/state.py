@@ -15,7 +15,7 @@ from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
 class State:
     """Where n slave points stand after a step, in world axes where not said otherwise.
 
-    The arrays take 151 bytes a point.
+    The arrays take 167 bytes a point, and eight for each number that the law remembers.
     """
 
     status: ByteArray
@@ -38,6 +38,12 @@ class State:
     """(n,) nodal contact area, zero without contact."""
     force: FloatArray
     """(n, 3) on the slave points."""
+    stiffness: FloatArray
+    """(n,) of the contact force over the penetration, zero without contact."""
+    stored: FloatArray
+    """(n,) elastic energy in the contact."""
+    memory: FloatArray
+    """(n, m) what the law remembers, zero without contact."""
     clusters: IntArray
     """(n,) connected region of contact, −1 without contact."""
     points_B: FloatArray
@@ -76,6 +82,11 @@ class State:
         """(3,) on the slave: the sum of `force`. The master feels the opposite."""
         total: FloatArray = self.force.sum(axis=0)
         return total
+
+    @property
+    def total_stored(self) -> float:
+        """Elastic energy in the contact."""
+        return float(self.stored.sum())
 
     @property
     def total_area(self) -> float:

@@ -13,11 +13,13 @@ import numpy as np
 
 from contiga.errors import InputError
 from contiga.laws.characteristic import Characteristic
-from contiga.laws.normal import StressLaw
+from contiga.laws.normal import StressLaw, no_memory
 from contiga.laws.stress_path import StressPath, stress_path
-from contiga.records import FloatArray, LawInput
+from contiga.records import FloatArray, LawInput, LawOutput
 
 _SAMPLES = 65
+# Stresses that differ by less, relatively, balance.
+_SAME = 1e-9
 
 
 class Split(NamedTuple):
@@ -82,6 +84,7 @@ class CombinedLaw:
         object.__setattr__(self, "path", path)
 
     needs_mass = False
+    n_memory = 0
 
     @property
     def needs_thickness(self) -> bool:
@@ -95,8 +98,8 @@ class CombinedLaw:
             return Split(*self.path.solve(inp.penetration, t_s, t_m))
         return _balance(self.slave, self.master, inp.penetration, t_s, t_m)
 
-    def forces(self, inp: LawInput) -> FloatArray:
-        """Force magnitudes (n_c,): area times the stress of the intermediate surface."""
+    def respond(self, inp: LawInput) -> LawOutput:
+        """Area times the stress of the intermediate surface; both sides' energies."""
         t_s, t_m = self.slave.thickness_of(inp), self.master.thickness_of(inp)
         split = self.split(inp)
         part = np.full(inp.penetration.shape, 0.5)
@@ -104,7 +107,26 @@ class CombinedLaw:
         rest = 1.0 - part
         damping = part * self.slave.damping_stress(inp.rate * part / t_s, split.stress)
         damping += rest * self.master.damping_stress(inp.rate * rest / t_m, split.stress)
-        return inp.area * np.maximum(split.stress + damping, 0.0)
+        soft = _compliance(self.slave, split.slave / t_s, split.stress) * t_s
+        soft += _compliance(self.master, split.master / t_m, split.stress) * t_m
+        stored = t_s * self.slave.elastic.energy(split.slave / t_s)
+        stored += t_m * self.master.elastic.energy(split.master / t_m)
+        stiffness = np.zeros(soft.shape)
+        np.divide(1.0, soft, out=stiffness, where=soft > 0.0)
+        return no_memory(
+            inp.area * np.maximum(split.stress + damping, 0.0),
+            inp.area * stiffness,
+            inp.area * stored,
+        )
+
+
+def _compliance(law: StressLaw, strain: FloatArray, stress: FloatArray) -> FloatArray:
+    """(n_c,) strain a stress for more of it: zero where the other side gives way first."""
+    slope = law.elastic_slope(strain)
+    moves = law.elastic_stress(strain) <= stress * (1.0 + _SAME)
+    soft = np.full(strain.shape, np.inf)
+    np.divide(1.0, slope, out=soft, where=slope > 0.0)
+    return np.where(moves, soft, 0.0)
 
 
 def _balance(

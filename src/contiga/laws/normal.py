@@ -1,7 +1,8 @@
 """Force laws: from penetration, rate and area to the force on each point in contact.
 
-A law takes a `LawInput` and gives the magnitude of the force along the master's normal. No law
-ever pulls: a force is zero where its formula would be negative.
+A law takes a `LawInput` and answers with a `LawOutput`: the magnitude of the force along the
+master's normal, how stiff it is, and the energy it has stored. No law ever pulls: a force is zero
+where its formula would be negative.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from contiga.errors import InputError
 from contiga.laws.characteristic import Characteristic, CurveLike
 from contiga.laws.share import share
-from contiga.records import FloatArray, LawInput
+from contiga.records import FloatArray, LawInput, LawOutput
 
 
 class Law(Protocol):
@@ -28,8 +29,17 @@ class Law(Protocol):
     def needs_thickness(self) -> bool:
         """Whether the slave must have nodal thicknesses."""
 
-    def forces(self, inp: LawInput) -> FloatArray:
-        """Force magnitudes (n_c,), never negative."""
+    @property
+    def n_memory(self) -> int:
+        """Numbers a point that the law keeps from one step to the next."""
+
+    def respond(self, inp: LawInput) -> LawOutput:
+        """Forces, stiffnesses, stored energies and memory of the points in contact."""
+
+
+def no_memory(force: FloatArray, stiffness: FloatArray, stored: FloatArray) -> LawOutput:
+    """The answer of a law that remembers nothing."""
+    return LawOutput(force, stiffness, stored, np.zeros((len(force), 0)))
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -49,8 +59,10 @@ class ForceLaw:
     most curves, shared by area; see `share` for what happens without areas.
 
     >>> depth, area = np.array([0.2, 0.4]), np.array([0.1, 0.1])
-    >>> ForceLaw(0.6).forces(LawInput(depth, np.zeros(2), area, None, None, dt=0.0)).round(12)
+    >>> ForceLaw(0.6).respond(LawInput(depth, np.zeros(2), area, None, None, 0.0)).force.round(12)
     array([0.08, 0.16])
+
+    Stiffness and energy are those of the whole, shared as the force is.
     """
 
     curve: Characteristic
@@ -60,13 +72,20 @@ class ForceLaw:
 
     needs_mass = False
     needs_thickness = False
+    n_memory = 0
 
-    def forces(self, inp: LawInput) -> FloatArray:
-        """Force magnitudes (n_c,); their sum is Γ(λ_max) to rounding."""
+    def respond(self, inp: LawInput) -> LawOutput:
+        """Forces whose sum is Γ(λ_max) to rounding."""
         if inp.penetration.size == 0:
-            return np.zeros(0)
-        total = float(self.curve(inp.penetration.max(keepdims=True))[0])
-        return share(max(total, 0.0), inp.penetration, inp.area)
+            return no_memory(np.zeros(0), np.zeros(0), np.zeros(0))
+        deepest = inp.penetration.max(keepdims=True)
+        total = float(self.curve(deepest)[0])
+        slope = float(self.curve.slope(deepest)[0]) if total >= 0.0 else 0.0
+        energy = float(self.curve.energy(deepest)[0])
+        force, stiffness, stored = (
+            share(whole, inp.penetration, inp.area) for whole in (max(total, 0.0), slope, energy)
+        )
+        return no_memory(force, stiffness, stored)
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -91,7 +110,7 @@ class StressLaw:
     Raises
     ------
     InputError
-        Thickness not above zero, negative damping, a curve that is wrong; at `forces`, no
+        Thickness not above zero, negative damping, a curve that is wrong; at `respond`, no
         thickness given and none in the input.
     """
 
@@ -117,6 +136,7 @@ class StressLaw:
             put(self, name, None if curve is None else _as_curve(curve, name))
 
     needs_mass = False
+    n_memory = 0
 
     @property
     def needs_thickness(self) -> bool:
@@ -147,6 +167,10 @@ class StressLaw:
         """σ_e(λ/t), not below zero."""
         return np.maximum(self.elastic(strain), 0.0)
 
+    def elastic_slope(self, strain: FloatArray) -> FloatArray:
+        """dσ_e/d(λ/t), zero where σ_e is below zero."""
+        return np.where(self.elastic(strain) >= 0.0, self.elastic.slope(strain), 0.0)
+
     def damping_stress(self, strain_rate: FloatArray, elastic_stress: FloatArray) -> FloatArray:
         """(C_d λ̇/t + σ_d(λ̇/t)) f_d(σ_e), of either sign."""
         stress = self.damping * strain_rate
@@ -156,12 +180,17 @@ class StressLaw:
             stress = stress * self.amplification(elastic_stress)
         return stress
 
-    def forces(self, inp: LawInput) -> FloatArray:
-        """Force magnitudes (n_c,), Eq. 3.4."""
+    def respond(self, inp: LawInput) -> LawOutput:
+        """Forces of Eq. 3.4; the energy is that of the elastic stress."""
         thickness = self.thickness_of(inp)
-        elastic = self.elastic_stress(inp.penetration / thickness)
-        stress = elastic + self.damping_stress(inp.rate / thickness, elastic)
-        return inp.area * np.maximum(stress, 0.0)
+        strain = inp.penetration / thickness
+        carried = self.elastic_stress(strain)
+        stress = carried + self.damping_stress(inp.rate / thickness, carried)
+        return no_memory(
+            inp.area * np.maximum(stress, 0.0),
+            inp.area * self.elastic_slope(strain) / thickness,
+            inp.area * thickness * self.elastic.energy(strain),
+        )
 
 
 @dataclass(frozen=True)
@@ -185,11 +214,16 @@ class PenaltyLaw:
 
     needs_mass = False
     needs_thickness = False
+    n_memory = 0
 
-    def forces(self, inp: LawInput) -> FloatArray:
-        """Force magnitudes (n_c,)."""
+    def respond(self, inp: LawInput) -> LawOutput:
+        """Forces k λ + c λ̇ and energies k λ²/2."""
         force = np.maximum(self.stiffness * inp.penetration + self.damping * inp.rate, 0.0)
-        return force * inp.area if self.per_area else force
+        stiffness = np.full(force.shape, self.stiffness)
+        stored = 0.5 * self.stiffness * inp.penetration**2
+        if self.per_area:
+            return no_memory(force * inp.area, stiffness * inp.area, stored * inp.area)
+        return no_memory(force, stiffness, stored)
 
 
 @dataclass(frozen=True)
@@ -216,9 +250,10 @@ class AdaptiveLaw:
 
     needs_mass = True
     needs_thickness = False
+    n_memory = 0
 
-    def forces(self, inp: LawInput) -> FloatArray:
-        """Force magnitudes (n_c,).
+    def respond(self, inp: LawInput) -> LawOutput:
+        """Forces s (m/Δt²) λ. The stiffness goes with the step, and with it the energy.
 
         Raises
         ------
@@ -232,8 +267,11 @@ class AdaptiveLaw:
                 remedy="Give the slave a mass, or use the penalty law",
             )
         if inp.dt == 0.0:
-            return np.zeros(inp.penetration.shape)
-        return self.scale * inp.mass / inp.dt**2 * inp.penetration
+            none = np.zeros(inp.penetration.shape)
+            return no_memory(none, none, none)
+        stiffness = self.scale * inp.mass / inp.dt**2
+        force = stiffness * inp.penetration
+        return no_memory(force, stiffness, 0.5 * force * inp.penetration)
 
 
 def _as_curve(curve: CurveLike, name: str) -> Characteristic:

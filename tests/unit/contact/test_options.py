@@ -10,7 +10,7 @@ import pytest
 
 import contiga as cg
 from contiga.errors import InputError
-from contiga.records import LawInput
+from contiga.records import LawInput, LawOutput
 
 PLANE = cg.Body([cg.shapes.plane()])
 CLOUD = cg.Slave(np.zeros((4, 3)), area=np.ones(4))
@@ -33,12 +33,28 @@ class _Law:
     """A law of the user's own that answers what it is told to."""
 
     needs_mass = needs_thickness = False
+    n_memory = 0
 
     def __init__(self, answer: Callable[[LawInput], object]) -> None:
         self._answer = answer
 
-    def forces(self, inp: LawInput) -> object:
+    def respond(self, inp: LawInput) -> object:
         return self._answer(inp)
+
+
+class _OldLaw:
+    needs_mass = needs_thickness = False
+
+    def forces(self, inp: LawInput) -> np.ndarray:
+        return inp.area
+
+
+def _force(force: Callable[[LawInput], object]) -> Callable[[], object]:
+    def answer(inp: LawInput) -> LawOutput:
+        none = np.zeros(len(inp.area))
+        return LawOutput(force(inp), none, none, np.zeros((len(none), 0)))  # type: ignore[arg-type]
+
+    return _answer(answer)
 
 
 def _answer(answer: Callable[[LawInput], object]) -> Callable[[], object]:
@@ -67,10 +83,18 @@ CASES = {
     "no law": (_make(law=None), "law", "None", "needs_thickness"),
     "area of a number": (_make(area=1.0), "area", "1.0", "NodalArea"),
     "area not made": (_make(area=cg.NodalArea), "area", "class", "NodalArea"),
-    "forces in a row": (_answer(lambda inp: inp.area[:, None]), "law", "(4, 1)", "(4,)"),
-    "one force for all": (_answer(lambda _: np.ones(1)), "law", "(1,)", "(4,)"),
-    "a bare number": (_answer(lambda _: 1.0), "law", "()", "(4,)"),
-    "no answer": (_answer(lambda _: "none"), "law", "none", "numbers"),
+    "forces in a row": (_force(lambda inp: inp.area[:, None]), "law", "(4, 1)", "(4,)"),
+    "one force for all": (_force(lambda _: np.ones(1)), "law", "(1,)", "(4,)"),
+    "a bare number": (_force(lambda _: 1.0), "law", "()", "(4,)"),
+    "no answer": (_force(lambda _: "none"), "law", "none", "numbers"),
+    "an array alone": (_answer(lambda inp: inp.area), "law", "ndarray", "LawOutput(force, "),
+    "memory nobody asked for": (
+        _answer(lambda inp: LawOutput(inp.area, inp.area, inp.area, np.ones((4, 2)))),
+        "law: memory",
+        "(4, 2)",
+        "(4, 0)",
+    ),
+    "law of old": (_make(law=_OldLaw()), "law", "_OldLaw", "respond(LawInput) -> LawOutput("),
     "depth of a word": (_make(depth="deep"), "depth", "deep", "> 0"),
     "step of a word": (_step(dt="long"), "dt", "long", "> 0"),  # type: ignore[arg-type]
     "step of three": (_step(dt=np.ones(3)), "dt", "1.", "> 0"),  # type: ignore[arg-type]

@@ -102,3 +102,41 @@ def test_a_callable_that_turns_infinite_later_is_found_when_it_does() -> None:
 def test_an_unknown_extrapolation_names_the_known_ones() -> None:
     with pytest.raises(InputError, match="'linear', 'constant', 'error'"):
         Characteristic(TABLE, extrapolation="cubic")
+
+
+CURVES = {
+    "line": Characteristic(3.0),
+    "table": Characteristic([[0.0, 0.0], [1.0, 2.0], [2.0, 8.0]]),
+    "preloaded": Characteristic([[-1.0, 4.0], [1.0, 2.0]]),
+    "late": Characteristic([[0.5, -1.0], [1.0, 1.0], [1.5, 1.0]]),
+    "falls below zero": Characteristic([[0.0, 1.0], [0.7, -1.0], [1.1, 3.0], [1.2, 2.9]]),
+    "held": Characteristic([[0.2, 1.0], [0.6, 5.0]], extrapolation="constant"),
+    "all below": Characteristic([[0.0, -2.0], [1.0, -1.0]]),
+    "function": Characteristic(lambda x: x**3 + 0.5 * np.sin(3.0 * x)),
+}
+
+
+@pytest.mark.parametrize("curve", CURVES.values(), ids=CURVES)
+def test_energy_is_the_integral_of_what_pushes(curve: Characteristic) -> None:
+    """Against a fine sum; and its slope is the curve."""
+    x = np.array([0.0, 0.3, 0.5, 0.9, 1.0, 1.15, 2.5])
+    for end, found in zip(x, curve.energy(x), strict=True):
+        middles = (np.arange(200_000) + 0.5) * end / 200_000
+        fine = np.maximum(curve(middles), 0.0).sum() * end / 200_000
+        assert found == pytest.approx(fine, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("curve", CURVES.values(), ids=CURVES)
+def test_slope_is_that_to_the_right(curve: Characteristic) -> None:
+    x = np.array([0.0, 0.3, 0.5, 0.9, 1.0, 1.15, 2.5])
+    step = 1e-7
+    np.testing.assert_allclose(
+        curve.slope(x), (curve(x + step) - curve(x)) / step, rtol=2e-6, atol=1e-6
+    )
+
+
+def test_a_table_that_ends_in_an_error_stores_up_to_its_end() -> None:
+    curve = Characteristic([[0.5, 1.0], [1.0, 3.0]], extrapolation="error")
+    np.testing.assert_allclose(curve.energy([0.2, 0.5, 0.75, 1.0]), [0.0, 0.0, 0.375, 1.0])
+    with pytest.raises(RunError):
+        curve.energy([1.1])

@@ -30,7 +30,7 @@ def test_two_linear_sides_are_springs_in_series() -> None:
     split = law.split(law_input(depth))
     np.testing.assert_allclose(split.stress, series * depth, rtol=1e-14)
     np.testing.assert_allclose(split.slave, series * depth * t_s / k_s, rtol=1e-14)
-    np.testing.assert_allclose(law.forces(law_input(depth)), series * depth, rtol=1e-14)
+    np.testing.assert_allclose(law.respond(law_input(depth)).force, series * depth, rtol=1e-14)
 
 
 def test_a_far_stiffer_master_gives_the_slave_law_alone() -> None:
@@ -38,7 +38,9 @@ def test_a_far_stiffer_master_gives_the_slave_law_alone() -> None:
     depth = np.array([0.05, 0.11, 0.35, 0.6])
     # A plateau turns a tiny shift of the strain into none of the stress.
     np.testing.assert_allclose(
-        law.forces(law_input(depth)), StressLaw(FOAM, 0.5).forces(law_input(depth)), rtol=1e-10
+        law.respond(law_input(depth)).force,
+        StressLaw(FOAM, 0.5).respond(law_input(depth)).force,
+        rtol=1e-10,
     )
 
 
@@ -95,34 +97,36 @@ def test_a_side_held_constant_beyond_its_table_caps_the_stress() -> None:
 def test_tables_that_may_not_be_left_stop_the_run_beyond_both() -> None:
     short = Characteristic([[0, 0], [1, 4]], extrapolation="error")
     law = CombinedLaw(StressLaw(short, 1.0), StressLaw(8.0, 1.0))
-    assert law.forces(law_input([1.5])) == pytest.approx([4.0])
+    assert law.respond(law_input([1.5])).force == pytest.approx([4.0])
     with pytest.raises(RunError, match=r"penetration of 1\.6 goes beyond"):
-        law.forces(law_input([1.6]))
+        law.respond(law_input([1.6]))
 
 
 def test_damping_of_equal_sides_is_that_of_dampers_in_series() -> None:
     side = StressLaw(1.0, 0.5, damping=3.0)
     given = law_input([0.2], rate=2.0)
-    without = CombinedLaw(StressLaw(1.0, 0.5), StressLaw(1.0, 0.5)).forces(given)
+    without = CombinedLaw(StressLaw(1.0, 0.5), StressLaw(1.0, 0.5)).respond(given).force
     series = 3.0 / 0.5 * 2.0 / 2.0
-    np.testing.assert_allclose(CombinedLaw(side, side).forces(given) - without, [series])
+    np.testing.assert_allclose(CombinedLaw(side, side).respond(given).force - without, [series])
 
 
 def test_damping_of_one_side_is_kept_and_never_pulls() -> None:
     law = CombinedLaw(StressLaw(1.0, 1.0, damping=4.0), StressLaw(1.0, 1.0))
-    np.testing.assert_allclose(law.forces(law_input([1.0, 1.0], rate=[1.0, -9.0])), [1.5, 0.0])
+    np.testing.assert_allclose(
+        law.respond(law_input([1.0, 1.0], rate=[1.0, -9.0])).force, [1.5, 0.0]
+    )
 
 
 def test_the_rate_of_touching_points_is_shared_equally() -> None:
     law = CombinedLaw(StressLaw(1.0, 1.0, damping=4.0), StressLaw(9.0, 1.0))
-    np.testing.assert_allclose(law.forces(law_input([0.0], rate=1.0)), [1.0])
+    np.testing.assert_allclose(law.respond(law_input([0.0], rate=1.0)).force, [1.0])
 
 
 def test_no_points_and_no_depth_give_no_force() -> None:
     for elastic in (2.0, np.square):
         law = CombinedLaw(StressLaw(elastic, 1.0), StressLaw(2.0, 1.0))
-        assert law.forces(law_input([])).shape == (0,)
-        np.testing.assert_array_equal(law.forces(law_input([0.0, 0.0])), [0.0, 0.0])
+        assert law.respond(law_input([])).force.shape == (0,)
+        np.testing.assert_array_equal(law.respond(law_input([0.0, 0.0])).force, [0.0, 0.0])
 
 
 @pytest.mark.parametrize(
@@ -142,6 +146,6 @@ def test_sides_that_cannot_be_balanced_are_refused(slave, master, message: str) 
 
 def test_a_callable_that_falls_is_refused_when_it_is_used() -> None:
     law = CombinedLaw(StressLaw(np.sin, 1.0), StressLaw(1.0, 1.0))
-    law.forces(law_input([1.0]))
+    law.respond(law_input([1.0]))
     with pytest.raises(InputError, match="falls near"):
-        law.forces(law_input([3.0]))
+        law.respond(law_input([3.0]))
