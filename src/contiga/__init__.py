@@ -36,6 +36,8 @@ _HOME = {
     "Feature": "contiga.records",
     "Status": "contiga.records",
     "ContactStatus": "contiga.records",
+    "LawInput": "contiga.records",
+    "LawOutput": "contiga.records",
     "Projection": "contiga.records",
     "Hit": "contiga.records",
 }
@@ -76,6 +78,8 @@ if TYPE_CHECKING:
     from contiga.records import ContactStatus as ContactStatus
     from contiga.records import Feature as Feature
     from contiga.records import Hit as Hit
+    from contiga.records import LawInput as LawInput
+    from contiga.records import LawOutput as LawOutput
     from contiga.records import Projection as Projection
     from contiga.records import Status as Status
     from contiga.slaves.slave import Slave as Slave

@@ -13,7 +13,7 @@ from contiga.errors import CheckpointError
 from contiga.io.out.atomic import atomic_write
 from contiga.records import FloatArray
 
-FORMAT = 2
+FORMAT = 3
 
 
 class Checkpoint(NamedTuple):

@@ -172,7 +172,7 @@ def test_a_law_cannot_change_what_it_is_given() -> None:
 
 
 def test_a_list_of_forces_is_an_answer() -> None:
-    state = _answer(lambda inp: [1.0, 2.0, 3.0, 4.0])()
+    state = _force(lambda inp: [1.0, 2.0, 3.0, 4.0])()
     assert state.force[:, 2].tolist() == [1.0, 2.0, 3.0, 4.0]  # type: ignore[attr-defined]
 
 
