@@ -249,3 +249,12 @@ def test_a_point_a_billionth_of_the_size_above_a_large_face_beside_its_rim():
     feet = body.project(p)
     np.testing.assert_allclose(feet.gap, p[:, 2] - 8.0, rtol=0, atol=1e-13 * body.size)
     assert (feet.feature == Feature.FACE).all()
+
+
+def test_a_path_through_a_riser_that_meets_neither_carrier_enters(data_dir):
+    """It comes in 0.0023 above one face, skims it, and ends below the next, 0.0004 lower."""
+    a = np.array([[254.9399286343657, 81.26820124440859, -169.45168914853832]])
+    b = np.array([[249.0034311943592, 80.4001800336463, -171.90764744534755]])
+    hit = solid(CLOSED_FILES[0]).body.first_hit(a, b)
+    assert hit.status[0] == Status.OK
+    assert 0.15 < hit.fraction[0] < 0.25

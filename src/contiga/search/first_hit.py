@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from contiga.geometry.faces import Faces
 from contiga.num.query_checks import checked_segments
-from contiga.records import ByteArray, FloatArray, Hit, IntArray, Status, empty_projection
+from contiga.records import ByteArray, Feature, FloatArray, Hit, IntArray, Status, empty_projection
 from contiga.search.exact_surface import ExactSurface, exact_surface
 from contiga.search.openings import openings_of
 
@@ -45,19 +45,23 @@ def first_hit(body: Faces, p0: ArrayLike, p1: ArrayLike) -> Hit:
     a_B, b_B = checked_segments(p0, p1)
     surface = exact_surface(body)
     out = surface.entries(a_B, b_B, np.arange(len(a_B), dtype=np.int32))
-    # What is nearer than faces are apart may be on either side of them.
-    slit = openings_of(body).slit
-    if surface.closed and slit > ROUNDING * body.size:
-        _explain(surface, a_B, b_B, out, slit)
+    # What is nearer to an edge than its faces are apart may be on either side of them.
+    slit, rounding = openings_of(body).slit, ROUNDING * body.size
+    if surface.closed and slit > rounding:
+        _explain(surface, a_B, b_B, out, (slit, rounding))
     return out
 
 
 def _explain(
-    surface: ExactSurface, a_B: FloatArray, b_B: FloatArray, out: Hit, band: float
+    surface: ExactSurface,
+    a_B: FloatArray,
+    b_B: FloatArray,
+    out: Hit,
+    band: tuple[float, float],
 ) -> None:
     """Fill in the entries of paths that begin outside and end inside but meet no face.
 
-    Places within `band` of the surface are on neither side.
+    `band` is how near to an edge, and how near to the midst of a face, a place is on neither side.
     """
     rows = np.flatnonzero(out.status == Status.NO_HIT).astype(np.int32)
     rows = rows[_sides(surface, b_B, rows, band) < 0]
@@ -80,13 +84,16 @@ def _explain(
     out.status[rows] = Status.OK
 
 
-def _sides(surface: ExactSurface, p_B: FloatArray, rows: IntArray, band: float) -> ByteArray:
-    """1 for points p_B[rows] outside, −1 inside, 0 within `band` or where that is not known."""
+def _sides(
+    surface: ExactSurface, p_B: FloatArray, rows: IntArray, band: tuple[float, float]
+) -> ByteArray:
+    """1 for points p_B[rows] outside, −1 inside, 0 within `band` (edge, face) or not known."""
     side, _ = surface.sides(p_B, rows)
     near = np.flatnonzero(side == 0)
     feet = empty_projection(len(near))
     points = np.ascontiguousarray(p_B[rows[near]])
     surface.closest(points, np.arange(len(near), dtype=np.int32), feet)
-    told = (feet.status == Status.OK) & (np.abs(feet.gap) > band)
+    least = np.where(feet.feature == Feature.FACE, band[1], band[0])
+    told = (feet.status == Status.OK) & (np.abs(feet.gap) > least)
     side[near] = np.where(told, np.sign(feet.gap), 0)
     return side
