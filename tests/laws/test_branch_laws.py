@@ -5,11 +5,11 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from contiga.geometry.body import BodyEdge, EdgeUse
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import contiga as cg
+from contiga.geometry.edges import BodyEdge, EdgeUse
 from contiga.records import Status
 
 

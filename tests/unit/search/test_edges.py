@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.geometry.faces import BodyEdge, EdgeUse
+from contiga.geometry.edges import BodyEdge, EdgeUse
 from contiga.records import Feature, Status
 from contiga.search.tables import tables_of
 
