@@ -318,7 +318,7 @@ class Contact:
             area=_scattered(n, rows, areas.area),
             force=_scattered(n, rows, force),
             stiffness=_scattered(n, rows, answer.stiffness),
-            stored=_scattered(n, rows, answer.stored),
+            stored=np.asarray(answer.stored.sum()),
             memory=_scattered(n, rows, answer.memory),
             clusters=_scattered(n, rows, areas.clusters, np.full(n, -1, np.int32)),
             points_B=p_B,

@@ -15,7 +15,7 @@ from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
 class State:
     """Where n slave points stand after a step, in world axes where not said otherwise.
 
-    The arrays take 167 bytes a point, and eight for each number that the law remembers.
+    The arrays take 159 bytes a point, and eight for each number that the law remembers.
     """
 
     status: ByteArray
@@ -41,7 +41,7 @@ class State:
     stiffness: FloatArray
     """(n,) of the contact force over the penetration, zero without contact."""
     stored: FloatArray
-    """(n,) elastic energy in the contact."""
+    """() elastic energy in the contact."""
     memory: FloatArray
     """(n, m) what the law remembers, zero without contact."""
     clusters: IntArray
@@ -82,11 +82,6 @@ class State:
         """(3,) on the slave: the sum of `force`. The master feels the opposite."""
         total: FloatArray = self.force.sum(axis=0)
         return total
-
-    @property
-    def total_stored(self) -> float:
-        """Elastic energy in the contact."""
-        return float(self.stored.sum())
 
     @property
     def total_area(self) -> float:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Any
 
@@ -118,7 +119,13 @@ class _Digest(Digest):
         if callable(value):
             self.text(_tried(value))
         if hasattr(value, "__dict__") and not isinstance(value, type):
-            self._things(chain.from_iterable(sorted(vars(value).items())), depth)
+            # What follows from the rest, and is there only once it was asked for, tells nothing.
+            kept = [
+                (name, own)
+                for name, own in vars(value).items()
+                if not isinstance(getattr(type(value), name, None), cached_property)
+            ]
+            self._things(chain.from_iterable(sorted(kept)), depth)
 
     def _code(self, value: Any, depth: int) -> None:
         """What a function of Python does: its code, constants, defaults and closure."""
