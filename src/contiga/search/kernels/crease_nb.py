@@ -36,14 +36,13 @@ import numpy as np
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.codes import CREASE
 from contiga.num.jit import inner
+from contiga.num.kernels.vector_nb import dot, minus
 from contiga.search.kernels.around_nb import MOST, around, inward_slope, stands
 from contiga.search.kernels.bend_nb import INNER, OUTER
 from contiga.search.kernels.branch_nb import WIDER, seen_from
 from contiga.search.kernels.cells_nb import CELL, cell_about, cells_about, touched
 from contiga.search.kernels.fold_nb import (
-    dot,
     largest_bend,
-    minus,
     side_bend,
     side_frame,
     speed_across,

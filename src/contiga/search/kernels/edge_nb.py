@@ -42,6 +42,7 @@ import math
 
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.jit import inner
+from contiga.num.kernels.vector_nb import dot, minus
 from contiga.search.kernels.about_edge_nb import BENT, fold_about, way_to
 from contiga.search.kernels.bend_nb import INNER, OUTER, principal
 from contiga.search.kernels.branch_nb import WIDER, seen_from
@@ -52,7 +53,6 @@ from contiga.search.kernels.crease_nb import (
     least_in_face,
     most_jump,
 )
-from contiga.search.kernels.fold_nb import dot, minus
 from contiga.search.kernels.joined_nb import least_bend
 from contiga.search.kernels.strand_nb import stretch_bend
 

@@ -15,6 +15,7 @@ import math
 
 from contiga.elements.kernels.sides_nb import normal_at, side_point
 from contiga.num.jit import inner
+from contiga.num.kernels.vector_nb import cross, dot
 from contiga.search.kernels.bend_nb import (
     INNER,
     OUTER,
@@ -25,21 +26,6 @@ from contiga.search.kernels.bend_nb import (
     principal,
 )
 from contiga.search.kernels.rest_nb import D01, D02, D10, D20
-
-
-@inner(error_model="numpy")
-def dot(a, b):
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-@inner(error_model="numpy")
-def minus(a, b):
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-@inner(error_model="numpy")
-def cross(a, b):
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @inner(error_model="numpy")

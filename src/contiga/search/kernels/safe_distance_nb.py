@@ -12,7 +12,7 @@ from contiga.search.kernels.tree_nb import open_node
 
 @kernel()
 def box_distance(tree, points, rows, safe_distance, start, stop):
-    """Distance of points[rows] to the nearest box of a leaf into reach[rows]."""
+    """Distance of points[rows] to the nearest box of a leaf into safe_distance[rows]."""
     nodes = np.empty(128, np.int64)
     bounds = np.empty(128)
     for i in range(start, stop):
