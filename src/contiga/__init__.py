@@ -31,6 +31,10 @@ _HOME = {
     "CloudArea": "contiga.area.cloud",
     "Contact": "contiga.contact.contact",
     "State": "contiga.contact.state",
+    "Simulation": "contiga.simulation.simulation",
+    "SystemState": "contiga.simulation.system_state",
+    "Result": "contiga.simulation.result",
+    "Case": "contiga.case.schema",
     "load_case": "contiga.case.schema",
     "run": "contiga.cli.run_case",
     "Feature": "contiga.records",
@@ -57,6 +61,7 @@ if TYPE_CHECKING:
     from contiga.area.facet import FacetArea as FacetArea
     from contiga.area.hull import HullArea as HullArea
     from contiga.area.nodal import NodalArea as NodalArea
+    from contiga.case.schema import Case as Case
     from contiga.case.schema import load_case as load_case
     from contiga.cli.run_case import run as run
     from contiga.contact.contact import Contact as Contact
@@ -82,6 +87,9 @@ if TYPE_CHECKING:
     from contiga.records import LawOutput as LawOutput
     from contiga.records import Projection as Projection
     from contiga.records import Status as Status
+    from contiga.simulation.result import Result as Result
+    from contiga.simulation.simulation import Simulation as Simulation
+    from contiga.simulation.system_state import SystemState as SystemState
     from contiga.slaves.slave import Slave as Slave
     from contiga.triangles.trimesh import TriMesh as TriMesh
 

@@ -32,16 +32,10 @@ from contiga.laws.normal import StressLaw
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.simulation.clock import Clock
+from contiga.simulation.model import BodyPart, ContactPart, OutputOptions, SlavePart
 from contiga.simulation.output_folder import keep_case_file
-from contiga.simulation.run import (
-    BodyPart,
-    ContactPart,
-    OutputOptions,
-    Result,
-    Simulation,
-    SlavePart,
-)
-from contiga.simulation.run import run as run_simulation
+from contiga.simulation.result import Result
+from contiga.simulation.simulation import Simulation
 from contiga.slaves.slave import Slave
 
 
@@ -78,7 +72,7 @@ def build(case: Case) -> Simulation:
     return Simulation(
         title=case.title,
         units=(case.units.length, case.units.mass, case.units.time),
-        times=case.time.times(),
+        stepping=case.time.stepping(),
         bodies=bodies,
         slaves=slaves,
         contacts=tuple(contacts),
@@ -110,16 +104,14 @@ def run(
     Raises
     ------
     OutputError
-        As `simulation.run.run`; also where the copy of the case would replace the case file.
+        As `Simulation.run`; also where the copy of the case would replace the case file.
     """
     clock = Clock()
     with clock.watching(), clock("total"), clock("build"):
         simulation = build(case)
         if out is not None:
             keep_case_file(Path(out), case.file, simulation.case_text)
-    result = run_simulation(
-        simulation, out, resume=resume, strict=strict, progress=progress, clock=clock
-    )
+    result = simulation.run(out, resume=resume, strict=strict, progress=progress, clock=clock)
     if on_finish is not None and out is not None and case.output.report:
         on_finish(Path(out))
     return result

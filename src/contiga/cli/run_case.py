@@ -11,7 +11,7 @@ from contiga.errors import InputError
 
 if TYPE_CHECKING:
     from contiga.case.schema import Case
-    from contiga.simulation.run import Result
+    from contiga.simulation.result import Result
 
 
 def run(
@@ -35,7 +35,7 @@ def run(
     Returns
     -------
     Result
-        ``history`` (columns by name), ``summary``, ``out``.
+        ``history`` (columns by name), ``state`` at the end, ``summary``, ``out``.
 
     Raises
     ------

@@ -13,6 +13,7 @@ from contiga.dynamics.prescribed import (
     Translate,
 )
 from contiga.num import pose
+from contiga.num.twist import Twist
 
 __all__ = [
     "BodyMotion",
@@ -23,5 +24,6 @@ __all__ = [
     "Rotate",
     "SlaveMotion",
     "Translate",
+    "Twist",
     "pose",
 ]

@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import NodalArea, NurbsSurface, State, TriMesh
+from contiga import NodalArea, NurbsSurface, Simulation, SystemState, TriMesh
 from contiga.records import FloatArray
 from contiga.report.plots import BODY, INK, LINES, MUTED
-from contiga.simulation.clock import Clock
-from contiga.simulation.simulation import Simulation
-from contiga.simulation.step import advance
 from contiga_validation.engine.experiment import Cell, Claim, Experiment, Outcome, Picture, Table
 from contiga_validation.engine.view import View
 from contiga_validation.thesis.play import exact_master, played
@@ -88,13 +85,13 @@ def step_times(repeats: int = REPEATS) -> dict[str, FloatArray]:
     Runs of the masters alternate, so that a machine that slows down slows all of them.
     """
     made = simulations()
-    best = {name: np.full(len(one.times), np.inf) for name, one in made.items()}
+    best = {name: np.full(len(one.stepping.planned()), np.inf) for name, one in made.items()}
     for _ in range(repeats):
         for name, simulation in made.items():
-            states: dict[str, State] = {}
-            for k in range(len(simulation.times)):
+            state: SystemState | None = None
+            for k in range(len(best[name])):
                 start = perf_counter()
-                states = advance(simulation, k, states, Clock()).states
+                state = simulation.start() if state is None else simulation.step(state)
                 best[name][k] = min(best[name][k], perf_counter() - start)
     return best
 

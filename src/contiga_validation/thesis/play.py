@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
-from contiga import State, load_case
+from contiga import Simulation, State, SystemState, load_case
 from contiga.case.build import build
 from contiga.geometry.faces import Faces
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
-from contiga.simulation.clock import Clock
-from contiga.simulation.simulation import Simulation
-from contiga.simulation.step import Snapshot, advance, history_row
 from contiga_validation.thesis.scenes import scene
 
 
@@ -21,7 +16,7 @@ class Played(NamedTuple):
     """A scene with one contact, and all its steps."""
 
     simulation: Simulation
-    snapshots: tuple[Snapshot, ...]
+    snapshots: tuple[SystemState, ...]
     history: dict[str, FloatArray]
     """Columns by name, one row a step."""
 
@@ -29,7 +24,7 @@ class Played(NamedTuple):
     def states(self) -> list[State]:
         """One a step."""
         (contact,) = self.simulation.contacts
-        return [snapshot.states[contact.name] for snapshot in self.snapshots]
+        return [snapshot.contacts[contact.name] for snapshot in self.snapshots]
 
     @property
     def body(self) -> Master:
@@ -45,7 +40,7 @@ class Played(NamedTuple):
     def points(self, k: int) -> FloatArray:
         """(n, 3) slave points after step `k`, world axes."""
         (contact,) = self.simulation.contacts
-        return self.snapshots[k].points[contact.slave]
+        return self.snapshots[k].slaves[contact.slave].points
 
 
 def exact_master(simulation: Simulation) -> Faces:
@@ -69,11 +64,5 @@ def play(name: str) -> Played:
 
 def played(simulation: Simulation) -> Played:
     """Run a simulation in memory and keep every step."""
-    snapshots: list[Snapshot] = []
-    states: dict[str, State] = {}
-    for k in range(len(simulation.times)):
-        snapshots.append(advance(simulation, k, states, Clock()))
-        states = snapshots[-1].states
-    rows = [history_row(simulation, snapshot) for snapshot in snapshots]
-    history = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    return Played(simulation, tuple(snapshots), history)
+    result = simulation.run(keep=1)
+    return Played(simulation, result.states, result.history)

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from contiga import Contact, Slave, load_case
+from contiga import Contact, Simulation, Slave, load_case
 from contiga.case.build import build
 from contiga.records import IntArray
-from contiga.simulation.simulation import Simulation
 from contiga_validation.thesis.scenes import scene
 
 

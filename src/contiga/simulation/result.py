@@ -1,0 +1,47 @@
+"""What a run leaves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from contiga.errors import InputError
+from contiga.records import FloatArray
+from contiga.simulation.system_state import SystemState
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """What a run leaves."""
+
+    history: dict[str, FloatArray]
+    """Columns by name, one row a step."""
+    out: Path | None
+    """Output folder, None where nothing was written."""
+    state: SystemState
+    """At the end."""
+    states: tuple[SystemState, ...]
+    """Those that were to be kept, in the order of time."""
+    summary: dict[str, Any]
+    """Counts, timings, statuses: the content of summary.json."""
+
+    def to_pandas(self) -> DataFrame:
+        """The history as a table of pandas, by time.
+
+        Raises
+        ------
+        InputError
+            pandas is not installed.
+        """
+        try:
+            from pandas import DataFrame, Index
+        except ImportError as error:
+            raise InputError(
+                "pandas is not installed", where="to_pandas", remedy="pip install pandas"
+            ) from error
+        columns = {name: values for name, values in self.history.items() if name != "time"}
+        return DataFrame(columns, index=Index(self.history["time"], name="time"))
