@@ -34,6 +34,7 @@ from contiga.num.arrays import as_points, positive
 from contiga.num.pose import as_pose, identity
 from contiga.num.rigid import to_body, to_world, turn_to_world
 from contiga.records import FloatArray, IntArray, LawInput, Projection, rows_of
+from contiga.shown import Facts, Shown
 from contiga.slaves.slave import Slave
 
 SEARCHES = ("intersection", "penetration")
@@ -56,7 +57,7 @@ def _untimed(_: str) -> AbstractContextManager[None]:
     return nullcontext()
 
 
-class Contact:
+class Contact(Shown):
     """Contact of a slave with a rigid master.
 
     Parameters
@@ -125,6 +126,16 @@ class Contact:
         self.search = search
         self.on_edge = on_edge
         self.depth = None if depth is None else positive(depth, "depth", finite=False)
+
+    def _facts(self) -> Facts:
+        return [
+            ("slave", self.slave.name or len(self.slave)),
+            ("master", self.master.name or type(self.master).__name__),
+            ("law", type(self.law).__name__),
+            ("area", type(self.area).__name__),
+            ("search", self.search),
+            ("type", self.contact_type),
+        ]
 
     @property
     def _surface(self) -> Surface:

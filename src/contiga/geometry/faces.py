@@ -28,12 +28,13 @@ from contiga.num import transform
 from contiga.num.arrays import as_points, read_only
 from contiga.num.ordered import length
 from contiga.records import FloatArray
+from contiga.shown import Facts, Shown
 from contiga.triangles.trimesh import TriMesh
 
 Trims = tuple[tuple[Loop, ...] | None, ...]
 
 
-class Faces:
+class Faces(Shown):
     """Oriented NURBS patches with their trims and shared edges: the geometry of a `Body`.
 
     The parameters are those of a `Body`. Faces never change; methods return new ones, of the same
@@ -150,10 +151,9 @@ class Faces:
         low, high = self.bounds()
         return length(high - low)
 
-    def __repr__(self) -> str:
+    def _facts(self) -> Facts:
         trimmed = sum(entry is not None for entry in self._trims)
-        kind = type(self).__name__
-        return f"{kind}({self._name!r}, {len(self._patches)} patches, {trimmed} trimmed)"
+        return [("patches", len(self._patches)), ("trimmed", trimmed)]
 
     @property
     def trim_tables(self) -> TrimTables:

@@ -12,6 +12,7 @@ from contiga.dynamics.prescribed import BodyMotion, SlaveMotion
 from contiga.dynamics.stepping import Stepping
 from contiga.errors import InputError
 from contiga.masters.protocol import Master
+from contiga.shown import Facts, Shown
 from contiga.simulation.fingerprint import fingerprint_of
 from contiga.slaves.slave import Slave
 
@@ -48,8 +49,8 @@ class OutputOptions(NamedTuple):
     report: bool = True
 
 
-@dataclass(frozen=True, kw_only=True)
-class Model:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Model(Shown):
     """What a run needs, checked. `contiga.Simulation` makes it and runs it.
 
     Raises
@@ -80,6 +81,16 @@ class Model:
         for part in self.contacts:
             _check_name("master", part.master, self.bodies)
             _check_name("slave", part.slave, self.slaves)
+
+    def _facts(self) -> Facts:
+        planned = self.stepping.planned()
+        return [
+            ("bodies", ", ".join(self.bodies)),
+            ("slaves", ", ".join(self.slaves)),
+            ("contacts", ", ".join(part.name for part in self.contacts)),
+            ("time", (float(planned[0]), float(planned[-1]))),
+            ("steps", len(planned) - 1),
+        ]
 
     def fingerprint(self) -> str:
         """Of all that decides the results: see `contiga.simulation.fingerprint`."""

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 from contiga.errors import InputError
 from contiga.records import FloatArray
+from contiga.shown import Facts, Shown
 from contiga.simulation.system_state import SystemState
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-@dataclass(frozen=True, eq=False)
-class Result:
+@dataclass(frozen=True, eq=False, repr=False)
+class Result(Shown):
     """What a run leaves."""
 
     history: dict[str, FloatArray]
@@ -28,6 +29,16 @@ class Result:
     """Those that were to be kept, in the order of time."""
     summary: dict[str, Any]
     """Counts, timings, statuses: the content of summary.json."""
+
+    def _facts(self) -> Facts:
+        return [
+            ("steps", len(self.history["time"])),
+            ("end", float(self.state.time)),
+            ("in contact", self.state.n_contact),
+            ("warnings", len(self.summary["warnings"])),
+            ("states kept", len(self.states)),
+            ("folder", self.out or "none"),
+        ]
 
     def to_pandas(self) -> DataFrame:
         """The history as a table of pandas, by time.

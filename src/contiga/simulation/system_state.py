@@ -8,6 +8,7 @@ from typing import NamedTuple
 from contiga.contact.state import State
 from contiga.num.twist import Twist
 from contiga.records import FloatArray
+from contiga.shown import Facts, Shown
 
 
 class BodyState(NamedTuple):
@@ -35,8 +36,8 @@ class Energy(NamedTuple):
     """Stored in the contacts: what their laws would give back."""
 
 
-@dataclass(frozen=True, eq=False)
-class SystemState:
+@dataclass(frozen=True, eq=False, repr=False)
+class SystemState(Shown):
     """A simulation at one time: all that its next step needs."""
 
     time: float
@@ -47,6 +48,16 @@ class SystemState:
     contacts: dict[str, State]
     """By name."""
     energy: Energy
+
+    def _facts(self) -> Facts:
+        return [
+            ("time", float(self.time)),
+            ("bodies", len(self.bodies)),
+            ("slaves", len(self.slaves)),
+            ("contacts", len(self.contacts)),
+            ("in contact", self.n_contact),
+            ("stored", self.energy.contact),
+        ]
 
     @property
     def n_contact(self) -> int:

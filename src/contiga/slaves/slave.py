@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from contiga.errors import MeshError
 from contiga.num.arrays import as_points, read_only
 from contiga.records import FloatArray, IntArray
+from contiga.shown import Facts, Shown
 from contiga.slaves.cells import split_shells
 from contiga.slaves.skin import facet_areas, tributary_area
 
@@ -36,7 +37,7 @@ class MeshPart(NamedTuple):
         return self.name if self.id is None else f"{self.id} ({self.name})"
 
 
-class Slave:
+class Slave(Shown):
     """Points that can touch a master: a cloud, or the nodes of a finite-element mesh. Immutable.
 
     Parameters
@@ -127,12 +128,11 @@ class Slave:
     def __len__(self) -> int:
         return len(self.points)
 
-    def __repr__(self) -> str:
+    def _facts(self) -> Facts:
         facets = 0 if self.facets is None else len(self.facets)
-        return (
-            f"Slave({self.name!r}: {len(self)} points, {int(self.active.sum())} active, "
-            f"{facets} facets)"
-        )
+        unit = [("unit", self.unit)] if self.unit else []
+        active = int(self.active.sum())
+        return [("points", len(self)), ("active", active), ("facets", facets), *unit]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuild, ({key: _plain(getattr(self, key)) for key in _FIELDS},)
