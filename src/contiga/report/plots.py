@@ -9,12 +9,10 @@ import numpy as np
 from contiga.report.peak import Peak
 from contiga.report.run_folder import Run, Units
 from contiga.report.scene import outside_direction, upwards
-from contiga.report.shown import REGIONS, SCALE, Shown, fields_of, region_colours
+from contiga.report.shown import Shown, fields_of, region_colours
+from contiga.report.style import BODY, GRID, INK, LINES, MUTED, REGIONS, SCALE, SLAVE
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
-INK, MUTED, GRID = "#21262d", "#6a737d", "#e8eaed"
-LINES = ("#1f5f8b", "#c4473a", "#3f7f4f", "#8a5a9e", "#b07d1e", "#4b5563")
-BODY, SLAVE = "#8f9eb0", "#dedad0"
 _CONFIG = {"displaylogo": False, "responsive": True}
 PLOT_CONFIG = {
     **_CONFIG,

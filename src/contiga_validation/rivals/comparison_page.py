@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga.num.threads import thread_count
-from contiga.report.plots import INK, LINES, MUTED
+from contiga import thread_count
+from contiga_validation.engine.drawing import INK, LINES, MUTED
 from contiga_validation.engine.experiment import (
     Cell,
     Claim,

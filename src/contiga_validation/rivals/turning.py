@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import Body, clouds
-from contiga.masters.protocol import Master
-from contiga.records import FloatArray
-from contiga.report.plots import INK, LINES
+from contiga import Body, Master, clouds
+from contiga_validation.engine.arrays import FloatArray
+from contiga_validation.engine.drawing import INK, LINES
 from contiga_validation.engine.experiment import Claim, Outcome, Picture, Table
 from contiga_validation.rivals.comparison import DEPTH, NURBS, bodies
 from contiga_validation.rivals.rival_meshes import SAMPLES, rival_meshes

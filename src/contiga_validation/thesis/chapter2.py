@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga import NurbsCurve
-from contiga.geometry import knots as kv
-from contiga.records import FloatArray
+from contiga import knots as kv
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, MUTED, draw_curve, draw_polygon, plane
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
 

@@ -6,13 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import FacetArea, HullArea, NodalArea, Slave
-from contiga.area.hull import hull_of
-from contiga.area.method import AreaMethod
-from contiga.records import FloatArray, IntArray
-from contiga.report.plots import BODY, INK, LINES, MUTED
+from contiga import AreaMethod, FacetArea, HullArea, NodalArea, Slave, View
+from contiga_validation.engine.arrays import FloatArray, IntArray
+from contiga_validation.engine.drawing import BODY, INK, LINES, MUTED
 from contiga_validation.engine.experiment import Cell, Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
 from contiga_validation.thesis.play import Played, played
 from contiga_validation.thesis.variants import ring_facets, simulation_of, slave_of, variant
 
@@ -81,7 +78,7 @@ def area_table() -> AreaTable:
     }
     first = runs["hull, linear map"]
     chosen = np.array(STEPS)
-    heights = np.array([first.points(k)[:, 2].mean() for k in STEPS])
+    heights = np.array([first.places[k][:, 2].mean() for k in STEPS])
     areas = {name: run.history["area"][chosen] for name, run in runs.items()}
     return AreaTable(first.history["n_contact"][chosen], strip_area(heights), areas)
 
@@ -176,7 +173,7 @@ def _draw_section(figure: Figure) -> None:
     shown = (6, 14, 7, 10)
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     for axes, k in zip(figure.subplots(1, len(shown), sharey=True), shown, strict=True):
-        points, state = run.points(k), run.states[k]
+        points, state = run.places[k], run.states[k]
         height = points[:, 2].mean()
         on = state.in_contact
         axes.plot(RADIUS * np.cos(angle), height + RADIUS * np.sin(angle), color=MUTED, lw=0.7)
@@ -281,7 +278,7 @@ _CAPTION_PAIR = (
 def _draw_pair(figure: Figure, pair: Pair) -> None:
     axes = figure.subplots(2, 2, height_ratios=(1.1, 1.0))
     for column, k in enumerate((3, 9)):
-        state, points = pair.run.states[k], pair.run.points(k)
+        state, points = pair.run.states[k], pair.run.places[k]
         on = state.in_contact
         top = axes[0, column]
         everything = np.concatenate([points, [[-1.3, -1.3, -0.3], [1.3, 1.3, 0.6]]])
@@ -297,9 +294,12 @@ def _draw_pair(figure: Figure, pair: Pair) -> None:
 
 
 def _draw_regions(axes: Axes, uv: FloatArray, clusters: IntArray) -> None:
+    from scipy.spatial import ConvexHull
+
     for c in range(int(clusters.max(initial=-1)) + 1):
         own = uv[clusters == c]
-        axes.fill(*hull_of(own).T, color=LINES[c], alpha=0.15)
+        if np.linalg.matrix_rank(own - own[0]) == 2:
+            axes.fill(*own[ConvexHull(own).vertices].T, color=LINES[c], alpha=0.15)
         axes.plot(*own.T, "o", color=LINES[c], ms=2.4)
     axes.set(xlabel="u", ylabel="v", xlim=(0.0, 1.0), ylim=(0.0, 1.0))
 

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga import ContactStatus, State
-from contiga.records import FloatArray
+from contiga import ContactStatus, State, View
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, plane
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
 from contiga_validation.thesis.play import Played, play
 
 if TYPE_CHECKING:
@@ -30,7 +29,7 @@ def foot_errors(run: Played) -> tuple[float, float]:
     aside = length = 0.0
     for k, state in enumerate(run.states):
         on = state.in_contact
-        way = (state.foot - run.points(k))[on]
+        way = (state.foot - run.places[k])[on]
         depth = state.penetration[on]
         across = way - (way * state.normal[on]).sum(axis=1)[:, None] * state.normal[on]
         aside = max(aside, float(np.abs(across).max(initial=0.0)))
@@ -46,7 +45,7 @@ def _flat() -> Outcome:
     counts = [int(n) for n in run.history["n_contact"]]
     miss = 0.0
     for k, state in enumerate(run.states):
-        below = np.maximum(-run.points(k)[:, 2], 0.0)
+        below = np.maximum(-run.places[k][:, 2], 0.0)
         miss = max(miss, float(np.abs(state.penetration - below).max()))
     released = [int((s.status == ContactStatus.RELEASED).sum()) for s in run.states]
     rows = tuple(
@@ -113,11 +112,11 @@ def _side(state: State) -> NDArray[np.float64]:
 def _bumpy() -> Outcome:
     run = play("out_of_boundary")
     states = run.states
-    beyond = [_beyond(run.points(k)) for k in range(len(states))]
+    beyond = [_beyond(run.places[k]) for k in range(len(states))]
     touched = sum(int((s.in_contact & b).sum()) for s, b in zip(states, beyond, strict=True))
     changed = sum(int((_side(a) * _side(b) < 0.0).sum()) for a, b in pairwise(states))
     aside, length = foot_errors(run)
-    low = [int((b & (run.points(k)[:, 2] < 0.35)).sum()) for k, b in enumerate(beyond)]
+    low = [int((b & (run.places[k][:, 2] < 0.35)).sum()) for k, b in enumerate(beyond)]
     rows = tuple(
         (
             k,
@@ -195,7 +194,7 @@ def _between(state: State) -> float:
 def _draw_feet(figure: Figure) -> None:
     run = play("out_of_boundary")
     k = int(np.argmax(run.history["n_contact"]))
-    state, points = run.states[k], run.points(k)
+    state, points = run.states[k], run.places[k]
     axes = plane(figure.subplots())
     axes.add_patch(_frame((0.0, 0.0), 4.0, 3.0))
     free = ~state.in_contact
@@ -220,7 +219,7 @@ def _sliding() -> Outcome:
     counts = [int(n) for n in run.history["n_contact"]]
     left = [int((s.status == ContactStatus.SLID_OFF).sum()) for s in run.states]
     gone = np.flatnonzero(run.states[14].status == ContactStatus.SLID_OFF)
-    still = run.points(14)[gone]
+    still = run.places[14][gone]
     over = bool((still[:, 0] < -1.0).all() and (still[:, 2] < 0.0).all())
     force = run.history["force"]
     rows = tuple((t, counts[t], left[t], float(force[t])) for t in range(12, 17))
@@ -270,7 +269,7 @@ def _draw_sliding(figure: Figure) -> None:
         plane(axes, equal=False)
         axes.set_aspect("equal")
         axes.add_patch(_frame((-1.0, -0.5), 2.0, 1.0))
-        points, on = run.points(k), run.states[k].in_contact
+        points, on = run.places[k], run.states[k].in_contact
         axes.plot(*points[on, :2].T, "o", color=CONTACT, ms=2.6)
         axes.plot(*points[~on, :2].T, "o", color=FREE, ms=2.6)
         _square(axes, points[gone])
@@ -294,11 +293,11 @@ def _panels(figure: Figure, name: str, steps: Sequence[int]) -> None:
     run = play(name)
     flat = name == "cylinder_flat"
     towards = (-0.5, 0.8, -0.28) if flat else (-0.35, 0.75, -0.55)
-    everywhere = [run.points(k) for k in steps]
+    everywhere = [run.places[k] for k in steps]
     mesh = run.body.tessellate(1e-3 * run.body.size)
     scene = np.vstack([(0.62 if flat else 1.0) * mesh.vertices, *everywhere])
     for axes, k in zip(figure.subplots(2, len(steps) // 2).flat, steps, strict=True):
-        points, on = run.points(k), run.states[k].in_contact
+        points, on = run.places[k], run.states[k].in_contact
         view = View(axes, scene, towards=towards, shape=(420, 350))
         view.surface(mesh, "#cfd8e2", 0.75, hides=False)
         beyond = ~on & (_beyond(points) if name == "out_of_boundary" else False)

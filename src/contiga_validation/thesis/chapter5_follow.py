@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga import ContactStatus
-from contiga.records import FloatArray
+from contiga import ContactStatus, View
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, MUTED, draw_curve, plane
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
 from contiga_validation.thesis.play import Played, play
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ def _closest(run: Played) -> tuple[list[FloatArray], list[FloatArray]]:
     """Per step (n, 3) closest points and (n,) depths by them, for the points in contact."""
     points, depths = [], []
     for k, state in enumerate(run.states):
-        feet = run.body.project(run.points(k))
+        feet = run.body.project(run.places[k])
         points.append(feet.point)
         depths.append(np.where(state.in_contact, np.maximum(-feet.gap, 0.0), 0.0))
     return points, depths
@@ -40,7 +39,7 @@ def _leaps(run: Played) -> tuple[float, float, float]:
     worst = np.zeros(3)
     for k, (last, state) in enumerate(pairwise(run.states), start=1):
         both = state.in_contact & last.in_contact
-        way = np.linalg.norm(run.points(k) - run.points(k - 1), axis=1)[both]
+        way = np.linalg.norm(run.places[k] - run.places[k - 1], axis=1)[both]
         changes = (
             np.abs(state.penetration - last.penetration)[both],
             np.linalg.norm(state.foot - last.foot, axis=1)[both],
@@ -54,7 +53,7 @@ def _turned(run: Played) -> list[int]:
     """Per step, how many points in contact are closest to another part that faces away."""
     out = []
     for k, state in enumerate(run.states):
-        normal = run.body.project(run.points(k)).normal
+        normal = run.body.project(run.places[k]).normal
         away = (normal * state.normal).sum(axis=1) < 0.0
         out.append(int((away & state.in_contact).sum()))
     return out
@@ -164,7 +163,7 @@ def _drop(run: Played) -> float:
 def _draw_sequence(figure: Figure, steps: tuple[int, ...]) -> None:
     run = play("curve_sequence")
     closest, _ = _closest(run)
-    curve = run.faces.patches[0].isocurve(v=0.0)
+    curve = run.patches[0].isocurve(v=0.0)
     plots = figure.subplots(3, 2).flat
     for axes, k in zip(plots, steps, strict=True):
         _draw_nodes(plane(axes), run, k, curve, closest[k])
@@ -176,7 +175,7 @@ def _draw_sequence(figure: Figure, steps: tuple[int, ...]) -> None:
 
 
 def _draw_nodes(axes: Axes, run: Played, k: int, curve: NurbsCurve, closest: FloatArray) -> None:
-    state, points = run.states[k], run.points(k)
+    state, points = run.states[k], run.places[k]
     on = state.in_contact
     draw_curve(axes, curve, color=MUTED, label="curve")
     for i in np.flatnonzero(on):
@@ -214,7 +213,7 @@ def _space() -> Outcome:
     rows = tuple(
         (
             k,
-            float(run.points(k)[0, 2]),
+            float(run.places[k][0, 2]),
             float(state.max_penetration),
             float(closest[k][0]),
             "top" if turned[k] else ("bottom" if state.n_contact else "–"),
@@ -266,13 +265,13 @@ def _space() -> Outcome:
 def _draw_space(figure: Figure) -> None:
     run = play("point_in_space")
     k = _turned(run).index(1) + 1
-    state, point = run.states[k], run.points(k)[0]
+    state, point = run.states[k], run.places[k][0]
     before, foot = run.states[k - 1].foot[0], state.foot[0]
     closest = run.body.project(point[None]).point[0]
-    scene = np.vstack([run.faces.patches[0].control_points.reshape(-1, 3), run.points(0)])
+    scene = np.vstack([run.patches[0].control_points.reshape(-1, 3), run.places[0]])
     view = View(figure.subplots(), scene, towards=(-0.2, 0.95, 0.16), shape=(900, 400))
     view.surface(run.body, "#cfd8e2", 0.6, hides=False)
-    view.lines([run.points(0)[0], point], color=FREE, lw=1.0)
+    view.lines([run.places[0][0], point], color=FREE, lw=1.0)
     view.lines([point, foot], color=CONTACT, ls="--", lw=1.4)
     view.lines([point, closest], color=OTHER, ls="--", lw=1.4)
     view.lines([before, foot], color=LINES[4], lw=3.0)

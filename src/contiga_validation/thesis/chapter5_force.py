@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import Contact, ForceLaw, HullArea, NodalArea, StressLaw
-from contiga.area.method import AreaInput, AreaMethod, Areas
+from contiga import AreaInput, AreaMethod, Areas, Contact, ForceLaw, HullArea, NodalArea, StressLaw
 from contiga.errors import ContigaError
-from contiga.records import FloatArray
-from contiga.report.plots import INK, LINES, MUTED
+from contiga_validation.engine.arrays import FloatArray
+from contiga_validation.engine.drawing import INK, LINES, MUTED
 from contiga_validation.engine.experiment import Cell, Claim, Experiment, Outcome, Picture, Table
 from contiga_validation.thesis.chapter5_area import STEPS, THESIS, TRUE
 from contiga_validation.thesis.play import Played, played

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga import Body, Hit, clouds, shapes
-from contiga.records import FloatArray
+from contiga import Body, Hit, View, clouds, shapes
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, draw_curve, plane
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
 from contiga_validation.thesis.chapter5_splines import weighted
 
 if TYPE_CHECKING:

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contiga import NurbsCurve, NurbsSurface, clouds, shapes
-from contiga.records import FloatArray
+from contiga import NurbsCurve, NurbsSurface, View, clouds, shapes
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
 from contiga_validation.thesis.chapter5_splines import net_surface
 
 if TYPE_CHECKING:

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga import NurbsCurve, NurbsSurface
-from contiga.geometry import knots as kv
+from contiga import NurbsCurve, NurbsSurface, View
+from contiga import knots as kv
 from contiga_validation.engine.drawing import LINES, draw_curve, draw_polygon, plane
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
 from contiga_validation.thesis.chapter2 import cox_de_boor
 
 if TYPE_CHECKING:

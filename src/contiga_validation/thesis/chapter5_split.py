@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import NurbsSurface
-from contiga.report.plots import BODY, LINES, MUTED
+from contiga import NurbsSurface, View
+from contiga_validation.engine.drawing import BODY, LINES, MUTED
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
-from contiga_validation.thesis.play import exact_master
+from contiga_validation.thesis.play import patches_of
 from contiga_validation.thesis.variants import simulation_of
 
 if TYPE_CHECKING:
@@ -55,7 +54,7 @@ def _corner_area(surface: NurbsSurface) -> float:
 
 
 def _split() -> Outcome:
-    (surface,) = exact_master(simulation_of("bumpy_master")).patches
+    (surface,) = patches_of(simulation_of("bumpy_master"))
     steps, true = split_data(surface), surface.area()
     gaps = [step.net - step.base for step in steps]
     ratio = gaps[-2] / gaps[-1]

@@ -7,15 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import NodalArea, NurbsSurface, State, TriMesh
-from contiga.records import FloatArray
-from contiga.report.plots import BODY, INK, LINES, MUTED
-from contiga.simulation.clock import Clock
-from contiga.simulation.simulation import Simulation
-from contiga.simulation.step import advance
+from contiga import NodalArea, NurbsSurface, Simulation, TriMesh, View
+from contiga_validation.engine.arrays import FloatArray
+from contiga_validation.engine.drawing import BODY, INK, LINES, MUTED
 from contiga_validation.engine.experiment import Cell, Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
-from contiga_validation.thesis.play import exact_master, played
+from contiga_validation.thesis.play import patches_of, played, steps_of
 from contiga_validation.thesis.variants import simulation_of, variant
 
 if TYPE_CHECKING:
@@ -59,7 +55,7 @@ class Rivals(NamedTuple):
 def masters() -> tuple[Simulation, dict[str, TriMesh]]:
     """The scene and the meshes of its master by the thesis' tessellation."""
     simulation = simulation_of("bumpy_master")
-    (surface,) = exact_master(simulation).patches
+    (surface,) = patches_of(simulation)
     return simulation, {f"tol {tol}": surface.tessellate(tol, "net") for tol in TOLERANCES}
 
 
@@ -75,7 +71,7 @@ def simulations() -> dict[str, Simulation]:
 def rivals() -> Rivals:
     """Penetrations and counts with every master."""
     simulation, meshes = masters()
-    (surface,) = exact_master(simulation).patches
+    (surface,) = patches_of(simulation)
     runs = {name: played(made) for name, made in simulations().items()}
     depth = {name: run.history["max_penetration"] for name, run in runs.items()}
     counts = {name: run.history["n_contact"] for name, run in runs.items()}
@@ -91,11 +87,10 @@ def step_times(repeats: int = REPEATS) -> dict[str, FloatArray]:
     best = {name: np.full(len(one.times), np.inf) for name, one in made.items()}
     for _ in range(repeats):
         for name, simulation in made.items():
-            states: dict[str, State] = {}
-            for k in range(len(simulation.times)):
-                start = perf_counter()
-                states = advance(simulation, k, states, Clock()).states
+            start = perf_counter()
+            for k, _ in enumerate(steps_of(simulation)):
                 best[name][k] = min(best[name][k], perf_counter() - start)
+                start = perf_counter()
     return best
 
 

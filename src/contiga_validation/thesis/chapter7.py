@@ -6,14 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import Body, State, shapes
-from contiga.area.cluster import clusters_of
-from contiga.area.method import Rest
-from contiga.area.regions import regions, structure_of
-from contiga.records import FloatArray, IntArray
-from contiga.report.plots import BODY, INK, LINES, MUTED
+from contiga import Body, State, View, clusters_of, shapes
+from contiga_validation.engine.arrays import FloatArray, IntArray
+from contiga_validation.engine.drawing import BODY, INK, LINES, MUTED
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
 from contiga_validation.thesis.play import Played, play
 
 if TYPE_CHECKING:
@@ -57,14 +53,11 @@ def cluster_data() -> Study:
     state = run.states[STEP]
     rows = np.flatnonzero(state.in_contact).astype(np.int32)
     uv = state.uv[rows]
-    (part,) = run.simulation.contacts
-    slave = part.contact.slave
-    joined = structure_of(Rest(slave.points, slave.facets, slave.area))
     labels = {
         "k-means, k = 2": clusters_of(uv, "kmeans", k=2),
         "mean shift": clusters_of(uv, "meanshift"),
         "HDBSCAN": clusters_of(uv, "hdbscan", min_points=4),
-        "auto": regions(joined, rows, run.points(STEP)),
+        "auto": state.clusters[rows],
     }
     dbscan = {
         least: [_count(dbscan_labels(uv, float(eps), least)) for eps in EPS] for least in (1, 10)
@@ -171,8 +164,8 @@ _CAPTION_TEN = "DBSCAN with P_min = 10 at four radii; crosses are points that it
 
 def _draw_scene(figure: Figure, study: Study) -> None:
     axes = figure.subplots()
-    (surface,) = study.run.faces.patches
-    points = study.run.points(STEP)
+    (surface,) = study.run.patches
+    points = study.run.places[STEP]
     scene = np.concatenate([points, surface.control_points[::4].reshape(-1, 3)])
     view = View(axes, scene, shape=(900, 560), towards=(-0.35, 0.8, -0.42))
     view.surface(surface, BODY, opacity=0.75).iso_lines(surface, 9)
@@ -254,7 +247,7 @@ def seam_data() -> Seam:
     labels = {
         "DBSCAN in (u, v)": dbscan_labels(uv, 0.12, 4),
         "HDBSCAN in (u, v)": clusters_of(uv, "hdbscan", min_points=4),
-        "auto, in space": regions(structure_of(Rest(rest, None, None)), rows, rest),
+        "auto, in space": clusters_of(rest[rows], "auto"),
     }
     return Seam(body, rest[rows], uv, labels)
 

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from math import hypot
 from typing import NamedTuple
 
 import numpy as np
 
-from contiga import State, load_case
-from contiga.case.build import build
-from contiga.geometry.faces import Faces
-from contiga.masters.protocol import Master
-from contiga.records import FloatArray
-from contiga.simulation.clock import Clock
-from contiga.simulation.simulation import Simulation
-from contiga.simulation.step import Snapshot, advance, history_row
+from contiga import Master, NurbsSurface, Simulation, State, build, load_case
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.thesis.scenes import scene
 
 
@@ -21,15 +17,22 @@ class Played(NamedTuple):
     """A scene with one contact, and all its steps."""
 
     simulation: Simulation
-    snapshots: tuple[Snapshot, ...]
-    history: dict[str, FloatArray]
-    """Columns by name, one row a step."""
+    states: tuple[State, ...]
+    """One a step."""
+    places: tuple[FloatArray, ...]
+    """(n, 3) slave points after each step, world axes."""
 
     @property
-    def states(self) -> list[State]:
-        """One a step."""
-        (contact,) = self.simulation.contacts
-        return [snapshot.states[contact.name] for snapshot in self.snapshots]
+    def history(self) -> dict[str, FloatArray]:
+        """What is told of each step: columns by name, one row a step."""
+        columns: dict[str, list[float]] = {
+            "n_contact": [state.n_contact for state in self.states],
+            "n_clusters": [state.n_clusters for state in self.states],
+            "max_penetration": [state.max_penetration for state in self.states],
+            "force": [hypot(*state.total_force) for state in self.states],
+            "area": [state.total_area for state in self.states],
+        }
+        return {name: np.array(values) for name, values in columns.items()}
 
     @property
     def body(self) -> Master:
@@ -38,22 +41,16 @@ class Played(NamedTuple):
         return part.body
 
     @property
-    def faces(self) -> Faces:
+    def patches(self) -> tuple[NurbsSurface, ...]:
         """The master's exact geometry."""
-        return exact_master(self.simulation)
-
-    def points(self, k: int) -> FloatArray:
-        """(n, 3) slave points after step `k`, world axes."""
-        (contact,) = self.simulation.contacts
-        return self.snapshots[k].points[contact.slave]
+        return patches_of(self.simulation)
 
 
-def exact_master(simulation: Simulation) -> Faces:
-    """The geometry of the one master of a scene, which has patches."""
+def patches_of(simulation: Simulation) -> tuple[NurbsSurface, ...]:
+    """The exact geometry of the one master of a scene."""
     (part,) = simulation.bodies.values()
-    faces = part.body.faces
-    assert faces is not None
-    return faces
+    assert part.body.faces is not None
+    return part.body.faces.patches
 
 
 def play(name: str) -> Played:
@@ -68,12 +65,29 @@ def play(name: str) -> Played:
 
 
 def played(simulation: Simulation) -> Played:
-    """Run a simulation in memory and keep every step."""
-    snapshots: list[Snapshot] = []
-    states: dict[str, State] = {}
-    for k in range(len(simulation.times)):
-        snapshots.append(advance(simulation, k, states, Clock()))
-        states = snapshots[-1].states
-    rows = [history_row(simulation, snapshot) for snapshot in snapshots]
-    history = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    return Played(simulation, tuple(snapshots), history)
+    """Run a simulation with one contact in memory and keep every step."""
+    states: list[State] = []
+    places: list[FloatArray] = []
+    for state, points in steps_of(simulation):
+        states.append(state)
+        places.append(points)
+    return Played(simulation, tuple(states), tuple(places))
+
+
+def steps_of(simulation: Simulation) -> Iterator[tuple[State, FloatArray]]:
+    """The one contact of a simulation, step by step: its state, and where the slave's points are.
+
+    A step is worked out when it is asked for.
+    """
+    (part,) = simulation.contacts
+    body, slave = simulation.bodies[part.master].motion, simulation.slaves[part.slave].motion
+    state: State | None = None
+    last = 0.0
+    for time in map(float, simulation.times):
+        p_W, X_WB = slave.points(time), body.pose(time)
+        if state is None:
+            state = part.contact.start(p_W, X_WB)
+        else:
+            state = part.contact.step(state, p_W, X_WB, time - last)
+        last = time
+        yield state, p_W

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import FileError
-from contiga.io.out.atomic import atomic_write
+from contiga.io.out.files import atomic_write
 from contiga.io.out.vtkhdf_layout import open_file
 from contiga.records import FloatArray, IntArray
 
