@@ -187,10 +187,8 @@ def _draw_nodal(figure: Figure, found: Forces, *, constant_axis: bool = False) -
 
 def _draw_steps(axes: Axes, run: Played) -> None:
     for i, k in enumerate(STEPS):
-        state = run.states[k]
-        on = state.in_contact
-        depth = state.penetration[on]
-        force = np.linalg.norm(state.force[on], axis=1)
+        state, on = run.states[k], run.states[k].in_contact
+        depth, force = state.penetration[on], np.linalg.norm(state.force[on], axis=1)
         shade = step_colour(i / (len(STEPS) - 1))
         axes.plot(depth, force, "o", color=shade, ms=3.2, label=f"{k}")
 
@@ -213,9 +211,8 @@ def _draw_delta(figure: Figure, found: Forces) -> None:
     axes.plot(depth, difference, "o", color=LINES[0], ms=3.2)
     axes.set(xlabel="penetration", ylabel="$\\Delta F_i$")
     axes.axhline(0.0, color=MUTED, lw=0.8)
-    largest = float(np.abs(difference).max())
     axes.set_ylim(-1e-12, 1e-12)
-    axes.set_title(f"largest {largest:.1g}; the axis ends at the thesis' O(1e-12)")
+    axes.set_title(f"largest {np.abs(difference).max():.1g}; the axis ends at the thesis' O(1e-12)")
 
 
 # ---------------------------------------------------------------- stress model, Fig. 5.27

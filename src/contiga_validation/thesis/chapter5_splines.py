@@ -88,17 +88,14 @@ def _bspline_curve_claims() -> tuple[Claim, ...]:
 def _jumps(knots: np.ndarray) -> tuple[float, float]:
     """Largest jump of a first, least (over the knots) largest jump of a second derivative."""
     inner, step = np.unique(knots)[1:-1], 1e-9
-    right = kv.basis(knots, 2, inner, 2)
-    left = kv.basis(knots, 2, inner - step, 2)
-    gap = np.abs(right - left).max(axis=2)
+    gap = np.abs(kv.basis(knots, 2, inner, 2) - kv.basis(knots, 2, inner - step, 2)).max(axis=2)
     return float(gap[:, 1].max()), float(gap[:, 2].min())
 
 
 def draw_basis(figure: Figure, knots: np.ndarray, order: int) -> None:
     """Basis functions of degree 2 and their derivatives up to `order`, one row each."""
     names = ("$B_{i,2}(u)$", "$B'_{i,2}(u)$", "$B''_{i,2}(u)$")
-    breaks = np.unique(knots)
-    panels = figure.subplots(order + 1, 1, sharex=True)
+    breaks, panels = np.unique(knots), figure.subplots(order + 1, 1, sharex=True)
     for k, axes in enumerate(panels):
         for low, high in pairwise(breaks):
             u = np.linspace(low, high, 41)

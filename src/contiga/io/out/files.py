@@ -92,6 +92,12 @@ def open_folder(folder: Path, ours: Iterable[str], kind: str) -> bool:
                 allowed=f"a new or empty folder, or that of an earlier {kind}",
             )
     missing = not folder.exists()
+    _make_writable(folder)
+    return missing
+
+
+def _make_writable(folder: Path) -> None:
+    """Make a folder that is not there, and refuse one that cannot be written to."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / f".probe-{os.getpid()}"
@@ -100,8 +106,7 @@ def open_folder(folder: Path, ours: Iterable[str], kind: str) -> bool:
     except OSError as error:
         raise OutputError(
             "the output folder cannot be written",
-            where=where,
+            where=str(folder),
             found=error.strerror,
             allowed="a folder you may write to",
         ) from error
-    return missing
