@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -59,23 +59,13 @@ def build(case: Case) -> Simulation:
             slave = _slave(slave_spec, case.units.length)
         with _at(case, f"slave[{i}].motion"):
             slaves[slave_spec.name] = SlavePart(slave, _slave_motion(slave_spec, slave, case))
-    contacts = []
-    for i, contact_spec in enumerate(case.contact):
-        with _at(case, f"contact[{i}]"):
-            body, slave = bodies[contact_spec.master].body, slaves[contact_spec.slave].slave
-            given = {s.name for s in case.slave if s.area is not None}
-            area = _area(contact_spec, slave, contact_spec.slave in given)
-            contact = _contact(contact_spec, body, slave, area)
-        contacts.append(
-            ContactPart(contact_spec.title, contact_spec.master, contact_spec.slave, contact)
-        )
     return Simulation(
         title=case.title,
         units=(case.units.length, case.units.mass, case.units.time),
         stepping=case.time.stepping(),
         bodies=bodies,
         slaves=slaves,
-        contacts=tuple(contacts),
+        contacts=tuple(_contacts(case, bodies, slaves)),
         output=OutputOptions(case.output.every, tuple(case.output.formats), case.output.report),
         case_text=resolved_toml(case),
         base_folder=case.file.parent,
@@ -124,6 +114,17 @@ def _at(case: Case, key: str) -> Iterator[None]:
         yield
     except InputError as error:
         raise relocated(error, key, str(case.file)) from error
+
+
+def _contacts(
+    case: Case, bodies: Mapping[str, BodyPart], slaves: Mapping[str, SlavePart]
+) -> Iterator[ContactPart]:
+    measured = {spec.name for spec in case.slave if spec.area is not None}
+    for i, spec in enumerate(case.contact):
+        with _at(case, f"contact[{i}]"):
+            body, slave = bodies[spec.master].body, slaves[spec.slave].slave
+            contact = _contact(spec, body, slave, _area(spec, slave, spec.slave in measured))
+        yield ContactPart(spec.title, spec.master, spec.slave, contact)
 
 
 def _body(spec: BodySpec, unit: str) -> Master:

@@ -132,7 +132,7 @@ def run(
 def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path) -> None:
     import numpy as np
 
-    from contiga.report.html_tables import number
+    from contiga.report.style import number
 
     timings = summary.get("timings") or {}
     lost = float(timings.get("compile", 0.0))

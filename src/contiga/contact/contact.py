@@ -278,6 +278,32 @@ class Contact(Shown):
                 allowed=f"-1 … {pieces - 1}",
             )
 
+    def _law_input(
+        self,
+        rows: IntArray,
+        penetration: tuple[FloatArray, FloatArray],
+        area: FloatArray,
+        dt: float,
+        memory: FloatArray,
+    ) -> LawInput:
+        """What the law sees of the points `rows`, of penetration (λ, dλ/dt)."""
+        thickness, mass = self.slave.thickness, self.slave.mass
+        return LawInput(
+            locked(penetration[0]),
+            penetration[1],
+            locked(area),
+            None if thickness is None else thickness[rows],
+            None if mass is None else mass[rows],
+            dt,
+            memory,
+        )
+
+    def _wrench(self, force: FloatArray, foot_W: FloatArray, X_WB: FloatArray) -> FloatArray:
+        """(6,) force and moment on the master about its reference point, world axes."""
+        reference_W = to_world(X_WB, self.master.reference_point[None, :])[0]
+        moment = np.cross(foot_W - reference_W, force).sum(axis=0)
+        return 0.0 - np.concatenate((force.sum(axis=0), moment))
+
     def _respond(
         self,
         found: Detected,
@@ -298,24 +324,12 @@ class Contact(Shown):
             areas = self._areas(rows, p_B, feet)
         with clock("forces"):
             depth = np.maximum(-feet.gap, 0.0)
-            slave = self.slave
-            inp = LawInput(
-                locked(depth),
-                rate[rows],
-                locked(areas.area),
-                None if slave.thickness is None else slave.thickness[rows],
-                None if slave.mass is None else slave.mass[rows],
-                dt,
-                memory[rows],
-            )
+            inp = self._law_input(rows, (depth, rate[rows]), areas.area, dt, memory[rows])
             answer = checked_answer(self.law, inp)
             n_W = turn_to_world(X_WB, feet.normal)
             foot_W = to_world(X_WB, feet.point)
             force = answer.force[:, None] * n_W
-            reference_W = to_world(X_WB, self.master.reference_point[None, :])[0]
-            arm = foot_W - reference_W
-            moment = np.cross(arm, force).sum(axis=0)
-            wrench = 0.0 - np.concatenate((force.sum(axis=0), moment))
+            wrench = self._wrench(force, foot_W, X_WB)
         n = len(p_W)
         return State(
             status=found.status,

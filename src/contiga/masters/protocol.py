@@ -26,6 +26,11 @@ class Surface(Protocol):
         """Pieces the search works on."""
         ...  # pragma: no cover
 
+    @property
+    def nbytes(self) -> int:
+        """Memory of what the search has built, bytes."""
+        ...  # pragma: no cover
+
     def closest(
         self,
         p_B: FloatArray,

@@ -29,7 +29,7 @@ def write_report(folder: str | Path) -> Path:
     FileError
         The folder is not that of a finished run.
     """
-    from contiga.io.out.atomic import atomic_write
+    from contiga.io.out.files import atomic_write, write_text
     from contiga.report.html import page
     from contiga.report.peak import at_frame, peak_frame
     from contiga.report.plots import history_figures, view_figure
@@ -54,6 +54,5 @@ def write_report(folder: str | Path) -> Path:
         history=history_figures(run, peak_time),
         peak_time=peak_time,
     )
-    with atomic_write(run.folder / PAGE) as path:
-        Path(path).write_text(text, encoding="utf-8")
+    write_text(run.folder / PAGE, text)
     return run.folder / PAGE

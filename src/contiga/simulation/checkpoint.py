@@ -10,7 +10,7 @@ import numpy as np
 
 from contiga.contact.state import State
 from contiga.errors import CheckpointError
-from contiga.io.out.atomic import atomic_write
+from contiga.io.out.files import atomic_write
 from contiga.num.twist import Twist
 from contiga.records import FloatArray
 from contiga.simulation.system_state import BodyState, Energy, SlaveState, SystemState

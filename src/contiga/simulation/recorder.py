@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.io.out.files import open_folder, write_json, write_text
 from contiga.io.out.history import write_history
 from contiga.records import FloatArray
 from contiga.simulation import output_folder as names
@@ -76,7 +77,7 @@ class Recorder:
         checkpoint = None
         if resume:
             checkpoint = read_checkpoint(folder / names.CHECKPOINT, self._fingerprint)
-        self._made = names.open_folder(folder)
+        self._made = open_folder(folder, names.OURS, "run")
         self.folder = folder
         written = None
         if checkpoint is None:
@@ -141,7 +142,7 @@ class Recorder:
         if "csv" in self.model.output.formats:
             write_history(self.folder / names.HISTORY, self.columns())
         if self.model.case_text:
-            names.write_text(self.folder / names.CASE, self.model.case_text)
+            write_text(self.folder / names.CASE, self.model.case_text)
         # Also there where a run was stopped after its last step and goes on from it.
         if (self.folder / names.UNFINISHED).exists():
             (self.folder / names.UNFINISHED).replace(self.folder / names.FIELDS)
@@ -150,7 +151,7 @@ class Recorder:
                 unfinished.replace(self.folder / names.OUTLINES)
             else:
                 (self.folder / names.OUTLINES).unlink(missing_ok=True)
-        names.write_json(self.folder / names.SUMMARY, summary)
+        write_json(self.folder / names.SUMMARY, summary)
 
     def _checkpoint(self) -> None:
         if self.folder is None or self.state is None:

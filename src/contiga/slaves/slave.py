@@ -189,6 +189,13 @@ class Slave(Shown):
 _FIELDS = tuple(key for key in Slave.__slots__ if key != "__weakref__")
 
 
+def _whole_area(slave: Slave) -> float | None:
+    """Of the facets, or the sum of what the points were given; None if neither."""
+    if slave.facets is not None:
+        return float(facet_areas(slave.points, slave.facets).sum())
+    return None if slave.area is None else float(slave.area.sum())
+
+
 def mesh_summary(slave: Slave) -> dict[str, Any]:
     """What a person wants to know of a mesh: plain numbers and strings, ready to print or dump.
 
@@ -199,11 +206,6 @@ def mesh_summary(slave: Slave) -> dict[str, Any]:
     the active nodes, or None), mass (total or None), bounds, parts (label, cells, nodes), unit
     """
     active = slave.active
-    area = None
-    if slave.facets is not None:
-        area = float(facet_areas(slave.points, slave.facets).sum())
-    elif slave.area is not None:
-        area = float(slave.area.sum())
     thickness = None
     if slave.thickness is not None and active.any():
         values = slave.thickness[active]
@@ -214,7 +216,7 @@ def mesh_summary(slave: Slave) -> dict[str, Any]:
         "active_nodes": int(active.sum()),
         "facets": 0 if slave.facets is None else len(slave.facets),
         "cells": dict(slave.cells),
-        "area": area,
+        "area": _whole_area(slave),
         "thickness": thickness,
         "mass": None if slave.mass is None else float(slave.mass.sum()),
         "bounds": slave.bounds().tolist(),

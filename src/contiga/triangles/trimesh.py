@@ -72,14 +72,8 @@ class TriMesh(Shown):
         reference_point: ArrayLike = (0.0, 0.0, 0.0),
         source: str = "",
     ) -> None:
-        points, corners = _checked_points(vertices), _checked_triangles(triangles)
-        if corners.size and (corners.min() < 0 or corners.max() >= len(points)):
-            bad = int(np.argmax(((corners < 0) | (corners >= len(points))).any(axis=1)))
-            raise MeshError(
-                f"triangle {bad} points at a vertex that is not there",
-                found=corners[bad].tolist(),
-                allowed=f"0 to {len(points) - 1}",
-            )
+        points = _checked_points(vertices)
+        corners = _checked_triangles(triangles, len(points))
         if normals not in NORMALS:
             raise MeshError(
                 "unknown kind of normals",
@@ -346,7 +340,8 @@ def _checked_points(vertices: ArrayLike) -> FloatArray:
     return points
 
 
-def _checked_triangles(triangles: ArrayLike) -> IntArray:
+def _checked_triangles(triangles: ArrayLike, n: int) -> IntArray:
+    """(m, 3) rows of n vertices."""
     given = np.asarray(triangles)
     if given.size == 0:
         return np.zeros((0, 3), dtype=np.int32)
@@ -355,4 +350,12 @@ def _checked_triangles(triangles: ArrayLike) -> IntArray:
             "triangles must be whole numbers of shape (m, 3)",
             found=(given.shape, str(given.dtype)),
         )
-    return np.array(given, dtype=np.int32, order="C")
+    corners = np.array(given, dtype=np.int32, order="C")
+    bad = np.flatnonzero(((corners < 0) | (corners >= n)).any(axis=1))
+    if len(bad):
+        raise MeshError(
+            f"triangle {bad[0]} points at a vertex that is not there",
+            found=corners[bad[0]].tolist(),
+            allowed=f"0 to {n - 1}",
+        )
+    return corners

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from contiga import Simulation, State, SystemState, load_case
-from contiga.case.build import build
-from contiga.geometry.faces import Faces
-from contiga.masters.protocol import Master
-from contiga.records import FloatArray
+from contiga import Master, NurbsSurface, Simulation, State, SystemState, build, load_case
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.thesis.scenes import scene
 
 
@@ -27,28 +24,28 @@ class Played(NamedTuple):
         return [snapshot.contacts[contact.name] for snapshot in self.snapshots]
 
     @property
+    def places(self) -> list[FloatArray]:
+        """(n, 3) slave points after each step, world axes."""
+        (contact,) = self.simulation.contacts
+        return [snapshot.slaves[contact.slave].points for snapshot in self.snapshots]
+
+    @property
     def body(self) -> Master:
         """The master, in its own axes."""
         (part,) = self.simulation.bodies.values()
         return part.body
 
     @property
-    def faces(self) -> Faces:
+    def patches(self) -> tuple[NurbsSurface, ...]:
         """The master's exact geometry."""
-        return exact_master(self.simulation)
-
-    def points(self, k: int) -> FloatArray:
-        """(n, 3) slave points after step `k`, world axes."""
-        (contact,) = self.simulation.contacts
-        return self.snapshots[k].slaves[contact.slave].points
+        return patches_of(self.simulation)
 
 
-def exact_master(simulation: Simulation) -> Faces:
-    """The geometry of the one master of a scene, which has patches."""
+def patches_of(simulation: Simulation) -> tuple[NurbsSurface, ...]:
+    """The exact geometry of the one master of a scene."""
     (part,) = simulation.bodies.values()
-    faces = part.body.faces
-    assert faces is not None
-    return faces
+    assert part.body.faces is not None
+    return part.body.faces.patches
 
 
 def play(name: str) -> Played:
