@@ -143,9 +143,9 @@ def _slave(spec: SlaveSpec, unit: str) -> Slave:
     return Slave(
         slave.points,
         slave.facets,
-        nodal(spec.area, slave.area),
-        nodal(spec.thickness, slave.thickness),
-        nodal(spec.mass, slave.mass),
+        area=nodal(spec.area, slave.area),
+        thickness=nodal(spec.thickness, slave.thickness),
+        mass=nodal(spec.mass, slave.mass),
         active=slave.active,
         name=spec.name,
         unit=slave.unit,

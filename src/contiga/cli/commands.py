@@ -257,7 +257,7 @@ def mesh(
     check_request(tol, method)
     if not cad.exists():
         raise FileError("no such file", where=str(cad))
-    triangles = read_cad(cad, unit).tessellate(tol, method)
+    triangles = read_cad(cad, unit=unit).tessellate(tol, method=method)
     write_mesh(out, triangles)
     open_edges = len(triangles.open_edges())
     closed = f"{open_edges} open edges" if open_edges else "closed"

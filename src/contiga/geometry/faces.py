@@ -44,6 +44,7 @@ class Faces(Shown):
     def __init__(
         self,
         patches: Iterable[NurbsSurface] | NurbsSurface,
+        *,
         name: str = "body",
         trims: Sequence[Sequence[Sequence[NurbsCurve]] | None] | None = None,
         edges: Sequence[BodyEdge] = (),
@@ -188,7 +189,7 @@ class Faces(Shown):
         """
         return body_volume(self)
 
-    def tessellate(self, tol: float, method: str = "chord") -> TriMesh:
+    def tessellate(self, tol: float, *, method: str = "chord") -> TriMesh:
         """Triangles of the faces, trims obeyed, without cracks at shared edges.
 
         `tol` is a length for "chord" and an area by patch for "net", as for patches."""
@@ -213,7 +214,12 @@ class Faces(Shown):
     def renamed(self, name: str) -> Self:
         """The same body under another name."""
         return type(self)(
-            self._patches, name, self._trims, self._edges, self._unit, self._reference_point
+            self._patches,
+            name=name,
+            trims=self._trims,
+            edges=self._edges,
+            unit=self._unit,
+            reference_point=self._reference_point,
         )
 
     def about(self, point: ArrayLike) -> Self:

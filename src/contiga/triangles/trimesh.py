@@ -233,6 +233,7 @@ class TriMesh(Shown):
     def project(
         self,
         points: ArrayLike,
+        *,
         start: Projection | None = None,
         mode: str = "global",
         normals: str | None = None,

@@ -56,7 +56,7 @@ def masters() -> tuple[Simulation, dict[str, TriMesh]]:
     """The scene and the meshes of its master by the thesis' tessellation."""
     simulation = simulation_of("bumpy_master")
     (surface,) = patches_of(simulation)
-    return simulation, {f"tol {tol}": surface.tessellate(tol, "net") for tol in TOLERANCES}
+    return simulation, {f"tol {tol}": surface.tessellate(tol, method="net") for tol in TOLERANCES}
 
 
 def simulations() -> dict[str, Simulation]:

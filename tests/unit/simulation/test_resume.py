@@ -263,7 +263,9 @@ def _other_way_of_the_slave(s: Simulation) -> Simulation:
 def _other_facets(s: Simulation) -> Simulation:
     old = s.slaves["sheet"].slave
     assert old.facets is not None
-    slave = cg.Slave(old.points, old.facets[:-1], old.area, old.thickness, active=old.active)
+    slave = cg.Slave(
+        old.points, old.facets[:-1], area=old.area, thickness=old.thickness, active=old.active
+    )
     return replace(s, slaves={"sheet": s.slaves["sheet"]._replace(slave=slave)})
 
 

@@ -28,7 +28,7 @@ _READERS = dict.fromkeys(SUFFIXES[:4], _OPENCASCADE) | {
 }
 
 
-def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None = None) -> Body:
+def read_cad(path: str | Path, *, unit: str | None = None, file_unit: str | None = None) -> Body:
     """Read the faces of a CAD file as a body.
 
     STEP and IGES (OpenCASCADE), 3DM (rhino3dm) and G+Smo XML. Every face becomes a NURBS patch
