@@ -8,6 +8,7 @@ from pathlib import Path
 from time import perf_counter
 
 from contiga.errors import FileError, RunError
+from contiga.extras import require
 from contiga.simulation.clock import Clock
 from contiga.simulation.output_folder import open_folder, write_json, write_text
 from contiga_validation.ahead import BEFORE, compiling_ahead
@@ -55,9 +56,12 @@ def reproduce(
         An unknown experiment, or a folder that cannot be written or is somebody else's.
     FileError
         No such CAD file.
+    MissingPackageError
+        A package that the experiments use is not installed.
     RunError
         An experiment could not be carried through.
     """
+    require("a reproduction", "matplotlib", "pydantic", "sklearn", "OCP")
     part = None if cad is None else Path(cad)
     if part is not None and not part.is_file():
         raise FileError("no such file", where=str(part))

@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted((ROOT / "src" / "contiga").rglob("*.py"))
 HEAVY = (
     *("OCP", "rhino3dm", "meshio", "lsdyna_mesh_reader", "h5py", "sklearn", "plotly"),
-    *("matplotlib", "pydantic", "pint", "scipy", "rich", "typer", "pyvista", "dask"),
+    *("matplotlib", "pydantic", "pint", "scipy", "rich", "typer", "dask"),
 )
 
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.extras import require
 from contiga.io.out.history import write_history
 from contiga.records import FloatArray
 from contiga.simulation import output_folder as names
@@ -70,6 +71,7 @@ class Recorder:
 
     def open(self, folder: Path, *, resume: bool) -> None:
         """Write to `folder` from now on, or go on from what is there."""
+        require("an output folder", "h5py")
         self._fingerprint = self.simulation.fingerprint()
         checkpoint = None
         if resume:
