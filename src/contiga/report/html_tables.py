@@ -25,8 +25,8 @@ _APART = ("compile",)
 def number(value: float, digits: int = 4) -> str:
     """`value` to `digits` significant digits, without needless zeros; thousands set apart.
 
-    >>> number(12345.678), number(0.00012345), number(3.0)
-    ('12 346', '1.234e-04', '3')
+    >>> number(345.678), number(0.00012345), number(3.0)
+    ('345.7', '1.234e-04', '3')
     """
     if not math.isfinite(value):
         return "–"
@@ -107,21 +107,23 @@ def _shown(value: Any) -> str:
 
 
 def status_table(run: Run) -> str:
-    """How many points took each status, summed over the steps, a row a contact."""
+    """How many points took each status, summed over the steps, and what those counted mean."""
     statuses = run.summary.get("statuses") or {}
     if not statuses:
         return ""
+    advice = run.summary.get("advice") or {}
     names = list(dict.fromkeys(name for counts in statuses.values() for name in counts))
-    head = "".join(
-        f'<th class="number">{escape(name.lower().replace("_", " "))}</th>' for name in names
-    )
+    head = "".join(f'<th class="number">{escape(contact)}</th>' for contact in statuses)
     rows = "".join(
-        f"<tr><td>{escape(contact)}</td>"
-        + "".join(f'<td class="number">{number(float(counts.get(n, 0)), 9)}</td>' for n in names)
-        + "</tr>"
-        for contact, counts in statuses.items()
+        f"<tr><td>{escape(name.lower().replace('_', ' '))}</td>"
+        + "".join(
+            f'<td class="number">{number(float(counts.get(name, 0)), 9)}</td>'
+            for counts in statuses.values()
+        )
+        + f"<td>{escape(str(advice.get(name, '')))}</td></tr>"
+        for name in names
     )
-    return f"<table><thead><tr><th>Contact</th>{head}</tr></thead>{rows}</table>"
+    return f"<table><thead><tr><th>Status</th>{head}<th>Meaning</th></tr></thead>{rows}</table>"
 
 
 def timings_table(run: Run) -> str:
