@@ -60,13 +60,13 @@ $(BIN)/.venv-stamp:
 	@touch $@
 
 $(BIN)/.run-stamp: pyproject.toml $(BIN)/.venv-stamp
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[all]"
 	@touch $@
 
 $(BIN)/.test-stamp: pyproject.toml $(BIN)/.venv-stamp
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[test]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[all,test]"
 	@touch $@ $(BIN)/.run-stamp
 
 $(BIN)/.bench-stamp: pyproject.toml $(BIN)/.venv-stamp
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[bench]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[all,bench]"
 	@touch $@ $(BIN)/.run-stamp

@@ -59,6 +59,7 @@ _ROOMS = {
     "clouds": "contiga.geometry.clouds",
     "knots": "contiga.geometry.knots",
     "errors": "contiga.errors",
+    "extras": "contiga.extras",
     "motion": "contiga.dynamics",
     "files": "contiga.io.out.files",
     "style": "contiga.report.style",
@@ -69,6 +70,7 @@ __all__ = ["__version__", *_HOME, *_ROOMS]
 if TYPE_CHECKING:
     from contiga import dynamics as motion  # noqa: F401 (the public name)
     from contiga import errors as errors
+    from contiga import extras as extras
     from contiga.area.cloud import CloudArea as CloudArea
     from contiga.area.cluster import clusters_of as clusters_of
     from contiga.area.facet import FacetArea as FacetArea

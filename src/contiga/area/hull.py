@@ -58,6 +58,8 @@ class HullArea:
     ------
     InputError
         An unknown method or mapping, k < 1, eps ≤ 0, a tolerance that is not positive.
+    MissingPackageError
+        A method of scikit-learn, which is not installed.
 
     Notes
     -----

@@ -145,6 +145,8 @@ def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path
             at = int(np.nanargmax(force))
             label = f"{contact}: " if contact else ""
             print(f"{label}peak force {number(float(force[at]))} at t = {history['time'][at]:g}")
+    for text in summary.get("notes") or []:
+        print(f"note: {text}")
     for text in summary.get("warnings") or []:
         print(f"warning: {text}")
     page = folder / "report.html"

@@ -41,12 +41,14 @@ def run(
     ------
     InputError
         Something in the case, its files or the folder is wrong; nothing has been written.
+    MissingPackageError
+        What the case asks for needs a package that is not installed.
     RunError
         The run could not be carried through.
     """
     from contiga.case import build
     from contiga.case.schema import Case, load_case
-    from contiga.report import write_report
+    from contiga.report import require_packages, write_report
 
     checked = load_case(case) if isinstance(case, str | Path) else case
     if not isinstance(checked, Case):
@@ -56,6 +58,8 @@ def run(
             found=type(case).__name__,
             allowed="what load_case returns, or the path of a case file",
         )
+    if out is not None and checked.output.report:  # said before the run, not after it
+        require_packages("a run's report (a case leaves it out by [output] report = false)")
     with stoppable() as stopped, progress_bar(checked.title, quiet=quiet) as show:
 
         def progress(done: int, steps: int, contacts: int) -> None:

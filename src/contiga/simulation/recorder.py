@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.extras import require
 from contiga.io.out.files import open_folder, write_json, write_text
 from contiga.io.out.history import write_history
 from contiga.records import FloatArray
@@ -73,6 +74,7 @@ class Recorder:
 
     def open(self, folder: Path, *, resume: bool) -> None:
         """Write to `folder` from now on, or go on from what is there."""
+        require("an output folder", "h5py")
         self._fingerprint = self.model.fingerprint()
         checkpoint = None
         if resume:

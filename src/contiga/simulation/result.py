@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from contiga.errors import InputError
+from contiga.extras import require
 from contiga.records import FloatArray
 from contiga.shown import Facts, Shown
 from contiga.simulation.system_state import SystemState
@@ -45,14 +45,11 @@ class Result(Shown):
 
         Raises
         ------
-        InputError
+        MissingPackageError
             pandas is not installed.
         """
-        try:
-            from pandas import DataFrame, Index
-        except ImportError as error:
-            raise InputError(
-                "pandas is not installed", where="to_pandas", remedy="pip install pandas"
-            ) from error
+        require("Result.to_pandas", "pandas")
+        from pandas import DataFrame, Index
+
         columns = {name: values for name, values in self.history.items() if name != "time"}
         return DataFrame(columns, index=Index(self.history["time"], name="time"))

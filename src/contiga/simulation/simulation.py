@@ -156,6 +156,8 @@ class Simulation(Model):
             The folder cannot be written or is somebody else's.
         CheckpointError
             Nothing to resume, or the checkpoint is of another case.
+        MissingPackageError
+            An output folder is asked for, and h5py is not installed.
         RunError
             With `strict`, a point that is not certified.
 

@@ -13,6 +13,15 @@ from contiga.simulation.model import Model
 from contiga.simulation.step import COUNTED
 from contiga.version import __version__
 
+NOTED = (ContactStatus.SLID_OFF, ContactStatus.HELD)
+"""Statuses that are in order, where they were meant to come."""
+WARNED = (
+    ContactStatus.LOST,
+    ContactStatus.FOUND,
+    ContactStatus.REACQUIRED,
+    ContactStatus.NOT_FINITE,
+)
+
 
 def summarise(
     model: Model,
@@ -34,12 +43,14 @@ def summarise(
         "n_elements": sum(part.body.surface.n_elements for part in model.bodies.values()),
         "threads": thread_count(),
         "statuses": statuses,
+        "advice": _advice(statuses),
         "proved": {
             part.name: _proved(history, f"{part.name}." if several else "")
             for part in model.contacts
         },
         "inputs": _inputs(model),
-        "warnings": _warnings(statuses) + _not_finite(model, history) + _flaws(model),
+        "notes": _told(statuses, NOTED),
+        "warnings": _told(statuses, WARNED) + _not_finite(model, history) + _flaws(model),
     }
 
 
@@ -91,28 +102,17 @@ def _not_finite(model: Model, history: dict[str, FloatArray]) -> list[str]:
     return texts
 
 
-def _warnings(statuses: dict[str, dict[str, int]]) -> list[str]:
-    texts = []
-    for name, counts in statuses.items():
-        lost = counts[ContactStatus.LOST.name]
-        if lost:
-            texts.append(
-                f"{name}: {lost} times a point in contact could not be solved and was left out of "
-                "the forces; take smaller steps"
-            )
-        found = counts[ContactStatus.FOUND.name]
-        if found:
-            texts.append(
-                f"{name}: {found} times a point lay inside without having been seen to come in; it "
-                "was taken into contact at its closest point. Please report the case"
-            )
-        anew = counts[ContactStatus.REACQUIRED.name]
-        if anew:
-            texts.append(
-                f"{name}: {anew} times the foot of a point in contact vanished and was found again "
-                "elsewhere; take smaller steps to see where"
-            )
-        bad = counts[ContactStatus.NOT_FINITE.name]
-        if bad:
-            texts.append(f"{name}: {bad} times a point had no finite position")
-    return texts
+def _told(statuses: dict[str, dict[str, int]], which: tuple[ContactStatus, ...]) -> list[str]:
+    """What the statuses that were counted mean, and what to do."""
+    return [
+        f"{name}: {counts[status.name]} times {status.name}. {status.advice}"
+        for name, counts in statuses.items()
+        for status in which
+        if counts[status.name]
+    ]
+
+
+def _advice(statuses: dict[str, dict[str, int]]) -> dict[str, str]:
+    """Of all statuses that were counted, by name."""
+    counted = {name for counts in statuses.values() for name, n in counts.items() if n}
+    return {status.name: status.advice for status in ContactStatus if status.name in counted}

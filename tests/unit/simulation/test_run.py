@@ -170,7 +170,10 @@ def test_the_summary_counts_and_times(simulation: Simulation, tmp_path: Path) ->
     assert summary["statuses"]["dip"]["NEW"] == result.history["n_new"].sum()
     assert summary["inputs"]["ball"]["patches"] == 1
     assert summary["inputs"]["sheet"]["facets"] == 2 * 14**2
-    assert summary["warnings"] == []
+    assert summary["warnings"] == summary["notes"] == []
+    counted = {name for name, n in summary["statuses"]["dip"].items() if n}
+    assert {"NEW", "OLD"} <= counted
+    assert summary["advice"] == {s.name: s.advice for s in cg.ContactStatus if s.name in counted}
     timings = summary["timings"]
     stages = ("search", "area", "forces", "output", "compile", "total")
     assert all(timings[stage] >= 0.0 for stage in stages)

@@ -9,7 +9,7 @@ import pytest
 
 import contiga as cg
 from contiga.dynamics.stepping import EqualSteps
-from contiga.errors import InputError
+from contiga.errors import InputError, MissingPackageError
 from contiga.simulation.model import ContactPart
 
 BALL = cg.Body([cg.shapes.sphere(radius=1.0)], name="ball")
@@ -172,5 +172,5 @@ def test_without_pandas_the_message_says_what_to_install(
     blocked: Callable[[str], None],
 ) -> None:
     blocked("pandas")
-    with pytest.raises(InputError, match="pip install"):
+    with pytest.raises(MissingPackageError, match=r"contiga\[pandas\]"):
         simulation().run().to_pandas()

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from contiga.errors import ContigaWarning, FileError
+from contiga.extras import require
 from contiga.geometry.slits import ROUNDING
 from contiga.io.apart import read_apart
 from contiga.io.units import base_factor
@@ -22,6 +23,7 @@ SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
 FARTHEST = 1e100
 """Largest coordinate that is read."""
 _OPENCASCADE = "contiga.io.cad.step_iges:read_step_iges"
+_PACKAGES = dict.fromkeys(SUFFIXES[:4], ("OCP",)) | {".3dm": ("OCP", "rhino3dm"), ".xml": ()}
 _READERS = dict.fromkeys(SUFFIXES[:4], _OPENCASCADE) | {
     ".3dm": "contiga.io.cad.rhino:read_rhino",
     ".xml": "contiga.io.cad.gismo:read_gismo",
@@ -55,6 +57,8 @@ def read_cad(path: str | Path, *, unit: str | None = None, file_unit: str | None
         Missing, empty, damaged, of another format, without faces, of an unknown suffix. Files are
         read in a process of their own: one that crashes its reader, or takes more than the time
         or memory of `contiga.io.limits`, ends in this error too.
+    MissingPackageError
+        The package that reads the format is not installed.
     UnitError
         `unit`, `file_unit` or the file's own unit is no length unit.
 
@@ -71,6 +75,8 @@ def read_cad(path: str | Path, *, unit: str | None = None, file_unit: str | None
         if value is not None:
             base_factor(value, "length", key)
     _check_readable(file)
+    suffix = file.suffix.lower()
+    require(f"reading {suffix} files", *_PACKAGES[suffix])
     body: Body = read_apart(reader, file, file_unit, unit, needs="contiga.masters.body")
     _check_reach(body, file)
     size = body.size

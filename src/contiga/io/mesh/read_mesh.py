@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from contiga.errors import FileError, MeshError
+from contiga.extras import require
 from contiga.io.apart import read_apart
 from contiga.io.mesh import cloud_files, lsdyna
 from contiga.io.mesh.raw import PartKeys, RawMesh, Selection, part_of, select
@@ -54,6 +55,8 @@ def read_mesh(
     ------
     FileError
         The file is missing, unreadable or of no known kind.
+    MissingPackageError
+        The package that reads the format is not installed.
     MeshError
         No nodes, a coordinate that is not finite, cells that do not fit, a part that is not there.
     UnitError
@@ -97,6 +100,8 @@ def read_raw(path: Path) -> RawMesh:
     if path.suffix.lower() in cloud_files.SUFFIXES:
         return RawMesh(cloud_files.read_cloud(path))
     deck = path.suffix.lower() in lsdyna.SUFFIXES
+    if not deck:
+        require(f"reading {path.suffix} files", "meshio")
     reader = "lsdyna:read_lsdyna" if deck else "meshio_files:read_with_meshio"
     mesh: RawMesh = read_apart(f"contiga.io.mesh.{reader}", path)
     return mesh
