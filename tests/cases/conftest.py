@@ -44,13 +44,14 @@ class Followed(NamedTuple):
 def follow(path: Path, folder: Path) -> Followed:
     """Run a case through the public door, and once more step by step; both must agree."""
     case = cg.load_case(path)
-    result = cg.run(case, out=folder / "out")
+    result = cg.run(case, out=folder / "out", keep=1)
     simulation = build(case)
     (contact,) = simulation.contacts
     snapshots = [simulation.start()]
     while snapshots[-1].time < simulation.stepping.end:
         snapshots.append(simulation.step(snapshots[-1]))
     followed = Followed(simulation, contact, snapshots, result.history)
+    assert [kept.time for kept in result.states] == [one.time for one in snapshots]
     counts = [state.n_contact for state in followed.states]
     np.testing.assert_array_equal(counts, result.history["n_contact"])
     force = [length(state.total_force) for state in followed.states]

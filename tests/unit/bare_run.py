@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 import contiga as cg
-from contiga.simulation.run import BodyPart, ContactPart, Simulation, SlavePart, run
 
 AREAS = {
     "constant": cg.NodalArea(0.01),
@@ -85,18 +84,21 @@ def _contacts() -> dict[str, Any]:
     return found
 
 
-def _simulation() -> dict[str, Any]:
+def dipping() -> cg.Simulation:
+    """A ball that dips into a sheet in three steps."""
     ball, sheet = _ball(), _sheet()
     dip = cg.motion.Translate([[0, 0, 0, 0], [1, 0, 0, -0.2]])
     contact = cg.Contact(ball, sheet, law=LAWS["stress"])
-    simulation = Simulation(
-        "dip",
-        np.linspace(0.0, 1.0, 4),
-        {"ball": BodyPart(ball, dip)},
-        {"sheet": SlavePart(sheet, cg.motion.Moved(sheet.points, cg.motion.Fixed()))},
-        (ContactPart("dip", "ball", "sheet", contact),),
+    return cg.Simulation(
+        bodies={"ball": (ball, dip)},
+        slaves={"sheet": sheet},
+        contacts={"dip": contact},
+        times=np.linspace(0.0, 1.0, 4),
     )
-    return {"run": run(simulation).history["force"].tolist()}
+
+
+def _simulation() -> dict[str, Any]:
+    return {"run": dipping().run().history["force"].tolist()}
 
 
 def _files(folder: Path) -> dict[str, Any]:

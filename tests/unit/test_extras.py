@@ -133,12 +133,8 @@ DOORS = {
         "matplotlib and pydantic and scikit-learn and cadquery-ocp-novtk",
         "report,case,cluster,cad",
     ),
-    "folder": (
-        "import bare_run as b, contiga.simulation.run as r; made = [];"
-        'b.run = lambda s: r.run(s, out="new"); b._simulation()',
-        "h5py",
-        "mesh",
-    ),
+    "folder": ('import bare_run as b; b.dipping().run("new")', "h5py", "mesh"),
+    "table": ("import bare_run as b; b.dipping().run().to_pandas()", "pandas", "pandas"),
 }
 
 

@@ -78,6 +78,7 @@ def run(
     *,
     resume: bool = False,
     strict: bool = False,
+    keep: int | None = None,
     progress: Callable[[int, int, int], None] | None = None,
     on_finish: Callable[[Path], Any] | None = None,
 ) -> Result:
@@ -88,6 +89,7 @@ def run(
     out : folder for the results; None keeps them in memory only
     resume : go on from the checkpoint in `out`
     strict : stop at the first point that is not certified
+    keep : as `Simulation.run`
     progress : called with steps done, steps in all, points in contact
     on_finish : called with `out` after a run that is to have a report
 
@@ -101,7 +103,9 @@ def run(
         simulation = build(case)
         if out is not None:
             keep_case_file(Path(out), case.file, simulation.case_text)
-    result = simulation.run(out, resume=resume, strict=strict, progress=progress, clock=clock)
+    result = simulation.run(
+        out, resume=resume, strict=strict, keep=keep, progress=progress, clock=clock
+    )
     if on_finish is not None and out is not None and case.output.report:
         on_finish(Path(out))
     return result
