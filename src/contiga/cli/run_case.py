@@ -45,6 +45,15 @@ def run(
         What the case asks for needs a package that is not installed.
     RunError
         The run could not be carried through.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> result = cg.run("case.toml", out="out")
+    >>> result.history["max_penetration"].max().round(9).tolist(), result.summary["warnings"]
+    (3.0, [])
+    >>> (result.out / "report.html").is_file()
+    True
     """
     from contiga.case import build
     from contiga.case.schema import Case, load_case

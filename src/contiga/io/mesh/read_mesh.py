@@ -48,8 +48,8 @@ def read_mesh(
     Returns
     -------
     Slave
-        All nodes of the file; facets None for a cloud. Thickness from *SECTION_SHELL and
-        *ELEMENT_SHELL_THICKNESS, mass from *ELEMENT_MASS; None for files without.
+        All nodes of the file; facets None for a cloud. Thickness from `*SECTION_SHELL` and
+        `*ELEMENT_SHELL_THICKNESS`, mass from `*ELEMENT_MASS`; None for files without.
 
     Raises
     ------
@@ -61,6 +61,13 @@ def read_mesh(
         No nodes, a coordinate that is not finite, cells that do not fit, a part that is not there.
     UnitError
         A unit that is none.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> pad = cg.read_mesh("pad.vtu", unit="mm", file_unit="m")
+    >>> len(pad), len(pad.facets), pad.points.max().tolist(), dict(pad.cells)
+    (8, 12, 1000.0, {'hexahedron': 1})
     """
     path = Path(path)
     where = str(path)
