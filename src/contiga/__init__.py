@@ -15,6 +15,7 @@ _HOME = {
     "NurbsSurface": "contiga.geometry.surface",
     "TriMesh": "contiga.triangles.trimesh",
     "Body": "contiga.masters.body",
+    "Master": "contiga.masters.protocol",
     "read_cad": "contiga.io.cad.read_cad",
     "read_mesh": "contiga.io.mesh.read_mesh",
     "read_master": "contiga.io.mesh.read_master",
@@ -29,10 +30,21 @@ _HOME = {
     "FacetArea": "contiga.area.facet",
     "HullArea": "contiga.area.hull",
     "CloudArea": "contiga.area.cloud",
+    "AreaMethod": "contiga.area.method",
+    "AreaInput": "contiga.area.method",
+    "Areas": "contiga.area.method",
+    "clusters_of": "contiga.area.cluster",
     "Contact": "contiga.contact.contact",
     "State": "contiga.contact.state",
+    "Simulation": "contiga.simulation.simulation",
+    "SystemState": "contiga.simulation.system_state",
+    "Result": "contiga.simulation.result",
+    "Case": "contiga.case.schema",
+    "Clock": "contiga.simulation.clock",
     "load_case": "contiga.case.schema",
+    "build": "contiga.case.build",
     "run": "contiga.cli.run_case",
+    "View": "contiga.report.view",
     "Feature": "contiga.records",
     "Status": "contiga.records",
     "ContactStatus": "contiga.records",
@@ -40,12 +52,17 @@ _HOME = {
     "LawOutput": "contiga.records",
     "Projection": "contiga.records",
     "Hit": "contiga.records",
+    "thread_count": "contiga.num.threads",
 }
 _ROOMS = {
     "shapes": "contiga.geometry.shapes",
     "clouds": "contiga.geometry.clouds",
+    "knots": "contiga.geometry.knots",
     "errors": "contiga.errors",
+    "extras": "contiga.extras",
     "motion": "contiga.dynamics",
+    "files": "contiga.io.out.files",
+    "style": "contiga.report.style",
 }
 
 __all__ = ["__version__", *_HOME, *_ROOMS]
@@ -53,21 +70,30 @@ __all__ = ["__version__", *_HOME, *_ROOMS]
 if TYPE_CHECKING:
     from contiga import dynamics as motion  # noqa: F401 (the public name)
     from contiga import errors as errors
+    from contiga import extras as extras
     from contiga.area.cloud import CloudArea as CloudArea
+    from contiga.area.cluster import clusters_of as clusters_of
     from contiga.area.facet import FacetArea as FacetArea
     from contiga.area.hull import HullArea as HullArea
+    from contiga.area.method import AreaInput as AreaInput
+    from contiga.area.method import AreaMethod as AreaMethod
+    from contiga.area.method import Areas as Areas
     from contiga.area.nodal import NodalArea as NodalArea
+    from contiga.case.build import build as build
+    from contiga.case.schema import Case as Case
     from contiga.case.schema import load_case as load_case
     from contiga.cli.run_case import run as run
     from contiga.contact.contact import Contact as Contact
     from contiga.contact.state import State as State
     from contiga.geometry import clouds as clouds
+    from contiga.geometry import knots as knots
     from contiga.geometry import shapes as shapes
     from contiga.geometry.curve import NurbsCurve as NurbsCurve
     from contiga.geometry.surface import NurbsSurface as NurbsSurface
     from contiga.io.cad.read_cad import read_cad as read_cad
     from contiga.io.mesh.read_master import read_master as read_master
     from contiga.io.mesh.read_mesh import read_mesh as read_mesh
+    from contiga.io.out import files as files
     from contiga.io.out.write_mesh import write_mesh as write_mesh
     from contiga.laws.characteristic import Characteristic as Characteristic
     from contiga.laws.normal import AdaptiveLaw as AdaptiveLaw
@@ -75,6 +101,8 @@ if TYPE_CHECKING:
     from contiga.laws.normal import PenaltyLaw as PenaltyLaw
     from contiga.laws.normal import StressLaw as StressLaw
     from contiga.masters.body import Body as Body
+    from contiga.masters.protocol import Master as Master
+    from contiga.num.threads import thread_count as thread_count
     from contiga.records import ContactStatus as ContactStatus
     from contiga.records import Feature as Feature
     from contiga.records import Hit as Hit
@@ -82,6 +110,12 @@ if TYPE_CHECKING:
     from contiga.records import LawOutput as LawOutput
     from contiga.records import Projection as Projection
     from contiga.records import Status as Status
+    from contiga.report import style as style
+    from contiga.report.view import View as View
+    from contiga.simulation.clock import Clock as Clock
+    from contiga.simulation.result import Result as Result
+    from contiga.simulation.simulation import Simulation as Simulation
+    from contiga.simulation.system_state import SystemState as SystemState
     from contiga.slaves.slave import Slave as Slave
     from contiga.triangles.trimesh import TriMesh as TriMesh
 

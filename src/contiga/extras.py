@@ -23,6 +23,7 @@ EXTRA_OF = {
     "plotly": "report",
     "matplotlib": "report",
     "sklearn": "cluster",
+    "pandas": "pandas",
 }
 """The extra of each optional package, by the name it is imported by."""
 PROJECT_OF = {"OCP": "cadquery-ocp-novtk", "sklearn": "scikit-learn"}

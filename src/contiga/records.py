@@ -8,6 +8,8 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.shown import Facts, counted, line_of, table_of
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 ByteArray = NDArray[np.int8]
@@ -164,6 +166,16 @@ class Projection(NamedTuple):
     stationary points continued from its start along the straight motion of the point. 0 where that
     could not be shown."""
 
+    def _facts(self) -> Facts:
+        proved = int(np.count_nonzero(self.certified))
+        return [("points", len(self.status)), *_statuses(self.status), ("certified", proved)]
+
+    def __repr__(self) -> str:
+        return line_of("Projection", self._facts())
+
+    def _repr_html_(self) -> str:
+        return table_of("Projection", self._facts())
+
 
 class Hit(NamedTuple):
     """First entry of n swept points into a body.
@@ -186,6 +198,20 @@ class Hit(NamedTuple):
     """(n, 3) on the surface, where the path enters."""
     status: ByteArray
     """(n,) `Status`."""
+
+    def _facts(self) -> Facts:
+        return [("segments", len(self.status)), *_statuses(self.status)]
+
+    def __repr__(self) -> str:
+        return line_of("Hit", self._facts())
+
+    def _repr_html_(self) -> str:
+        return table_of("Hit", self._facts())
+
+
+def _statuses(codes: ByteArray) -> Facts:
+    """How many rows have each status that occurs."""
+    return counted((status.name for status in Status), np.bincount(codes, minlength=len(Status)))
 
 
 class LawInput(NamedTuple):

@@ -7,10 +7,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from time import perf_counter
 
+from contiga import Clock, files
 from contiga.errors import FileError, RunError
 from contiga.extras import require
-from contiga.simulation.clock import Clock
-from contiga.simulation.output_folder import open_folder, write_json, write_text
 from contiga_validation.ahead import BEFORE, compiling_ahead
 from contiga_validation.catalogue import chapter_title, chosen
 from contiga_validation.engine.drawing import png
@@ -67,7 +66,7 @@ def reproduce(
         raise FileError("no such file", where=str(part))
     wanted = chosen(only, Options(full, part, None if data is None else Path(data)))
     folder = Path(out)
-    made = open_folder(folder, (CSV, JSON), "reproduction")
+    made = files.open_folder(folder, (CSV, JSON), "reproduction")
     try:
         found = run_all(wanted, progress)
         return _write(folder, found)
@@ -135,22 +134,20 @@ def _run(experiment: Experiment) -> Found:
 
 def _write(folder: Path, found: tuple[Found, ...]) -> Path:
     """The files of the folder; pictures that only an earlier reproduction had are removed."""
-    from contiga.io.out.atomic import atomic_write
-
     figures = folder / FIGURES
     figures.mkdir(exist_ok=True)
     names = set()
     for entry in found:
         for picture, content in zip(entry.outcome.pictures, entry.pictures, strict=True):
             names.add(f"{picture.key}.png")
-            with atomic_write(figures / f"{picture.key}.png") as path:
+            with files.atomic_write(figures / f"{picture.key}.png") as path:
                 path.write_bytes(content)
     for name in _pictures_of(folder) - names:
         (figures / name).unlink(missing_ok=True)
     facts = machine()
-    write_text(folder / CSV, tidy_csv(found))
-    write_json(folder / JSON, as_json(found, facts))
-    write_text(folder / PAGE, page(found, facts, chapter_title))
+    files.write_text(folder / CSV, tidy_csv(found))
+    files.write_json(folder / JSON, as_json(found, facts))
+    files.write_text(folder / PAGE, page(found, facts, chapter_title))
     return folder / PAGE
 
 

@@ -13,30 +13,28 @@ import contiga as cg
 from contiga.case.build import build
 from contiga.num.ordered import length
 from contiga.records import ContactStatus as Is
-from contiga.simulation.clock import Clock
-from contiga.simulation.run import ContactPart, Simulation
-from contiga.simulation.step import Snapshot, advance
+from contiga.simulation.model import ContactPart
 from contiga_validation.thesis.scenes import scene
 
 
 class Followed(NamedTuple):
     """A run with the states of all its steps."""
 
-    simulation: Simulation
+    simulation: cg.Simulation
     contact: ContactPart
-    snapshots: list[Snapshot]
+    snapshots: list[cg.SystemState]
     history: dict[str, np.ndarray]
 
     @property
     def states(self) -> list[cg.State]:
-        return [snapshot.states[self.contact.name] for snapshot in self.snapshots]
+        return [snapshot.contacts[self.contact.name] for snapshot in self.snapshots]
 
     @property
     def body(self) -> cg.Body:
         return self.simulation.bodies[self.contact.master].body
 
     def points(self, k: int) -> np.ndarray:
-        return self.snapshots[k].points[self.contact.slave]
+        return self.snapshots[k].slaves[self.contact.slave].points
 
     @property
     def peak(self) -> int:
@@ -49,11 +47,9 @@ def follow(path: Path, folder: Path) -> Followed:
     result = cg.run(case, out=folder / "out")
     simulation = build(case)
     (contact,) = simulation.contacts
-    snapshots: list[Snapshot] = []
-    states: dict[str, cg.State] = {}
-    for k in range(len(simulation.times)):
-        snapshots.append(advance(simulation, k, states, Clock()))
-        states = snapshots[-1].states
+    snapshots = [simulation.start()]
+    while snapshots[-1].time < simulation.stepping.end:
+        snapshots.append(simulation.step(snapshots[-1]))
     followed = Followed(simulation, contact, snapshots, result.history)
     counts = [state.n_contact for state in followed.states]
     np.testing.assert_array_equal(counts, result.history["n_contact"])

@@ -16,6 +16,7 @@ import contiga
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = sorted((ROOT / "src" / "contiga").rglob("*.py"))
+EVIDENCE = sorted((ROOT / "src" / "contiga_validation").rglob("*.py"))
 HEAVY = (
     *("OCP", "rhino3dm", "meshio", "lsdyna_mesh_reader", "h5py", "sklearn", "plotly"),
     *("matplotlib", "pydantic", "pint", "scipy", "rich", "typer", "dask"),
@@ -140,10 +141,32 @@ def test_decorators_come_from_one_place() -> None:
     assert given == {"kernel", "inner", "inlined", "intrinsic"}
 
 
+def functions_longer_than(most: int, paths: list[Path]) -> dict[str, int]:
+    """Lines of functions from ``def`` to their end, those inside of others too."""
+    return {
+        f"{path.name}: {node.name}": count
+        for path in paths
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.FunctionDef)
+        if (count := (node.end_lineno or 0) - node.lineno + 1) > most
+    }
+
+
+def test_functions_stay_short() -> None:
+    assert functions_longer_than(60, [*SOURCES, *EVIDENCE]) == {}
+
+
+def test_long_functions_are_seen_in_classes_too(tmp_path: Path) -> None:
+    path = tmp_path / "long.py"
+    path.write_text("class A:\n    def f(self):\n" + 60 * "        pass\n")
+    assert functions_longer_than(60, [path]) == {"long.py: f": 61}
+    assert functions_longer_than(61, [path]) == {}
+
+
 def test_files_stay_short() -> None:
     long = {
         str(path.relative_to(ROOT)): count
-        for path in SOURCES
+        for path in [*SOURCES, *EVIDENCE]
         if (count := len(path.read_text(encoding="utf-8").splitlines())) >= 400
     }
     assert long == {}

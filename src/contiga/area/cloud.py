@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -78,6 +78,7 @@ class CloudArea:
     """
 
     on: str | None = None
+    _: KW_ONLY
     bridge: float = BRIDGE
     by: str = "rest"
 

@@ -36,6 +36,11 @@ def clusters_of(
         Points that are not (n, d), an unknown method, k < 1, eps ≤ 0, min_points < 1.
     MissingPackageError
         A method of scikit-learn, which is not installed.
+
+    Examples
+    --------
+    >>> clusters_of([[0, 0], [1, 0], [9, 0], [2, 0], [10, 0]], "kmeans", k=2).tolist()
+    [0, 0, 1, 0, 1]
     """
     check_options(method, k, eps, min_points)
     points = np.ascontiguousarray(points, dtype=np.float64)
@@ -110,33 +115,3 @@ def _as_they_come(label: IntArray) -> IntArray:
     number = np.empty(len(found), np.int32)
     number[order] = np.arange(len(found)) - int((found < 0).any())
     return number[inverse]
-
-
-def cluster_study(points: FloatArray, eps: FloatArray, k: int = 2) -> dict[str, list[int]]:
-    """Numbers of clusters each method finds, the data of chapter 7 of the thesis.
-
-    Parameters
-    ----------
-    points : (n, 2) feet in (u, v), or (n, 3) in space
-    eps : radii for DBSCAN, in the units of `points`
-    k : what k-means is told
-
-    Returns
-    -------
-    dict
-        "kmeans", "dbscan, P_min 1", "dbscan, P_min 10", "meanshift", "hdbscan", "auto": counts,
-        one a radius for DBSCAN, else one.
-    """
-
-    def count(method: str, radius: float = 1.0, least: int = 4) -> int:
-        found = clusters_of(points, method, k=k, eps=radius, min_points=least)
-        return int(found.max(initial=-1)) + 1
-
-    return {
-        "kmeans": [count("kmeans")],
-        "dbscan, P_min 1": [count("dbscan", float(e), 1) for e in eps],
-        "dbscan, P_min 10": [count("dbscan", float(e), 10) for e in eps],
-        "meanshift": [count("meanshift")],
-        "hdbscan": [count("hdbscan")],
-        "auto": [count("auto")],
-    }

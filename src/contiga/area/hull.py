@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -81,6 +81,7 @@ class HullArea:
     """
 
     clusters: str | int = "auto"
+    _: KW_ONLY
     mapping: str = "linear"
     k: int = 2
     eps: float = 0.1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -32,16 +32,10 @@ from contiga.laws.normal import StressLaw
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.simulation.clock import Clock
+from contiga.simulation.model import BodyPart, ContactPart, OutputOptions, SlavePart
 from contiga.simulation.output_folder import keep_case_file
-from contiga.simulation.run import (
-    BodyPart,
-    ContactPart,
-    OutputOptions,
-    Result,
-    Simulation,
-    SlavePart,
-)
-from contiga.simulation.run import run as run_simulation
+from contiga.simulation.result import Result
+from contiga.simulation.simulation import Simulation
 from contiga.slaves.slave import Slave
 
 
@@ -53,6 +47,12 @@ def build(case: Case) -> Simulation:
     InputError
         A file cannot be read, a slave lacks what a law or an area needs; the message says the key
         of the case. Nothing has been written by then.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> cg.build(cg.load_case("case.toml")).bodies["ball"].body.closed
+    True
     """
     bodies = {}
     for i, body_spec in enumerate(case.body):
@@ -65,23 +65,13 @@ def build(case: Case) -> Simulation:
             slave = _slave(slave_spec, case.units.length)
         with _at(case, f"slave[{i}].motion"):
             slaves[slave_spec.name] = SlavePart(slave, _slave_motion(slave_spec, slave, case))
-    contacts = []
-    for i, contact_spec in enumerate(case.contact):
-        with _at(case, f"contact[{i}]"):
-            body, slave = bodies[contact_spec.master].body, slaves[contact_spec.slave].slave
-            given = {s.name for s in case.slave if s.area is not None}
-            area = _area(contact_spec, slave, contact_spec.slave in given)
-            contact = _contact(contact_spec, body, slave, area)
-        contacts.append(
-            ContactPart(contact_spec.title, contact_spec.master, contact_spec.slave, contact)
-        )
     return Simulation(
         title=case.title,
         units=(case.units.length, case.units.mass, case.units.time),
-        times=case.time.times(),
+        stepping=case.time.stepping(),
         bodies=bodies,
         slaves=slaves,
-        contacts=tuple(contacts),
+        contacts=tuple(_contacts(case, bodies, slaves)),
         output=OutputOptions(case.output.every, tuple(case.output.formats), case.output.report),
         case_text=resolved_toml(case),
         base_folder=case.file.parent,
@@ -110,16 +100,14 @@ def run(
     Raises
     ------
     OutputError
-        As `simulation.run.run`; also where the copy of the case would replace the case file.
+        As `Simulation.run`; also where the copy of the case would replace the case file.
     """
     clock = Clock()
     with clock.watching(), clock("total"), clock("build"):
         simulation = build(case)
         if out is not None:
             keep_case_file(Path(out), case.file, simulation.case_text)
-    result = run_simulation(
-        simulation, out, resume=resume, strict=strict, progress=progress, clock=clock
-    )
+    result = simulation.run(out, resume=resume, strict=strict, progress=progress, clock=clock)
     if on_finish is not None and out is not None and case.output.report:
         on_finish(Path(out))
     return result
@@ -132,6 +120,17 @@ def _at(case: Case, key: str) -> Iterator[None]:
         yield
     except InputError as error:
         raise relocated(error, key, str(case.file)) from error
+
+
+def _contacts(
+    case: Case, bodies: Mapping[str, BodyPart], slaves: Mapping[str, SlavePart]
+) -> Iterator[ContactPart]:
+    measured = {spec.name for spec in case.slave if spec.area is not None}
+    for i, spec in enumerate(case.contact):
+        with _at(case, f"contact[{i}]"):
+            body, slave = bodies[spec.master].body, slaves[spec.slave].slave
+            contact = _contact(spec, body, slave, _area(spec, slave, spec.slave in measured))
+        yield ContactPart(spec.title, spec.master, spec.slave, contact)
 
 
 def _body(spec: BodySpec, unit: str) -> Master:
@@ -150,9 +149,9 @@ def _slave(spec: SlaveSpec, unit: str) -> Slave:
     return Slave(
         slave.points,
         slave.facets,
-        nodal(spec.area, slave.area),
-        nodal(spec.thickness, slave.thickness),
-        nodal(spec.mass, slave.mass),
+        area=nodal(spec.area, slave.area),
+        thickness=nodal(spec.thickness, slave.thickness),
+        mass=nodal(spec.mass, slave.mass),
         active=slave.active,
         name=spec.name,
         unit=slave.unit,

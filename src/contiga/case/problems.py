@@ -60,6 +60,13 @@ def _problem(detail: ErrorDetails, data: object, key: str, file: str = "") -> In
     return CaseError(where=_join(file, path), **_words(detail))
 
 
+def _wrong_length(context: Mapping[str, Any]) -> dict[str, Any]:
+    least, most = context.get("min_length"), context.get("max_length")
+    allowed = f"at most {most}" if least is None else f"at least {least}"
+    found = context["actual_length"]
+    return {"what": "has the wrong length", "found": found, "allowed": allowed}
+
+
 def _words(detail: ErrorDetails) -> dict[str, Any]:
     """What, found and allowed of an error of pydantic's own."""
     kind, found, context = detail["type"], detail["input"], detail.get("ctx") or {}
@@ -83,10 +90,7 @@ def _words(detail: ErrorDetails) -> dict[str, Any]:
     if kind == "finite_number":
         return {"what": "must be finite", **said}
     if kind in ("too_short", "too_long"):
-        bound = context.get("min_length", context.get("max_length"))
-        rule = "at least" if kind == "too_short" else "at most"
-        count = context["actual_length"]
-        return {"what": "has the wrong length", "found": count, "allowed": f"{rule} {bound}"}
+        return _wrong_length(context)
     if kind == "string_pattern_mismatch":
         return {
             "what": "is not a name",

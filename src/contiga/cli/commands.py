@@ -132,7 +132,7 @@ def run(
 def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path) -> None:
     import numpy as np
 
-    from contiga.report.html_tables import number
+    from contiga.report.style import number
 
     timings = summary.get("timings") or {}
     lost = float(timings.get("compile", 0.0))
@@ -259,7 +259,7 @@ def mesh(
     check_request(tol, method)
     if not cad.exists():
         raise FileError("no such file", where=str(cad))
-    triangles = read_cad(cad, unit).tessellate(tol, method)
+    triangles = read_cad(cad, unit=unit).tessellate(tol, method=method)
     write_mesh(out, triangles)
     open_edges = len(triangles.open_edges())
     closed = f"{open_edges} open edges" if open_edges else "closed"

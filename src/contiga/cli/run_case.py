@@ -11,7 +11,7 @@ from contiga.errors import InputError
 
 if TYPE_CHECKING:
     from contiga.case.schema import Case
-    from contiga.simulation.run import Result
+    from contiga.simulation.result import Result
 
 
 def run(
@@ -35,7 +35,7 @@ def run(
     Returns
     -------
     Result
-        ``history`` (columns by name), ``summary``, ``out``.
+        ``history`` (columns by name), ``state`` at the end, ``summary``, ``out``.
 
     Raises
     ------
@@ -48,25 +48,14 @@ def run(
 
     Examples
     --------
-    >>> import contiga as cg
-    >>> result = cg.run("case.toml", out="out")
-    >>> result.history["max_penetration"].max().round(9).tolist(), result.summary["warnings"]
-    (3.0, [])
-    >>> (result.out / "report.html").is_file()
-    True
+    >>> result = run("case.toml", out="out")
+    >>> result.history["max_penetration"].max().round(9).tolist()
+    3.0
     """
     from contiga.case import build
-    from contiga.case.schema import Case, load_case
     from contiga.report import require_packages, write_report
 
-    checked = load_case(case) if isinstance(case, str | Path) else case
-    if not isinstance(checked, Case):
-        raise InputError(
-            "the case must be one",
-            where="case",
-            found=type(case).__name__,
-            allowed="what load_case returns, or the path of a case file",
-        )
+    checked = _checked(case)
     if out is not None and checked.output.report:  # said before the run, not after it
         require_packages("a run's report (a case leaves it out by [output] report = false)")
     with stoppable() as stopped, progress_bar(checked.title, quiet=quiet) as show:
@@ -84,3 +73,17 @@ def run(
             progress=progress,
             on_finish=write_report,
         )
+
+
+def _checked(case: object) -> Case:
+    from contiga.case.schema import Case, load_case
+
+    checked = load_case(case) if isinstance(case, str | Path) else case
+    if not isinstance(checked, Case):
+        raise InputError(
+            "the case must be one",
+            where="case",
+            found=type(case).__name__,
+            allowed="what load_case returns, or the path of a case file",
+        )
+    return checked

@@ -34,6 +34,7 @@ from contiga.num.arrays import as_points, positive
 from contiga.num.pose import as_pose, identity
 from contiga.num.rigid import to_body, to_world, turn_to_world
 from contiga.records import FloatArray, IntArray, LawInput, Projection, rows_of
+from contiga.shown import Facts, Shown
 from contiga.slaves.slave import Slave
 
 SEARCHES = ("intersection", "penetration")
@@ -56,7 +57,7 @@ def _untimed(_: str) -> AbstractContextManager[None]:
     return nullcontext()
 
 
-class Contact:
+class Contact(Shown):
     """Contact of a slave with a rigid master.
 
     Parameters
@@ -125,6 +126,16 @@ class Contact:
         self.search = search
         self.on_edge = on_edge
         self.depth = None if depth is None else positive(depth, "depth", finite=False)
+
+    def _facts(self) -> Facts:
+        return [
+            ("slave", self.slave.name or len(self.slave)),
+            ("master", self.master.name or type(self.master).__name__),
+            ("law", type(self.law).__name__),
+            ("area", type(self.area).__name__),
+            ("search", self.search),
+            ("type", self.contact_type),
+        ]
 
     @property
     def _surface(self) -> Surface:
@@ -267,6 +278,32 @@ class Contact:
                 allowed=f"-1 … {pieces - 1}",
             )
 
+    def _law_input(
+        self,
+        rows: IntArray,
+        penetration: tuple[FloatArray, FloatArray],
+        area: FloatArray,
+        dt: float,
+        memory: FloatArray,
+    ) -> LawInput:
+        """What the law sees of the points `rows`, of penetration (λ, dλ/dt)."""
+        thickness, mass = self.slave.thickness, self.slave.mass
+        return LawInput(
+            locked(penetration[0]),
+            penetration[1],
+            locked(area),
+            None if thickness is None else thickness[rows],
+            None if mass is None else mass[rows],
+            dt,
+            memory,
+        )
+
+    def _wrench(self, force: FloatArray, foot_W: FloatArray, X_WB: FloatArray) -> FloatArray:
+        """(6,) force and moment on the master about its reference point, world axes."""
+        reference_W = to_world(X_WB, self.master.reference_point[None, :])[0]
+        moment = np.cross(foot_W - reference_W, force).sum(axis=0)
+        return 0.0 - np.concatenate((force.sum(axis=0), moment))
+
     def _respond(
         self,
         found: Detected,
@@ -287,24 +324,12 @@ class Contact:
             areas = self._areas(rows, p_B, feet)
         with clock("forces"):
             depth = np.maximum(-feet.gap, 0.0)
-            slave = self.slave
-            inp = LawInput(
-                locked(depth),
-                rate[rows],
-                locked(areas.area),
-                None if slave.thickness is None else slave.thickness[rows],
-                None if slave.mass is None else slave.mass[rows],
-                dt,
-                memory[rows],
-            )
+            inp = self._law_input(rows, (depth, rate[rows]), areas.area, dt, memory[rows])
             answer = checked_answer(self.law, inp)
             n_W = turn_to_world(X_WB, feet.normal)
             foot_W = to_world(X_WB, feet.point)
             force = answer.force[:, None] * n_W
-            reference_W = to_world(X_WB, self.master.reference_point[None, :])[0]
-            arm = foot_W - reference_W
-            moment = np.cross(arm, force).sum(axis=0)
-            wrench = 0.0 - np.concatenate((force.sum(axis=0), moment))
+            wrench = self._wrench(force, foot_W, X_WB)
         n = len(p_W)
         return State(
             status=found.status,

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from contiga.num.ordered import product
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
+from contiga.shown import Facts, Shown
 
 
-@dataclass(frozen=True, eq=False)
-class State:
+@dataclass(frozen=True, eq=False, repr=False)
+class State(Shown):
     """Where n slave points stand after a step, in world axes where not said otherwise.
 
     The arrays take 159 bytes a point, and eight for each number that the law remembers.
@@ -66,6 +67,16 @@ class State:
     can have left. Negative of points that lie inside since the start: they have not come in."""
     wrench: FloatArray
     """(6,) force and moment about the body's reference point, on the master."""
+
+    def _facts(self) -> Facts:
+        return [
+            ("points", len(self.status)),
+            ("in contact", self.n_contact),
+            ("deepest", self.max_penetration),
+            ("force", tuple(map(float, self.total_force))),
+            ("area", self.total_area),
+            ("not proved", self.n_unproved),
+        ]
 
     @property
     def in_contact(self) -> NDArray[np.bool_]:

@@ -18,6 +18,7 @@ from contiga.dynamics.prescribed import (
     Translate,
 )
 from contiga.num import pose
+from contiga.num.twist import Twist
 
 __all__ = [
     "BodyMotion",
@@ -28,5 +29,6 @@ __all__ = [
     "Rotate",
     "SlaveMotion",
     "Translate",
+    "Twist",
     "pose",
 ]

@@ -32,7 +32,7 @@ def sample(surface: NurbsSurface, nu: int, nv: int) -> FloatArray:
     return surface.evaluate(np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2))
 
 
-def random_on(surface: NurbsSurface, n: int, seed: int = 0) -> FloatArray:
+def random_on(surface: NurbsSurface, n: int, *, seed: int = 0) -> FloatArray:
     """`n` random points (n, 3) on `surface`, uniform in its area; the same seed, the same points.
 
     By rejection: cells are drawn with a rigorous bound on their area, and a point in one is kept
@@ -61,7 +61,7 @@ def random_on(surface: NurbsSurface, n: int, seed: int = 0) -> FloatArray:
     return np.concatenate([np.zeros((0, 3)), *kept])
 
 
-def random_in_box(lo: ArrayLike, hi: ArrayLike, n: int, seed: int = 0) -> FloatArray:
+def random_in_box(lo: ArrayLike, hi: ArrayLike, n: int, *, seed: int = 0) -> FloatArray:
     """`n` random points (n, 3), uniform in the box from the corner `lo` to `hi`."""
     low, high = transform.vector(lo, "lo"), transform.vector(hi, "hi")
     if (low > high).any():

@@ -82,26 +82,7 @@ def check_knots(knots: ArrayLike, degree: int, count: int, where: str) -> FloatA
         an empty domain ``[U_p, U_n]``, or an interior knot more than `degree` times (a jump).
     """
     array = check_numbers(knots, where)
-    if array.ndim != 1:
-        raise GeometryError("knots must be one row of numbers", where=where, found=array.shape)
-    if count < degree + 1:
-        raise GeometryError(
-            f"degree {degree} needs at least {degree + 1} control points", where=where, found=count
-        )
-    if array.size != count + degree + 1:
-        raise GeometryError(
-            f"{count} control points of degree {degree} need {count + degree + 1} knots",
-            where=where,
-            found=array.size,
-        )
-    steps = np.diff(array)
-    if (steps < 0.0).any():
-        at = int(np.argmax(steps < 0.0)) + 1
-        raise GeometryError(
-            f"knots must not decrease, but knot {at} is below knot {at - 1}",
-            where=where,
-            found=(float(array[at - 1]), float(array[at])),
-        )
+    _check_row(array, degree, count, where)
     array = _snapped(array)
     low, high = array[degree], array[count]
     if not low < high:
@@ -110,7 +91,36 @@ def check_knots(knots: ArrayLike, degree: int, count: int, where: str) -> FloatA
             where=where,
             found=(float(low), float(high)),
         )
-    inside = array[(array > low) & (array < high)]
+    _check_interior(array[(array > low) & (array < high)], degree, where)
+    return array
+
+
+def _check_row(knots: FloatArray, degree: int, count: int, where: str) -> None:
+    """Refuse a row of another length than the control points need, or one that goes back."""
+    if knots.ndim != 1:
+        raise GeometryError("knots must be one row of numbers", where=where, found=knots.shape)
+    if count < degree + 1:
+        raise GeometryError(
+            f"degree {degree} needs at least {degree + 1} control points", where=where, found=count
+        )
+    if knots.size != count + degree + 1:
+        raise GeometryError(
+            f"{count} control points of degree {degree} need {count + degree + 1} knots",
+            where=where,
+            found=knots.size,
+        )
+    back = np.diff(knots) < 0.0
+    if back.any():
+        at = int(np.argmax(back)) + 1
+        raise GeometryError(
+            f"knots must not decrease, but knot {at} is below knot {at - 1}",
+            where=where,
+            found=(float(knots[at - 1]), float(knots[at])),
+        )
+
+
+def _check_interior(inside: FloatArray, degree: int, where: str) -> None:
+    """Refuse interior knots at which the geometry may jump."""
     values, times = np.unique(inside, return_counts=True)
     if (times > degree).any():
         at = int(np.argmax(times > degree))
@@ -121,7 +131,6 @@ def check_knots(knots: ArrayLike, degree: int, count: int, where: str) -> FloatA
             allowed=f"at most {degree} times at degree {degree}",
             remedy="Give the pieces as separate curves or patches",
         )
-    return array
 
 
 def _snapped(knots: FloatArray) -> FloatArray:

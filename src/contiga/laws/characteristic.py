@@ -97,11 +97,8 @@ class Characteristic:
             function = curve
         else:
             x, y = _table(curve, name)
-        for key, value in zip(
-            ("x", "y", "function", "extrapolation", "name"),
-            (x, y, function, extrapolation, name),
-            strict=True,
-        ):
+        values = (x, y, function, extrapolation, name)
+        for key, value in zip(("x", "y", "function", "extrapolation", "name"), values, strict=True):
             object.__setattr__(self, key, value)
         if function is not None:
             _try(self)
@@ -200,9 +197,10 @@ def _line(slope: float, name: str) -> tuple[FloatArray, FloatArray]:
     return read_only(np.array([0.0, 1.0])), read_only(np.array([0.0, slope]))
 
 
-def _table(curve: object, name: str) -> tuple[FloatArray, FloatArray]:
-    """The two columns of a table, checked."""
-    rule = "rows [x, y], x strictly increasing, at least two"
+_ROWS = "rows [x, y], x strictly increasing, at least two"
+
+
+def _two_columns(curve: object, name: str) -> FloatArray:
     try:
         table = np.asarray(curve, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -210,23 +208,32 @@ def _table(curve: object, name: str) -> tuple[FloatArray, FloatArray]:
             "a characteristic must be a number, a table of numbers or a callable",
             where=name,
             found=type(curve).__name__,
-            allowed=rule,
+            allowed=_ROWS,
         ) from error
     if table.ndim != 2 or table.shape[1] != 2:
         raise InputError(
             "a characteristic table must have two columns",
             where=name,
             found=table.shape,
-            allowed=rule,
+            allowed=_ROWS,
         )
+    return table
+
+
+def _table(curve: object, name: str) -> tuple[FloatArray, FloatArray]:
+    """The two columns of a table, checked."""
+    table = _two_columns(curve, name)
     if len(table) < 2:
         raise InputError(
-            "a characteristic needs at least two points", where=name, found=len(table), allowed=rule
+            "a characteristic needs at least two points",
+            where=name,
+            found=len(table),
+            allowed=_ROWS,
         )
     if not np.isfinite(table).all():
         row = int(np.flatnonzero(~np.isfinite(table).all(axis=1))[0])
         raise InputError(
-            f"row {row} is not finite", where=name, found=table[row].tolist(), allowed=rule
+            f"row {row} is not finite", where=name, found=table[row].tolist(), allowed=_ROWS
         )
     back = np.flatnonzero(np.diff(table[:, 0]) <= 0.0)
     if back.size:
@@ -235,7 +242,7 @@ def _table(curve: object, name: str) -> tuple[FloatArray, FloatArray]:
             f"the abscissae go back or repeat at row {row + 1}",
             where=name,
             found=table[row : row + 2, 0].tolist(),
-            allowed=rule,
+            allowed=_ROWS,
         )
     return read_only(table[:, 0]), read_only(table[:, 1])
 

@@ -7,7 +7,7 @@ where its formula would be negative.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import Protocol
 
 import numpy as np
@@ -131,6 +131,7 @@ class StressLaw:
         self,
         elastic: CurveLike,
         thickness: float | None = None,
+        *,
         damping: float = 0.0,
         damping_curve: CurveLike | None = None,
         amplification: CurveLike | None = None,
@@ -219,6 +220,7 @@ class PenaltyLaw:
     """
 
     stiffness: float
+    _: KW_ONLY
     per_area: bool = False
     damping: float = 0.0
 

@@ -56,7 +56,7 @@ class Body(Faces):
     """
 
     @classmethod
-    def from_profile(cls, curve: NurbsCurve, depth: float = 1.0, name: str = "profile") -> Self:
+    def from_profile(cls, curve: NurbsCurve, depth: float = 1.0, *, name: str = "profile") -> Self:
         """A plane problem: `curve` in the plane z = 0, given `depth` about that plane.
 
         The free side is to the right of the curve's direction: a closed curve that runs
@@ -98,7 +98,7 @@ class Body(Faces):
         return self.openings.closed
 
     def project(
-        self, points: ArrayLike, start: Projection | None = None, mode: str = "global"
+        self, points: ArrayLike, *, start: Projection | None = None, mode: str = "global"
     ) -> Projection:
         """Feet of `points` (n, 3) on the body; see `contiga.search.project.project`."""
         return project(self, as_points(points), start=start, mode=mode)

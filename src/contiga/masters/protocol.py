@@ -26,6 +26,11 @@ class Surface(Protocol):
         """Pieces the search works on."""
         ...  # pragma: no cover
 
+    @property
+    def nbytes(self) -> int:
+        """Memory of what the search has built, bytes."""
+        ...  # pragma: no cover
+
     def closest(
         self,
         p_B: FloatArray,
@@ -158,7 +163,7 @@ class Master(Protocol):
         ...  # pragma: no cover
 
     def project(
-        self, points: ArrayLike, start: Projection | None = None, mode: str = "global"
+        self, points: ArrayLike, *, start: Projection | None = None, mode: str = "global"
     ) -> Projection:
         """Feet of `points` (n, 3): the closest points, or those continued from `start`."""
         ...  # pragma: no cover

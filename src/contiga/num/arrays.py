@@ -55,3 +55,16 @@ def positive(value: object, name: str, *, finite: bool = True) -> float:
     if not number > 0.0 or (finite and number == np.inf):
         raise InputError("must be positive", where=name, found=value, allowed=allowed)
     return number
+
+
+def bytes_of(value: object) -> int:
+    """Memory of all arrays in a record, and in the records it holds.
+
+    >>> bytes_of((np.zeros(3), (np.zeros(2, np.int32), "text")))
+    32
+    """
+    if isinstance(value, np.ndarray):
+        return value.nbytes
+    if isinstance(value, tuple):
+        return sum(bytes_of(entry) for entry in value)
+    return 0

@@ -25,14 +25,7 @@ def checked_mode(mode: str) -> bool:
     return mode == "global"
 
 
-def checked_patches(start: Projection | None, n: int, count: int, what: str) -> IntArray:
-    """(n,) the patches that n points start from; there are `count`, each called `what`.
-
-    Raises
-    ------
-    InputError
-        No start or something else, other than n rows, a patch that is not there.
-    """
+def _checked_start(start: Projection | None) -> Projection:
     if start is None:
         raise InputError(
             'mode "track" continues a projection',
@@ -42,7 +35,18 @@ def checked_patches(start: Projection | None, n: int, count: int, what: str) -> 
         )
     if not isinstance(start, Projection):
         raise InputError("start must be a Projection", where="start", found=type(start).__name__)
-    patch = np.ascontiguousarray(start.patch, dtype=np.int32)
+    return start
+
+
+def checked_patches(start: Projection | None, n: int, count: int, what: str) -> IntArray:
+    """(n,) the patches that n points start from; there are `count`, each called `what`.
+
+    Raises
+    ------
+    InputError
+        No start or something else, other than n rows, a patch that is not there.
+    """
+    patch = np.ascontiguousarray(_checked_start(start).patch, dtype=np.int32)
     if patch.shape != (n,):
         raise InputError(
             "start must have one row a point",

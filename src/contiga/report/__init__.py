@@ -45,7 +45,7 @@ def write_report(folder: str | Path) -> Path:
         A package that a report is drawn with is not installed.
     """
     require_packages()
-    from contiga.io.out.atomic import atomic_write
+    from contiga.io.out.files import atomic_write, write_text
     from contiga.report.html import page
     from contiga.report.peak import at_frame, peak_frame
     from contiga.report.plots import history_figures, view_figure
@@ -70,6 +70,5 @@ def write_report(folder: str | Path) -> Path:
         history=history_figures(run, peak_time),
         peak_time=peak_time,
     )
-    with atomic_write(run.folder / PAGE) as path:
-        Path(path).write_text(text, encoding="utf-8")
+    write_text(run.folder / PAGE, text)
     return run.folder / PAGE

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from base64 import b64encode
 from html import escape
-from importlib.resources import files
 from typing import Any
 
 from contiga.report.html_tables import (
     inputs_table,
     key_figures,
-    number,
     status_table,
     timings_table,
 )
 from contiga.report.plots import PLOT_CONFIG, VIEW_CONFIG
 from contiga.report.run_folder import Run
+from contiga.report.style import number
+from contiga.report.style import page as styled
 
 _BODY_BUTTONS = """
 <div class="choice" role="group" aria-label="How the body is drawn" data-what="body">
@@ -57,10 +57,11 @@ def page(
     history : plotly figures
     peak_time : the recorded time the pictures show
     """
-    title = escape(str(run.summary.get("title") or "Contact run"))
+    from plotly.offline import get_plotlyjs
+
+    title = str(run.summary.get("title") or "Contact run")
     parts = [
-        _head(title, plotly=True),
-        _heading(run, title),
+        _heading(run, escape(title)),
         key_figures(run),
         _pictures(run, still, view, peak_time),
         "<h2>Over time</h2>",
@@ -69,22 +70,8 @@ def page(
         _tables(run),
         _warnings(run),
         _case(run),
-        "</main></body></html>",
     ]
-    return "\n".join(parts)
-
-
-def _head(title: str, *, plotly: bool) -> str:
-    from plotly.offline import get_plotlyjs
-
-    style = files("contiga.report").joinpath("style.css").read_text(encoding="utf-8")
-    script = f"<script>{get_plotlyjs()}</script>" if plotly else ""
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<title>{title}</title><link rel="icon" href="data:,"><style>{style}</style>{script}'
-        "</head><body><main>"
-    )
+    return styled(title, "\n".join(parts), script=get_plotlyjs())
 
 
 def _heading(run: Run, title: str) -> str:

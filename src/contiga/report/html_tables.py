@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from html import escape
 from typing import Any
 
 from contiga.report.run_folder import Run
+from contiga.report.style import number
 
 _STAGES = {
     "import": "Loading packages",
@@ -20,23 +20,6 @@ _STAGES = {
 }
 _APART = ("compile",)
 """Stages that say nothing about the method: shown, but apart."""
-
-
-def number(value: float, digits: int = 4) -> str:
-    """`value` to `digits` significant digits, without needless zeros; thousands set apart.
-
-    >>> number(345.678), number(0.00012345), number(3.0)
-    ('345.7', '1.234e-04', '3')
-    """
-    if not math.isfinite(value):
-        return "–"
-    if value == 0.0:
-        return "0"
-    size = math.floor(math.log10(abs(value)))
-    if size < -3 or size > 8:
-        return f"{value:.{digits - 1}e}"
-    text = f"{value:,.{max(0, digits - 1 - size)}f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
-    return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def _tile(value: str, unit: str, label: str, when: str = "") -> str:

@@ -9,12 +9,10 @@ import numpy as np
 from contiga.report.peak import Peak
 from contiga.report.run_folder import Run, Units
 from contiga.report.scene import outside_direction, upwards
-from contiga.report.shown import REGIONS, SCALE, Shown, fields_of, region_colours
+from contiga.report.shown import Shown, fields_of, region_colours
+from contiga.report.style import BODY, GRID, INK, LINES, MUTED, REGIONS, SCALE, SLAVE
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
-INK, MUTED, GRID = "#21262d", "#6a737d", "#e8eaed"
-LINES = ("#1f5f8b", "#c4473a", "#3f7f4f", "#8a5a9e", "#b07d1e", "#4b5563")
-BODY, SLAVE = "#8f9eb0", "#dedad0"
 _CONFIG = {"displaylogo": False, "responsive": True}
 PLOT_CONFIG = {
     **_CONFIG,
@@ -121,7 +119,6 @@ def view_figure(peak: Peak, units: Units) -> Any:
     import plotly.graph_objects as go
 
     figure = go.Figure()
-    length = units.length
     figure.add_trace(_mesh(peak.body_points, peak.body_triangles, "body", BODY, GLASS))
     fields = fields_of(peak, units)
     first = "pressure" if "pressure" in fields else "penetration"
@@ -129,16 +126,20 @@ def view_figure(peak: Peak, units: Units) -> Any:
     if peak.cluster is not None and peak.cluster.max(initial=-1) > 0:
         looks["cluster"] = _cluster_look(peak)
     slave, contact = looks[first]
-    if len(peak.slave_triangles):
-        trace = _mesh(peak.slave_points, peak.slave_triangles, "slave", SLAVE, 1.0)
-        trace.update(showscale=False, **slave)
-        figure.add_trace(trace)
-    else:
-        figure.add_trace(_dots(peak.slave_points[~peak.in_contact], "slave", 2.0, {"color": MUTED}))
+    figure.add_trace(_slave_trace(peak, slave))
     marker = {**contact, "line": {"width": 0.5, "color": INK}}
     figure.add_trace(_dots(peak.slave_points[peak.in_contact], "in contact", 3.2, marker))
     for key, colour in region_colours(peak.outlines).items():
         figure.add_trace(_outline(peak, key, colour))
+    _in_space(figure, peak, units)
+    if len(looks) > 1:
+        facets = len(peak.slave_triangles) > 0
+        figure.update_layout(meta={"first": first, "looks": _restyles(looks, facets)})
+    return figure
+
+
+def _in_space(figure: Any, peak: Peak, units: Units) -> None:
+    """Axes in one scale, seen from outside of the body."""
     up, eye = upwards(peak), -1.85 * outside_direction(peak)
     figure.update_layout(
         height=620,
@@ -149,13 +150,18 @@ def view_figure(peak: Peak, units: Units) -> Any:
         scene={
             "aspectmode": "data",
             "camera": {"eye": _xyz(eye), "up": _xyz(up), "projection": {"type": "perspective"}},
-            **{f"{a}axis": _axis(with_unit(a, length)) for a in "xyz"},
+            **{f"{a}axis": _axis(with_unit(a, units.length)) for a in "xyz"},
         },
     )
-    if len(looks) > 1:
-        facets = len(peak.slave_triangles) > 0
-        figure.update_layout(meta={"first": first, "looks": _restyles(looks, facets)})
-    return figure
+
+
+def _slave_trace(peak: Peak, look: dict[str, Any]) -> Any:
+    """The slave's facets as `look` colours them, or the points of a cloud that touch nothing."""
+    if not len(peak.slave_triangles):
+        return _dots(peak.slave_points[~peak.in_contact], "slave", 2.0, {"color": MUTED})
+    trace = _mesh(peak.slave_points, peak.slave_triangles, "slave", SLAVE, 1.0)
+    trace.update(showscale=False, **look)
+    return trace
 
 
 def _look(peak: Peak, shown: Shown) -> tuple[dict[str, Any], dict[str, Any]]:

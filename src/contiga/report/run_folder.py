@@ -58,16 +58,8 @@ class Run(NamedTuple):
         return best, when
 
 
-def read_run(folder: Path) -> Run:
-    """The files of an output folder that are small.
-
-    Raises
-    ------
-    FileError
-        The folder, its history or its summary is missing or cannot be read.
-    """
-    from contiga.io.out.history import read_history
-
+def _summary_of(folder: Path) -> dict[str, Any]:
+    """The summary of a folder that holds a finished run."""
     if not folder.is_dir():
         raise FileError(
             "no such output folder", where=str(folder), remedy="Run a case first: contiga run"
@@ -78,9 +70,23 @@ def read_run(folder: Path) -> Run:
                 f"not the output folder of a finished run: {name} is missing", where=str(folder)
             )
     try:
-        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        summary: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     except (ValueError, OSError) as error:
         raise FileError("not a readable summary", where=str(folder / "summary.json")) from error
+    return summary
+
+
+def read_run(folder: Path) -> Run:
+    """The files of an output folder that are small.
+
+    Raises
+    ------
+    FileError
+        The folder, its history or its summary is missing or cannot be read.
+    """
+    from contiga.io.out.history import read_history
+
+    summary = _summary_of(folder)
     history = {k: np.asarray(v, float) for k, v in read_history(folder / "history.csv").items()}
     case = folder / "case.toml"
     return Run(

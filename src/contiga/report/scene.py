@@ -13,7 +13,8 @@ from contiga.report import shading
 from contiga.report.camera import Camera, look, project, unit
 from contiga.report.peak import Peak
 from contiga.report.run_folder import Units
-from contiga.report.shown import Shown, colour_map, first_field, region_colours
+from contiga.report.shown import Shown, first_field, region_colours
+from contiga.report.style import colour_map
 
 Picture = NDArray[np.float32]
 

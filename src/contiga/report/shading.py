@@ -56,19 +56,10 @@ def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     Corners at one point share a normal where their facets hang together over edges that are no
     creases; a point may stand on several faces, as the meshes of closed bodies have it.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     p = points[triangles]
     facet = _facet_normals(points, triangles)
     area = np.linalg.norm(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]), axis=1)
-    inner = _inner_edges(triangles)
-    smooth = np.einsum("ei,ei->e", facet[inner.left], facet[inner.right]) >= _CREASE
-    # corner c of facet f is 3 f + c; both ends of a smooth edge join the corners that meet there
-    pairs = np.concatenate([inner.first[smooth], inner.second[smooth]])
-    n = triangles.size
-    graph = coo_array((np.ones(len(pairs), np.int8), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    count, group = connected_components(graph, directed=False)
+    count, group = _smooth_corners(triangles, facet)
     total = np.zeros((count, 3))
     for corner in range(3):
         ahead = p[:, (corner + 1) % 3] - p[:, corner]
@@ -84,6 +75,21 @@ def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
             )
     total /= np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
     return np.asarray(total[group].reshape(-1, 3, 3))
+
+
+def _smooth_corners(triangles: IntArray, facet: FloatArray) -> tuple[int, IntArray]:
+    """How many groups of corners share a normal, and the group of each: corner c of facet f is
+    3 f + c, and both ends of a smooth edge join the corners that meet there."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    inner = _inner_edges(triangles)
+    smooth = np.einsum("ei,ei->e", facet[inner.left], facet[inner.right]) >= _CREASE
+    pairs = np.concatenate([inner.first[smooth], inner.second[smooth]])
+    n = triangles.size
+    graph = coo_array((np.ones(len(pairs), np.int8), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    count, group = connected_components(graph, directed=False)
+    return count, group
 
 
 def _facet_normals(points: FloatArray, triangles: IntArray) -> FloatArray:

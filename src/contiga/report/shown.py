@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from contiga.records import FloatArray
 from contiga.report.peak import Outline, Peak
 from contiga.report.run_folder import Units
+from contiga.report.style import REGIONS
 
-SCALE = ("#ffe9a8", "#fdbf5a", "#f4813f", "#d9433f", "#a01c5b", "#4a0f57")
-"""From little to much; lightness falls all the way, so it reads without colour."""
-REGIONS = ("#12708f", "#5b3fa8", "#2f7d3b", "#b0306a", "#8a5a00", "#3a4d8f", "#00796b", "#7a4a2a")
-"""Regions of contact in turn: cool and dark, apart from `SCALE`."""
 # A few nodes at the rim of a region, of next to no area, may have many times the pressure of all
 # others. Of `_MANY` nodes and more, colours end at this share where the greatest is beyond `_FAR`
 # times it.
@@ -60,10 +57,3 @@ def region_colours(outlines: tuple[Outline, ...]) -> dict[tuple[int, int], str]:
     """A colour for every region, by the numbers of its contact and cluster."""
     keys = sorted({(line.contact, line.cluster) for line in outlines})
     return {key: REGIONS[k % len(REGIONS)] for k, key in enumerate(keys)}
-
-
-def colour_map() -> Any:
-    """`SCALE` as a matplotlib colour map."""
-    from matplotlib.colors import LinearSegmentedColormap
-
-    return LinearSegmentedColormap.from_list("contact", SCALE)

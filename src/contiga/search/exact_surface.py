@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import stitches
+from contiga.num.arrays import bytes_of
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.search import ball, hits, project, safe_distance, side_grid
 from contiga.search.body_sides import sides_of
@@ -31,6 +32,11 @@ class ExactSurface(NamedTuple):
     def n_elements(self) -> int:
         """Bézier pieces."""
         return len(self.tables.elements.table)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the tables, bytes."""
+        return bytes_of(self.tables)
 
     def closest(
         self,

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from contiga.elements.element_arrays import Records
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import image_of
 from contiga.geometry.edges import UNTRIMMED
@@ -22,7 +24,7 @@ from contiga.geometry.slits import (
     widest_slit,
 )
 from contiga.num.codes import BORDER, CREASE
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IntArray
 from contiga.search.tables import tables_of
 
 SAMPLES = 33
@@ -171,6 +173,16 @@ def _worst(body: Faces) -> tuple[float, tuple[int, ...], tuple[float, float, flo
     return image.gap, patches, image.point
 
 
+def _joints_over(table: Records, rows: IntArray, side: int) -> Iterator[Joint]:
+    """The joints of the elements `rows`, which go on over their `side`."""
+    other = table["neighbour"][rows, side]
+    sense = SENSE[side] * SENSE[table["neighbour_side"][rows, side]]
+    agree = sense * (1 - 2 * table["flip"][rows, side]) < 0
+    own, others = table["patch"][rows], table["patch"][other]
+    for k, patch, same in zip(own.tolist(), others.tolist(), agree.tolist(), strict=True):
+        yield Joint(min(k, patch), max(k, patch), same)
+
+
 def _unnamed_sides(body: Faces) -> tuple[list[float], list[Joint]]:
     """Lengths of free sides of untrimmed patches that no edge names, and the joints of others."""
     named = {(use.patch, use.index) for e in body.edges for use in e.uses if use.loop == UNTRIMMED}
@@ -197,13 +209,7 @@ def _unnamed_sides(body: Faces) -> tuple[list[float], list[Joint]]:
             spans = table["box"][free][:, axis : axis + 2]
             parts = [_side_length(body, k, side, (low, high)) for low, high in spans.tolist()]
             lengths.append(sum(parts))
-        linked = rows[kind <= CREASE]
-        other = table["neighbour"][linked, side]
-        sense = SENSE[side] * SENSE[table["neighbour_side"][linked, side]]
-        flip = 1 - 2 * table["flip"][linked, side]
-        agree = sense * flip < 0
-        for patch, same in zip(table["patch"][other].tolist(), agree.tolist(), strict=True):
-            joints[Joint(min(k, patch), max(k, patch), same)] = None
+        joints |= dict.fromkeys(_joints_over(table, rows[kind <= CREASE], side))
     return lengths, list(joints)
 
 

@@ -1,15 +1,11 @@
-"""The output folder of a run: what may be written to, names, final renames."""
+"""The output folder of a run: names, and what an earlier run left in it."""
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 from contiga.errors import OutputError
-from contiga.io.out.atomic import atomic_write
 
 HISTORY, FIELDS, CASE = "history.csv", "fields.vtkhdf", "case.toml"
 SUMMARY, CHECKPOINT = "summary.json", "checkpoint.h5"
@@ -18,52 +14,6 @@ UNFINISHED, UNFINISHED_OUTLINES = FIELDS + ".part", OUTLINES + ".part"
 # Not the copy of the case: a folder that holds a case.toml and nothing else is somebody's own.
 OURS = (HISTORY, FIELDS, OUTLINES, SUMMARY, CHECKPOINT, UNFINISHED, UNFINISHED_OUTLINES)
 REPORT = ("report.html", "peak.png")
-
-
-def open_folder(folder: Path, ours: Iterable[str] = OURS, kind: str = "run") -> bool:
-    """Make sure that `folder` can be written to and holds nothing of somebody else.
-
-    Parameters
-    ----------
-    ours : names of files that tell an earlier folder of the same kind
-    kind : what the folder is of, in words
-
-    Returns
-    -------
-    bool
-        Whether it has been made.
-
-    Raises
-    ------
-    OutputError
-        It is a file, cannot be made or written, or holds files but none of `ours`.
-    """
-    where = str(folder)
-    if folder.exists() and not folder.is_dir():
-        raise OutputError("the output folder is a file", where=where, allowed="a folder")
-    if folder.is_dir():
-        names = {path.name for path in folder.iterdir()}
-        if names and not names & set(ours):
-            raise OutputError(
-                f"the output folder holds files that are not of a {kind}",
-                where=where,
-                found=sorted(names)[0],
-                allowed=f"a new or empty folder, or that of an earlier {kind}",
-            )
-    missing = not folder.exists()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe = folder / f".probe-{os.getpid()}"
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise OutputError(
-            "the output folder cannot be written",
-            where=where,
-            found=error.strerror,
-            allowed="a folder you may write to",
-        ) from error
-    return missing
 
 
 def clear_last_run(folder: Path) -> None:
@@ -103,14 +53,3 @@ def keep_case_file(folder: Path, case_file: Path, case_text: str) -> None:
             where=str(copy),
             allowed="another output folder (-o), or another name of the case file",
         )
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text file whole or not at all."""
-    with atomic_write(path) as temporary:
-        Path(temporary).write_text(text, encoding="utf-8")
-
-
-def write_json(path: Path, content: dict[str, Any]) -> None:
-    """Write a JSON file whole or not at all."""
-    write_text(path, json.dumps(content, indent=2, ensure_ascii=False) + "\n")

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from contiga.errors import MeshError
 from contiga.num.arrays import as_points, read_only
 from contiga.records import FloatArray, IntArray
+from contiga.shown import Facts, Shown
 from contiga.slaves.cells import split_shells
 from contiga.slaves.skin import facet_areas, tributary_area
 
@@ -36,7 +37,7 @@ class MeshPart(NamedTuple):
         return self.name if self.id is None else f"{self.id} ({self.name})"
 
 
-class Slave:
+class Slave(Shown):
     """Points that can touch a master: a cloud, or the nodes of a finite-element mesh. Immutable.
 
     Parameters
@@ -97,10 +98,10 @@ class Slave:
         self,
         points: ArrayLike,
         facets: ArrayLike | None = None,
+        *,
         area: ArrayLike | None = None,
         thickness: ArrayLike | None = None,
         mass: ArrayLike | None = None,
-        *,
         active: ArrayLike | None = None,
         name: str = "slave",
         unit: str | None = None,
@@ -136,12 +137,11 @@ class Slave:
     def __len__(self) -> int:
         return len(self.points)
 
-    def __repr__(self) -> str:
+    def _facts(self) -> Facts:
         facets = 0 if self.facets is None else len(self.facets)
-        return (
-            f"Slave({self.name!r}: {len(self)} points, {int(self.active.sum())} active, "
-            f"{facets} facets)"
-        )
+        unit = [("unit", self.unit)] if self.unit else []
+        active = int(self.active.sum())
+        return [("points", len(self)), ("active", active), ("facets", facets), *unit]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuild, ({key: _plain(getattr(self, key)) for key in _FIELDS},)
@@ -184,9 +184,9 @@ class Slave:
         return Slave(
             points,
             facets,
-            None if self.area is None else self.area * factor**2,
-            None if self.thickness is None else self.thickness * factor,
-            self.mass,
+            area=None if self.area is None else self.area * factor**2,
+            thickness=None if self.thickness is None else self.thickness * factor,
+            mass=self.mass,
             active=self.active,
             name=self.name,
             unit=unit,
@@ -196,6 +196,13 @@ class Slave:
 
 
 _FIELDS = tuple(key for key in Slave.__slots__ if key != "__weakref__")
+
+
+def _whole_area(slave: Slave) -> float | None:
+    """Of the facets, or the sum of what the points were given; None if neither."""
+    if slave.facets is not None:
+        return float(facet_areas(slave.points, slave.facets).sum())
+    return None if slave.area is None else float(slave.area.sum())
 
 
 def mesh_summary(slave: Slave) -> dict[str, Any]:
@@ -208,11 +215,6 @@ def mesh_summary(slave: Slave) -> dict[str, Any]:
     the active nodes, or None), mass (total or None), bounds, parts (label, cells, nodes), unit
     """
     active = slave.active
-    area = None
-    if slave.facets is not None:
-        area = float(facet_areas(slave.points, slave.facets).sum())
-    elif slave.area is not None:
-        area = float(slave.area.sum())
     thickness = None
     if slave.thickness is not None and active.any():
         values = slave.thickness[active]
@@ -223,7 +225,7 @@ def mesh_summary(slave: Slave) -> dict[str, Any]:
         "active_nodes": int(active.sum()),
         "facets": 0 if slave.facets is None else len(slave.facets),
         "cells": dict(slave.cells),
-        "area": area,
+        "area": _whole_area(slave),
         "thickness": thickness,
         "mass": None if slave.mass is None else float(slave.mass.sum()),
         "bounds": slave.bounds().tolist(),

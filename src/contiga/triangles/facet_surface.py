@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import MeshError
+from contiga.num.arrays import bytes_of
 from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.triangles.facet_feet import closest_of_rows, is_smooth, track
@@ -38,6 +39,11 @@ class FacetedSurface(NamedTuple):
     def n_elements(self) -> int:
         """Triangles with an area."""
         return len(self.tables.facets.link)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the tables, bytes; the mesh itself is not counted."""
+        return bytes_of(self.tables)
 
     def closest(
         self,

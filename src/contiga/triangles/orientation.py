@@ -22,23 +22,11 @@ def turned_triangles(points: FloatArray, triangles: IntArray, where: str) -> Int
     MeshError
         A piece has one side only.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import breadth_first_order, connected_components
-
     m = len(triangles)
     if m == 0:
         return triangles
     first, second, same, single = _joints(points, triangles)
-    graph = coo_matrix((np.ones(len(first)), (first, second)), (m, m)).tocsr()
-    count, piece = connected_components(graph, directed=False)
-    flip = np.full(m, -1)
-    alike = _Alike(first, second, same, m)
-    for k in range(count):
-        seed = int(np.argmax(piece == k))
-        order, parent = breadth_first_order(graph, seed, directed=False)
-        flip[seed] = 0
-        for t in order[1:]:
-            flip[t] = flip[parent[t]] ^ alike[parent[t], t]
+    count, piece, flip = _senses(first, second, same, m)
     if np.any(flip[first] ^ flip[second] != same):
         raise MeshError("a piece of the mesh has one side only", where=where)
     corners = points[triangles]
@@ -54,6 +42,28 @@ def turned_triangles(points: FloatArray, triangles: IntArray, where: str) -> Int
     result = triangles.copy()
     result[flipped] = result[flipped][:, ::-1]
     return result
+
+
+def _senses(first: Ints, second: Ints, same: Ints, m: int) -> tuple[int, Ints, Ints]:
+    """How many pieces m triangles form, the piece of each, and 1 where it is to be turned.
+
+    Each piece is walked from its first triangle, over joints first[i], second[i] whose triangles
+    run in the same sense where same[i] says 1.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+    graph = coo_matrix((np.ones(len(first)), (first, second)), (m, m)).tocsr()
+    count, piece = connected_components(graph, directed=False)
+    flip = np.full(m, -1)
+    alike = _Alike(first, second, same, m)
+    for k in range(count):
+        seed = int(np.argmax(piece == k))
+        order, parent = breadth_first_order(graph, seed, directed=False)
+        flip[seed] = 0
+        for t in order[1:]:
+            flip[t] = flip[parent[t]] ^ alike[parent[t], t]
+    return count, piece, flip
 
 
 def _joints(points: FloatArray, triangles: IntArray) -> tuple[Ints, Ints, Ints, NDArray[np.bool_]]:

@@ -45,6 +45,12 @@ class Topology(NamedTuple):
     """(k, 2) triangles of the mesh with the same corners that face opposite ways."""
 
 
+def _one_after_another(fans: list[Ints]) -> tuple[IntArray, IntArray]:
+    """Where each of some rows begins, and all of them in one."""
+    first = np.concatenate([[0], np.cumsum([len(fan) for fan in fans])])
+    return first.astype(np.int32), np.concatenate([np.zeros(0, np.int64), *fans]).astype(np.int32)
+
+
 def topology_of(mesh: TriMesh) -> Topology:
     """Triangles joined where their corners are the same points, whatever their indices.
 
@@ -64,15 +70,13 @@ def topology_of(mesh: TriMesh) -> Topology:
     neighbour, fans = half.neighbours(len(kept))
     outer = _around_flat(half, len(kept), neighbour, fans) if len(flat_rows) else []
     first, ring = _rings(vertex, corners[flat_rows], outer, len(points))
-    lengths = [len(f) for f in fans]
     return Topology(
         points,
         kept,
         twin,
         vertex.astype(np.int32),
         neighbour.reshape(-1, 3).astype(np.int32),
-        np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32),
-        np.concatenate([np.zeros(0, np.int64), *fans]).astype(np.int32),
+        *_one_after_another(fans),
         first,
         ring,
         half.turned(len(kept)),

@@ -13,6 +13,7 @@ from contiga.num.arrays import as_points, read_only
 from contiga.num.digest import Digest
 from contiga.num.ordered import length
 from contiga.records import FloatArray, Hit, IntArray, Projection
+from contiga.shown import Facts, Shown
 from contiga.triangles.condition import Condition, condition_of
 from contiga.triangles.facet_feet import contains, project
 from contiga.triangles.facet_hits import first_hit
@@ -23,7 +24,7 @@ from contiga.triangles.kernels.mesh_sides_nb import side_numbers
 from contiga.triangles.orientation import turned_triangles
 
 
-class TriMesh:
+class TriMesh(Shown):
     """Triangles over shared vertices. It never changes; methods return new ones.
 
     Parameters
@@ -71,14 +72,8 @@ class TriMesh:
         reference_point: ArrayLike = (0.0, 0.0, 0.0),
         source: str = "",
     ) -> None:
-        points, corners = _checked_points(vertices), _checked_triangles(triangles)
-        if corners.size and (corners.min() < 0 or corners.max() >= len(points)):
-            bad = int(np.argmax(((corners < 0) | (corners >= len(points))).any(axis=1)))
-            raise MeshError(
-                f"triangle {bad} points at a vertex that is not there",
-                found=corners[bad].tolist(),
-                allowed=f"0 to {len(points) - 1}",
-            )
+        points = _checked_points(vertices)
+        corners = _checked_triangles(triangles, len(points))
         if normals not in NORMALS:
             raise MeshError(
                 "unknown kind of normals",
@@ -124,8 +119,8 @@ class TriMesh:
             **(self._options() | options),
         )
 
-    def __repr__(self) -> str:
-        return f"<TriMesh, {len(self.vertices)} vertices, {len(self.triangles)} triangles>"
+    def _facts(self) -> Facts:
+        return [("vertices", len(self.vertices)), ("triangles", len(self.triangles))]
 
     def corners(self) -> FloatArray:
         """(m, 3, 3) the corner points of each triangle."""
@@ -238,6 +233,7 @@ class TriMesh:
     def project(
         self,
         points: ArrayLike,
+        *,
         start: Projection | None = None,
         mode: str = "global",
         normals: str | None = None,
@@ -345,7 +341,8 @@ def _checked_points(vertices: ArrayLike) -> FloatArray:
     return points
 
 
-def _checked_triangles(triangles: ArrayLike) -> IntArray:
+def _checked_triangles(triangles: ArrayLike, n: int) -> IntArray:
+    """(m, 3) rows of n vertices."""
     given = np.asarray(triangles)
     if given.size == 0:
         return np.zeros((0, 3), dtype=np.int32)
@@ -354,4 +351,12 @@ def _checked_triangles(triangles: ArrayLike) -> IntArray:
             "triangles must be whole numbers of shape (m, 3)",
             found=(given.shape, str(given.dtype)),
         )
-    return np.array(given, dtype=np.int32, order="C")
+    corners = np.array(given, dtype=np.int32, order="C")
+    bad = np.flatnonzero(((corners < 0) | (corners >= n)).any(axis=1))
+    if len(bad):
+        raise MeshError(
+            f"triangle {bad[0]} points at a vertex that is not there",
+            found=corners[bad[0]].tolist(),
+            allowed=f"0 to {n - 1}",
+        )
+    return corners

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contiga.records import FloatArray
-from contiga.report.plots import BODY, GRID, INK, LINES, MUTED
-from contiga.report.shown import SCALE, colour_map
+from contiga import style
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.experiment import Picture
 
 if TYPE_CHECKING:
@@ -17,7 +16,8 @@ if TYPE_CHECKING:
 
     from contiga import NurbsCurve
 
-__all__ = ["BODY", "GRID", "INK", "LINES", "MUTED", "SCALE", "colour_map", "plane", "png"]
+BODY, GRID, INK, MUTED = style.BODY, style.GRID, style.INK, style.MUTED
+LINES = style.LINES
 
 DPI = 170
 STYLE: dict[str, Any] = {

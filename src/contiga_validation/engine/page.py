@@ -9,7 +9,7 @@ from importlib.resources import files
 from itertools import groupby
 from typing import Any
 
-from contiga.report.html_tables import number
+from contiga import style
 from contiga_validation.engine.experiment import Cell, Claim, Found, Picture, Table
 from contiga_validation.engine.table_files import plain
 
@@ -34,23 +34,13 @@ def page(found: Sequence[Found], facts: dict[str, Any], heading_of: Callable[[in
     """
     groups = groupby(found, lambda f: f.experiment.chapter)
     chapters = [(heading_of(k), list(group)) for k, group in groups]
-    parts = [_head(), _heading(found, facts), _contents(chapters)]
+    parts = [_heading(found, facts), _contents(chapters)]
     for heading, entries in chapters:
         parts.append(f"<h2>{escape(heading)}</h2>")
         parts += [_section(entry) for entry in entries]
-    parts += [_timings(found), "</main></body></html>\n"]
-    return "\n".join(parts)
-
-
-def _head() -> str:
-    sheets = (("contiga.report", "style.css"), ("contiga_validation.engine", "style.css"))
-    style = "".join(files(room).joinpath(name).read_text("utf-8") for room, name in sheets)
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<title>{_TITLE}</title><link rel="icon" href="data:,"><style>{style}</style>'
-        "</head><body><main>"
-    )
+    parts.append(_timings(found))
+    css = files("contiga_validation.engine").joinpath("style.css").read_text(encoding="utf-8")
+    return style.page(_TITLE, "\n".join(parts), css=css)
 
 
 def _heading(found: Sequence[Found], facts: dict[str, Any]) -> str:
@@ -148,8 +138,8 @@ def _cell(value: Cell) -> str:
     if shown is None:
         return "–"
     if isinstance(shown, int):
-        return number(float(shown), 12)
-    return number(shown) if isinstance(shown, float) else escape(shown)
+        return style.number(float(shown), 12)
+    return style.number(shown) if isinstance(shown, float) else escape(shown)
 
 
 def _claims(claims: Sequence[Claim]) -> str:
@@ -165,8 +155,8 @@ def _claims(claims: Sequence[Claim]) -> str:
 def _timings(found: Sequence[Found]) -> str:
     rows = "".join(
         f'<tr><td><a href="#{escape(e.experiment.key)}">{escape(e.experiment.key)}</a></td>'
-        f'<td class="number">{number(e.seconds - e.compiled, 3)} s</td>'
-        f'<td class="number">{number(e.compiled, 3)} s</td></tr>'
+        f'<td class="number">{style.number(e.seconds - e.compiled, 3)} s</td>'
+        f'<td class="number">{style.number(e.compiled, 3)} s</td></tr>'
         for e in found
     )
     total, lost = sum(e.seconds for e in found), sum(e.compiled for e in found)
@@ -176,6 +166,6 @@ def _timings(found: Sequence[Found]) -> str:
         "by a second process.</p>"
         '<div class="wide"><table><thead><tr><th>Experiment</th><th class="number">Time</th>'
         f'<th class="number">Compiling, apart</th></tr></thead><tbody>{rows}<tr class="total">'
-        f'<td>Total</td><td class="number">{number(total - lost, 3)} s</td>'
-        f'<td class="number">{number(lost, 3)} s</td></tr></tbody></table></div>'
+        f'<td>Total</td><td class="number">{style.number(total - lost, 3)} s</td>'
+        f'<td class="number">{style.number(lost, 3)} s</td></tr></tbody></table></div>'
     )

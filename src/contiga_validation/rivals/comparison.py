@@ -5,15 +5,12 @@ from __future__ import annotations
 from importlib import import_module
 from math import ceil
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from contiga import Body, Feature, Projection, Status, TriMesh, clouds, shapes
-from contiga.masters.protocol import Master
-from contiga.records import FloatArray, IndexArray, rows_of
-from contiga.search.tables import tables_of
-from contiga.triangles import facet_tables as faceted_tables
+from contiga import Body, Feature, Master, Projection, Status, TriMesh, clouds, shapes
+from contiga_validation.engine.arrays import FloatArray, IntArray
 from contiga_validation.rivals.rival_meshes import (
     SAMPLES,
     RivalMesh,
@@ -103,18 +100,18 @@ def path(body: Body, n: int = POINTS, steps: int = STEPS) -> Path:
     for place in places[1:]:
         followed = body.project(place, start=followed, mode="track")
     rows = np.flatnonzero(_alone(body, feet) & _alone(body, followed)).astype(np.int32)
-    return Path(on, [np.ascontiguousarray(place[rows]) for place in places], rows_of(first, rows))
+    return Path(on, [np.ascontiguousarray(place[rows]) for place in places], _taken(first, rows))
 
 
 def _points_on(body: Body, n: int) -> tuple[FloatArray, Projection]:
     """About `n` points (m, 3) spread over the trimmed faces, and their feet."""
 
-    def drawn(count: int) -> tuple[FloatArray, Projection, IndexArray]:
+    def drawn(count: int) -> tuple[FloatArray, Projection, IntArray]:
         areas = np.array([patch.net_area() for patch in body.patches])
         counts = np.floor(count * areas / areas.sum()).astype(int)
         counts[np.argmax(counts)] += count - counts.sum()
         on = np.concatenate(
-            [clouds.random_on(p, int(c), 3) for p, c in zip(body.patches, counts, strict=True)]
+            [clouds.random_on(p, int(c), seed=3) for p, c in zip(body.patches, counts, strict=True)]
         )
         feet = body.project(on)
         return on, feet, np.flatnonzero(np.abs(feet.gap) <= SAME * body.size).astype(np.int32)
@@ -122,7 +119,11 @@ def _points_on(body: Body, n: int) -> tuple[FloatArray, Projection]:
     on, feet, rows = drawn(n)
     if len(rows) < len(on):  # patches reach beyond their faces
         on, feet, rows = drawn(ceil(n * len(on) / max(1, len(rows))))
-    return on[rows], rows_of(feet, rows)
+    return on[rows], _taken(feet, rows)
+
+
+def _taken(feet: Projection, rows: IntArray) -> Projection:
+    return Projection._make(column[rows] for column in feet)
 
 
 def _alone(body: Body, feet: Projection) -> np.ndarray:
@@ -210,15 +211,6 @@ def _peer_seconds(mesh: TriMesh, places: list[FloatArray]) -> float:
     return best
 
 
-def megabytes(value: Any) -> float:
-    """Memory of all arrays in a record."""
-    if isinstance(value, np.ndarray):
-        return value.nbytes / 1e6
-    if isinstance(value, tuple):
-        return sum(megabytes(entry) for entry in value)
-    return 0.0
-
-
 def accuracy(name: str, body: Body, most: int, n: int = POINTS) -> list[Row]:
     """Time, error and memory of every master of a body; the exact one first.
 
@@ -233,9 +225,8 @@ def accuracy(name: str, body: Body, most: int, n: int = POINTS) -> list[Row]:
     feet = exact.feet
     depth = np.maximum(-feet.gap, 0.0)
     miss = foot_miss(body, places[-1], feet)
-    tables = tables_of(body)
     bound = miss / body.size
-    count, memory = len(tables.elements.table), megabytes(tuple(tables))
+    count, memory = body.surface.n_elements, body.surface.nbytes / 1e6
     share = miss * len(depth) / float(depth.sum())
     first = Row(name, NURBS, 0.0, 0.0, count, None, seconds, seconds, len(depth),
                 bound, bound, share, memory, None)  # fmt: skip
@@ -260,13 +251,13 @@ def _mesh_row(last: Row, rival: RivalMesh, body: Body, exact: Tracker) -> Row:
     peer = has_peer() and rival.wanted >= PEER_AT
     peer_seconds = _peer_seconds(mesh, places) if peer else None
     depth, found = (np.maximum(-t.feet.gap, 0.0) for t in (exact, tracker))
-    memory = megabytes(tuple(faceted_tables.tables_of(mesh)))
+    memory = (mesh.surface.nbytes + mesh.vertices.nbytes + mesh.triangles.nbytes) / 1e6
     return Row(
         last.body, title, rival.wanted, rival.error, count, fewest, seconds, exact_seconds,
         len(depth), float(abs(found.max() - depth.max()) / body.size),
         float(np.abs(found - depth).max() / body.size),
         float(abs(found.sum() / depth.sum() - 1.0)),
-        memory + megabytes((mesh.vertices, mesh.triangles)), peer_seconds,
+        memory, peer_seconds,
     )  # fmt: skip
 
 

@@ -176,40 +176,46 @@ def filleted(body: Any, radius: float, chosen: Callable[[np.ndarray], bool]) -> 
     return maker.Shape()
 
 
+def _off_axis(points: np.ndarray) -> np.ndarray:
+    return np.hypot(points[:, 0] - NECK_X, points[:, 1])
+
+
+def _at_neck_root(points: np.ndarray) -> bool:
+    return np.allclose(_off_axis(points), NECK_RADIUS, atol=1e-3) and np.ptp(points[:, 0]) > 1.0
+
+
+def _at_neck_end(points: np.ndarray) -> bool:
+    return np.allclose(points[:, 2], NECK_END)
+
+
+def _on_back(points: np.ndarray) -> bool:
+    return np.allclose(points[:, 0], BACK)
+
+
+def _at_bore(points: np.ndarray) -> bool:
+    return _on_back(points) and np.hypot(points[:, 1], points[:, 2]).max() < BORE_RADIUS + 1.0
+
+
+def _at_recess(points: np.ndarray) -> bool:
+    off = np.hypot(points[:, 0] - RECESS_X, points[:, 2] - RECESS_Z)
+    rim = np.abs(points[:, 1]).min() > RECESS_FLOOR + 1.0
+    return rim and np.allclose(off, RECESS_RADIUS, atol=1e-3) and np.ptp(points[:, 0]) > 1.0
+
+
 def headform() -> Any:
     """The finished part, fillets made where their edges are still simple."""
 
-    def off_axis(points: np.ndarray) -> np.ndarray:
-        return np.hypot(points[:, 0] - NECK_X, points[:, 1])
-
-    def at_neck_root(points: np.ndarray) -> bool:
-        return np.allclose(off_axis(points), NECK_RADIUS, atol=1e-3) and np.ptp(points[:, 0]) > 1.0
-
-    def at_neck_end(points: np.ndarray) -> bool:
-        return np.allclose(points[:, 2], NECK_END)
-
-    def on_back(points: np.ndarray) -> bool:
-        return np.allclose(points[:, 0], BACK)
-
-    def at_bore(points: np.ndarray) -> bool:
-        return on_back(points) and np.hypot(points[:, 1], points[:, 2]).max() < BORE_RADIUS + 1.0
-
-    def at_recess(points: np.ndarray) -> bool:
-        off = np.hypot(points[:, 0] - RECESS_X, points[:, 2] - RECESS_Z)
-        rim = np.abs(points[:, 1]).min() > RECESS_FLOOR + 1.0
-        return rim and np.allclose(off, RECESS_RADIUS, atol=1e-3) and np.ptp(points[:, 0]) > 1.0
-
     head = cut(head_solid(), cylinder((BACK, 0.0, 0.0), (-1.0, 0.0, 0.0), 200.0, 100.0))
-    head = filleted(head, 9.0, on_back)
+    head = filleted(head, 9.0, _on_back)
     head = joined(head, cylinder((NECK_X, 0.0, NECK_END), (0.0, 0.0, 1.0), NECK_RADIUS, 90.0))
-    head = filleted(head, 7.0, lambda p: at_neck_root(p) and not at_neck_end(p))
-    head = filleted(head, 3.0, at_neck_end)
+    head = filleted(head, 7.0, lambda p: _at_neck_root(p) and not _at_neck_end(p))
+    head = filleted(head, 3.0, _at_neck_end)
     head = cut(head, cylinder((BACK, 0.0, 0.0), (1.0, 0.0, 0.0), BORE_RADIUS, BORE_DEPTH))
-    head = filleted(head, 2.0, at_bore)
+    head = filleted(head, 2.0, _at_bore)
     for side in (1.0, -1.0):
         floor = (RECESS_X, side * RECESS_FLOOR, RECESS_Z)
         head = cut(head, cylinder(floor, (0.0, side, 0.0), RECESS_RADIUS, 30.0))
-    return filleted(head, 1.5, at_recess)
+    return filleted(head, 1.5, _at_recess)
 
 
 def only_solid(shape: Any) -> Any:

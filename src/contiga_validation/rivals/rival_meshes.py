@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga import Body, TriMesh
-from contiga.records import FloatArray
+from contiga_validation.engine.arrays import FloatArray
 
 ERRORS = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
 """Wanted Hausdorff errors, relative to the size of the body."""

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import Body, clouds
-from contiga.masters.protocol import Master
-from contiga.records import FloatArray
-from contiga.report.plots import INK, LINES
+from contiga import Body, Master, clouds
+from contiga_validation.engine.arrays import FloatArray
+from contiga_validation.engine.drawing import INK, LINES
 from contiga_validation.engine.experiment import Claim, Outcome, Picture, Table
 from contiga_validation.rivals.comparison import DEPTH, NURBS, bodies
 from contiga_validation.rivals.rival_meshes import SAMPLES, rival_meshes
@@ -62,7 +61,7 @@ def _cloud(body: Body, points: int) -> tuple[FloatArray, FloatArray]:
     A strip as narrow as a facet feels each edge that comes by.
     """
     share = STRIP / 360.0
-    on = clouds.random_on(body.patches[0], int(points / share), 3)
+    on = clouds.random_on(body.patches[0], int(points / share), seed=3)
     strip = on[np.abs(np.arctan2(on[:, 1], on[:, 0])) < np.deg2rad(0.5 * STRIP)]
     feet = body.project(strip)
     depth = DEPTH * body.size * np.random.default_rng(7).random((len(strip), 1))
@@ -93,21 +92,25 @@ def turning() -> Outcome:
             ),
         ),
         pictures=(Picture("8.2", _CAPTION, lambda f: _draw(f, found), (6.8, 4.2)),),
-        claims=(
-            Claim(
-                "The exact master's force is constant to 1e-9 while the torus turns.",
-                spread[NURBS] < 1e-9,
-                f"{spread[NURBS]:.1e} of the force",
-            ),
-            Claim(
-                "Every mesh is noisier, and a finer one less so.",
-                list(spread.values())[1:] == sorted(spread.values(), reverse=True)[:-1],
-                ", ".join(f"{name}: {value:.1e}" for name, value in spread.items()),
-            ),
-        ),
+        claims=_turning_claims(spread),
         difference=(
             "Not in the thesis. A facet's middle lies deeper than its edges: each that comes by "
             "makes a tooth of a saw. Finer meshes have smaller teeth, and more of them."
+        ),
+    )
+
+
+def _turning_claims(spread: dict[str, float]) -> tuple[Claim, ...]:
+    return (
+        Claim(
+            "The exact master's force is constant to 1e-9 while the torus turns.",
+            spread[NURBS] < 1e-9,
+            f"{spread[NURBS]:.1e} of the force",
+        ),
+        Claim(
+            "Every mesh is noisier, and a finer one less so.",
+            list(spread.values())[1:] == sorted(spread.values(), reverse=True)[:-1],
+            ", ".join(f"{name}: {value:.1e}" for name, value in spread.items()),
         ),
     )
 

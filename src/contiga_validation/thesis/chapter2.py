@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga import NurbsCurve
-from contiga.geometry import knots as kv
-from contiga.records import FloatArray
+from contiga import knots as kv
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, MUTED, draw_curve, draw_polygon, plane
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
 
@@ -68,53 +68,51 @@ def _bases() -> Outcome:
         rows.append((p, float(sums), float(ours[:, 0].min()), float(printed), float(slopes)))
     worst = [max(row[k] for row in rows) for k in (1, 3, 4)]
     least = min(row[2] for row in rows)
-    bernstein = _bernstein_error(u)
     return Outcome(
-        tables=(
-            Table(
-                "2.2.1 bases",
-                "Open uniform knots, six functions more than the degree, 2001 parameters.",
-                (
-                    "degree",
-                    "largest |sum − 1|",
-                    "smallest value",
-                    "from the recursion Eq. 2.2",
-                    "sum of slopes / largest slope",
-                ),
-                tuple(rows),
-            ),
-        ),
-        pictures=(
-            Picture(
-                "2.1",
-                "Basis functions of degree 0, 1 and 2 on the uniform knots 0, 1, 2, …; each is "
-                "the one before it moved by one knot.",
-                _draw_bases,
-                (8.2, 2.5),
-            ),
-        ),
-        claims=(
-            Claim("The functions add up to 1.", worst[0] <= 1e-15, f"largest miss {worst[0]:.1e}"),
-            Claim("No function is negative.", least >= 0.0, f"smallest value {least:.1e}"),
-            Claim(
-                "They are those of the Cox–de Boor recursion (Eq. 2.2).",
-                worst[1] <= 1e-14,
-                f"largest difference {worst[1]:.1e}",
-            ),
-            Claim(
-                "Their derivatives add up to 0.", worst[2] <= 1e-14, f"largest sum {worst[2]:.1e}"
-            ),
-            Claim(
-                "The recursion under 2.2.1, (1 − u) B_{i,p−1} + u B_{i−1,p−1}, holds for the "
-                "Bernstein functions only, not for B-splines as printed.",
-                bernstein[0] <= 1e-15 < 1e-2 < bernstein[1],
-                f"off by {bernstein[0]:.1e} on knots 0 0 0 1 1 1, by {bernstein[1]:.2f} on knots "
-                "with an interior one",
-            ),
-        ),
+        tables=_bases_tables(rows),
+        pictures=_BASES_PICTURES,
+        claims=_bases_claims(least, u, worst),
         difference=(
             "The thesis gives no numbers here. Its list of properties repeats the recursion in a "
             "form that is right without interior knots only; the recursion of Eq. 2.2 is used."
+        ),
+    )
+
+
+def _bases_claims(least: float, u: FloatArray, worst: list[float]) -> tuple[Claim, ...]:
+    bernstein = _bernstein_error(u)
+    return (
+        Claim("The functions add up to 1.", worst[0] <= 1e-15, f"largest miss {worst[0]:.1e}"),
+        Claim("No function is negative.", least >= 0.0, f"smallest value {least:.1e}"),
+        Claim(
+            "They are those of the Cox–de Boor recursion (Eq. 2.2).",
+            worst[1] <= 1e-14,
+            f"largest difference {worst[1]:.1e}",
+        ),
+        Claim("Their derivatives add up to 0.", worst[2] <= 1e-14, f"largest sum {worst[2]:.1e}"),
+        Claim(
+            "The recursion under 2.2.1, (1 − u) B_{i,p−1} + u B_{i−1,p−1}, holds for the "
+            "Bernstein functions only, not for B-splines as printed.",
+            bernstein[0] <= 1e-15 < 1e-2 < bernstein[1],
+            f"off by {bernstein[0]:.1e} on knots 0 0 0 1 1 1, by {bernstein[1]:.2f} on knots "
+            "with an interior one",
+        ),
+    )
+
+
+def _bases_tables(rows: list[tuple[int, float, float, float, float]]) -> tuple[Table, ...]:
+    return (
+        Table(
+            "2.2.1 bases",
+            "Open uniform knots, six functions more than the degree, 2001 parameters.",
+            (
+                "degree",
+                "largest |sum − 1|",
+                "smallest value",
+                "from the recursion Eq. 2.2",
+                "sum of slopes / largest slope",
+            ),
+            tuple(rows),
         ),
     )
 
@@ -144,6 +142,17 @@ def _draw_bases(figure: Figure) -> None:
         axes.legend(loc="upper right" if p else "center right", handlelength=1.2)
 
 
+_BASES_PICTURES = (
+    Picture(
+        "2.1",
+        "Basis functions of degree 0, 1 and 2 on the uniform knots 0, 1, 2, …; each is "
+        "the one before it moved by one knot.",
+        _draw_bases,
+        (8.2, 2.5),
+    ),
+)
+
+
 # ---------------------------------------------------------------- properties of curves (2.2.2)
 
 
@@ -169,15 +178,7 @@ def _hull() -> Outcome:
                 tuple(misses),
             ),
         ),
-        pictures=(
-            Picture(
-                "2.2",
-                "The piece of a cubic B-spline curve over one knot span lies in the convex hull "
-                "of four neighbouring control points; so does every other piece in its own.",
-                _draw_hull,
-                (6.4, 3.2),
-            ),
-        ),
+        pictures=_HULL_PICTURES,
         claims=(
             Claim(
                 "For u in [u_i, u_i+1] the curve lies in the hull of P_i−p … P_i.",
@@ -206,6 +207,17 @@ def _draw_hull(figure: Figure) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
+_HULL_PICTURES = (
+    Picture(
+        "2.2",
+        "The piece of a cubic B-spline curve over one knot span lies in the convex hull "
+        "of four neighbouring control points; so does every other piece in its own.",
+        _draw_hull,
+        (6.4, 3.2),
+    ),
+)
+
+
 def _crossings(values: FloatArray) -> NDArray[np.intp]:
     """(k,) sign changes along each row of (k, n) `values`."""
     signs = np.sign(values)
@@ -229,49 +241,48 @@ def _variation() -> Outcome:
         least = _crossings(normal @ curve.evaluate(_FINE_U)[:, :2].T - offset[:, None])
         more = int((most > cuts).sum())
         rows.append((p, float(cuts.mean()), float(least.mean()), float(most.mean()), more))
-    falling = all(a[3] >= b[2] for a, b in pairwise(rows))
     return Outcome(
-        tables=(
-            Table(
-                "2.2.2 variation",
-                "2000 random lines against curves of rising degree on the same eight control "
-                "points: how often they cut, on average.",
-                (
-                    "degree",
-                    "cuts with the polygon",
-                    "cuts with the curve, at least",
-                    "at most",
-                    "lines that cut the curve more often than the polygon",
-                ),
-                tuple(rows),
-            ),
-        ),
-        pictures=(
-            Picture(
-                "2.3",
-                "The same control points with curves of rising degree: the higher it is, the "
-                "less of the polygon's variation is left. The line cuts none more often than the "
-                "polygon.",
-                _draw_variation,
-                (6.4, 3.2),
-            ),
-        ),
-        claims=(
-            Claim(
-                "No line cuts a curve more often than its control polygon.",
-                all(row[4] == 0 for row in rows),
-                f"{sum(row[4] for row in rows)} of {len(rows) * 2000} lines do",
-            ),
-            Claim(
-                "The higher the degree, the fewer the cuts (Fig. 2.3).",
-                falling and rows[0][2] > rows[-1][3] + 0.3,
-                f"{rows[0][2]:.2f} cuts a line at degree 1, {rows[-1][3]:.2f} at degree 7",
-            ),
-        ),
+        tables=_variation_tables(rows),
+        pictures=_VARIATION_PICTURES,
+        claims=_variation_claims(rows),
         difference=(
             "The text under the heading “variation diminishing” explains the convex hull property "
             "again and calls it local control. What the name means is tested here: a curve wiggles "
             "no more than its control polygon."
+        ),
+    )
+
+
+def _variation_claims(rows: list[tuple[int, float, float, float, int]]) -> tuple[Claim, ...]:
+    falling = all(a[3] >= b[2] for a, b in pairwise(rows))
+    return (
+        Claim(
+            "No line cuts a curve more often than its control polygon.",
+            all(row[4] == 0 for row in rows),
+            f"{sum(row[4] for row in rows)} of {len(rows) * 2000} lines do",
+        ),
+        Claim(
+            "The higher the degree, the fewer the cuts (Fig. 2.3).",
+            falling and rows[0][2] > rows[-1][3] + 0.3,
+            f"{rows[0][2]:.2f} cuts a line at degree 1, {rows[-1][3]:.2f} at degree 7",
+        ),
+    )
+
+
+def _variation_tables(rows: list[tuple[int, float, float, float, int]]) -> tuple[Table, ...]:
+    return (
+        Table(
+            "2.2.2 variation",
+            "2000 random lines against curves of rising degree on the same eight control "
+            "points: how often they cut, on average.",
+            (
+                "degree",
+                "cuts with the polygon",
+                "cuts with the curve, at least",
+                "at most",
+                "lines that cut the curve more often than the polygon",
+            ),
+            tuple(rows),
         ),
     )
 
@@ -284,6 +295,18 @@ def _draw_variation(figure: Figure) -> None:
         draw_curve(axes, curve, color=colour, label=f"degree {p}")
     axes.axline((0.0, 0.86), slope=0.03, color=LINES[4], lw=1.0, label="a line")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+_VARIATION_PICTURES = (
+    Picture(
+        "2.3",
+        "The same control points with curves of rising degree: the higher it is, the "
+        "less of the polygon's variation is left. The line cuts none more often than the "
+        "polygon.",
+        _draw_variation,
+        (6.4, 3.2),
+    ),
+)
 
 
 def _affine() -> Outcome:

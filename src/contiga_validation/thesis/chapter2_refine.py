@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from contiga import NurbsCurve
-from contiga.geometry import knots as kv
-from contiga.records import FloatArray
+from contiga import knots as kv
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, MUTED, draw_curve, draw_polygon, plane
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
 
@@ -44,16 +44,11 @@ def _moved(curve: NurbsCurve, other: NurbsCurve) -> float:
 def _insertion() -> Outcome:
     one, several = CUBIC.insert_knots(0.5), CUBIC.insert_knots(SEVERAL)
     through = CUBIC.insert_knots([0.5, 0.5, 0.5])
-    on_curve = np.abs(through.control_points[3] - CUBIC.evaluate(0.5)[0]).max()
-    by_hand = np.abs(one.control_points - boehm(CUBIC, 0.5).control_points).max()
     rows = [
         ("0.5", len(one.control_points), _moved(one, CUBIC)),
         (", ".join(map(str, SEVERAL)), len(several.control_points), _moved(several, CUBIC)),
         ("0.5 three times", len(through.control_points), _moved(through, CUBIC)),
     ]
-    printed = _moved(boehm(CUBIC, 0.25, as_printed=True), CUBIC)
-    right = _moved(boehm(CUBIC, 0.25), CUBIC)
-    worst = max(row[2] for row in rows)
     return Outcome(
         tables=(
             Table(
@@ -69,46 +64,41 @@ def _insertion() -> Outcome:
                 _points_beside(CUBIC, one),
             ),
         ),
-        pictures=(
-            Picture(
-                "2.4",
-                "Knot 0.5 inserted: one control point more, the same curve. Below, the basis "
-                "before and after.",
-                lambda figure: _draw_insertion(figure, CUBIC.insert_knots(0.5), "0.5 inserted"),
-                (7.4, 4.4),
-            ),
-            Picture(
-                "2.5",
-                "Knots 0.2, 0.4, 0.6 and 0.8 inserted: the polygon comes closer to the curve.",
-                lambda figure: _draw_insertion(
-                    figure, CUBIC.insert_knots(SEVERAL), "four knots inserted"
-                ),
-                (7.4, 4.4),
-            ),
-        ),
-        claims=(
-            Claim("The shape stays.", worst <= 1e-15, f"it moves by at most {worst:.1e}"),
-            Claim(
-                "The new control points are those of Boehm's formula.",
-                by_hand <= 1e-15,
-                f"largest difference {by_hand:.1e}",
-            ),
-            Claim(
-                "A knot inserted as often as the degree brings a control point onto the curve.",
-                on_curve <= 1e-15,
-                f"it is {on_curve:.1e} from C(0.5)",
-            ),
-            Claim(
-                "With the two weights as printed in 2.4 (swapped) the curve would change.",
-                right <= 1e-15 and printed > 0.1,
-                f"knot 0.25: moved by {printed:.2f} as printed, by {right:.1e} as it should be",
-            ),
-        ),
+        pictures=_INSERTION_PICTURES,
+        claims=_insertion_claims(one, rows, through),
         difference=(
             "The thesis shows pictures only. Its steps are garbled (weights swapped, a "
             "denominator of p + 1 knots, ranges that overlap, span 4 for 3, the worked formula "
             "cut off); contiga inserts any number of knots at once by the Oslo algorithm, and "
             "Boehm's formula is what it is checked against here."
+        ),
+    )
+
+
+def _insertion_claims(
+    one: NurbsCurve, rows: list[tuple[str, int, float]], through: NurbsCurve
+) -> tuple[Claim, ...]:
+    on_curve = np.abs(through.control_points[3] - CUBIC.evaluate(0.5)[0]).max()
+    by_hand = np.abs(one.control_points - boehm(CUBIC, 0.5).control_points).max()
+    printed = _moved(boehm(CUBIC, 0.25, as_printed=True), CUBIC)
+    right = _moved(boehm(CUBIC, 0.25), CUBIC)
+    worst = max(row[2] for row in rows)
+    return (
+        Claim("The shape stays.", worst <= 1e-15, f"it moves by at most {worst:.1e}"),
+        Claim(
+            "The new control points are those of Boehm's formula.",
+            by_hand <= 1e-15,
+            f"largest difference {by_hand:.1e}",
+        ),
+        Claim(
+            "A knot inserted as often as the degree brings a control point onto the curve.",
+            on_curve <= 1e-15,
+            f"it is {on_curve:.1e} from C(0.5)",
+        ),
+        Claim(
+            "With the two weights as printed in 2.4 (swapped) the curve would change.",
+            right <= 1e-15 and printed > 0.1,
+            f"knot 0.25: moved by {printed:.2f} as printed, by {right:.1e} as it should be",
         ),
     )
 
@@ -135,6 +125,23 @@ def _draw_insertion(figure: Figure, after: NurbsCurve, title: str) -> None:
         draw_basis_functions(below, curve.knots, curve.degree)
 
 
+_INSERTION_PICTURES = (
+    Picture(
+        "2.4",
+        "Knot 0.5 inserted: one control point more, the same curve. Below, the basis "
+        "before and after.",
+        lambda figure: _draw_insertion(figure, CUBIC.insert_knots(0.5), "0.5 inserted"),
+        (7.4, 4.4),
+    ),
+    Picture(
+        "2.5",
+        "Knots 0.2, 0.4, 0.6 and 0.8 inserted: the polygon comes closer to the curve.",
+        lambda figure: _draw_insertion(figure, CUBIC.insert_knots(SEVERAL), "four knots inserted"),
+        (7.4, 4.4),
+    ),
+)
+
+
 def draw_basis_functions(axes: object, knots: FloatArray, degree: int) -> None:
     """All basis functions on `knots`, which are ticked on the axis."""
     values = kv.basis(knots, degree, _U)[:, 0]
@@ -157,13 +164,6 @@ def _elevation() -> Outcome:
         smooth = f"C{curve.degree - inner}" if inner else "–"
         moved = _moved(curve, CUBIC)
         rows.append((name, curve.degree, len(curve.control_points), smooth, moved))
-    left, right = CUBIC.split(0.3)
-    halves = max(
-        float(np.abs(part.evaluate(u) - CUBIC.evaluate(u)).max())
-        for part in (left, right)
-        for u in [np.linspace(*part.domain, 801)]
-    )
-    worst = max(row[4] for row in rows)
     return Outcome(
         tables=(
             Table(
@@ -173,31 +173,36 @@ def _elevation() -> Outcome:
                 tuple(rows),
             ),
         ),
-        pictures=(
-            Picture(
-                "2.4-elevation",
-                "Degree 3, 4 and 5 of the same curve: each elevation adds a control point and "
-                "brings the polygon closer.",
-                _draw_elevation,
-                (6.4, 3.2),
-            ),
-        ),
-        claims=(
-            Claim("The shape stays.", worst <= 2e-15, f"it moves by at most {worst:.1e}"),
-            Claim(
-                "Elevating first and inserting then (k-refinement) takes fewer control points "
-                "and leaves a smoother basis than the other way round.",
-                len(k.control_points) < len(h.control_points) and rows[3][3] > rows[2][3],
-                f"{len(k.control_points)} and {rows[3][3]} against {len(h.control_points)} and "
-                f"{rows[2][3]}",
-            ),
-            Claim(
-                "The two halves of a split curve are the curve.",
-                halves <= 1e-15,
-                f"largest difference {halves:.1e}",
-            ),
-        ),
+        pictures=_ELEVATION_PICTURES,
+        claims=_elevation_claims(h, k, rows),
         difference="Named in 2.4 but not carried out there: the thesis uses knot insertion only.",
+    )
+
+
+def _elevation_claims(
+    h: NurbsCurve, k: NurbsCurve, rows: list[tuple[str, int, int, str, float]]
+) -> tuple[Claim, ...]:
+    left, right = CUBIC.split(0.3)
+    halves = max(
+        float(np.abs(part.evaluate(u) - CUBIC.evaluate(u)).max())
+        for part in (left, right)
+        for u in [np.linspace(*part.domain, 801)]
+    )
+    worst = max(row[4] for row in rows)
+    return (
+        Claim("The shape stays.", worst <= 2e-15, f"it moves by at most {worst:.1e}"),
+        Claim(
+            "Elevating first and inserting then (k-refinement) takes fewer control points "
+            "and leaves a smoother basis than the other way round.",
+            len(k.control_points) < len(h.control_points) and rows[3][3] > rows[2][3],
+            f"{len(k.control_points)} and {rows[3][3]} against {len(h.control_points)} and "
+            f"{rows[2][3]}",
+        ),
+        Claim(
+            "The two halves of a split curve are the curve.",
+            halves <= 1e-15,
+            f"largest difference {halves:.1e}",
+        ),
     )
 
 
@@ -208,6 +213,17 @@ def _draw_elevation(figure: Figure) -> None:
         draw_polygon(axes, curve, color=colour, label=f"polygon at degree {curve.degree}")
     draw_curve(axes, CUBIC)
     axes.legend(loc="lower center")
+
+
+_ELEVATION_PICTURES = (
+    Picture(
+        "2.4-elevation",
+        "Degree 3, 4 and 5 of the same curve: each elevation adds a control point and "
+        "brings the polygon closer.",
+        _draw_elevation,
+        (6.4, 3.2),
+    ),
+)
 
 
 EXPERIMENTS: tuple[Experiment, ...] = (

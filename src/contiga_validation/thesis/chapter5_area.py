@@ -6,13 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import FacetArea, HullArea, NodalArea, Slave
-from contiga.area.hull import hull_of
-from contiga.area.method import AreaMethod
-from contiga.records import FloatArray, IntArray
-from contiga.report.plots import BODY, INK, LINES, MUTED
+from contiga import AreaMethod, FacetArea, HullArea, NodalArea, Slave, View
+from contiga_validation.engine.arrays import FloatArray, IntArray
+from contiga_validation.engine.drawing import BODY, INK, LINES, MUTED
 from contiga_validation.engine.experiment import Cell, Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
 from contiga_validation.thesis.play import Played, played
 from contiga_validation.thesis.variants import ring_facets, simulation_of, slave_of, variant
 
@@ -47,8 +44,8 @@ class AreaTable(NamedTuple):
 def methods() -> dict[str, AreaMethod]:
     """The ways to an area that Table 5.1 is set beside."""
     return {
-        "hull, linear map": HullArea(1, "linear"),
-        "hull, exact map": HullArea(1, "exact"),
+        "hull, linear map": HullArea(1, mapping="linear"),
+        "hull, exact map": HullArea(1, mapping="exact"),
         "facets, on the master": FacetArea("master"),
         "facets, on the slave": FacetArea("slave"),
         "tributary": NodalArea(),
@@ -81,7 +78,7 @@ def area_table() -> AreaTable:
     }
     first = runs["hull, linear map"]
     chosen = np.array(STEPS)
-    heights = np.array([first.points(k)[:, 2].mean() for k in STEPS])
+    heights = np.array([first.places[k][:, 2].mean() for k in STEPS])
     areas = {name: run.history["area"][chosen] for name, run in runs.items()}
     return AreaTable(first.history["n_contact"][chosen], strip_area(heights), areas)
 
@@ -93,41 +90,13 @@ def _table_5_1() -> Outcome:
     for i, step in enumerate(STEPS):
         ours = tuple(float(found.areas[name][i]) for name in names)
         rows.append((step, int(found.counts[i]), TRUE[i], float(found.strip[i]), THESIS[i], *ours))
-    exact = [found.areas[n] for n in ("hull, linear map", "hull, exact map", names[2])]
-    miss = max(float(np.abs(area - TRUE).max()) for area in exact)
-    near = float(np.abs(found.strip - TRUE).max())
-    worst = np.abs(np.array(THESIS) / TRUE - 1.0)
     return Outcome(
-        tables=(
-            Table(
-                "5.1",
-                "Contact area of the cylinder on the flat master, by every method.",
-                ("step", "points", "true", "true, strip", "thesis", *names),
-                tuple(rows),
-            ),
-        ),
+        tables=_table_5_1_tables(names, rows),
         pictures=(
             Picture("5.1-areas", _CAPTION_AREAS, lambda f: _draw_areas(f, found), (6.8, 3.4)),
             Picture("5.19-section", _CAPTION_SECTION, _draw_section, (7.2, 2.9)),
         ),
-        claims=(
-            Claim(
-                "20, 60, 80, 100, 100, 100, 100, 60, 40 points are in contact at steps 6 to 14.",
-                tuple(found.counts.astype(int)) == COUNTS,
-                ", ".join(f"{n:.0f}" for n in found.counts),
-            ),
-            Claim(
-                "The true areas are 0.08, 0.40 (seven times) and 0.24.",
-                near < 1e-3,
-                f"the cylinder's own strip differs by at most {near:.1e}",
-            ),
-            Claim(
-                "The thesis' hulls, on exact feet, and the facets give the true area.",
-                miss < 1e-6,
-                f"largest difference {miss:.1e}; the thesis' areas are off by up to "
-                f"{100 * worst.max():.0f} %",
-            ),
-        ),
+        claims=_table_5_1_claims(found, names),
         difference=(
             "The thesis gives counts and areas but no geometry. A cloud of ten rows of ten points "
             "on a cylinder fits all of them: the rows lie symmetric in pairs at 1, 3 and 5 parts "
@@ -138,6 +107,42 @@ def _table_5_1() -> Outcome:
             "the rows are 1 : 3 : 5, which feet that have not converged explain. The constant "
             "area of 0.1 a point counts each point of the cloud as large as a quarter of the "
             "contact."
+        ),
+    )
+
+
+def _table_5_1_claims(found: AreaTable, names: tuple[str, ...]) -> tuple[Claim, ...]:
+    exact = [found.areas[n] for n in ("hull, linear map", "hull, exact map", names[2])]
+    miss = max(float(np.abs(area - TRUE).max()) for area in exact)
+    near = float(np.abs(found.strip - TRUE).max())
+    worst = np.abs(np.array(THESIS) / TRUE - 1.0)
+    return (
+        Claim(
+            "20, 60, 80, 100, 100, 100, 100, 60, 40 points are in contact at steps 6 to 14.",
+            tuple(found.counts.astype(int)) == COUNTS,
+            ", ".join(f"{n:.0f}" for n in found.counts),
+        ),
+        Claim(
+            "The true areas are 0.08, 0.40 (seven times) and 0.24.",
+            near < 1e-3,
+            f"the cylinder's own strip differs by at most {near:.1e}",
+        ),
+        Claim(
+            "The thesis' hulls, on exact feet, and the facets give the true area.",
+            miss < 1e-6,
+            f"largest difference {miss:.1e}; the thesis' areas are off by up to "
+            f"{100 * worst.max():.0f} %",
+        ),
+    )
+
+
+def _table_5_1_tables(names: tuple[str, ...], rows: list[tuple[Cell, ...]]) -> tuple[Table, ...]:
+    return (
+        Table(
+            "5.1",
+            "Contact area of the cylinder on the flat master, by every method.",
+            ("step", "points", "true", "true, strip", "thesis", *names),
+            tuple(rows),
         ),
     )
 
@@ -176,7 +181,7 @@ def _draw_section(figure: Figure) -> None:
     shown = (6, 14, 7, 10)
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     for axes, k in zip(figure.subplots(1, len(shown), sharey=True), shown, strict=True):
-        points, state = run.points(k), run.states[k]
+        points, state = run.places[k], run.states[k]
         height = points[:, 2].mean()
         on = state.in_contact
         axes.plot(RADIUS * np.cos(angle), height + RADIUS * np.sin(angle), color=MUTED, lw=0.7)
@@ -234,11 +239,6 @@ def _pair() -> Outcome:
          *(float(pair.areas[name][k]) for name in ("auto", "k = 2", "k = 1")))
         for k in range(len(counts)) if counts[k]
     ]  # fmt: skip
-    seen = [int(n) for n in pair.auto if n]
-    closes = seen == sorted(seen, reverse=True) and set(seen) == {1, 2}
-    exact = float(np.abs(pair.areas["auto"] - pair.true).max())
-    two, one = seen.count(2), seen.count(1)
-    over = pair.areas["k = 1"] / np.where(pair.true > 0.0, pair.true, 1.0)
     return Outcome(
         tables=(
             Table(
@@ -250,25 +250,34 @@ def _pair() -> Outcome:
             ),
         ),
         pictures=(Picture("5.23", _CAPTION_PAIR, lambda f: _draw_pair(f, pair), (7.4, 5.0)),),
-        claims=(
-            Claim(
-                "Two clusters become one when their gap closes.",
-                closes,
-                f"2 in {two} steps, then 1 in {one}; no number was given",
-            ),
-            Claim(
-                "The hulls of the regions found cover the rows in contact.",
-                exact < 1e-9,
-                f"largest difference {exact:.1e}; one hull over both is up to {over.max():.1f} "
-                "times too large",
-            ),
-        ),
+        claims=_pair_claims(pair),
         difference=(
             "The thesis says k by hand, from a look at the gap. Regions joined over neighbours in "
             "space need no number: they are told apart while the gap is wider than points are "
             "from their neighbours in the cloud."
         ),
     )  # fmt: skip
+
+
+def _pair_claims(pair: Pair) -> tuple[Claim, ...]:
+    seen = [int(n) for n in pair.auto if n]
+    closes = seen == sorted(seen, reverse=True) and set(seen) == {1, 2}
+    exact = float(np.abs(pair.areas["auto"] - pair.true).max())
+    two, one = seen.count(2), seen.count(1)
+    over = pair.areas["k = 1"] / np.where(pair.true > 0.0, pair.true, 1.0)
+    return (
+        Claim(
+            "Two clusters become one when their gap closes.",
+            closes,
+            f"2 in {two} steps, then 1 in {one}; no number was given",
+        ),
+        Claim(
+            "The hulls of the regions found cover the rows in contact.",
+            exact < 1e-9,
+            f"largest difference {exact:.1e}; one hull over both is up to {over.max():.1f} "
+            "times too large",
+        ),
+    )
 
 
 _CAPTION_PAIR = (
@@ -281,7 +290,7 @@ _CAPTION_PAIR = (
 def _draw_pair(figure: Figure, pair: Pair) -> None:
     axes = figure.subplots(2, 2, height_ratios=(1.1, 1.0))
     for column, k in enumerate((3, 9)):
-        state, points = pair.run.states[k], pair.run.points(k)
+        state, points = pair.run.states[k], pair.run.places[k]
         on = state.in_contact
         top = axes[0, column]
         everything = np.concatenate([points, [[-1.3, -1.3, -0.3], [1.3, 1.3, 0.6]]])
@@ -297,9 +306,12 @@ def _draw_pair(figure: Figure, pair: Pair) -> None:
 
 
 def _draw_regions(axes: Axes, uv: FloatArray, clusters: IntArray) -> None:
+    from scipy.spatial import ConvexHull
+
     for c in range(int(clusters.max(initial=-1)) + 1):
         own = uv[clusters == c]
-        axes.fill(*hull_of(own).T, color=LINES[c], alpha=0.15)
+        if np.linalg.matrix_rank(own - own[0]) == 2:
+            axes.fill(*own[ConvexHull(own).vertices].T, color=LINES[c], alpha=0.15)
         axes.plot(*own.T, "o", color=LINES[c], ms=2.4)
     axes.set(xlabel="u", ylabel="v", xlim=(0.0, 1.0), ylim=(0.0, 1.0))
 

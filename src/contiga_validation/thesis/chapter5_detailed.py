@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga import ContactStatus, State
-from contiga.records import FloatArray
+from contiga import ContactStatus, State, View
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, plane
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
 from contiga_validation.thesis.play import Played, play
 
 if TYPE_CHECKING:
@@ -30,7 +29,7 @@ def foot_errors(run: Played) -> tuple[float, float]:
     aside = length = 0.0
     for k, state in enumerate(run.states):
         on = state.in_contact
-        way = (state.foot - run.points(k))[on]
+        way = (state.foot - run.places[k])[on]
         depth = state.penetration[on]
         across = way - (way * state.normal[on]).sum(axis=1)[:, None] * state.normal[on]
         aside = max(aside, float(np.abs(across).max(initial=0.0)))
@@ -46,7 +45,7 @@ def _flat() -> Outcome:
     counts = [int(n) for n in run.history["n_contact"]]
     miss = 0.0
     for k, state in enumerate(run.states):
-        below = np.maximum(-run.points(k)[:, 2], 0.0)
+        below = np.maximum(-run.places[k][:, 2], 0.0)
         miss = max(miss, float(np.abs(state.penetration - below).max()))
     released = [int((s.status == ContactStatus.RELEASED).sum()) for s in run.states]
     rows = tuple(
@@ -62,36 +61,32 @@ def _flat() -> Outcome:
                 rows,
             ),
         ),
-        pictures=(
-            Picture(
-                "5.19",
-                "A cylinder of points goes down through a flat master (cut off here) and comes "
-                "back. Red points are in contact.",
-                lambda figure: _panels(figure, "cylinder_flat", (5, 6, 7, 8, 9, 11, 13, 14)),
-                (9.0, 4.6),
-            ),
-        ),
-        claims=(
-            Claim(
-                "Points in contact at steps 6 to 14: 20, 60, 80, 100, 100, 100, 100, 60, 40.",
-                tuple(counts[6:15]) == TABLE_5_1 and sum(counts) == sum(TABLE_5_1),
-                ", ".join(map(str, counts[6:15])) + ", and none before and after",
-            ),
-            Claim(
-                "Each is as deep as it is below the plane.",
-                miss <= 1e-14,
-                f"largest difference {miss:.1e}",
-            ),
-            Claim(
-                "Points that move up to the free side are released (Eq. 4.7, Fig. 5.19 h and i).",
-                released[13] == 40 and released[14] == 20 and released[15] == 40,
-                f"{released[13]}, {released[14]} and {released[15]} at steps 13, 14 and 15",
-            ),
-        ),
+        pictures=_FLAT_PICTURES,
+        claims=_flat_claims(counts, miss, released),
         difference=(
             "The thesis gives the counts but not the cylinder or its path; rows of twenty points "
             "and a path that lets as many through are chosen here. Areas and forces of the same "
             "scene are under 5.4."
+        ),
+    )
+
+
+def _flat_claims(counts: list[int], miss: float, released: list[int]) -> tuple[Claim, ...]:
+    return (
+        Claim(
+            "Points in contact at steps 6 to 14: 20, 60, 80, 100, 100, 100, 100, 60, 40.",
+            tuple(counts[6:15]) == TABLE_5_1 and sum(counts) == sum(TABLE_5_1),
+            ", ".join(map(str, counts[6:15])) + ", and none before and after",
+        ),
+        Claim(
+            "Each is as deep as it is below the plane.",
+            miss <= 1e-14,
+            f"largest difference {miss:.1e}",
+        ),
+        Claim(
+            "Points that move up to the free side are released (Eq. 4.7, Fig. 5.19 h and i).",
+            released[13] == 40 and released[14] == 20 and released[15] == 40,
+            f"{released[13]}, {released[14]} and {released[15]} at steps 13, 14 and 15",
         ),
     )
 
@@ -110,14 +105,16 @@ def _side(state: State) -> NDArray[np.float64]:
     return np.where(state.in_contact, np.sign(state.foot[:, 0] - 2.0), 0.0)
 
 
+BumpyRow = tuple[int, int, int, int, float, int]
+"""Step; points in contact, on the left bump, on the right one; depth; points beyond and low."""
+
+
 def _bumpy() -> Outcome:
     run = play("out_of_boundary")
     states = run.states
-    beyond = [_beyond(run.points(k)) for k in range(len(states))]
+    beyond = [_beyond(run.places[k]) for k in range(len(states))]
     touched = sum(int((s.in_contact & b).sum()) for s, b in zip(states, beyond, strict=True))
-    changed = sum(int((_side(a) * _side(b) < 0.0).sum()) for a, b in pairwise(states))
-    aside, length = foot_errors(run)
-    low = [int((b & (run.points(k)[:, 2] < 0.35)).sum()) for k, b in enumerate(beyond)]
+    low = [int((b & (run.places[k][:, 2] < 0.35)).sum()) for k, b in enumerate(beyond)]
     rows = tuple(
         (
             k,
@@ -129,59 +126,56 @@ def _bumpy() -> Outcome:
         )
         for k, state in enumerate(states)
     )
-    peak = int(np.argmax(run.history["n_contact"]))
-    both = min(rows[peak][2], rows[peak][3])
-    between = _between(states[peak])
     return Outcome(
-        tables=(
-            Table(
-                "5.3 bumpy",
-                "Points in contact with each bump, and points beyond the ends of the master that "
-                "are as low as its bumps.",
-                ("t", "in contact", "left bump", "right bump", "deepest", "beyond and low"),
-                rows,
-            ),
-        ),
-        pictures=(
-            Picture(
-                "5.20",
-                "The cylinder, longer than the master, goes down between two bumps. Red points "
-                "are in contact, grey ones beyond the border: they have no projection.",
-                lambda figure: _panels(figure, "out_of_boundary", (4, 6, 8, 9, 10, 11)),
-                (9.0, 5.4),
-            ),
-            Picture(
-                "5.20-feet",
-                "Feet at the lowest position, seen from above: two groups, one on each bump.",
-                _draw_feet,
-                (5.6, 3.8),
-            ),
-        ),
-        claims=(
-            Claim(
-                "Points beyond the border have no projection and are never in contact.",
-                touched == 0 and low[peak] > 100,
-                f"{touched} in contact, of {low[peak]} that are low enough at t = {peak}",
-            ),
-            Claim(
-                "The projections fall into two separate groups.",
-                both > 50 and between > 0.2,
-                f"{rows[peak][2]} and {rows[peak][3]} feet, {between:.2f} apart",
-            ),
-            Claim(
-                "No foot goes over from the left bump to the right one.",
-                changed == 0,
-                f"{changed} do over {len(states)} steps",
-            ),
-            Claim(
-                "Every foot is orthogonal, and the penetration is its distance.",
-                aside <= 1e-11 and length <= 1e-14,
-                f"within {aside:.1e} and {length:.1e} of the master's size",
-            ),
-        ),
+        tables=_bumpy_tables(rows),
+        pictures=_BUMPY_PICTURES,
+        claims=_bumpy_claims(run, rows, touched),
         difference=(
             "The thesis gives the knots and the number of control points of its master, not their "
             "heights; two bumps are designed here."
+        ),
+    )
+
+
+def _bumpy_claims(run: Played, rows: tuple[BumpyRow, ...], touched: int) -> tuple[Claim, ...]:
+    states = run.states
+    changed = sum(int((_side(a) * _side(b) < 0.0).sum()) for a, b in pairwise(states))
+    aside, length = foot_errors(run)
+    peak = int(np.argmax(run.history["n_contact"]))
+    _, _, left, right, _, low = rows[peak]
+    between = _between(states[peak])
+    return (
+        Claim(
+            "Points beyond the border have no projection and are never in contact.",
+            touched == 0 and low > 100,
+            f"{touched} in contact, of {low} that are low enough at t = {peak}",
+        ),
+        Claim(
+            "The projections fall into two separate groups.",
+            min(left, right) > 50 and between > 0.2,
+            f"{left} and {right} feet, {between:.2f} apart",
+        ),
+        Claim(
+            "No foot goes over from the left bump to the right one.",
+            changed == 0,
+            f"{changed} do over {len(states)} steps",
+        ),
+        Claim(
+            "Every foot is orthogonal, and the penetration is its distance.",
+            aside <= 1e-11 and length <= 1e-14,
+            f"within {aside:.1e} and {length:.1e} of the master's size",
+        ),
+    )
+
+
+def _bumpy_tables(rows: tuple[BumpyRow, ...]) -> tuple[Table, ...]:
+    return (
+        Table(
+            "5.3 bumpy",
+            "Points in contact with each bump, and points beyond the ends of the master that "
+            "are as low as its bumps.",
+            ("t", "in contact", "left bump", "right bump", "deepest", "beyond and low"),
+            rows,
         ),
     )
 
@@ -195,7 +189,7 @@ def _between(state: State) -> float:
 def _draw_feet(figure: Figure) -> None:
     run = play("out_of_boundary")
     k = int(np.argmax(run.history["n_contact"]))
-    state, points = run.states[k], run.points(k)
+    state, points = run.states[k], run.places[k]
     axes = plane(figure.subplots())
     axes.add_patch(_frame((0.0, 0.0), 4.0, 3.0))
     free = ~state.in_contact
@@ -219,9 +213,6 @@ def _sliding() -> Outcome:
     run = play("sideways_sliding")
     counts = [int(n) for n in run.history["n_contact"]]
     left = [int((s.status == ContactStatus.SLID_OFF).sum()) for s in run.states]
-    gone = np.flatnonzero(run.states[14].status == ContactStatus.SLID_OFF)
-    still = run.points(14)[gone]
-    over = bool((still[:, 0] < -1.0).all() and (still[:, 2] < 0.0).all())
     force = run.history["force"]
     rows = tuple((t, counts[t], left[t], float(force[t])) for t in range(12, 17))
     return Outcome(
@@ -233,33 +224,32 @@ def _sliding() -> Outcome:
                 rows,
             ),
         ),
-        pictures=(
-            Picture(
-                "5.21",
-                "The points from above at t = 13 and t = 14: the two in squares leave the master "
-                "over its border.",
-                _draw_sliding,
-                (8.4, 3.2),
-            ),
-        ),
-        claims=(
-            Claim(
-                "68 points are in contact at t = 13, 66 at t = 14.",
-                (counts[13], counts[14]) == (68, 66),
-                f"{counts[13]} and {counts[14]}",
-            ),
-            Claim(
-                "The two that leave have slid over the border; they are as deep as before.",
-                len(gone) == 2 and over,
-                f"x = {', '.join(f'{x:.3f}' for x in still[:, 0])}, the border is at −1",
-            ),
-            Claim(
-                "The total force does not depend on how many points carry it (Eq. 3.1).",
-                float(np.ptp(force[12:17])) <= 1e-15,
-                f"{force[13]:g} before and {force[14]:g} after",
-            ),
-        ),
+        pictures=_SLIDING_PICTURES,
+        claims=_sliding_claims(counts, force, run),
         difference="The scene is designed: two rows of 34 points over a flat master.",
+    )
+
+
+def _sliding_claims(counts: list[int], force: FloatArray, run: Played) -> tuple[Claim, ...]:
+    gone = np.flatnonzero(run.states[14].status == ContactStatus.SLID_OFF)
+    still = run.places[14][gone]
+    over = bool((still[:, 0] < -1.0).all() and (still[:, 2] < 0.0).all())
+    return (
+        Claim(
+            "68 points are in contact at t = 13, 66 at t = 14.",
+            (counts[13], counts[14]) == (68, 66),
+            f"{counts[13]} and {counts[14]}",
+        ),
+        Claim(
+            "The two that leave have slid over the border; they are as deep as before.",
+            len(gone) == 2 and over,
+            f"x = {', '.join(f'{x:.3f}' for x in still[:, 0])}, the border is at −1",
+        ),
+        Claim(
+            "The total force does not depend on how many points carry it (Eq. 3.1).",
+            float(np.ptp(force[12:17])) <= 1e-15,
+            f"{force[13]:g} before and {force[14]:g} after",
+        ),
     )
 
 
@@ -270,7 +260,7 @@ def _draw_sliding(figure: Figure) -> None:
         plane(axes, equal=False)
         axes.set_aspect("equal")
         axes.add_patch(_frame((-1.0, -0.5), 2.0, 1.0))
-        points, on = run.points(k), run.states[k].in_contact
+        points, on = run.places[k], run.states[k].in_contact
         axes.plot(*points[on, :2].T, "o", color=CONTACT, ms=2.6)
         axes.plot(*points[~on, :2].T, "o", color=FREE, ms=2.6)
         _square(axes, points[gone])
@@ -279,6 +269,17 @@ def _draw_sliding(figure: Figure) -> None:
         )
         axes.set_title(f"t = {k}, {int(on.sum())} in contact")
         axes.set(xlim=(-1.15, 0.55), ylim=(-0.55, 0.55))
+
+
+_SLIDING_PICTURES = (
+    Picture(
+        "5.21",
+        "The points from above at t = 13 and t = 14: the two in squares leave the master "
+        "over its border.",
+        _draw_sliding,
+        (8.4, 3.2),
+    ),
+)
 
 
 def _square(axes: Axes, points: FloatArray) -> None:
@@ -294,11 +295,11 @@ def _panels(figure: Figure, name: str, steps: Sequence[int]) -> None:
     run = play(name)
     flat = name == "cylinder_flat"
     towards = (-0.5, 0.8, -0.28) if flat else (-0.35, 0.75, -0.55)
-    everywhere = [run.points(k) for k in steps]
+    everywhere = [run.places[k] for k in steps]
     mesh = run.body.tessellate(1e-3 * run.body.size)
     scene = np.vstack([(0.62 if flat else 1.0) * mesh.vertices, *everywhere])
     for axes, k in zip(figure.subplots(2, len(steps) // 2).flat, steps, strict=True):
-        points, on = run.points(k), run.states[k].in_contact
+        points, on = run.places[k], run.states[k].in_contact
         view = View(axes, scene, towards=towards, shape=(420, 350))
         view.surface(mesh, "#cfd8e2", 0.75, hides=False)
         beyond = ~on & (_beyond(points) if name == "out_of_boundary" else False)
@@ -307,6 +308,34 @@ def _panels(figure: Figure, name: str, steps: Sequence[int]) -> None:
             view.dots(points[part], color=colour, ms=size)
         view.show(triad=k == steps[0])
         axes.set_title(f"t = {k}, {int(on.sum())} in contact")
+
+
+_BUMPY_PICTURES = (
+    Picture(
+        "5.20",
+        "The cylinder, longer than the master, goes down between two bumps. Red points "
+        "are in contact, grey ones beyond the border: they have no projection.",
+        lambda figure: _panels(figure, "out_of_boundary", (4, 6, 8, 9, 10, 11)),
+        (9.0, 5.4),
+    ),
+    Picture(
+        "5.20-feet",
+        "Feet at the lowest position, seen from above: two groups, one on each bump.",
+        _draw_feet,
+        (5.6, 3.8),
+    ),
+)
+
+
+_FLAT_PICTURES = (
+    Picture(
+        "5.19",
+        "A cylinder of points goes down through a flat master (cut off here) and comes "
+        "back. Red points are in contact.",
+        lambda figure: _panels(figure, "cylinder_flat", (5, 6, 7, 8, 9, 11, 13, 14)),
+        (9.0, 4.6),
+    ),
+)
 
 
 EXPERIMENTS: tuple[Experiment, ...] = (

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga import ContactStatus
-from contiga.records import FloatArray
+from contiga import ContactStatus, View
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, MUTED, draw_curve, plane
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
 from contiga_validation.thesis.play import Played, play
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ def _closest(run: Played) -> tuple[list[FloatArray], list[FloatArray]]:
     """Per step (n, 3) closest points and (n,) depths by them, for the points in contact."""
     points, depths = [], []
     for k, state in enumerate(run.states):
-        feet = run.body.project(run.points(k))
+        feet = run.body.project(run.places[k])
         points.append(feet.point)
         depths.append(np.where(state.in_contact, np.maximum(-feet.gap, 0.0), 0.0))
     return points, depths
@@ -40,7 +39,7 @@ def _leaps(run: Played) -> tuple[float, float, float]:
     worst = np.zeros(3)
     for k, (last, state) in enumerate(pairwise(run.states), start=1):
         both = state.in_contact & last.in_contact
-        way = np.linalg.norm(run.points(k) - run.points(k - 1), axis=1)[both]
+        way = np.linalg.norm(run.places[k] - run.places[k - 1], axis=1)[both]
         changes = (
             np.abs(state.penetration - last.penetration)[both],
             np.linalg.norm(state.foot - last.foot, axis=1)[both],
@@ -54,23 +53,25 @@ def _turned(run: Played) -> list[int]:
     """Per step, how many points in contact are closest to another part that faces away."""
     out = []
     for k, state in enumerate(run.states):
-        normal = run.body.project(run.points(k)).normal
+        normal = run.body.project(run.places[k]).normal
         away = (normal * state.normal).sum(axis=1) < 0.0
         out.append(int((away & state.in_contact).sum()))
     return out
 
 
+SequenceRow = tuple[int, int, int, int, int, float, float]
+"""Step; points in contact, new, released, closest to the other branch; depth followed, and by
+closest points."""
+
+
 def _curve_sequence() -> Outcome:
     run = play("curve_sequence")
-    counts = run.history["n_contact"].astype(int).tolist()
     turned = _turned(run)
-    leap, shift, jump = _leaps(run)
     _, closest = _closest(run)
-    drop = _drop(run)
     rows = tuple(
         (
             k,
-            counts[k],
+            state.n_contact,
             int((state.status == ContactStatus.NEW).sum()),
             int((state.status == ContactStatus.RELEASED).sum()),
             turned[k],
@@ -79,75 +80,75 @@ def _curve_sequence() -> Outcome:
         )
         for k, state in enumerate(run.states)
     )
-    upwards = all((state.normal[state.in_contact, 1] < 0.0).all() for state in run.states)
     return Outcome(
-        tables=(
-            Table(
-                "5.2.2 sequence",
-                "Five nodes through the curve, step by step.",
-                (
-                    "t",
-                    "in contact",
-                    "new",
-                    "released",
-                    "closest to the other branch",
-                    "deepest, followed",
-                    "deepest, by closest points",
-                ),
-                rows,
-            ),
-        ),
-        pictures=(
-            Picture(
-                "5.14",
-                "The sequence. Red nodes are in contact, lines lead to their feet. At t = 6 the "
-                "closest points of some (green) are on the other branch; the feet stay "
-                "where they came in. At t = 7 the nodes go back.",
-                lambda figure: _draw_sequence(figure, (1, 2, 3, 4, 6, 7)),
-                (8.4, 6.6),
-            ),
-            Picture(
-                "5.16",
-                "Depth of the third node: followed from step to step, and by the closest point, "
-                "which at t = 6 is on the other branch.",
-                _draw_depths,
-                (6.4, 2.9),
-            ),
-        ),
-        claims=(
-            Claim(
-                "No contact in the first steps, then two nodes, then a third.",
-                counts[:5] == [0, 0, 0, 2, 3],
-                f"in contact at t = 0 … 9: {', '.join(map(str, counts))}",
-            ),
-            Claim(
-                "Going back from t = 7, nodes are released.",
-                counts[7] < counts[6] and rows[7][3] == counts[6] - counts[7],
-                f"{rows[7][3]} released at t = 7",
-            ),
-            Claim(
-                "At t = 6 local and global minimum differ, at t = 7 they are the same again.",
-                turned[6] > 0 and turned[7] == 0,
-                f"{turned[6]} nodes closest to the other branch at t = 6, {turned[7]} at t = 7",
-            ),
-            Claim(
-                "Following the local minimum, depth changes by no more than a node moves.",
-                leap <= 1.0 + 1e-9 and upwards,
-                f"at most {leap:.3f} of the way gone, and no normal turns round",
-            ),
-            Claim(
-                "The followed feet move little; the closest points leap to the other branch, and "
-                "the force would turn round.",
-                shift < 0.5 < 2.0 < jump and drop > 0.1,
-                f"a foot moves by at most {shift:.2f} of the way its node goes, a closest point by "
-                f"{jump:.1f} of it; by the closest point a node would be {drop:.3f} less deep",
-            ),
-        ),
+        tables=_curve_sequence_tables(rows),
+        pictures=_CURVE_SEQUENCE_PICTURES,
+        claims=(*_sequence_claims(rows), *_following_claims(run)),
         difference=(
             "The curve is designed: it turns back like a hairpin. The thesis says that with the "
             "global minimum the penetration would grow dramatically. A closest point is never "
             "farther than another foot, so the penetration falls instead; what leaps is the foot, "
             "and with it the direction of the force."
+        ),
+    )
+
+
+def _sequence_claims(rows: tuple[SequenceRow, ...]) -> tuple[Claim, ...]:
+    _, counts, _, released, turned, *_ = zip(*rows, strict=True)
+    return (
+        Claim(
+            "No contact in the first steps, then two nodes, then a third.",
+            counts[:5] == (0, 0, 0, 2, 3),
+            f"in contact at t = 0 … 9: {', '.join(map(str, counts))}",
+        ),
+        Claim(
+            "Going back from t = 7, nodes are released.",
+            counts[7] < counts[6] and released[7] == counts[6] - counts[7],
+            f"{released[7]} released at t = 7",
+        ),
+        Claim(
+            "At t = 6 local and global minimum differ, at t = 7 they are the same again.",
+            turned[6] > 0 and turned[7] == 0,
+            f"{turned[6]} nodes closest to the other branch at t = 6, {turned[7]} at t = 7",
+        ),
+    )
+
+
+def _following_claims(run: Played) -> tuple[Claim, ...]:
+    leap, shift, jump = _leaps(run)
+    drop = _drop(run)
+    upwards = all((state.normal[state.in_contact, 1] < 0.0).all() for state in run.states)
+    return (
+        Claim(
+            "Following the local minimum, depth changes by no more than a node moves.",
+            leap <= 1.0 + 1e-9 and upwards,
+            f"at most {leap:.3f} of the way gone, and no normal turns round",
+        ),
+        Claim(
+            "The followed feet move little; the closest points leap to the other branch, and "
+            "the force would turn round.",
+            shift < 0.5 < 2.0 < jump and drop > 0.1,
+            f"a foot moves by at most {shift:.2f} of the way its node goes, a closest point by "
+            f"{jump:.1f} of it; by the closest point a node would be {drop:.3f} less deep",
+        ),
+    )
+
+
+def _curve_sequence_tables(rows: tuple[SequenceRow, ...]) -> tuple[Table, ...]:
+    return (
+        Table(
+            "5.2.2 sequence",
+            "Five nodes through the curve, step by step.",
+            (
+                "t",
+                "in contact",
+                "new",
+                "released",
+                "closest to the other branch",
+                "deepest, followed",
+                "deepest, by closest points",
+            ),
+            rows,
         ),
     )
 
@@ -164,7 +165,7 @@ def _drop(run: Played) -> float:
 def _draw_sequence(figure: Figure, steps: tuple[int, ...]) -> None:
     run = play("curve_sequence")
     closest, _ = _closest(run)
-    curve = run.faces.patches[0].isocurve(v=0.0)
+    curve = run.patches[0].isocurve(v=0.0)
     plots = figure.subplots(3, 2).flat
     for axes, k in zip(plots, steps, strict=True):
         _draw_nodes(plane(axes), run, k, curve, closest[k])
@@ -176,7 +177,7 @@ def _draw_sequence(figure: Figure, steps: tuple[int, ...]) -> None:
 
 
 def _draw_nodes(axes: Axes, run: Played, k: int, curve: NurbsCurve, closest: FloatArray) -> None:
-    state, points = run.states[k], run.points(k)
+    state, points = run.states[k], run.places[k]
     on = state.in_contact
     draw_curve(axes, curve, color=MUTED, label="curve")
     for i in np.flatnonzero(on):
@@ -201,20 +202,33 @@ def _draw_depths(figure: Figure) -> None:
     axes.legend(loc="upper left")
 
 
+_CURVE_SEQUENCE_PICTURES = (
+    Picture(
+        "5.14",
+        "The sequence. Red nodes are in contact, lines lead to their feet. At t = 6 the "
+        "closest points of some (green) are on the other branch; the feet stay "
+        "where they came in. At t = 7 the nodes go back.",
+        lambda figure: _draw_sequence(figure, (1, 2, 3, 4, 6, 7)),
+        (8.4, 6.6),
+    ),
+    Picture(
+        "5.16",
+        "Depth of the third node: followed from step to step, and by the closest point, "
+        "which at t = 6 is on the other branch.",
+        _draw_depths,
+        (6.4, 2.9),
+    ),
+)
+
+
 def _space() -> Outcome:
     run = play("point_in_space")
     turned = _turned(run)
-    leap, _, jump = _leaps(run)
     _, closest = _closest(run)
-    inside = [k for k, state in enumerate(run.states) if state.n_contact]
-    below = all(run.states[k].normal[0, 2] < -0.9 for k in inside)
-    x, y, z = np.array([run.states[k].foot[0] for k in inside]).T
-    on = float(np.abs((x / 2.0) ** 2 + (y / 1.4) ** 2 + (z / 0.4) ** 2 - 1.0).max())
-    first = turned.index(1)
     rows = tuple(
         (
             k,
-            float(run.points(k)[0, 2]),
+            float(run.places[k][0, 2]),
             float(state.max_penetration),
             float(closest[k][0]),
             "top" if turned[k] else ("bottom" if state.n_contact else "–"),
@@ -222,57 +236,63 @@ def _space() -> Outcome:
         for k, state in enumerate(run.states)
     )
     return Outcome(
-        tables=(
-            Table(
-                "5.2.3 space",
-                "The point on its way up.",
-                (
-                    "t",
-                    "z of the point",
-                    "depth, followed",
-                    "depth, by closest point",
-                    "closest side",
-                ),
-                rows,
-            ),
-        ),
-        pictures=(
-            Picture(
-                "5.18",
-                "A point past the middle of a flat body: the foot before (yellow), the foot that "
-                "continues it (red) and the closest point (green), which is on the other side.",
-                _draw_space,
-                (6.2, 3.0),
-            ),
-        ),
-        claims=(
-            Claim(
-                "The foot stays on the side the point came in by, when the closest point no "
-                "longer does.",
-                below and first > inside[0] and all(turned[first:]),
-                f"in contact from t = {inside[0]}, closest to the top from t = {first}",
-            ),
-            Claim(
-                "Its depth changes by no more than the point moves.",
-                leap <= 1.0 + 1e-9,
-                f"at most {leap:.3f} of the way; its closest point moves by up to {jump:.1f} of it",
-            ),
-            Claim("The feet are on the ellipsoid.", on <= 1e-12, f"within {on:.1e}"),
-        ),
+        tables=_space_tables(rows),
+        pictures=_SPACE_PICTURES,
+        claims=_space_claims(run, turned),
         difference="The body is designed: an ellipsoid with half axes 2, 1.4 and 0.4.",
+    )
+
+
+def _space_claims(run: Played, turned: list[int]) -> tuple[Claim, ...]:
+    leap, _, jump = _leaps(run)
+    inside = [k for k, state in enumerate(run.states) if state.n_contact]
+    below = all(run.states[k].normal[0, 2] < -0.9 for k in inside)
+    x, y, z = np.array([run.states[k].foot[0] for k in inside]).T
+    on = float(np.abs((x / 2.0) ** 2 + (y / 1.4) ** 2 + (z / 0.4) ** 2 - 1.0).max())
+    first = turned.index(1)
+    return (
+        Claim(
+            "The foot stays on the side the point came in by, when the closest point no "
+            "longer does.",
+            below and first > inside[0] and all(turned[first:]),
+            f"in contact from t = {inside[0]}, closest to the top from t = {first}",
+        ),
+        Claim(
+            "Its depth changes by no more than the point moves.",
+            leap <= 1.0 + 1e-9,
+            f"at most {leap:.3f} of the way; its closest point moves by up to {jump:.1f} of it",
+        ),
+        Claim("The feet are on the ellipsoid.", on <= 1e-12, f"within {on:.1e}"),
+    )
+
+
+def _space_tables(rows: tuple[tuple[int, float, float, float, str], ...]) -> tuple[Table, ...]:
+    return (
+        Table(
+            "5.2.3 space",
+            "The point on its way up.",
+            (
+                "t",
+                "z of the point",
+                "depth, followed",
+                "depth, by closest point",
+                "closest side",
+            ),
+            rows,
+        ),
     )
 
 
 def _draw_space(figure: Figure) -> None:
     run = play("point_in_space")
     k = _turned(run).index(1) + 1
-    state, point = run.states[k], run.points(k)[0]
+    state, point = run.states[k], run.places[k][0]
     before, foot = run.states[k - 1].foot[0], state.foot[0]
     closest = run.body.project(point[None]).point[0]
-    scene = np.vstack([run.faces.patches[0].control_points.reshape(-1, 3), run.points(0)])
+    scene = np.vstack([run.patches[0].control_points.reshape(-1, 3), run.places[0]])
     view = View(figure.subplots(), scene, towards=(-0.2, 0.95, 0.16), shape=(900, 400))
     view.surface(run.body, "#cfd8e2", 0.6, hides=False)
-    view.lines([run.points(0)[0], point], color=FREE, lw=1.0)
+    view.lines([run.places[0][0], point], color=FREE, lw=1.0)
     view.lines([point, foot], color=CONTACT, ls="--", lw=1.4)
     view.lines([point, closest], color=OTHER, ls="--", lw=1.4)
     view.lines([before, foot], color=LINES[4], lw=3.0)
@@ -285,6 +305,17 @@ def _draw_space(figure: Figure) -> None:
         view.dots(at, color=colour, ms=6.0, label=name)
     view.show()
     figure.legend(loc="upper center", ncols=4, handletextpad=0.2)
+
+
+_SPACE_PICTURES = (
+    Picture(
+        "5.18",
+        "A point past the middle of a flat body: the foot before (yellow), the foot that "
+        "continues it (red) and the closest point (green), which is on the other side.",
+        _draw_space,
+        (6.2, 3.0),
+    ),
+)
 
 
 EXPERIMENTS: tuple[Experiment, ...] = (

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import Contact, ForceLaw, HullArea, NodalArea, StressLaw
-from contiga.area.method import AreaInput, AreaMethod, Areas
+from contiga import AreaInput, AreaMethod, Areas, Contact, ForceLaw, HullArea, NodalArea, StressLaw
 from contiga.errors import ContigaError
-from contiga.records import FloatArray
-from contiga.report.plots import INK, LINES, MUTED
+from contiga_validation.engine.arrays import FloatArray
+from contiga_validation.engine.drawing import INK, LINES, MUTED
 from contiga_validation.engine.experiment import Cell, Claim, Experiment, Outcome, Picture, Table
 from contiga_validation.thesis.chapter5_area import STEPS, THESIS, TRUE
 from contiga_validation.thesis.play import Played, played
@@ -97,9 +96,6 @@ def _force_model() -> Outcome:
     found = forces(ForceLaw(COEFFICIENT))
     depth = found.depth()
     totals = {name: found.total(name) for name in found.runs}
-    line = max(float(np.abs(total - COEFFICIENT * depth).max()) for total in totals.values())
-    reference = found.nodal("analytic")[1]
-    apart = {n: float(np.abs(found.nodal(n)[1] - reference).max()) for n in found.runs}
     rows = [
         (k, float(depth[i]), *(float(totals[name][i]) for name in found.runs))
         for i, k in enumerate(STEPS)
@@ -119,24 +115,7 @@ def _force_model() -> Outcome:
             Picture("5.25", _CAPTION_NODAL, lambda f: _draw_nodal(f, found), (7.8, 3.0)),
             Picture("5.26", _CAPTION_DELTA, lambda f: _draw_delta(f, found), (5.6, 3.2)),
         ),
-        claims=(
-            Claim(
-                "The total force is linear in the largest penetration, whatever the area.",
-                line < 1e-14,
-                f"farthest from 0.5 λ_max: {line:.1e}",
-            ),
-            Claim(
-                "Approximated area: nodal forces within O(1e-12) of those by the analytic area.",
-                apart["approximated"] < 1e-12,
-                f"largest difference {apart['approximated']:.1e}",
-            ),
-            Claim(
-                "A constant nodal area gives the same forces in this model (against the thesis).",
-                apart["constant 0.1"] < 1e-12,
-                f"largest difference {apart['constant 0.1']:.1e}; with the thesis' own areas "
-                f"{apart[OWN]:.1e}",
-            ),
-        ),
+        claims=_force_model_claims(depth, found, totals),
         difference=(
             "Eq. 3.3 divides by the sum of penetration times area: an area that is the same at "
             "all points drops out. So the difference of 1e-12 says nothing about the area, and the "
@@ -145,6 +124,32 @@ def _force_model() -> Outcome:
             "model."
         ),
     )  # fmt: skip
+
+
+def _force_model_claims(
+    depth: FloatArray, found: Forces, totals: dict[str, FloatArray]
+) -> tuple[Claim, ...]:
+    line = max(float(np.abs(total - COEFFICIENT * depth).max()) for total in totals.values())
+    reference = found.nodal("analytic")[1]
+    apart = {n: float(np.abs(found.nodal(n)[1] - reference).max()) for n in found.runs}
+    return (
+        Claim(
+            "The total force is linear in the largest penetration, whatever the area.",
+            line < 1e-14,
+            f"farthest from 0.5 λ_max: {line:.1e}",
+        ),
+        Claim(
+            "Approximated area: nodal forces within O(1e-12) of those by the analytic area.",
+            apart["approximated"] < 1e-12,
+            f"largest difference {apart['approximated']:.1e}",
+        ),
+        Claim(
+            "A constant nodal area gives the same forces in this model (against the thesis).",
+            apart["constant 0.1"] < 1e-12,
+            f"largest difference {apart['constant 0.1']:.1e}; with the thesis' own areas "
+            f"{apart[OWN]:.1e}",
+        ),
+    )
 
 
 _CAPTION_NODAL = (
@@ -182,10 +187,8 @@ def _draw_nodal(figure: Figure, found: Forces, *, constant_axis: bool = False) -
 
 def _draw_steps(axes: Axes, run: Played) -> None:
     for i, k in enumerate(STEPS):
-        state = run.states[k]
-        on = state.in_contact
-        depth = state.penetration[on]
-        force = np.linalg.norm(state.force[on], axis=1)
+        state, on = run.states[k], run.states[k].in_contact
+        depth, force = state.penetration[on], np.linalg.norm(state.force[on], axis=1)
         shade = step_colour(i / (len(STEPS) - 1))
         axes.plot(depth, force, "o", color=shade, ms=3.2, label=f"{k}")
 
@@ -208,38 +211,19 @@ def _draw_delta(figure: Figure, found: Forces) -> None:
     axes.plot(depth, difference, "o", color=LINES[0], ms=3.2)
     axes.set(xlabel="penetration", ylabel="$\\Delta F_i$")
     axes.axhline(0.0, color=MUTED, lw=0.8)
-    largest = float(np.abs(difference).max())
     axes.set_ylim(-1e-12, 1e-12)
-    axes.set_title(f"largest {largest:.1g}; the axis ends at the thesis' O(1e-12)")
+    axes.set_title(f"largest {np.abs(difference).max():.1g}; the axis ends at the thesis' O(1e-12)")
 
 
 # ---------------------------------------------------------------- stress model, Fig. 5.27
 
 
 def _stress_model() -> Outcome:
-    damped = forces(StressLaw(MODULUS, THICKNESS, DAMPING))
+    damped = forces(StressLaw(MODULUS, THICKNESS, damping=DAMPING))
     plain = forces(StressLaw(MODULUS, THICKNESS))
-    names = tuple(damped.runs)
-    rows: list[tuple[Cell, ...]] = [
-        (label, k, float(run.depth()[i]), *(float(run.total(name)[i]) for name in names))
-        for label, run in (("C_d = 0.2", damped), ("C_d = 0", plain))
-        for i, k in enumerate(STEPS)
-    ]
-    true, ours = plain.total("analytic"), plain.total("approximated")
-    deep = np.arange(len(true)) > 0
-    near = float(np.abs(ours[deep] / true[deep] - 1.0).max())
-    far = plain.total("constant 0.1")[deep] / true[deep]
-    theirs = plain.total(OWN)[deep] / true[deep] - 1.0
     share = damped.total("analytic")[1] / plain.total("analytic")[1]
     return Outcome(
-        tables=(
-            Table(
-                "5.27",
-                "Stress model, t = 0.1, with the damping of the thesis' example and without.",
-                ("damping", "step", "largest penetration", *(f"F, {name}" for name in names)),
-                tuple(rows),
-            ),
-        ),
+        tables=_stress_model_tables(damped, plain),
         pictures=(
             Picture(
                 "5.27",
@@ -255,25 +239,51 @@ def _stress_model() -> Outcome:
                 (7.4, 3.0),
             ),
         ),
-        claims=(
-            Claim(
-                "With the approximated area the stress model gives the analytic area's force.",
-                near < 1e-6,
-                f"largest relative difference {near:.1e}; with the thesis' own areas "
-                f"{100 * np.abs(theirs).max():.1f} %",
-            ),
-            Claim(
-                "The constant nodal area does not.",
-                bool((far > 10.0).all()),
-                f"{far.min():.1f} to {far.max():.1f} times the force",
-            ),
-        ),
+        claims=_stress_model_claims(plain),
         difference=(
             "Section 3.2.2 leaves the damping term out, section 5.4.2 has C_d = 0.2: both are "
             f"shown. Damping counts here: at step 7, where the cylinder has moved by 0.28 in one "
             f"step, it makes the force {share:.1f} times as large, and where the cylinder comes "
             "back it would pull, which contact does not. The thesis names no elastic curve; "
             "0.5 is taken from its force model."
+        ),
+    )
+
+
+def _stress_model_claims(plain: Forces) -> tuple[Claim, ...]:
+    true, ours = plain.total("analytic"), plain.total("approximated")
+    deep = np.arange(len(true)) > 0
+    near = float(np.abs(ours[deep] / true[deep] - 1.0).max())
+    far = plain.total("constant 0.1")[deep] / true[deep]
+    theirs = plain.total(OWN)[deep] / true[deep] - 1.0
+    return (
+        Claim(
+            "With the approximated area the stress model gives the analytic area's force.",
+            near < 1e-6,
+            f"largest relative difference {near:.1e}; with the thesis' own areas "
+            f"{100 * np.abs(theirs).max():.1f} %",
+        ),
+        Claim(
+            "The constant nodal area does not.",
+            bool((far > 10.0).all()),
+            f"{far.min():.1f} to {far.max():.1f} times the force",
+        ),
+    )
+
+
+def _stress_model_tables(damped: Forces, plain: Forces) -> tuple[Table, ...]:
+    names = tuple(damped.runs)
+    rows: list[tuple[Cell, ...]] = [
+        (label, k, float(run.depth()[i]), *(float(run.total(name)[i]) for name in names))
+        for label, run in (("C_d = 0.2", damped), ("C_d = 0", plain))
+        for i, k in enumerate(STEPS)
+    ]
+    return (
+        Table(
+            "5.27",
+            "Stress model, t = 0.1, with the damping of the thesis' example and without.",
+            ("damping", "step", "largest penetration", *(f"F, {name}" for name in names)),
+            tuple(rows),
         ),
     )
 
@@ -320,10 +330,6 @@ def contact_types() -> tuple[list[TypeRow], str]:
 def _types() -> Outcome:
     rows, refusal = contact_types()
     force = {row.name: row.force for row in rows}
-    # Two linear layers in series: λ splits so that both stresses agree.
-    soft, hard = MODULUS / THICKNESS, STIFFER * MODULUS / (2.0 * THICKNESS)
-    series = hard / (soft + hard)
-    miss = abs(force["combined"] / force["slave"] - series)
     return Outcome(
         tables=(
             Table(
@@ -333,22 +339,30 @@ def _types() -> Outcome:
                 tuple((row.name, row.area, row.force) for row in rows),
             ),
         ),
-        claims=(
-            Claim(
-                "Combined splits the penetration so that both sides have one stress.",
-                miss < 1e-12,
-                f"{force['combined'] / force['slave']:.12f} of the slave's force, two layers in "
-                f"series {series:.12f}",
-            ),
-            Claim(
-                "The force model does not work with type combined.",
-                bool(refusal),
-                refusal.splitlines()[0] if refusal else "it was accepted",
-            ),
-        ),
+        claims=_types_claims(force, refusal),
         difference=(
             "The thesis runs type slave only. The master here is twice as thick and three times as "
             "stiff as the slave, so that each type has a force of its own formula."
+        ),
+    )
+
+
+def _types_claims(force: dict[str, float], refusal: str) -> tuple[Claim, ...]:
+    # Two linear layers in series: λ splits so that both stresses agree.
+    soft, hard = MODULUS / THICKNESS, STIFFER * MODULUS / (2.0 * THICKNESS)
+    series = hard / (soft + hard)
+    miss = abs(force["combined"] / force["slave"] - series)
+    return (
+        Claim(
+            "Combined splits the penetration so that both sides have one stress.",
+            miss < 1e-12,
+            f"{force['combined'] / force['slave']:.12f} of the slave's force, two layers in "
+            f"series {series:.12f}",
+        ),
+        Claim(
+            "The force model does not work with type combined.",
+            bool(refusal),
+            refusal.splitlines()[0] if refusal else "it was accepted",
         ),
     )
 

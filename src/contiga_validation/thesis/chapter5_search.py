@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import Body, Hit, clouds, shapes
-from contiga.records import FloatArray
+from contiga import Body, Hit, NurbsCurve, Projection, View, clouds, shapes
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, draw_curve, plane
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
 from contiga_validation.thesis.chapter5_splines import weighted
 
 if TYPE_CHECKING:
@@ -37,9 +36,6 @@ def _grouping() -> Outcome:
     # beside the border the closest point need not be below: those are told by height alone
     inner = feet.status == 0
     outside = _height(points) > 0.0
-    wrong = int(((feet.gap > 0.0) != outside)[inner].sum())
-    dot = ((points - feet.point) * feet.normal).sum(axis=1)
-    printed = int(((-dot < 0.0) != outside)[inner].sum())
     rows = (
         ("free side", int(outside[inner].sum()), int((feet.gap > 0.0)[inner].sum())),
         ("contact side", int((~outside[inner]).sum()), int((feet.gap <= 0.0)[inner].sum())),
@@ -53,28 +49,28 @@ def _grouping() -> Outcome:
                 rows,
             ),
         ),
-        pictures=(
-            Picture(
-                "5.12",
-                "Normal N and tangents S_u, S_v at the foot of a point P. N points to the free "
-                "side: P and the blue points are not in contact, the red ones are.",
-                _draw_grouping,
-                (6.2, 4.0),
-            ),
-        ),
-        claims=(
-            Claim(
-                "The sign of (P − P̂)·N tells the sides apart.",
-                wrong == 0,
-                f"{wrong} of {int(inner.sum())} points on the wrong side",
-            ),
-            Claim(
-                "Eq. 4.7 as printed, (P̂ − P)·N < 0, is true of points on the free side.",
-                printed == 0,
-                "so it tells release with N to the free side, and contact is > 0",
-            ),
-        ),
+        pictures=_GROUPING_PICTURES,
+        claims=_grouping_claims(points, feet),
         difference="The surface and the points are chosen here; the thesis names neither.",
+    )
+
+
+def _grouping_claims(points: FloatArray, feet: Projection) -> tuple[Claim, ...]:
+    inner, outside = feet.status == 0, _height(points) > 0.0
+    wrong = int(((feet.gap > 0.0) != outside)[inner].sum())
+    dot = ((points - feet.point) * feet.normal).sum(axis=1)
+    printed = int(((-dot < 0.0) != outside)[inner].sum())
+    return (
+        Claim(
+            "The sign of (P − P̂)·N tells the sides apart.",
+            wrong == 0,
+            f"{wrong} of {int(inner.sum())} points on the wrong side",
+        ),
+        Claim(
+            "Eq. 4.7 as printed, (P̂ − P)·N < 0, is true of points on the free side.",
+            printed == 0,
+            "so it tells release with N to the free side, and contact is > 0",
+        ),
     )
 
 
@@ -98,92 +94,122 @@ def _draw_grouping(figure: Figure) -> None:
     figure.legend(loc="upper right", ncols=2, handletextpad=0.2)
 
 
+_GROUPING_PICTURES = (
+    Picture(
+        "5.12",
+        "Normal N and tangents S_u, S_v at the foot of a point P. N points to the free "
+        "side: P and the blue points are not in contact, the red ones are.",
+        _draw_grouping,
+        (6.2, 4.0),
+    ),
+)
+
+
 # ---------------------------------------------------------------- a line meets a curve (5.2.2)
 
 _PATH = np.array([[1.3, 2.4, 0.0], [2.2, 0.35, 0.0]])
 
 
-def _intersection() -> Outcome:
-    from scipy.optimize import fsolve, minimize_scalar
+class Entry(NamedTuple):
+    """Where the path enters the curve: the first hit, and what another solver finds."""
 
-    curve = weighted(2.0)
+    hit: Hit
+    """With the curve's parameter from its other end: solids lie to the left."""
+    roots: list[FloatArray]
+    """Each (u on the curve, share of the path), from every start that ended in one."""
+    starts: int
+
+    @property
+    def share(self) -> float:
+        """Of the path, up to the first hit."""
+        return float(self.hit.fraction[0])
+
+    @property
+    def first(self) -> FloatArray:
+        """The root that comes first on the path."""
+        return min(self.roots, key=lambda root: float(root[1]))
+
+
+def _entry(curve: NurbsCurve) -> Entry:
+    from scipy.optimize import fsolve
+
     a, b = _PATH
-    found = Body.from_profile(curve.reversed()).first_hit(a[None], b[None])
-    share = float(found.fraction[0])
-    on_path = a + share * (b - a)
-    miss = float(np.abs(on_path - found.point[0]).max())
 
     def apart(x: FloatArray) -> FloatArray:
         return (a + x[1] * (b - a) - curve.evaluate(np.clip(x[0], 0.0, 1.0))[0])[:2]
 
-    start = np.linspace(0.0, 1.0, 41)
-    roots = [fsolve(apart, (u, 0.5), xtol=1e-13, full_output=True)[0] for u in start]
+    starts = np.linspace(0.0, 1.0, 41)
+    roots = [fsolve(apart, (u, 0.5), xtol=1e-13, full_output=True)[0] for u in starts]
     good = [r for r in roots if np.abs(apart(r)).max() < 1e-12 and 0.0 <= r[1] <= 1.0]
-    first = min(good, key=lambda r: r[1])
-    differ = abs(float(first[1]) - share)
+    hit = Body.from_profile(curve.reversed()).first_hit(a[None], b[None])
+    return Entry(hit, good, len(starts))
 
-    def one_parameter(u: float) -> float:
+
+def _least_as_printed(curve: NurbsCurve) -> float:
+    """Least squared distance where line and curve have one parameter, as in Eq. 4.6."""
+    from scipy.optimize import minimize_scalar
+
+    a, b = _PATH
+
+    def squared(u: float) -> float:
         return float(((a + u * (b - a) - curve.evaluate(u)[0]) ** 2).sum())
 
-    least = min(
-        minimize_scalar(one_parameter, bounds=(low, low + 0.1), method="bounded").fun
+    return min(
+        float(minimize_scalar(squared, bounds=(low, low + 0.1), method="bounded").fun)
         for low in np.linspace(0.0, 0.9, 10)
     )
+
+
+def _intersection() -> Outcome:
+    curve = weighted(2.0)
+    found = _entry(curve)
     return Outcome(
-        tables=(
-            Table(
-                "5.2.2 entry",
-                "Where the path enters: the curve's own parameter and the share of the path.",
-                ("", "u on the curve", "share of the path", "x", "y"),
-                (
-                    (
-                        "first hit",
-                        1.0 - float(found.uv[0, 0]),
-                        share,
-                        float(found.point[0, 0]),
-                        float(found.point[0, 1]),
-                    ),
-                    (
-                        "two equations, scipy",
-                        float(first[0]),
-                        float(first[1]),
-                        *map(float, a[:2] + first[1] * (b - a)[:2]),
-                    ),
-                ),
-            ),
-        ),
-        pictures=(
-            Picture(
-                "5.13",
-                "The line from P_i−1 to P_i and the point in which it meets the NURBS curve, the "
-                "initial guess of type a; dotted, the foot of P_i that Newton's method finds from "
-                "there.",
-                _draw_intersection,
-                (6.4, 3.8),
-            ),
-        ),
-        claims=(
-            Claim(
-                "The point found is on the line and on the curve.",
-                miss <= 1e-12,
-                f"they are {miss:.1e} apart",
-            ),
-            Claim(
-                "It is the first of the roots another solver finds.",
-                differ <= 1e-11,
-                f"{len(good)} of {len(start)} starts of scipy's fsolve end in a root; the shares "
-                f"of the path differ by {differ:.1e}",
-            ),
-            Claim(
-                "Eq. 4.6 as printed, with one u for line and curve, does not find it.",
-                least > 1e-3,
-                f"its minimum is a distance of {least**0.5:.2f}, not 0",
-            ),
-        ),
+        tables=(_intersection_table(found),),
+        pictures=_INTERSECTION_PICTURES,
+        claims=_intersection_claims(found, _least_as_printed(curve)),
         difference=(
             "A line and a curve meet at different parameters of their own, so two unknowns are "
             "needed, and three for a surface (u, v and the place on the path). contiga solves "
             "these by interval Newton over its hierarchy, without a detour by iso-curves."
+        ),
+    )
+
+
+def _intersection_table(found: Entry) -> Table:
+    hit, (u, share) = found.hit, found.first
+    (a, b) = _PATH[:, :2]
+    ours = (1.0 - float(hit.uv[0, 0]), found.share, *map(float, hit.point[0, :2]))
+    return Table(
+        "5.2.2 entry",
+        "Where the path enters: the curve's own parameter and the share of the path.",
+        ("", "u on the curve", "share of the path", "x", "y"),
+        (
+            ("first hit", *ours),
+            ("two equations, scipy", float(u), float(share), *map(float, a + share * (b - a))),
+        ),
+    )
+
+
+def _intersection_claims(found: Entry, least: float) -> tuple[Claim, ...]:
+    a, b = _PATH
+    miss = float(np.abs(a + found.share * (b - a) - found.hit.point[0]).max())
+    differ = abs(float(found.first[1]) - found.share)
+    return (
+        Claim(
+            "The point found is on the line and on the curve.",
+            miss <= 1e-12,
+            f"they are {miss:.1e} apart",
+        ),
+        Claim(
+            "It is the first of the roots another solver finds.",
+            differ <= 1e-11,
+            f"{len(found.roots)} of {found.starts} starts of scipy's fsolve end in a root; the "
+            f"shares of the path differ by {differ:.1e}",
+        ),
+        Claim(
+            "Eq. 4.6 as printed, with one u for line and curve, does not find it.",
+            least > 1e-3,
+            f"its minimum is a distance of {least**0.5:.2f}, not 0",
         ),
     )
 
@@ -203,6 +229,18 @@ def _draw_intersection(figure: Figure) -> None:
     for at, name in ((a, "$P_{i-1}$"), (b, "$P_i$")):
         axes.annotate(name, at[:2], xytext=(6, 4), textcoords="offset points")
     axes.legend(loc="upper right")
+
+
+_INTERSECTION_PICTURES = (
+    Picture(
+        "5.13",
+        "The line from P_i−1 to P_i and the point in which it meets the NURBS curve, the "
+        "initial guess of type a; dotted, the foot of P_i that Newton's method finds from "
+        "there.",
+        _draw_intersection,
+        (6.4, 3.8),
+    ),
+)
 
 
 def _followed(body: Body, point: FloatArray, hit: Hit) -> FloatArray:

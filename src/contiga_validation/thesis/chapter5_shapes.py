@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from contiga import NurbsCurve, NurbsSurface, clouds, shapes
-from contiga.records import FloatArray
+from contiga import NurbsCurve, NurbsSurface, View, clouds, shapes
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
 from contiga_validation.thesis.chapter5_splines import net_surface
 
 if TYPE_CHECKING:
@@ -40,15 +39,7 @@ def _torus() -> Outcome:
     apart = len(np.unique(np.round(cloud, 9), axis=0))
     on = _off_torus(cloud)
     return Outcome(
-        pictures=(
-            Picture("5.9", "The torus as a NURBS surface, exact.", _draw_torus, (5.2, 3.2)),
-            Picture(
-                "5.10",
-                "Slave points at 10 × 10 parameters of the torus.",
-                lambda figure: _draw_cloud(figure, clouds.sample(TORUS, 10, 10)),
-                (5.2, 3.2),
-            ),
-        ),
+        pictures=_TORUS_PICTURES,
         claims=(
             Claim(
                 "The NURBS torus is a torus, which no B-spline is.",
@@ -80,6 +71,17 @@ def _draw_cloud(figure: Figure, points: FloatArray, **style: Any) -> None:
     view.surface(TORUS, _PALE, 0.55).dots(points, **{"ms": 4.0, **style}).show()
 
 
+_TORUS_PICTURES = (
+    Picture("5.9", "The torus as a NURBS surface, exact.", _draw_torus, (5.2, 3.2)),
+    Picture(
+        "5.10",
+        "Slave points at 10 × 10 parameters of the torus.",
+        lambda figure: _draw_cloud(figure, clouds.sample(TORUS, 10, 10)),
+        (5.2, 3.2),
+    ),
+)
+
+
 def _random() -> Outcome:
     n = 20000
     on = clouds.random_on(TORUS, n, seed=4)
@@ -94,14 +96,7 @@ def _random() -> Outcome:
     within = bool(((box >= (-1.0, 0.0, 2.0)) & (box <= (1.0, 3.0, 2.5))).all())
     again = np.array_equal(on, clouds.random_on(TORUS, n, seed=4))
     return Outcome(
-        pictures=(
-            Picture(
-                "5.1.3-random",
-                "2000 random slave points, uniform in the area of the torus.",
-                lambda figure: _draw_cloud(figure, clouds.random_on(TORUS, 2000, seed=4), ms=1.8),
-                (5.2, 3.2),
-            ),
-        ),
+        pictures=_RANDOM_PICTURES,
         claims=(
             Claim(
                 "Random points lie on the surface and are uniform in its area: the outer half of "
@@ -119,6 +114,16 @@ def _random() -> Outcome:
         ),
         difference="Named in the thesis without a picture.",
     )
+
+
+_RANDOM_PICTURES = (
+    Picture(
+        "5.1.3-random",
+        "2000 random slave points, uniform in the area of the torus.",
+        lambda figure: _draw_cloud(figure, clouds.random_on(TORUS, 2000, seed=4), ms=1.8),
+        (5.2, 3.2),
+    ),
+)
 
 
 # ---------------------------------------------------------------- transformations (5.1.4)
@@ -177,28 +182,24 @@ def _moves() -> Outcome:
                 tuple(rows),
             ),
         ),
-        pictures=(
-            Picture(
-                "5.11",
-                "The surface (grey) translated, and turned by 60° about x, y and z.",
-                _draw_moves,
-                (8.4, 6.2),
-            ),
-        ),
-        claims=(
-            Claim(
-                "Moving the control points moves the surface alike.",
-                worst <= 1e-14,
-                f"largest difference {worst:.1e}",
-            ),
-            Claim(
-                "Its shape stays: translation and rotation keep the area, scaling by s gives s² "
-                "of it.",
-                kept <= 1e-10,
-                f"largest relative difference {kept:.1e}",
-            ),
-        ),
+        pictures=_MOVES_PICTURES,
+        claims=_moves_claims(kept, worst),
         difference="The thesis gives neither distances nor angles.",
+    )
+
+
+def _moves_claims(kept: float, worst: float) -> tuple[Claim, ...]:
+    return (
+        Claim(
+            "Moving the control points moves the surface alike.",
+            worst <= 1e-14,
+            f"largest difference {worst:.1e}",
+        ),
+        Claim(
+            "Its shape stays: translation and rotation keep the area, scaling by s gives s² of it.",
+            kept <= 1e-10,
+            f"largest relative difference {kept:.1e}",
+        ),
     )
 
 
@@ -215,6 +216,16 @@ def _draw_moves(figure: Figure) -> None:
             view.lines([-0.25 * tip, tip], color=LINES[1], lw=1.2).text(tip, how, color=LINES[1])
         view.show()
         axes.set_title(name)
+
+
+_MOVES_PICTURES = (
+    Picture(
+        "5.11",
+        "The surface (grey) translated, and turned by 60° about x, y and z.",
+        _draw_moves,
+        (8.4, 6.2),
+    ),
+)
 
 
 # ---------------------------------------------------------------- shapes with a name
@@ -246,15 +257,6 @@ def _shapes() -> Outcome:
     flat = dblquad(
         lambda v, u: np.hypot(np.hypot(*_slope(u, v)), 1.0) * 4.0, 0, 1, 0, 1, epsabs=1e-12
     )
-    t = np.linspace(0.0, 1.0, 501)
-    first = ruled.evaluate(np.column_stack([t, np.zeros(501)]))
-    on_arc = float(np.abs(np.hypot(first[:, 0], first[:, 1]) - 1.2).max())
-    straight = ruled.evaluate(np.column_stack([t, np.full(501, 0.5)]))
-    last = ruled.evaluate(np.column_stack([t, np.ones(501)]))
-    # where on its line a point of v = 0.5 lies depends on the weights, that it does not
-    aside = float(np.linalg.norm(np.cross(straight - first, last - first), axis=1).max())
-    uv = np.random.default_rng(5).random((5000, 2))
-    round_ = float(np.abs(np.hypot(*cylinder.evaluate(uv)[:, :2].T) - 1.0).max())
     rows = (
         ("bilinear", bilinear.area(), float(flat[0])),
         ("extruded", extruded.area(), wave.length() * 2.5),
@@ -267,32 +269,38 @@ def _shapes() -> Outcome:
                 "5.1 shapes", "Areas against closed forms.", ("shape", "area", "should be"), rows
             ),
         ),
-        pictures=(
-            Picture(
-                "5.1-shapes",
-                "A bilinear, an extruded and a ruled surface, and a cylinder, with iso-lines.",
-                _draw_shapes,
-                (8.4, 6.0),
-            ),
-        ),
-        claims=(
-            Claim(
-                "Their areas are right (bilinear: integral of the closed form; extruded: arc "
-                "length times height; cylinder: 2πrh).",
-                worst <= 1e-9,
-                f"largest relative difference {worst:.1e}",
-            ),
-            Claim(
-                "The ruled surface runs straight from an exact arc to a line.",
-                on_arc <= 1e-14 and aside <= 1e-14,
-                f"arc within {on_arc:.1e}, cross product of the rulings {aside:.1e}",
-            ),
-            Claim("The cylinder is round.", round_ <= 1e-14, f"radius within {round_:.1e} of 1"),
-        ),
+        pictures=_SHAPES_PICTURES,
+        claims=_shapes_claims(cylinder, ruled, worst),
         difference=(
             "The thesis shows such shapes without measures; these are chosen so that closed forms "
             "are known."
         ),
+    )
+
+
+def _shapes_claims(cylinder: NurbsSurface, ruled: NurbsSurface, worst: float) -> tuple[Claim, ...]:
+    t = np.linspace(0.0, 1.0, 501)
+    first = ruled.evaluate(np.column_stack([t, np.zeros(501)]))
+    on_arc = float(np.abs(np.hypot(first[:, 0], first[:, 1]) - 1.2).max())
+    straight = ruled.evaluate(np.column_stack([t, np.full(501, 0.5)]))
+    last = ruled.evaluate(np.column_stack([t, np.ones(501)]))
+    # where on its line a point of v = 0.5 lies depends on the weights, that it does not
+    aside = float(np.linalg.norm(np.cross(straight - first, last - first), axis=1).max())
+    uv = np.random.default_rng(5).random((5000, 2))
+    round_ = float(np.abs(np.hypot(*cylinder.evaluate(uv)[:, :2].T) - 1.0).max())
+    return (
+        Claim(
+            "Their areas are right (bilinear: integral of the closed form; extruded: arc "
+            "length times height; cylinder: 2πrh).",
+            worst <= 1e-9,
+            f"largest relative difference {worst:.1e}",
+        ),
+        Claim(
+            "The ruled surface runs straight from an exact arc to a line.",
+            on_arc <= 1e-14 and aside <= 1e-14,
+            f"arc within {on_arc:.1e}, cross product of the rulings {aside:.1e}",
+        ),
+        Claim("The cylinder is round.", round_ <= 1e-14, f"radius within {round_:.1e} of 1"),
     )
 
 
@@ -306,6 +314,16 @@ def _draw_shapes(figure: Figure) -> None:
         view = View(axes, surface.control_points, shape=(600, 442))
         view.surface(surface).iso_lines(surface, 9).show()
         axes.set_title(name)
+
+
+_SHAPES_PICTURES = (
+    Picture(
+        "5.1-shapes",
+        "A bilinear, an extruded and a ruled surface, and a cylinder, with iso-lines.",
+        _draw_shapes,
+        (8.4, 6.0),
+    ),
+)
 
 
 EXPERIMENTS: tuple[Experiment, ...] = (

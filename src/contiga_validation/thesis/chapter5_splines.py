@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from contiga import NurbsCurve, NurbsSurface
-from contiga.geometry import knots as kv
+from contiga import NurbsCurve, NurbsSurface, View
+from contiga import knots as kv
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import LINES, draw_curve, draw_polygon, plane
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
 from contiga_validation.thesis.chapter2 import cox_de_boor
 
 if TYPE_CHECKING:
@@ -35,14 +35,6 @@ _FINE = np.linspace(0.0, 1.0, 2001)
 
 
 def _bspline_curve() -> Outcome:
-    curve = NurbsCurve(2, UNIFORM, TEN)
-    ends = np.abs(curve.evaluate([0.0, 1.0]) - curve.control_points[[0, -1]]).max()
-    slopes = curve.derivatives([0.0, 1.0], 1)[:, 1]
-    legs = curve.control_points[[1, -1]] - curve.control_points[[0, -2]]
-    tangent = np.abs(np.cross(slopes, legs)[:, 2]).max()
-    by_recursion = cox_de_boor(UNIFORM, 2, _FINE) @ curve.control_points
-    same = np.abs(curve.evaluate(_FINE) - by_recursion).max()
-    jumps = _jumps(UNIFORM)
     return Outcome(
         tables=(
             Table(
@@ -53,42 +45,8 @@ def _bspline_curve() -> Outcome:
                 tuple((p, 13 - p - 1, "yes" if 13 - p - 1 == 10 else "no") for p in (1, 2, 3)),
             ),
         ),
-        pictures=(
-            Picture("5.1", "Ten control points and their polygon.", _draw_net, (6.4, 3.0)),
-            Picture(
-                "5.2",
-                "The quadratic basis on the printed knots with its first and second derivatives. "
-                "The slopes are continuous with kinks at the knots; the second derivatives jump.",
-                lambda figure: draw_basis(figure, UNIFORM, 2),
-                (7.4, 5.2),
-            ),
-            Picture(
-                "5.3",
-                "The B-spline curve with its control points and polygon: it starts and ends in "
-                "the end points, along the first and last leg.",
-                _draw_bspline,
-                (6.4, 3.0),
-            ),
-        ),
-        claims=(
-            Claim("The ends are interpolated.", ends == 0.0, f"largest miss {ends:.1e}"),
-            Claim(
-                "The curve leaves along the first and last leg of the polygon.",
-                tangent <= 1e-13,
-                f"cross product {tangent:.1e}",
-            ),
-            Claim(
-                "The curve is the sum of its control points, weighted by the basis (Eq. 2.5).",
-                same <= 1e-14,
-                f"largest difference {same:.1e}",
-            ),
-            Claim(
-                "The basis of Fig. 5.2 is quadratic: first derivatives are continuous, second "
-                "ones jump at every knot.",
-                jumps[0] <= 1e-6 and jumps[1] >= 1.0,
-                f"jumps {jumps[0]:.1e} and at least {jumps[1]:.0f}",
-            ),
-        ),
+        pictures=_BSPLINE_CURVE_PICTURES,
+        claims=_bspline_curve_claims(),
         difference=(
             "The text calls the basis of Fig. 5.2 cubic. Its knot vector has 13 entries for 10 "
             "points, so it is quadratic, as the same section says of the curve. The control "
@@ -97,20 +55,47 @@ def _bspline_curve() -> Outcome:
     )
 
 
+def _bspline_curve_claims() -> tuple[Claim, ...]:
+    curve = NurbsCurve(2, UNIFORM, TEN)
+    ends = np.abs(curve.evaluate([0.0, 1.0]) - curve.control_points[[0, -1]]).max()
+    slopes = curve.derivatives([0.0, 1.0], 1)[:, 1]
+    legs = curve.control_points[[1, -1]] - curve.control_points[[0, -2]]
+    tangent = np.abs(np.cross(slopes, legs)[:, 2]).max()
+    by_recursion = cox_de_boor(UNIFORM, 2, _FINE) @ curve.control_points
+    same = np.abs(curve.evaluate(_FINE) - by_recursion).max()
+    jumps = _jumps(UNIFORM)
+    return (
+        Claim("The ends are interpolated.", ends == 0.0, f"largest miss {ends:.1e}"),
+        Claim(
+            "The curve leaves along the first and last leg of the polygon.",
+            tangent <= 1e-13,
+            f"cross product {tangent:.1e}",
+        ),
+        Claim(
+            "The curve is the sum of its control points, weighted by the basis (Eq. 2.5).",
+            same <= 1e-14,
+            f"largest difference {same:.1e}",
+        ),
+        Claim(
+            "The basis of Fig. 5.2 is quadratic: first derivatives are continuous, second "
+            "ones jump at every knot.",
+            jumps[0] <= 1e-6 and jumps[1] >= 1.0,
+            f"jumps {jumps[0]:.1e} and at least {jumps[1]:.0f}",
+        ),
+    )
+
+
 def _jumps(knots: np.ndarray) -> tuple[float, float]:
     """Largest jump of a first, least (over the knots) largest jump of a second derivative."""
     inner, step = np.unique(knots)[1:-1], 1e-9
-    right = kv.basis(knots, 2, inner, 2)
-    left = kv.basis(knots, 2, inner - step, 2)
-    gap = np.abs(right - left).max(axis=2)
+    gap = np.abs(kv.basis(knots, 2, inner, 2) - kv.basis(knots, 2, inner - step, 2)).max(axis=2)
     return float(gap[:, 1].max()), float(gap[:, 2].min())
 
 
 def draw_basis(figure: Figure, knots: np.ndarray, order: int) -> None:
     """Basis functions of degree 2 and their derivatives up to `order`, one row each."""
     names = ("$B_{i,2}(u)$", "$B'_{i,2}(u)$", "$B''_{i,2}(u)$")
-    breaks = np.unique(knots)
-    panels = figure.subplots(order + 1, 1, sharex=True)
+    breaks, panels = np.unique(knots), figure.subplots(order + 1, 1, sharex=True)
     for k, axes in enumerate(panels):
         for low, high in pairwise(breaks):
             u = np.linspace(low, high, 41)
@@ -140,6 +125,25 @@ def _draw_bspline(figure: Figure) -> None:
     axes.legend(loc="upper right")
 
 
+_BSPLINE_CURVE_PICTURES = (
+    Picture("5.1", "Ten control points and their polygon.", _draw_net, (6.4, 3.0)),
+    Picture(
+        "5.2",
+        "The quadratic basis on the printed knots with its first and second derivatives. "
+        "The slopes are continuous with kinks at the knots; the second derivatives jump.",
+        lambda figure: draw_basis(figure, UNIFORM, 2),
+        (7.4, 5.2),
+    ),
+    Picture(
+        "5.3",
+        "The B-spline curve with its control points and polygon: it starts and ends in "
+        "the end points, along the first and last leg.",
+        _draw_bspline,
+        (6.4, 3.0),
+    ),
+)
+
+
 # ---------------------------------------------------------------- NURBS curve (5.1.2)
 
 
@@ -154,16 +158,8 @@ def weighted(second: float | None) -> NurbsCurve:
 def _weights() -> Outcome:
     plain_curve = NurbsCurve(2, NON_UNIFORM, TEN)
     one, two, five = (weighted(w).evaluate(_FINE) for w in (None, 2.0, 5.0))
-    same = np.abs(one - plain_curve.evaluate(_FINE)).max()
     corner = plain_curve.control_points[1]
     reach = [float(np.linalg.norm(c - corner, axis=1).min()) for c in (one, two, five)]
-    # one weight alone moves every point of the curve straight towards its control point
-    pull, way = five - two, corner - two
-    aside = np.linalg.norm(np.cross(pull, way), axis=1).max()
-    towards = (pull * way).sum(axis=1).min()
-    moved = np.flatnonzero(np.linalg.norm(pull, axis=1) > 1e-14)
-    span = float(_FINE[moved[0]]), float(_FINE[moved[-1]])
-    share = _pulled(plain_curve, 5.0)
     return Outcome(
         tables=(
             Table(
@@ -173,57 +169,56 @@ def _weights() -> Outcome:
                 tuple(zip((1, 2, 5), reach, strict=True)),
             ),
         ),
-        pictures=(
-            Picture(
-                "5.5",
-                "The quadratic basis on the printed non-uniform knots and its first derivative.",
-                lambda figure: draw_basis(figure, NON_UNIFORM, 1),
-                (7.4, 3.8),
-            ),
-            Picture(
-                "5.6",
-                "All weights 1 (left), and 2, 1.5, 1.5 at the second, fifth and eighth point "
-                "(right): the curve is pulled towards them.",
-                lambda figure: _draw_weights(figure, (None, 2.0)),
-                (8.2, 3.2),
-            ),
-            Picture(
-                "5.7",
-                "The second weight raised from 2 (left) to 5 (right).",
-                lambda figure: _draw_weights(figure, (2.0, 5.0)),
-                (8.2, 3.2),
-            ),
-        ),
-        claims=(
-            Claim(
-                "With all weights 1 the NURBS curve is the B-spline curve.",
-                same <= 1e-15,
-                f"largest difference {same:.1e}",
-            ),
-            Claim(
-                "A higher weight pulls the curve to its control point: 1, 2, 5 come ever closer.",
-                reach[0] > reach[1] > reach[2],
-                f"least distance {reach[0]:.3f}, {reach[1]:.3f}, {reach[2]:.3f}",
-            ),
-            Claim(
-                "Every point is pulled straight towards the control point.",
-                aside <= 1e-14 and towards >= -1e-15,
-                f"cross product {aside:.1e}",
-            ),
-            Claim(
-                "It is moved by the share (w' − w) N / (w + (w' − w) N) of the way.",
-                share <= 1e-14,
-                f"largest difference {share:.1e}",
-            ),
-            Claim(
-                "Only the part over the second function's knots 0 to 0.3 moves.",
-                span[0] > 0.0 and span[1] < 0.3,
-                f"from {span[0]:g} to {span[1]:g}",
-            ),
-        ),
+        pictures=_WEIGHTS_PICTURES,
+        claims=(*_weights_claims(plain_curve, one, reach), *_pull_claims(plain_curve, two, five)),
         difference=(
             "The thesis shows its control points without numbers and three raised weights (2, "
             "1.5, 1.5); points, and which of them carry the 1.5, are chosen here."
+        ),
+    )
+
+
+def _weights_claims(
+    plain_curve: NurbsCurve, one: FloatArray, reach: list[float]
+) -> tuple[Claim, ...]:
+    same = np.abs(one - plain_curve.evaluate(_FINE)).max()
+    return (
+        Claim(
+            "With all weights 1 the NURBS curve is the B-spline curve.",
+            same <= 1e-15,
+            f"largest difference {same:.1e}",
+        ),
+        Claim(
+            "A higher weight pulls the curve to its control point: 1, 2, 5 come ever closer.",
+            reach[0] > reach[1] > reach[2],
+            f"least distance {reach[0]:.3f}, {reach[1]:.3f}, {reach[2]:.3f}",
+        ),
+    )
+
+
+def _pull_claims(plain_curve: NurbsCurve, two: FloatArray, five: FloatArray) -> tuple[Claim, ...]:
+    """Of the second weight, raised from 2 to 5: it moves points straight to its control point."""
+    pull, way = five - two, plain_curve.control_points[1] - two
+    aside = np.linalg.norm(np.cross(pull, way), axis=1).max()
+    towards = (pull * way).sum(axis=1).min()
+    moved = np.flatnonzero(np.linalg.norm(pull, axis=1) > 1e-14)
+    span = float(_FINE[moved[0]]), float(_FINE[moved[-1]])
+    share = _pulled(plain_curve, 5.0)
+    return (
+        Claim(
+            "Every point is pulled straight towards the control point.",
+            aside <= 1e-14 and towards >= -1e-15,
+            f"cross product {aside:.1e}",
+        ),
+        Claim(
+            "It is moved by the share (w' − w) N / (w + (w' − w) N) of the way.",
+            share <= 1e-14,
+            f"largest difference {share:.1e}",
+        ),
+        Claim(
+            "Only the part over the second function's knots 0 to 0.3 moves.",
+            span[0] > 0.0 and span[1] < 0.3,
+            f"from {span[0]:g} to {span[1]:g}",
         ),
     )
 
@@ -256,6 +251,29 @@ def _draw_weights(figure: Figure, seconds: tuple[float | None, float | None]) ->
             )
 
 
+_WEIGHTS_PICTURES = (
+    Picture(
+        "5.5",
+        "The quadratic basis on the printed non-uniform knots and its first derivative.",
+        lambda figure: draw_basis(figure, NON_UNIFORM, 1),
+        (7.4, 3.8),
+    ),
+    Picture(
+        "5.6",
+        "All weights 1 (left), and 2, 1.5, 1.5 at the second, fifth and eighth point "
+        "(right): the curve is pulled towards them.",
+        lambda figure: _draw_weights(figure, (None, 2.0)),
+        (8.2, 3.2),
+    ),
+    Picture(
+        "5.7",
+        "The second weight raised from 2 (left) to 5 (right).",
+        lambda figure: _draw_weights(figure, (2.0, 5.0)),
+        (8.2, 3.2),
+    ),
+)
+
+
 # ---------------------------------------------------------------- surfaces (Fig. 5.4 and 5.8)
 
 
@@ -274,6 +292,18 @@ def net_surface(*, weighted_points: bool = False) -> NurbsSurface:
 
 
 def _surfaces() -> Outcome:
+    return Outcome(
+        pictures=_SURFACES_PICTURES,
+        claims=_surfaces_claims(),
+        difference=(
+            "Knots and the number of control points are the thesis'; it does not give the points "
+            "or weights. Its Algorithm 1 would not reproduce the surface: it overwrites the sum it "
+            "should add to and divides by a weight it never collects."
+        ),
+    )
+
+
+def _surfaces_claims() -> tuple[Claim, ...]:
     flat, heavy = net_surface(), net_surface(weighted_points=True)
     uv = np.stack(np.meshgrid(_FINE[::50], _FINE[::50], indexing="ij"), -1).reshape(-1, 2)
     bases = [cox_de_boor(knots, 3, t) for knots, t in zip(flat.knots, uv.T, strict=True)]
@@ -285,43 +315,21 @@ def _surfaces() -> Outcome:
     same_heavy = np.abs(heavy.evaluate(uv) - rational).max()
     unity = np.abs((factor / factor.sum((1, 2))[:, None, None]).sum((1, 2)) - 1.0).max()
     top = [float(s.evaluate(uv)[:, 2].max()) for s in (flat, heavy)]
-    return Outcome(
-        pictures=(
-            Picture(
-                "5.4",
-                "The net of 5 × 4 control points (left) and its B-spline surface (right).",
-                lambda figure: _draw_surface(figure, net_surface()),
-                (8.4, 3.4),
-            ),
-            Picture(
-                "5.8",
-                "The same net with weights 3 and 4 on its two highest points, and its NURBS "
-                "surface.",
-                lambda figure: _draw_surface(figure, net_surface(weighted_points=True)),
-                (8.4, 3.4),
-            ),
+    return (
+        Claim(
+            "The B-spline surface is the tensor product of Eq. 2.7.",
+            same <= 1e-14,
+            f"largest difference {same:.1e}",
         ),
-        claims=(
-            Claim(
-                "The B-spline surface is the tensor product of Eq. 2.7.",
-                same <= 1e-14,
-                f"largest difference {same:.1e}",
-            ),
-            Claim(
-                "The NURBS surface is that of Eq. 2.9 and 2.11, whose functions add up to 1.",
-                same_heavy <= 1e-14 and unity <= 1e-15,
-                f"largest difference {same_heavy:.1e}, sums within {unity:.1e}",
-            ),
-            Claim(
-                "Higher weights pull the surface up to the two points.",
-                top[1] > top[0] + 0.2,
-                f"highest point {top[0]:.3f} without, {top[1]:.3f} with weights",
-            ),
+        Claim(
+            "The NURBS surface is that of Eq. 2.9 and 2.11, whose functions add up to 1.",
+            same_heavy <= 1e-14 and unity <= 1e-15,
+            f"largest difference {same_heavy:.1e}, sums within {unity:.1e}",
         ),
-        difference=(
-            "Knots and the number of control points are the thesis'; it does not give the points "
-            "or weights. Its Algorithm 1 would not reproduce the surface: it overwrites the sum it "
-            "should add to and divides by a weight it never collects."
+        Claim(
+            "Higher weights pull the surface up to the two points.",
+            top[1] > top[0] + 0.2,
+            f"highest point {top[0]:.3f} without, {top[1]:.3f} with weights",
         ),
     )
 
@@ -342,6 +350,22 @@ def _draw_surface(figure: Figure, surface: NurbsSurface) -> None:
                     view.text(at, f"w = {surface.weights[i, j]:g}")
         view.show()
         axes.set_title(name)
+
+
+_SURFACES_PICTURES = (
+    Picture(
+        "5.4",
+        "The net of 5 × 4 control points (left) and its B-spline surface (right).",
+        lambda figure: _draw_surface(figure, net_surface()),
+        (8.4, 3.4),
+    ),
+    Picture(
+        "5.8",
+        "The same net with weights 3 and 4 on its two highest points, and its NURBS surface.",
+        lambda figure: _draw_surface(figure, net_surface(weighted_points=True)),
+        (8.4, 3.4),
+    ),
+)
 
 
 EXPERIMENTS: tuple[Experiment, ...] = (

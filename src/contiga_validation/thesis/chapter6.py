@@ -7,15 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import NodalArea, NurbsSurface, State, TriMesh
-from contiga.records import FloatArray
-from contiga.report.plots import BODY, INK, LINES, MUTED
-from contiga.simulation.clock import Clock
-from contiga.simulation.simulation import Simulation
-from contiga.simulation.step import advance
+from contiga import NodalArea, NurbsSurface, Simulation, SystemState, TriMesh, View
+from contiga_validation.engine.arrays import FloatArray
+from contiga_validation.engine.drawing import BODY, INK, LINES, MUTED
 from contiga_validation.engine.experiment import Cell, Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
-from contiga_validation.thesis.play import exact_master, played
+from contiga_validation.thesis.play import patches_of, played
 from contiga_validation.thesis.variants import simulation_of, variant
 
 if TYPE_CHECKING:
@@ -59,8 +55,8 @@ class Rivals(NamedTuple):
 def masters() -> tuple[Simulation, dict[str, TriMesh]]:
     """The scene and the meshes of its master by the thesis' tessellation."""
     simulation = simulation_of("bumpy_master")
-    (surface,) = exact_master(simulation).patches
-    return simulation, {f"tol {tol}": surface.tessellate(tol, "net") for tol in TOLERANCES}
+    (surface,) = patches_of(simulation)
+    return simulation, {f"tol {tol}": surface.tessellate(tol, method="net") for tol in TOLERANCES}
 
 
 def simulations() -> dict[str, Simulation]:
@@ -75,7 +71,7 @@ def simulations() -> dict[str, Simulation]:
 def rivals() -> Rivals:
     """Penetrations and counts with every master."""
     simulation, meshes = masters()
-    (surface,) = exact_master(simulation).patches
+    (surface,) = patches_of(simulation)
     runs = {name: played(made) for name, made in simulations().items()}
     depth = {name: run.history["max_penetration"] for name, run in runs.items()}
     counts = {name: run.history["n_contact"] for name, run in runs.items()}
@@ -88,67 +84,32 @@ def step_times(repeats: int = REPEATS) -> dict[str, FloatArray]:
     Runs of the masters alternate, so that a machine that slows down slows all of them.
     """
     made = simulations()
-    best = {name: np.full(len(one.times), np.inf) for name, one in made.items()}
+    best = {name: np.full(len(one.stepping.planned()), np.inf) for name, one in made.items()}
     for _ in range(repeats):
         for name, simulation in made.items():
-            states: dict[str, State] = {}
-            for k in range(len(simulation.times)):
+            state: SystemState | None = None
+            for k in range(len(best[name])):
                 start = perf_counter()
-                states = advance(simulation, k, states, Clock()).states
+                state = simulation.start() if state is None else simulation.step(state)
                 best[name][k] = min(best[name][k], perf_counter() - start)
     return best
 
 
 def _meshes() -> Outcome:
     found = rivals()
-    names = tuple(found.depth)
-    rows: list[tuple[Cell, ...]] = []
-    for i, k in enumerate(STEPS):
-        pairs = [(THESIS_DEPTH[name][i], float(found.depth[name][k])) for name in names]
-        rows.append((k, *(value for pair in pairs for value in pair)))
-    heads = tuple(head for name in names for head in (f"thesis {name}", f"ours {name}"))
-    error = {n: found.depth[n][STEPS.start : STEPS.stop] - THESIS_DEPTH["IGA"] for n in names}
-    worst = {n: float(np.abs(e).max()) for n, e in error.items()}
-    first = {n: int(np.flatnonzero(found.counts[n])[0]) for n in names}
-    sizes = tuple(
-        (name, len(mesh.triangles), worst[name], int(found.counts[name].sum()), first[name])
-        for name, mesh in found.meshes.items()
-    )
+    error = {
+        name: depth[STEPS.start : STEPS.stop] - THESIS_DEPTH["IGA"]
+        for name, depth in found.depth.items()
+    }
+    worst = {name: float(np.abs(e).max()) for name, e in error.items()}
+    first = {name: int(np.flatnonzero(count)[0]) for name, count in found.counts.items()}
     return Outcome(
-        tables=(
-            Table("6.2", "Largest penetration at steps 5 to 13.", ("step", *heads), tuple(rows)),
-            Table(
-                "6.0",
-                "The meshes, and what they find.",
-                ("mesh", "triangles", "largest error of the penetration",
-                 "points in contact, all steps", "first contact at step"),
-                (("exact", None, worst["IGA"], int(found.counts["IGA"].sum()), first["IGA"]),
-                 *sizes),
-            ),
-        ),
+        tables=(_depth_table(found), _mesh_table(found, worst, first)),
         pictures=(
             Picture("6.1", _CAPTION_MESHES, lambda f: _draw_meshes(f, found), (7.4, 2.6)),
             Picture("6.2", _CAPTION_ERROR, lambda f: _draw_error(f, found), (6.4, 3.4)),
         ),
-        claims=(
-            Claim(
-                "The mesh with tolerance 0.5 misses the first contact, the one with 0.01 does not.",
-                first["tol 0.5"] > 5 and first["tol 0.01"] == 5 == first["IGA"],
-                "first contact at step "
-                + ", ".join(f"{first[name]} ({name})" for name in names),
-            ),
-            Claim(
-                "It misses the last contact as well.",
-                found.counts["tol 0.5"][13] == 0 and found.counts["IGA"][13] > 0,
-                f"{found.counts['IGA'][13]:.0f} points on the exact master at step 13, "
-                f"{found.counts['tol 0.5'][13]:.0f} on the mesh",
-            ),
-            Claim(
-                "Only the mesh with tolerance 0.01 finds about the same penetration.",
-                worst["tol 0.5"] > 10.0 * worst["tol 0.01"] and worst["tol 0.01"] < 0.01,
-                ", ".join(f"{name}: {worst[name]:.1e}" for name in names),
-            ),
-        ),
+        claims=_meshes_claims(found, worst, first),
         difference=(
             "The thesis gives no geometry. The scene has its 20 control points and knots, and the "
             "cylinder's travel is chosen so that the exact largest penetrations are the thesis' "
@@ -156,6 +117,59 @@ def _meshes() -> Outcome:
             "so the mesh with tolerance 0.1 is nearer to it than the thesis' is."
         ),
     )  # fmt: skip
+
+
+def _meshes_claims(
+    found: Rivals, worst: dict[str, float], first: dict[str, int]
+) -> tuple[Claim, ...]:
+    return (
+        Claim(
+            "The mesh with tolerance 0.5 misses the first contact, the one with 0.01 does not.",
+            first["tol 0.5"] > 5 and first["tol 0.01"] == 5 == first["IGA"],
+            "first contact at step " + ", ".join(f"{first[name]} ({name})" for name in first),
+        ),
+        Claim(
+            "It misses the last contact as well.",
+            found.counts["tol 0.5"][13] == 0 and found.counts["IGA"][13] > 0,
+            f"{found.counts['IGA'][13]:.0f} points on the exact master at step 13, "
+            f"{found.counts['tol 0.5'][13]:.0f} on the mesh",
+        ),
+        Claim(
+            "Only the mesh with tolerance 0.01 finds about the same penetration.",
+            worst["tol 0.5"] > 10.0 * worst["tol 0.01"] and worst["tol 0.01"] < 0.01,
+            ", ".join(f"{name}: {worst[name]:.1e}" for name in worst),
+        ),
+    )
+
+
+def _depth_table(found: Rivals) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for i, k in enumerate(STEPS):
+        pairs = [(THESIS_DEPTH[name][i], float(depth[k])) for name, depth in found.depth.items()]
+        rows.append((k, *(value for pair in pairs for value in pair)))
+    heads = tuple(head for name in found.depth for head in (f"thesis {name}", f"ours {name}"))
+    return Table("6.2", "Largest penetration at steps 5 to 13.", ("step", *heads), tuple(rows))
+
+
+def _mesh_table(found: Rivals, worst: dict[str, float], first: dict[str, int]) -> Table:
+    def row(name: str, shown: str, triangles: int | None) -> tuple[Cell, ...]:
+        return (shown, triangles, worst[name], int(found.counts[name].sum()), first[name])
+
+    return Table(
+        "6.0",
+        "The meshes, and what they find.",
+        (
+            "mesh",
+            "triangles",
+            "largest error of the penetration",
+            "points in contact, all steps",
+            "first contact at step",
+        ),
+        (
+            row("IGA", "exact", None),
+            *(row(name, name, len(mesh.triangles)) for name, mesh in found.meshes.items()),
+        ),
+    )
 
 
 _CAPTION_MESHES = "The master and its meshes by the net tessellation with tolerance 0.5, 0.1, 0.01."
@@ -200,23 +214,13 @@ def _times() -> Outcome:
         rows.append((k, *(value for pair in pairs for value in pair)))
     heads = tuple(head for n in names for head in (f"thesis {n}, s", f"ours {n}, ms"))
     worst = {name: 1e3 * float(best[name][TIMED.start :].max()) for name in names}
-    ratio = np.array(THESIS_TIME["IGA"]) / best["IGA"][TIMED.start :]
     return Outcome(
         tables=(Table("6.1", "Time of a whole step, warm.", ("step", *heads), tuple(rows)),),
         pictures=(
             Picture("6.3", "Time of a step over the steps: the thesis' and ours.",
                     lambda f: _draw_times(f, best), (6.4, 3.6)),
         ),
-        claims=(
-            # What a machine under load takes says nothing about the method: it is told, not judged.
-            Claim(
-                "Measured: a whole step on the exact master against the goal of 1 ms.",
-                True,
-                f"{worst['IGA']:.2f} ms the slowest, {ratio.min():,.0f} to {ratio.max():,.0f} "
-                f"times as fast as in the thesis; meshes up to "
-                + ", ".join(f"{worst[n]:.2f} ms ({n})" for n in names[1:]),
-            ),
-        ),
+        claims=_times_claims(best, names, worst),
         difference=(
             "Both sides are compiled and warm, each the least of several runs that alternate; the "
             "exact side's steps have areas by hulls and clusters, the meshes' a constant area. At "
@@ -224,6 +228,22 @@ def _times() -> Outcome:
             "the thesis' ratios between the methods are those of its implementations."
         ),
     )  # fmt: skip
+
+
+def _times_claims(
+    best: dict[str, FloatArray], names: tuple[str, ...], worst: dict[str, float]
+) -> tuple[Claim, ...]:
+    ratio = np.array(THESIS_TIME["IGA"]) / best["IGA"][TIMED.start :]
+    return (
+        # What a machine under load takes says nothing about the method: it is told, not judged.
+        Claim(
+            "Measured: a whole step on the exact master against the goal of 1 ms.",
+            True,
+            f"{worst['IGA']:.2f} ms the slowest, {ratio.min():,.0f} to {ratio.max():,.0f} "
+            f"times as fast as in the thesis; meshes up to "
+            + ", ".join(f"{worst[n]:.2f} ms ({n})" for n in names[1:]),
+        ),
+    )
 
 
 def _draw_times(figure: Figure, best: dict[str, FloatArray]) -> None:

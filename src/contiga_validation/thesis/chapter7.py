@@ -6,14 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import Body, State, shapes
-from contiga.area.cluster import clusters_of
-from contiga.area.method import Rest
-from contiga.area.regions import regions, structure_of
-from contiga.records import FloatArray, IntArray
-from contiga.report.plots import BODY, INK, LINES, MUTED
+from contiga import Body, State, View, clusters_of, shapes
+from contiga_validation.engine.arrays import FloatArray, IntArray
+from contiga_validation.engine.drawing import BODY, INK, LINES, MUTED
 from contiga_validation.engine.experiment import Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.engine.view import View
 from contiga_validation.thesis.play import Played, play
 
 if TYPE_CHECKING:
@@ -57,14 +53,11 @@ def cluster_data() -> Study:
     state = run.states[STEP]
     rows = np.flatnonzero(state.in_contact).astype(np.int32)
     uv = state.uv[rows]
-    (part,) = run.simulation.contacts
-    slave = part.contact.slave
-    joined = structure_of(Rest(slave.points, slave.facets, slave.area))
     labels = {
         "k-means, k = 2": clusters_of(uv, "kmeans", k=2),
         "mean shift": clusters_of(uv, "meanshift"),
         "HDBSCAN": clusters_of(uv, "hdbscan", min_points=4),
-        "auto": regions(joined, rows, run.points(STEP)),
+        "auto": state.clusters[rows],
     }
     dbscan = {
         least: [_count(dbscan_labels(uv, float(eps), least)) for eps in EPS] for least in (1, 10)
@@ -79,28 +72,11 @@ def dbscan_labels(uv: FloatArray, eps: float, least: int) -> IntArray:
 
 def _clusters() -> Outcome:
     study = cluster_data()
-    counts = study.counts()
     one, ten = study.dbscan[1], study.dbscan[10]
-    rows = [(float(e), a, b) for e, a, b in zip(EPS, one, ten, strict=True)]
-    others = [(name, number) for name, number in counts.items()]
     good_one = [float(e) for e, n in zip(EPS, one, strict=True) if n == 2]
     good_ten = [float(e) for e, n in zip(EPS, ten, strict=True) if n == 2]
-    drop = max(one[i] - one[i + 10] for i in range(len(one) - 10))
     return Outcome(
-        tables=(
-            Table(
-                "7.3",
-                "Clusters found by DBSCAN over the radius, in the parameter plane.",
-                ("eps", "P_min = 1", "P_min = 10"),
-                tuple(rows),
-            ),
-            Table(
-                "7.2",
-                "Clusters found by the methods that take no radius; by eye there are two.",
-                ("method", "clusters"),
-                tuple(others),
-            ),
-        ),
+        tables=_clusters_tables(study),
         pictures=(
             Picture("7.1", _CAPTION_SCENE, lambda f: _draw_scene(f, study), (6.4, 3.8)),
             Picture("7.2", _CAPTION_FREE, lambda f: _draw_free(f, study), (7.4, 2.3)),
@@ -111,32 +87,7 @@ def _clusters() -> Outcome:
                 lambda f: _draw_radius(f, study), (5.8, 3.2),
             ),
         ),
-        claims=(
-            Claim(
-                "Forty points are in contact at step 9, in two groups that k-means with k = 2 "
-                "tells apart.",
-                len(study.uv) == POINTS and _as_left_and_right(study),
-                f"{len(study.uv)} points",
-            ),
-            Claim(
-                "DBSCAN with P_min = 1 is sensitive to the radius: within 0.1 the number of "
-                "clusters falls from 24 or more to a few.",
-                24 in one and drop >= 22,
-                f"24 at eps = {EPS[one.index(24)]:.2f}, {one[one.index(24) + 3]} at "
-                f"{EPS[one.index(24)] + 0.03:.2f}, {one[-1]} at {EPS[-1]:.2f}",
-            ),
-            Claim(
-                "With P_min = 10 it is less sensitive.",
-                max(ten) <= 3,
-                f"never more than {max(ten)}; {sum(n == 0 for n in ten)} of {len(ten)} radii call "
-                "every point noise",
-            ),
-            Claim(
-                "Regions joined over neighbours in space need neither a number nor a radius.",
-                counts["auto"] == 2 and _same(study.labels["auto"], study.labels["k-means, k = 2"]),
-                f"{counts['auto']} regions, the same as by k-means",
-            ),
-        ),
+        claims=_clusters_claims(study),
         difference=(
             "The thesis gives no geometry; the scene is the one of chapter 6, in which 40 points "
             "are in contact at step 9 and DBSCAN passes through the thesis' 24 clusters. Here two "
@@ -145,6 +96,54 @@ def _clusters() -> Outcome:
             "finding that no radius works is not general; that the radius must be known is."
         ),
     )  # fmt: skip
+
+
+def _clusters_claims(study: Study) -> tuple[Claim, ...]:
+    one, ten, counts = study.dbscan[1], study.dbscan[10], study.counts()
+    drop = max(one[i] - one[i + 10] for i in range(len(one) - 10))
+    return (
+        Claim(
+            "Forty points are in contact at step 9, in two groups that k-means with k = 2 "
+            "tells apart.",
+            len(study.uv) == POINTS and _as_left_and_right(study),
+            f"{len(study.uv)} points",
+        ),
+        Claim(
+            "DBSCAN with P_min = 1 is sensitive to the radius: within 0.1 the number of "
+            "clusters falls from 24 or more to a few.",
+            24 in one and drop >= 22,
+            f"24 at eps = {EPS[one.index(24)]:.2f}, {one[one.index(24) + 3]} at "
+            f"{EPS[one.index(24)] + 0.03:.2f}, {one[-1]} at {EPS[-1]:.2f}",
+        ),
+        Claim(
+            "With P_min = 10 it is less sensitive.",
+            max(ten) <= 3,
+            f"never more than {max(ten)}; {sum(n == 0 for n in ten)} of {len(ten)} radii call "
+            "every point noise",
+        ),
+        Claim(
+            "Regions joined over neighbours in space need neither a number nor a radius.",
+            counts["auto"] == 2 and _same(study.labels["auto"], study.labels["k-means, k = 2"]),
+            f"{counts['auto']} regions, the same as by k-means",
+        ),
+    )
+
+
+def _clusters_tables(study: Study) -> tuple[Table, ...]:
+    return (
+        Table(
+            "7.3",
+            "Clusters found by DBSCAN over the radius, in the parameter plane.",
+            ("eps", "P_min = 1", "P_min = 10"),
+            tuple(zip(map(float, EPS), study.dbscan[1], study.dbscan[10], strict=True)),
+        ),
+        Table(
+            "7.2",
+            "Clusters found by the methods that take no radius; by eye there are two.",
+            ("method", "clusters"),
+            tuple(study.counts().items()),
+        ),
+    )
 
 
 def _as_left_and_right(study: Study) -> bool:
@@ -171,8 +170,8 @@ _CAPTION_TEN = "DBSCAN with P_min = 10 at four radii; crosses are points that it
 
 def _draw_scene(figure: Figure, study: Study) -> None:
     axes = figure.subplots()
-    (surface,) = study.run.faces.patches
-    points = study.run.points(STEP)
+    (surface,) = study.run.patches
+    points = study.run.places[STEP]
     scene = np.concatenate([points, surface.control_points[::4].reshape(-1, 3)])
     view = View(axes, scene, shape=(900, 560), towards=(-0.35, 0.8, -0.42))
     view.surface(surface, BODY, opacity=0.75).iso_lines(surface, 9)
@@ -254,7 +253,7 @@ def seam_data() -> Seam:
     labels = {
         "DBSCAN in (u, v)": dbscan_labels(uv, 0.12, 4),
         "HDBSCAN in (u, v)": clusters_of(uv, "hdbscan", min_points=4),
-        "auto, in space": regions(structure_of(Rest(rest, None, None)), rows, rest),
+        "auto, in space": clusters_of(rest[rows], "auto"),
     }
     return Seam(body, rest[rows], uv, labels)
 

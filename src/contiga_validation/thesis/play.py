@@ -4,16 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
-from contiga import State, load_case
-from contiga.case.build import build
-from contiga.geometry.faces import Faces
-from contiga.masters.protocol import Master
-from contiga.records import FloatArray
-from contiga.simulation.clock import Clock
-from contiga.simulation.simulation import Simulation
-from contiga.simulation.step import Snapshot, advance, history_row
+from contiga import Master, NurbsSurface, Simulation, State, SystemState, build, load_case
+from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.thesis.scenes import scene
 
 
@@ -21,7 +13,7 @@ class Played(NamedTuple):
     """A scene with one contact, and all its steps."""
 
     simulation: Simulation
-    snapshots: tuple[Snapshot, ...]
+    snapshots: tuple[SystemState, ...]
     history: dict[str, FloatArray]
     """Columns by name, one row a step."""
 
@@ -29,7 +21,13 @@ class Played(NamedTuple):
     def states(self) -> list[State]:
         """One a step."""
         (contact,) = self.simulation.contacts
-        return [snapshot.states[contact.name] for snapshot in self.snapshots]
+        return [snapshot.contacts[contact.name] for snapshot in self.snapshots]
+
+    @property
+    def places(self) -> list[FloatArray]:
+        """(n, 3) slave points after each step, world axes."""
+        (contact,) = self.simulation.contacts
+        return [snapshot.slaves[contact.slave].points for snapshot in self.snapshots]
 
     @property
     def body(self) -> Master:
@@ -38,22 +36,16 @@ class Played(NamedTuple):
         return part.body
 
     @property
-    def faces(self) -> Faces:
+    def patches(self) -> tuple[NurbsSurface, ...]:
         """The master's exact geometry."""
-        return exact_master(self.simulation)
-
-    def points(self, k: int) -> FloatArray:
-        """(n, 3) slave points after step `k`, world axes."""
-        (contact,) = self.simulation.contacts
-        return self.snapshots[k].points[contact.slave]
+        return patches_of(self.simulation)
 
 
-def exact_master(simulation: Simulation) -> Faces:
-    """The geometry of the one master of a scene, which has patches."""
+def patches_of(simulation: Simulation) -> tuple[NurbsSurface, ...]:
+    """The exact geometry of the one master of a scene."""
     (part,) = simulation.bodies.values()
-    faces = part.body.faces
-    assert faces is not None
-    return faces
+    assert part.body.faces is not None
+    return part.body.faces.patches
 
 
 def play(name: str) -> Played:
@@ -69,11 +61,5 @@ def play(name: str) -> Played:
 
 def played(simulation: Simulation) -> Played:
     """Run a simulation in memory and keep every step."""
-    snapshots: list[Snapshot] = []
-    states: dict[str, State] = {}
-    for k in range(len(simulation.times)):
-        snapshots.append(advance(simulation, k, states, Clock()))
-        states = snapshots[-1].states
-    rows = [history_row(simulation, snapshot) for snapshot in snapshots]
-    history = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    return Played(simulation, tuple(snapshots), history)
+    result = simulation.run(keep=1)
+    return Played(simulation, result.states, result.history)

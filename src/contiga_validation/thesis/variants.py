@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from contiga import Contact, Slave, load_case
-from contiga.case.build import build
-from contiga.records import IntArray
-from contiga.simulation.simulation import Simulation
+from contiga import Contact, Simulation, Slave, build, load_case
+from contiga_validation.engine.arrays import IntArray
 from contiga_validation.thesis.scenes import scene
 
 

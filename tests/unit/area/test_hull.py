@@ -8,7 +8,7 @@ from scipy.integrate import dblquad
 from scipy.spatial import ConvexHull
 
 import contiga as cg
-from contiga.area.cluster import cluster_study, clusters_of
+from contiga.area.cluster import clusters_of
 from contiga.area.hull import hull_of, unrolled
 from contiga.area.polygon import area_over, closing, plane_area
 from contiga.errors import InputError
@@ -129,18 +129,19 @@ def test_more_clusters_than_points_are_as_many_as_points():
         assert clusters_of(np.zeros((1, 2)), method, min_points=1).tolist() == [0]
 
 
-def test_study_of_clusters_has_a_row_a_method():
-    study = cluster_study(rows_of_points(4.0)[:, :2], np.array([0.5, 1.1, 4.5]))
-    assert study["dbscan, P_min 1"] == [80, 2, 1]
-    assert study["auto"] == [2]
-    assert study["kmeans"] == [2]
+def test_dbscan_finds_fewer_clusters_the_wider_it_looks():
+    points = rows_of_points(4.0)[:, :2]
+    found = [
+        clusters_of(points, "dbscan", eps=eps, min_points=1).max() + 1 for eps in (0.5, 1.1, 4.5)
+    ]
+    assert found == [80, 2, 1]
 
 
 def test_hull_areas_add_up_and_noise_has_none():
     body = cg.Body([cg.shapes.plane(width=20.0, length=20.0)])
     points = np.concatenate([rows_of_points(3.0) * 0.5, [[-8.0, -8.0, 0.0]]]) - [0, 0, 0.1]
     for mapping in ("linear", "exact"):
-        area = cg.HullArea("dbscan", mapping, eps=0.05, min_points=3)
+        area = cg.HullArea("dbscan", mapping=mapping, eps=0.05, min_points=3)
         contact = cg.Contact(
             body, cg.Slave(points), law=cg.PenaltyLaw(1), area=area, search="penetration"
         )
@@ -160,7 +161,7 @@ def test_hulls_on_two_patches_are_added():
         cg.Body(halves),
         cg.Slave(points),
         law=cg.PenaltyLaw(1),
-        area=cg.HullArea("auto", "exact"),
+        area=cg.HullArea("auto", mapping="exact"),
         search="penetration",
     )
     state = contact.start(points)

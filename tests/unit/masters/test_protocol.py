@@ -62,6 +62,17 @@ def test_both_kinds_answer_alike(master: Master) -> None:
     assert master.condition_rows()[-1][1].startswith("open")
 
 
+def test_memory_grows_with_what_the_search_has_built() -> None:
+    ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    meshes = [ball.tessellate(tol).surface for tol in (0.1, 0.01)]
+    finer = meshes[1].n_elements / meshes[0].n_elements
+    assert finer > 5.0
+    assert meshes[1].nbytes / meshes[0].nbytes == pytest.approx(finer, rel=0.2)
+    # a triangle has 18 numbers and 8 links at least
+    assert meshes[1].nbytes > meshes[1].n_elements * (18 * 8 + 8 * 4)
+    assert ball.surface.nbytes > 1000 * ball.surface.n_elements
+
+
 def test_only_exact_geometry_has_faces() -> None:
     exact = plate()
     assert exact.faces is exact

@@ -1,4 +1,4 @@
-"""Numbers as a person reads them, and the tables of the report."""
+"""The tables of the report."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import pytest
 from contiga.report.html_tables import (
     inputs_table,
     key_figures,
-    number,
     status_table,
     timings_table,
 )
@@ -21,26 +20,6 @@ from .conftest import write_folder
 @pytest.fixture
 def run(tmp_path: Path) -> Run:
     return read_run(write_folder(tmp_path / "out", fields=False))
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [
-        (0.0, "0"),
-        (3.0, "3"),
-        (1853.2, "1\N{NARROW NO-BREAK SPACE}853"),
-        (12.345678, "12.35"),
-        (0.012, "0.012"),
-        (-7.5, "-7.5"),
-        (100.0, "100"),
-        (9.9999, "10"),
-        (0.00012345, "1.234e-04"),
-        (2.5e12, "2.500e+12"),
-        (float("nan"), "–"),
-    ],
-)
-def test_number_is_short_and_right(value: float, text: str) -> None:
-    assert number(value) == text
 
 
 def test_key_figures_are_the_extremes_of_the_history(run: Run) -> None:

@@ -9,14 +9,14 @@ import pytest
 from contiga.cli.commands import _print_result
 from contiga.records import ContactStatus as Is
 from contiga.simulation.clock import Clock
-from contiga.simulation.run import Simulation, run
+from contiga.simulation.simulation import Simulation
 from contiga.simulation.summary import NOTED, WARNED, summarise
 
 
 def test_what_was_counted_is_told_with_its_advice(
     simulation: Simulation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    history = {name: column.copy() for name, column in run(simulation).history.items()}
+    history = {name: column.copy() for name, column in simulation.run().history.items()}
     history["n_lost"][3:5] = 2
     history["n_held"][4] = 1
     summary = summarise(simulation, history, Clock())

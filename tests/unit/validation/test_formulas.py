@@ -49,6 +49,6 @@ def test_distance_from_the_torus_sees_a_point_beside_it() -> None:
 
 def test_a_played_scene_keeps_every_step() -> None:
     run = play("sideways_sliding")
-    assert len(run.states) == len(run.snapshots) == len(run.history["time"]) == 17
+    assert len(run.states) == len(run.places) == len(run.history["force"]) == 17
     assert [state.n_contact for state in run.states] == run.history["n_contact"].tolist()
-    assert run.points(4)[0, 2] == pytest.approx(-0.05)
+    assert run.places[4][0, 2] == pytest.approx(-0.05)

@@ -90,15 +90,7 @@ def _surface(element: ElementTree.Element, scale: float, where: str) -> NurbsSur
         )
     points = np.zeros((m, n, 3))
     points[..., :dimension] = values.reshape(m, n, dimension)
-    found = element.find(".//weights")
-    weights = None
-    if found is not None:
-        weights = _numbers(found, where)
-        if weights.size != n * m:
-            raise FileError(
-                "one weight a point", where=where, found=weights.size, allowed=f"{n * m}"
-            )
-        weights = weights.reshape(m, n).T
+    weights = _weights(element, (m, n), where)
     try:
         return NurbsSurface(
             (degrees[0], degrees[1]),
@@ -108,6 +100,18 @@ def _surface(element: ElementTree.Element, scale: float, where: str) -> NurbsSur
         )
     except GeometryError as error:
         raise FileError(str(error), where=where) from error
+
+
+def _weights(element: ElementTree.Element, shape: tuple[int, int], where: str) -> FloatArray | None:
+    """(n, m) weights of a net whose rows the file gives as (m, n); None where it gives none."""
+    found = element.find(".//weights")
+    if found is None:
+        return None
+    weights = _numbers(found, where)
+    count = shape[0] * shape[1]
+    if weights.size != count:
+        raise FileError("one weight a point", where=where, found=weights.size, allowed=f"{count}")
+    return weights.reshape(shape).T
 
 
 def _numbers(element: ElementTree.Element, where: str) -> FloatArray:

@@ -164,6 +164,13 @@ class Sides(NamedTuple):
     """Per strand the interval of the side's parameter."""
 
 
+def _nearest_side(points: FloatArray, box: FloatArray, slack: FloatArray) -> tuple[float, int]:
+    """By how many times `slack` (2,) points miss the side of `box` next to them, and that side."""
+    missed = np.abs(points[:, None, :] - box[None, :, :]).max(axis=0)
+    # missed[k, axis]: how far the points are from the low (0) or high (1) line of an axis
+    return min((missed[k, axis] / slack[axis], 2 * axis + k) for axis in range(2) for k in range(2))
+
+
 def rectangle_sides(loop: Loop, box: FloatArray, speed: FloatArray) -> Sides | None:
     """The sides of `box` the strands of `loop` lie on, or None if one does not.
 
@@ -181,13 +188,7 @@ def rectangle_sides(loop: Loop, box: FloatArray, speed: FloatArray) -> Sides | N
     for strand in loop:
         points = strand.curve.control_points[:, :2]
         slack = np.minimum(strand.tolerance / np.maximum(speed, 1e-300), LEVEL * span)
-        slack = np.maximum(slack, STRAIGHT * span)
-        missed = np.abs(points[:, None, :] - box[None, :, :]).max(axis=0)
-        # missed[k, axis]: how far the strand is from the low (0) or high (1) line of an axis
-        candidates = [
-            (missed[k, axis] / slack[axis], 2 * axis + k) for axis in range(2) for k in range(2)
-        ]
-        ratio, side = min(candidates)
+        ratio, side = _nearest_side(points, box, np.maximum(slack, STRAIGHT * span))
         if ratio > 1.0:
             return None
         along = 1 - side // 2

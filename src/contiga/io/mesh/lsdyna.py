@@ -294,17 +294,9 @@ def _cells(
     numbers: list[Int64Array] = []
     thickness: list[FloatArray | None] = []
     for table in shells:
-        corners, middles = table.nodes[:, :4], table.nodes[:, 4:8]
-        triangle = (corners[:, 3] == corners[:, 2]) | (corners[:, 3] == 0)
-        quad8 = ~triangle & (middles > 0).all(axis=1)
-        quad = ~triangle & ~quad8
         own = parts.shell_thickness(table.part)
         given = np.where(table.thickness > 0.0, table.thickness, own)
-        for kind, mask, count in (
-            ("triangle", triangle, 3),
-            ("quad", quad, 4),
-            ("quad8", quad8, 8),
-        ):
+        for kind, mask, count in _shell_kinds(table.nodes):
             if not mask.any():
                 continue
             blocks.append(CellBlock(kind, rows(table.nodes[mask, :count])))
@@ -314,18 +306,31 @@ def _cells(
                 values = np.hstack([values, 0.5 * (values + np.roll(values, -1, axis=1))])
             thickness.append(values if (values > 0.0).any() else None)
     for table in solids:
-        ten = (table.nodes[:, 8:10] > 0).all(axis=1)
-        four = ~ten & (table.nodes[:, 4:8] == 0).all(axis=1)
-        for kind, mask, count in (
-            ("hexahedron", ~ten & ~four, 8),
-            ("tetra", four, 4),
-            ("tetra10", ten, 10),
-        ):
+        for kind, mask, count in _solid_kinds(table.nodes):
             if mask.any():
                 blocks.append(CellBlock(kind, rows(table.nodes[mask, :count])))
                 numbers.append(table.part[mask])
                 thickness.append(None)
     return blocks, numbers, thickness
+
+
+Kind = tuple[str, NDArray[np.bool_], int]
+"""Name of a kind of cell, the rows that are of it, and how many nodes it has."""
+
+
+def _shell_kinds(nodes: Int64Array) -> tuple[Kind, ...]:
+    """What shells are by their nodes: a triangle says its third node twice, or none fourth."""
+    corners, middles = nodes[:, :4], nodes[:, 4:8]
+    triangle = (corners[:, 3] == corners[:, 2]) | (corners[:, 3] == 0)
+    quad8 = ~triangle & (middles > 0).all(axis=1)
+    return ("triangle", triangle, 3), ("quad", ~triangle & ~quad8, 4), ("quad8", quad8, 8)
+
+
+def _solid_kinds(nodes: Int64Array) -> tuple[Kind, ...]:
+    """What solids are by their nodes: tetrahedra say ten nodes, or four."""
+    ten = np.asarray((nodes[:, 8:10] > 0).all(axis=1))
+    four = ~ten & (nodes[:, 4:8] == 0).all(axis=1)
+    return ("hexahedron", ~ten & ~four, 8), ("tetra", four, 4), ("tetra10", ten, 10)
 
 
 def _groups(part_numbers: list[Int64Array], parts: Parts) -> list[Group]:

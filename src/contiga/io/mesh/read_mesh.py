@@ -53,10 +53,8 @@ def read_mesh(
 
     Raises
     ------
-    FileError
-        The file is missing, unreadable or of no known kind.
-    MissingPackageError
-        The package that reads the format is not installed.
+    FileError, MissingPackageError
+        The file is missing, unreadable or of no known kind; what reads it is not installed.
     MeshError
         No nodes, a coordinate that is not finite, cells that do not fit, a part that is not there.
     UnitError
@@ -64,14 +62,12 @@ def read_mesh(
 
     Examples
     --------
-    >>> import contiga as cg
-    >>> pad = cg.read_mesh("pad.vtu", unit="mm", file_unit="m")
+    >>> pad = read_mesh("pad.vtu", unit="mm", file_unit="m")
     >>> len(pad), len(pad.facets), pad.points.max().tolist(), dict(pad.cells)
     (8, 12, 1000.0, {'hexahedron': 1})
     """
     path = Path(path)
-    where = str(path)
-    mesh = read_raw(path)
+    mesh, where = read_raw(path), str(path)
     check_points(mesh.points, where=where, ids=mesh.node_ids)
     selection = select(mesh, parts, where)
     facets, active = _surface(mesh, selection, restricted=parts is not None, where=where)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import FileError, InputError
-from contiga.io.out.atomic import atomic_write
+from contiga.io.out.files import atomic_write
 
 
 def write_history(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:

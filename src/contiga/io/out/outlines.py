@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import FileError
-from contiga.io.out.atomic import atomic_write
+from contiga.io.out.files import atomic_write
 from contiga.io.out.vtkhdf_layout import open_file
 from contiga.records import FloatArray, IntArray
 
@@ -110,16 +110,21 @@ class OutlinesWriter:
             for name in _LABELS:
                 _extend(root[f"PointData/{name}"], np.repeat(getattr(loops, name), count))
             _extend(root["NumberOfPoints"], [len(points)])
-            for name in _CELLS:
-                group, own = root[name], name == "Lines"
-                _extend(group["NumberOfCells"], [len(count) if own else 0])
-                _extend(group["NumberOfConnectivityIds"], [len(points) + len(count) if own else 0])
-                offsets = first + np.arange(len(first)) if own else [0]
-                _extend(group["Offsets"], offsets)
-            _extend(lines["Connectivity"], _closed(first))
+            _append_cells(root, first)
             file.flush()
             steps.attrs["NSteps"] = np.int64(self.n_steps + 1)
         self.n_steps += 1
+
+
+def _append_cells(root: Any, first: NDArray[np.int64]) -> None:
+    """A step's cells: closed lines points[first[i]:first[i + 1]], and none of the other kinds."""
+    count = len(first) - 1
+    for name in _CELLS:
+        group, own = root[name], name == "Lines"
+        _extend(group["NumberOfCells"], [count if own else 0])
+        _extend(group["NumberOfConnectivityIds"], [int(first[-1]) + count if own else 0])
+        _extend(group["Offsets"], first + np.arange(count + 1) if own else [0])
+    _extend(root["Lines/Connectivity"], _closed(first))
 
 
 class OutlineSeries:

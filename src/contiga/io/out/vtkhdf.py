@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import FileError, InputError
-from contiga.io.out.atomic import atomic_write
+from contiga.io.out.files import atomic_write
 from contiga.io.out.vtkhdf_layout import (
     Part,
     arrays_of,

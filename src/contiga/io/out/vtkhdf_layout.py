@@ -97,6 +97,12 @@ def write_frame(file: Any, parts: tuple[Part, ...]) -> None:
     for name in _CELLS:
         _write_cells(root.create_group(name), cells.get(name, np.empty((0, 1), np.int64)))
     root.create_group("PointData")
+    _write_steps(root)
+    _write_names(file, parts)
+
+
+def _write_steps(root: Any) -> None:
+    """What grows with each step, empty."""
     steps = root.create_group("Steps")
     steps.attrs["NSteps"] = np.int64(0)
     steps.create_group("PointDataOffsets")
@@ -105,6 +111,10 @@ def write_frame(file: Any, parts: tuple[Part, ...]) -> None:
     for name in ("CellOffsets", "ConnectivityIdOffsets"):
         _create_growing(steps, name, (len(_CELLS),), np.int64)
     _create_growing(steps, "Values", (), np.float64)
+
+
+def _write_names(file: Any, parts: tuple[Part, ...]) -> None:
+    """What VTK does not keep: the parts by name, and how much of the points is theirs."""
     own = file.create_group("contiga")
     own.attrs["names"] = [part.name for part in parts]
     own.attrs["kinds"] = [part.kind for part in parts]

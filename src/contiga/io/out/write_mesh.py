@@ -9,7 +9,7 @@ import numpy as np
 
 from contiga.errors import FileError, MeshError
 from contiga.extras import require
-from contiga.io.out.atomic import atomic_write
+from contiga.io.out.files import atomic_write
 from contiga.triangles.trimesh import TriMesh
 
 FORMATS: dict[str, tuple[str, dict[str, Any]]] = {

@@ -8,15 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from contiga import NurbsSurface
-from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.report import shading
 from contiga.report.camera import look, project
-from contiga.report.plots import INK, LINES, MUTED
+from contiga.report.style import INK, LINES, MUTED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from contiga.geometry.surface import NurbsSurface
+    from contiga.masters.protocol import Master
 
 _SAMPLES = 2
 """Pixels drawn per pixel shown, in each direction."""

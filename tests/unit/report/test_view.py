@@ -8,9 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from contiga.geometry import shapes
-from contiga_validation.engine.drawing import png
-from contiga_validation.engine.experiment import Picture
-from contiga_validation.engine.view import View, _fine
+from contiga.report.view import View, _fine
 
 BALL = shapes.sphere(radius=1.0)
 TOWARDS = np.array([0.0, 1.0, 0.0])
@@ -58,7 +56,12 @@ def test_a_shaded_surface_shows_in_the_picture() -> None:
 
     from matplotlib.image import imread
 
-    image = imread(BytesIO(png(Picture("ball", "A ball", draw, (2.0, 1.5)))))[..., :3]
+    figure, content = Figure(figsize=(2.0, 1.5)), BytesIO()
+    FigureCanvasAgg(figure)
+    draw(figure)
+    figure.savefig(content, format="png")
+    content.seek(0)
+    image = imread(content)[..., :3]
     middle = image[image.shape[0] // 2, image.shape[1] // 2]
     assert middle[2] > middle[0] + 0.1
     assert (image[0, 0] == 1.0).all()

@@ -1,11 +1,11 @@
-"""Files appear whole or not at all."""
+"""Files appear whole or not at all; folders of somebody else are left alone."""
 
 from __future__ import annotations
 
 import pytest
 
 from contiga.errors import OutputError
-from contiga.io.out.atomic import atomic_write
+from contiga.io.out.files import atomic_write, open_folder, write_json
 
 
 def test_file_appears_only_at_the_end_of_the_block(tmp_path):
@@ -40,3 +40,27 @@ def test_a_place_that_cannot_be_written_is_refused_at_once(tmp_path, name):
     (tmp_path / "file").write_text("x")
     with pytest.raises(OutputError, match=name.partition("/")[0]), atomic_write(tmp_path / name):
         pytest.fail("the block must not run")
+
+
+def test_a_json_file_can_be_read_by_a_person(tmp_path):
+    write_json(tmp_path / "a.json", {"what": "Länge", "value": 1.5})
+    text = (tmp_path / "a.json").read_text(encoding="utf-8")
+    assert text == '{\n  "what": "Länge",\n  "value": 1.5\n}\n'
+
+
+def test_a_folder_is_made_once_and_known_again_by_its_files(tmp_path):
+    folder = tmp_path / "deep" / "out"
+    assert open_folder(folder, ("ours.csv",), "run")
+    assert not open_folder(folder, ("ours.csv",), "run")
+    (folder / "ours.csv").touch()
+    (folder / "note.txt").touch()
+    assert not open_folder(folder, ("ours.csv",), "run")
+    assert sorted(path.name for path in folder.iterdir()) == ["note.txt", "ours.csv"]
+
+
+def test_a_folder_of_somebody_else_is_left_alone(tmp_path):
+    (tmp_path / "note.txt").touch()
+    with pytest.raises(OutputError, match="not of a reproduction"):
+        open_folder(tmp_path, ("ours.csv",), "reproduction")
+    with pytest.raises(OutputError, match="is a file"):
+        open_folder(tmp_path / "note.txt", ("ours.csv",), "reproduction")

@@ -1,0 +1,116 @@
+"""Files that appear whole or not at all, and folders that are nobody else's."""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from contiga.errors import OutputError
+
+
+@contextmanager
+def atomic_write(path: str | Path) -> Iterator[Path]:
+    """A temporary path beside `path`; renamed to it when the block ends well, removed when not.
+
+    The temporary file has the same suffix, for writers that look at it, and is in the same
+    folder, so that the rename is one step of the file system. Its content reaches the disk
+    before the name changes.
+
+    Raises
+    ------
+    OutputError
+        The folder is missing or cannot be written to, or `path` is a folder.
+
+    Examples
+    --------
+    >>> with atomic_write("history.csv") as temporary:
+    ...     written = temporary.write_text("time"), Path("history.csv").exists()
+    >>> written, Path("history.csv").read_text()
+    ((4, False), 'time')
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise OutputError("a folder has the name of the file to be written", where=str(path))
+    temporary = path.with_name(f".{path.stem}.{secrets.token_hex(4)}{path.suffix}")
+    try:
+        temporary.touch(exist_ok=False)
+    except OSError as error:
+        raise OutputError(
+            f"the file cannot be written: {error.strerror}",
+            where=str(path),
+            allowed="a folder that exists and may be written to",
+        ) from error
+    try:
+        yield temporary
+        with temporary.open("rb") as file:
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file whole or not at all."""
+    with atomic_write(path) as temporary:
+        Path(temporary).write_text(text, encoding="utf-8")
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Write a JSON file whole or not at all."""
+    write_text(path, json.dumps(content, indent=2, ensure_ascii=False) + "\n")
+
+
+def open_folder(folder: Path, ours: Iterable[str], kind: str) -> bool:
+    """Make sure that `folder` can be written to and holds nothing of somebody else.
+
+    Parameters
+    ----------
+    ours : names of files that tell an earlier folder of the same kind
+    kind : what the folder is of, in words
+
+    Returns
+    -------
+    bool
+        Whether it has been made.
+
+    Raises
+    ------
+    OutputError
+        It is a file, cannot be made or written, or holds files but none of `ours`.
+    """
+    where = str(folder)
+    if folder.exists() and not folder.is_dir():
+        raise OutputError("the output folder is a file", where=where, allowed="a folder")
+    if folder.is_dir():
+        names = {path.name for path in folder.iterdir()}
+        if names and not names & set(ours):
+            raise OutputError(
+                f"the output folder holds files that are not of a {kind}",
+                where=where,
+                found=sorted(names)[0],
+                allowed=f"a new or empty folder, or that of an earlier {kind}",
+            )
+    missing = not folder.exists()
+    _make_writable(folder)
+    return missing
+
+
+def _make_writable(folder: Path) -> None:
+    """Make a folder that is not there, and refuse one that cannot be written to."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / f".probe-{os.getpid()}"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise OutputError(
+            "the output folder cannot be written",
+            where=str(folder),
+            found=error.strerror,
+            allowed="a folder you may write to",
+        ) from error

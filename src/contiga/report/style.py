@@ -1,0 +1,67 @@
+"""The look of the house, for pictures and pages of one's own: colours, numbers, a page.
+
+>>> from contiga import style
+>>> style.number(12.5), style.INK
+('12.5', '#21262d')
+"""
+
+from __future__ import annotations
+
+import math
+from html import escape
+from importlib.resources import files
+from typing import Any
+
+INK, MUTED, GRID = "#21262d", "#6a737d", "#e8eaed"
+"""Of text and axes, of what stands back, of the lines behind a plot."""
+LINES = ("#1f5f8b", "#c4473a", "#3f7f4f", "#8a5a9e", "#b07d1e", "#4b5563")
+"""Of curves, in turn."""
+BODY, SLAVE = "#8f9eb0", "#dedad0"
+SCALE = ("#ffe9a8", "#fdbf5a", "#f4813f", "#d9433f", "#a01c5b", "#4a0f57")
+"""From little to much; lightness falls all the way, so it reads without colour."""
+REGIONS = ("#12708f", "#5b3fa8", "#2f7d3b", "#b0306a", "#8a5a00", "#3a4d8f", "#00796b", "#7a4a2a")
+"""Regions of contact in turn: cool and dark, apart from `SCALE`."""
+
+
+def colour_map() -> Any:
+    """`SCALE` as a matplotlib colour map."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    return LinearSegmentedColormap.from_list("contact", SCALE)
+
+
+def number(value: float, digits: int = 4) -> str:
+    """`value` to `digits` significant digits, without needless zeros; thousands set apart.
+
+    >>> number(12345.678), number(0.00012345), number(3.0)
+    ('12\N{NARROW NO-BREAK SPACE}346', '1.234e-04', '3')
+    """
+    if not math.isfinite(value):
+        return "–"
+    if value == 0.0:
+        return "0"
+    size = math.floor(math.log10(abs(value)))
+    if size < -3 or size > 8:
+        return f"{value:.{digits - 1}e}"
+    text = f"{value:,.{max(0, digits - 1 - size)}f}".replace(",", "\N{NARROW NO-BREAK SPACE}")
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def page(title: str, body: str, *, css: str = "", script: str = "") -> str:
+    """A whole HTML page in the look of the report, which reads offline.
+
+    Parameters
+    ----------
+    title : of the browser's tab, plain text
+    body : what stands on the page, HTML
+    css : rules beside those of the report
+    script : JavaScript that the body needs
+    """
+    rules = files("contiga.report").joinpath("style.css").read_text(encoding="utf-8") + css
+    scripts = f"<script>{script}</script>" if script else ""
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<title>{escape(title)}</title><link rel="icon" href="data:,"><style>{rules}</style>'
+        f"{scripts}</head><body><main>\n{body}\n</main></body></html>\n"
+    )

@@ -1,0 +1,64 @@
+"""The evidence is a user of the library: it imports public names of contiga and no others."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import contiga
+
+SOURCE = Path(contiga.__file__).resolve().parents[1] / "contiga_validation"
+MODULES = {name for name, home in contiga._ROOMS.items() if home == f"contiga.{name}"}
+"""Public names that are modules under that very name; the others come ``from contiga``."""
+
+
+def internals_in(path: Path) -> Iterator[str]:
+    """What a file takes from inside of contiga, anywhere in it."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    rooms = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+            yield from (n for n in names if n.startswith("contiga.") and n[8:] not in MODULES)
+        elif isinstance(node, ast.ImportFrom) and node.module == "contiga":
+            given = {alias.name: alias.asname or alias.name for alias in node.names}
+            yield from (f"contiga.{name}" for name in given.keys() - set(contiga.__all__))
+            rooms |= {own for name, own in given.items() if name in contiga._ROOMS}
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("contiga."):
+            names = [alias.name for alias in node.names]
+            if str(node.module)[8:] not in MODULES or any(name[0] == "_" for name in names):
+                yield f"{node.module}: {', '.join(names)}"
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield from re.findall(r"^contiga(?:\.\w+)+$", node.value)
+    for node in ast.walk(tree):
+        match node:
+            case ast.Attribute(value=ast.Name(id=name), attr=attribute):
+                if name in rooms and attribute.startswith("_"):
+                    yield f"{name}.{attribute}"
+
+
+def test_the_evidence_takes_public_names_only() -> None:
+    files = sorted(SOURCE.rglob("*.py"))
+    found = {path.name: list(internals_in(path)) for path in files}
+    assert len(files) > 25
+    assert {name: taken for name, taken in found.items() if taken} == {}
+
+
+def test_what_is_taken_from_inside_is_seen_anywhere(tmp_path: Path) -> None:
+    path = tmp_path / "suite.py"
+    path.write_text(
+        "import contiga\n"
+        "import contiga.search.hits\n"
+        "from contiga import Body, records, style as look\n"
+        "from contiga.errors import InputError\n"
+        "def f():\n"
+        "    from contiga.area.hull import hull_of\n"
+        "    look._secret(look.INK)\n"
+        "    return import_module('contiga.num.rigid'), 'contiga_validation.engine'\n"
+    )
+    assert sorted(internals_in(path)) == [
+        *("contiga.area.hull: hull_of", "contiga.num.rigid", "contiga.records"),
+        *("contiga.search.hits", "look._secret"),
+    ]
