@@ -39,8 +39,7 @@ def read_mesh(
     ----------
     path : the file, its format told from its suffix
     unit : length unit wanted
-    file_unit : length unit of the file. Mesh files do not say theirs: without it the numbers
-        are taken to be in `unit` already.
+    file_unit : that of the file, which does not say it; without, its numbers are in `unit`
     parts : names or numbers of LS-DYNA parts, Abaqus sets, Gmsh physical groups or the like.
         The facets are the skin of the cells chosen. Of a set of nodes, all are active and the
         facets are those whose corners all belong to it.
