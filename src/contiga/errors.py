@@ -3,6 +3,13 @@
 `InputError` and its children are the user's to mend (exit code 2 on the command line), as is a
 `MissingPackageError`; `RunError` means that a correct input could not be carried through (exit
 code 1).
+
+>>> import contiga as cg
+>>> try:
+...     cg.shapes.sphere(radius=-1.0)
+... except cg.errors.InputError as error:
+...     print(error.found, "|", error.allowed)
+-1.0 | > 0
 """
 
 from __future__ import annotations

@@ -36,6 +36,11 @@ def clusters_of(
         Points that are not (n, d), an unknown method, k < 1, eps ≤ 0, min_points < 1.
     MissingPackageError
         A method of scikit-learn, which is not installed.
+
+    Examples
+    --------
+    >>> clusters_of([[0, 0], [1, 0], [9, 0], [2, 0], [10, 0]], "kmeans", k=2).tolist()
+    [0, 0, 1, 0, 1]
     """
     check_options(method, k, eps, min_points)
     points = np.ascontiguousarray(points, dtype=np.float64)

@@ -47,6 +47,12 @@ def build(case: Case) -> Simulation:
     InputError
         A file cannot be read, a slave lacks what a law or an area needs; the message says the key
         of the case. Nothing has been written by then.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> cg.build(cg.load_case("case.toml")).bodies["ball"].body.closed
+    True
     """
     bodies = {}
     for i, body_spec in enumerate(case.body):

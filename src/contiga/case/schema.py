@@ -175,6 +175,13 @@ def load_case(path: str | Path) -> Case:
         what is allowed, and tells everything wrong at once.
     UnitError
         A unit is none.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> case = cg.load_case("case.toml")
+    >>> case.title, [body.name for body in case.body]
+    ('Ball pressed into a sheet', ['ball'])
     """
     path = Path(path)
     try:

@@ -47,6 +47,12 @@ def run(
         What the case asks for needs a package that is not installed.
     RunError
         The run could not be carried through.
+
+    Examples
+    --------
+    >>> result = run("case.toml", out="out")
+    >>> result.history["max_penetration"].max().round(9).tolist()
+    3.0
     """
     from contiga.case import build
     from contiga.report import require_packages, write_report
@@ -72,7 +78,7 @@ def run(
         )
 
 
-def _checked(case: Case | str | Path) -> Case:
+def _checked(case: object) -> Case:
     from contiga.case.schema import Case, load_case
 
     checked = load_case(case) if isinstance(case, str | Path) else case

@@ -17,6 +17,16 @@ class State(Shown):
     """Where n slave points stand after a step, in world axes where not said otherwise.
 
     The arrays take 159 bytes a point, and eight for each number that the law remembers.
+
+    >>> import contiga as cg
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    >>> pad = cg.Slave([[0.0, 0.0, 1.1], [3.0, 0.0, 1.1]], area=[0.5, 0.5])
+    >>> contact = cg.Contact(ball, pad, law=cg.PenaltyLaw(100.0))
+    >>> state = contact.step(contact.start(pad.points), pad.points - [0.0, 0.0, 0.2], dt=1.0)
+    >>> [cg.ContactStatus(s).name for s in state.status], state.penetration.round(12).tolist()
+    (['NEW', 'FREE'], [0.1, 0.0])
+    >>> round(float(state.stored), 12)
+    0.5
     """
 
     status: ByteArray
@@ -126,7 +136,7 @@ class State(Shown):
 
     @property
     def pressure(self) -> FloatArray:
-        """(n,) |force| over area, zero where there is none."""
+        """(n,) `|force|` over area, zero where there is none."""
         size = np.linalg.norm(self.force, axis=1)
         result = np.zeros_like(size)
         np.divide(size, self.area, out=result, where=self.area > 0.0)

@@ -44,6 +44,15 @@ class Body(Faces):
         patch's rectangle, edges that name patches which are not there.
 
     Bodies are immutable; methods return new ones. They compare and hash by identity.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> tube = cg.Body([cg.shapes.cylinder(radius=1.0, height=4.0)])
+    >>> tube.project([[3.0, 4.0, 1.0]]).point.round(12).tolist()
+    [[0.6, 0.8, 1.0]]
+    >>> tube.closed, cg.Body([cg.shapes.sphere(radius=1.0)]).closed
+    (False, True)
     """
 
     @classmethod

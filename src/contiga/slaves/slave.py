@@ -64,6 +64,15 @@ class Slave(Shown):
     MeshError
         No points, a coordinate that is not finite, a facet that names no point, an array that
         does not fit.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> sheet = cg.Slave([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]], name="sheet")
+    >>> len(sheet), sheet.facets.shape, float(sheet.area.sum().round(12))
+    (4, (2, 3), 1.0)
+    >>> cg.Slave([[0, 0, 0], [1, 0, 0]]).area is None  # a cloud
+    True
     """
 
     points: FloatArray

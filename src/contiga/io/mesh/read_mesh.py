@@ -39,8 +39,7 @@ def read_mesh(
     ----------
     path : the file, its format told from its suffix
     unit : length unit wanted
-    file_unit : length unit of the file. Mesh files do not say theirs: without it the numbers
-        are taken to be in `unit` already.
+    file_unit : that of the file, which does not say it; without, its numbers are in `unit`
     parts : names or numbers of LS-DYNA parts, Abaqus sets, Gmsh physical groups or the like.
         The facets are the skin of the cells chosen. Of a set of nodes, all are active and the
         facets are those whose corners all belong to it.
@@ -48,23 +47,26 @@ def read_mesh(
     Returns
     -------
     Slave
-        All nodes of the file; facets None for a cloud. Thickness from *SECTION_SHELL and
-        *ELEMENT_SHELL_THICKNESS, mass from *ELEMENT_MASS; None for files without.
+        All nodes of the file; facets None for a cloud. Thickness from `*SECTION_SHELL` and
+        `*ELEMENT_SHELL_THICKNESS`, mass from `*ELEMENT_MASS`; None for files without.
 
     Raises
     ------
-    FileError
-        The file is missing, unreadable or of no known kind.
-    MissingPackageError
-        The package that reads the format is not installed.
+    FileError, MissingPackageError
+        The file is missing, unreadable or of no known kind; what reads it is not installed.
     MeshError
         No nodes, a coordinate that is not finite, cells that do not fit, a part that is not there.
     UnitError
         A unit that is none.
+
+    Examples
+    --------
+    >>> pad = read_mesh("pad.vtu", unit="mm", file_unit="m")
+    >>> len(pad), len(pad.facets), pad.points.max().tolist(), dict(pad.cells)
+    (8, 12, 1000.0, {'hexahedron': 1})
     """
     path = Path(path)
-    where = str(path)
-    mesh = read_raw(path)
+    mesh, where = read_raw(path), str(path)
     check_points(mesh.points, where=where, ids=mesh.node_ids)
     selection = select(mesh, parts, where)
     facets, active = _surface(mesh, selection, restricted=parts is not None, where=where)

@@ -55,6 +55,14 @@ def write_mesh(path: str | Path, mesh: TriMesh) -> None:
         The folder is missing or cannot be written to.
     MissingPackageError
         The package that writes meshes is not installed.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)]).tessellate(0.01)
+    >>> cg.write_mesh("ball.msh", ball)
+    >>> len(cg.read_master("ball.msh").triangles) == len(ball.triangles)
+    True
     """
     name, options = FORMATS[check_suffix(path)]
     require("writing a mesh", "meshio")
