@@ -17,15 +17,13 @@ pytestmark = pytest.mark.interpreted
 @njit
 def fold_about(tables, foot, r):
     """Whether a fold is known, the frame of its first face and of its second, the way to it."""
-    known, first, second, way, *_ = about_edge_nb.fold_about(
-        tables, foot, r, about_edge_nb.edge_work()
-    )
-    return known, first, second, way
+    found = about_edge_nb.fold_about(tables, foot, r, about_edge_nb.edge_work())
+    return found[0], found[1], found[2], found[3]
 
 
-def place(body, x, y):
-    """The element of a roof's face over (x, y), and where in it."""
-    foot = body.project([[x, y, 0.0]])
+def place(body, point):
+    """The element of a roof's face that a point lies on, and where in it."""
+    foot = body.project([point])
     tables = tables_of(body)
     for e, row in enumerate(tables.elements.table):
         u0, u1, v0, v1 = row["box"]
@@ -41,10 +39,10 @@ def test_both_faces_of_a_fold_are_known_with_their_frames(turn, sense):
     body = trimmed_fold(turn)
     half = 0.5 * turn
     away = 0.05
-    foot = place(body, sense * away * np.cos(half), 0.2)
+    foot = place(body, [sense * away * np.cos(half), 0.2, -away * np.sin(half)])
     known, first, second, way = fold_about(tables_of(body), foot, 0.3)
     assert known
-    assert way == pytest.approx(away, rel=0.2)
+    assert way == pytest.approx(away, rel=1e-6)
     for frame, own in ((first, sense), (second, -sense)):
         point, tangent, b, normal = (np.array(v) for v in frame[:4])
         np.testing.assert_allclose(point[[0, 2]], 0.0, atol=1e-6)
@@ -55,4 +53,4 @@ def test_both_faces_of_a_fold_are_known_with_their_frames(turn, sense):
 
 def test_far_from_the_edge_there_is_no_fold():
     body = trimmed_fold(1.0)
-    assert not fold_about(tables_of(body), place(body, 0.5, 0.0), 0.05)[0]
+    assert not fold_about(tables_of(body), place(body, [0.4, 0.0, -0.2]), 0.05)[0]
