@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numba import njit
 
+import contiga as cg
 from contiga.num.kernels import query_nb
 
 pytestmark = pytest.mark.interpreted
@@ -40,3 +41,25 @@ def test_rounding_grows_with_the_largest_coordinate_and_the_size_of_the_body():
     assert np.finfo(float).eps < near < 1e-12
     assert slack_of(np.zeros(3), np.array([1.0, -1e6, 0.0]), 1.0) > 1e5 * near
     assert slack_of(np.zeros(3), np.ones(3), 1e6) > 1e5 * near
+
+
+@njit
+def begin_path(out, p, q, size):
+    return query_nb.begin_path(out, 0, p, q, size)
+
+
+def test_a_path_that_is_not_finite_has_no_length_and_says_so():
+    out = cg.Body([cg.shapes.plane()]).first_hit([[0.0, 0.0, 1.0]], [[0.0, 0.0, -1.0]])
+    for k in range(3):
+        for bad in (np.nan, np.inf):
+            a, b = np.zeros(3), np.ones(3)
+            b[k] = bad
+            for p, q in ((a, b), (b, a)):
+                out.status[0] = cg.Status.OK
+                assert begin_path(out, p, q, 1.0)[0] == 0.0
+                assert out.status[0] == cg.Status.NOT_FINITE
+    length, way, slack = begin_path(out, np.zeros(3), np.array([0.0, 3.0, 4.0]), 1.0)
+    assert (length, way) == (5.0, (0.0, 0.6, 0.8))
+    assert slack == slack_of(np.zeros(3), np.array([0.0, 3.0, 4.0]), 1.0)
+    assert out.status[0] == cg.Status.NO_HIT
+    assert np.isnan(out.fraction[0])
