@@ -6,13 +6,14 @@ deep: of the depth, of the direction of the normal, and of the force, which shou
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 import contiga as cg
 from benchmarks.scene import path, points, surface
 from benchmarks.timing import median_seconds
+from contiga_validation.rivals.comparison import Fcpw
 
 POINTS = 500_000
 STEPS = 5
@@ -41,24 +42,6 @@ class Tracker:
 
     def __call__(self, p: np.ndarray) -> None:
         self.feet = self.master.project(p, start=self.feet, mode="track")
-
-
-class Fcpw:
-    """FCPW's vectorised closest points; a mesh with single precision, as it keeps it."""
-
-    def __init__(self, mesh: cg.TriMesh) -> None:
-        import fcpw
-
-        self.scene = fcpw.scene_3D()
-        self.scene.set_object_count(1)
-        self.scene.set_object_vertices(np.asfortranarray(mesh.vertices, dtype=np.float32), 0)
-        self.scene.set_object_triangles(np.asfortranarray(mesh.triangles, dtype=np.int32), 0)
-        self.scene.build(fcpw.aggregate_type.bvh_surface_area, True)
-        self.found = fcpw.interaction_3D_list()
-        self.radii = np.full(POINTS, np.inf, dtype=np.float32)
-
-    def __call__(self, p: Any) -> None:
-        self.scene.find_closest_points(p, self.radii, self.found)
 
 
 def cap(n: int = 4000) -> np.ndarray:
@@ -115,12 +98,12 @@ def speeds() -> list[str]:
     """The table of times, ratios last."""
     patch = surface()
     mesh = grid_mesh(patch)
-    rival = Fcpw(mesh)
+    rival, radii = Fcpw(mesh), np.full(POINTS, np.inf, dtype=np.float32)
     lines = [f"{len(mesh.triangles)} triangles, {POINTS} points; ns a point"]
     for order in ("sorted", "shuffled"):
         start = points(patch, POINTS, order)
         single = [np.asfortranarray(p, dtype=np.float32) for p in path(start, STEPS)]
-        fcpw = 1e9 * median_seconds(rival, single) / POINTS
+        fcpw = 1e9 * median_seconds(lambda p: rival(p, radii), single) / POINTS
         cold = 1e9 * median_seconds(mesh.project, path(start, STEPS)) / POINTS
         tracked = 1e9 * median_seconds(Tracker(mesh, start), path(start, STEPS)) / POINTS
         exact = 1e9 * median_seconds(Tracker(cg.Body(patch), start), path(start, STEPS)) / POINTS

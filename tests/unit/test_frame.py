@@ -78,7 +78,10 @@ def test_no_inner_kernel_is_called_from_python() -> None:
 
 
 def _kernels_in_python(path: Path) -> Iterator[str]:
-    """The kernels (file.name) that a file hands to Python: those it names outside of kernels."""
+    """The kernels (file.name) that a file hands to Python: those it names outside of kernels.
+
+    Other files may name them, as ``x_nb.name``, in functions that they compile with ``@njit``.
+    """
     tree = ast.parse(path.read_text(encoding="utf-8"))
     modules, names = {}, {}
     for node in ast.walk(tree):
@@ -90,7 +93,7 @@ def _kernels_in_python(path: Path) -> Iterator[str]:
     parts = [node for node in tree.body if not getattr(node, "decorator_list", [])]
     if not is_kernel(path):
         yield from names.values()
-        parts = tree.body
+        parts = [node for node in tree.body if not _is_compiled(node)]
     own = {node.name: f"{path.stem}.{node.name}" for node in tree.body if hasattr(node, "name")}
     for part in parts:
         for node in ast.walk(part):
@@ -100,9 +103,41 @@ def _kernels_in_python(path: Path) -> Iterator[str]:
                 yield f"{modules.get(node.value.id)}.{node.attr}"
 
 
+def _is_compiled(node: ast.stmt) -> bool:
+    return isinstance(node, ast.FunctionDef) and [ast.unparse(d) for d in node.decorator_list] == [
+        "njit"
+    ]
+
+
 def is_kernel(path: Path) -> bool:
     """Whether a file is one of kernels, by where it stands."""
     return path.parent.name == "kernels" and path.name != "__init__.py"
+
+
+def named_tests(kernel: Path, tests: Path) -> list[str]:
+    """Names of the test files that a kernel file may have: its own, or its family's."""
+    words = kernel.stem.removesuffix("_nb").split("_")
+    room = tests / kernel.parent.parent.relative_to(ROOT / "src" / "contiga")
+    names = ["_".join(words[:k]) for k in range(len(words), 0, -1)]
+    return [name for name in names if (room / f"test_{name}.py").is_file()]
+
+
+def test_every_kernel_has_a_test_that_is_found_by_its_name() -> None:
+    """`a_b_nb` of a room by `test_a_b.py` of the same room, or by its family's `test_a.py`."""
+    kernels = [path for path in SOURCES if is_kernel(path)]
+    assert len(kernels) > 60
+    missing = [str(path) for path in kernels if not named_tests(path, ROOT / "tests" / "unit")]
+    assert missing == []
+
+
+def test_a_kernel_without_a_test_of_its_name_is_seen(tmp_path: Path) -> None:
+    kernel = ROOT / "src" / "contiga" / "search" / "kernels" / "wide_edge_nb.py"
+    (tmp_path / "search").mkdir()
+    (tmp_path / "search" / "test_edge.py").touch()
+    (tmp_path / "test_wide_edge.py").touch()
+    assert named_tests(kernel, tmp_path) == []
+    (tmp_path / "search" / "test_wide.py").touch()
+    assert named_tests(kernel, tmp_path) == ["wide"]
 
 
 def test_kernels_and_no_others_stand_in_folders_of_kernels() -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from importlib import import_module
+from itertools import pairwise
 from math import ceil
 from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga import Body, Feature, Master, Projection, Status, TriMesh, clouds, shapes
 from contiga_validation.engine.arrays import FloatArray, IntArray
@@ -149,13 +151,9 @@ class Tracker:
 
 
 class Fcpw:
-    """FCPW's vectorised closest points on a mesh, in single precision, as it keeps it.
+    """FCPW's vectorised closest points on a mesh, in single precision, as it keeps it."""
 
-    It starts anew each time; what it can be told is how far the surface is at most: the distance
-    of the step before and the way since. Working that out is not counted.
-    """
-
-    def __init__(self, mesh: TriMesh, places: list[FloatArray], distance: FloatArray) -> None:
+    def __init__(self, mesh: TriMesh) -> None:
         fcpw = import_module("fcpw")
         self.scene = fcpw.scene_3D()
         self.scene.set_object_count(1)
@@ -163,12 +161,10 @@ class Fcpw:
         self.scene.set_object_triangles(np.asfortranarray(mesh.triangles, dtype=np.int32), 0)
         self.scene.build(fcpw.aggregate_type.bvh_surface_area, True)
         self.found = fcpw.interaction_3D_list()
-        self.places = [np.asfortranarray(place, dtype=np.float32) for place in places]
-        self.radii = np.square(1.001 * distance).astype(np.float32)
 
-    def __call__(self, k: int) -> None:
-        """The closest points at step k."""
-        self.scene.find_closest_points(self.places[k], self.radii, self.found)
+    def __call__(self, points: NDArray[np.float32], radii: NDArray[np.float32]) -> None:
+        """Closest points of `points` (n, 3), in Fortran order, none farther than √`radii` (n,)."""
+        self.scene.find_closest_points(points, radii, self.found)
 
 
 def has_peer() -> bool:
@@ -197,16 +193,19 @@ def race(runners: list[Tracker], steps: int, rounds: int) -> list[float]:
 
 
 def _peer_seconds(mesh: TriMesh, places: list[FloatArray]) -> float:
-    """Least time of FCPW for the steps, each told how far the surface was and the way since."""
-    best = np.inf
-    for k in range(1, len(places)):
-        way = np.linalg.norm(places[k] - places[k - 1], axis=1)
-        distance = np.abs(mesh.project(places[k - 1]).gap) + way
-        if k == 1:
-            runner = Fcpw(mesh, places, distance)
-        runner.radii = np.square(1.001 * distance).astype(np.float32)
+    """Least time of FCPW for the steps.
+
+    It starts anew each time; what it can be told is how far the surface is at most: the distance
+    of the step before and the way since. Working that out is not counted.
+    """
+    runner, best = Fcpw(mesh), np.inf
+    for before, place in pairwise(places):
+        way = np.linalg.norm(place - before, axis=1)
+        distance = np.abs(mesh.project(before).gap) + way
+        radii = np.square(1.001 * distance).astype(np.float32)
+        points = np.asfortranarray(place, dtype=np.float32)
         start = perf_counter()
-        runner(k)
+        runner(points, radii)
         best = min(best, perf_counter() - start)
     return best
 

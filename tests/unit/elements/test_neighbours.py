@@ -84,18 +84,3 @@ def body_point(elements, e, s, t):
     h = np.empty((4, 6))
     evaluate(elements, e, s, t, h)
     return h[:3, 0] + elements.table[e]["origin"]
-
-
-def test_all_elements_around_a_corner_and_a_pole_are_listed():
-    list_e, list_st = np.empty(64, np.int64), np.empty((64, 2))
-    elements = tables_of(cg.Body([cg.shapes.bumpy_plate()])).elements
-    inner = next(
-        e for e in range(len(elements.table)) if (elements.table[e]["neighbour"] >= 0).all()
-    )
-    assert around_nb.around(elements, (inner, 0.5, 0.5), list_e, list_st) == 4
-    assert around_nb.around(elements, (inner, 0.5, 0.1), list_e, list_st) == 2
-    assert around_nb.around(elements, (inner, 0.2, 0.1), list_e, list_st) == 1
-    ball = tables_of(cg.Body([cg.shapes.sphere()])).elements
-    e, side = np.argwhere(ball.table["kind"] == POLE)[0]
-    s, t = sides_nb.side_point(side, 0.3)
-    assert around_nb.around(ball, (e, s, t), list_e, list_st) == 4

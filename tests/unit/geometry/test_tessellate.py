@@ -10,29 +10,8 @@ import pytest
 from contiga import NurbsSurface, TriMesh, shapes
 from contiga.errors import GeometryError, InputError
 from contiga.geometry import tessellate as ts
-from contiga.geometry.kernels import chord_nb as chord
 
-
-def segment_distance(x, a, b):
-    d = b - a
-    square = np.maximum((d * d).sum(-1), 1e-300)
-    t = np.clip(((x - a) * d).sum(-1) / square, 0.0, 1.0)
-    return np.linalg.norm(x - a - t[..., None] * d, axis=-1)
-
-
-def distance_to_triangle(x, a, b, c):
-    """By plane and edges, unlike the package's own."""
-    n = np.cross(b - a, c - a)
-    size = np.linalg.norm(n, axis=-1, keepdims=True)
-    n = n / np.maximum(size, 1e-300)
-    height = ((x - a) * n).sum(-1)
-    foot = x - height[..., None] * n
-    inside = size[..., 0] > 0.0
-    for p, q in ((a, b), (b, c), (c, a)):
-        inside &= (np.cross(q - p, foot - p) * n).sum(-1) >= 0.0
-    edges = np.minimum(segment_distance(x, a, b), segment_distance(x, b, c))
-    edges = np.minimum(edges, segment_distance(x, c, a))
-    return np.where(inside, np.abs(height), edges)
+from .distances import distance_to_triangle
 
 
 def largest_miss(surface, u, v, samples=7):
@@ -179,64 +158,6 @@ def test_net_rule_halves_its_difference_fourfold_when_all_is_bisected():
         sums.append(np.abs(net - base).sum())
     assert sums[0] / sums[1] == pytest.approx(4.0, rel=0.05)
     assert sums[1] / sums[2] == pytest.approx(4.0, rel=0.02)
-
-
-@pytest.mark.interpreted
-def test_distance_to_a_triangle_in_every_region():
-    rng = np.random.default_rng(0)
-    a, b, c = rng.normal(size=(3, 3))
-    for x in rng.normal(size=(200, 3)) * 3.0:
-        expected = distance_to_triangle(x, a, b, c)
-        assert chord.triangle_distance(x, a, b, c) == pytest.approx(expected, abs=1e-14)
-    line = chord.triangle_distance(
-        np.array([0.5, 1.0, 0.0]), *np.array([[0, 0, 0]] * 2 + [[1, 0, 0]], float)
-    )
-    assert line == pytest.approx(1.0)
-
-
-@pytest.mark.interpreted
-def test_proof_refuses_a_dome_that_is_too_high_and_takes_one_that_is_not():
-    """A biquadratic dome over a flat quad has its top at a quarter of the middle point's height."""
-    net = np.ones((3, 3, 4))
-    net[..., 0], net[..., 1] = np.meshgrid([0, 0.5, 1], [0, 0.5, 1], indexing="ij")
-    net[..., 2] = 0.0
-    net[1, 1, 2] = 0.4
-    one = np.ones(1, np.int64)
-    for tol, proved in ((0.099, False), (0.101, True)):
-        missed = np.ones((1, 1), dtype=np.bool_)
-        chord.elements_within(net[None, None], one, one, tol, missed)
-        assert missed[0, 0] != proved
-
-
-@pytest.mark.interpreted
-def test_proof_sees_what_bridges_the_edge_between_the_triangles():
-    """All four points of a twisted bilinear patch lie on its triangles; its middle does not.
-
-    The middle (½, ½, ¼) of the patch is 1/√24 = 0.204 from both triangles z = 0…y and z = 0…x.
-    """
-    net = np.ones((2, 2, 4))
-    net[..., :3] = [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [1, 1, 1]]]
-    one = np.ones(1, np.int64)
-    middle, quad = np.array([0.5, 0.5, 0.25]), net[[0, 1, 1, 0], [0, 0, 1, 1], :3]
-    true = min(
-        chord.triangle_distance(middle, quad[0], quad[1], quad[2]),
-        chord.triangle_distance(middle, quad[0], quad[2], quad[3]),
-    )
-    for tol, proved in ((0.95 * true, False), (1.3 * true, True)):
-        missed = np.ones((1, 1), dtype=np.bool_)
-        chord.elements_within(net[None, None], one, one, tol, missed)
-        assert missed[0, 0] != proved
-
-
-@pytest.mark.interpreted
-def test_restriction_is_the_part_of_the_polynomial():
-    coefs = np.random.default_rng(0).normal(size=(4, 1, 2))
-    part, turned = coefs.copy(), coefs.transpose(1, 0, 2).copy()
-    chord.restrict(part, 0, 0.2, 0.7)
-    chord.restrict(turned, 1, 0.2, 0.7)
-    np.testing.assert_array_equal(turned[0], part[:, 0])
-    ends = shapes.NurbsCurve(3, [0, 0, 0, 0, 1, 1, 1, 1], coefs[:, 0]).restricted(0.2, 0.7)
-    np.testing.assert_allclose(part[:, 0], ends.control_points[:, :2], rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize("method", ["chord", "net"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from contiga.num.codes import NO_HIT, NOT_FINITE
 from contiga.num.jit import inner
 
 ROUNDING = 8.0 * 2.220446049250313e-16
@@ -58,3 +59,17 @@ def slack_of(p, q, size):
     for c in range(3):
         most = max(most, abs(p[c]), abs(q[c]))
     return ROUNDING * (most + size)
+
+
+@inner()
+def begin_path(out, i, p, q, size):
+    """Blank row i of `out` for the path p → q: its length, its direction, its `slack_of`.
+
+    The length is zero where there is nothing to look for; the row's status says why.
+    """
+    length, d = direction(p, q)
+    if not (math.isfinite(p[0] + p[1] + p[2] + length) and math.isfinite(q[0] + q[1] + q[2])):
+        blank_hit(out, i, NOT_FINITE)
+        return 0.0, d, 0.0
+    blank_hit(out, i, NO_HIT)
+    return length, d, slack_of(p, q, size)

@@ -11,9 +11,9 @@ import math
 import numpy as np
 
 from contiga.elements.kernels.element_nb import evaluate, parameters
-from contiga.num.codes import AT_START, BUDGET, EITHER, ENTRIES, NO_HIT, NOT_FINITE, OK, OUT
+from contiga.num.codes import AT_START, BUDGET, EITHER, ENTRIES, OK, OUT
 from contiga.num.jit import inlined, inner, kernel
-from contiga.num.kernels.query_nb import blank_hit, direction, slack_of
+from contiga.num.kernels.query_nb import begin_path
 from contiga.search.kernels.crossing_nb import DEPTH, next_crossing
 from contiga.search.kernels.edge_width_nb import BESIDE, edge_width
 from contiga.search.kernels.global_nb import has_pole
@@ -246,14 +246,9 @@ def first_hits(tables, p0, p1, rows, out, start, stop):
         j = rows[i]
         p = (p0[j, 0], p0[j, 1], p0[j, 2])
         q = (p1[j, 0], p1[j, 1], p1[j, 2])
-        length, d = direction(p, q)
-        if not math.isfinite(p[0] + p[1] + p[2] + length):
-            blank_hit(out, i, NOT_FINITE)
-            continue
-        blank_hit(out, i, NO_HIT)
+        length, d, slack = begin_path(out, i, p, q, size)
         if length == 0.0 or tables.leaves.shape[0] == 0:
             continue
-        slack = slack_of(p, q, size)
         segment = (p, d, length, slack, math.sqrt(slack * size), (0.0, 0.0))
         _search(arrays, segment, ENTRIES, found, queue, work)
         if found[0, X] < math.inf:
@@ -281,15 +276,10 @@ def last_crossings(tables, p0, p1, loose, out, verdict, start, stop):
         # Backwards: what is entered going back is left going on.
         p = (p1[i, 0], p1[i, 1], p1[i, 2])
         q = (p0[i, 0], p0[i, 1], p0[i, 2])
-        length, d = direction(p, q)
         verdict[i] = 0.0
-        if not math.isfinite(q[0] + q[1] + q[2] + length):
-            blank_hit(out, i, NOT_FINITE)
-            continue
-        blank_hit(out, i, NO_HIT)
+        length, d, slack = begin_path(out, i, p, q, size)
         if length == 0.0 or tables.leaves.shape[0] == 0:
             continue
-        slack = slack_of(p, q, size)
         segment = (p, d, length, slack, math.sqrt(slack * size), (loose[1], loose[0]))
         _search(arrays, segment, EITHER, found, queue, work)
         side = 0 if found[0, X] <= found[1, X] else 1

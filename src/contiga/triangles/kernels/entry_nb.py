@@ -14,9 +14,9 @@ import math
 
 import numpy as np
 
-from contiga.num.codes import AT_START, EITHER, ENTRIES, NO_HIT, NOT_FINITE, OK
+from contiga.num.codes import AT_START, EITHER, ENTRIES, OK
 from contiga.num.jit import inner, kernel
-from contiga.num.kernels.query_nb import blank_hit, direction, slack_of
+from contiga.num.kernels.query_nb import begin_path
 from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, put
 from contiga.triangles.kernels.facet_nb import TRIANGLE
 
@@ -174,14 +174,9 @@ def first_hits(facets, p0, p1, rows, out, start, stop):
         k = rows[i]
         p = (p0[k, 0], p0[k, 1], p0[k, 2])
         q = (p1[k, 0], p1[k, 1], p1[k, 2])
-        length, d = direction(p, q)
-        if not math.isfinite(p[0] + p[1] + p[2] + length):
-            blank_hit(out, i, NOT_FINITE)
-            continue
-        blank_hit(out, i, NO_HIT)
+        length, d, slack = begin_path(out, i, p, q, size)
         if length == 0.0:
             continue
-        slack = slack_of(p, q, size)
         _search(tree, (p, d, length, slack, math.sqrt(slack * size)), ENTRIES, found, work)
         if found[0, X] < math.inf:
             _write(facets, out, i, found[0], length)
@@ -201,15 +196,10 @@ def last_crossings(facets, p0, p1, out, verdict, start, stop):
         # Backwards: what is entered going back is left going on.
         p = (p1[i, 0], p1[i, 1], p1[i, 2])
         q = (p0[i, 0], p0[i, 1], p0[i, 2])
-        length, d = direction(p, q)
         verdict[i] = 0.0
-        if not math.isfinite(q[0] + q[1] + q[2] + length):
-            blank_hit(out, i, NOT_FINITE)
-            continue
-        blank_hit(out, i, NO_HIT)
+        length, d, slack = begin_path(out, i, p, q, size)
         if length == 0.0:
             continue
-        slack = slack_of(p, q, size)
         _search(tree, (p, d, length, slack, math.sqrt(slack * size)), EITHER, found, work)
         side = 0 if found[0, X] <= found[1, X] else 1
         if found[side, X] < math.inf:

@@ -6,42 +6,13 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.geometry.edges import BodyEdge, EdgeUse
 from contiga.records import Feature, Status
-from contiga.search.tables import tables_of
+
+from .folds import trimmed_fold
 
 TURNS = [1e-5, 1e-3, 0.1, 1.0, np.pi / 2, 2.5]
 JUMP = 100.0
 """A foot that goes so many times as far as its point has jumped."""
-
-
-def ring(low, high):
-    corners = [[low, 0, 0], [high, 0, 0], [high, 1, 0], [low, 1, 0]]
-    return [cg.shapes.line(a, b) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
-
-
-def trimmed_fold(turn, gap=0.0):
-    """Two planes that meet along y at x = z = 0, bent down by `turn`, and reach over their edge.
-
-    Both are cut back to half of `gap` from it; half of that is its tolerance.
-    """
-    c, s = np.cos(0.5 * turn), np.sin(0.5 * turn)
-
-    def left(x):
-        return [[x * c, y, x * s] for y in (-1.0, 1.0)]
-
-    def right(x):
-        return [[x * c, y, -x * s] for y in (-1.0, 1.0)]
-
-    sheets = [
-        cg.shapes.bilinear(a[0], b[0], a[1], b[1])
-        for a, b in ((left(-1.0), left(0.5)), (right(-0.5), right(1.0)))
-    ]
-    cut = (1.0 - 0.5 * gap) / 1.5
-    curve = cg.shapes.line([0, -1, 0], [0, 1, 0])
-    uses = (EdgeUse(0, 0, 1, False), EdgeUse(1, 0, 3, True))
-    edge = BodyEdge(curve, 0.5 * gap, uses, ((0.0, 1.0), (0.0, 1.0)))
-    return cg.Body(sheets, trims=[[ring(0.0, cut)], [ring(1.0 - cut, 1.0)]], edges=[edge])
 
 
 def foot_on_fold(p, turn):
@@ -197,18 +168,3 @@ def test_what_is_certified_beside_the_edges_of_a_solid_is_where_tiny_steps_lead(
     assert not stays[events].any()
     if size <= 1e-2:
         assert (proved | events).mean() >= SHARES[name]
-
-
-def test_joints_tell_how_far_the_surface_turns_and_how_wide_their_edge_is():
-    for turn in (0.0, 1e-3, 1.0):
-        body = trimmed_fold(turn, 6e-6)
-        joint = tables_of(body).joints.edges[0]
-        np.testing.assert_allclose(joint["turn"], 1.02 * turn, atol=1e-12)
-        assert sorted(joint["patch"].tolist()) == [0, 1]
-        assert 6e-6 <= joint["width"] <= 7e-6
-
-
-def test_a_border_is_no_joint():
-    body = trimmed_fold(1.0)
-    body = cg.Body(body.patches, trims=body.trims, edges=[])
-    assert len(tables_of(body).joints.edges) == 0

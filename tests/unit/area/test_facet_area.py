@@ -4,69 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 import contiga as cg
-from contiga.area.kernels import components_nb, facet_area_nb, image_nb, touch_nb
+from contiga.area.kernels import facet_area_nb, image_nb
 from contiga.records import Projection
 
 pytestmark = pytest.mark.interpreted
-
-FACETS = np.array([[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5], [6, 7, 8]], np.int32)
-
-
-def test_every_facet_is_listed_at_its_corners():
-    first, incident = touch_nb.incidence(FACETS, 10)
-    for i in range(10):
-        own = incident[first[i] : first[i + 1]]
-        assert own.tolist() == [f for f, facet in enumerate(FACETS.tolist()) if i in facet]
-
-
-def test_corners_of_cut_facets_are_numbered_those_in_contact_first():
-    # Points 1, 2 and 6 touch; facet 3 has no part in it.
-    place = np.full(9, -1, np.int32)
-    place[[1, 2, 6]] = [0, 1, 2]
-    points = np.array([[k, k * k % 5, 0.0] for k in range(9)])
-    part = np.array([0, 1, 2, 4], np.int32)
-    found, corner, inner, free, start = touch_nb.around(FACETS, part, points, place)
-    assert found.tolist() == [0, 1, 2, 4]
-    assert inner.tolist() == [0, 1, 2]
-    nodes = np.concatenate([np.array([1, 2, 6])[inner], free])
-    assert np.array_equal(nodes[corner], FACETS[found])
-    # Each free corner starts from its nearest neighbour in contact.
-    for f, s in zip(free, start, strict=True):
-        mates = {int(c) for t in FACETS[found] if f in t for c in t if place[c] >= 0}
-        nearest = min(mates, key=lambda c: np.linalg.norm(points[c] - points[f]))
-        assert [1, 2, 6][inner[s]] == nearest
-
-
-def test_facets_with_a_corner_that_is_nowhere_are_left_out():
-    place = np.full(9, -1, np.int32)
-    place[2] = 0
-    points = np.zeros((9, 3))
-    points[1] = np.nan
-    found, *_ = touch_nb.around(FACETS, np.array([0, 1, 2], np.int32), points, place)
-    assert found.tolist() == [2]
-
-
-def test_regions_of_a_graph_are_its_connected_components():
-    rng = np.random.default_rng(2)
-    n = 60
-    ends = rng.integers(0, n, (45, 2))
-    graph = coo_matrix((np.ones(len(ends)), ends.T), (n, n)).tocsr()
-    graph = graph + graph.T
-    rows = np.flatnonzero(rng.random(n) < 0.8).astype(np.int32)
-    place = np.full(n, -1, np.int32)
-    label = components_nb.graph_components(
-        graph.indptr.astype(np.int64), graph.indices.astype(np.int32), rows, place
-    )
-    count, other = connected_components(graph[rows][:, rows], directed=False)
-    assert label.max() + 1 == count
-    assert len({*zip(label.tolist(), other.tolist(), strict=True)}) == count
-    # Numbered as they come.
-    assert [label[k] for k in np.unique(label, return_index=True)[1]] == list(range(count))
-    assert (np.diff(np.unique(label, return_index=True)[1]) > 0).all()
 
 
 def test_cuts_are_where_the_gap_between_their_ends_is_zero():

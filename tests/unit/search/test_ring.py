@@ -1,0 +1,42 @@
+"""Bounds around the parts of elements: surroundings that feet do not leave unseen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import contiga as cg
+from contiga.search.tables import tables_of
+
+
+def test_curvatures_around_every_part_of_a_torus_are_bounded():
+    patch = cg.shapes.torus(major=3.0, minor=1.0)
+    tables = tables_of(cg.Body([patch]))
+    # towards the outward normal the rim bends by 1/4 at most inward, the hole by 1/2 outward
+    curvature = tables.rings["curvature"]
+    assert (curvature[..., 1] >= 1.0 - 1e-9).all()
+    assert (curvature[..., 1] < 2.5).all()
+    assert (curvature[..., 0] < 1.2).all()
+    assert (tables.rings["room"] > 0.0).all()
+    assert (tables.rings["ends"] == 0).all()
+
+
+def test_speeds_and_widths_hold_within_the_block():
+    patch = cg.shapes.bumpy_plate(waves=2)
+    tables = tables_of(cg.Body([patch]))
+    rng = np.random.default_rng(0)
+    for ring in rng.choice(tables.rings.ravel(), 40):
+        u0, u1, v0, v1 = ring["block"]
+        uv = rng.uniform([u0, v0], [u1, v1], (100, 2)).clip(0.0, 1.0)
+        D = patch.derivatives(uv, 1)
+        u, v = D[:, 1, 0], D[:, 0, 1]
+        speed = np.linalg.norm(u, axis=1).max(), np.linalg.norm(v, axis=1).max()
+        area = np.linalg.norm(np.cross(u, v), axis=1)
+        width = (area / np.linalg.norm(v, axis=1)).min(), (area / np.linalg.norm(u, axis=1)).min()
+        assert (np.array(speed) <= ring["speed"] * (1.0 + 1e-9)).all()
+        assert (np.array(width) >= ring["width"] * (1.0 - 1e-9)).all()
+
+
+def test_the_border_of_a_sheet_ends_the_parts_beside_it():
+    ends = tables_of(cg.Body([cg.shapes.saddle()])).rings["ends"]
+    assert ends.any()
+    assert not ends.all()
