@@ -52,11 +52,14 @@ def test_pages_show_a_case_and_a_program() -> None:
     assert "README.md" in {page for page, _ in blocks("python")}
 
 
-@pytest.mark.parametrize(("page", "text"), blocks("python"))
-def test_program_on_a_page_runs(page: str, text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    exec(compile(text, page, "exec"), {})
-    expected = re.findall(r"print\(.*#\s*(.+)$", text, re.M)
-    assert capsys.readouterr().out.split("\n")[:-1] == expected
+@pytest.mark.parametrize("page", sorted({page for page, _ in blocks("python")}))
+def test_programs_on_a_page_run(page: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """One after the other, as a reader would: a later one may go on from those before it."""
+    names: dict[str, object] = {}
+    for text in (text for name, text in blocks("python") if name == page):
+        exec(compile(text, page, "exec"), names)
+        expected = re.findall(r"print\(.*#\s*(.+)$", text, re.M)
+        assert capsys.readouterr().out.split("\n")[:-1] == expected
 
 
 @pytest.mark.parametrize(
