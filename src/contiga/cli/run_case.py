@@ -41,17 +41,15 @@ def run(
 
     Raises
     ------
-    InputError
-        Something in the case, its files or the folder is wrong; nothing has been written.
-    MissingPackageError
-        What the case asks for needs a package that is not installed.
+    InputError, MissingPackageError
+        Something in the case, its files or the folder is wrong, or what the case asks for needs a
+        package that is not installed; nothing has been written.
     RunError
         The run could not be carried through.
 
     Examples
     --------
-    >>> result = run("case.toml", out="out")
-    >>> result.history["max_penetration"].max().round(9).tolist()
+    >>> run("case.toml", out="out").history["max_penetration"].max().round(9).tolist()
     3.0
     """
     from contiga.case import build
