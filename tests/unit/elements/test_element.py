@@ -9,8 +9,6 @@ import contiga as cg
 from contiga.elements.kernels import element_nb
 from contiga.search.tables import tables_of
 
-pytestmark = pytest.mark.interpreted
-
 PATCHES = {
     "torus": cg.shapes.torus(),
     "bumps": cg.shapes.bumpy_plate(waves=2),
