@@ -1,6 +1,6 @@
 # make demo    run the example and say where its report lies
 # make test    everything the continuous integration checks
-# make lint    style, types, import walls      make bench   the measured speeds      make docs   the pages
+# make lint    style, types, import walls      make bench   the measured speeds      make docs   the pages as HTML
 # make stress  the search and the readers attacked in full: an hour or more
 # VENV=folder chooses the virtual environment, PYTHON=interpreter what it is made from.
 
@@ -41,8 +41,10 @@ stress: $(BIN)/.test-stamp
 	$(BIN)/python -m tests.stress --full
 	$(BIN)/python -m tests.fuzz --count 100000 --jobs 2
 
-docs: $(BIN)/.run-stamp
+docs: $(BIN)/.docs-stamp
 	$(BIN)/python docs/check_links.py
+	$(BIN)/python -m sphinx -q -W --keep-going -b html docs out/docs
+	@echo "The pages: $(abspath out/docs/index.html)"
 
 clean:
 	rm -rf out $(GENERATED) $(VENV)
@@ -60,13 +62,17 @@ $(BIN)/.venv-stamp:
 	@touch $@
 
 $(BIN)/.run-stamp: pyproject.toml $(BIN)/.venv-stamp
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[all]"
 	@touch $@
 
 $(BIN)/.test-stamp: pyproject.toml $(BIN)/.venv-stamp
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[test]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[all,test]"
+	@touch $@ $(BIN)/.run-stamp
+
+$(BIN)/.docs-stamp: pyproject.toml $(BIN)/.venv-stamp
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[all,docs]"
 	@touch $@ $(BIN)/.run-stamp
 
 $(BIN)/.bench-stamp: pyproject.toml $(BIN)/.venv-stamp
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[bench]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[all,bench]"
 	@touch $@ $(BIN)/.run-stamp

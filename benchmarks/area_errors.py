@@ -40,9 +40,9 @@ METHODS = {
     "facets": cg.FacetArea("master"),
     "cloud, rest": cg.CloudArea("master"),
     "cloud, feet": cg.CloudArea("master", by="feet"),
-    "hull, exact": cg.HullArea("auto", "exact"),
-    "hull, linear": cg.HullArea("auto", "linear"),
-    "k-means 2": cg.HullArea(2, "linear"),
+    "hull, exact": cg.HullArea("auto", mapping="exact"),
+    "hull, linear": cg.HullArea("auto", mapping="linear"),
+    "k-means 2": cg.HullArea(2, mapping="linear"),
     "constant": cg.NodalArea(),
 }
 

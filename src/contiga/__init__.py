@@ -37,6 +37,9 @@ _HOME = {
     "Contact": "contiga.contact.contact",
     "State": "contiga.contact.state",
     "Simulation": "contiga.simulation.simulation",
+    "SystemState": "contiga.simulation.system_state",
+    "Result": "contiga.simulation.result",
+    "Case": "contiga.case.schema",
     "Clock": "contiga.simulation.clock",
     "load_case": "contiga.case.schema",
     "build": "contiga.case.build",
@@ -56,6 +59,7 @@ _ROOMS = {
     "clouds": "contiga.geometry.clouds",
     "knots": "contiga.geometry.knots",
     "errors": "contiga.errors",
+    "extras": "contiga.extras",
     "motion": "contiga.dynamics",
     "files": "contiga.io.out.files",
     "style": "contiga.report.style",
@@ -66,6 +70,7 @@ __all__ = ["__version__", *_HOME, *_ROOMS]
 if TYPE_CHECKING:
     from contiga import dynamics as motion  # noqa: F401 (the public name)
     from contiga import errors as errors
+    from contiga import extras as extras
     from contiga.area.cloud import CloudArea as CloudArea
     from contiga.area.cluster import clusters_of as clusters_of
     from contiga.area.facet import FacetArea as FacetArea
@@ -75,6 +80,7 @@ if TYPE_CHECKING:
     from contiga.area.method import Areas as Areas
     from contiga.area.nodal import NodalArea as NodalArea
     from contiga.case.build import build as build
+    from contiga.case.schema import Case as Case
     from contiga.case.schema import load_case as load_case
     from contiga.cli.run_case import run as run
     from contiga.contact.contact import Contact as Contact
@@ -107,7 +113,9 @@ if TYPE_CHECKING:
     from contiga.report import style as style
     from contiga.report.view import View as View
     from contiga.simulation.clock import Clock as Clock
+    from contiga.simulation.result import Result as Result
     from contiga.simulation.simulation import Simulation as Simulation
+    from contiga.simulation.system_state import SystemState as SystemState
     from contiga.slaves.slave import Slave as Slave
     from contiga.triangles.trimesh import TriMesh as TriMesh
 

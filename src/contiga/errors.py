@@ -1,7 +1,15 @@
 """Every exception contiga raises on purpose. Each says what is wrong, where, and what is allowed.
 
-`InputError` and its children are the user's to mend (exit code 2 on the command line);
-`RunError` means that a correct input could not be carried through (exit code 1).
+`InputError` and its children are the user's to mend (exit code 2 on the command line), as is a
+`MissingPackageError`; `RunError` means that a correct input could not be carried through (exit
+code 1).
+
+>>> import contiga as cg
+>>> try:
+...     cg.shapes.sphere(radius=-1.0)
+... except cg.errors.InputError as error:
+...     print(error.found, "|", error.allowed)
+-1.0 | > 0
 """
 
 from __future__ import annotations
@@ -19,6 +27,12 @@ class ContigaError(Exception):
 
 class RunError(ContigaError):
     """A valid input could not be carried through to the end."""
+
+
+class MissingPackageError(ContigaError, ImportError):
+    """Something was asked for that a package is needed for which is not installed."""
+
+    exit_code = 2
 
 
 class InputError(ContigaError, ValueError):

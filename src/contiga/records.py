@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
+
+from contiga.shown import Facts, counted, line_of, table_of
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
@@ -14,72 +16,116 @@ ByteArray = NDArray[np.int8]
 IndexArray = NDArray[np.integer[Any]]
 
 
-class Feature(IntEnum):
+class Advised(IntEnum):
+    """Numbers that say in a sentence what they mean for their user and what to do.
+
+    >>> Status(3).advice
+    'Not converged; take smaller steps, or project with mode="global".'
+    """
+
+    advice: str
+
+    def __new__(cls, value: int, advice: str) -> Self:
+        member = int.__new__(cls, value)
+        member._value_ = value
+        member.advice = advice
+        return member
+
+
+class Feature(Advised):
     """What a foot lies on. Decides how the normal is defined there."""
 
-    NONE = -1
-    """No foot: the point was not found or not asked for."""
-    FACE = 0
-    """Inside a face: the normal is the surface's."""
-    EDGE = 1
-    """On an edge: a crease between faces, a trimmed or a natural border."""
-    VERTEX = 2
-    """On a corner, or on a pole where a whole side of a patch is one point."""
+    NONE = -1, "There is no foot: the status says why."
+    FACE = 0, "The foot lies inside a face, and the normal is the surface's."
+    EDGE = (
+        1,
+        "The foot lies on an edge (a crease between faces, a trimmed or a natural border); take "
+        "the normal of the record, not that of one face.",
+    )
+    VERTEX = (
+        2,
+        "The foot lies on a corner, or on a pole where a whole side of a patch is one point; take "
+        "the normal of the record, not that of one face.",
+    )
 
 
-class Status(IntEnum):
-    """Outcome of a projection or first hit of one point. Members say what to do about it."""
+class Status(Advised):
+    """Outcome of a projection or first hit of one point."""
 
-    OK = 0
-    """Converged: the foot is a stationary point, or the closest point of a border."""
-    BORDER = 1
-    """Converged on a true border of the surface: the surface ends before the foot's normal
-    reaches the point. Contact releases or holds such a point as its ``on_edge`` says."""
-    TRIMMED = 2
-    """The tracked foot ran into a part of the patch that is trimmed away."""
-    MAX_ITERATIONS = 3
-    """Not converged. Take smaller steps, or project with ``mode="global"``."""
-    BRANCH_EVENT = 4
-    """The tracked minimum vanished on the way. Where the point crossed a focal surface the foot is
-    the closest point instead; where it ran into the inner side of a fold it went on in the other
-    face. Nothing continues the old one: smaller steps show where it ends."""
-    NOT_FINITE = 5
-    """The point has a NaN or infinite coordinate. Mend the input."""
-    NO_HIT = 6
-    """The segment meets the surface nowhere from its free side (first hit only)."""
-    AT_START = 7
-    """The segment starts on the surface and leads inside: its fraction is 0 (first hit only)."""
-    BUDGET = 8
-    """The search opened as many cells as it may: the answer is the best found, not proved (of a
-    first hit perhaps none). Mend the geometry there: weights that differ by many decades,
-    collapsed or folded patches."""
+    OK = 0, "Converged: the foot is a stationary point, or the closest point of a border."
+    BORDER = (
+        1,
+        "Converged on a true border: the surface ends before the foot's normal reaches the point, "
+        "and a contact releases or holds such a point as its on_edge says.",
+    )
+    TRIMMED = (
+        2,
+        "The tracked foot ran into a part of the patch that is trimmed away; project with "
+        'mode="global" for the closest point of what is left.',
+    )
+    MAX_ITERATIONS = 3, 'Not converged; take smaller steps, or project with mode="global".'
+    BRANCH_EVENT = (
+        4,
+        "The tracked minimum vanished on the way and nothing continues it: the foot is the closest "
+        "point where a focal surface was crossed, and lies in the other face where it ran into a "
+        "fold; smaller steps show where.",
+    )
+    NOT_FINITE = 5, "The point has a NaN or infinite coordinate; mend the input."
+    NO_HIT = (
+        6,
+        "The segment meets the surface nowhere from its free side (first hit only); where it "
+        "should, look at its ends and at the side the normals point to.",
+    )
+    AT_START = (
+        7,
+        "The segment starts on the surface and leads inside, so that its fraction is 0 (first hit "
+        "only).",
+    )
+    BUDGET = (
+        8,
+        "The search opened as many cells as it may, and its answer is the best found, not proved "
+        "(of a first hit perhaps none); mend the geometry there: weights that differ by many "
+        "decades, collapsed or folded patches.",
+    )
 
 
-class ContactStatus(IntEnum):
+class ContactStatus(Advised):
     """Where a slave point stands after a step."""
 
-    FREE = 0
-    """Not in contact."""
-    NEW = 1
-    """Came into contact in this step."""
-    OLD = 2
-    """In contact, and was already."""
-    RELEASED = 3
-    """Came back to the free side in this step (Eq. 4.7), or left a closed body by another face."""
-    SLID_OFF = 4
-    """Its foot left the surface over a border or into a trimmed hole in this step."""
-    HELD = 5
-    """In contact at the closest point of a border (``on_edge="hold"``)."""
-    LOST = 6
-    """Could not be solved; left out of the forces. Take smaller steps."""
-    NOT_FINITE = 7
-    """Has a NaN or infinite coordinate; left out of the forces."""
-    FOUND = 8
-    """In contact: lies inside a closed body without a crossing having been seen. Its foot is the
-    closest point. Report the case: this is a fault of the search."""
-    REACQUIRED = 9
-    """In contact at a foot found again: the one it had vanished (its point crossed a focal surface,
-    or it ran into the inner side of a fold) or did not continue."""
+    FREE = 0, "Not in contact."
+    NEW = 1, "Came into contact in this step."
+    OLD = 2, "In contact, and was already."
+    RELEASED = (
+        3,
+        "Came back to the free side in this step, or left a closed body by another face.",
+    )
+    SLID_OFF = (
+        4,
+        "Its foot left the surface over a border or into a trimmed hole in this step; where it "
+        'should stay, let the surface go on or take on_edge="hold".',
+    )
+    HELD = (
+        5,
+        'In contact at the closest point of a border, as on_edge="hold" asks; where the border is '
+        "none of the real part, let the surface go on.",
+    )
+    LOST = 6, "Could not be solved and is left out of the forces; take smaller steps."
+    NOT_FINITE = (
+        7,
+        "Has a NaN or infinite coordinate and is left out of the forces; look at the motion, or at "
+        "the solver that moves it.",
+    )
+    FOUND = (
+        8,
+        "In contact at its closest point: it lies inside a closed body without a crossing having "
+        "been seen, a fault of the search; please report the case.",
+    )
+    REACQUIRED = (
+        9,
+        "In contact at a foot found again, as the one it had vanished (its point crossed a focal "
+        "surface, or it ran into the inner side of a fold) or did not continue; smaller steps show "
+        "where.",
+    )
 
 
 IN_CONTACT = (
@@ -92,7 +138,13 @@ IN_CONTACT = (
 
 
 class Projection(NamedTuple):
-    """Feet of n points on a body, in the frame the points came in."""
+    """Feet of n points on a body, in the frame the points came in.
+
+    >>> import contiga as cg
+    >>> feet = cg.Body([cg.shapes.sphere(radius=2.0)]).project([[5.0, 0.0, 0.0], [0.0, 1.5, 0.0]])
+    >>> feet.gap.round(12).tolist(), [cg.Status(s).name for s in feet.status]
+    ([3.0, -0.5], ['OK', 'OK'])
+    """
 
     patch: IntArray
     """(n,) index of the patch, −1 where there is no foot."""
@@ -114,9 +166,27 @@ class Projection(NamedTuple):
     stationary points continued from its start along the straight motion of the point. 0 where that
     could not be shown."""
 
+    def _facts(self) -> Facts:
+        proved = int(np.count_nonzero(self.certified))
+        return [("points", len(self.status)), *_statuses(self.status), ("certified", proved)]
+
+    def __repr__(self) -> str:
+        return line_of("Projection", self._facts())
+
+    def _repr_html_(self) -> str:
+        return table_of("Projection", self._facts())
+
 
 class Hit(NamedTuple):
-    """First entry of n swept points into a body."""
+    """First entry of n swept points into a body.
+
+    >>> import contiga as cg
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    >>> starts = np.array([[0.0, 0.0, 3.0], [0.0, 2.0, 3.0]])
+    >>> hit = ball.first_hit(starts, starts - [0.0, 0.0, 4.0])
+    >>> hit.fraction.round(12).tolist(), [cg.Status(s).name for s in hit.status]
+    ([0.5, nan], ['OK', 'NO_HIT'])
+    """
 
     fraction: FloatArray
     """(n,) of the way from start to end, in [0, 1]; NaN where there is no hit."""
@@ -129,9 +199,30 @@ class Hit(NamedTuple):
     status: ByteArray
     """(n,) `Status`."""
 
+    def _facts(self) -> Facts:
+        return [("segments", len(self.status)), *_statuses(self.status)]
+
+    def __repr__(self) -> str:
+        return line_of("Hit", self._facts())
+
+    def _repr_html_(self) -> str:
+        return table_of("Hit", self._facts())
+
+
+def _statuses(codes: ByteArray) -> Facts:
+    """How many rows have each status that occurs."""
+    return counted((status.name for status in Status), np.bincount(codes, minlength=len(Status)))
+
 
 class LawInput(NamedTuple):
-    """What a force law sees of the n_c points in contact."""
+    """What a force law sees of the n_c points in contact.
+
+    >>> one = np.array([0.1])
+    >>> seen = LawInput(one, 0.0 * one, area=one, thickness=None, mass=None, dt=0.0)
+    >>> import contiga as cg
+    >>> cg.PenaltyLaw(50.0).respond(seen).force.tolist()
+    [5.0]
+    """
 
     penetration: FloatArray
     """(n_c,) λ ≥ 0."""

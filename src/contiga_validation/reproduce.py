@@ -9,6 +9,7 @@ from time import perf_counter
 
 from contiga import Clock, files
 from contiga.errors import FileError, RunError
+from contiga.extras import require
 from contiga_validation.ahead import BEFORE, compiling_ahead
 from contiga_validation.catalogue import chapter_title, chosen
 from contiga_validation.engine.drawing import png
@@ -54,9 +55,12 @@ def reproduce(
         An unknown experiment, or a folder that cannot be written or is somebody else's.
     FileError
         No such CAD file.
+    MissingPackageError
+        A package that the experiments use is not installed.
     RunError
         An experiment could not be carried through.
     """
+    require("a reproduction", "matplotlib", "pydantic", "sklearn", "OCP")
     part = None if cad is None else Path(cad)
     if part is not None and not part.is_file():
         raise FileError("no such file", where=str(part))

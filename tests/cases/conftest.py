@@ -13,30 +13,28 @@ import contiga as cg
 from contiga.case.build import build
 from contiga.num.ordered import length
 from contiga.records import ContactStatus as Is
-from contiga.simulation.clock import Clock
-from contiga.simulation.run import ContactPart, Simulation
-from contiga.simulation.step import Snapshot, advance
+from contiga.simulation.model import ContactPart
 from contiga_validation.thesis.scenes import scene
 
 
 class Followed(NamedTuple):
     """A run with the states of all its steps."""
 
-    simulation: Simulation
+    simulation: cg.Simulation
     contact: ContactPart
-    snapshots: list[Snapshot]
+    snapshots: list[cg.SystemState]
     history: dict[str, np.ndarray]
 
     @property
     def states(self) -> list[cg.State]:
-        return [snapshot.states[self.contact.name] for snapshot in self.snapshots]
+        return [snapshot.contacts[self.contact.name] for snapshot in self.snapshots]
 
     @property
     def body(self) -> cg.Body:
         return self.simulation.bodies[self.contact.master].body
 
     def points(self, k: int) -> np.ndarray:
-        return self.snapshots[k].points[self.contact.slave]
+        return self.snapshots[k].slaves[self.contact.slave].points
 
     @property
     def peak(self) -> int:
@@ -46,15 +44,14 @@ class Followed(NamedTuple):
 def follow(path: Path, folder: Path) -> Followed:
     """Run a case through the public door, and once more step by step; both must agree."""
     case = cg.load_case(path)
-    result = cg.run(case, out=folder / "out")
+    result = cg.run(case, out=folder / "out", keep=1)
     simulation = build(case)
     (contact,) = simulation.contacts
-    snapshots: list[Snapshot] = []
-    states: dict[str, cg.State] = {}
-    for k in range(len(simulation.times)):
-        snapshots.append(advance(simulation, k, states, Clock()))
-        states = snapshots[-1].states
+    snapshots = [simulation.start()]
+    while snapshots[-1].time < simulation.stepping.end:
+        snapshots.append(simulation.step(snapshots[-1]))
     followed = Followed(simulation, contact, snapshots, result.history)
+    assert [kept.time for kept in result.states] == [one.time for one in snapshots]
     counts = [state.n_contact for state in followed.states]
     np.testing.assert_array_equal(counts, result.history["n_contact"])
     force = [length(state.total_force) for state in followed.states]

@@ -63,7 +63,7 @@ def test_facets_on_the_slave_are_of_second_order_over_four_refinements(scene):
 def test_regions_are_counted_and_their_areas_add_up(name):
     scene = SCENES[name]
     slave = ERRORS.mesh(scene, ERRORS.SHIFTS[0], 40)
-    for area in (cg.FacetArea(), cg.HullArea("auto", "exact")):
+    for area in (cg.FacetArea(), cg.HullArea("auto", mapping="exact")):
         state = ERRORS.touch(scene, slave, area)
         assert state.n_clusters == REGIONS.get(name, 1)
         parts = [state.area[state.clusters == k].sum() for k in range(state.n_clusters)]

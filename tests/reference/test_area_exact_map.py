@@ -96,7 +96,7 @@ def test_exact_map_of_a_hull_is_the_true_area_of_its_polygon_to_1e_10(name, what
         cg.Body([surface]),
         cg.Slave(points),
         law=cg.PenaltyLaw(1.0),
-        area=cg.HullArea(1, "exact"),
+        area=cg.HullArea(1, mapping="exact"),
         search="penetration",
     )
     state = contact.start(points)

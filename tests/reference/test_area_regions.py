@@ -70,7 +70,7 @@ def test_cap_of_a_sphere_by_hulls_beside_the_pole(where):
     ball = cg.Body([cg.shapes.sphere(radius=1.0)])
     xy, facets = grid(128, 0.66)
     points = np.column_stack([xy, np.full(len(xy), -0.8)]) @ TURNS[where]
-    state = touch(ball, points, facets, cg.HullArea("auto", "exact"))
+    state = touch(ball, points, facets, cg.HullArea("auto", mapping="exact"))
     assert state.n_clusters == 1
     # The image of a disc is convex in (u, v) here; half a spacing is lost around it.
     assert state.total_area == pytest.approx(CAP, rel=0.03)
@@ -86,7 +86,7 @@ def test_cap_round_the_pole_by_hulls_is_a_band_of_the_parameters():
         angle = np.pi * (1.0 + 5.0**0.5) * k
         r = np.sqrt(1.0 - z * z)
         feet = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
-        state = touch(ball, 0.9 * feet, None, cg.HullArea("auto", "exact"))
+        state = touch(ball, 0.9 * feet, None, cg.HullArea("auto", mapping="exact"))
         assert state.n_clusters == 1
         errors.append(1.0 - state.total_area / CAP)
     assert 0.0 < errors[2] < errors[1] < errors[0] < 0.03
@@ -105,7 +105,7 @@ def test_disc_over_the_border_of_two_patches():
     assert order(errors) >= 1.9
     # Each patch's hull ends half a spacing short of the border, and round the disc.
     xy, facets = grid(128, 0.66)
-    state = touch(body, bowl(xy), facets, cg.HullArea("auto", "exact"))
+    state = touch(body, bowl(xy), facets, cg.HullArea("auto", mapping="exact"))
     assert state.n_clusters == 1
     assert state.total_area == pytest.approx(0.36 * np.pi, rel=0.04)
 
@@ -180,8 +180,8 @@ METHODS = {
     "facets on the master": (cg.FacetArea("master"), True),
     "cloud at rest": (cg.CloudArea(), False),
     "cloud by feet": (cg.CloudArea(by="feet"), False),
-    "hulls, linear": (cg.HullArea("auto", "linear"), False),
-    "hulls, exact": (cg.HullArea("auto", "exact"), True),
+    "hulls, linear": (cg.HullArea("auto", mapping="linear"), False),
+    "hulls, exact": (cg.HullArea("auto", mapping="exact"), True),
 }
 
 
@@ -238,7 +238,7 @@ def test_profile_has_its_length_times_its_depth():
     for n in (101, 401):
         x = np.linspace(-1.0, 1.0, n) + 1e-4
         line = np.column_stack([x, np.full(n, -0.8), np.zeros(n)])
-        hull = touch(body, line, None, cg.HullArea("auto", "exact"))
+        hull = touch(body, line, None, cg.HullArea("auto", mapping="exact"))
         assert hull.total_area == pytest.approx(exact["master"], rel=4.0 / n)
         cloud = touch(body, line, None, cg.CloudArea())
         assert cloud.total_area == pytest.approx(exact["slave"], rel=4.0 / n)

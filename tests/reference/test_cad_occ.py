@@ -38,7 +38,7 @@ SOME = [name for name in FILES if "nist" not in name]
 
 @lru_cache(maxsize=8)
 def body_of(path: Path) -> cg.Body:
-    return cg.read_cad(path, "mm")
+    return cg.read_cad(path, unit="mm")
 
 
 # Loose faces that face against the faces they touch.
@@ -278,8 +278,8 @@ def test_hull_has_the_published_points(data_dir):
 
 
 def test_bow_from_iges_is_face_0_of_the_hull_from_step(data_dir):
-    bow = cg.read_cad(data_dir / "dtmb5415_bulbous_bow.iges", "m")
-    hull = cg.read_cad(data_dir / "goteborg_hull.step", "m")
+    bow = cg.read_cad(data_dir / "dtmb5415_bulbous_bow.iges", unit="m")
+    hull = cg.read_cad(data_dir / "goteborg_hull.step", unit="m")
     a, b = bow.patches[0], hull.patches[0]
     assert a.degrees == b.degrees
     uv = random_uv(a, 500, seed=1)
@@ -304,14 +304,14 @@ def test_loose_faces_of_the_bearing_are_joined(data_dir):
 def test_file_unit_overrides_what_the_file_says(data_dir):
     path = data_dir / "occt_bearing.iges"
     as_said = cg.read_cad(path)
-    metres = cg.read_cad(path, "mm", file_unit="m")
+    metres = cg.read_cad(path, unit="mm", file_unit="m")
     assert metres.unit == "mm"
     assert np.allclose(metres.bounds(), 1000.0 * as_said.bounds(), rtol=1e-12)
 
 
 def test_the_same_file_in_two_units_is_the_same_body(data_dir):
     path = data_dir / "goteborg_hull.step"
-    metres, inches = cg.read_cad(path, "m"), cg.read_cad(path, "in")
+    metres, inches = cg.read_cad(path, unit="m"), cg.read_cad(path, unit="in")
     assert np.allclose(metres.bounds(), 0.0254 * inches.bounds(), rtol=1e-13)
     assert metres.area() == pytest.approx(0.0254**2 * inches.area(), rel=1e-9)
 

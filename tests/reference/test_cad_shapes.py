@@ -167,7 +167,7 @@ def test_an_edge_that_meets_two_in_turn_is_shared_with_both(tmp_path):
 def test_step_in_any_unit_is_the_same_box(tmp_path, unit):
     path = write_step(tmp_path / "box.step", box(), unit=unit)
     assert cg.read_cad(path).unit == {"MM": "mm", "M": "m", "INCH": "in"}[unit]
-    assert np.allclose(cg.read_cad(path, "mm").bounds()[1], [1, 2, 3], rtol=1e-12)
+    assert np.allclose(cg.read_cad(path, unit="mm").bounds()[1], [1, 2, 3], rtol=1e-12)
 
 
 def test_iges_in_inches_is_converted(tmp_path):
@@ -175,7 +175,7 @@ def test_iges_in_inches_is_converted(tmp_path):
     body = cg.read_cad(path)
     assert body.unit == "in"
     assert np.allclose(body.bounds()[1], [1, 2, 3], rtol=1e-12)
-    assert cg.read_cad(path, "mm").area() == pytest.approx(22.0 * 25.4**2, rel=1e-12)
+    assert cg.read_cad(path, unit="mm").area() == pytest.approx(22.0 * 25.4**2, rel=1e-12)
 
 
 def test_instances_of_an_assembly_stand_where_they_are_placed(tmp_path):

@@ -1,13 +1,17 @@
-"""The pages: links that lead somewhere, cases that are valid, examples that run."""
+"""The pages: links that lead somewhere, cases that are valid, examples that run, true commands."""
 
 from __future__ import annotations
 
 import re
 import runpy
+import shlex
 from pathlib import Path
+from typing import Any
 
 import pytest
+import typer
 
+import contiga as cg
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.schema import (
     BodySpec,
@@ -18,6 +22,8 @@ from contiga.case.schema import (
     parse_case,
 )
 from contiga.case.spec import Spec
+from contiga.cli.commands import app
+from contiga.io.units import derived_units
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -59,3 +65,94 @@ def test_program_on_a_page_runs(page: str, text: str, capsys: pytest.CaptureFixt
 def test_every_key_of_a_case_is_on_its_page(spec: type[Spec]) -> None:
     page = (ROOT / "docs" / "case.md").read_text(encoding="utf-8")
     assert [key for key in spec.model_fields if f"`{key}`" not in page] == []
+
+
+def test_the_page_of_conventions_is_current() -> None:
+    made = runpy.run_path(str(ROOT / "docs" / "make_conventions.py"))
+    assert made["PAGE"].read_text(encoding="utf-8") == made["page"](), (
+        "run python docs/make_conventions.py"
+    )
+
+
+def test_units_on_the_page_of_conventions_are_those_of_the_labels() -> None:
+    page = (ROOT / "docs" / "conventions.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (\w+), (\w+), (\w+) \| (\w+) \| (\w+) \|$", page, re.M)
+    rows = [row for row in rows if row[0] != "length"]
+    assert len(rows) == 4
+    for length, mass, time, force, stress in rows:
+        derived = derived_units(length, mass, time)
+        assert (derived["force"], derived["stress"]) == (force, stress)
+
+
+def quoted() -> list[tuple[str, str]]:
+    """``(file, text)`` of every block that a page quotes from a file it names just before."""
+    found = re.compile(r"`([\w/.]+)`:\n\n```py\n(.*?)```", re.S)
+    return [match for page in PAGES for match in found.findall(page.read_text(encoding="utf-8"))]
+
+
+def test_quoted_code_stands_in_its_file() -> None:
+    assert len(quoted()) == len(blocks("py")) == 2
+    for file, text in quoted():
+        assert text in (ROOT / file).read_text(encoding="utf-8"), file
+
+
+def test_every_public_name_is_in_the_reference() -> None:
+    reference = (ROOT / "docs" / "api.rst").read_text(encoding="utf-8")
+    named = set(re.findall(r"^\.\. auto\w+:: ([\w.]+)$", reference, re.M))
+    public = {name: getattr(cg, name) for name in cg.__all__ if name != "__version__"}
+    for name, value in public.items():
+        full = value.__name__ if not hasattr(value, "__qualname__") else f"contiga.{name}"
+        assert full in named, name
+
+
+FENCED = re.compile(r"^```(.*)\n((?:.|\n)*?)^```$", re.M)
+COMMAND: Any = typer.main.get_command(app)
+
+
+def synopsis() -> dict[str, str]:
+    """Each command as the page of the command line shows it."""
+    page = (ROOT / "docs" / "command-line.md").read_text(encoding="utf-8")
+    block = re.search(r"```\n(.*?)```", page, re.S)
+    assert block is not None
+    return dict(re.findall(r"^contiga (\w+)(.*)$", block.group(1), re.M))
+
+
+def test_the_command_line_has_the_commands_of_its_page_and_no_others() -> None:
+    assert set(synopsis()) == set(COMMAND.commands)
+
+
+@pytest.mark.parametrize("name", sorted(COMMAND.commands))
+def test_a_command_has_the_options_of_its_page_and_no_others(name: str) -> None:
+    shown = set(re.findall(r"(?<![\w-])(--?[a-z]+)", synopsis()[name]))
+    options = [p for p in COMMAND.commands[name].params if p.param_type_name == "option"]
+    for option in options:
+        spelt = set(option.opts) & shown
+        assert spelt, option.opts
+        shown -= spelt
+    assert shown == set()
+
+
+def commands() -> list[tuple[str, str]]:
+    """``(page, line)`` of the commands on all pages, with what they are given."""
+    found = []
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        plain = [block for kind, block in FENCED.findall(text) if not kind]
+        lines = re.findall(r"^contiga (.+?)(?:\s+#.*)?$", "\n".join(plain), re.M)
+        lines += re.findall(r"`contiga (\w+ [^`]+)`", FENCED.sub("", text))
+        found += [(page.name, line) for line in lines if "[" not in line and line[0] != "-"]
+    return found
+
+
+@pytest.mark.parametrize(("page", "line"), commands())
+def test_a_command_on_a_page_is_understood(page: str, line: str) -> None:
+    name, *arguments = shlex.split(line)
+    command = COMMAND.commands[name]
+    about_a_file = any(p.param_type_name == "argument" for p in command.params)
+    if about_a_file and (not arguments or arguments[0].startswith("-")):
+        arguments.insert(0, "FILE")  # sentences leave it out
+    command.make_context(name, arguments)
+
+
+def test_pages_show_commands() -> None:
+    assert {page for page, _ in commands()} >= {"README.md", "reproduce.md", "command-line.md"}

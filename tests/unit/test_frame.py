@@ -19,7 +19,7 @@ SOURCES = sorted((ROOT / "src" / "contiga").rglob("*.py"))
 EVIDENCE = sorted((ROOT / "src" / "contiga_validation").rglob("*.py"))
 HEAVY = (
     *("OCP", "rhino3dm", "meshio", "lsdyna_mesh_reader", "h5py", "sklearn", "plotly"),
-    *("matplotlib", "pydantic", "pint", "scipy", "rich", "typer", "pyvista", "dask"),
+    *("matplotlib", "pydantic", "pint", "scipy", "rich", "typer", "dask"),
 )
 
 

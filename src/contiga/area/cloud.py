@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -65,9 +65,20 @@ class CloudArea:
     the outermost points, where a Voronoi cell would reach on without end. Points on a line belong
     to a plane problem: on a body made by `Body.from_profile` each stands for half the way to its
     neighbours in contact, times the depth.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> plane = cg.Body([cg.shapes.plane(width=10.0, length=10.0)])
+    >>> cloud = cg.Slave(cg.clouds.sample(cg.shapes.plane(width=2.0, length=1.0), 9, 5))
+    >>> contact = cg.Contact(plane, cloud, law=cg.PenaltyLaw(1.0), area=cg.CloudArea())
+    >>> state = contact.start(cloud.points + [0.0, 0.0, 1.0])
+    >>> round(contact.step(state, cloud.points - [0.0, 0.0, 0.5]).total_area, 9)
+    2.0
     """
 
     on: str | None = None
+    _: KW_ONLY
     bridge: float = BRIDGE
     by: str = "rest"
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from contiga.area.regions import neighbours_of, regions
 from contiga.errors import InputError
+from contiga.extras import require
 from contiga.records import FloatArray, IntArray
 
 METHODS = ("auto", "kmeans", "dbscan", "meanshift", "hdbscan")
@@ -33,6 +34,13 @@ def clusters_of(
     ------
     InputError
         Points that are not (n, d), an unknown method, k < 1, eps ≤ 0, min_points < 1.
+    MissingPackageError
+        A method of scikit-learn, which is not installed.
+
+    Examples
+    --------
+    >>> clusters_of([[0, 0], [1, 0], [9, 0], [2, 0], [10, 0]], "kmeans", k=2).tolist()
+    [0, 0, 1, 0, 1]
     """
     check_options(method, k, eps, min_points)
     points = np.ascontiguousarray(points, dtype=np.float64)
@@ -61,6 +69,8 @@ def check_options(method: object, k: object, eps: object, min_points: object) ->
             found=method,
             allowed=", ".join(map(repr, METHODS)) + ", or a number of clusters",
         )
+    if method != "auto":
+        require(f"clusters={method!r}", "sklearn")
     _check_count(k, "k", "clusters")
     _check_count(min_points, "min_points", "points")
     if not is_positive(eps):

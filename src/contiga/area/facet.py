@@ -55,6 +55,19 @@ class FacetArea:
     normals at two corners are more than a right angle apart it is torn, and the plane triangle of
     the feet is measured. A slave's corner that lies inside without being in contact (one that
     began inside, in a search by intersection) leaves each end of an edge its half.
+
+    Examples
+    --------
+    The part of a sheet below a plane that cuts through its facets:
+
+    >>> import contiga as cg
+    >>> corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [0.0, 1.0, 0.0]]
+    >>> sheet = cg.Slave(corners, [[0, 1, 2, 3]])
+    >>> plane = cg.Body([cg.shapes.plane(width=9.0, length=9.0)])
+    >>> contact = cg.Contact(plane, sheet, law=cg.PenaltyLaw(1.0), area=cg.FacetArea(on="master"))
+    >>> state = contact.start(sheet.points + [0.0, 0.0, 1.0])
+    >>> round(contact.step(state, sheet.points - [0.0, 0.0, 0.25]).total_area, 12)
+    0.25
     """
 
     on: str | None = None

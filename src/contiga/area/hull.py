@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -48,7 +48,7 @@ class HullArea:
         with that many. "kmeans", "dbscan", "meanshift", "hdbscan": by scikit-learn, in (u, v)
         scaled to the unit square as in the thesis; in space where the feet are on several patches
     mapping : "linear": Eq. 4.10, hull over domain times the patch's base area. "exact":
-        ∫ |S_u × S_v| du dv over the hull
+        `∫ |S_u × S_v| du dv` over the hull
     k : clusters of k-means; as many as points where those are fewer
     eps : radius of DBSCAN > 0, in the unit square (a length on several patches)
     min_points : P_min of DBSCAN, or the least size of a cluster of HDBSCAN
@@ -58,6 +58,8 @@ class HullArea:
     ------
     InputError
         An unknown method or mapping, k < 1, eps ≤ 0, a tolerance that is not positive.
+    MissingPackageError
+        A method of scikit-learn, which is not installed.
 
     Notes
     -----
@@ -66,9 +68,20 @@ class HullArea:
     each, and the hulls' areas are added; across a seam (u, v) is unrolled first. Points that
     DBSCAN or HDBSCAN calls noise have no area, and cluster −1. On a body made by
     `Body.from_profile`, points in its plane stand for its whole depth.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> plane = cg.Body([cg.shapes.plane(width=10.0, length=10.0)])
+    >>> cloud = cg.Slave([[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [2.0, 1.0, 1.0], [0.0, 1.0, 1.0]])
+    >>> contact = cg.Contact(plane, cloud, law=cg.PenaltyLaw(1.0), area=cg.HullArea())
+    >>> state = contact.start(cloud.points)
+    >>> round(contact.step(state, cloud.points - [0.0, 0.0, 1.5]).total_area, 9)
+    2.0
     """
 
     clusters: str | int = "auto"
+    _: KW_ONLY
     mapping: str = "linear"
     k: int = 2
     eps: float = 0.1

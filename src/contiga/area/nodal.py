@@ -31,6 +31,16 @@ class NodalArea:
     Notes
     -----
     The method does not tell contact regions apart: all points are of cluster 0.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> sheet = cg.Slave([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> ball = cg.Body([cg.shapes.sphere(radius=5.0, centre=(0.0, 0.0, 5.1))])
+    >>> contact = cg.Contact(ball, sheet, law=cg.PenaltyLaw(1.0), area=cg.NodalArea(0.25))
+    >>> state = contact.start(sheet.points)
+    >>> contact.step(state, sheet.points + [0.0, 0.0, 1.0]).total_area
+    0.75
     """
 
     value: FloatArray | None

@@ -32,16 +32,10 @@ from contiga.laws.normal import StressLaw
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.simulation.clock import Clock
+from contiga.simulation.model import BodyPart, ContactPart, OutputOptions, SlavePart
 from contiga.simulation.output_folder import keep_case_file
-from contiga.simulation.run import (
-    BodyPart,
-    ContactPart,
-    OutputOptions,
-    Result,
-    Simulation,
-    SlavePart,
-)
-from contiga.simulation.run import run as run_simulation
+from contiga.simulation.result import Result
+from contiga.simulation.simulation import Simulation
 from contiga.slaves.slave import Slave
 
 
@@ -53,6 +47,12 @@ def build(case: Case) -> Simulation:
     InputError
         A file cannot be read, a slave lacks what a law or an area needs; the message says the key
         of the case. Nothing has been written by then.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> cg.build(cg.load_case("case.toml")).bodies["ball"].body.closed
+    True
     """
     bodies = {}
     for i, body_spec in enumerate(case.body):
@@ -68,7 +68,7 @@ def build(case: Case) -> Simulation:
     return Simulation(
         title=case.title,
         units=(case.units.length, case.units.mass, case.units.time),
-        times=case.time.times(),
+        stepping=case.time.stepping(),
         bodies=bodies,
         slaves=slaves,
         contacts=tuple(_contacts(case, bodies, slaves)),
@@ -84,6 +84,7 @@ def run(
     *,
     resume: bool = False,
     strict: bool = False,
+    keep: int | None = None,
     progress: Callable[[int, int, int], None] | None = None,
     on_finish: Callable[[Path], Any] | None = None,
 ) -> Result:
@@ -94,21 +95,22 @@ def run(
     out : folder for the results; None keeps them in memory only
     resume : go on from the checkpoint in `out`
     strict : stop at the first point that is not certified
+    keep : as `Simulation.run`
     progress : called with steps done, steps in all, points in contact
     on_finish : called with `out` after a run that is to have a report
 
     Raises
     ------
     OutputError
-        As `simulation.run.run`; also where the copy of the case would replace the case file.
+        As `Simulation.run`; also where the copy of the case would replace the case file.
     """
     clock = Clock()
     with clock.watching(), clock("total"), clock("build"):
         simulation = build(case)
         if out is not None:
             keep_case_file(Path(out), case.file, simulation.case_text)
-    result = run_simulation(
-        simulation, out, resume=resume, strict=strict, progress=progress, clock=clock
+    result = simulation.run(
+        out, resume=resume, strict=strict, keep=keep, progress=progress, clock=clock
     )
     if on_finish is not None and out is not None and case.output.report:
         on_finish(Path(out))
@@ -151,9 +153,9 @@ def _slave(spec: SlaveSpec, unit: str) -> Slave:
     return Slave(
         slave.points,
         slave.facets,
-        nodal(spec.area, slave.area),
-        nodal(spec.thickness, slave.thickness),
-        nodal(spec.mass, slave.mass),
+        area=nodal(spec.area, slave.area),
+        thickness=nodal(spec.thickness, slave.thickness),
+        mass=nodal(spec.mass, slave.mass),
         active=slave.active,
         name=spec.name,
         unit=slave.unit,

@@ -111,9 +111,9 @@ class StressSpec(_LawSpec):
         return StressLaw(
             _characteristic(self.elastic, "elastic"),
             self.thickness,
-            self.damping,
-            None if damping is None else _characteristic(damping, "damping_curve"),
-            None if factor is None else _characteristic(factor, "amplification"),
+            damping=self.damping,
+            damping_curve=None if damping is None else _characteristic(damping, "damping_curve"),
+            amplification=None if factor is None else _characteristic(factor, "amplification"),
         )
 
 
@@ -128,7 +128,7 @@ class PenaltySpec(_LawSpec):
     @cached_property
     def law(self) -> Law:
         """The law."""
-        return PenaltyLaw(self.stiffness, self.per_area, self.damping)
+        return PenaltyLaw(self.stiffness, per_area=self.per_area, damping=self.damping)
 
 
 class AdaptiveSpec(_LawSpec):
@@ -191,7 +191,7 @@ class CloudAreaSpec(Spec):
     @cached_property
     def method(self) -> AreaMethod:
         """The method."""
-        return CloudArea(self.on, self.bridge, self.by)
+        return CloudArea(self.on, bridge=self.bridge, by=self.by)
 
     @model_validator(mode="after")
     def _method_is_possible(self) -> Self:
@@ -230,7 +230,12 @@ class HullAreaSpec(Spec):
     def method(self) -> AreaMethod:
         """The method."""
         return HullArea(
-            self.clusters, self.mapping, self.k, self.eps, self.min_points, self.tolerance
+            self.clusters,
+            mapping=self.mapping,
+            k=self.k,
+            eps=self.eps,
+            min_points=self.min_points,
+            tolerance=self.tolerance,
         )
 
     @model_validator(mode="after")

@@ -10,7 +10,7 @@ def describe(case: Case) -> list[tuple[str, str]]:
     """Rows (what, how) for a person to read before a run. Nothing is built and no mesh read."""
     from contiga.io.units import derived_units
 
-    units, times = case.units, case.time.times()
+    units, steps = case.units, case.time.stepping()
     derived = derived_units(units.length, units.mass, units.time)
     rows = [
         ("title", case.title),
@@ -18,7 +18,7 @@ def describe(case: Case) -> list[tuple[str, str]]:
         ("derived units", f"force {derived['force']}, stress {derived['stress']}"),
         (
             "time",
-            f"{times[0]:g} to {times[-1]:g} {units.time} in {len(times) - 1} steps "
+            f"{steps.start:g} to {steps.end:g} {units.time} in {steps.count} steps "
             f"of {case.time.step:g}",
         ),
     ]

@@ -239,7 +239,7 @@ class FileGeometry(_Geometry):
                 allowed=" ".join(SUFFIXES),
                 remedy="For a mesh write geometry = { mesh = … }",
             )
-        return read_cad(self.file, unit, file_unit=self.unit).renamed(name)
+        return read_cad(self.file, unit=unit, file_unit=self.unit).renamed(name)
 
     def describe(self) -> str:
         """In words."""
@@ -288,7 +288,7 @@ class ShapeGeometry(_Geometry, _ShapeSpec):
 
     def raw(self, name: str, unit: str) -> Body:
         """The shape as a body of one patch."""
-        return Body([self.make()], name, unit=unit)
+        return Body([self.make()], name=name, unit=unit)
 
     def describe(self) -> str:
         """In words."""
@@ -301,7 +301,7 @@ class NurbsGeometry(_Geometry, _SurfaceNurbs):
 
     def raw(self, name: str, unit: str) -> Body:
         """The surface as a body of one patch."""
-        return Body([self.make()], name, unit=unit)
+        return Body([self.make()], name=name, unit=unit)
 
     def describe(self) -> str:
         """In words."""
@@ -335,7 +335,7 @@ class PatchesGeometry(_Geometry):
 
     def raw(self, name: str, unit: str) -> Body:
         """The patches as one body."""
-        return Body([patch.make() for patch in self.patches], name, unit=unit)
+        return Body([patch.make() for patch in self.patches], name=name, unit=unit)
 
     def describe(self) -> str:
         """In words."""

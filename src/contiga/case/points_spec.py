@@ -100,7 +100,7 @@ class RandomOnShape(_ShapeSpec):
 
     def points(self) -> FloatArray:
         """(n, 3)."""
-        return clouds.random_on(self.make(), self.n, self.seed)
+        return clouds.random_on(self.make(), self.n, seed=self.seed)
 
     def describe(self) -> str:
         """In words."""
@@ -121,7 +121,7 @@ class RandomInBox(Spec):
 
     def points(self) -> FloatArray:
         """(n, 3)."""
-        return clouds.random_in_box(self.box[0], self.box[1], self.n, self.seed)
+        return clouds.random_in_box(self.box[0], self.box[1], self.n, seed=self.seed)
 
     def describe(self) -> str:
         """In words."""

@@ -6,13 +6,11 @@ when the case is built.
 
 from __future__ import annotations
 
-import math
 import tomllib
 from collections import Counter
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-import numpy as np
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from contiga.case.contact_spec import ContactSpec
@@ -32,11 +30,9 @@ from contiga.case.spec import (
     Vector,
     suggest,
 )
+from contiga.dynamics.stepping import EqualSteps
 from contiga.errors import CaseError, FileError
-from contiga.records import FloatArray
 
-# A whole number of steps is taken as such if it is met to this part of a step.
-_WHOLE = 1e-6
 # More steps than anybody would wait for: a step in the wrong unit.
 _MOST_STEPS = 10_000_000
 # Bytes; the parser takes about a second and ten times the memory for each million.
@@ -60,24 +56,6 @@ class TimeSpec(Spec):
 
     @model_validator(mode="after")
     def _time_goes_forward(self) -> Self:
-        if self.end <= self.start:
-            raise CaseError(
-                "the end must come after the start",
-                where="end",
-                found=self.end,
-                allowed=f"> {self.start:g}",
-            )
-        if self.step > (self.end - self.start) * (1.0 + _WHOLE):
-            raise CaseError(
-                "the step is longer than the whole time",
-                where="step",
-                found=self.step,
-                allowed=f"at most {self.end - self.start:g}",
-            )
-        self._steps_can_be_counted()
-        return self
-
-    def _steps_can_be_counted(self) -> None:
         count = (self.end - self.start) / self.step
         if not count <= _MOST_STEPS:
             raise CaseError(
@@ -86,22 +64,12 @@ class TimeSpec(Spec):
                 found=self.step,
                 allowed=f"at most {_MOST_STEPS} steps",
             )
-        if (np.diff(self.times()) <= 0.0).any():
-            raise CaseError(
-                "is lost in the rounding of such late times",
-                where="step",
-                found=self.step,
-                remedy="Let the time start at 0",
-            )
+        self.stepping()
+        return self
 
-    def times(self) -> FloatArray:
-        """(n,) instants, start and end included."""
-        steps = (self.end - self.start) / self.step
-        count = round(steps) if abs(steps - round(steps)) < _WHOLE else math.ceil(steps)
-        # Multiples, not sums, so that rounding does not pile up.
-        times = self.start + self.step * np.arange(count + 1, dtype=np.float64)
-        times[-1] = self.end
-        return times
+    def stepping(self) -> EqualSteps:
+        """The times of the run."""
+        return EqualSteps(self.start, self.end, self.step)
 
 
 class BodySpec(Spec):
@@ -207,6 +175,13 @@ def load_case(path: str | Path) -> Case:
         what is allowed, and tells everything wrong at once.
     UnitError
         A unit is none.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> case = cg.load_case("case.toml")
+    >>> case.title, [body.name for body in case.body]
+    ('Ball pressed into a sheet', ['ball'])
     """
     path = Path(path)
     try:

@@ -6,9 +6,19 @@ error stream, never a traceback; ``CONTIGA_DEBUG=1`` shows the traceback of any 
 
 from __future__ import annotations
 
+import sys
+
+from contiga.errors import MissingPackageError
+from contiga.extras import require
+
 
 def main() -> None:
     """Run the command line and leave with its exit code."""
+    try:
+        require("the command line", "typer", "rich", "pydantic")
+    except MissingPackageError as error:
+        print(f"contiga: error: {error}", file=sys.stderr)
+        sys.exit(error.exit_code)
     from contiga.cli.commands import main as run
 
     run()

@@ -145,6 +145,8 @@ def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path
             at = int(np.nanargmax(force))
             label = f"{contact}: " if contact else ""
             print(f"{label}peak force {number(float(force[at]))} at t = {history['time'][at]:g}")
+    for text in summary.get("notes") or []:
+        print(f"note: {text}")
     for text in summary.get("warnings") or []:
         print(f"warning: {text}")
     page = folder / "report.html"
@@ -257,7 +259,7 @@ def mesh(
     check_request(tol, method)
     if not cad.exists():
         raise FileError("no such file", where=str(cad))
-    triangles = read_cad(cad, unit).tessellate(tol, method)
+    triangles = read_cad(cad, unit=unit).tessellate(tol, method=method)
     write_mesh(out, triangles)
     open_edges = len(triangles.open_edges())
     closed = f"{open_edges} open edges" if open_edges else "closed"

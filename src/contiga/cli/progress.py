@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from contiga.extras import require
+
 Show = Callable[[int, int, str], None]
 """Called with how much is done, how much there is, and what is to be said of it."""
 
@@ -18,6 +20,7 @@ def progress_bar(title: str, *, quiet: bool) -> Iterator[Show]:
     if quiet:
         yield lambda done, total, said: None
         return
+    require("a progress bar", "rich")
     from rich.console import Console
     from rich.progress import (
         BarColumn,

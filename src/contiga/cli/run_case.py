@@ -11,7 +11,7 @@ from contiga.errors import InputError
 
 if TYPE_CHECKING:
     from contiga.case.schema import Case
-    from contiga.simulation.run import Result
+    from contiga.simulation.result import Result
 
 
 def run(
@@ -20,6 +20,7 @@ def run(
     *,
     resume: bool = False,
     strict: bool = False,
+    keep: int | None = None,
     quiet: bool = True,
 ) -> Result:
     """Run a case and write its output folder, the report included.
@@ -30,32 +31,35 @@ def run(
     out : folder for the results; None keeps them in memory only
     resume : go on from the checkpoint in `out`
     strict : stop at the first point whose foot or side is not proved
+    keep : keep the states of every so many steps in the result, the start counted; None none
     quiet : no progress bar
 
     Returns
     -------
     Result
-        ``history`` (columns by name), ``summary``, ``out``.
+        ``history`` (columns by name), ``state`` at the end, ``states`` kept, ``summary``, ``out``.
 
     Raises
     ------
     InputError
         Something in the case, its files or the folder is wrong; nothing has been written.
+    MissingPackageError
+        What the case asks for needs a package that is not installed.
     RunError
         The run could not be carried through.
+
+    Examples
+    --------
+    >>> result = run("case.toml", out="out")
+    >>> result.history["max_penetration"].max().round(9).tolist()
+    3.0
     """
     from contiga.case import build
-    from contiga.case.schema import Case, load_case
-    from contiga.report import write_report
+    from contiga.report import require_packages, write_report
 
-    checked = load_case(case) if isinstance(case, str | Path) else case
-    if not isinstance(checked, Case):
-        raise InputError(
-            "the case must be one",
-            where="case",
-            found=type(case).__name__,
-            allowed="what load_case returns, or the path of a case file",
-        )
+    checked = _checked(case)
+    if out is not None and checked.output.report:  # said before the run, not after it
+        require_packages("a run's report (a case leaves it out by [output] report = false)")
     with stoppable() as stopped, progress_bar(checked.title, quiet=quiet) as show:
 
         def progress(done: int, steps: int, contacts: int) -> None:
@@ -68,6 +72,21 @@ def run(
             out,
             resume=resume,
             strict=strict,
+            keep=keep,
             progress=progress,
             on_finish=write_report,
         )
+
+
+def _checked(case: object) -> Case:
+    from contiga.case.schema import Case, load_case
+
+    checked = load_case(case) if isinstance(case, str | Path) else case
+    if not isinstance(checked, Case):
+        raise InputError(
+            "the case must be one",
+            where="case",
+            found=type(case).__name__,
+            allowed="what load_case returns, or the path of a case file",
+        )
+    return checked

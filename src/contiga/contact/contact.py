@@ -34,6 +34,7 @@ from contiga.num.arrays import as_points, positive
 from contiga.num.pose import as_pose, identity
 from contiga.num.rigid import to_body, to_world, turn_to_world
 from contiga.records import FloatArray, IntArray, LawInput, Projection, rows_of
+from contiga.shown import Facts, Shown
 from contiga.slaves.slave import Slave
 
 SEARCHES = ("intersection", "penetration")
@@ -56,7 +57,7 @@ def _untimed(_: str) -> AbstractContextManager[None]:
     return nullcontext()
 
 
-class Contact:
+class Contact(Shown):
     """Contact of a slave with a rigid master.
 
     Parameters
@@ -91,7 +92,7 @@ class Contact:
     >>> contact = cg.Contact(ball, pad, law=cg.PenaltyLaw(100.0))
     >>> state = contact.start(pad.points)
     >>> state = contact.step(state, pad.points - [0.0, 0.0, 0.2], dt=1.0)
-    >>> round(state.max_penetration, 12), state.total_force.round(9).tolist()
+    >>> round(state.max_penetration, 12), abs(state.total_force.round(9)).tolist()
     (0.1, [0.0, 0.0, 10.0])
     """
 
@@ -125,6 +126,16 @@ class Contact:
         self.search = search
         self.on_edge = on_edge
         self.depth = None if depth is None else positive(depth, "depth", finite=False)
+
+    def _facts(self) -> Facts:
+        return [
+            ("slave", self.slave.name or len(self.slave)),
+            ("master", self.master.name or type(self.master).__name__),
+            ("law", type(self.law).__name__),
+            ("area", type(self.area).__name__),
+            ("search", self.search),
+            ("type", self.contact_type),
+        ]
 
     @property
     def _surface(self) -> Surface:

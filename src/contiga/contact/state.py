@@ -9,13 +9,24 @@ from numpy.typing import NDArray
 
 from contiga.num.ordered import product
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
+from contiga.shown import Facts, Shown
 
 
-@dataclass(frozen=True, eq=False)
-class State:
+@dataclass(frozen=True, eq=False, repr=False)
+class State(Shown):
     """Where n slave points stand after a step, in world axes where not said otherwise.
 
     The arrays take 159 bytes a point, and eight for each number that the law remembers.
+
+    >>> import contiga as cg
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    >>> pad = cg.Slave([[0.0, 0.0, 1.1], [3.0, 0.0, 1.1]], area=[0.5, 0.5])
+    >>> contact = cg.Contact(ball, pad, law=cg.PenaltyLaw(100.0))
+    >>> state = contact.step(contact.start(pad.points), pad.points - [0.0, 0.0, 0.2], dt=1.0)
+    >>> [cg.ContactStatus(s).name for s in state.status], state.penetration.round(12).tolist()
+    (['NEW', 'FREE'], [0.1, 0.0])
+    >>> round(float(state.stored), 12)
+    0.5
     """
 
     status: ByteArray
@@ -56,6 +67,16 @@ class State:
     can have left. Negative of points that lie inside since the start: they have not come in."""
     wrench: FloatArray
     """(6,) force and moment about the body's reference point, on the master."""
+
+    def _facts(self) -> Facts:
+        return [
+            ("points", len(self.status)),
+            ("in contact", self.n_contact),
+            ("deepest", self.max_penetration),
+            ("force", tuple(map(float, self.total_force))),
+            ("area", self.total_area),
+            ("not proved", self.n_unproved),
+        ]
 
     @property
     def in_contact(self) -> NDArray[np.bool_]:
@@ -115,7 +136,7 @@ class State:
 
     @property
     def pressure(self) -> FloatArray:
-        """(n,) |force| over area, zero where there is none."""
+        """(n,) `|force|` over area, zero where there is none."""
         size = np.linalg.norm(self.force, axis=1)
         result = np.zeros_like(size)
         np.divide(size, self.area, out=result, where=self.area > 0.0)

@@ -1,4 +1,9 @@
-"""What moves, and how: prescribed motions of bodies and slaves."""
+"""What moves, and how: prescribed motions of bodies and slaves.
+
+>>> dip = Translate([[0.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, -3.0]])
+>>> dip.pose(1.0)[:3, 3].tolist()
+[0.0, 0.0, -1.5]
+"""
 
 from __future__ import annotations
 
@@ -13,6 +18,7 @@ from contiga.dynamics.prescribed import (
     Translate,
 )
 from contiga.num import pose
+from contiga.num.twist import Twist
 
 __all__ = [
     "BodyMotion",
@@ -23,5 +29,6 @@ __all__ = [
     "Rotate",
     "SlaveMotion",
     "Translate",
+    "Twist",
     "pose",
 ]

@@ -1,7 +1,9 @@
 """Prescribed motion: bodies and slaves that follow tables, whatever the contact does.
 
 Outside its table a motion is held: before the first time it stands where it starts, after the
-last where it ends. It is never extrapolated.
+last where it ends. It is never extrapolated. Velocities are exact derivatives: at a row of a table
+that of the piece which begins there, at the last row that of the piece which ends there, zero
+where a motion is held.
 """
 
 from __future__ import annotations
@@ -14,10 +16,14 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.dynamics.tables import as_table, as_times, read_columns
 from contiga.errors import FileError, InputError
-from contiga.num import pose, quaternion
+from contiga.num import pose, quaternion, twist
 from contiga.num.arrays import as_points, read_only
+from contiga.num.ordered import product
+from contiga.num.piecewise import piece_at, rate_at
 from contiga.num.transform import Axis, unit_axis, vector
+from contiga.num.twist import Twist
 from contiga.records import FloatArray
 
 POSE_COLUMNS = ("t", "x", "y", "z", "qw", "qx", "qy", "qz")
@@ -31,12 +37,18 @@ class BodyMotion(Protocol):
     def pose(self, t: float) -> FloatArray:
         """X_WB at time `t`, (4, 4)."""
 
+    def twist(self, t: float) -> Twist:
+        """Velocity of the frame's origin and spin at time `t`, world axes."""
+
 
 class SlaveMotion(Protocol):
     """Where a slave's points are over time."""
 
     def points(self, t: float) -> FloatArray:
         """World coordinates at time `t`, (n, 3)."""
+
+    def velocities(self, t: float) -> FloatArray:
+        """Velocities at time `t`, (n, 3), world axes."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +58,10 @@ class Fixed:
     def pose(self, t: float) -> FloatArray:
         """The identity."""
         return pose.identity()
+
+    def twist(self, t: float) -> Twist:
+        """Zero."""
+        return twist.still()
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -61,13 +77,17 @@ class Translate:
     offsets: FloatArray
 
     def __init__(self, table: ArrayLike) -> None:
-        rows = _table(table, ("t", "dx", "dy", "dz"))
+        rows = as_table(table, ("t", "dx", "dy", "dz"))
         object.__setattr__(self, "times", read_only(rows[:, 0]))
         object.__setattr__(self, "offsets", read_only(rows[:, 1:]))
 
     def pose(self, t: float) -> FloatArray:
         """A translation by the table's offset at `t`."""
         return pose.translation([np.interp(t, self.times, d) for d in self.offsets.T])
+
+    def twist(self, t: float) -> Twist:
+        """The slope of the table at `t`; no spin."""
+        return Twist(rate_at(self.times, self.offsets, t), np.zeros(3))
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -89,7 +109,7 @@ class Rotate:
     def __init__(
         self, table: ArrayLike, axis: Axis = "z", centre: ArrayLike = (0.0, 0.0, 0.0)
     ) -> None:
-        rows = _table(table, ("t", "degrees"))
+        rows = as_table(table, ("t", "degrees"))
         object.__setattr__(self, "times", read_only(rows[:, 0]))
         object.__setattr__(self, "degrees", read_only(rows[:, 1]))
         object.__setattr__(self, "axis", read_only(unit_axis(axis)))
@@ -99,6 +119,11 @@ class Rotate:
         """A rotation by the table's angle at `t`."""
         degrees = float(np.interp(t, self.times, self.degrees))
         return pose.rotation(self.axis, np.deg2rad(degrees), self.centre)
+
+    def twist(self, t: float) -> Twist:
+        """Spin about the axis, by the slope of the table at `t`."""
+        spin = np.deg2rad(float(rate_at(self.times, self.degrees, t))) * self.axis
+        return Twist(np.cross(spin, self.pose(t)[:3, 3] - self.centre), spin)
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -116,7 +141,7 @@ class Poses:
 
     def __init__(self, times: ArrayLike, poses: Sequence[ArrayLike] | FloatArray) -> None:
         checked = [pose.as_pose(X, f"poses[{i}]") for i, X in enumerate(poses)]
-        own = _times(times, len(checked))
+        own = as_times(times, len(checked))
         object.__setattr__(self, "times", read_only(own))
         object.__setattr__(self, "poses", read_only(np.array(checked)))
 
@@ -127,7 +152,7 @@ class Poses:
         Quaternions written with few digits are brought to length 1; one that is off by more than
         1 % is refused, since its columns are most likely in another order.
         """
-        rows = _table(table, POSE_COLUMNS)
+        rows = as_table(table, POSE_COLUMNS)
         turns = quaternion.as_unit(rows[:, 4:], tolerance=_QUATERNION_TOLERANCE)
         poses = [pose.from_quaternion(q, x) for x, q in zip(rows[:, 1:4], turns, strict=True)]
         return cls(rows[:, 0], poses)
@@ -145,7 +170,7 @@ class Poses:
         """
         where = str(path)
         try:
-            return cls.from_table(_read_columns(Path(path), POSE_COLUMNS))
+            return cls.from_table(read_columns(Path(path), POSE_COLUMNS))
         except FileError:
             raise
         except InputError as error:
@@ -162,6 +187,16 @@ class Poses:
         part = float((t - t0) / (t1 - t0))
         return pose.interpolate(self.poses[after - 1], self.poses[after], part)
 
+    def twist(self, t: float) -> Twist:
+        """The even motion of the piece that `t` lies in."""
+        k = piece_at(self.times, t)
+        if k is None:
+            return twist.still()
+        span = self.times[k + 1] - self.times[k]
+        start, end = self.poses[k], self.poses[k + 1]
+        way = quaternion.rotation_vector(pose.to_quaternion(start), pose.to_quaternion(end))
+        return Twist((end[:3, 3] - start[:3, 3]) / span, way / span)
+
 
 @dataclass(frozen=True, init=False, eq=False)
 class Combine:
@@ -175,6 +210,15 @@ class Combine:
     def pose(self, t: float) -> FloatArray:
         """The product of the motions' poses."""
         return pose.compose(*(motion.pose(t) for motion in reversed(self.motions)))
+
+    def twist(self, t: float) -> Twist:
+        """Twists of the motions, each carried by those after it."""
+        total, X = twist.still(), pose.identity()
+        for motion in self.motions:
+            own = motion.pose(t)
+            total = twist.combined(motion.twist(t), own, total, X)
+            X = pose.compose(own, X)
+        return total
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -197,88 +241,15 @@ class Moved:
 
     def points(self, t: float) -> FloatArray:
         """World coordinates at `t`, (n, 3)."""
-        rest = self.base if isinstance(self.base, np.ndarray) else self.base.points(t)
-        return pose.apply(self.motion.pose(t), rest)
+        return pose.apply(self.motion.pose(t), self._carried(t))
 
+    def velocities(self, t: float) -> FloatArray:
+        """Velocities at `t`, (n, 3), world axes: of what is carried, and of what carries it."""
+        X_WB = self.motion.pose(t)
+        moved = self.motion.twist(t).at(X_WB[:3, 3], pose.apply(X_WB, self._carried(t)))
+        if isinstance(self.base, np.ndarray):
+            return moved
+        return moved + product(self.base.velocities(t), X_WB[:3, :3].T)
 
-def _table(table: ArrayLike, columns: tuple[str, ...]) -> FloatArray:
-    """Rows of finite numbers, one for each of `columns`, the first strictly increasing."""
-    allowed = f"rows [{', '.join(columns)}], {columns[0]} strictly increasing"
-    try:
-        rows = np.asarray(table, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(
-            "a motion table must be rows of numbers, all of the same length",
-            where="table",
-            allowed=allowed,
-        ) from error
-    if rows.ndim != 2 or rows.shape[1] != len(columns) or len(rows) == 0:
-        raise InputError(
-            f"a motion table must have {len(columns)} columns and at least one row",
-            where="table",
-            found=rows.shape,
-            allowed=allowed,
-        )
-    if not np.isfinite(rows).all():
-        row = int(np.flatnonzero(~np.isfinite(rows).all(axis=1))[0])
-        raise InputError(
-            f"row {row} is not finite", where="table", found=rows[row].tolist(), allowed=allowed
-        )
-    _times(rows[:, 0], len(rows))
-    return rows
-
-
-def _times(times: ArrayLike, count: int) -> FloatArray:
-    own = np.asarray(times, dtype=np.float64)
-    if own.shape != (count,) or count == 0 or not np.isfinite(own).all():
-        raise InputError(
-            "there must be one finite time for each pose, and at least one",
-            where="times",
-            found=own.shape,
-            allowed=f"({max(count, 1)},)",
-        )
-    back = np.flatnonzero(np.diff(own) <= 0.0)
-    if back.size:
-        row = int(back[0])
-        raise InputError(
-            f"the times go back or repeat at row {row + 1}",
-            where="table",
-            found=own[row : row + 2].tolist(),
-            allowed="strictly increasing times",
-        )
-    return own
-
-
-def _read_columns(path: Path, columns: tuple[str, ...]) -> FloatArray:
-    """The named columns of a CSV file."""
-    header = ",".join(columns)
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileError(
-            f"the file cannot be read ({error})", where=str(path), allowed=f"CSV, header {header}"
-        ) from error
-    rows = [(i, line) for i, line in enumerate(lines, start=1) if line.strip()]
-    names = [name.strip() for name in rows[0][1].split(",")] if rows else []
-    missing = [name for name in columns if name not in names]
-    if missing:
-        raise FileError(
-            f"the column {missing[0]!r} is missing",
-            where=f"{path}:1",
-            found=",".join(names),
-            allowed=f"a header with {header}",
-        )
-    order = [names.index(name) for name in columns]
-    values = []
-    for number, line in rows[1:]:
-        cells = line.split(",")
-        try:
-            values.append([float(cells[i]) for i in order])
-        except (ValueError, IndexError) as error:
-            raise FileError(
-                "a row does not have a number for every column",
-                where=f"{path}:{number}",
-                found=line,
-                allowed=header,
-            ) from error
-    return np.array(values).reshape(-1, len(columns))
+    def _carried(self, t: float) -> FloatArray:
+        return self.base if isinstance(self.base, np.ndarray) else self.base.points(t)

@@ -1,4 +1,9 @@
-"""Point clouds: samples of a surface and random points."""
+"""Point clouds: samples of a surface and random points.
+
+>>> from contiga.geometry import shapes
+>>> sample(shapes.plane(width=2.0, length=2.0), 3, 3)[:2].tolist()
+[[-1.0, -1.0, 0.0], [-1.0, 0.0, 0.0]]
+"""
 
 from __future__ import annotations
 
@@ -27,11 +32,11 @@ def sample(surface: NurbsSurface, nu: int, nv: int) -> FloatArray:
     return surface.evaluate(np.stack(np.meshgrid(u, v, indexing="ij"), -1).reshape(-1, 2))
 
 
-def random_on(surface: NurbsSurface, n: int, seed: int = 0) -> FloatArray:
+def random_on(surface: NurbsSurface, n: int, *, seed: int = 0) -> FloatArray:
     """`n` random points (n, 3) on `surface`, uniform in its area; the same seed, the same points.
 
     By rejection: cells are drawn with a rigorous bound on their area, and a point in one is kept
-    with the share of that bound its area element |S_u × S_v| has. Nothing is approximated.
+    with the share of that bound its area element `|S_u × S_v|` has. Nothing is approximated.
     """
     count = _count(n, "n", 0)
     if not surface.area(1e-3) > 0.0:
@@ -56,7 +61,7 @@ def random_on(surface: NurbsSurface, n: int, seed: int = 0) -> FloatArray:
     return np.concatenate([np.zeros((0, 3)), *kept])
 
 
-def random_in_box(lo: ArrayLike, hi: ArrayLike, n: int, seed: int = 0) -> FloatArray:
+def random_in_box(lo: ArrayLike, hi: ArrayLike, n: int, *, seed: int = 0) -> FloatArray:
     """`n` random points (n, 3), uniform in the box from the corner `lo` to `hi`."""
     low, high = transform.vector(lo, "lo"), transform.vector(hi, "hi")
     if (low > high).any():

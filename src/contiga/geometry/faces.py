@@ -28,12 +28,13 @@ from contiga.num import transform
 from contiga.num.arrays import as_points, read_only
 from contiga.num.ordered import length
 from contiga.records import FloatArray
+from contiga.shown import Facts, Shown
 from contiga.triangles.trimesh import TriMesh
 
 Trims = tuple[tuple[Loop, ...] | None, ...]
 
 
-class Faces:
+class Faces(Shown):
     """Oriented NURBS patches with their trims and shared edges: the geometry of a `Body`.
 
     The parameters are those of a `Body`. Faces never change; methods return new ones, of the same
@@ -43,6 +44,7 @@ class Faces:
     def __init__(
         self,
         patches: Iterable[NurbsSurface] | NurbsSurface,
+        *,
         name: str = "body",
         trims: Sequence[Sequence[Sequence[NurbsCurve]] | None] | None = None,
         edges: Sequence[BodyEdge] = (),
@@ -150,10 +152,9 @@ class Faces:
         low, high = self.bounds()
         return length(high - low)
 
-    def __repr__(self) -> str:
+    def _facts(self) -> Facts:
         trimmed = sum(entry is not None for entry in self._trims)
-        kind = type(self).__name__
-        return f"{kind}({self._name!r}, {len(self._patches)} patches, {trimmed} trimmed)"
+        return [("patches", len(self._patches)), ("trimmed", trimmed)]
 
     @property
     def trim_tables(self) -> TrimTables:
@@ -188,7 +189,7 @@ class Faces:
         """
         return body_volume(self)
 
-    def tessellate(self, tol: float, method: str = "chord") -> TriMesh:
+    def tessellate(self, tol: float, *, method: str = "chord") -> TriMesh:
         """Triangles of the faces, trims obeyed, without cracks at shared edges.
 
         `tol` is a length for "chord" and an area by patch for "net", as for patches."""
@@ -213,7 +214,12 @@ class Faces:
     def renamed(self, name: str) -> Self:
         """The same body under another name."""
         return type(self)(
-            self._patches, name, self._trims, self._edges, self._unit, self._reference_point
+            self._patches,
+            name=name,
+            trims=self._trims,
+            edges=self._edges,
+            unit=self._unit,
+            reference_point=self._reference_point,
         )
 
     def about(self, point: ArrayLike) -> Self:

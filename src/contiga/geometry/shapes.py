@@ -2,6 +2,10 @@
 
 Closed surfaces have their normals outward; open ones along +`axis`. `centre` and `axis` place a
 shape: it is built about the origin along z and then moved by `contiga.num.transform.frame`.
+
+>>> ring = torus(major=3.0, minor=1.0, centre=(0.0, 0.0, 5.0))
+>>> round(ring.area(1e-9), 6) == round(4 * math.pi**2 * 3.0, 6)
+True
 """
 
 from __future__ import annotations

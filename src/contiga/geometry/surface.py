@@ -334,7 +334,7 @@ class NurbsSurface:
         """Area of the flat base of each element (`contiga.geometry.tessellate.base_area`)."""
         return tessellate.base_area(self)
 
-    def tessellate(self, tol: float, method: Literal["net", "chord"] = "chord") -> TriMesh:
+    def tessellate(self, tol: float, *, method: Literal["net", "chord"] = "chord") -> TriMesh:
         """Triangles within `tol`: see `contiga.geometry.tessellate.tessellate`."""
         return tessellate.tessellate(self, tol, method)
 

@@ -11,6 +11,7 @@ from functools import lru_cache
 from typing import Any
 
 from contiga.errors import UnitError
+from contiga.extras import require
 
 COMMON = {
     "length": ("m", "mm", "cm", "um", "km", "in", "ft"),
@@ -55,6 +56,7 @@ _STRESSES = {"Pa": 1.0, "mPa": 1e-3, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 
 
 @lru_cache(maxsize=1)
 def _registry() -> Any:
+    require(f"a unit other than {', '.join(u for units in _PLAIN.values() for u in units)}", "pint")
     import pint
 
     return pint.UnitRegistry()
@@ -74,6 +76,8 @@ def base_factor(unit: str, dimension: str, where: str | None = None) -> float:
     ------
     UnitError
         The unit is not known, or is one of another dimension.
+    MissingPackageError
+        The unit is a rare one, and pint, which knows them all, is not installed.
 
     >>> base_factor("mm", "length")
     0.001

@@ -7,7 +7,7 @@ where its formula would be negative.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import Protocol
 
 import numpy as np
@@ -112,6 +112,13 @@ class StressLaw:
     InputError
         Thickness not above zero, negative damping, a curve that is wrong; at `respond`, no
         thickness given and none in the input.
+
+    Examples
+    --------
+    >>> one = np.ones(1)
+    >>> pressed = LawInput(0.2 * one, 0.0 * one, 4.0 * one, None, None, 0.0)
+    >>> StressLaw(10.0, thickness=0.5).respond(pressed).force.tolist()  # 4 · 10 · 0.2 / 0.5
+    [16.0]
     """
 
     elastic: Characteristic
@@ -124,6 +131,7 @@ class StressLaw:
         self,
         elastic: CurveLike,
         thickness: float | None = None,
+        *,
         damping: float = 0.0,
         damping_curve: CurveLike | None = None,
         amplification: CurveLike | None = None,
@@ -202,9 +210,17 @@ class PenaltyLaw:
     stiffness : k > 0, force a length; with `per_area` a pressure a length, times A_i
     per_area : whether stiffness and damping are those of a unit area
     damping : c ≥ 0, force × time a length (a unit of area)
+
+    Examples
+    --------
+    >>> one = np.ones(1)
+    >>> pressed = LawInput(0.2 * one, 0.5 * one, one, None, None, 0.0)
+    >>> PenaltyLaw(10.0, damping=2.0).respond(pressed).force.tolist()  # 10 · 0.2 + 2 · 0.5
+    [3.0]
     """
 
     stiffness: float
+    _: KW_ONLY
     per_area: bool = False
     damping: float = 0.0
 
@@ -241,6 +257,13 @@ class AdaptiveLaw:
     Notes
     -----
     At the start of a run Δt = 0 and there is no stiffness yet: the forces are zero.
+
+    Examples
+    --------
+    >>> one = np.ones(1)
+    >>> pressed = LawInput(0.25 * one, 0.0 * one, one, None, 2.0 * one, 0.5)
+    >>> AdaptiveLaw(scale=0.5).respond(pressed).force.tolist()  # 0.5 · 2 / 0.5² · 0.25
+    [1.0]
     """
 
     scale: float = 0.1

@@ -44,10 +44,19 @@ class Body(Faces):
         patch's rectangle, edges that name patches which are not there.
 
     Bodies are immutable; methods return new ones. They compare and hash by identity.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> tube = cg.Body([cg.shapes.cylinder(radius=1.0, height=4.0)])
+    >>> tube.project([[3.0, 4.0, 1.0]]).point.round(12).tolist()
+    [[0.6, 0.8, 1.0]]
+    >>> tube.closed, cg.Body([cg.shapes.sphere(radius=1.0)]).closed
+    (False, True)
     """
 
     @classmethod
-    def from_profile(cls, curve: NurbsCurve, depth: float = 1.0, name: str = "profile") -> Self:
+    def from_profile(cls, curve: NurbsCurve, depth: float = 1.0, *, name: str = "profile") -> Self:
         """A plane problem: `curve` in the plane z = 0, given `depth` about that plane.
 
         The free side is to the right of the curve's direction: a closed curve that runs
@@ -89,7 +98,7 @@ class Body(Faces):
         return self.openings.closed
 
     def project(
-        self, points: ArrayLike, start: Projection | None = None, mode: str = "global"
+        self, points: ArrayLike, *, start: Projection | None = None, mode: str = "global"
     ) -> Projection:
         """Feet of `points` (n, 3) on the body; see `contiga.search.project.project`."""
         return project(self, as_points(points), start=start, mode=mode)

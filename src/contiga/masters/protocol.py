@@ -163,7 +163,7 @@ class Master(Protocol):
         ...  # pragma: no cover
 
     def project(
-        self, points: ArrayLike, start: Projection | None = None, mode: str = "global"
+        self, points: ArrayLike, *, start: Projection | None = None, mode: str = "global"
     ) -> Projection:
         """Feet of `points` (n, 3): the closest points, or those continued from `start`."""
         ...  # pragma: no cover

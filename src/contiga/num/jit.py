@@ -23,6 +23,8 @@ from typing import Any
 from numba import njit
 from numba.core import caching
 
+from contiga.num.compiler import InnerCompiler
+
 PACKAGE = Path(__file__).resolve().parents[1]
 IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]*(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))",
@@ -33,7 +35,13 @@ ASIDE = re.compile(r"#[^\n]*|\\\n")
 DIGITS = 16
 kernel = partial(njit, cache=True, nogil=True)
 """Decorator of kernels that Python calls, on any thread."""
-inner = partial(njit, cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+inner = partial(
+    njit,
+    cache=True,
+    no_cpython_wrapper=True,
+    no_cfunc_wrapper=True,
+    pipeline_class=InnerCompiler,
+)
 """Decorator of kernels that only kernels call: without what a call from Python needs, they compile
 a fifth faster. Called from Python they would crash; a test sees to it that none is."""
 inlined = partial(njit, inline="always")

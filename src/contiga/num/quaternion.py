@@ -85,6 +85,20 @@ def from_matrix(R: FloatArray) -> FloatArray:
     return -q if q[0] < 0.0 else q
 
 
+def rotation_vector(p: FloatArray, q: FloatArray) -> FloatArray:
+    """The turn from `p` to `q` (4,) as axis times angle (3,), the way `slerp` goes.
+
+    In the axes that `p` and `q` turn into: the spin of an even turn is this over its time.
+    """
+    end = -q if float(product(p, q)) < 0.0 else q
+    # end · p⁻¹, whose scalar part is not negative.
+    axis = p[0] * end[1:] - end[0] * p[1:] - np.cross(end[1:], p[1:])
+    sine = length(axis)
+    if sine == 0.0:
+        return np.zeros(3)
+    return np.asarray(2.0 * np.arctan2(sine, float(product(p, end))) / sine * axis)
+
+
 def slerp(p: FloatArray, q: FloatArray, s: float) -> FloatArray:
     """The turn a part `s` in [0, 1] of the shorter way from `p` to `q`, both (4,).
 

@@ -25,7 +25,11 @@ R = TypeVar("R")
 
 
 def thread_count() -> int:
-    """Threads the kernels run on; one for what runs on one of them already."""
+    """Threads the kernels run on; one for what runs on one of them already.
+
+    >>> thread_count() >= 1
+    True
+    """
     return 1 if getattr(_own, "busy", False) else int(numba.config.NUMBA_NUM_THREADS)
 
 

@@ -4,8 +4,21 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from contiga.extras import require
+
 PICTURE = "peak.png"
 PAGE = "report.html"
+
+
+def require_packages(purpose: str = "a report") -> None:
+    """Make sure that what a report is drawn with is there.
+
+    Raises
+    ------
+    MissingPackageError
+        It is not.
+    """
+    require(purpose, "plotly", "matplotlib")
 
 
 def write_report(folder: str | Path) -> Path:
@@ -28,7 +41,10 @@ def write_report(folder: str | Path) -> Path:
     ------
     FileError
         The folder is not that of a finished run.
+    MissingPackageError
+        A package that a report is drawn with is not installed.
     """
+    require_packages()
     from contiga.io.out.files import atomic_write, write_text
     from contiga.report.html import page
     from contiga.report.peak import at_frame, peak_frame

@@ -90,21 +90,23 @@ def _shown(value: Any) -> str:
 
 
 def status_table(run: Run) -> str:
-    """How many points took each status, summed over the steps, a row a contact."""
+    """How many points took each status, summed over the steps, and what those counted mean."""
     statuses = run.summary.get("statuses") or {}
     if not statuses:
         return ""
+    advice = run.summary.get("advice") or {}
     names = list(dict.fromkeys(name for counts in statuses.values() for name in counts))
-    head = "".join(
-        f'<th class="number">{escape(name.lower().replace("_", " "))}</th>' for name in names
-    )
+    head = "".join(f'<th class="number">{escape(contact)}</th>' for contact in statuses)
     rows = "".join(
-        f"<tr><td>{escape(contact)}</td>"
-        + "".join(f'<td class="number">{number(float(counts.get(n, 0)), 9)}</td>' for n in names)
-        + "</tr>"
-        for contact, counts in statuses.items()
+        f"<tr><td>{escape(name.lower().replace('_', ' '))}</td>"
+        + "".join(
+            f'<td class="number">{number(float(counts.get(name, 0)), 9)}</td>'
+            for counts in statuses.values()
+        )
+        + f"<td>{escape(str(advice.get(name, '')))}</td></tr>"
+        for name in names
     )
-    return f"<table><thead><tr><th>Contact</th>{head}</tr></thead>{rows}</table>"
+    return f"<table><thead><tr><th>Status</th>{head}<th>Meaning</th></tr></thead>{rows}</table>"
 
 
 def timings_table(run: Run) -> str:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from dataclasses import fields
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from contiga.contact.state import State
 from contiga.errors import CheckpointError
 from contiga.io.out.files import atomic_write
+from contiga.num.twist import Twist
 from contiga.records import FloatArray
+from contiga.simulation.system_state import BodyState, Energy, SlaveState, SystemState
 
-FORMAT = 3
+FORMAT = 4
 
 
 class Checkpoint(NamedTuple):
@@ -25,8 +27,8 @@ class Checkpoint(NamedTuple):
     """Steps carried out, the start counted."""
     written: int
     """Steps in the fields file."""
-    states: dict[str, State]
-    """By the name of the contact."""
+    state: SystemState
+    """After the last of them."""
     history: dict[str, FloatArray]
     """Columns so far."""
 
@@ -40,14 +42,53 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
         file.attrs["fingerprint"] = checkpoint.fingerprint
         file.attrs["done"] = checkpoint.done
         file.attrs["written"] = checkpoint.written
-        for name, state in checkpoint.states.items():
-            group = file.create_group(f"states/{name}")
-            for field in fields(State):
-                group.create_dataset(field.name, data=getattr(state, field.name))
+        _write_state(file, checkpoint.state)
         # Columns stay in their order: a resumed run writes the same file.
         history = file.create_group("history", track_order=True)
         for name, column in checkpoint.history.items():
             history.create_dataset(name, data=column)
+
+
+def _write_state(file: Any, state: SystemState) -> None:
+    """A group for each body, slave and contact, in their order."""
+    file.attrs["time"] = state.time
+    for kind in ("bodies", "slaves", "contacts"):
+        file.create_group(kind, track_order=True)
+    for name, body in state.bodies.items():
+        group = file.create_group(f"bodies/{name}")
+        group["pose"] = body.pose
+        group["velocity"], group["spin"] = body.twist
+    for name, slave in state.slaves.items():
+        group = file.create_group(f"slaves/{name}")
+        group["points"], group["velocities"] = slave
+    for name, contact in state.contacts.items():
+        group = file.create_group(f"contacts/{name}")
+        for field in fields(State):
+            group[field.name] = getattr(contact, field.name)
+    file["energy"] = np.array(state.energy)
+
+
+def _read_state(file: Any) -> SystemState:
+    def arrays(group: Any, *names: str) -> list[FloatArray]:
+        return [np.asarray(group[name]) for name in names]
+
+    bodies = {}
+    for name, group in file["bodies"].items():
+        pose, velocity, spin = arrays(group, "pose", "velocity", "spin")
+        bodies[name] = BodyState(pose, Twist(velocity, spin))
+    return SystemState(
+        time=float(file.attrs["time"]),
+        bodies=bodies,
+        slaves={
+            name: SlaveState(*arrays(group, "points", "velocities"))
+            for name, group in file["slaves"].items()
+        },
+        contacts={
+            name: State(**{f.name: np.asarray(group[f.name]) for f in fields(State)})
+            for name, group in file["contacts"].items()
+        },
+        energy=Energy(*map(float, file["energy"])),
+    )
 
 
 def read_checkpoint(path: Path, fingerprint: str) -> Checkpoint:
@@ -87,15 +128,11 @@ def _read(path: Path) -> Checkpoint:
     with h5py.File(path, "r") as file:
         if int(file.attrs["format"]) != FORMAT:
             raise ValueError("format")
-        states = {
-            name: State(**{f.name: np.asarray(group[f.name]) for f in fields(State)})
-            for name, group in file["states"].items()
-        }
         history = {name: np.asarray(column) for name, column in file["history"].items()}
         return Checkpoint(
             str(file.attrs["fingerprint"]),
             int(file.attrs["done"]),
             int(file.attrs["written"]),
-            states,
+            _read_state(file),
             history,
         )

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from contiga.contact.state import State
 from contiga.io.out.vtkhdf import FieldsWriter, Part
 from contiga.num.rigid import to_world
+from contiga.simulation.model import Model
 from contiga.simulation.outlines_file import OutlinesFile
-from contiga.simulation.simulation import Simulation
-from contiga.simulation.step import Snapshot
+from contiga.simulation.system_state import SystemState
 from contiga.triangles.trimesh import TriMesh
 
 # Largest departure of the drawn triangles from a body, relative to its size.
@@ -27,55 +27,55 @@ class Fields:
 
     Parameters
     ----------
-    simulation : what is run
+    model : what is run
     path, outlines : of the two files
     written : steps already in it, which are kept; None starts a new file
     """
 
     def __init__(
-        self, simulation: Simulation, path: Path, outlines: Path, written: int | None = None
+        self, model: Model, path: Path, outlines: Path, written: int | None = None
     ) -> None:
-        self._simulation = simulation
+        self._model = model
         self._meshes: dict[str, TriMesh] = {
             name: part.body.tessellate(DRAWN * part.body.size)
-            for name, part in simulation.bodies.items()
+            for name, part in model.bodies.items()
         }
         parts = [
             Part(name, "body", len(mesh.vertices), mesh.triangles)
             for name, mesh in self._meshes.items()
         ] + [
             Part(name, "slave", len(part.slave.points), part.slave.facets)
-            for name, part in simulation.slaves.items()
+            for name, part in model.slaves.items()
         ]
         self._part = np.repeat(np.arange(len(parts), dtype=np.int32), [p.n_points for p in parts])
         self._writer = (
             FieldsWriter(path, parts) if written is None else FieldsWriter.reopen(path, written)
         )
-        self._outlines = OutlinesFile(outlines, written) if has_outlines(simulation) else None
+        self._outlines = OutlinesFile(outlines, written) if has_outlines(model) else None
 
-    def append(self, snapshot: Snapshot) -> None:
+    def append(self, state: SystemState) -> None:
         """Write one step."""
         bodies = [
-            to_world(snapshot.poses[name], mesh.vertices) for name, mesh in self._meshes.items()
+            to_world(state.bodies[name].pose, mesh.vertices) for name, mesh in self._meshes.items()
         ]
         first = sum(len(b) for b in bodies)
-        slaves = [snapshot.points[name] for name in self._simulation.slaves]
+        slaves = [state.slaves[name].points for name in self._model.slaves]
         points = np.concatenate(bodies + slaves)
         data = self._blank(len(points), first)
-        for name in self._simulation.slaves:
-            n = len(snapshot.points[name])
-            for part in self._simulation.contacts:
+        for name in self._model.slaves:
+            n = len(state.slaves[name].points)
+            for part in self._model.contacts:
                 if part.slave == name:
-                    _add(data, slice(first, first + n), snapshot.states[part.name])
+                    _add(data, slice(first, first + n), state.contacts[part.name])
             first += n
         # Outlines first: a stop between the two leaves one too many there, which resuming drops.
         if self._outlines is not None:
             found = [
-                part.contact.outlines(snapshot.states[part.name], snapshot.poses[part.master])
-                for part in self._simulation.contacts
+                part.contact.outlines(state.contacts[part.name], state.bodies[part.master].pose)
+                for part in self._model.contacts
             ]
-            self._outlines.append(snapshot.time, found)
-        self._writer.append(snapshot.time, points, data)
+            self._outlines.append(state.time, found)
+        self._writer.append(state.time, points, data)
 
     def _blank(self, n: int, first_slave: int) -> dict[str, NDArray[np.generic]]:
         status = np.zeros(n, np.int32)
@@ -101,9 +101,9 @@ class Fields:
         self._writer.close()
 
 
-def has_outlines(simulation: Simulation) -> bool:
+def has_outlines(model: Model) -> bool:
     """Whether any contact tells where its regions end."""
-    return any(part.contact.has_outlines for part in simulation.contacts)
+    return any(part.contact.has_outlines for part in model.contacts)
 
 
 def _add(data: dict[str, NDArray[np.generic]], rows: slice, state: State) -> None:

@@ -21,7 +21,7 @@ from contiga.slaves.slave import Slave
 
 if TYPE_CHECKING:
     from contiga.contact.contact import Contact
-    from contiga.simulation.simulation import Simulation
+    from contiga.simulation.model import Model
 
 # Instants a slave's motion is looked at where it is not a rigid one: a series of large files would
 # have to be read again for more.
@@ -32,35 +32,36 @@ _TRIED = np.array([0.0, 1e-6, 1e-3, 0.03, 0.3])
 _DEEPEST = 8
 
 
-def fingerprint_of(simulation: Simulation) -> str:
+def fingerprint_of(model: Model) -> str:
     """Of case, times, geometry, slaves, motions, contacts and what is written."""
     digest = _Digest()
-    digest.text(_without_folder(simulation))
-    digest.arrays("times", simulation.times)
-    digest.text(repr((simulation.output.every, tuple(simulation.output.formats))))
-    for name, part in simulation.bodies.items():
-        poses = (part.motion.pose(float(t)) for t in simulation.times)
+    times = model.stepping.planned()
+    digest.text(_without_folder(model))
+    digest.arrays("times", times)
+    digest.text(repr((model.output.every, tuple(model.output.formats))))
+    for name, part in model.bodies.items():
+        poses = (part.motion.pose(float(t)) for t in times)
         digest.arrays(f"poses of {name}", *poses)
         part.body.digest(digest)
-    for name, (slave, motion) in simulation.slaves.items():
+    for name, (slave, motion) in model.slaves.items():
         digest.text(name)
         digest.slave(slave)
-        digest.motion(motion, simulation.times)
-    for pair in simulation.contacts:
+        digest.motion(motion, times)
+    for pair in model.contacts:
         digest.text(repr((pair.name, pair.master, pair.slave)))
         digest.contact(pair.contact)
-        if pair.contact.master is not simulation.bodies[pair.master].body:
+        if pair.contact.master is not model.bodies[pair.master].body:
             pair.contact.master.digest(digest)
-        if pair.contact.slave is not simulation.slaves[pair.slave].slave:
+        if pair.contact.slave is not model.slaves[pair.slave].slave:
             digest.slave(pair.contact.slave)
     return digest.hexdigest()
 
 
-def _without_folder(simulation: Simulation) -> str:
+def _without_folder(model: Model) -> str:
     """The text of the case, its folder left out of the names of files."""
-    folder = simulation.base_folder.resolve().as_posix()
+    folder = model.base_folder.resolve().as_posix()
     quoted = json.dumps(folder, ensure_ascii=False)[:-1]  # as the text has it: "/a/b
-    return simulation.case_text.replace(f"{quoted.rstrip('/')}/", '"')
+    return model.case_text.replace(f"{quoted.rstrip('/')}/", '"')
 
 
 class _Digest(Digest):

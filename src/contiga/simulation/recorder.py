@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.contact.state import State
+from contiga.extras import require
 from contiga.io.out.files import open_folder, write_json, write_text
 from contiga.io.out.history import write_history
 from contiga.records import FloatArray
@@ -18,8 +18,9 @@ from contiga.simulation import output_folder as names
 from contiga.simulation.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from contiga.simulation.clock import Clock
 from contiga.simulation.fields import Fields, has_outlines
-from contiga.simulation.simulation import Simulation
-from contiga.simulation.step import Snapshot, history_row
+from contiga.simulation.model import Model
+from contiga.simulation.step import Stepped, history_row
+from contiga.simulation.system_state import SystemState
 
 # Seconds from one checkpoint to the next, at least.
 CHECKPOINT_SECONDS = 5.0
@@ -34,7 +35,8 @@ class _Stand(NamedTuple):
     """Steps recorded, the start counted."""
     written: int
     """Of them in the fields file."""
-    states: dict[str, State]
+    state: SystemState | None
+    """After the last of them."""
 
 
 class Recorder:
@@ -42,15 +44,16 @@ class Recorder:
 
     Parameters
     ----------
-    simulation : what is run
+    model : what is run
     clock : times the output
     progress : called with steps done, steps in all, points in contact
     """
 
-    def __init__(self, simulation: Simulation, clock: Clock, progress: Progress | None) -> None:
-        self.simulation = simulation
+    def __init__(self, model: Model, clock: Clock, progress: Progress | None) -> None:
+        self.model = model
+        self._planned = len(model.stepping.planned())
         self.folder: Path | None = None
-        self._stand = _Stand(0, 0, {})
+        self._stand = _Stand(0, 0, None)
         self._rows: dict[str, list[float]] = {}
         self._fields: Fields | None = None
         self._made = False
@@ -65,13 +68,14 @@ class Recorder:
         return self._stand.done
 
     @property
-    def states(self) -> dict[str, State]:
-        """After the last step recorded, by contact."""
-        return self._stand.states
+    def state(self) -> SystemState | None:
+        """After the last step recorded."""
+        return self._stand.state
 
     def open(self, folder: Path, *, resume: bool) -> None:
         """Write to `folder` from now on, or go on from what is there."""
-        self._fingerprint = self.simulation.fingerprint()
+        require("an output folder", "h5py")
+        self._fingerprint = self.model.fingerprint()
         checkpoint = None
         if resume:
             checkpoint = read_checkpoint(folder / names.CHECKPOINT, self._fingerprint)
@@ -81,34 +85,35 @@ class Recorder:
         if checkpoint is None:
             names.clear_last_run(folder)
         else:
-            self._stand = _Stand(checkpoint.done, checkpoint.written, checkpoint.states)
+            self._stand = _Stand(checkpoint.done, checkpoint.written, checkpoint.state)
             self._rows = {name: list(column) for name, column in checkpoint.history.items()}
             written = checkpoint.written
-        finished = self.done >= len(self.simulation.times)
-        if "vtkhdf" in self.simulation.output.formats and not finished:
+        finished = self.state is not None and self._is_last(self.state)
+        if "vtkhdf" in self.model.output.formats and not finished:
             with self._clock("output"):
                 files = folder / names.UNFINISHED, folder / names.UNFINISHED_OUTLINES
-                self._fields = Fields(self.simulation, *files, written)
+                self._fields = Fields(self.model, *files, written)
 
-    def take(self, snapshot: Snapshot) -> None:
+    def _is_last(self, state: SystemState) -> bool:
+        return state.time >= self.model.stepping.end
+
+    def take(self, stepped: Stepped) -> None:
         """Record one step."""
-        row = history_row(self.simulation, snapshot)
+        row, state = history_row(self.model, stepped), stepped.state
         done, written, _ = self._stand
-        last = done == len(self.simulation.times) - 1
-        if self._fields and (last or done % self.simulation.output.every == 0):
+        if self._fields and (self._is_last(state) or done % self.model.output.every == 0):
             with self._clock("output"):
-                self._fields.append(snapshot)
+                self._fields.append(state)
             written += 1
         for name, value in row.items():
             column = self._rows.setdefault(name, [])
             del column[done:]
             column.append(value)
-        self._stand = _Stand(done + 1, written, snapshot.states)
+        self._stand = _Stand(done + 1, written, state)
         if perf_counter() - self._saved > CHECKPOINT_SECONDS:
             self._checkpoint()
         if self._progress is not None:
-            contacts = sum(state.n_contact for state in snapshot.states.values())
-            self._progress(self.done, len(self.simulation.times), contacts)
+            self._progress(self.done, self._planned, state.n_contact)
 
     def columns(self) -> dict[str, FloatArray]:
         """The history so far; counts are whole numbers."""
@@ -135,15 +140,15 @@ class Recorder:
         """Write what belongs to a run that went through, under its final names."""
         if self.folder is None:
             return
-        names.clear_stale(self.folder, self.simulation.output.formats)
-        if "csv" in self.simulation.output.formats:
+        names.clear_stale(self.folder, self.model.output.formats)
+        if "csv" in self.model.output.formats:
             write_history(self.folder / names.HISTORY, self.columns())
-        if self.simulation.case_text:
-            write_text(self.folder / names.CASE, self.simulation.case_text)
+        if self.model.case_text:
+            write_text(self.folder / names.CASE, self.model.case_text)
         # Also there where a run was stopped after its last step and goes on from it.
         if (self.folder / names.UNFINISHED).exists():
             (self.folder / names.UNFINISHED).replace(self.folder / names.FIELDS)
-            if has_outlines(self.simulation):
+            if has_outlines(self.model):
                 unfinished = self.folder / names.UNFINISHED_OUTLINES
                 unfinished.replace(self.folder / names.OUTLINES)
             else:
@@ -151,7 +156,7 @@ class Recorder:
         write_json(self.folder / names.SUMMARY, summary)
 
     def _checkpoint(self) -> None:
-        if self.folder is None:
+        if self.folder is None or self.state is None:
             return
         with self._clock("output"):
             if self._fields is not None:
@@ -162,7 +167,7 @@ class Recorder:
                     self._fingerprint,
                     self.done,
                     self._stand.written,
-                    self.states,
+                    self.state,
                     self.columns(),
                 ),
             )

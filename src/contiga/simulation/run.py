@@ -1,99 +1,62 @@
-"""A whole run: step by step through the times, with history, fields and checkpoints."""
+"""A whole run: step by step to the end, with history, fields and checkpoints."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from contiga.contact.state import State
-from contiga.records import FloatArray
 from contiga.simulation.clock import Clock
+from contiga.simulation.model import Model
 from contiga.simulation.recorder import Progress, Recorder
-from contiga.simulation.simulation import (
-    BodyPart,
-    ContactPart,
-    OutputOptions,
-    Simulation,
-    SlavePart,
-)
+from contiga.simulation.result import Result
 from contiga.simulation.step import advance
 from contiga.simulation.strict import check_proved
 from contiga.simulation.summary import summarise
-
-__all__ = [
-    "BodyPart",
-    "ContactPart",
-    "OutputOptions",
-    "Result",
-    "Simulation",
-    "SlavePart",
-    "run",
-]
+from contiga.simulation.system_state import SystemState
 
 
-class Result(NamedTuple):
-    """What a run leaves."""
+class RunOptions(NamedTuple):
+    """How a run is carried out. See `Simulation.run`."""
 
-    history: dict[str, FloatArray]
-    """Columns by name, one row a step."""
-    out: Path | None
-    """Output folder, None where nothing was written."""
-    states: dict[str, State]
-    """At the end, by contact."""
-    summary: dict[str, Any]
-    """Counts, timings, statuses: the content of summary.json."""
+    resume: bool = False
+    strict: bool = False
+    keep: int | None = None
+    progress: Progress | None = None
+    on_step: Callable[[SystemState], Any] | None = None
+    clock: Clock | None = None
 
 
-def run(
-    simulation: Simulation,
-    out: str | Path | None = None,
-    *,
-    resume: bool = False,
-    strict: bool = False,
-    progress: Progress | None = None,
-    clock: Clock | None = None,
-) -> Result:
-    """Carry out a simulation.
+def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Result:
+    """Run `model` to its end.
 
-    Parameters
-    ----------
-    simulation : what to run
-    out : folder for history, fields, checkpoint and summary; None keeps all in memory
-    resume : go on from the checkpoint in `out`; the results are the same bits as of one run
-    strict : stop at the first point whose foot or side is not proved
-    progress : called with steps done, steps in all, points in contact
-    clock : goes on counting from what was spent before (reading, building)
-
-    Raises
-    ------
-    OutputError
-        The folder cannot be written or is somebody else's.
-    CheckpointError
-        Nothing to resume, or the checkpoint is of another case.
-    RunError
-        With `strict`, a point that is not certified.
-
-    Notes
-    -----
     When the run is stopped (an exception, Ctrl-C) a checkpoint of the last whole step is left;
     before the first one nothing is.
     """
-    clock = Clock() if clock is None else clock
+    clock = Clock() if options.clock is None else options.clock
+    kept: list[SystemState] = []
     with clock.watching(), clock("total"):
-        recorder = Recorder(simulation, clock, progress)
+        recorder = Recorder(model, clock, options.progress)
         try:
             if out is not None:
-                recorder.open(Path(out), resume=resume)
-            for k in range(recorder.done, len(simulation.times)):
-                moment = advance(simulation, k, recorder.states, clock)
-                if strict:
-                    check_proved(moment)
-                recorder.take(moment)
+                recorder.open(Path(out), resume=options.resume)
+            state = recorder.state
+            while state is None or state.time < model.stepping.end:
+                time = model.stepping.start if state is None else model.stepping.after(state.time)
+                stepped = advance(model, state, time, clock)
+                state = stepped.state
+                if options.strict:
+                    check_proved(state)
+                recorder.take(stepped)
+                if options.keep is not None and (recorder.done - 1) % options.keep == 0:
+                    kept.append(state)
+                if options.on_step is not None:
+                    options.on_step(state)
         except BaseException:
             recorder.save()
             raise
         recorder.save()
     history = recorder.columns()
-    summary = summarise(simulation, history, clock)
+    summary = summarise(model, history, clock)
     recorder.finish(summary)
-    return Result(history, recorder.folder, recorder.states, summary)
+    return Result(history, recorder.folder, state, tuple(kept), summary)

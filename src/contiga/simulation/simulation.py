@@ -1,113 +1,194 @@
-"""A whole simulation: bodies, slaves, contacts, times. Never changes in a run."""
+"""A simulation: bodies, slaves and contacts that go through time, step by step or in one run."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
 
-import numpy as np
+from numpy.typing import ArrayLike
 
 from contiga.contact.contact import Contact
-from contiga.dynamics.prescribed import BodyMotion, SlaveMotion
+from contiga.dynamics.stepping import EqualSteps, GivenTimes, Stepping
 from contiga.errors import InputError
-from contiga.masters.protocol import Master
-from contiga.records import FloatArray
-from contiga.simulation.fingerprint import fingerprint_of
-from contiga.slaves.slave import Slave
+from contiga.num.arrays import positive
+from contiga.simulation.clock import Clock
+from contiga.simulation.model import ContactPart, Model, OutputOptions
+from contiga.simulation.parts import body_part, contact_parts, slave_part
+from contiga.simulation.recorder import Progress
+from contiga.simulation.result import Result
+from contiga.simulation.run import RunOptions, carry_out
+from contiga.simulation.step import advance
+from contiga.simulation.system_state import SystemState
 
 
-class BodyPart(NamedTuple):
-    """A body and how it moves."""
-
-    body: Master
-    motion: BodyMotion
-
-
-class SlavePart(NamedTuple):
-    """A slave and how it moves."""
-
-    slave: Slave
-    motion: SlaveMotion
-
-
-class ContactPart(NamedTuple):
-    """A contact between a body and a slave of the simulation, by their names."""
-
-    name: str
-    master: str
-    slave: str
-    contact: Contact
-
-
-class OutputOptions(NamedTuple):
-    """What a run writes."""
-
-    every: int = 1
-    """Steps from one set of fields to the next."""
-    formats: tuple[str, ...] = ("vtkhdf", "csv")
-    report: bool = True
-
-
-@dataclass(frozen=True)
-class Simulation:
-    """What a run needs.
+class Simulation(Model):
+    """Bodies, slaves and contacts that go through time.
 
     Parameters
     ----------
-    title : of reports
-    units : names of the length, mass and time units; empty where not said
-    times : (n,) increasing; the first is the start
-    bodies, slaves : by name
-    contacts : one or more
-    output : what to write
-    case_text : the resolved case, written beside the results
-    base_folder : of the case file
+    bodies : by name; a body alone stays where it is, ``(body, motion)`` moves
+    slaves : by name; a slave alone stays, ``(slave, motion)`` moves: carried by the motion of a
+        body, or by one with ``points(t)`` and ``velocities(t)``
+    contacts : a list, or by name; each made with one of the bodies and one of the slaves
+    end, step : when to end, and how long a step is; the last one may be shorter
+    start : when to begin
+    times : (n,) the times of all steps, in place of start, end and step
+    stepping : an object that tells the times, in place of all of them
+    title, units : for reports; units are the names of length, mass and time
+    output : what a run writes
+    case_text, base_folder : the case it comes from, and the folder of that
 
     Raises
     ------
     InputError
-        Times that do not increase, contacts that name nothing or share a name.
+        Times that do not rise, a motion without its velocity, contacts of other bodies or slaves,
+        two of one name.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    >>> pad = cg.Slave([[0.0, 0.0, 1.2]], area=[1.0])
+    >>> down = cg.motion.Translate([[0, 0, 0, 0], [1, 0, 0, -0.3]])
+    >>> simulation = cg.Simulation(
+    ...     bodies={"ball": ball},
+    ...     slaves={"pad": (pad, down)},
+    ...     contacts=[cg.Contact(ball, pad, law=cg.PenaltyLaw(100.0))],
+    ...     end=1.0,
+    ...     step=0.25,
+    ... )
+    >>> state = simulation.start()
+    >>> state = simulation.step(state)
+    >>> state.time, state.slaves["pad"].velocities.tolist()
+    (0.25, [[0.0, 0.0, -0.3]])
+    >>> simulation.run().history["max_penetration"].round(12).tolist()
+    [0.0, 0.0, 0.0, 0.025, 0.1]
     """
 
-    title: str
-    times: FloatArray
-    bodies: dict[str, BodyPart]
-    slaves: dict[str, SlavePart]
-    contacts: tuple[ContactPart, ...]
-    units: tuple[str, str, str] = ("", "", "")
-    output: OutputOptions = field(default_factory=OutputOptions)
-    case_text: str = ""
-    base_folder: Path = Path()
-
-    def __post_init__(self) -> None:
-        times = np.asarray(self.times, dtype=np.float64)
-        if times.ndim != 1 or len(times) == 0 or not np.isfinite(times).all():
-            raise InputError(
-                "the times must be finite numbers, one or more", where="times", found=times.shape
-            )
-        if (np.diff(times) <= 0.0).any():
-            raise InputError("the times must increase", where="times")
-        names = [part.name for part in self.contacts]
-        if not names or len(set(names)) < len(names):
-            raise InputError(
-                "there must be contacts, each with a name of its own", where="contacts", found=names
-            )
-        for part in self.contacts:
-            _check_name("master", part.master, self.bodies)
-            _check_name("slave", part.slave, self.slaves)
-
-    def fingerprint(self) -> str:
-        """Of all that decides the results: see `contiga.simulation.fingerprint`."""
-        return fingerprint_of(self)
-
-
-def _check_name(role: str, name: str, known: Iterable[str]) -> None:
-    if name not in list(known):
-        raise InputError(
-            f"a contact names a {role} that is not there",
-            where=f"contacts: {role}",
-            found=name,
-            allowed=", ".join(map(repr, known)),
+    def __init__(
+        self,
+        *,
+        bodies: Mapping[str, Any],
+        slaves: Mapping[str, Any],
+        contacts: Mapping[str, Contact] | Sequence[Contact | ContactPart],
+        end: float | None = None,
+        step: float | None = None,
+        start: float = 0.0,
+        times: ArrayLike | None = None,
+        stepping: Stepping | None = None,
+        title: str = "",
+        units: tuple[str, str, str] = ("", "", ""),
+        output: OutputOptions | None = None,
+        case_text: str = "",
+        base_folder: Path | None = None,
+    ) -> None:
+        own_bodies = {name: body_part(name, given) for name, given in bodies.items()}
+        own_slaves = {name: slave_part(name, given) for name, given in slaves.items()}
+        super().__init__(
+            bodies=own_bodies,
+            slaves=own_slaves,
+            contacts=contact_parts(contacts, own_bodies, own_slaves),
+            stepping=_stepping(stepping, times, (start, end, step)),
+            title=title,
+            units=units,
+            output=OutputOptions() if output is None else output,
+            case_text=case_text,
+            base_folder=Path() if base_folder is None else base_folder,
         )
+
+    def start(self) -> SystemState:
+        """The state at the start."""
+        return advance(self, None, self.stepping.start, Clock()).state
+
+    def step(self, state: SystemState, *, dt: float | None = None) -> SystemState:
+        """The state one step after `state`, which stays as it is.
+
+        Parameters
+        ----------
+        dt : length of the step, > 0; to the next time of the simulation if omitted
+
+        Raises
+        ------
+        InputError
+            The simulation is at its end, or `dt` is not positive.
+        """
+        if dt is not None:
+            time = state.time + positive(dt, "dt")
+        elif state.time < self.stepping.end:
+            time = self.stepping.after(state.time)
+        else:
+            raise InputError(
+                "the simulation is at its end",
+                where="state.time",
+                found=state.time,
+                allowed=f"< {self.stepping.end:g}",
+                remedy="Give dt to go on",
+            )
+        return advance(self, state, time, Clock()).state
+
+    def run(
+        self,
+        out: str | Path | None = None,
+        *,
+        resume: bool = False,
+        strict: bool = False,
+        keep: int | None = None,
+        progress: Progress | None = None,
+        on_step: Callable[[SystemState], Any] | None = None,
+        clock: Clock | None = None,
+    ) -> Result:
+        """Run to the end.
+
+        Parameters
+        ----------
+        out : folder for history, fields, checkpoint and summary; None keeps all in memory
+        resume : go on from the checkpoint in `out`; the results are the same bits as of one run
+        strict : stop at the first point whose foot or side is not proved
+        keep : keep the states of every so many steps in the result, the start counted; None none
+        progress : called with steps done, steps in all, points in contact
+        on_step : called with the state of every step
+        clock : goes on counting from what was spent before (reading, building)
+
+        Raises
+        ------
+        OutputError
+            The folder cannot be written or is somebody else's.
+        CheckpointError
+            Nothing to resume, or the checkpoint is of another case.
+        MissingPackageError
+            An output folder is asked for, and h5py is not installed.
+        RunError
+            With `strict`, a point that is not certified.
+
+        Notes
+        -----
+        When the run is stopped (an exception, Ctrl-C) a checkpoint of the last whole step is left;
+        before the first one nothing is.
+        """
+        if keep is not None and not (isinstance(keep, int) and keep >= 1):
+            raise InputError("must be a whole number", where="keep", found=keep, allowed=">= 1")
+        return carry_out(self, out, RunOptions(resume, strict, keep, progress, on_step, clock))
+
+
+def _stepping(
+    own: Stepping | None,
+    times: ArrayLike | None,
+    equal: tuple[float, float | None, float | None],
+) -> Stepping:
+    """The one way of stepping that was given."""
+    start, end, step = equal
+    named = {"stepping": own, "times": times, "end": end, "step": step}
+    given = [name for name, value in named.items() if value is not None]
+    if own is not None and given == ["stepping"]:
+        return own
+    if times is not None and given == ["times"]:
+        return GivenTimes(times)
+    if end is None or step is None or len(given) > 2:
+        raise InputError(
+            "it must be said, in one way, how time goes on",
+            where="times",
+            found=", ".join(given) or None,
+            allowed="end and step, or times, or stepping",
+        )
+    return EqualSteps(float(start), float(end), float(step))

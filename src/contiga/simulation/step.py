@@ -1,4 +1,4 @@
-"""One step of a simulation: place the bodies, then every contact in turn."""
+"""One step of a simulation: place what moves, then every contact in turn."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ import numpy as np
 
 from contiga.contact.state import State
 from contiga.num.ordered import length
-from contiga.records import ContactStatus, FloatArray
+from contiga.records import ContactStatus
 from contiga.simulation.clock import Clock
-from contiga.simulation.simulation import Simulation
+from contiga.simulation.model import ContactPart, Model
+from contiga.simulation.system_state import BodyState, Energy, SlaveState, SystemState
 
 # Columns of the history that count points by what became of them in the step.
 COUNTED = {
@@ -27,77 +28,91 @@ COUNTED = {
 }
 
 
-class Snapshot(NamedTuple):
-    """A simulation at one time."""
+class Stepped(NamedTuple):
+    """What a step has made."""
 
-    time: float
-    poses: dict[str, FloatArray]
-    """(4, 4) X_WB by body."""
-    points: dict[str, FloatArray]
-    """(n, 3) world axes, by slave."""
-    states: dict[str, State]
-    """By contact."""
+    state: SystemState
     walls: dict[str, float]
     """Seconds each contact took, by contact."""
 
 
-def place(
-    simulation: Simulation, time: float
-) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
-    """Poses of the bodies and points of the slaves at `time`."""
-    poses = {name: part.motion.pose(time) for name, part in simulation.bodies.items()}
-    points = {name: part.motion.points(time) for name, part in simulation.slaves.items()}
-    return poses, points
+def place(model: Model, time: float) -> tuple[dict[str, BodyState], dict[str, SlaveState]]:
+    """Bodies and slaves at `time`, and how they move."""
+    bodies = {
+        name: BodyState(part.motion.pose(time), part.motion.twist(time))
+        for name, part in model.bodies.items()
+    }
+    slaves = {
+        name: SlaveState(part.motion.points(time), part.motion.velocities(time))
+        for name, part in model.slaves.items()
+    }
+    return bodies, slaves
 
 
-def advance(simulation: Simulation, k: int, last: dict[str, State], clock: Clock) -> Snapshot:
-    """The simulation at its time number `k`, from the states at the time before (none at 0)."""
-    time = float(simulation.times[k])
+def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -> Stepped:
+    """The simulation at `time`, from the state `last` before it; None at the start."""
     with clock("motion"):
-        poses, points = place(simulation, time)
-    states: dict[str, State] = {}
+        bodies, slaves = place(model, time)
+    contacts: dict[str, State] = {}
     walls: dict[str, float] = {}
-    for part in simulation.contacts:
-        start = perf_counter()
-        p_W, X_WB = points[part.slave], poses[part.master]
-        if k == 0:
-            states[part.name] = part.contact.start(p_W, X_WB, clock=clock)
-        else:
-            dt = time - float(simulation.times[k - 1])
-            states[part.name] = part.contact.step(last[part.name], p_W, X_WB, dt, clock=clock)
-        walls[part.name] = perf_counter() - start
-    return Snapshot(time, poses, points, states, walls)
+    for part in model.contacts:
+        begun = perf_counter()
+        contacts[part.name] = _touch(
+            part, last, (slaves[part.slave], bodies[part.master]), time, clock
+        )
+        walls[part.name] = perf_counter() - begun
+    energy = Energy(sum(float(state.stored) for state in contacts.values()))
+    return Stepped(SystemState(time, bodies, slaves, contacts, energy), walls)
 
 
-def history_row(simulation: Simulation, snapshot: Snapshot) -> dict[str, float]:
+def _touch(
+    part: ContactPart,
+    last: SystemState | None,
+    pair: tuple[SlaveState, BodyState],
+    time: float,
+    clock: Clock,
+) -> State:
+    """One contact at `time`."""
+    p_W, X_WB = pair[0].points, pair[1].pose
+    if last is None:
+        return part.contact.start(p_W, X_WB, clock=clock)
+    return part.contact.step(last.contacts[part.name], p_W, X_WB, time - last.time, clock=clock)
+
+
+def history_row(model: Model, stepped: Stepped) -> dict[str, float]:
     """One row of the history; columns carry the contact's name where there are several."""
-    row: dict[str, float] = {"time": snapshot.time}
-    for part in simulation.contacts:
-        state = snapshot.states[part.name]
-        prefix = "" if len(simulation.contacts) == 1 else f"{part.name}."
-        force, moment_about = state.total_force, state.wrench[3:]
-        centre = state.centre_of_pressure
-        columns: dict[str, float] = {
-            "n_contact": state.n_contact,
-            "max_penetration": state.max_penetration,
-            "force_x": force[0],
-            "force_y": force[1],
-            "force_z": force[2],
-            "force": length(force),
-            "moment_x": moment_about[0],
-            "moment_y": moment_about[1],
-            "moment_z": moment_about[2],
-            "area": state.total_area,
-            "n_clusters": state.n_clusters,
-            "mean_pressure": state.mean_pressure,
-            "max_pressure": state.max_pressure,
-            "centre_x": centre[0],
-            "centre_y": centre[1],
-            "centre_z": centre[2],
-            "wall_time": snapshot.walls[part.name],
-        }
-        counts = np.bincount(state.status, minlength=len(ContactStatus))
-        columns |= {name: int(counts[status]) for name, status in COUNTED.items()}
-        columns["n_unproved"] = state.n_unproved
+    row: dict[str, float] = {"time": stepped.state.time}
+    for part in model.contacts:
+        prefix = "" if len(model.contacts) == 1 else f"{part.name}."
+        columns = _columns(stepped.state.contacts[part.name], stepped.walls[part.name])
         row |= {prefix + name: value for name, value in columns.items()}
     return row
+
+
+def _columns(state: State, wall: float) -> dict[str, float]:
+    """What the history says of one contact."""
+    force, moment_about = state.total_force, state.wrench[3:]
+    centre = state.centre_of_pressure
+    columns: dict[str, float] = {
+        "n_contact": state.n_contact,
+        "max_penetration": state.max_penetration,
+        "force_x": force[0],
+        "force_y": force[1],
+        "force_z": force[2],
+        "force": length(force),
+        "moment_x": moment_about[0],
+        "moment_y": moment_about[1],
+        "moment_z": moment_about[2],
+        "area": state.total_area,
+        "n_clusters": state.n_clusters,
+        "mean_pressure": state.mean_pressure,
+        "max_pressure": state.max_pressure,
+        "centre_x": centre[0],
+        "centre_y": centre[1],
+        "centre_z": centre[2],
+        "wall_time": wall,
+    }
+    counts = np.bincount(state.status, minlength=len(ContactStatus))
+    columns |= {name: int(counts[status]) for name, status in COUNTED.items()}
+    columns["n_unproved"] = state.n_unproved
+    return columns

@@ -7,7 +7,7 @@ import numpy as np
 from contiga.contact.state import State
 from contiga.errors import RunError
 from contiga.records import ContactStatus
-from contiga.simulation.step import Snapshot
+from contiga.simulation.system_state import SystemState
 
 DOUBTFUL = {
     ContactStatus.LOST: "could not be solved",
@@ -16,7 +16,7 @@ DOUBTFUL = {
 }
 
 
-def check_proved(snapshot: Snapshot) -> None:
+def check_proved(state: SystemState) -> None:
     """Refuse to go on where a point of any contact is not certified.
 
     Raises
@@ -24,11 +24,11 @@ def check_proved(snapshot: Snapshot) -> None:
     RunError
         Names the contact, the time, the first such point and what is the matter with it.
     """
-    for name, state in snapshot.states.items():
-        text = _first_doubt(state)
+    for name, contact in state.contacts.items():
+        text = _first_doubt(contact)
         if text is not None:
             remedy = "Take smaller steps, or run without --strict"
-            raise RunError(f"{name}: at t = {snapshot.time:g} {text}. {remedy}")
+            raise RunError(f"{name}: at t = {state.time:g} {text}. {remedy}")
 
 
 def _first_doubt(state: State) -> str | None:

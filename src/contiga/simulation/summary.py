@@ -9,38 +9,48 @@ import numpy as np
 from contiga.num.threads import thread_count
 from contiga.records import ContactStatus, FloatArray
 from contiga.simulation.clock import Clock
-from contiga.simulation.simulation import Simulation
+from contiga.simulation.model import Model
 from contiga.simulation.step import COUNTED
 from contiga.version import __version__
 
+NOTED = (ContactStatus.SLID_OFF, ContactStatus.HELD)
+"""Statuses that are in order, where they were meant to come."""
+WARNED = (
+    ContactStatus.LOST,
+    ContactStatus.FOUND,
+    ContactStatus.REACQUIRED,
+    ContactStatus.NOT_FINITE,
+)
+
 
 def summarise(
-    simulation: Simulation,
+    model: Model,
     history: dict[str, FloatArray],
     clock: Clock,
 ) -> dict[str, Any]:
     """The summary of a finished run."""
-    several = len(simulation.contacts) > 1
+    several = len(model.contacts) > 1
     statuses = {
-        part.name: _statuses(history, f"{part.name}." if several else "")
-        for part in simulation.contacts
+        part.name: _statuses(history, f"{part.name}." if several else "") for part in model.contacts
     }
     return {
-        "title": simulation.title,
+        "title": model.title,
         "version": __version__,
-        "units": dict(zip(("length", "mass", "time"), simulation.units, strict=True)),
+        "units": dict(zip(("length", "mass", "time"), model.units, strict=True)),
         "timings": {**clock.seconds, "compile": clock.compiled},
-        "steps": len(simulation.times),
-        "n_points": sum(len(part.slave.points) for part in simulation.slaves.values()),
-        "n_elements": sum(part.body.surface.n_elements for part in simulation.bodies.values()),
+        "steps": len(history["time"]),
+        "n_points": sum(len(part.slave.points) for part in model.slaves.values()),
+        "n_elements": sum(part.body.surface.n_elements for part in model.bodies.values()),
         "threads": thread_count(),
         "statuses": statuses,
+        "advice": _advice(statuses),
         "proved": {
             part.name: _proved(history, f"{part.name}." if several else "")
-            for part in simulation.contacts
+            for part in model.contacts
         },
-        "inputs": _inputs(simulation),
-        "warnings": _warnings(statuses) + _not_finite(simulation, history) + _flaws(simulation),
+        "inputs": _inputs(model),
+        "notes": _told(statuses, NOTED),
+        "warnings": _told(statuses, WARNED) + _not_finite(model, history) + _flaws(model),
     }
 
 
@@ -59,11 +69,11 @@ def _proved(history: dict[str, FloatArray], prefix: str) -> dict[str, int]:
     }
 
 
-def _inputs(simulation: Simulation) -> dict[str, dict[str, Any]]:
+def _inputs(model: Model) -> dict[str, dict[str, Any]]:
     inputs: dict[str, dict[str, Any]] = {}
-    for name, body_part in simulation.bodies.items():
+    for name, body_part in model.bodies.items():
         inputs[name] = body_part.body.facts()
-    for name, slave_part in simulation.slaves.items():
+    for name, slave_part in model.slaves.items():
         slave = slave_part.slave
         inputs[name] = {
             "kind": "slave",
@@ -74,48 +84,35 @@ def _inputs(simulation: Simulation) -> dict[str, dict[str, Any]]:
     return inputs
 
 
-def _flaws(simulation: Simulation) -> list[str]:
+def _flaws(model: Model) -> list[str]:
     """What is wrong with how the faces of bodies meet."""
-    return [
-        f"{name}: {text}" for name, part in simulation.bodies.items() for text in part.body.flaws
-    ]
+    return [f"{name}: {text}" for name, part in model.bodies.items() for text in part.body.flaws]
 
 
-def _not_finite(simulation: Simulation, history: dict[str, FloatArray]) -> list[str]:
+def _not_finite(model: Model, history: dict[str, FloatArray]) -> list[str]:
     texts = []
     for name, column in history.items():
         contact, _, what = name.rpartition(".")
         bad = np.flatnonzero(~np.isfinite(column))
         if what == "force" and len(bad):
             texts.append(
-                f"{contact or simulation.contacts[0].name}: the force is not finite in {len(bad)} "
+                f"{contact or model.contacts[0].name}: the force is not finite in {len(bad)} "
                 f"steps, first at t = {history['time'][bad[0]]:g}; look at the law's numbers"
             )
     return texts
 
 
-def _warnings(statuses: dict[str, dict[str, int]]) -> list[str]:
-    texts = []
-    for name, counts in statuses.items():
-        lost = counts[ContactStatus.LOST.name]
-        if lost:
-            texts.append(
-                f"{name}: {lost} times a point in contact could not be solved and was left out of "
-                "the forces; take smaller steps"
-            )
-        found = counts[ContactStatus.FOUND.name]
-        if found:
-            texts.append(
-                f"{name}: {found} times a point lay inside without having been seen to come in; it "
-                "was taken into contact at its closest point. Please report the case"
-            )
-        anew = counts[ContactStatus.REACQUIRED.name]
-        if anew:
-            texts.append(
-                f"{name}: {anew} times the foot of a point in contact vanished and was found again "
-                "elsewhere; take smaller steps to see where"
-            )
-        bad = counts[ContactStatus.NOT_FINITE.name]
-        if bad:
-            texts.append(f"{name}: {bad} times a point had no finite position")
-    return texts
+def _told(statuses: dict[str, dict[str, int]], which: tuple[ContactStatus, ...]) -> list[str]:
+    """What the statuses that were counted mean, and what to do."""
+    return [
+        f"{name}: {counts[status.name]} times {status.name}. {status.advice}"
+        for name, counts in statuses.items()
+        for status in which
+        if counts[status.name]
+    ]
+
+
+def _advice(statuses: dict[str, dict[str, int]]) -> dict[str, str]:
+    """Of all statuses that were counted, by name."""
+    counted = {name for counts in statuses.values() for name, n in counts.items() if n}
+    return {status.name: status.advice for status in ContactStatus if status.name in counted}

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from contiga.errors import MeshError
 from contiga.num.arrays import as_points, read_only
 from contiga.records import FloatArray, IntArray
+from contiga.shown import Facts, Shown
 from contiga.slaves.cells import split_shells
 from contiga.slaves.skin import facet_areas, tributary_area
 
@@ -36,7 +37,7 @@ class MeshPart(NamedTuple):
         return self.name if self.id is None else f"{self.id} ({self.name})"
 
 
-class Slave:
+class Slave(Shown):
     """Points that can touch a master: a cloud, or the nodes of a finite-element mesh. Immutable.
 
     Parameters
@@ -63,6 +64,15 @@ class Slave:
     MeshError
         No points, a coordinate that is not finite, a facet that names no point, an array that
         does not fit.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> sheet = cg.Slave([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]], name="sheet")
+    >>> len(sheet), sheet.facets.shape, float(sheet.area.sum().round(12))
+    (4, (2, 3), 1.0)
+    >>> cg.Slave([[0, 0, 0], [1, 0, 0]]).area is None  # a cloud
+    True
     """
 
     points: FloatArray
@@ -88,10 +98,10 @@ class Slave:
         self,
         points: ArrayLike,
         facets: ArrayLike | None = None,
+        *,
         area: ArrayLike | None = None,
         thickness: ArrayLike | None = None,
         mass: ArrayLike | None = None,
-        *,
         active: ArrayLike | None = None,
         name: str = "slave",
         unit: str | None = None,
@@ -127,12 +137,11 @@ class Slave:
     def __len__(self) -> int:
         return len(self.points)
 
-    def __repr__(self) -> str:
+    def _facts(self) -> Facts:
         facets = 0 if self.facets is None else len(self.facets)
-        return (
-            f"Slave({self.name!r}: {len(self)} points, {int(self.active.sum())} active, "
-            f"{facets} facets)"
-        )
+        unit = [("unit", self.unit)] if self.unit else []
+        active = int(self.active.sum())
+        return [("points", len(self)), ("active", active), ("facets", facets), *unit]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuild, ({key: _plain(getattr(self, key)) for key in _FIELDS},)
@@ -175,9 +184,9 @@ class Slave:
         return Slave(
             points,
             facets,
-            None if self.area is None else self.area * factor**2,
-            None if self.thickness is None else self.thickness * factor,
-            self.mass,
+            area=None if self.area is None else self.area * factor**2,
+            thickness=None if self.thickness is None else self.thickness * factor,
+            mass=self.mass,
             active=self.active,
             name=self.name,
             unit=unit,

@@ -13,6 +13,7 @@ from contiga.num.arrays import as_points, read_only
 from contiga.num.digest import Digest
 from contiga.num.ordered import length
 from contiga.records import FloatArray, Hit, IntArray, Projection
+from contiga.shown import Facts, Shown
 from contiga.triangles.condition import Condition, condition_of
 from contiga.triangles.facet_feet import contains, project
 from contiga.triangles.facet_hits import first_hit
@@ -23,7 +24,7 @@ from contiga.triangles.kernels.mesh_sides_nb import side_numbers
 from contiga.triangles.orientation import turned_triangles
 
 
-class TriMesh:
+class TriMesh(Shown):
     """Triangles over shared vertices. It never changes; methods return new ones.
 
     Parameters
@@ -118,8 +119,8 @@ class TriMesh:
             **(self._options() | options),
         )
 
-    def __repr__(self) -> str:
-        return f"<TriMesh, {len(self.vertices)} vertices, {len(self.triangles)} triangles>"
+    def _facts(self) -> Facts:
+        return [("vertices", len(self.vertices)), ("triangles", len(self.triangles))]
 
     def corners(self) -> FloatArray:
         """(m, 3, 3) the corner points of each triangle."""
@@ -232,6 +233,7 @@ class TriMesh:
     def project(
         self,
         points: ArrayLike,
+        *,
         start: Projection | None = None,
         mode: str = "global",
         normals: str | None = None,

@@ -113,7 +113,7 @@ def _points_on(body: Body, n: int) -> tuple[FloatArray, Projection]:
         counts = np.floor(count * areas / areas.sum()).astype(int)
         counts[np.argmax(counts)] += count - counts.sum()
         on = np.concatenate(
-            [clouds.random_on(p, int(c), 3) for p, c in zip(body.patches, counts, strict=True)]
+            [clouds.random_on(p, int(c), seed=3) for p, c in zip(body.patches, counts, strict=True)]
         )
         feet = body.project(on)
         return on, feet, np.flatnonzero(np.abs(feet.gap) <= SAME * body.size).astype(np.int32)

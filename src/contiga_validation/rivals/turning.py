@@ -61,7 +61,7 @@ def _cloud(body: Body, points: int) -> tuple[FloatArray, FloatArray]:
     A strip as narrow as a facet feels each edge that comes by.
     """
     share = STRIP / 360.0
-    on = clouds.random_on(body.patches[0], int(points / share), 3)
+    on = clouds.random_on(body.patches[0], int(points / share), seed=3)
     strip = on[np.abs(np.arctan2(on[:, 1], on[:, 0])) < np.deg2rad(0.5 * STRIP)]
     feet = body.project(strip)
     depth = DEPTH * body.size * np.random.default_rng(7).random((len(strip), 1))

@@ -44,8 +44,8 @@ class AreaTable(NamedTuple):
 def methods() -> dict[str, AreaMethod]:
     """The ways to an area that Table 5.1 is set beside."""
     return {
-        "hull, linear map": HullArea(1, "linear"),
-        "hull, exact map": HullArea(1, "exact"),
+        "hull, linear map": HullArea(1, mapping="linear"),
+        "hull, exact map": HullArea(1, mapping="exact"),
         "facets, on the master": FacetArea("master"),
         "facets, on the slave": FacetArea("slave"),
         "tributary": NodalArea(),

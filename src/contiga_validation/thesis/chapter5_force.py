@@ -219,7 +219,7 @@ def _draw_delta(figure: Figure, found: Forces) -> None:
 
 
 def _stress_model() -> Outcome:
-    damped = forces(StressLaw(MODULUS, THICKNESS, DAMPING))
+    damped = forces(StressLaw(MODULUS, THICKNESS, damping=DAMPING))
     plain = forces(StressLaw(MODULUS, THICKNESS))
     share = damped.total("analytic")[1] / plain.total("analytic")[1]
     return Outcome(

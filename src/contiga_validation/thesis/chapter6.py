@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from contiga import NodalArea, NurbsSurface, Simulation, TriMesh, View
+from contiga import NodalArea, NurbsSurface, Simulation, SystemState, TriMesh, View
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.engine.drawing import BODY, INK, LINES, MUTED
 from contiga_validation.engine.experiment import Cell, Claim, Experiment, Outcome, Picture, Table
-from contiga_validation.thesis.play import patches_of, played, steps_of
+from contiga_validation.thesis.play import patches_of, played
 from contiga_validation.thesis.variants import simulation_of, variant
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def masters() -> tuple[Simulation, dict[str, TriMesh]]:
     """The scene and the meshes of its master by the thesis' tessellation."""
     simulation = simulation_of("bumpy_master")
     (surface,) = patches_of(simulation)
-    return simulation, {f"tol {tol}": surface.tessellate(tol, "net") for tol in TOLERANCES}
+    return simulation, {f"tol {tol}": surface.tessellate(tol, method="net") for tol in TOLERANCES}
 
 
 def simulations() -> dict[str, Simulation]:
@@ -84,13 +84,14 @@ def step_times(repeats: int = REPEATS) -> dict[str, FloatArray]:
     Runs of the masters alternate, so that a machine that slows down slows all of them.
     """
     made = simulations()
-    best = {name: np.full(len(one.times), np.inf) for name, one in made.items()}
+    best = {name: np.full(len(one.stepping.planned()), np.inf) for name, one in made.items()}
     for _ in range(repeats):
         for name, simulation in made.items():
-            start = perf_counter()
-            for k, _ in enumerate(steps_of(simulation)):
-                best[name][k] = min(best[name][k], perf_counter() - start)
+            state: SystemState | None = None
+            for k in range(len(best[name])):
                 start = perf_counter()
+                state = simulation.start() if state is None else simulation.step(state)
+                best[name][k] = min(best[name][k], perf_counter() - start)
     return best
 
 

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from math import hypot
 from typing import NamedTuple
 
-import numpy as np
-
-from contiga import Master, NurbsSurface, Simulation, State, build, load_case
+from contiga import Master, NurbsSurface, Simulation, State, SystemState, build, load_case
 from contiga_validation.engine.arrays import FloatArray
 from contiga_validation.thesis.scenes import scene
 
@@ -17,22 +13,21 @@ class Played(NamedTuple):
     """A scene with one contact, and all its steps."""
 
     simulation: Simulation
-    states: tuple[State, ...]
-    """One a step."""
-    places: tuple[FloatArray, ...]
-    """(n, 3) slave points after each step, world axes."""
+    snapshots: tuple[SystemState, ...]
+    history: dict[str, FloatArray]
+    """Columns by name, one row a step."""
 
     @property
-    def history(self) -> dict[str, FloatArray]:
-        """What is told of each step: columns by name, one row a step."""
-        columns: dict[str, list[float]] = {
-            "n_contact": [state.n_contact for state in self.states],
-            "n_clusters": [state.n_clusters for state in self.states],
-            "max_penetration": [state.max_penetration for state in self.states],
-            "force": [hypot(*state.total_force) for state in self.states],
-            "area": [state.total_area for state in self.states],
-        }
-        return {name: np.array(values) for name, values in columns.items()}
+    def states(self) -> list[State]:
+        """One a step."""
+        (contact,) = self.simulation.contacts
+        return [snapshot.contacts[contact.name] for snapshot in self.snapshots]
+
+    @property
+    def places(self) -> list[FloatArray]:
+        """(n, 3) slave points after each step, world axes."""
+        (contact,) = self.simulation.contacts
+        return [snapshot.slaves[contact.slave].points for snapshot in self.snapshots]
 
     @property
     def body(self) -> Master:
@@ -65,29 +60,6 @@ def play(name: str) -> Played:
 
 
 def played(simulation: Simulation) -> Played:
-    """Run a simulation with one contact in memory and keep every step."""
-    states: list[State] = []
-    places: list[FloatArray] = []
-    for state, points in steps_of(simulation):
-        states.append(state)
-        places.append(points)
-    return Played(simulation, tuple(states), tuple(places))
-
-
-def steps_of(simulation: Simulation) -> Iterator[tuple[State, FloatArray]]:
-    """The one contact of a simulation, step by step: its state, and where the slave's points are.
-
-    A step is worked out when it is asked for.
-    """
-    (part,) = simulation.contacts
-    body, slave = simulation.bodies[part.master].motion, simulation.slaves[part.slave].motion
-    state: State | None = None
-    last = 0.0
-    for time in map(float, simulation.times):
-        p_W, X_WB = slave.points(time), body.pose(time)
-        if state is None:
-            state = part.contact.start(p_W, X_WB)
-        else:
-            state = part.contact.step(state, p_W, X_WB, time - last)
-        last = time
-        yield state, p_W
+    """Run a simulation in memory and keep every step."""
+    result = simulation.run(keep=1)
+    return Played(simulation, result.states, result.history)

@@ -195,7 +195,7 @@ EVERY = {
     "cloud at rest": (cg.CloudArea(), False),
     "cloud by feet": (cg.CloudArea(by="feet"), False),
     **{
-        f"hulls, {clusters}, {mapping}": (cg.HullArea(clusters, mapping), False)
+        f"hulls, {clusters}, {mapping}": (cg.HullArea(clusters, mapping=mapping), False)
         for clusters in ("auto", 3, "dbscan", "meanshift", "hdbscan")
         for mapping in ("linear", "exact")
     },
@@ -219,7 +219,7 @@ def test_no_contact_is_no_area_no_region_no_pressure_and_no_place(what):
 @pytest.mark.parametrize("n", [1, 2, 3, 5])
 def test_more_clusters_than_points_are_points_without_area(n, mapping):
     # Each point is its own cluster, whose hull is a point.
-    many = contact(cg.HullArea(7, mapping), GRID[:n])
+    many = contact(cg.HullArea(7, mapping=mapping), GRID[:n])
     state = many.start(many.slave.points)
     assert state.n_clusters == n
     assert state.total_area == 0.0
@@ -230,7 +230,7 @@ def test_more_clusters_than_points_are_points_without_area(n, mapping):
 @pytest.mark.parametrize(("clusters", "kept"), [("auto", 1), (1, 1), ("dbscan", 1)])
 def test_hulls_of_points_on_several_patches_are_drawn_on_each_and_added(clusters, kept, mapping):
     # 0.5 by 1 on one side, 0.25 by 1 on the other: the points at x = 0 are of one patch only.
-    area = cg.HullArea(clusters, mapping, eps=0.4, min_points=3)
+    area = cg.HullArea(clusters, mapping=mapping, eps=0.4, min_points=3)
     both = contact(area, GRID, body=HALVES)
     state = both.start(both.slave.points)
     assert state.n_clusters == kept

@@ -141,7 +141,7 @@ def test_hull_areas_add_up_and_noise_has_none():
     body = cg.Body([cg.shapes.plane(width=20.0, length=20.0)])
     points = np.concatenate([rows_of_points(3.0) * 0.5, [[-8.0, -8.0, 0.0]]]) - [0, 0, 0.1]
     for mapping in ("linear", "exact"):
-        area = cg.HullArea("dbscan", mapping, eps=0.05, min_points=3)
+        area = cg.HullArea("dbscan", mapping=mapping, eps=0.05, min_points=3)
         contact = cg.Contact(
             body, cg.Slave(points), law=cg.PenaltyLaw(1), area=area, search="penetration"
         )
@@ -161,7 +161,7 @@ def test_hulls_on_two_patches_are_added():
         cg.Body(halves),
         cg.Slave(points),
         law=cg.PenaltyLaw(1),
-        area=cg.HullArea("auto", "exact"),
+        area=cg.HullArea("auto", mapping="exact"),
         search="penetration",
     )
     state = contact.start(points)

@@ -62,8 +62,12 @@ METHODS = {
     "facets on the master": (cg.FacetArea("master"), FACETS, {"incidence": 1}),
     "cloud at rest": (cg.CloudArea(), None, {"cKDTree": 2, "Delaunay": 1, "incidence": 1}),
     "cloud by feet": (cg.CloudArea(by="feet"), None, {"cKDTree": 1}),
-    "hulls of a cloud": (cg.HullArea("auto", "linear"), None, {"cKDTree": 1, "grid_mesh": 1}),
-    "hulls of facets": (cg.HullArea("auto", "exact"), FACETS, {"incidence": 1}),
+    "hulls of a cloud": (
+        cg.HullArea("auto", mapping="linear"),
+        None,
+        {"cKDTree": 1, "grid_mesh": 1},
+    ),
+    "hulls of facets": (cg.HullArea("auto", mapping="exact"), FACETS, {"incidence": 1}),
 }
 
 

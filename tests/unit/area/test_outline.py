@@ -75,7 +75,7 @@ def test_two_regions_have_an_outline_each():
     xy, facets = sheet(60, 1.3)
     two = cg.Body([cg.shapes.sphere(radius=0.5, centre=[x, 0, 0]) for x in (-0.6, 0.6)])
     points = np.column_stack([xy, np.full(len(xy), 0.35)])
-    for area in (cg.FacetArea(), cg.CloudArea(), cg.HullArea("auto", "exact")):
+    for area in (cg.FacetArea(), cg.CloudArea(), cg.HullArea("auto", mapping="exact")):
         state, found = outlines(two, points, facets, area)
         assert sorted(set(found.clusters.tolist())) == [0, 1]
         for loop, cluster in zip(loops_of(found), found.clusters, strict=True):
@@ -96,7 +96,7 @@ def test_hull_goes_over_a_seam_on_the_surface():
     tube = cg.Body([cg.shapes.cylinder(radius=1.0, height=2.0)])
     y = np.linspace(-0.3, 0.3, 13)
     points = np.array([[0.9, a, b] for a in y for b in y])
-    _, found = outlines(tube, points, None, cg.HullArea("auto", "exact"))
+    _, found = outlines(tube, points, None, cg.HullArea("auto", mapping="exact"))
     (loop,) = loops_of(found)
     assert np.linalg.norm(loop[:, :2], axis=1) == pytest.approx(1.0, abs=1e-12)
     assert np.abs(np.arctan2(loop[:, 1], loop[:, 0])).max() == pytest.approx(np.arctan(1 / 3))

@@ -64,7 +64,7 @@ def test_a_seam_does_not_part_a_region():
     tube = cg.Body([cg.shapes.cylinder(radius=1.0, height=2.0)])
     y = np.linspace(-0.3, 0.3, 13)
     points = np.array([[0.9, a, b] for a in y for b in y])
-    state = touch(tube, points, area=cg.HullArea("auto", "exact"))
+    state = touch(tube, points, area=cg.HullArea("auto", mapping="exact"))
     assert state.n_clusters == 1
     assert state.total_area == pytest.approx(2 * np.arctan(0.3 / 0.9) * 0.6, rel=1e-6)
 
@@ -97,7 +97,7 @@ def test_cut_of_one_facet_is_exact():
 
 def test_no_contact_is_no_area():
     points, facets = lattice(3, 3, 0.5)
-    for area in (cg.FacetArea(), cg.CloudArea(), cg.HullArea(), cg.HullArea(3, "exact")):
+    for area in (cg.FacetArea(), cg.CloudArea(), cg.HullArea(), cg.HullArea(3, mapping="exact")):
         state = touch(PLATE, points, facets, area)
         assert state.total_area == state.n_clusters == state.mean_pressure == 0
         assert state.max_pressure == 0.0
@@ -130,7 +130,7 @@ def test_profiles_have_length_times_depth():
     inside = np.abs(x) <= 0.6
     cloud = touch(body, points, None, cg.CloudArea())
     assert cloud.total_area == pytest.approx(2.0 * 0.01 * inside.sum(), rel=0.01)
-    hull = touch(body, points, None, cg.HullArea("auto", "exact"))
+    hull = touch(body, points, None, cg.HullArea("auto", mapping="exact"))
     assert hull.total_area == pytest.approx(2.0 * 2.0 * np.arccos(0.8), rel=0.01)
 
 

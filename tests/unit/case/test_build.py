@@ -53,7 +53,7 @@ def built(folder: Path = Path(), **swaps: str):
 def test_a_simulation_has_what_the_case_says() -> None:
     simulation = built()
     assert simulation.title == "pad"
-    np.testing.assert_array_equal(simulation.times, [0, 1, 2, 3, 4])
+    np.testing.assert_array_equal(simulation.stepping.planned(), [0, 1, 2, 3, 4])
     plate, pad = simulation.bodies["plate"], simulation.slaves["pad"]
     np.testing.assert_array_equal(plate.body.reference_point, [0, 0, 1])
     np.testing.assert_allclose(plate.motion.pose(4.0)[:2, :2], [[0, -1], [1, 0]], atol=1e-15)

@@ -61,7 +61,7 @@ def test_what_is_left_out_has_a_stated_value() -> None:
     ],
 )
 def test_the_number_of_steps_survives_rounding(start, end, step, count, last_but_one) -> None:
-    times = TimeSpec(start=start, end=end, step=step).times()
+    times = TimeSpec(start=start, end=end, step=step).stepping().planned()
     assert len(times) == count
     assert times[0] == start
     assert times[-1] == end

@@ -30,7 +30,7 @@ def test_a_box_of_six_patches_is_one_closed_mesh():
 @pytest.mark.parametrize("method", ["chord", "net"])
 def test_closed_faces_that_meet_only_themselves_stay_closed(method):
     balls = Body([shapes.sphere(radius=1.0, centre=(x, 0.0, 0.0)) for x in (-2.0, 2.0)])
-    mesh = balls.tessellate(0.01, method)
+    mesh = balls.tessellate(0.01, method=method)
     assert open_edges(mesh) == 0
     assert mesh.volume() == pytest.approx(8.0 * np.pi / 3.0, rel=0.03)
 
@@ -44,7 +44,7 @@ def test_a_ball_in_pieces_of_other_fineness_is_closed(method):
     body = Body([*low.split(u=half), *high.elevate(v=2).split(u=half)])
     errors = []
     for tol in (0.05, 0.003):
-        mesh = body.tessellate(tol, method)
+        mesh = body.tessellate(tol, method=method)
         assert open_edges(mesh) == 0
         errors.append(abs(mesh.volume() * 3.0 / (4.0 * np.pi) - 1.0))
         on_ball = np.linalg.norm(mesh.vertices, axis=1)
@@ -113,7 +113,7 @@ def test_of_an_open_part_only_free_edges_stay_open(data_dir):
 @pytest.mark.parametrize(("tol", "method"), [(0.0, "chord"), (-1.0, "net"), (1.0, "delaunay")])
 def test_wrong_requests_are_refused(tol, method):
     with pytest.raises(InputError):
-        box().tessellate(tol, method)
+        box().tessellate(tol, method=method)
 
 
 def test_the_mesh_stands_in_for_its_body():

@@ -100,7 +100,7 @@ def edges_used_twice(mesh: TriMesh) -> bool:
 @pytest.mark.parametrize("method", ["chord", "net"])
 @pytest.mark.parametrize("name", ["sphere", "torus", "ellipsoid"])
 def test_closed_patches_give_closed_meshes(name, method):
-    mesh = SHAPES[name].tessellate(0.1, method)
+    mesh = SHAPES[name].tessellate(0.1, method=method)
     assert edges_used_twice(mesh)
     euler = len(mesh.vertices) - len(mesh.triangles) // 2
     assert euler == (0 if name == "torus" else 2)
@@ -140,7 +140,7 @@ def test_net_tessellation_closes_on_the_area_as_the_tolerance_falls():
     surface = shapes.bumpy_plate(width=4.0, length=4.0, amplitude=0.3)
     exact, errors, counts = surface.area(), [], []
     for tol in (0.5, 0.1, 0.01):
-        mesh = surface.tessellate(tol, "net")
+        mesh = surface.tessellate(tol, method="net")
         errors.append(abs(mesh.area() - exact))
         counts.append(len(mesh.triangles))
         assert errors[-1] < tol
@@ -164,8 +164,8 @@ def test_net_rule_halves_its_difference_fourfold_when_all_is_bisected():
 def test_wrong_requests_are_refused(method):
     for tol in (0.0, -1.0, math.nan, math.inf):
         with pytest.raises(InputError, match="tol: a tolerance must be positive"):
-            shapes.sphere().tessellate(tol, method)
+            shapes.sphere().tessellate(tol, method=method)
     with pytest.raises(InputError, match="not a method"):
-        shapes.sphere().tessellate(0.1, "delaunay")
+        shapes.sphere().tessellate(0.1, method="delaunay")
     with pytest.raises(GeometryError, match="Take a larger one"):
-        shapes.sphere().tessellate(1e-9, "chord")
+        shapes.sphere().tessellate(1e-9, method="chord")

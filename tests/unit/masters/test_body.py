@@ -67,7 +67,7 @@ def test_a_body_keeps_what_it_was_given():
     assert body.unit == "mm"
     assert body.name == "plate"
     assert np.array_equal(body.reference_point, [1, 2, 3])
-    assert repr(body) == "Body('plate', 2 patches, 1 trimmed)"
+    assert repr(body) == "Body('plate', patches 2, trimmed 1)"
     assert body.renamed("other").name == "other"
     assert body.area() == pytest.approx(11.0, rel=1e-13)
 

@@ -36,11 +36,18 @@ def test_timings_tell_compiling_apart(run: Run) -> None:
     assert "Everything else" in table
 
 
-def test_statuses_have_a_row_a_contact_and_a_column_a_status(run: Run) -> None:
+def test_statuses_have_a_row_each_and_a_column_a_contact(run: Run) -> None:
     table = status_table(run)
-    assert table.count("<tr>") == 2
-    assert ">free</th>" in table
-    assert "<td>press</td>" in table
+    assert table.count("<tr>") == 3
+    assert ">press</th>" in table
+    assert '<td>free</td><td class="number">169</td><td></td>' in table
+
+
+def test_a_status_that_was_counted_says_what_it_means(run: Run) -> None:
+    told = {"statuses": {"a": {"LOST": 2}, "b": {"LOST": 0}}, "advice": {"LOST": "Steps < 1."}}
+    table = status_table(run._replace(summary=told))
+    cells = '<td class="number">2</td><td class="number">0</td><td>Steps &lt; 1.</td>'
+    assert f"<td>lost</td>{cells}" in table
 
 
 def test_inputs_name_bodies_and_slaves(run: Run) -> None:

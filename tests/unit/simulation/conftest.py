@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 import contiga as cg
+from contiga import Simulation
 from contiga.dynamics.prescribed import Combine, Fixed, Moved, Rotate, Translate
-from contiga.simulation.run import BodyPart, ContactPart, OutputOptions, Simulation, SlavePart
+from contiga.dynamics.stepping import GivenTimes
+from contiga.simulation.model import BodyPart, ContactPart, OutputOptions, SlavePart
 
 STEPS = 12
 
@@ -32,7 +35,7 @@ def make_simulation(**changes: object) -> Simulation:
     values: dict[str, object] = {
         "title": "A ball dips into a sheet",
         "units": ("mm", "kg", "ms"),
-        "times": 12.0 * np.linspace(0.0, 1.0, STEPS + 1) ** 1.1,
+        "stepping": GivenTimes(12.0 * np.linspace(0.0, 1.0, STEPS + 1) ** 1.1),
         "bodies": {"ball": BodyPart(ball, Combine([roll, dip]))},
         "slaves": {"sheet": SlavePart(sheet, Moved(sheet.points, Fixed()))},
         "contacts": (ContactPart("dip", "ball", "sheet", cg.Contact(ball, sheet, law=law)),),
@@ -73,3 +76,9 @@ def make() -> Callable[..., Simulation]:
 @pytest.fixture
 def stop() -> type[StopError]:
     return StopError
+
+
+@pytest.fixture
+def blocked(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Makes the import of a package fail."""
+    return lambda name: monkeypatch.setitem(sys.modules, name, None)

@@ -11,15 +11,18 @@ import numpy as np
 import pytest
 
 import contiga as cg
+from contiga import Simulation
 from contiga.contact.state import State
 from contiga.dynamics.prescribed import Moved, Translate
+from contiga.dynamics.stepping import GivenTimes
 from contiga.errors import CheckpointError
 from contiga.io.out.outlines import read_outlines
 from contiga.io.out.vtkhdf import FieldSeries, read_fields
 from contiga.masters.body import Body
 from contiga.simulation import fields as fields_module
 from contiga.simulation.checkpoint import read_checkpoint
-from contiga.simulation.run import ContactPart, OutputOptions, Simulation, run
+from contiga.simulation.model import ContactPart, OutputOptions
+from contiga.simulation.system_state import BodyState, SystemState
 
 Make = Callable[..., Simulation]
 StopAfter = Callable[[int], Callable[[int, int, int], None]]
@@ -34,13 +37,25 @@ def _same_fields(a: FieldSeries, b: FieldSeries) -> None:
             assert a.data(k, name).tobytes() == b.data(k, name).tobytes()
 
 
-def _same_states(a: dict[str, State], b: dict[str, State]) -> None:
-    assert a.keys() == b.keys()
-    for name, state in a.items():
+def _same_states(a: SystemState, b: SystemState) -> None:
+    assert (a.time, a.energy) == (b.time, b.energy)
+    for kind in ("bodies", "slaves", "contacts"):
+        assert list(getattr(a, kind)) == list(getattr(b, kind))
+    for name, body in a.bodies.items():
+        for one, other in zip(_flat(body), _flat(b.bodies[name]), strict=True):
+            assert one.tobytes() == other.tobytes()
+    for name, slave in a.slaves.items():
+        for one, other in zip(slave, b.slaves[name], strict=True):
+            assert one.tobytes() == other.tobytes()
+    for name, state in a.contacts.items():
         for field in fields_of(State):
-            one, other = getattr(state, field.name), getattr(b[name], field.name)
+            one, other = getattr(state, field.name), getattr(b.contacts[name], field.name)
             assert one.dtype == other.dtype
             assert one.tobytes() == other.tobytes()
+
+
+def _flat(body: BodyState) -> tuple[np.ndarray, ...]:
+    return (body.pose, *body.twist)
 
 
 def _same_output(path: Path) -> None:
@@ -66,13 +81,13 @@ def test_stopped_and_resumed_is_uninterrupted(
     make: Make, stop_after: StopAfter, stop: type[Exception], tmp_path: Path, steps: int, every: int
 ) -> None:
     simulation = make(output=OutputOptions(every=every))
-    whole = run(simulation, tmp_path / "whole")
+    whole = simulation.run(tmp_path / "whole")
     with pytest.raises(stop):
-        run(simulation, tmp_path / "parts", progress=stop_after(steps))
+        simulation.run(tmp_path / "parts", progress=stop_after(steps))
     assert not (tmp_path / "parts" / "history.csv").exists()
-    resumed = run(make(output=OutputOptions(every=every)), tmp_path / "parts", resume=True)
+    resumed = make(output=OutputOptions(every=every)).run(tmp_path / "parts", resume=True)
     _same_history(whole.history, resumed.history)
-    _same_states(whole.states, resumed.states)
+    _same_states(whole.state, resumed.state)
     _same_output(tmp_path)
     names = [sorted(p.name for p in (tmp_path / k).iterdir()) for k in ("whole", "parts")]
     assert names[0] == names[1]
@@ -85,11 +100,11 @@ def test_stopped_and_resumed_is_uninterrupted(
 def test_a_run_can_be_stopped_again_and_again(
     make: Make, stop_after: StopAfter, stop: type[Exception], tmp_path: Path
 ) -> None:
-    whole = run(make(), tmp_path / "whole")
+    whole = make().run(tmp_path / "whole")
     for steps in (2, 3, 9):
         with pytest.raises(stop):
-            run(make(), tmp_path / "parts", progress=stop_after(steps), resume=steps > 2)
-    resumed = run(make(), tmp_path / "parts", resume=True)
+            make().run(tmp_path / "parts", progress=stop_after(steps), resume=steps > 2)
+    resumed = make().run(tmp_path / "parts", resume=True)
     _same_history(whole.history, resumed.history)
     _same_output(tmp_path)
 
@@ -98,7 +113,7 @@ def test_a_run_can_be_stopped_again_and_again(
 def test_a_stop_while_fields_are_written_leaves_whole_steps(
     make: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, after: bool
 ) -> None:
-    whole = run(make(), tmp_path / "whole")
+    whole = make().run(tmp_path / "whole")
     real = fields_module.Fields.append
     with monkeypatch.context() as patched:
 
@@ -112,21 +127,21 @@ def test_a_stop_while_fields_are_written_leaves_whole_steps(
 
         patched.setattr(fields_module.Fields, "append", append)
         with pytest.raises(KeyboardInterrupt):
-            run(make(), tmp_path / "parts")
-    resumed = run(make(), tmp_path / "parts", resume=True)
+            make().run(tmp_path / "parts")
+    resumed = make().run(tmp_path / "parts", resume=True)
     _same_history(whole.history, resumed.history)
     _same_output(tmp_path)
 
 
 def test_a_finished_run_is_resumed_without_a_step(simulation: Simulation, tmp_path: Path) -> None:
-    whole = run(simulation, tmp_path)
+    whole = simulation.run(tmp_path)
     before = read_fields(tmp_path / "fields.vtkhdf")
     content = (tmp_path / "fields.vtkhdf").read_bytes()
-    again = run(
-        simulation, tmp_path, resume=True, progress=lambda *_: pytest.fail("a step was taken")
+    again = simulation.run(
+        tmp_path, resume=True, progress=lambda *_: pytest.fail("a step was taken")
     )
     _same_history(whole.history, again.history)
-    _same_states(whole.states, again.states)
+    _same_states(whole.state, again.state)
     assert (tmp_path / "fields.vtkhdf").read_bytes() == content
     assert len(before.times) == 13
 
@@ -135,15 +150,15 @@ def test_without_resume_a_stopped_run_begins_again(
     simulation: Simulation, stop_after: StopAfter, stop: type[Exception], tmp_path: Path
 ) -> None:
     with pytest.raises(stop):
-        run(simulation, tmp_path, progress=stop_after(5))
+        simulation.run(tmp_path, progress=stop_after(5))
     calls: list[int] = []
-    run(simulation, tmp_path, progress=lambda done, *_: calls.append(done))
+    simulation.run(tmp_path, progress=lambda done, *_: calls.append(done))
     assert calls[0] == 1
 
 
 def test_nothing_to_resume_is_told(simulation: Simulation, tmp_path: Path) -> None:
     with pytest.raises(CheckpointError, match="no checkpoint to go on from") as error:
-        run(simulation, tmp_path / "new", resume=True)
+        simulation.run(tmp_path / "new", resume=True)
     assert error.value.exit_code == 2
     assert not (tmp_path / "new").exists()
 
@@ -164,38 +179,41 @@ DAMAGE = {
 def test_a_damaged_checkpoint_is_told_and_kept(
     simulation: Simulation, tmp_path: Path, how: str
 ) -> None:
-    run(simulation, tmp_path)
+    simulation.run(tmp_path)
     path = tmp_path / "checkpoint.h5"
     path.write_bytes(DAMAGE[how](path.read_bytes()))
     damaged = path.read_bytes()
     with pytest.raises(CheckpointError, match="cannot be read") as error:
-        run(simulation, tmp_path, resume=True)
+        simulation.run(tmp_path, resume=True)
     assert str(path) in str(error.value)
     assert error.value.exit_code == 2
     assert path.read_bytes() == damaged
 
 
-@pytest.mark.parametrize("missing", ["history", "states/dip/uv", "states"])
+@pytest.mark.parametrize(
+    "missing",
+    ["history", "contacts/dip/uv", "contacts", "slaves/sheet/velocities", "bodies", "energy"],
+)
 def test_a_checkpoint_that_lacks_something_is_told(
     simulation: Simulation, tmp_path: Path, missing: str
 ) -> None:
     import h5py
 
-    run(simulation, tmp_path)
+    simulation.run(tmp_path)
     with h5py.File(tmp_path / "checkpoint.h5", "r+") as file:
         del file[missing]
     with pytest.raises(CheckpointError, match="cannot be read"):
-        run(simulation, tmp_path, resume=True)
+        simulation.run(tmp_path, resume=True)
 
 
 def test_a_checkpoint_of_a_later_format_is_told(simulation: Simulation, tmp_path: Path) -> None:
     import h5py
 
-    run(simulation, tmp_path)
+    simulation.run(tmp_path)
     with h5py.File(tmp_path / "checkpoint.h5", "r+") as file:
         file.attrs["format"] = 99
     with pytest.raises(CheckpointError, match="cannot be read"):
-        run(simulation, tmp_path, resume=True)
+        simulation.run(tmp_path, resume=True)
 
 
 def _other_weights(s: Simulation) -> Simulation:
@@ -245,7 +263,9 @@ def _other_way_of_the_slave(s: Simulation) -> Simulation:
 def _other_facets(s: Simulation) -> Simulation:
     old = s.slaves["sheet"].slave
     assert old.facets is not None
-    slave = cg.Slave(old.points, old.facets[:-1], old.area, old.thickness, active=old.active)
+    slave = cg.Slave(
+        old.points, old.facets[:-1], area=old.area, thickness=old.thickness, active=old.active
+    )
     return replace(s, slaves={"sheet": s.slaves["sheet"]._replace(slave=slave)})
 
 
@@ -261,7 +281,7 @@ OTHERS = {
     "way of the slave": _other_way_of_the_slave,
     "what is written": lambda s: replace(s, output=OutputOptions(every=2)),
     "text": lambda s: replace(s, case_text="title = 'another'\n"),
-    "times": lambda s: replace(s, times=s.times * 1.5),
+    "times": lambda s: replace(s, stepping=GivenTimes(1.5 * s.stepping.planned())),
     "weights": _other_weights,
     "options": _other_options,
     "motion": _other_motion,
@@ -274,14 +294,14 @@ def test_a_checkpoint_of_another_case_is_told(
     simulation: Simulation, stop_after: StopAfter, stop: type[Exception], tmp_path: Path, what: str
 ) -> None:
     with pytest.raises(stop):
-        run(simulation, tmp_path, progress=stop_after(4))
+        simulation.run(tmp_path, progress=stop_after(4))
     before = sorted(path.name for path in tmp_path.iterdir())
     with pytest.raises(CheckpointError, match="another case") as error:
-        run(OTHERS[what](simulation), tmp_path, resume=True)
+        OTHERS[what](simulation).run(tmp_path, resume=True)
     assert error.value.exit_code == 2
     assert sorted(path.name for path in tmp_path.iterdir()) == before
     # The right case still goes on.
-    assert len(run(simulation, tmp_path, resume=True).history["time"]) == 13
+    assert len(simulation.run(tmp_path, resume=True).history["time"]) == 13
 
 
 def test_equal_cases_built_twice_have_one_fingerprint(make: Make) -> None:
@@ -312,8 +332,8 @@ def test_a_folder_that_was_moved_is_the_same_case(make: Make, tmp_path: Path) ->
 
 
 def test_a_checkpoint_keeps_every_bit(simulation: Simulation, tmp_path: Path) -> None:
-    result = run(simulation, tmp_path)
+    result = simulation.run(tmp_path)
     read = read_checkpoint(tmp_path / "checkpoint.h5", simulation.fingerprint())
     assert (read.done, read.written) == (13, 13)
-    _same_states(read.states, result.states)
+    _same_states(read.state, result.state)
     _same_history(read.history, result.history)

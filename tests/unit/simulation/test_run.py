@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 
 import contiga as cg
+from contiga import Simulation
+from contiga.dynamics.stepping import GivenTimes
 from contiga.errors import InputError, OutputError
 from contiga.io.out.history import read_history
 from contiga.io.out.vtkhdf import read_fields
 from contiga.records import ContactStatus as Is
 from contiga.simulation import step as step_module
-from contiga.simulation.run import ContactPart, OutputOptions, Simulation, run
+from contiga.simulation.model import ContactPart, OutputOptions
 from contiga.simulation.step import COUNTED
 
 Make = Callable[..., Simulation]
@@ -33,15 +35,15 @@ COLUMNS = [
 
 def test_the_history_has_a_row_a_step_of_what_the_states_say(simulation: Simulation) -> None:
     (part,) = simulation.contacts
-    history = run(simulation).history
+    history = simulation.run().history
     assert list(history) == COLUMNS
-    np.testing.assert_array_equal(history["time"], simulation.times)
+    np.testing.assert_array_equal(history["time"], simulation.stepping.planned())
     motion = simulation.bodies["ball"].motion
     points = simulation.slaves["sheet"].slave.points
     state = part.contact.start(points, motion.pose(0.0))
-    for k, time in enumerate(simulation.times):
+    for k, time in enumerate(simulation.stepping.planned()):
         if k:
-            dt = time - simulation.times[k - 1]
+            dt = time - simulation.stepping.planned()[k - 1]
             state = part.contact.step(state, points, motion.pose(time), dt)
         expected = {
             "n_contact": state.n_contact,
@@ -62,7 +64,7 @@ def test_the_history_has_a_row_a_step_of_what_the_states_say(simulation: Simulat
 
 
 def test_counts_add_up(simulation: Simulation) -> None:
-    history = run(simulation).history
+    history = simulation.run().history
     carried = history["n_new"] + history["n_old"] + history["n_held"]
     np.testing.assert_array_equal(carried, history["n_contact"])
     gone = history["n_released"] + history["n_slid_off"] + history["n_lost"]
@@ -71,7 +73,7 @@ def test_counts_add_up(simulation: Simulation) -> None:
 
 
 def test_a_run_in_memory_is_the_run_on_disk(simulation: Simulation, tmp_path: Path) -> None:
-    in_memory, on_disk = run(simulation), run(simulation, tmp_path / "out")
+    in_memory, on_disk = simulation.run(), simulation.run(tmp_path / "out")
     assert in_memory.out is None
     assert on_disk.out == tmp_path / "out"
     read = read_history(tmp_path / "out" / "history.csv")
@@ -83,7 +85,7 @@ def test_a_run_in_memory_is_the_run_on_disk(simulation: Simulation, tmp_path: Pa
 
 
 def test_the_folder_holds_whole_files_only(simulation: Simulation, tmp_path: Path) -> None:
-    run(simulation, tmp_path)
+    simulation.run(tmp_path)
     names = sorted(path.name for path in tmp_path.iterdir())
     expected = ["case.toml", "checkpoint.h5", "fields.vtkhdf", "history.csv"]
     expected += ["outlines.vtkhdf", "summary.json"]
@@ -92,18 +94,18 @@ def test_the_folder_holds_whole_files_only(simulation: Simulation, tmp_path: Pat
 
 
 def test_the_fields_are_those_of_the_states(simulation: Simulation, tmp_path: Path) -> None:
-    result = run(simulation, tmp_path)
+    result = simulation.run(tmp_path)
     (part,) = simulation.contacts
     fields = read_fields(tmp_path / "fields.vtkhdf")
-    np.testing.assert_array_equal(fields.times, simulation.times)
+    np.testing.assert_array_equal(fields.times, simulation.stepping.planned())
     rows = fields.rows("sheet")
     bodies = fields.rows("ball")
     points = simulation.slaves["sheet"].slave.points
     state = part.contact.start(points)
-    for k, time in enumerate(simulation.times):
+    for k, time in enumerate(simulation.stepping.planned()):
         X_WB = simulation.bodies["ball"].motion.pose(time)
         if k:
-            dt = time - simulation.times[k - 1]
+            dt = time - simulation.stepping.planned()[k - 1]
             state = part.contact.step(state, points, X_WB, dt)
         on = state.in_contact
         np.testing.assert_array_equal(fields.points(k)[rows], points)
@@ -122,7 +124,7 @@ def test_the_fields_are_those_of_the_states(simulation: Simulation, tmp_path: Pa
         centre = X_WB[:3] @ [0.0, 0.0, 0.55, 1.0]
         distance = np.linalg.norm(fields.points(k)[bodies] - centre, axis=1)
         np.testing.assert_allclose(distance, 0.5, rtol=0, atol=1e-12)
-    assert result.states["dip"].n_contact == state.n_contact
+    assert result.state.contacts["dip"].n_contact == state.n_contact
 
 
 @pytest.mark.parametrize(
@@ -133,9 +135,9 @@ def test_fields_at_every_so_many_steps_and_at_the_last(
     make: Make, tmp_path: Path, every: int, expected: list[int]
 ) -> None:
     simulation = make(output=OutputOptions(every=every))
-    result = run(simulation, tmp_path)
+    result = simulation.run(tmp_path)
     fields = read_fields(tmp_path / "fields.vtkhdf")
-    np.testing.assert_array_equal(fields.times, simulation.times[expected])
+    np.testing.assert_array_equal(fields.times, simulation.stepping.planned()[expected])
     assert len(result.history["time"]) == 13
 
 
@@ -143,7 +145,7 @@ def test_fields_at_every_so_many_steps_and_at_the_last(
 def test_only_the_formats_asked_for_are_written(
     make: Make, tmp_path: Path, formats: tuple[str, ...]
 ) -> None:
-    run(make(output=OutputOptions(formats=formats)), tmp_path)
+    make(output=OutputOptions(formats=formats)).run(tmp_path)
     names = {path.name for path in tmp_path.iterdir()}
     written = {"csv": ["history.csv"], "vtkhdf": ["fields.vtkhdf", "outlines.vtkhdf"]}
     expected = {file for name in formats for file in written[name]}
@@ -152,14 +154,14 @@ def test_only_the_formats_asked_for_are_written(
 
 def test_progress_is_told_at_every_step(simulation: Simulation) -> None:
     calls: list[tuple[int, int, int]] = []
-    result = run(simulation, progress=lambda *args: calls.append(args))
+    result = simulation.run(progress=lambda *args: calls.append(args))
     assert [call[0] for call in calls] == list(range(1, 14))
     assert {call[1] for call in calls} == {13}
     np.testing.assert_array_equal([call[2] for call in calls], result.history["n_contact"])
 
 
 def test_the_summary_counts_and_times(simulation: Simulation, tmp_path: Path) -> None:
-    result = run(simulation, tmp_path)
+    result = simulation.run(tmp_path)
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary == json.loads(json.dumps(result.summary))
     assert summary["title"] == simulation.title
@@ -168,7 +170,10 @@ def test_the_summary_counts_and_times(simulation: Simulation, tmp_path: Path) ->
     assert summary["statuses"]["dip"]["NEW"] == result.history["n_new"].sum()
     assert summary["inputs"]["ball"]["patches"] == 1
     assert summary["inputs"]["sheet"]["facets"] == 2 * 14**2
-    assert summary["warnings"] == []
+    assert summary["warnings"] == summary["notes"] == []
+    counted = {name for name, n in summary["statuses"]["dip"].items() if n}
+    assert {"NEW", "OLD"} <= counted
+    assert summary["advice"] == {s.name: s.advice for s in cg.ContactStatus if s.name in counted}
     timings = summary["timings"]
     stages = ("search", "area", "forces", "output", "compile", "total")
     assert all(timings[stage] >= 0.0 for stage in stages)
@@ -190,7 +195,7 @@ def _two(make: Make) -> Simulation:
 
 
 def test_several_contacts_prefix_their_columns(make: Make) -> None:
-    two, one = run(_two(make)).history, run(make()).history
+    two, one = _two(make).run().history, make().run().history
     names = [f"{contact}.{name}" for contact in ("dip", "stand") for name in COLUMNS[1:]]
     assert list(two) == ["time", *names]
     for name in COLUMNS[1:]:
@@ -201,7 +206,7 @@ def test_several_contacts_prefix_their_columns(make: Make) -> None:
 
 
 def test_several_contacts_lay_their_fields_together(make: Make, tmp_path: Path) -> None:
-    result = run(_two(make), tmp_path)
+    result = _two(make).run(tmp_path)
     fields = read_fields(tmp_path / "fields.vtkhdf")
     peak = int(result.history["dip.n_contact"].argmax())
     rows = fields.rows("sheet")
@@ -227,7 +232,7 @@ def test_an_error_in_the_middle_comes_out_and_leaves_a_checkpoint(
 
     monkeypatch.setattr(step_module, "place", place)
     with pytest.raises(InputError, match="series"):
-        run(simulation, tmp_path / "out")
+        simulation.run(tmp_path / "out")
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert names == {"checkpoint.h5", "fields.vtkhdf.part", "outlines.vtkhdf.part"}
 
@@ -240,11 +245,11 @@ def test_an_error_at_the_start_leaves_nothing(
 
     monkeypatch.setattr(step_module, "place", place)
     with pytest.raises(InputError, match="from the start"):
-        run(simulation, tmp_path / "out")
+        simulation.run(tmp_path / "out")
     assert not (tmp_path / "out").exists()
     (tmp_path / "own").mkdir()
     with pytest.raises(InputError, match="from the start"):
-        run(simulation, tmp_path / "own")
+        simulation.run(tmp_path / "own")
     assert list((tmp_path / "own").iterdir()) == []
 
 
@@ -252,7 +257,7 @@ def test_an_output_folder_that_is_a_file_is_refused(simulation: Simulation, tmp_
     (tmp_path / "out").write_text("mine")
     for path in (tmp_path / "out", tmp_path / "out" / "below"):
         with pytest.raises(OutputError) as error:
-            run(simulation, path)
+            simulation.run(path)
         assert str(path) in str(error.value)
         assert error.value.exit_code == 2
     assert (tmp_path / "out").read_text() == "mine"
@@ -261,16 +266,16 @@ def test_an_output_folder_that_is_a_file_is_refused(simulation: Simulation, tmp_
 def test_a_folder_of_other_files_is_left_alone(simulation: Simulation, tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("mine")
     with pytest.raises(OutputError, match="not of a run") as error:
-        run(simulation, tmp_path)
+        simulation.run(tmp_path)
     assert error.value.found == "thesis.tex"
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
 def test_a_run_replaces_an_earlier_one(make: Make, tmp_path: Path) -> None:
-    run(make(), tmp_path)
+    make().run(tmp_path)
     (tmp_path / "notes.txt").write_text("mine")
-    short = make(times=np.array([0.0, 1.0]), title="short")
-    run(short, tmp_path)
+    short = make(stepping=GivenTimes([0.0, 1.0]), title="short")
+    short.run(tmp_path)
     assert len(read_history(tmp_path / "history.csv")["time"]) == 2
     assert len(read_fields(tmp_path / "fields.vtkhdf").times) == 2
     assert json.loads((tmp_path / "summary.json").read_text())["title"] == "short"
@@ -287,12 +292,12 @@ def test_a_run_replaces_an_earlier_one(make: Make, tmp_path: Path) -> None:
 def test_an_earlier_runs_results_do_not_stay_beside_new_ones(
     make: Make, tmp_path: Path, formats: tuple[str, ...], gone: set[str]
 ) -> None:
-    run(make(), tmp_path)
+    make().run(tmp_path)
     for name in ("report.html", "peak.png"):
         (tmp_path / name).write_text("of the first run")
     first = {path.name for path in tmp_path.iterdir()}
     assert gone <= first
-    run(make(times=np.array([0.0, 1.0]), output=OutputOptions(formats=formats)), tmp_path)
+    make(stepping=GivenTimes([0.0, 1.0]), output=OutputOptions(formats=formats)).run(tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == first - gone
 
 
@@ -301,13 +306,11 @@ def test_a_case_alone_does_not_make_a_folder_that_of_a_run(
 ) -> None:
     (tmp_path / "case.toml").write_text("mine")
     with pytest.raises(OutputError, match="not of a run"):
-        run(simulation, tmp_path)
+        simulation.run(tmp_path)
     assert (tmp_path / "case.toml").read_text() == "mine"
 
 
 WRONG = {
-    "times": ({"times": np.array([0.0, 1.0, 1.0])}, "increase"),
-    "no times": ({"times": np.zeros(0)}, "one or more"),
     "no contacts": ({"contacts": ()}, "there must be contacts"),
     "bodies": ({"bodies": {}}, "names a master that is not there"),
     "slaves": ({"slaves": {}}, "names a slave that is not there"),

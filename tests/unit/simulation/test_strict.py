@@ -10,13 +10,13 @@ import pytest
 import contiga as cg
 from contiga.errors import RunError
 from contiga.records import ContactStatus as Is
-from contiga.simulation.step import Snapshot
 from contiga.simulation.strict import check_proved
+from contiga.simulation.system_state import Energy
 
 PLANE = cg.Body([cg.shapes.plane()])
 
 
-def _moment(status: int, certified: int) -> Snapshot:
+def _moment(status: int, certified: int) -> cg.SystemState:
     points = np.array([[0.0, 0.0, 0.1], [0.1, 0.0, 0.1]])
     contact = cg.Contact(PLANE, cg.Slave(points, area=[1.0, 1.0]), law=cg.PenaltyLaw(1.0))
     state = contact.start(points)
@@ -25,7 +25,7 @@ def _moment(status: int, certified: int) -> Snapshot:
         status=np.array([Is.FREE, status], np.int8),
         certified=np.array([0, certified], np.int8),
     )
-    return Snapshot(2.5, {}, {}, {"pad": state}, {})
+    return cg.SystemState(2.5, {}, {}, {"pad": state}, Energy(0.0))
 
 
 @pytest.mark.parametrize("status", [Is.FREE, Is.NEW, Is.OLD, Is.HELD, Is.RELEASED, Is.SLID_OFF])

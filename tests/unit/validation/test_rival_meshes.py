@@ -41,7 +41,7 @@ def test_distance_of_a_mesh_is_that_of_its_farthest_point() -> None:
 def test_meshes_have_the_wanted_errors_with_fewer_triangles_than_the_proof_asks_for() -> None:
     """And a finer one is an even subdivision, in which no knot is missed by much."""
     body = cg.Body([cg.shapes.torus()])
-    on = cg.clouds.random_on(body.patches[0], 4000, 1)
+    on = cg.clouds.random_on(body.patches[0], 4000, seed=1)
     found = list(rival_meshes(body, on, 40_000))
     assert [rival.wanted for rival in found] == list(ERRORS)
     built = [rival for rival in found if rival.mesh is not None]

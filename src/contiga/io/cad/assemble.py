@@ -137,7 +137,7 @@ class Assembly:
                     )
                 )
         try:
-            return Body(self._patches, name, self._trims, edges, unit)
+            return Body(self._patches, name=name, trims=self._trims, edges=edges, unit=unit)
         except GeometryError as error:
             raise FileError(str(error), where=self.where) from error
 
@@ -175,7 +175,7 @@ def merged(bodies: list[Body], path: Path, unit: str | None) -> Body:
         for edge in body.edges:
             uses = tuple(use._replace(patch=use.patch + first) for use in edge.uses)
             edges.append(edge._replace(uses=uses))
-    return Body(patches, path.stem, trims, edges, unit)
+    return Body(patches, name=path.stem, trims=trims, edges=edges, unit=unit)
 
 
 def warn(message: str) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from contiga.errors import ContigaWarning, FileError
+from contiga.extras import require
 from contiga.geometry.slits import ROUNDING
 from contiga.io.apart import read_apart
 from contiga.io.units import base_factor
@@ -22,13 +23,14 @@ SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
 FARTHEST = 1e100
 """Largest coordinate that is read."""
 _OPENCASCADE = "contiga.io.cad.step_iges:read_step_iges"
+_PACKAGES = dict.fromkeys(SUFFIXES[:4], ("OCP",)) | {".3dm": ("OCP", "rhino3dm"), ".xml": ()}
 _READERS = dict.fromkeys(SUFFIXES[:4], _OPENCASCADE) | {
     ".3dm": "contiga.io.cad.rhino:read_rhino",
     ".xml": "contiga.io.cad.gismo:read_gismo",
 }
 
 
-def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None = None) -> Body:
+def read_cad(path: str | Path, *, unit: str | None = None, file_unit: str | None = None) -> Body:
     """Read the faces of a CAD file as a body.
 
     STEP and IGES (OpenCASCADE), 3DM (rhino3dm) and G+Smo XML. Every face becomes a NURBS patch
@@ -55,6 +57,8 @@ def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None
         Missing, empty, damaged, of another format, without faces, of an unknown suffix. Files are
         read in a process of their own: one that crashes its reader, or takes more than the time
         or memory of `contiga.io.limits`, ends in this error too.
+    MissingPackageError
+        The package that reads the format is not installed.
     UnitError
         `unit`, `file_unit` or the file's own unit is no length unit.
 
@@ -64,6 +68,12 @@ def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None
         A face without extent is left out; a face whose loops do not close is kept whole; faces
         that share an edge are apart there by more than 1e-4 of the size: a slit, which the search
         bridges where the file's tolerances allow it.
+
+    Examples
+    --------
+    >>> box = read_cad("part.step", unit="cm")  # 20 by 30 by 40 mm
+    >>> len(box.patches), len(box.edges), box.closed, box.bounds()[1].round(6).tolist()
+    (6, 12, True, [2.0, 3.0, 4.0])
     """
     file = Path(path)
     reader = _reader(file)
@@ -71,6 +81,8 @@ def read_cad(path: str | Path, unit: str | None = None, *, file_unit: str | None
         if value is not None:
             base_factor(value, "length", key)
     _check_readable(file)
+    suffix = file.suffix.lower()
+    require(f"reading {suffix} files", *_PACKAGES[suffix])
     body: Body = read_apart(reader, file, file_unit, unit, needs="contiga.masters.body")
     _check_reach(body, file)
     size = body.size

@@ -45,6 +45,13 @@ def read_master(
     Notes
     -----
     `source` of the mesh says what cells it was made of, where they are not its triangles.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> box = cg.read_master("pad.vtu")
+    >>> len(box.triangles), box.closed, box.project([[0.5, 0.5, 3.0]]).gap.tolist()
+    (12, True, [2.0])
     """
     slave = read_mesh(path, unit=unit, file_unit=file_unit, parts=parts)
     return master_of(slave, where=str(path), normals=normals).compact()

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from contiga.errors import FileError, MeshError
+from contiga.extras import require
 from contiga.io.apart import read_apart
 from contiga.io.mesh import cloud_files, lsdyna
 from contiga.io.mesh.raw import PartKeys, RawMesh, Selection, part_of, select
@@ -38,8 +39,7 @@ def read_mesh(
     ----------
     path : the file, its format told from its suffix
     unit : length unit wanted
-    file_unit : length unit of the file. Mesh files do not say theirs: without it the numbers
-        are taken to be in `unit` already.
+    file_unit : that of the file, which does not say it; without, its numbers are in `unit`
     parts : names or numbers of LS-DYNA parts, Abaqus sets, Gmsh physical groups or the like.
         The facets are the skin of the cells chosen. Of a set of nodes, all are active and the
         facets are those whose corners all belong to it.
@@ -47,21 +47,26 @@ def read_mesh(
     Returns
     -------
     Slave
-        All nodes of the file; facets None for a cloud. Thickness from *SECTION_SHELL and
-        *ELEMENT_SHELL_THICKNESS, mass from *ELEMENT_MASS; None for files without.
+        All nodes of the file; facets None for a cloud. Thickness from `*SECTION_SHELL` and
+        `*ELEMENT_SHELL_THICKNESS`, mass from `*ELEMENT_MASS`; None for files without.
 
     Raises
     ------
-    FileError
-        The file is missing, unreadable or of no known kind.
+    FileError, MissingPackageError
+        The file is missing, unreadable or of no known kind; what reads it is not installed.
     MeshError
         No nodes, a coordinate that is not finite, cells that do not fit, a part that is not there.
     UnitError
         A unit that is none.
+
+    Examples
+    --------
+    >>> pad = read_mesh("pad.vtu", unit="mm", file_unit="m")
+    >>> len(pad), len(pad.facets), pad.points.max().tolist(), dict(pad.cells)
+    (8, 12, 1000.0, {'hexahedron': 1})
     """
     path = Path(path)
-    where = str(path)
-    mesh = read_raw(path)
+    mesh, where = read_raw(path), str(path)
     check_points(mesh.points, where=where, ids=mesh.node_ids)
     selection = select(mesh, parts, where)
     facets, active = _surface(mesh, selection, restricted=parts is not None, where=where)
@@ -97,6 +102,8 @@ def read_raw(path: Path) -> RawMesh:
     if path.suffix.lower() in cloud_files.SUFFIXES:
         return RawMesh(cloud_files.read_cloud(path))
     deck = path.suffix.lower() in lsdyna.SUFFIXES
+    if not deck:
+        require(f"reading {path.suffix} files", "meshio")
     reader = "lsdyna:read_lsdyna" if deck else "meshio_files:read_with_meshio"
     mesh: RawMesh = read_apart(f"contiga.io.mesh.{reader}", path)
     return mesh

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from contiga.errors import FileError, MeshError
 from contiga.io.mesh.read_mesh import read_raw
 from contiga.num.arrays import read_only
+from contiga.num.piecewise import piece_at
 from contiga.records import FloatArray
 from contiga.slaves.slave import check_points
 
@@ -108,6 +109,14 @@ class MeshSeries:
         # This form gives both ends exactly.
         mixed: FloatArray = (1.0 - share) * self._frame(before) + share * self._frame(after)
         return mixed
+
+    def velocities(self, t: float) -> FloatArray:
+        """(n, 3) velocities at time `t`: of the file at `t` to the next one, zero where held."""
+        k = piece_at(self.times, t)
+        if k is None:
+            return np.zeros_like(self._frame(0))
+        way = self._frame(k + 1) - self._frame(k)
+        return np.asarray(way / (self.times[k + 1] - self.times[k]))
 
     def _frame(self, index: int) -> FloatArray:
         if index not in self._kept:

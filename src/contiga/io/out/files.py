@@ -26,8 +26,12 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
     OutputError
         The folder is missing or cannot be written to, or `path` is a folder.
 
-    >>> with atomic_write("history.csv") as temporary:      # doctest: +SKIP
-    ...     temporary.write_text("time")
+    Examples
+    --------
+    >>> with atomic_write("history.csv") as temporary:
+    ...     written = temporary.write_text("time"), Path("history.csv").exists()
+    >>> written, Path("history.csv").read_text()
+    ((4, False), 'time')
     """
     path = Path(path)
     if path.is_dir():

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import FileError, InputError, OutputError
+from contiga.extras import require
 from contiga.records import IntArray
 
 _VERSION = (2, 2)
@@ -66,6 +67,7 @@ def open_file(path: Path, mode: str) -> Any:
     FileError, OutputError
         It cannot be opened for reading, for writing.
     """
+    require("fields over time", "h5py")
     import h5py
 
     try:

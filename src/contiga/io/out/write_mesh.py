@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from contiga.errors import FileError, MeshError
+from contiga.extras import require
 from contiga.io.out.files import atomic_write
 from contiga.triangles.trimesh import TriMesh
 
@@ -52,10 +53,21 @@ def write_mesh(path: str | Path, mesh: TriMesh) -> None:
         A mesh without triangles.
     OutputError
         The folder is missing or cannot be written to.
+    MissingPackageError
+        The package that writes meshes is not installed.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)]).tessellate(0.01)
+    >>> cg.write_mesh("ball.msh", ball)
+    >>> len(cg.read_master("ball.msh").triangles) == len(ball.triangles)
+    True
     """
+    name, options = FORMATS[check_suffix(path)]
+    require("writing a mesh", "meshio")
     import meshio
 
-    name, options = FORMATS[check_suffix(path)]
     if len(mesh.triangles) == 0:
         raise MeshError("a mesh without triangles is not worth a file", where=str(path))
     written = meshio.Mesh(mesh.vertices, [("triangle", mesh.triangles)])

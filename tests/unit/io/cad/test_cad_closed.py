@@ -82,7 +82,7 @@ def test_a_slit_within_the_tolerance_is_told_with_size_and_place(
 def _quietly(path: Path, unit: str) -> cg.Body:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ContigaWarning)
-        return cg.read_cad(path, unit)
+        return cg.read_cad(path, unit=unit)
 
 
 def test_the_uncertainty_a_step_file_states_is_kept(solids: ModuleType, tmp_path: Path) -> None:
@@ -93,4 +93,4 @@ def test_the_uncertainty_a_step_file_states_is_kept(solids: ModuleType, tmp_path
     path.write_text(f"{head}{mark} LENGTH_MEASURE(2.5E-3{tail[tail.index(')') :]}")
     body = cg.read_cad(path)
     assert body.openings.tolerance == pytest.approx(2.5e-3)
-    assert cg.read_cad(path, "m").openings.tolerance == pytest.approx(2.5e-6)
+    assert cg.read_cad(path, unit="m").openings.tolerance == pytest.approx(2.5e-6)

@@ -65,10 +65,10 @@ def test_gismo_weights_make_a_quarter_cylinder(tmp_path):
 
 def test_gismo_numbers_are_converted_only_if_their_unit_is_given(tmp_path):
     path = xml(tmp_path / "a.xml", ONE)
-    plain = cg.read_cad(path, "mm")
+    plain = cg.read_cad(path, unit="mm")
     assert plain.unit is None
     assert plain.bounds()[1, 0] == 2.0
-    inches = cg.read_cad(path, "mm", file_unit="in")
+    inches = cg.read_cad(path, unit="mm", file_unit="in")
     assert inches.unit == "mm"
     assert inches.bounds()[1, 0] == pytest.approx(50.8)
     assert cg.read_cad(path, file_unit="in").unit == "in"
@@ -229,9 +229,9 @@ def test_an_edge_over_a_seam_is_not_cut_in_half_in_silence():
 def test_rhino_unit_is_converted(tmp_path):
     path = rhino_file(tmp_path / "a.3dm", rhino_shapes()["box"][0], unit="Inches")
     assert cg.read_cad(path).unit == "in"
-    body = cg.read_cad(path, "mm")
+    body = cg.read_cad(path, unit="mm")
     assert np.allclose(body.bounds()[1], [25.4, 50.8, 76.2])
-    assert cg.read_cad(path, "mm", file_unit="m").bounds()[1, 0] == pytest.approx(1000.0)
+    assert cg.read_cad(path, unit="mm", file_unit="m").bounds()[1, 0] == pytest.approx(1000.0)
 
 
 def test_rhino_instances_are_placed_and_their_definition_is_not(tmp_path):

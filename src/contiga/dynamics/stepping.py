@@ -1,0 +1,154 @@
+"""How time goes on in a run: the time of the next step from the time of the last one."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import InputError
+from contiga.num.arrays import read_only
+from contiga.records import FloatArray
+
+
+class Stepping(Protocol):
+    """Times of steps, one after the other."""
+
+    @property
+    def start(self) -> float:
+        """The time a run begins at."""
+
+    @property
+    def end(self) -> float:
+        """The time it ends at."""
+
+    def after(self, time: float) -> float:
+        """The time of the step that follows `time`, at most `end`."""
+
+    def planned(self) -> FloatArray:
+        """(n,) the times from start to end, as far as they are known beforehand."""
+
+
+# A whole number of steps is taken as such if it is met to this part of a step.
+_WHOLE = 1e-6
+# Units in the last place of the latest time that a step must have, so that no two times are one.
+_LEAST_STEP = 4
+
+
+@dataclass(frozen=True)
+class EqualSteps:
+    """Steps of one length, the last one shorter where they do not fit.
+
+    Times are multiples of the step from the start, not sums, so that rounding does not pile up.
+
+    Parameters
+    ----------
+    start, end : times, start < end
+    step : > 0, at most end − start
+
+    Raises
+    ------
+    InputError
+        Times that are not finite or do not rise, a step that is not positive, too long, or lost
+        in the rounding of the times.
+    """
+
+    start: float
+    end: float
+    step: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.start) and math.isfinite(self.end) and self.start < self.end):
+            raise InputError(
+                "the end must come after the start",
+                where="end",
+                found=self.end,
+                allowed=f"> {self.start:g}",
+            )
+        if not self.step > 0.0:
+            raise InputError(
+                "the step must be positive", where="step", found=self.step, allowed="> 0"
+            )
+        if self.step > (self.end - self.start) * (1.0 + _WHOLE):
+            raise InputError(
+                "the step is longer than the whole time",
+                where="step",
+                found=self.step,
+                allowed=f"at most {self.end - self.start:g}",
+            )
+        if self.step < _LEAST_STEP * np.spacing(max(abs(self.start), abs(self.end))):
+            raise InputError(
+                "is lost in the rounding of such late times",
+                where="step",
+                found=self.step,
+                remedy="Let the time start at 0",
+            )
+
+    @property
+    def count(self) -> int:
+        """Number of steps."""
+        steps = (self.end - self.start) / self.step
+        near = round(steps)
+        return near if abs(steps - near) < _WHOLE else math.ceil(steps)
+
+    def after(self, time: float) -> float:
+        """The first multiple of the step after `time`."""
+        k = max(math.floor((time - self.start) / self.step) - 1, 0)
+        while self.start + self.step * k <= time:
+            k += 1
+        return self.end if k >= self.count else self.start + self.step * k
+
+    def planned(self) -> FloatArray:
+        """All times."""
+        times = self.start + self.step * np.arange(self.count + 1, dtype=np.float64)
+        times[-1] = self.end
+        return times
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class GivenTimes:
+    """Times of a list.
+
+    Parameters
+    ----------
+    times : (n,) rising; the first is the start
+
+    Raises
+    ------
+    InputError
+        No times, times that are not finite or do not rise.
+    """
+
+    times: FloatArray
+
+    def __init__(self, times: ArrayLike) -> None:
+        own = np.array(times, dtype=np.float64)
+        if own.ndim != 1 or len(own) == 0 or not np.isfinite(own).all():
+            raise InputError(
+                "the times must be finite numbers, one or more", where="times", found=own.shape
+            )
+        if (np.diff(own) <= 0.0).any():
+            raise InputError("the times must increase", where="times")
+        object.__setattr__(self, "times", read_only(own))
+
+    @property
+    def start(self) -> float:
+        """The first one."""
+        return float(self.times[0])
+
+    @property
+    def end(self) -> float:
+        """The last one."""
+        return float(self.times[-1])
+
+    def after(self, time: float) -> float:
+        """The first of the list after `time`."""
+        k = int(np.searchsorted(self.times, time, side="right"))
+        return float(self.times[min(k, len(self.times) - 1)])
+
+    def planned(self) -> FloatArray:
+        """The list."""
+        return self.times

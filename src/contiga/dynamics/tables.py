@@ -1,0 +1,94 @@
+"""Tables of motions: rows that are checked, and the files they come from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import FileError, InputError
+from contiga.records import FloatArray
+
+
+def as_table(table: ArrayLike, columns: tuple[str, ...]) -> FloatArray:
+    """Rows of finite numbers, one for each of `columns`, the first strictly increasing."""
+    allowed = f"rows [{', '.join(columns)}], {columns[0]} strictly increasing"
+    try:
+        rows = np.asarray(table, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            "a motion table must be rows of numbers, all of the same length",
+            where="table",
+            allowed=allowed,
+        ) from error
+    if rows.ndim != 2 or rows.shape[1] != len(columns) or len(rows) == 0:
+        raise InputError(
+            f"a motion table must have {len(columns)} columns and at least one row",
+            where="table",
+            found=rows.shape,
+            allowed=allowed,
+        )
+    if not np.isfinite(rows).all():
+        row = int(np.flatnonzero(~np.isfinite(rows).all(axis=1))[0])
+        raise InputError(
+            f"row {row} is not finite", where="table", found=rows[row].tolist(), allowed=allowed
+        )
+    as_times(rows[:, 0], len(rows))
+    return rows
+
+
+def as_times(times: ArrayLike, count: int) -> FloatArray:
+    own = np.asarray(times, dtype=np.float64)
+    if own.shape != (count,) or count == 0 or not np.isfinite(own).all():
+        raise InputError(
+            "there must be one finite time for each pose, and at least one",
+            where="times",
+            found=own.shape,
+            allowed=f"({max(count, 1)},)",
+        )
+    back = np.flatnonzero(np.diff(own) <= 0.0)
+    if back.size:
+        row = int(back[0])
+        raise InputError(
+            f"the times go back or repeat at row {row + 1}",
+            where="table",
+            found=own[row : row + 2].tolist(),
+            allowed="strictly increasing times",
+        )
+    return own
+
+
+def read_columns(path: Path, columns: tuple[str, ...]) -> FloatArray:
+    """The named columns of a CSV file."""
+    header = ",".join(columns)
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(
+            f"the file cannot be read ({error})", where=str(path), allowed=f"CSV, header {header}"
+        ) from error
+    rows = [(i, line) for i, line in enumerate(lines, start=1) if line.strip()]
+    names = [name.strip() for name in rows[0][1].split(",")] if rows else []
+    missing = [name for name in columns if name not in names]
+    if missing:
+        raise FileError(
+            f"the column {missing[0]!r} is missing",
+            where=f"{path}:1",
+            found=",".join(names),
+            allowed=f"a header with {header}",
+        )
+    order = [names.index(name) for name in columns]
+    values = []
+    for number, line in rows[1:]:
+        cells = line.split(",")
+        try:
+            values.append([float(cells[i]) for i in order])
+        except (ValueError, IndexError) as error:
+            raise FileError(
+                "a row does not have a number for every column",
+                where=f"{path}:{number}",
+                found=line,
+                allowed=header,
+            ) from error
+    return np.array(values).reshape(-1, len(columns))

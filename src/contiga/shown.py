@@ -1,0 +1,53 @@
+"""How records show themselves: one line where they are printed, a small table in a notebook."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from html import escape
+
+Facts = list[tuple[str, object]]
+"""What there is to say: (label, value), the most telling first."""
+
+
+def line_of(kind: str, facts: Facts, name: str = "") -> str:
+    """One line: ``Slave('pad', points 300, active 280)``."""
+    said = [repr(name)] if name else []
+    return f"{kind}({', '.join(said + [f'{label} {_text(value)}' for label, value in facts])})"
+
+
+def table_of(kind: str, facts: Facts, name: str = "") -> str:
+    """The same as a table of HTML."""
+    head = escape(f"{kind} {name}".strip())
+    rows = "".join(
+        f"<tr><th style='text-align:left'>{escape(label)}</th><td>{escape(_text(value))}</td></tr>"
+        for label, value in facts
+    )
+    return f"<table><caption>{head}</caption>{rows}</table>"
+
+
+def counted(names: Iterable[str], counts: Iterable[int]) -> Facts:
+    """How many there are of each kind that occurs."""
+    return [(name, int(n)) for name, n in zip(names, counts, strict=False) if n]
+
+
+def _text(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, tuple | list):
+        return f"({', '.join(map(_text, value))})"
+    return str(value)
+
+
+class Shown:
+    """Mixed in: an object that says `_facts` prints as one line, and as a table in a notebook."""
+
+    __slots__ = ()
+
+    def _facts(self) -> Facts:
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return line_of(type(self).__name__, self._facts(), getattr(self, "name", ""))
+
+    def _repr_html_(self) -> str:
+        return table_of(type(self).__name__, self._facts(), getattr(self, "name", ""))

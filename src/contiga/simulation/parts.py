@@ -1,0 +1,84 @@
+"""Parts of a simulation from what a user gives: bodies, slaves, contacts, each checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from contiga.dynamics.prescribed import Fixed, Moved
+from contiga.errors import InputError
+from contiga.masters.protocol import is_master
+from contiga.simulation.model import BodyPart, ContactPart, SlavePart
+from contiga.slaves.slave import Slave
+
+
+def body_part(name: str, given: Any) -> BodyPart:
+    """A body with its motion; one that is given alone stays where it is."""
+    body, motion = given if isinstance(given, tuple) else (given, Fixed())
+    if not is_master(body):
+        raise InputError(
+            "a body must be one",
+            where=f"bodies[{name!r}]",
+            found=type(body).__name__,
+            allowed="a Body, a TriMesh, or (one of them, its motion)",
+        )
+    _check_motion(f"bodies[{name!r}]", motion, "pose", "twist")
+    return BodyPart(body, motion)
+
+
+def slave_part(name: str, given: Any) -> SlavePart:
+    """A slave with its motion; one given alone stays. A body's motion carries its points."""
+    slave, motion = given if isinstance(given, tuple) else (given, Fixed())
+    if not isinstance(slave, Slave):
+        raise InputError(
+            "a slave must be one",
+            where=f"slaves[{name!r}]",
+            found=type(slave).__name__,
+            allowed="a Slave, or (one, its motion)",
+        )
+    if hasattr(motion, "pose"):
+        _check_motion(f"slaves[{name!r}]", motion, "pose", "twist")
+        return SlavePart(slave, Moved(slave.points, motion))
+    _check_motion(f"slaves[{name!r}]", motion, "points", "velocities")
+    return SlavePart(slave, motion)
+
+
+def _check_motion(where: str, motion: object, *methods: str) -> None:
+    for method in methods:
+        if not callable(getattr(motion, method, None)):
+            raise InputError(
+                f"its motion has no {method}(t)",
+                where=where,
+                found=type(motion).__name__,
+                allowed="one of contiga.motion, or an object with "
+                + " and ".join(f"{name}(t)" for name in methods),
+            )
+
+
+def contact_parts(
+    given: Any, bodies: Mapping[str, BodyPart], slaves: Mapping[str, SlavePart]
+) -> tuple[ContactPart, ...]:
+    """Contacts with the names of their sides, found by the objects they were made with."""
+    named = given.items() if isinstance(given, Mapping) else ((None, one) for one in given)
+    parts = []
+    for name, contact in named:
+        if isinstance(contact, ContactPart):
+            parts.append(contact)
+            continue
+        master = _name_of("master", contact, ((n, part.body) for n, part in bodies.items()))
+        slave = _name_of("slave", contact, ((n, part.slave) for n, part in slaves.items()))
+        parts.append(ContactPart(name or f"{master}-{slave}", master, slave, contact))
+    return tuple(parts)
+
+
+def _name_of(role: str, contact: Any, known: Iterable[tuple[str, object]]) -> str:
+    own = getattr(contact, role, None)
+    for name, one in known:
+        if own is not None and one is own:
+            return name
+    raise InputError(
+        f"its {role} is none of the simulation's",
+        where="contacts",
+        found=type(contact).__name__,
+        allowed="a Contact made with one of the bodies and one of the slaves",
+    )

@@ -1,0 +1,176 @@
+"""A simulation from Python: what it is made of, one step, and a whole run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import contiga as cg
+from contiga.dynamics.stepping import EqualSteps
+from contiga.errors import InputError, MissingPackageError
+from contiga.simulation.model import ContactPart
+
+BALL = cg.Body([cg.shapes.sphere(radius=1.0)], name="ball")
+PAD = cg.Slave([[0.0, 0.0, 1.2], [0.1, 0.0, 1.3]], area=[1.0, 1.0], name="pad")
+DOWN = cg.motion.Translate([[0, 0, 0, 0], [1, 0, 0, -0.4]])
+
+
+def simulation(**changes: object) -> cg.Simulation:
+    values: dict[str, object] = {
+        "bodies": {"ball": BALL},
+        "slaves": {"pad": (PAD, DOWN)},
+        "contacts": [cg.Contact(BALL, PAD, law=cg.PenaltyLaw(100.0))],
+        "end": 1.0,
+        "step": 0.25,
+    }
+    return cg.Simulation(**(values | changes))  # type: ignore[arg-type]
+
+
+def test_steps_one_by_one_are_the_run() -> None:
+    own = simulation()
+    seen: list[cg.SystemState] = []
+    result = own.run(keep=1, on_step=seen.append)
+    state = own.start()
+    for kept, told in zip(result.states, seen, strict=True):
+        assert kept is told
+        assert (state.time, state.energy) == (kept.time, kept.energy)
+        (name,) = state.contacts
+        for field in ("status", "uv", "force", "stored", "points_B"):
+            one, other = (getattr(s.contacts[name], field) for s in (state, kept))
+            assert one.tobytes() == other.tobytes()
+        if state.time < 1.0:
+            state = own.step(state)
+    assert [s.time for s in result.states] == [0.0, 0.25, 0.5, 0.75, 1.0]
+    assert result.state is result.states[-1]
+    assert result.state.n_contact == 2
+
+
+@pytest.mark.parametrize(("keep", "times"), [(None, []), (2, [0.0, 0.5, 1.0]), (3, [0.0, 0.75])])
+def test_as_many_states_are_kept_as_were_asked_for(keep: int | None, times: list[float]) -> None:
+    assert [state.time for state in simulation().run(keep=keep).states] == times
+
+
+def test_a_step_leaves_the_state_before_it_as_it_was() -> None:
+    own = simulation()
+    first = own.start()
+    before = {name: array.copy() for name, array in vars(first.contacts["ball-pad"]).items()}
+    again = [own.step(first), own.step(first)]
+    for name, array in before.items():
+        assert getattr(first.contacts["ball-pad"], name).tobytes() == array.tobytes()
+    assert again[0].contacts["ball-pad"].force.tobytes() == (
+        again[1].contacts["ball-pad"].force.tobytes()
+    )
+
+
+def test_a_step_has_the_length_that_is_asked_for() -> None:
+    own = simulation()
+    state = own.step(own.step(own.start(), dt=0.1), dt=0.65)
+    assert state.time == 0.75
+    assert own.step(state).time == 1.0
+    with pytest.raises(InputError, match="at its end"):
+        own.step(own.step(state))
+    assert own.step(own.step(state), dt=0.5).time == 1.5
+    with pytest.raises(InputError, match="dt"):
+        own.step(state, dt=0.0)
+
+
+def test_a_state_says_where_all_is_and_how_it_moves() -> None:
+    turn = cg.motion.Rotate([[0, 0], [1, 180]], axis="z", centre=[1, 0, 0])
+    own = simulation(bodies={"ball": (BALL, turn)}, slaves={"pad": (PAD, DOWN)})
+    state = own.step(own.start())
+    body, slave = state.bodies["ball"], state.slaves["pad"]
+    np.testing.assert_array_equal(body.pose, turn.pose(0.25))
+    np.testing.assert_allclose(body.twist.spin, [0, 0, np.pi])
+    np.testing.assert_allclose(
+        body.twist.velocity, np.cross([0, 0, np.pi], body.pose[:3, 3] - [1, 0, 0])
+    )
+    np.testing.assert_array_equal(slave.points, PAD.points + np.array([0, 0, -0.1]))
+    np.testing.assert_array_equal(slave.velocities, np.tile([0, 0, -0.4], (2, 1)))
+
+
+def test_the_energy_is_what_the_contacts_store() -> None:
+    own = simulation()
+    state = own.run().state
+    depth = state.contacts["ball-pad"].penetration
+    assert depth.min() > 0.05
+    assert state.energy.contact == pytest.approx(0.5 * 100.0 * (depth**2).sum(), rel=1e-14)
+
+
+def test_names_of_contacts_are_given_or_made_of_their_sides() -> None:
+    contact = cg.Contact(BALL, PAD, law=cg.PenaltyLaw(1.0))
+    for given, name in (
+        ([contact], "ball-pad"),
+        ({"touch": contact}, "touch"),
+        ([ContactPart("own", "ball", "pad", contact)], "own"),
+    ):
+        (part,) = simulation(contacts=given).contacts
+        assert (part.name, part.master, part.slave) == (name, "ball", "pad")
+
+
+class OnlyPose:
+    """A motion that does not say how fast it is."""
+
+    def pose(self, t: float) -> np.ndarray:
+        return np.eye(4)
+
+
+class OnlyPoints:
+    """Points that move without a velocity."""
+
+    def points(self, t: float) -> np.ndarray:
+        return PAD.points
+
+
+OTHER = cg.Contact(BALL, cg.Slave([[0.0, 0.0, 2.0]], area=[1.0]), law=cg.PenaltyLaw(1.0))
+WRONG = {
+    "no time": ({"end": None, "step": None}, "how time goes on"),
+    "an end only": ({"step": None}, "how time goes on; found 'end'"),
+    "two ways": ({"times": [0.0, 1.0]}, "found 'times, end, step'"),
+    "three ways": ({"times": [0.0], "stepping": EqualSteps(0.0, 1.0, 0.5)}, "how time goes on"),
+    "times that repeat": ({"end": None, "step": None, "times": [0.0, 1.0, 1.0]}, "increase"),
+    "no times": ({"end": None, "step": None, "times": []}, "one or more"),
+    "a step too long": ({"step": 2.0}, "step: .*longer than the whole time"),
+    "an end before the start": ({"start": 2.0}, "end: .*after the start"),
+    "no body": ({"bodies": {"ball": "ball.step"}}, r"bodies\['ball'\]: a body must be one"),
+    "no slave": ({"slaves": {"pad": PAD.points}}, r"slaves\['pad'\]: a slave must be one"),
+    "a motion without twist": ({"bodies": {"ball": (BALL, OnlyPose())}}, r"no twist\(t\)"),
+    "carried without twist": ({"slaves": {"pad": (PAD, OnlyPose())}}, r"no twist\(t\)"),
+    "points without velocities": ({"slaves": {"pad": (PAD, OnlyPoints())}}, r"no velocities\(t\)"),
+    "another slave's contact": ({"contacts": [OTHER]}, "its slave is none of the simulation's"),
+    "no contact": ({"contacts": ["ball"]}, "its master is none of the simulation's"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_what_is_wrong_is_said_when_it_is_made(what: str) -> None:
+    changes, message = WRONG[what]
+    with pytest.raises(InputError, match=message):
+        simulation(**changes)
+
+
+@pytest.mark.parametrize("keep", [0, -1, 1.5])
+def test_states_are_kept_every_whole_number_of_steps(keep: float) -> None:
+    with pytest.raises(InputError, match="keep"):
+        simulation().run(keep=keep)  # type: ignore[arg-type]
+
+
+def test_the_history_is_a_table_of_pandas() -> None:
+    pandas = pytest.importorskip("pandas")
+    result = simulation().run()
+    table = result.to_pandas()
+    assert isinstance(table, pandas.DataFrame)
+    assert table.index.name == "time"
+    np.testing.assert_array_equal(table.index, result.history["time"])
+    assert list(table.columns) == list(result.history)[1:]
+    assert table["n_contact"].dtype == np.int64
+    assert table.loc[1.0, "max_penetration"] == pytest.approx(0.2)
+
+
+def test_without_pandas_the_message_says_what_to_install(
+    blocked: Callable[[str], None],
+) -> None:
+    blocked("pandas")
+    with pytest.raises(MissingPackageError, match=r"contiga\[pandas\]"):
+        simulation().run().to_pandas()

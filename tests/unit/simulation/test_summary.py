@@ -1,0 +1,34 @@
+"""What a run's summary says of the statuses that were counted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from contiga.cli.commands import _print_result
+from contiga.records import ContactStatus as Is
+from contiga.simulation.clock import Clock
+from contiga.simulation.simulation import Simulation
+from contiga.simulation.summary import NOTED, WARNED, summarise
+
+
+def test_what_was_counted_is_told_with_its_advice(
+    simulation: Simulation, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    history = {name: column.copy() for name, column in simulation.run().history.items()}
+    history["n_lost"][3:5] = 2
+    history["n_held"][4] = 1
+    summary = summarise(simulation, history, Clock())
+    lost = f"dip: 4 times LOST. {Is.LOST.advice}"
+    held = f"dip: 1 times HELD. {Is.HELD.advice}"
+    assert (summary["notes"], summary["warnings"]) == ([held], [lost])
+    assert summary["advice"].keys() >= {"LOST", "HELD", "NEW"}
+    assert "FOUND" not in summary["advice"]
+    _print_result(summary, history, tmp_path)
+    said = capsys.readouterr().out.splitlines()
+    assert {f"note: {held}", f"warning: {lost}"} < set(said)
+
+
+def test_every_status_that_asks_for_something_is_told() -> None:
+    assert {*NOTED, *WARNED, Is.FREE, Is.NEW, Is.OLD, Is.RELEASED} == set(Is)
