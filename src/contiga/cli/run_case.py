@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from contiga.cli.progress import progress_bar
+from contiga.cli.progress import Show, progress_bar
 from contiga.cli.signals import stoppable
 from contiga.errors import InputError
 
@@ -59,21 +60,26 @@ def run(
     if out is not None and checked.output.report:  # said before the run, not after it
         require_packages("a run's report (a case leaves it out by [output] report = false)")
     with stoppable() as stopped, progress_bar(checked.title, quiet=quiet) as show:
-
-        def progress(done: int, steps: int, contacts: int) -> None:
-            if stopped():
-                raise KeyboardInterrupt
-            show(done, steps, f"{contacts} in contact")
-
         return build.run(
             checked,
             out,
             resume=resume,
             strict=strict,
             keep=keep,
-            progress=progress,
+            progress=_progress(show, stopped),
             on_finish=write_report,
         )
+
+
+def _progress(show: Show, stopped: Callable[[], bool]) -> Callable[[int, int, int], None]:
+    """Shows each step, and ends the run between two of them where it is to stop."""
+
+    def progress(done: int, steps: int, contacts: int) -> None:
+        if stopped():
+            raise KeyboardInterrupt
+        show(done, steps, f"{contacts} in contact")
+
+    return progress
 
 
 def _checked(case: object) -> Case:

@@ -55,21 +55,6 @@ def test_a_cell_is_called_beyond_a_distance_only_when_it_is(p, q):
     assert proved > 40
 
 
-@pytest.mark.interpreted
-@pytest.mark.parametrize("degree", [(1, 1), (3, 3), (4, 5), (6, 3), (15, 2)])
-def test_elements_evaluate_as_their_surface_in_every_form(degree):
-    patch = patch_of(sum(degree), *degree, weights=1.0)
-    tables = tables_of(cg.Body([patch]))
-    h = np.empty((4, 6))
-    for u, v in [(0.0, 0.0), (0.3, 0.8), (1.0, 0.5)]:
-        element_nb.evaluate(tables.elements, 0, u - 0.5, v - 0.5, h)
-        D = patch.derivatives([[u, v]], order=2)[0]
-        expected = np.stack([D[0, 0], D[1, 0], D[0, 1], D[2, 0], D[1, 1], D[0, 2]], axis=1)
-        expected[:, 0] -= tables.elements.table[0]["origin"]
-        scale = 1.0 + np.abs(expected).max()
-        np.testing.assert_allclose(h[:3], expected, rtol=0, atol=1e-10 * scale)
-
-
 def test_uneven_weights_are_evaluated_without_loss():
     patch = patch_of(3, 3, 3, weights=8.0)
     tables = tables_of(cg.Body([patch]))

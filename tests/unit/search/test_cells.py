@@ -9,8 +9,6 @@ from numba import njit
 import contiga as cg
 from contiga.search.kernels import cells_nb
 
-pytestmark = pytest.mark.interpreted
-
 
 @njit
 def touched(s, t, far_s, far_t):
@@ -22,6 +20,7 @@ def cell_about(s, t, far_s, far_t):
     return cells_nb.cell_about(s, t, far_s, far_t)
 
 
+@pytest.mark.interpreted
 def test_a_cell_says_which_side_it_reaches():
     assert touched(0.0, 0.0, 0.4, 0.4) == -1
     assert touched(-0.3, 0.0, 0.25, 0.4) == 0
@@ -31,6 +30,7 @@ def test_a_cell_says_which_side_it_reaches():
     assert touched(0.3, 0.3, 0.25, 0.25) == -2
 
 
+@pytest.mark.interpreted
 def test_a_cell_stays_in_its_element():
     assert cell_about(0.0, 0.1, 0.2, 0.2) == pytest.approx((-0.2, 0.2, -0.1, 0.3))
     assert cell_about(0.4, -0.45, 0.2, 0.2) == pytest.approx((0.2, 0.5, -0.5, -0.25))

@@ -9,14 +9,13 @@ from numba import njit
 import contiga as cg
 from contiga.search.kernels import joined_nb
 
-pytestmark = pytest.mark.interpreted
-
 
 @njit
 def least_bend(curvature, m):
     return joined_nb.least_bend(curvature, m)
 
 
+@pytest.mark.interpreted
 def test_f_bends_least_towards_the_larger_curvature():
     """Over a sphere of radius R, d inside: 1 − d/R; outside it bends all the more."""
     assert least_bend((0.5, -0.5), 1.0) == pytest.approx(0.5)
