@@ -266,6 +266,6 @@ def test_a_script_without_a_guard_reads_once_and_loads_no_reader(tmp_path):
         [sys.executable, script, mesh.name], cwd=tmp_path, env=env, capture_output=True, text=True
     )
     assert done.stderr == ""
-    assert done.stdout.startswith("Slave('plane': ")
+    assert done.stdout.startswith("Slave('plane', points ")
     assert done.stdout.rstrip().endswith("False False")
     assert done.stdout.count("\n") == 1
