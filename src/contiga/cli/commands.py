@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from contiga import __version__
 from contiga.cli.progress import progress_bar
 from contiga.errors import ContigaError, FileError, RunError
+from contiga.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

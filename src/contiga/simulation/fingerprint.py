@@ -10,18 +10,16 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from contiga.contact.contact import Contact
 from contiga.dynamics.prescribed import Moved, SlaveMotion
 from contiga.num.digest import Digest
 from contiga.records import FloatArray
+from contiga.simulation.model import Model
 from contiga.slaves.slave import Slave
-
-if TYPE_CHECKING:
-    from contiga.contact.contact import Contact
-    from contiga.simulation.model import Model
 
 # Instants a slave's motion is looked at where it is not a rigid one: a series of large files would
 # have to be read again for more.

@@ -13,7 +13,6 @@ from contiga.dynamics.stepping import Stepping
 from contiga.errors import InputError
 from contiga.masters.protocol import Master
 from contiga.shown import Facts, Shown
-from contiga.simulation.fingerprint import fingerprint_of
 from contiga.slaves.slave import Slave
 
 
@@ -91,10 +90,6 @@ class Model(Shown):
             ("time", (float(planned[0]), float(planned[-1]))),
             ("steps", len(planned) - 1),
         ]
-
-    def fingerprint(self) -> str:
-        """Of all that decides the results: see `contiga.simulation.fingerprint`."""
-        return fingerprint_of(self)
 
 
 def _check_name(role: str, name: str, known: Iterable[str]) -> None:

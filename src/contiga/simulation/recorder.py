@@ -18,6 +18,7 @@ from contiga.simulation import output_folder as names
 from contiga.simulation.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from contiga.simulation.clock import Clock
 from contiga.simulation.fields import Fields, has_outlines
+from contiga.simulation.fingerprint import fingerprint_of
 from contiga.simulation.model import Model
 from contiga.simulation.step import Stepped, history_row
 from contiga.simulation.system_state import SystemState
@@ -75,7 +76,7 @@ class Recorder:
     def open(self, folder: Path, *, resume: bool) -> None:
         """Write to `folder` from now on, or go on from what is there."""
         require("an output folder", "h5py")
-        self._fingerprint = self.model.fingerprint()
+        self._fingerprint = fingerprint_of(self.model)
         checkpoint = None
         if resume:
             checkpoint = read_checkpoint(folder / names.CHECKPOINT, self._fingerprint)

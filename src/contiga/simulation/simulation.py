@@ -13,6 +13,7 @@ from contiga.dynamics.stepping import EqualSteps, GivenTimes, Stepping
 from contiga.errors import InputError
 from contiga.num.arrays import positive
 from contiga.simulation.clock import Clock
+from contiga.simulation.fingerprint import fingerprint_of
 from contiga.simulation.model import ContactPart, Model, OutputOptions
 from contiga.simulation.parts import body_part, contact_parts, slave_part
 from contiga.simulation.recorder import Progress
@@ -96,6 +97,10 @@ class Simulation(Model):
             case_text=case_text,
             base_folder=Path() if base_folder is None else base_folder,
         )
+
+    def fingerprint(self) -> str:
+        """Of all that decides the results: see `contiga.simulation.fingerprint`."""
+        return fingerprint_of(self)
 
     def start(self) -> SystemState:
         """The state at the start."""
