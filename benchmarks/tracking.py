@@ -128,7 +128,7 @@ def state_bytes(n: int = 10_000) -> float:
     cloud = points(patch, n, "sorted")
     slave = cg.Slave(cloud, area=np.full(n, 1.0 / n))
     state = cg.Contact(cg.Body(patch), slave, law=cg.PenaltyLaw(1.0)).start(cloud)
-    arrays = [v for v in vars(state).values() if isinstance(v, np.ndarray) and len(v) == n]
+    arrays = [v for v in vars(state).values() if isinstance(v, np.ndarray) and v.shape[:1] == (n,)]
     return sum(v.nbytes for v in arrays) / n
 
 
