@@ -34,6 +34,8 @@ class Stepping(Protocol):
 
 # A whole number of steps is taken as such if it is met to this part of a step.
 _WHOLE = 1e-6
+# More steps than anybody would wait for: a step in the wrong unit.
+_MOST_STEPS = 10_000_000
 # Units in the last place of the latest time that a step must have, so that no two times are one.
 _LEAST_STEP = 4
 
@@ -78,6 +80,13 @@ class EqualSteps:
                 where="step",
                 found=self.step,
                 allowed=f"at most {self.end - self.start:g}",
+            )
+        if not (self.end - self.start) / self.step <= _MOST_STEPS:
+            raise InputError(
+                f"makes {(self.end - self.start) / self.step:.3g} steps",
+                where="step",
+                found=self.step,
+                allowed=f"at most {_MOST_STEPS} steps",
             )
         if self.step < _LEAST_STEP * np.spacing(max(abs(self.start), abs(self.end))):
             raise InputError(
@@ -125,7 +134,10 @@ class GivenTimes:
     times: FloatArray
 
     def __init__(self, times: ArrayLike) -> None:
-        own = np.array(times, dtype=np.float64)
+        try:
+            own = np.array(times, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise InputError("the times must be numbers", where="times", found=times) from error
         if own.ndim != 1 or len(own) == 0 or not np.isfinite(own).all():
             raise InputError(
                 "the times must be finite numbers, one or more", where="times", found=own.shape

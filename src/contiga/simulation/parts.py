@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from contiga.dynamics.prescribed import Fixed, Moved
@@ -12,9 +12,16 @@ from contiga.simulation.model import BodyPart, ContactPart, SlavePart
 from contiga.slaves.slave import Slave
 
 
+def by_name(where: str, given: Any) -> Mapping[str, Any]:
+    """Bodies or slaves as they were given, refused where they have no names."""
+    if not isinstance(given, Mapping):
+        raise InputError("must be given by name", where=where, found=given, allowed="a dict")
+    return given
+
+
 def body_part(name: str, given: Any) -> BodyPart:
     """A body with its motion; one that is given alone stays where it is."""
-    body, motion = given if isinstance(given, tuple) else (given, Fixed())
+    body, motion = _with_motion(given)
     if not is_master(body):
         raise InputError(
             "a body must be one",
@@ -28,7 +35,7 @@ def body_part(name: str, given: Any) -> BodyPart:
 
 def slave_part(name: str, given: Any) -> SlavePart:
     """A slave with its motion; one given alone stays. A body's motion carries its points."""
-    slave, motion = given if isinstance(given, tuple) else (given, Fixed())
+    slave, motion = _with_motion(given)
     if not isinstance(slave, Slave):
         raise InputError(
             "a slave must be one",
@@ -41,6 +48,13 @@ def slave_part(name: str, given: Any) -> SlavePart:
         return SlavePart(slave, Moved(slave.points, motion))
     _check_motion(f"slaves[{name!r}]", motion, "points", "velocities")
     return SlavePart(slave, motion)
+
+
+def _with_motion(given: Any) -> tuple[Any, Any]:
+    """What was given and its motion. A tuple of any other length is taken for neither."""
+    if isinstance(given, tuple) and len(given) == 2:
+        return given
+    return given, Fixed()
 
 
 def _check_motion(where: str, motion: object, *methods: str) -> None:
@@ -59,6 +73,10 @@ def contact_parts(
     given: Any, bodies: Mapping[str, BodyPart], slaves: Mapping[str, SlavePart]
 ) -> tuple[ContactPart, ...]:
     """Contacts with the names of their sides, found by the objects they were made with."""
+    if not isinstance(given, Mapping | Sequence):
+        raise InputError(
+            "must be several", where="contacts", found=given, allowed="a list, or a dict by name"
+        )
     named = given.items() if isinstance(given, Mapping) else ((None, one) for one in given)
     parts = []
     for name, contact in named:

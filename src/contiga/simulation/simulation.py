@@ -15,7 +15,7 @@ from contiga.num.arrays import positive
 from contiga.simulation.clock import Clock
 from contiga.simulation.fingerprint import fingerprint_of
 from contiga.simulation.model import ContactPart, Model, OutputOptions
-from contiga.simulation.parts import body_part, contact_parts, slave_part
+from contiga.simulation.parts import body_part, by_name, contact_parts, slave_part
 from contiga.simulation.recorder import Progress
 from contiga.simulation.result import Result
 from contiga.simulation.run import RunOptions, carry_out
@@ -84,8 +84,12 @@ class Simulation(Model):
         case_text: str = "",
         base_folder: Path | None = None,
     ) -> None:
-        own_bodies = {name: body_part(name, given) for name, given in bodies.items()}
-        own_slaves = {name: slave_part(name, given) for name, given in slaves.items()}
+        own_bodies = {
+            name: body_part(name, given) for name, given in by_name("bodies", bodies).items()
+        }
+        own_slaves = {
+            name: slave_part(name, given) for name, given in by_name("slaves", slaves).items()
+        }
         super().__init__(
             bodies=own_bodies,
             slaves=own_slaves,
@@ -116,8 +120,9 @@ class Simulation(Model):
         Raises
         ------
         InputError
-            The simulation is at its end, or `dt` is not positive.
+            `state` is of another simulation, this one is at its end, or `dt` is not positive.
         """
+        self._check_own(state)
         if dt is not None:
             time = state.time + positive(dt, "dt")
         elif state.time < self.stepping.end:
@@ -131,6 +136,17 @@ class Simulation(Model):
                 remedy="Give dt to go on",
             )
         return advance(self, state, time, Clock()).state
+
+    def _check_own(self, state: object) -> None:
+        """Refuse what is no state of this simulation."""
+        own = {part.name for part in self.contacts}
+        if not isinstance(state, SystemState) or own != set(state.contacts):
+            raise InputError(
+                "is no state of this simulation",
+                where="state",
+                found=state,
+                allowed=f"a SystemState with the contacts {', '.join(sorted(own))}",
+            )
 
     def run(
         self,
@@ -171,7 +187,7 @@ class Simulation(Model):
         When the run is stopped (an exception, Ctrl-C) a checkpoint of the last whole step is left;
         before the first one nothing is.
         """
-        if keep is not None and not (isinstance(keep, int) and keep >= 1):
+        if keep is not None and (isinstance(keep, bool) or not isinstance(keep, int) or keep < 1):
             raise InputError("must be a whole number", where="keep", found=keep, allowed=">= 1")
         return carry_out(self, out, RunOptions(resume, strict, keep, progress, on_step, clock))
 
@@ -186,6 +202,14 @@ def _stepping(
     named = {"stepping": own, "times": times, "end": end, "step": step}
     given = [name for name, value in named.items() if value is not None]
     if own is not None and given == ["stepping"]:
+        missing = [n for n in ("start", "end", "after", "planned") if not hasattr(own, n)]
+        if missing:
+            raise InputError(
+                f"has no {missing[0]}",
+                where="stepping",
+                found=own,
+                allowed="an object with start, end, after(time) and planned()",
+            )
         return own
     if times is not None and given == ["times"]:
         return GivenTimes(times)
@@ -196,4 +220,11 @@ def _stepping(
             found=", ".join(given) or None,
             allowed="end and step, or times, or stepping",
         )
-    return EqualSteps(float(start), float(end), float(step))
+    return EqualSteps(_number("start", start), _number("end", end), _number("step", step))
+
+
+def _number(where: str, value: object) -> float:
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError) as error:
+        raise InputError("must be a number", where=where, found=value) from error

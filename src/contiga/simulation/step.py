@@ -8,10 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.dynamics.prescribed import BodyMotion
+from contiga.errors import InputError
 from contiga.num.ordered import length
+from contiga.num.pose import as_pose
+from contiga.num.twist import Twist
 from contiga.records import ContactStatus
 from contiga.simulation.clock import Clock
-from contiga.simulation.model import ContactPart, Model
+from contiga.simulation.model import ContactPart, Model, SlavePart
 from contiga.simulation.system_state import BodyState, Energy, SlaveState, SystemState
 
 # Columns of the history that count points by what became of them in the step.
@@ -38,15 +42,39 @@ class Stepped(NamedTuple):
 
 def place(model: Model, time: float) -> tuple[dict[str, BodyState], dict[str, SlaveState]]:
     """Bodies and slaves at `time`, and how they move."""
-    bodies = {
-        name: BodyState(part.motion.pose(time), part.motion.twist(time))
-        for name, part in model.bodies.items()
-    }
-    slaves = {
-        name: SlaveState(part.motion.points(time), part.motion.velocities(time))
-        for name, part in model.slaves.items()
-    }
+    bodies = {name: _body_at(name, part.motion, time) for name, part in model.bodies.items()}
+    slaves = {name: _slave_at(name, part, time) for name, part in model.slaves.items()}
     return bodies, slaves
+
+
+def _body_at(name: str, motion: BodyMotion, time: float) -> BodyState:
+    """A body at `time`; what its motion answers is checked, since it may be a user's."""
+    where = f"bodies[{name!r}]: motion at t = {time:g}"
+    pose, twist = as_pose(motion.pose(time), where), motion.twist(time)
+    if not isinstance(twist, Twist) or not all(
+        np.shape(part) == (3,) and np.isfinite(part).all() for part in twist
+    ):
+        raise InputError(
+            "twist(t) must be a velocity and a spin",
+            where=where,
+            found=twist,
+            allowed="contiga.motion.Twist of two arrays (3,), finite",
+        )
+    return BodyState(pose, twist)
+
+
+def _slave_at(name: str, part: SlavePart, time: float) -> SlaveState:
+    """A slave at `time`."""
+    state = SlaveState(part.motion.points(time), part.motion.velocities(time))
+    for what, rows in zip(state._fields, state, strict=True):
+        if np.shape(rows) != part.slave.points.shape:
+            raise InputError(
+                f"{what}(t) must have one row a slave point",
+                where=f"slaves[{name!r}]: motion at t = {time:g}",
+                found=np.shape(rows),
+                allowed=str(part.slave.points.shape),
+            )
+    return state
 
 
 def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -> Stepped:

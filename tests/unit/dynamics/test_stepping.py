@@ -60,6 +60,7 @@ def test_a_list_is_walked_as_it_is_and_cannot_be_changed_from_outside() -> None:
         ((0.0, 1.0, np.nan), "positive"),
         ((0.0, 1.0, 1.1), "longer than the whole"),
         ((1e16, 1e16 + 4.0, 1.0), "rounding"),
+        ((0.0, 1.0, 1e-9), r"makes 1e\+09 steps"),
     ],
 )
 def test_steps_that_lead_nowhere_are_refused(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -133,6 +134,13 @@ WRONG = {
     "no times": ({"end": None, "step": None, "times": []}, "one or more"),
     "a step too long": ({"step": 2.0}, "step: .*longer than the whole time"),
     "an end before the start": ({"start": 2.0}, "end: .*after the start"),
+    "a step that is no number": ({"step": "auto"}, "step: must be a number; found 'auto'"),
+    "times that are no numbers": ({"end": None, "step": None, "times": ["a"]}, "must be numbers"),
+    "no stepping": ({"end": None, "step": None, "stepping": 3}, "stepping: has no start"),
+    "bodies without names": ({"bodies": [BALL]}, "bodies: must be given by name"),
+    "slaves without names": ({"slaves": PAD}, "slaves: must be given by name"),
+    "three of a body": ({"bodies": {"ball": (BALL, DOWN, 1)}}, "a body must be one; found 'tuple'"),
+    "one contact": ({"contacts": OTHER}, "contacts: must be several"),
     "no body": ({"bodies": {"ball": "ball.step"}}, r"bodies\['ball'\]: a body must be one"),
     "no slave": ({"slaves": {"pad": PAD.points}}, r"slaves\['pad'\]: a slave must be one"),
     "a motion without twist": ({"bodies": {"ball": (BALL, OnlyPose())}}, r"no twist\(t\)"),
@@ -150,7 +158,57 @@ def test_what_is_wrong_is_said_when_it_is_made(what: str) -> None:
         simulation(**changes)
 
 
-@pytest.mark.parametrize("keep", [0, -1, 1.5])
+class Answers:
+    """A motion of a user that answers as it is told."""
+
+    def __init__(self, **answers: object) -> None:
+        for name, answer in answers.items():
+            setattr(self, name, lambda t, own=answer: own)
+
+
+STILL = cg.motion.Twist(np.zeros(3), np.zeros(3))
+NOT_FINITE = cg.motion.Twist(np.zeros(3), np.full(3, np.nan))
+BODY_ANSWERS = {
+    "a small pose": ({"pose": np.eye(3), "twist": STILL}, "must be a finite"),
+    "no twist": ({"pose": np.eye(4), "twist": None}, r"twist\(t\) must be"),
+    "a twist of pairs": ({"pose": np.eye(4), "twist": cg.motion.Twist([0, 0], [0, 0])}, "twist"),
+    "a twist not finite": ({"pose": np.eye(4), "twist": NOT_FINITE}, "finite"),
+}
+SLAVE_ANSWERS = {
+    "too many points": ({"points": np.zeros((3, 3)), "velocities": PAD.points}, r"points\(t\)"),
+    "too few velocities": ({"points": PAD.points, "velocities": np.zeros((1, 3))}, "velocities"),
+    "no velocities": ({"points": PAD.points, "velocities": None}, r"velocities\(t\)"),
+}
+
+
+@pytest.mark.parametrize("what", [*BODY_ANSWERS, *SLAVE_ANSWERS])
+def test_a_motion_that_answers_wrongly_is_told_and_leaves_nothing(
+    what: str, tmp_path: Path
+) -> None:
+    if what in BODY_ANSWERS:
+        answers, message = BODY_ANSWERS[what]
+        own = simulation(bodies={"ball": (BALL, Answers(**answers))})
+        where = r"bodies\['ball'\]: motion at t = 0"
+    else:
+        answers, message = SLAVE_ANSWERS[what]
+        own = simulation(slaves={"pad": (PAD, Answers(**answers))})
+        where = r"slaves\['pad'\]: motion at t = 0"
+    with pytest.raises(InputError, match=f"{where}.*{message}"):
+        own.step(own.start())
+    # A motion that is wrong beforehand leaves nothing on disk, either.
+    with pytest.raises(InputError):
+        own.run(tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_state_of_another_simulation_is_refused() -> None:
+    other = simulation(contacts={"other": cg.Contact(BALL, PAD, law=cg.PenaltyLaw(1.0))})
+    for state in (other.start(), 3):
+        with pytest.raises(InputError, match="no state of this simulation"):
+            simulation().step(state)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("keep", [0, -1, 1.5, True])
 def test_states_are_kept_every_whole_number_of_steps(keep: float) -> None:
     with pytest.raises(InputError, match="keep"):
         simulation().run(keep=keep)  # type: ignore[arg-type]
