@@ -6,7 +6,7 @@ import re
 from typing import Any
 
 from contiga import __version__
-from contiga.records import Advised
+from contiga.statuses import Advised
 
 project = "contiga"
 author = "The contiga developers"

@@ -10,7 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 import contiga as cg
-from contiga.records import ContactStatus, Status
+from contiga.records import ContactStatus
+from contiga.statuses import Status
 
 INK, PALE, GOOD, BAD, SKY = "#22303c", "#d8dee4", "#1a7f5a", "#c0392b", "#2c6fbb"
 

@@ -45,8 +45,8 @@ _HOME = {
     "build": "contiga.case.build",
     "run": "contiga.cli.run_case",
     "View": "contiga.report.view",
-    "Feature": "contiga.records",
-    "Status": "contiga.records",
+    "Feature": "contiga.statuses",
+    "Status": "contiga.statuses",
     "ContactStatus": "contiga.records",
     "LawInput": "contiga.records",
     "LawOutput": "contiga.records",
@@ -104,18 +104,18 @@ if TYPE_CHECKING:
     from contiga.masters.protocol import Master as Master
     from contiga.num.threads import thread_count as thread_count
     from contiga.records import ContactStatus as ContactStatus
-    from contiga.records import Feature as Feature
     from contiga.records import Hit as Hit
     from contiga.records import LawInput as LawInput
     from contiga.records import LawOutput as LawOutput
     from contiga.records import Projection as Projection
-    from contiga.records import Status as Status
     from contiga.report import style as style
     from contiga.report.view import View as View
     from contiga.simulation.clock import Clock as Clock
     from contiga.simulation.result import Result as Result
     from contiga.simulation.simulation import Simulation as Simulation
     from contiga.simulation.system_state import SystemState as SystemState
+    from contiga.statuses import Feature as Feature
+    from contiga.statuses import Status as Status
     from contiga.slaves.slave import Slave as Slave
     from contiga.triangles.trimesh import TriMesh as TriMesh
 

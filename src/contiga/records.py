@@ -1,92 +1,19 @@
-"""The records and enumerations that rooms hand to each other. Arrays inside are one row a point."""
+"""The records that rooms hand to each other. Arrays inside are one row a point."""
 
 from __future__ import annotations
 
-from enum import IntEnum
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contiga.shown import Facts, counted, line_of, table_of
+from contiga.statuses import Advised, Status
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 ByteArray = NDArray[np.int8]
 IndexArray = NDArray[np.integer[Any]]
-
-
-class Advised(IntEnum):
-    """Numbers that say in a sentence what they mean for their user and what to do.
-
-    >>> Status(3).advice
-    'Not converged; take smaller steps, or project with mode="global".'
-    """
-
-    advice: str
-
-    def __new__(cls, value: int, advice: str) -> Self:
-        member = int.__new__(cls, value)
-        member._value_ = value
-        member.advice = advice
-        return member
-
-
-class Feature(Advised):
-    """What a foot lies on. Decides how the normal is defined there."""
-
-    NONE = -1, "There is no foot: the status says why."
-    FACE = 0, "The foot lies inside a face, and the normal is the surface's."
-    EDGE = (
-        1,
-        "The foot lies on an edge (a crease between faces, a trimmed or a natural border); take "
-        "the normal of the record, not that of one face.",
-    )
-    VERTEX = (
-        2,
-        "The foot lies on a corner, or on a pole where a whole side of a patch is one point; take "
-        "the normal of the record, not that of one face.",
-    )
-
-
-class Status(Advised):
-    """Outcome of a projection or first hit of one point."""
-
-    OK = 0, "Converged: the foot is a stationary point, or the closest point of a border."
-    BORDER = (
-        1,
-        "Converged on a true border: the surface ends before the foot's normal reaches the point, "
-        "and a contact releases or holds such a point as its on_edge says.",
-    )
-    TRIMMED = (
-        2,
-        "The tracked foot ran into a part of the patch that is trimmed away; project with "
-        'mode="global" for the closest point of what is left.',
-    )
-    MAX_ITERATIONS = 3, 'Not converged; take smaller steps, or project with mode="global".'
-    BRANCH_EVENT = (
-        4,
-        "The tracked minimum vanished on the way and nothing continues it: the foot is the closest "
-        "point where a focal surface was crossed, and lies in the other face where it ran into a "
-        "fold; smaller steps show where.",
-    )
-    NOT_FINITE = 5, "The point has a NaN or infinite coordinate; mend the input."
-    NO_HIT = (
-        6,
-        "The segment meets the surface nowhere from its free side (first hit only); where it "
-        "should, look at its ends and at the side the normals point to.",
-    )
-    AT_START = (
-        7,
-        "The segment starts on the surface and leads inside, so that its fraction is 0 (first hit "
-        "only).",
-    )
-    BUDGET = (
-        8,
-        "The search opened as many cells as it may, and its answer is the best found, not proved "
-        "(of a first hit perhaps none); mend the geometry there: weights that differ by many "
-        "decades, collapsed or folded patches.",
-    )
 
 
 class ContactStatus(Advised):
@@ -126,6 +53,11 @@ class ContactStatus(Advised):
         "surface, or it ran into the inner side of a fold) or did not continue; smaller steps show "
         "where.",
     )
+    THROUGH = (
+        10,
+        'Went right through the body and is pushed back to where it came from, as through="hold" '
+        "asks; take smaller steps or a stiffer law where it should not have come so far.",
+    )
 
 
 IN_CONTACT = (
@@ -134,6 +66,7 @@ IN_CONTACT = (
     ContactStatus.HELD,
     ContactStatus.FOUND,
     ContactStatus.REACQUIRED,
+    ContactStatus.THROUGH,
 )
 
 
@@ -251,6 +184,11 @@ class LawOutput(NamedTuple):
     """(n_c,) elastic energy that the force would give back."""
     memory: FloatArray
     """(n_c, m) what the law wants to see of each point at the next step."""
+    hysteresis: FloatArray | None = None
+    """(n_c,) energy lost in the step since the law's unloading differs from its loading; None of
+    laws that are elastic."""
+    damping: FloatArray | None = None
+    """(n_c,) the part of `force` that is due to the rate; None of laws without."""
 
 
 class Triangles(NamedTuple):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from contiga.records import ContactStatus as Is
-from contiga.records import Feature
+from contiga.statuses import Feature
 
 
 @pytest.fixture(scope="session")

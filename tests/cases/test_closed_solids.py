@@ -11,7 +11,7 @@ import pytest
 import contiga as cg
 from contiga.errors import ContigaWarning
 from contiga.geometry.edges import UNTRIMMED, BodyEdge, EdgeUse
-from contiga.records import Status
+from contiga.statuses import Status
 
 POINTS = 500
 STEPS = 300

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.records import ContactStatus, Feature
+from contiga.records import ContactStatus
+from contiga.statuses import Feature
 
 STIFFNESS, AREA = 2.0, 0.3
 CASE = """

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.records import Feature
+from contiga.statuses import Feature
 from contiga_validation.engine.experiment import Options
 from contiga_validation.rivals import cad_body, comparison
 from contiga_validation.rivals.comparison_page import claims, compare, most_triangles

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 import contiga as cg
 from contiga.geometry.edges import BodyEdge, EdgeUse
-from contiga.records import Status
+from contiga.statuses import Status
 
 
 def sheet(seed):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.records import Feature, Status
+from contiga.statuses import Feature, Status
 
 
 def surface(seed, degrees=(3, 3), spans=(3, 2), *, log_weights=3.0, multiplicity=1, rough=0.3):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.records import Feature, Status
+from contiga.statuses import Feature, Status
 
 RNG = np.random.default_rng(20)
 N = 400

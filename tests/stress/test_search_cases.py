@@ -10,7 +10,7 @@ from tests.stress.fields import norm
 from tests.stress.solids import CLOSED_FILES, solid
 
 import contiga as cg
-from contiga.records import Feature, Status
+from contiga.statuses import Feature, Status
 
 
 def polygon(corners):

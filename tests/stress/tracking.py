@@ -18,9 +18,10 @@ from tests.stress.solids import DATA
 from tests.stress.tally import Clock, Tally
 
 import contiga as cg
-from contiga.records import Feature, Projection, Status, empty_projection
+from contiga.records import Projection, empty_projection
 from contiga.search.project import track
 from contiga.search.tables import tables_of
+from contiga.statuses import Feature, Status
 
 Foot = Callable[[np.ndarray], np.ndarray]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import contiga as cg
-from contiga.records import Advised
+from contiga.statuses import Advised
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src"

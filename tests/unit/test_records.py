@@ -10,7 +10,7 @@ import pytest
 
 import contiga as cg
 from contiga import records
-from contiga.records import Advised
+from contiga.statuses import Advised
 
 ROOT = Path(__file__).resolve().parents[2]
 ENUMERATIONS = (cg.Status, cg.ContactStatus, cg.Feature)

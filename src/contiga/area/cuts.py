@@ -14,11 +14,11 @@ from contiga.records import (
     FloatArray,
     IntArray,
     Projection,
-    Status,
     empty_projection,
     rows_of,
     stacked,
 )
+from contiga.statuses import Status
 
 # Halvings of an edge on which the foot leaves the master: to 1e-9 of its length.
 HALVINGS = 30

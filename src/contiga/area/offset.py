@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.masters.protocol import Master
-from contiga.records import Feature, FloatArray, Projection
+from contiga.records import FloatArray, Projection
+from contiga.statuses import Feature
 
 
 def offset_ratio(master: Master, feet: Projection) -> FloatArray:

@@ -29,12 +29,12 @@ from contiga.masters.protocol import Surface
 from contiga.records import (
     ByteArray,
     ContactStatus,
-    Feature,
     FloatArray,
     IndexArray,
     IntArray,
     rows_of,
 )
+from contiga.statuses import Feature
 
 # A point that went no farther than this share of the body's size has its last foot near by.
 SHORT = 2e-3

@@ -31,9 +31,9 @@ from contiga.records import (
     IndexArray,
     IntArray,
     Projection,
-    Status,
     rows_of,
 )
+from contiga.statuses import Status
 
 # Feet closer than this, relative to the body's size, are one.
 SAME_FOOT = 1e-9

@@ -15,7 +15,8 @@ from contiga.contact.tracked import (
     track,
 )
 from contiga.masters.protocol import Surface
-from contiga.records import ContactStatus, IntArray, Status
+from contiga.records import ContactStatus, IntArray
+from contiga.statuses import Status
 
 
 def detect(

@@ -10,7 +10,8 @@ from contiga.area.method import AreaInput, AreaMethod, Outlines, outlines_of
 from contiga.contact.state import State
 from contiga.masters.protocol import Master
 from contiga.num.rigid import to_body, to_world
-from contiga.records import FloatArray, Projection, Status
+from contiga.records import FloatArray, Projection
+from contiga.statuses import Status
 
 
 def outlines_of_state(

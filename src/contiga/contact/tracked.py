@@ -15,9 +15,9 @@ from contiga.records import (
     IndexArray,
     IntArray,
     Projection,
-    Status,
     empty_projection,
 )
+from contiga.statuses import Status
 
 BoolArray = NDArray[np.bool_]
 

@@ -1,12 +1,12 @@
 """Every status, side, kind and state as the number that kernels compare, each defined once.
 
-Those that users see are the enumerations of `contiga.records`; here they are plain numbers, which
+Those that users see are the enumerations of `contiga.statuses`; here they are plain numbers, which
 compiled code takes for constants.
 """
 
 from __future__ import annotations
 
-from contiga.records import Feature, Status
+from contiga.statuses import Feature, Status
 
 # Outcome of a foot or a hit: `Status`.
 OK = int(Status.OK)

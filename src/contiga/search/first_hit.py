@@ -7,9 +7,10 @@ from numpy.typing import ArrayLike
 
 from contiga.geometry.faces import Faces
 from contiga.num.query_checks import checked_segments
-from contiga.records import ByteArray, Feature, FloatArray, Hit, IntArray, Status, empty_projection
+from contiga.records import ByteArray, FloatArray, Hit, IntArray, empty_projection
 from contiga.search.exact_surface import ExactSurface, exact_surface
 from contiga.search.openings import openings_of
+from contiga.statuses import Feature, Status
 
 # Halvings after which a place on a path is as sharp as its coordinates.
 HALVINGS = 52

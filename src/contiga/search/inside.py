@@ -7,8 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.geometry.faces import Faces
 from contiga.num.arrays import as_points
-from contiga.records import Status
 from contiga.search.project import project
+from contiga.statuses import Status
 
 
 def contains(body: Faces, points: ArrayLike) -> NDArray[np.bool_]:

@@ -12,11 +12,12 @@ from contiga.geometry.faces import Faces
 from contiga.num.arrays import as_points
 from contiga.num.query_checks import checked_mode, checked_patches
 from contiga.num.threads import run_ranges, thread_count
-from contiga.records import FloatArray, IntArray, Projection, Status, empty_projection
+from contiga.records import FloatArray, IntArray, Projection, empty_projection
 from contiga.search.branch import certify
 from contiga.search.kernels import project_nb
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
+from contiga.statuses import Status
 
 # Rows (one by one) and blocks (sixteen at a time) below which a second thread does not pay.
 POINTS = 256

@@ -20,17 +20,10 @@ from scipy import ndimage
 
 from contiga.elements.element_arrays import Records
 from contiga.num.threads import run_ranges
-from contiga.records import (
-    ByteArray,
-    Feature,
-    FloatArray,
-    IntArray,
-    Projection,
-    Status,
-    empty_projection,
-)
+from contiga.records import ByteArray, FloatArray, IntArray, Projection, empty_projection
 from contiga.search.kernels import side_grid_nb, side_nb
 from contiga.search.kernels.side_grid_nb import SPLIT
+from contiga.statuses import Feature, Status
 
 # Cells of the whole grid: so many an element, within these bounds.
 CELLS = 1000.0

@@ -29,6 +29,7 @@ COUNTED = {
     "n_not_finite": ContactStatus.NOT_FINITE,
     "n_found": ContactStatus.FOUND,
     "n_reacquired": ContactStatus.REACQUIRED,
+    "n_through": ContactStatus.THROUGH,
 }
 
 

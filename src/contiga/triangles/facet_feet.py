@@ -11,7 +11,8 @@ from contiga.errors import InputError
 from contiga.num.arrays import as_points
 from contiga.num.query_checks import checked_mode, checked_patches
 from contiga.num.threads import run_ranges
-from contiga.records import Feature, FloatArray, IntArray, Projection, Status, empty_projection
+from contiga.records import FloatArray, IntArray, Projection, empty_projection
+from contiga.statuses import Feature, Status
 from contiga.triangles.facet_tables import Tables, tables_of
 from contiga.triangles.facets import NORMALS, Facets
 from contiga.triangles.kernels import closest_nb, facet_walk_nb, order_nb

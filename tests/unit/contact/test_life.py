@@ -7,7 +7,7 @@ import pytest
 
 import contiga as cg
 from contiga.records import ContactStatus as Is
-from contiga.records import Feature
+from contiga.statuses import Feature
 
 UNIT = cg.PenaltyLaw(1.0)
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.records import Status
 from contiga.search import ball, ball_cells
+from contiga.statuses import Status
 
 POINTS = 1_000_000 if os.environ.get("CONTIGA_FULL") else 5_000
 

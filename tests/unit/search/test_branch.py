@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.records import Feature, Status
 from contiga.search.exact_surface import tables_of
+from contiga.statuses import Feature, Status
 
 
 def trough():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.records import Feature, Status
+from contiga.statuses import Feature, Status
 
 TURNS = [1e-5, 1e-3, 0.1, 1.0, np.pi / 2, 2.5, 2.96]
 

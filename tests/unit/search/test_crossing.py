@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.records import Status
 from contiga.search.kernels import crossing_nb
+from contiga.statuses import Status
 
 
 def net(a=5, b=5, lift=0.0):

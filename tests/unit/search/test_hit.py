@@ -7,7 +7,7 @@ import pytest
 
 import contiga as cg
 from contiga.errors import InputError
-from contiga.records import Status
+from contiga.statuses import Status
 
 
 def valid(body, a, b, hit):

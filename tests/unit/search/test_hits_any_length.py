@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.records import Status
+from contiga.statuses import Status
 
 EPS = np.finfo(float).eps
 

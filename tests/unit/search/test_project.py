@@ -9,7 +9,8 @@ import pytest
 
 import contiga as cg
 from contiga.errors import InputError
-from contiga.records import Feature, Status, empty_projection
+from contiga.records import empty_projection
+from contiga.statuses import Feature, Status
 
 
 @pytest.mark.interpreted
