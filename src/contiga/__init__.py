@@ -114,9 +114,9 @@ if TYPE_CHECKING:
     from contiga.simulation.result import Result as Result
     from contiga.simulation.simulation import Simulation as Simulation
     from contiga.simulation.system_state import SystemState as SystemState
+    from contiga.slaves.slave import Slave as Slave
     from contiga.statuses import Feature as Feature
     from contiga.statuses import Status as Status
-    from contiga.slaves.slave import Slave as Slave
     from contiga.triangles.trimesh import TriMesh as TriMesh
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from contiga.area.hull import HullArea
 from contiga.area.method import AreaMethod
+from contiga.area.nodal import NodalArea
 from contiga.errors import InputError
 from contiga.laws.combined import CombinedLaw
 from contiga.laws.normal import Law, StressLaw
@@ -58,9 +59,49 @@ def check_master(master: Master, area: AreaMethod | None) -> None:
         )
 
 
-def choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
+def check_friction(friction: object) -> None:
+    """Refuse what is no friction."""
+    if friction is None:
+        return
+    if isinstance(friction, type) or not all(hasattr(friction, n) for n in ("respond", "n_memory")):
+        raise InputError(
+            "the friction must be one, such as Coulomb(0.3)",
+            where="friction",
+            found=friction,
+            allowed="Coulomb, ViscousFriction, or an object with respond and n_memory",
+        )
+
+
+def check_sampling(quadrature: str | int, weights: str, law: Law, area: AreaMethod) -> None:
+    """Refuse what does not go with quadrature points."""
+    if quadrature == "nodes":
+        return
+    if weights != "rest":
+        raise InputError(
+            "quadrature points weigh the force by their share of the facets at rest",
+            where="weights",
+            found=weights,
+            allowed='"rest", or quadrature="nodes"',
+        )
+    if getattr(law, "per_area", True) is False:
+        raise InputError(
+            "a stiffness a point would grow with the number of quadrature points",
+            where="law",
+            found="per_area=False",
+            remedy='Give the stiffness of a unit area with per_area=True, or quadrature="nodes"',
+        )
+    if isinstance(area, NodalArea) and area.value is not None:
+        raise InputError(
+            "quadrature points take their areas from the facets, not from the nodes",
+            where="area",
+            found="NodalArea(value)",
+            allowed='FacetArea(), NodalArea(), or quadrature="nodes"',
+        )
+
+
+def choice(name: str, value: str | int, allowed: tuple[str | int, ...]) -> None:
     """Refuse a value that is not one of `allowed`."""
-    if value not in allowed:
+    if isinstance(value, bool) or value not in allowed:
         raise InputError(
             f"unknown {name}", where=name, found=value, allowed=", ".join(map(repr, allowed))
         )
