@@ -1,0 +1,306 @@
+"""Friction: from normal force and sliding to the tangential force on each point in contact.
+
+All vectors are in the axes of the master, whose frame moves with it: a rigid motion of the whole
+scene makes no sliding. Forces are those on the slave; the master feels the opposite at the feet.
+
+`Coulomb` sticks and slips by a return mapping (Simo & Hughes, Computational Inelasticity, 1998,
+ch. 1; Wriggers, Computational Contact Mechanics, 2006, 5.2): a spring in the tangent plane is
+stretched by the sliding, and cut back to the cone where it exceeds it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from contiga.errors import InputError
+from contiga.laws.law import above_zero, not_negative
+from contiga.records import FloatArray
+
+
+class FrictionInput(NamedTuple):
+    """What friction sees of the n points in contact; vectors in the axes of the master."""
+
+    normal: FloatArray
+    """(n, 3) unit normals of the master at the feet, to the free side."""
+    normal_before: FloatArray
+    """(n, 3) those of the last step; zeros of a point without a past."""
+    force: FloatArray
+    """(n,) normal forces ≥ 0."""
+    stiffness: FloatArray
+    """(n,) of the law of normal force: `LawOutput.stiffness`."""
+    area: FloatArray
+    """(n,) contact areas."""
+    path: FloatArray
+    """(n, 3) way of the point against the master in the step; of a point that came in, the part
+    behind its entry. What is normal to the surface does not count."""
+    velocity: FloatArray
+    """(n, 3) of the point against the master; what is normal to the surface does not count."""
+    dt: float
+    """Length of the step, zero at the start."""
+    memory: FloatArray
+    """(n, m) what friction left of each point at the last step; zeros of a point without a past."""
+
+
+class FrictionOutput(NamedTuple):
+    """What friction answers for n points in contact."""
+
+    force: FloatArray
+    """(n, 3) tangential forces on the slave, axes of the master."""
+    stiffness: FloatArray
+    """(n,) of the tangential springs, force a length; zero without springs."""
+    stored: FloatArray
+    """(n,) elastic energy in the springs."""
+    lost: FloatArray
+    """(n,) energy turned into heat in the step, never negative."""
+    memory: FloatArray
+    """(n, m) what friction wants to see of each point at the next step."""
+
+
+class Friction(Protocol):
+    """What a contact asks of friction."""
+
+    @property
+    def n_memory(self) -> int:
+        """Numbers a point that it keeps from one step to the next."""
+
+    def respond(self, inp: FrictionInput) -> FrictionOutput:
+        """Tangential forces, energies and memory of the points in contact."""
+
+
+@dataclass(frozen=True)
+class Coulomb:
+    """Friction that sticks and slips: |t| ≤ μ F.
+
+    μ = μ_d + (μ_s − μ_d) e^(−decay |v|), v the sliding velocity: from the static coefficient down
+    to the dynamic one, as explicit crash codes do.
+
+    Parameters
+    ----------
+    static : μ_s ≥ 0
+    dynamic : μ_d ≥ 0, not above `static`; as `static` if None
+    decay : time a length, ≥ 0; 0 (default) keeps the static coefficient at any velocity
+    stiffness : k_t of the spring a point sticks by, force a length; 0 (default) takes the largest
+        stiffness the point's law of normal force has had since it came in
+    per_area : whether `stiffness` is that of a unit area
+
+    Notes
+    -----
+    A step, one point: the traction of the last step is carried to the new tangent plane by the
+    smallest rotation of the old normal to the new one, and stretched, t* = t − k_t d, by the
+    tangential part d of the path. Where |t*| > μ F it is cut back to μ F, and the point has slid by
+    d_p = d − (t_old − t)/k_t.
+
+    The energy t²/(2 k_t) is stored. Lost are −½(t_old + t)·d_p, so that on a plane the work of the
+    mean traction, −½(t_old + t)·d, is what is stored more and what is lost, exactly; only where the
+    cone shrinks in a step that turns round could the mean say that heat was won, and none is. On a
+    curved surface the carrying turns the traction and adds no energy.
+
+    k_t never decreases while a point is in contact. Where it grows the traction stays, so that the
+    spring holds less than before; that is lost as well. A point that sticks therefore does not
+    creep under a normal force that swings.
+
+    A point comes in without traction; all of the path it is given for that step counts, which is
+    the part behind its entry. A point that leaves drops what its spring has stored; where the
+    normal force goes to zero before, the cone has cut it back by then.
+
+    Memory, seven numbers a point: the traction (3), the way slid against the master since the
+    point came in (3), carried along as the traction is, and k_t.
+
+    Raises
+    ------
+    InputError
+        A coefficient, decay or stiffness that is negative or not finite, static below dynamic; at
+        `respond`, a point with a normal force whose law has given no stiffness yet.
+
+    Examples
+    --------
+    A block of weight 10 on a spring of 100, pulled by 0.02 and then by 0.1 more: μ F = 4
+
+    >>> up, force = np.array([[0.0, 0.0, 1.0]]), np.array([10.0])
+    >>> law = Coulomb(0.4, stiffness=100.0)
+    >>> pulled = FrictionInput(up, up, force, 0.0 * force, 0.0 * force, 0.0 * up, 0.0 * up, 1.0,
+    ...                        np.zeros((1, 7)))
+    >>> sticks = law.respond(pulled._replace(path=np.array([[0.02, 0.0, 0.0]])))
+    >>> slips = law.respond(pulled._replace(path=np.array([[0.1, 0.0, 0.0]]), memory=sticks.memory))
+    >>> sticks.force[0, 0].tolist(), slips.force[0, 0].tolist(), slips.lost.round(12).tolist()
+    (-2.0, -4.0, [0.24])
+    """
+
+    static: float
+    dynamic: float | None = None
+    _: KW_ONLY
+    decay: float = 0.0
+    stiffness: float = 0.0
+    per_area: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("static", "dynamic", "decay", "stiffness"):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, not_negative(value, name))
+        if self.dynamic is not None and self.static < self.dynamic:
+            raise InputError(
+                "the static coefficient must not be below the dynamic one",
+                where="static",
+                found=self.static,
+                allowed=f"{self.dynamic:g} or above",
+            )
+
+    n_memory = 7
+
+    def coefficient(self, speed: FloatArray) -> FloatArray:
+        """μ at sliding speeds (n,) ≥ 0."""
+        least = self.static if self.dynamic is None else self.dynamic
+        return np.asarray(least + (self.static - least) * np.exp(-self.decay * speed))
+
+    def respond(self, inp: FrictionInput) -> FrictionOutput:
+        """Tractions kept within the cone, and where their work went."""
+        memory = _remembered(inp, self.n_memory)
+        before, kept = memory[:, :3], memory[:, 6]
+        stiffness = np.maximum(kept, self._given(inp))
+        self._check_stiffness(stiffness, inp.force)
+        carried = _carried(before, inp.normal_before, inp.normal)
+        path = tangential(inp.path, inp.normal)
+        speed = _length(tangential(inp.velocity, inp.normal))
+        trial = carried - stiffness[:, None] * path
+        traction = _cut(trial, self.coefficient(speed) * inp.force)
+        slid = path - _shared(carried - traction, stiffness)
+        stored = _energy(traction, stiffness)
+        lost = np.maximum(-0.5 * ((carried + traction) * slid).sum(axis=1), 0.0)
+        lost += np.maximum(_energy(before, kept) - _energy(before, stiffness), 0.0)
+        way = _carried(memory[:, 3:6], inp.normal_before, inp.normal) + path
+        left = np.column_stack([traction, way, stiffness])
+        return FrictionOutput(traction, stiffness, stored, lost, left)
+
+    def _given(self, inp: FrictionInput) -> FloatArray:
+        """(n,) k_t as this step has it."""
+        if self.stiffness == 0.0:
+            return np.maximum(inp.stiffness, 0.0)
+        return self.stiffness * (inp.area if self.per_area else np.ones(len(inp.area)))
+
+    def _check_stiffness(self, stiffness: FloatArray, force: FloatArray) -> None:
+        loose = np.count_nonzero((force > 0.0) & ~(stiffness > 0.0))
+        if loose:
+            raise InputError(
+                f"{loose} points have a normal force and no stiffness to stick by: the law of "
+                "normal force has none there, and friction was given none",
+                where="friction.stiffness",
+                found=self.stiffness,
+                allowed="above zero",
+                remedy="Give one, such as Coulomb(0.4, stiffness=100.0)",
+            )
+
+
+@dataclass(frozen=True)
+class ViscousFriction:
+    """Coulomb's law without its step at rest: t = −μ F tanh(|v|/v₀) v/|v|.
+
+    It never sticks: a load below μ F slides, slowly. For those who are used to it, and where only
+    fast sliding matters; `Coulomb` needs no such choice.
+
+    Parameters
+    ----------
+    coefficient : μ ≥ 0
+    speed : v₀ > 0; at this sliding speed the friction is 0.76 of its full size
+
+    Notes
+    -----
+    It remembers nothing and stores nothing. Lost is the work of the step, −t·d with the tangential
+    part d of the path.
+
+    Raises
+    ------
+    InputError
+        A coefficient that is negative or not finite, a speed that is not above zero.
+
+    Examples
+    --------
+    >>> along, up = np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    >>> ten, none = np.full(1, 10.0), np.zeros(1)
+    >>> sliding = FrictionInput(up, up, ten, none, none, 0.1 * along, along, 0.1, np.zeros((1, 0)))
+    >>> answer = ViscousFriction(0.3, speed=0.01).respond(sliding)
+    >>> answer.force[0, 0].tolist(), answer.lost.round(12).tolist()
+    (-3.0, [0.3])
+    """
+
+    coefficient: float
+    speed: float
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "coefficient", not_negative(self.coefficient, "coefficient"))
+        put(self, "speed", above_zero(self.speed, "speed"))
+
+    n_memory = 0
+
+    def respond(self, inp: FrictionInput) -> FrictionOutput:
+        """Forces against the sliding velocity."""
+        velocity = tangential(inp.velocity, inp.normal)
+        speed = _length(velocity)
+        size = self.coefficient * inp.force * np.tanh(speed / self.speed)
+        force = -size[:, None] * _shared(velocity, speed)
+        lost = np.maximum(-(force * tangential(inp.path, inp.normal)).sum(axis=1), 0.0)
+        none = np.zeros(len(size))
+        return FrictionOutput(force, none, none, lost, np.zeros((len(size), 0)))
+
+
+def tangential(vectors: FloatArray, normal: FloatArray) -> FloatArray:
+    """(n, 3) what of `vectors` lies in the planes across the unit `normal`."""
+    return vectors - (vectors * normal).sum(axis=1)[:, None] * normal
+
+
+def _remembered(inp: FrictionInput, columns: int) -> FloatArray:
+    wanted = (len(inp.force), columns)
+    if inp.memory.shape != wanted:
+        raise InputError(
+            "the memory is of another friction",
+            where="memory",
+            found=inp.memory.shape,
+            allowed=str(wanted),
+        )
+    return inp.memory
+
+
+def _carried(vectors: FloatArray, before: FloatArray, now: FloatArray) -> FloatArray:
+    """Tangential vectors turned with the smallest rotation that takes normal `before` to `now`.
+
+    For vectors across `before` that is the reflection in the plane across the sum of both normals,
+    which keeps lengths to rounding. Where the normals are opposite there is no smallest rotation:
+    the vectors lie in the new plane already.
+    """
+    both = before + now
+    square = (both * both).sum(axis=1)
+    part = np.zeros(len(square))
+    np.divide(2.0 * (both * vectors).sum(axis=1), square, out=part, where=square > 0.0)
+    # Rounding must not leave the plane step by step.
+    return tangential(vectors - part[:, None] * both, now)
+
+
+def _length(vectors: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt((vectors * vectors).sum(axis=1)))
+
+
+def _cut(vectors: FloatArray, limit: FloatArray) -> FloatArray:
+    """Vectors no longer than `limit`, in their own directions."""
+    length = _length(vectors)
+    factor = np.ones(len(length))
+    np.divide(limit, length, out=factor, where=length > limit)
+    return vectors * factor[:, None]
+
+
+def _shared(vectors: FloatArray, by: FloatArray) -> FloatArray:
+    """Vectors divided by a number each, zero where that is zero."""
+    out = np.zeros(vectors.shape)
+    np.divide(vectors, by[:, None], out=out, where=by[:, None] > 0.0)
+    return out
+
+
+def _energy(traction: FloatArray, stiffness: FloatArray) -> FloatArray:
+    """(n,) t²/(2 k), zero without a spring."""
+    out = np.zeros(len(stiffness))
+    square = 0.5 * (traction * traction).sum(axis=1)
+    np.divide(square, stiffness, out=out, where=stiffness > 0.0)
+    return out
