@@ -63,12 +63,14 @@ def check_friction(friction: object) -> None:
     """Refuse what is no friction."""
     if friction is None:
         return
-    if isinstance(friction, type) or not all(hasattr(friction, n) for n in ("respond", "n_memory")):
+    if isinstance(friction, type) or not all(
+        hasattr(friction, name) for name in ("respond", "n_memory", "slid")
+    ):
         raise InputError(
             "the friction must be one, such as Coulomb(0.3)",
             where="friction",
             found=friction,
-            allowed="Coulomb, ViscousFriction, or an object with respond and n_memory",
+            allowed="Coulomb, ViscousFriction, or an object with respond, n_memory and slid",
         )
 
 

@@ -30,9 +30,9 @@ from contiga.contact.respond import (
     balance,
     carrying,
     law_input,
+    moment,
     respond,
     scattered,
-    wrench,
 )
 from contiga.contact.state import State
 from contiga.contact.tracked import Detected, Last, Options
@@ -277,6 +277,12 @@ class Contact(Shown):
         np.divide(force, weight, out=pressure, where=weight > 0.0)
         return pressure
 
+    def slid(self, state: State) -> FloatArray:
+        """(m, 3) way each point in contact has slid since it came in, body axes."""
+        if self.friction is None:
+            return np.zeros((len(state.status), 3))
+        return self.friction.slid(state.grip)
+
     def _carrying_area(self, state: State) -> FloatArray:
         """(n,) fixed areas of the points in contact, at the nodes."""
         rows = np.flatnonzero(state.patch >= 0)
@@ -370,7 +376,9 @@ class Contact(Shown):
             area = sampling.weight[rows] if areas is None else areas.area
             inp = law_input(points, sampling, area, past, self.law.n_memory)
             answer = respond(self.law, self.friction, points, inp, past)
-            reference_B, force_B = self.master.reference_point, answer.force_B
+            force_W = turn_to_world(X_WB, answer.force_B)
+            force = sampling.nodal(rows, force_W)
+            turn = moment(points, force_W, p_B, self.master.reference_point, X_WB)
             energies = np.array(balance(points, answer, p_B, past))
             grip = answer.friction
         found_depth = np.where(found.feet.patch >= 0, np.maximum(-found.feet.gap, 0.0), 0.0)
@@ -387,17 +395,18 @@ class Contact(Shown):
             points_B=p_B,
             pose=X_WB,
             normal_force=scattered(n, rows, answer.normal.force),
-            force=sampling.nodal(rows, turn_to_world(X_WB, force_B)),
+            force=force,
             stiffness=scattered(n, rows, answer.normal.stiffness),
             damping=np.zeros(0) if damping is None else scattered(n, rows, damping),
             memory=scattered(n, rows, answer.normal.memory),
             grip=np.zeros((n, 0)) if grip is None else scattered(n, rows, grip.memory),
             traction_B=np.zeros((0, 3)) if grip is None else scattered(n, rows, grip.force),
+            tangential=np.zeros(0) if grip is None else scattered(n, rows, grip.stiffness),
             certified=found.feet.certified,
             safe_distance=found.safe_distance,
-            wrench=wrench(points, force_B, p_B, reference_B, X_WB),
+            wrench=0.0 - np.concatenate((force.sum(axis=0), turn)),
             energies=energies,
-            contact=self,
+            of=self,
         )
         if seen is not None and areas is not None:
             state.keep(seen, areas)

@@ -170,18 +170,14 @@ def scattered(
     return whole
 
 
-def wrench(
-    points: Carrying,
-    force_B: FloatArray,
-    p_B: FloatArray,
-    about_B: FloatArray,
-    pose: FloatArray,
+def moment(
+    points: Carrying, force_W: FloatArray, p_B: FloatArray, about_B: FloatArray, pose: FloatArray
 ) -> FloatArray:
-    """(6,) force and moment on the body about `about_B` (3,), world axes.
+    """(3,) moment of forces (k, 3) about `about_B` (3,), world axes.
 
     The forces act where the slave's points are: so those on slave and master balance, with their
     moments, whatever friction adds along the surface.
     """
-    moment = np.cross(p_B[points.rows] - about_B, force_B).sum(axis=0)
-    whole = np.stack([force_B.sum(axis=0), moment])
-    return 0.0 - turn_to_world(pose, whole).ravel()
+    arm = turn_to_world(pose, p_B[points.rows] - about_B)
+    total: FloatArray = np.cross(arm, force_W).sum(axis=0)
+    return total

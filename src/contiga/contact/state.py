@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import InitVar, dataclass, fields
 from functools import cached_property
-from typing import Any, Protocol, Self
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contiga.area.method import AreaInput, Areas
 from contiga.contact.energy import ContactEnergy
+from contiga.errors import InputError
 from contiga.num.ordered import product
 from contiga.num.rigid import to_world, turn_to_world
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
@@ -33,13 +34,16 @@ class Owner(Protocol):
     def pressure(self, state: State) -> FloatArray:
         """(n,) that of the law at each node, zero without contact."""
 
+    def slid(self, state: State) -> FloatArray:
+        """(m, 3) what each point has slid, body axes."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class State(Shown):
     """Where the n nodes of a slave stand after a step, in world axes where not said otherwise.
 
     A contact with quadrature points has m rows where (m,) is said: the nodes come first, and after
-    them the points of each facet. Without, m = n. The arrays take 156 bytes a point, and
+    them the points of each facet. Without, m = n. The arrays take 155 bytes a point, and
     eight for each number that the laws remember. What is not an array here is worked out when it
     is asked for: areas most of all.
 
@@ -88,6 +92,8 @@ class State(Shown):
     """(m, k) what friction remembers, body axes; k = 0 without."""
     traction_B: FloatArray
     """(m, 3) friction forces on the points, body axes; (0, 3) without friction."""
+    tangential: FloatArray
+    """(m,) stiffness of friction's springs; (0,) without friction."""
     certified: ByteArray
     """(m,) 1 where the foot of a point in contact is proved: continued without a jump, or the
     closest point."""
@@ -99,18 +105,34 @@ class State(Shown):
     forces on the slave's points, where they are."""
     energies: FloatArray
     """(5,) `energy` as an array."""
-    contact: Owner
+    of: InitVar[Owner | None] = None
     """The contact it is a state of."""
 
-    @classmethod
-    def restored(cls, contact: Owner, arrays: dict[str, NDArray[Any]]) -> Self:
-        """The state whose `arrays` these are."""
-        return cls(contact=contact, **arrays)
+    def __post_init__(self, of: Owner | None) -> None:
+        self.__dict__["_contact"] = of
+
+    @property
+    def contact(self) -> Owner:
+        """The contact it is a state of.
+
+        Raises
+        ------
+        InputError
+            The state was made by hand, of none.
+        """
+        owner: Owner | None = self.__dict__["_contact"]
+        if owner is None:
+            raise InputError(
+                "the state belongs to no contact, which would measure its areas",
+                where="state",
+                allowed="states that Contact.start and Contact.step answer",
+            )
+        return owner
 
     @property
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """All that the next step needs, by name."""
-        return {f.name: getattr(self, f.name) for f in fields(self) if f.name != "contact"}
+        """All that the next step needs, by name: `State(**arrays, of=contact)` is the state."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     def _facts(self) -> Facts:
         return [
@@ -170,13 +192,19 @@ class State(Shown):
         return turn_to_world(self.pose, self.traction_B)
 
     @cached_property
+    def slip(self) -> FloatArray:
+        """(m, 3) way each point in contact has slid over the body since it came in, carried along
+        with its foot; zero without friction that remembers it."""
+        return turn_to_world(self.pose, self.contact.slid(self))
+
+    @cached_property
     def area_input(self) -> AreaInput:
         """The nodes in contact, as area methods see them."""
         return self.contact.area_input(self)
 
     def keep(self, seen: AreaInput, areas: Areas) -> None:
         """Take what was measured as the state was made, not to measure it again."""
-        self.__dict__ |= {"area_input": seen, "areas": areas}
+        self.__dict__.update(area_input=seen, areas=areas)
 
     @cached_property
     def areas(self) -> Areas:

@@ -1,7 +1,8 @@
 """Friction: from normal force and sliding to the tangential force on each point in contact.
 
 All vectors are in the axes of the master, whose frame moves with it: a rigid motion of the whole
-scene makes no sliding. Forces are those on the slave; the master feels the opposite at the feet.
+scene makes no sliding. Forces are those on the slave; the master feels the opposite at the same
+places.
 
 `Coulomb` sticks and slips by a return mapping (Simo & Hughes, Computational Inelasticity, 1998,
 ch. 1; Wriggers, Computational Contact Mechanics, 2006, 5.2): a spring in the tangent plane is
@@ -68,6 +69,9 @@ class Friction(Protocol):
 
     def respond(self, inp: FrictionInput) -> FrictionOutput:
         """Tangential forces, energies and memory of the points in contact."""
+
+    def slid(self, memory: FloatArray) -> FloatArray:
+        """(n, 3) way slid since each point came in, from what is kept of it (n, m)."""
 
 
 @dataclass(frozen=True)
@@ -156,6 +160,10 @@ class Coulomb:
         least = self.static if self.dynamic is None else self.dynamic
         return np.asarray(least + (self.static - least) * np.exp(-self.decay * speed))
 
+    def slid(self, memory: FloatArray) -> FloatArray:
+        """(n, 3) way slid since each point came in."""
+        return memory[:, 3:6]
+
     def respond(self, inp: FrictionInput) -> FrictionOutput:
         """Tractions kept within the cone, and where their work went."""
         memory = _remembered(inp, self.n_memory)
@@ -235,6 +243,10 @@ class ViscousFriction:
         put(self, "speed", above_zero(self.speed, "speed"))
 
     n_memory = 0
+
+    def slid(self, memory: FloatArray) -> FloatArray:
+        """(n, 3) zeros: it does not remember."""
+        return np.zeros((len(memory), 3))
 
     def respond(self, inp: FrictionInput) -> FrictionOutput:
         """Forces against the sliding velocity."""

@@ -85,9 +85,9 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
             for name, group in file["slaves"].items()
         },
         contacts={
-            part.name: State.restored(
-                part.contact,
-                {key: np.asarray(array) for key, array in file["contacts"][part.name].items()},
+            part.name: State(
+                **{key: np.asarray(array) for key, array in file["contacts"][part.name].items()},
+                of=part.contact,
             )
             for part in contacts
         },

@@ -13,7 +13,7 @@ from contiga.simulation.model import Model
 from contiga.simulation.step import COUNTED
 from contiga.version import __version__
 
-NOTED = (ContactStatus.SLID_OFF, ContactStatus.HELD)
+NOTED = (ContactStatus.SLID_OFF, ContactStatus.HELD, ContactStatus.THROUGH)
 """Statuses that are in order, where they were meant to come."""
 WARNED = (
     ContactStatus.LOST,

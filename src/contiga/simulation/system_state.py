@@ -35,13 +35,13 @@ class Energy(NamedTuple):
 
     contact: float
     """Stored in the contacts: what their laws and sticking friction would give back."""
-    hysteresis: float
+    hysteresis: float = 0.0
     """Lost in laws that unload by another curve than they load."""
-    damping: float
+    damping: float = 0.0
     """Taken by the damping of laws."""
-    friction: float
+    friction: float = 0.0
     """Taken by sliding."""
-    error: float
+    error: float = 0.0
     """Work done on the contacts that is nowhere."""
 
 
