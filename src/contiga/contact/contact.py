@@ -17,6 +17,7 @@ from contiga.contact.checks import (
     check_master,
     check_methods,
     check_needs,
+    check_through,
     checked_answer,
     choice,
     kind,
@@ -40,6 +41,7 @@ from contiga.slaves.slave import Slave
 SEARCHES = ("intersection", "penetration")
 TYPES = ("slave", "master", "combined")
 EDGES = ("release", "hold")
+THROUGH = ("release", "hold")
 
 # Share of its size an open body reaches behind its faces when nothing else is said.
 OPEN_DEPTH = 0.1
@@ -74,6 +76,9 @@ class Contact(Shown):
         the normal. "combined": both, the penetration is
         split so that the stresses agree; needs stress laws of both
     on_edge : "release" points whose foot leaves the surface over a border, or "hold" them on it
+    through : "release" points that leave a body by another wall than they came in by, or "hold"
+        what went right through on the wall it came in by until it is back; needs search by
+        intersection
     master_law : stress law of the master, for type "combined"
     depth : deepest penetration that search by penetration takes for one, length; without limit
         for closed bodies and a tenth of the size for open ones if omitted
@@ -106,12 +111,15 @@ class Contact(Shown):
         search: str = "intersection",
         contact_type: str = "slave",
         on_edge: str = "release",
+        through: str = "release",
         master_law: StressLaw | None = None,
         depth: float | None = None,
     ) -> None:
         choice("search", search, SEARCHES)
         choice("contact_type", contact_type, TYPES)
         choice("on_edge", on_edge, EDGES)
+        choice("through", through, THROUGH)
+        check_through(through, search)
         kind("slave", slave, Slave)
         check_methods(law, area)
         check_master(master, area)
@@ -125,6 +133,7 @@ class Contact(Shown):
         self._prepared = prepared(self.area, rest)
         self.search = search
         self.on_edge = on_edge
+        self.through = through
         self.depth = None if depth is None else positive(depth, "depth", finite=False)
 
     def _facts(self) -> Facts:
@@ -150,7 +159,14 @@ class Contact(Shown):
             depth = np.inf if closed else OPEN_DEPTH * size
         band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())
         return Options(
-            self.search == "penetration", self.on_edge == "hold", depth, closed, size, band, bounds
+            self.search == "penetration",
+            self.on_edge == "hold",
+            self.through == "hold",
+            depth,
+            closed,
+            size,
+            band,
+            bounds,
         )
 
     def start(
