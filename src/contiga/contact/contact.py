@@ -158,16 +158,9 @@ class Contact(Shown):
         if depth is None:
             depth = np.inf if closed else OPEN_DEPTH * size
         band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())
-        return Options(
-            self.search == "penetration",
-            self.on_edge == "hold",
-            self.through == "hold",
-            depth,
-            closed,
-            size,
-            band,
-            bounds,
-        )
+        hold, through = self.on_edge == "hold", self.through == "hold"
+        inside = self.search == "penetration"
+        return Options(inside, hold, through, depth, closed, size, band, bounds)
 
     def start(
         self, points: ArrayLike, pose: ArrayLike | None = None, *, clock: StageClock = _untimed

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -141,9 +142,8 @@ def test_out_of_one_plate_and_right_through_the_next_in_one_step() -> None:
 def test_beside_the_wall_it_is_let_go(name: str, steps: int) -> None:
     """A point held below goes out beside the plate, and up past it."""
     corners = np.array([[0.7, 0.4, 0.1], [0.7, 0.4, -0.1], [1.2, 0.4, -0.1], [1.2, 0.4, 0.1]])
-    ways = [a + (b - a) * np.arange(1, steps + 1)[:, None] / steps for a, b in
-            zip(corners, corners[1:], strict=False)]  # fmt: skip
-    path = np.concatenate((corners[:1], *ways))
+    s = np.arange(1, steps + 1)[:, None] / steps
+    path = np.concatenate((corners[:1], *(a + (b - a) * s for a, b in pairwise(corners))))
     states = _walk(name, path)
     for state, (x, _, z) in zip(states, path, strict=True):
         if abs(x - 1.0) < 1e-9 or abs(z) < 1e-9:
