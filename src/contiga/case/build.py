@@ -224,6 +224,7 @@ def _contact(spec: ContactSpec, body: Master, slave: Slave, area: AreaMethod) ->
         search=spec.search,
         contact_type=spec.type,
         on_edge=spec.on_edge,
+        through=spec.through,
         master_law=master_law,
         depth=spec.depth,
     )

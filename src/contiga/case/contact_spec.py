@@ -268,6 +268,8 @@ class ContactSpec(Spec):
     type: Literal["slave", "master", "combined"] = "slave"
     search: Literal["intersection", "penetration"] = "intersection"
     on_edge: Literal["release", "hold"] = "release"
+    through: Literal["release", "hold"] = "release"
+    """Whether points that went right through are held on the wall they came in by."""
     depth: Positive | None = None
     """Deepest penetration that search by penetration takes for one; see `Contact`."""
     law: LawSpec
@@ -303,6 +305,13 @@ class ContactSpec(Spec):
                 where="depth",
                 found=self.depth,
                 remedy='Remove it, or set search = "penetration"',
+            )
+        if self.through == "hold" and self.search == "penetration":
+            raise CaseError(
+                "a search by penetration does not see where points come in",
+                where="through",
+                found=self.through,
+                remedy='Remove it, or set search = "intersection"',
             )
         if self.type == "master" and self.law.law.needs_thickness:
             raise CaseError(

@@ -119,6 +119,17 @@ def kind(name: str, value: object, *wanted: type) -> None:
         )
 
 
+def check_through(through: str, search: str) -> None:
+    """Refuse to hold what went through where paths are not followed."""
+    if through == "hold" and search == "penetration":
+        raise InputError(
+            "a search by penetration does not see where points come in, and cannot hold them there",
+            where="through",
+            found=through,
+            allowed='through="release", or search="intersection"',
+        )
+
+
 def law_of(law: Law, master_law: StressLaw | None, contact_type: str) -> Law:
     """The law of a contact: that of both sides for type "combined"."""
     if contact_type == "combined":

@@ -114,7 +114,7 @@ def _look_at_touching(
     ways = np.flatnonzero(tracked.keep & ~kept & (side < 0))
     kept[ways] = surface.clear_ways(step.before, step.now, rows[ways])
     doubtful = np.flatnonzero(~kept)
-    nearest = _ask_balls(surface, tracked, doubtful, (side, safe_distance), options)
+    nearest = ask_balls(surface, tracked, doubtful, (side, safe_distance), options)
     kept[doubtful] = nearest & tracked.keep[doubtful]
     found.safe_distance[rows] = np.fmax(
         found.safe_distance[rows], np.where(side < 0, safe_distance - options.band, 0.0)
@@ -157,7 +157,7 @@ def _look_at_free(
     remember(found, rows[unknown], tracked.feet)
     within[unknown] = distances(tracked, points)
     own = side[unknown], safe_distance[unknown]
-    _ask_balls(surface, tracked, np.arange(len(unknown)), own, options)
+    ask_balls(surface, tracked, np.arange(len(unknown)), own, options)
     side[unknown], safe_distance[unknown] = own
     held = _held(surface, step, rows, side, options)
     done = held | (side > 0)
@@ -192,7 +192,7 @@ def _held(
     return held
 
 
-def _ask_balls(
+def ask_balls(
     surface: Surface,
     tracked: Tracked,
     rows: IndexArray,

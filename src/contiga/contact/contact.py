@@ -18,6 +18,7 @@ from contiga.contact.checks import (
     check_methods,
     check_needs,
     check_sampling,
+    check_through,
     choice,
     kind,
     law_of,
@@ -52,6 +53,7 @@ SEARCHES = ("intersection", "penetration")
 TYPES = ("slave", "master", "combined")
 EDGES = ("release", "hold")
 WEIGHTS = ("rest", "area")
+THROUGH = ("release", "hold")
 
 # Share of its size an open body reaches behind its faces when nothing else is said.
 OPEN_DEPTH = 0.1
@@ -93,6 +95,9 @@ class Contact(Shown):
     quadrature : points of contact. "nodes": the slave's nodes. 1, 3, 6 or 12: so many points on
         each facet, for coarse meshes
     friction : `Coulomb` or `ViscousFriction`; none if omitted
+    through : "release" points that leave a body by another wall than they came in by, or "hold"
+        what went right through on the wall it came in by until it is back; needs search by
+        intersection
     master_law : stress law of the master, for type "combined"
     depth : deepest penetration that search by penetration takes for one, length; without limit
         for closed bodies and a tenth of the size for open ones if omitted
@@ -128,6 +133,7 @@ class Contact(Shown):
         weights: str = "rest",
         quadrature: str | int = "nodes",
         friction: Friction | None = None,
+        through: str = "release",
         master_law: StressLaw | None = None,
         depth: float | None = None,
     ) -> None:
@@ -136,6 +142,8 @@ class Contact(Shown):
         choice("on_edge", on_edge, EDGES)
         choice("weights", weights, WEIGHTS)
         choice("quadrature", quadrature, QUADRATURES)
+        choice("through", through, THROUGH)
+        check_through(through, search)
         kind("slave", slave, Slave)
         check_methods(law, area)
         check_friction(friction)
@@ -157,6 +165,7 @@ class Contact(Shown):
         self._sampling = _sampling(slave, quadrature, weights, weights_of(self.area, rest, kept))
         self.search = search
         self.on_edge = on_edge
+        self.through = through
         self.depth = None if depth is None else positive(depth, "depth", finite=False)
 
     def _facts(self) -> Facts:
@@ -184,9 +193,9 @@ class Contact(Shown):
         if depth is None:
             depth = np.inf if closed else OPEN_DEPTH * size
         band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())
-        return Options(
-            self.search == "penetration", self.on_edge == "hold", depth, closed, size, band, bounds
-        )
+        hold, through = self.on_edge == "hold", self.through == "hold"
+        inside = self.search == "penetration"
+        return Options(inside, hold, through, depth, closed, size, band, bounds)
 
     def start(
         self, points: ArrayLike, pose: ArrayLike | None = None, *, clock: StageClock = _untimed

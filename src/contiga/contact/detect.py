@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.contact import closed_body, open_body
+from contiga.contact import closed_body, open_body, through
 from contiga.contact.tracked import Detected, Last, Options, Step, blank, detect_inside, track
 from contiga.masters.protocol import Surface
 from contiga.records import ContactStatus, FloatArray
@@ -55,6 +55,9 @@ def detect(
     step = Step(before, now, way, last.safe_distance < 0.0, last.near, last.uv)
     found.near[free] = last.near[free]
     found.uv[free] = last.uv[free]
+    if options.through:
+        feet = last.patch, last.uv
+        rows, near = through.detect(surface, step, feet, (rows, near), found, options)
     if options.closed:
         closed_body.detect(surface, step, (last.patch, last.uv), (rows, near), found, options)
         return _with_feet(found)

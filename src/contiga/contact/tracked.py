@@ -29,6 +29,8 @@ class Options(NamedTuple):
     """Search by penetration: points count as in contact where they lie inside."""
     hold: bool
     """Keep points that slide over a border on its closest point."""
+    through: bool
+    """Hold points that went right through on the wall they came in by."""
     depth: float
     """Deepest penetration a search by penetration takes for one, length."""
     closed: bool

@@ -85,7 +85,8 @@ class _Digest(Digest):
 
     def contact(self, contact: Contact) -> None:
         """Options, law and area of a contact."""
-        self.text(repr((contact.search, contact.contact_type, contact.on_edge, contact.depth)))
+        options = contact.search, contact.contact_type, contact.on_edge, contact.through
+        self.text(repr((*options, contact.depth)))
         self.thing(contact.law)
         self.thing(contact.area)
 

@@ -302,6 +302,12 @@ TABLE = [
         "body[0].geometry.curve: must be a curve; found 5",
     ),
     # ---- options that do not go together
+    swap(
+        "held where no path is followed",
+        AREA,
+        AREA + '\nsearch = "penetration"\nthrough = "hold"',
+        "contact[0].through: a search by",
+    ),
     swap("a depth for nothing", AREA, AREA + "\ndepth = 1.0", "contact[0].depth: only a search by"),
     swap(
         "a report without a history",

@@ -275,6 +275,7 @@ OTHERS = {
     "law's number": _contact(law=cg.StressLaw(TABLE, damping=0.3)),
     "law's function": _contact(law=cg.StressLaw(lambda x: 10.0 * x, damping=0.2)),
     "depth": _contact(depth=0.4),
+    "through": _contact(through="hold"),
     "area": _contact(area=cg.NodalArea()),
     "area's option": _contact(area=cg.FacetArea(on="master")),
     "facets": _other_facets,

@@ -1,0 +1,192 @@
+"""Walls that do not let go of what went through them: `through="hold"`.
+
+A point that comes in is held by the wall it came in by: it stays in contact for as long as the
+foot followed on that wall has it behind it, whatever else its path has passed. So the first entry
+of a free point's path counts, not the last crossing, and on a closed body a point in contact may
+lie outside (THROUGH). The wall lets go of it where the followed foot has the point on the free
+side, runs over a border, or vanishes: from there on the point is free, and the rest of its path is
+a free point's. What no wall holds is left to the search that goes by sides (`closed_body`) or last
+crossings (`open_body`).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.contact.closed_body import ask_balls
+from contiga.contact.tracked import (
+    Detected,
+    Options,
+    Step,
+    Tracked,
+    blank,
+    closest,
+    continued,
+    distances,
+    take,
+    track,
+)
+from contiga.masters.protocol import Surface
+from contiga.records import (
+    ByteArray,
+    ContactStatus,
+    FloatArray,
+    IndexArray,
+    IntArray,
+    Projection,
+    rows_of,
+    stacked,
+)
+from contiga.statuses import Status
+
+# How many walls one after the other may let a path out again before it is left to other searches.
+WALLS = 8
+# How often a way is halved to find where a wall lets go: to 1e-9 of its length.
+HALVINGS = 30
+
+
+class Held(NamedTuple):
+    """Points that a wall holds at the end of the step, one row each."""
+
+    rows: IntArray
+    feet: Projection
+    status: ByteArray
+    """What becomes of them, unless they lie outside of a closed body."""
+
+
+def detect(
+    surface: Surface,
+    step: Step,
+    last: tuple[IntArray, FloatArray],
+    rows: tuple[IntArray, IntArray],
+    found: Detected,
+    options: Options,
+) -> tuple[IntArray, IntArray]:
+    """Fill `found` for the points that a wall holds; returns the others, as `rows` has them.
+
+    `last` is (patch, uv) of the feet of all points, `rows` (in contact, near).
+    """
+    touching, near = rows
+    foot = last[0][touching], last[1][touching]
+    way = step.before[touching], step.now[touching]
+    tracked = track(surface, way, foot, options)
+    kept = np.flatnonzero(tracked.keep)
+    old = Held(touching[kept], rows_of(tracked.feet, kept), continued(tracked)[kept])
+    settled = _settle(surface, step, old, found, options)
+    starts = step.before.copy()
+    left = _come_again(surface, step, touching, np.flatnonzero(tracked.solved & ~tracked.keep))
+    starts[touching[left]] = _let_go(surface, way, foot, left, options)
+    free = _with_a_path(surface, step, np.concatenate((touching[left], near)), options)
+    new = _come_in(surface, starts, step.now, free, options)
+    settled = np.concatenate((settled, _settle(surface, step, new, found, options)))
+    return np.setdiff1d(touching, settled), np.setdiff1d(near, settled)
+
+
+def _come_again(surface: Surface, step: Step, touching: IntArray, rows: IndexArray) -> IndexArray:
+    """Those of `rows` whose paths come in anywhere: the others need not be asked where they left."""
+    hits = surface.entries(step.before, step.now, touching[rows])
+    return rows[hits.patch >= 0]
+
+
+def _settle(
+    surface: Surface, step: Step, held: Held, found: Detected, options: Options
+) -> IntArray:
+    """Fill `found` for points that a wall holds; returns those it is filled for.
+
+    Not those that are on the surface of a closed body within rounding, and not inside.
+    """
+    rows, status = held.rows, held.status
+    settled = np.ones(len(rows), dtype=bool)
+    safe_distance = np.zeros(len(rows))
+    if options.closed:
+        side, reach = _sides(surface, step, held, found, options)
+        settled = (side <= 0) | (held.feet.gap < -options.band)
+        status = np.where(side > 0, np.int8(ContactStatus.THROUGH), status)
+        inner = np.fmax(found.safe_distance[rows], reach - options.band)
+        safe_distance = np.where(side < 0, inner, 0.0)
+    found.status[rows[settled]] = status[settled]
+    found.safe_distance[rows[settled]] = safe_distance[settled]
+    found.near[rows[settled]] = -1
+    take(found.feet, rows, held.feet, settled)
+    return rows[settled]
+
+
+def _sides(
+    surface: Surface, step: Step, held: Held, found: Detected, options: Options
+) -> tuple[ByteArray, FloatArray]:
+    """Sides of points on a closed body, and ways that lead to no surface, where they are known.
+
+    1 outside, −1 inside, 0 on the surface within rounding, or not to be told.
+    """
+    rows = held.rows
+    side, reach = surface.sides(step.now, rows)
+    inside = np.flatnonzero((side == 0) & (found.safe_distance[rows] > 0.0))
+    side[inside] = -1
+    sure = np.ones(len(rows), dtype=bool)
+    tracked = Tracked(held.feet, sure, ~sure, sure)
+    ask_balls(surface, tracked, np.flatnonzero(side == 0), (side, reach), options)
+    unknown = np.flatnonzero(side == 0)
+    within = distances(tracked, step.now[rows])[unknown]
+    truth = closest(surface, step.now, rows[unknown], within)
+    told = (truth.status == Status.OK) & (np.abs(truth.gap) > options.band)
+    side[unknown[told]] = np.sign(truth.gap[told])
+    reach[unknown[told]] = np.abs(truth.gap[told])
+    return side, reach
+
+
+def _with_a_path(surface: Surface, step: Step, rows: IntArray, options: Options) -> IntArray:
+    """Points that were finite before, less those whose ways are known to meet no surface."""
+    rows = rows[np.isfinite(step.way[rows])]
+    return rows[~surface.clear_ways(step.before, step.now, rows)] if options.closed else rows
+
+
+def _come_in(
+    surface: Surface, starts: FloatArray, now: FloatArray, rows: IntArray, options: Options
+) -> Held:
+    """Of the points `rows`, free at `starts`, those that are held by a wall they come in by.
+
+    `starts` is changed: to where the last wall that they came in by let go of them.
+    """
+    held = Held(rows[:0], blank(0), np.zeros(0, np.int8))
+    for _ in range(WALLS):
+        hits = surface.entries(starts, now, rows)
+        hit = np.flatnonzero((hits.patch >= 0) & (hits.status != Status.BUDGET))
+        rows, place = rows[hit], (hits.patch[hit], hits.uv[hit])
+        if len(rows) == 0:
+            break
+        way = hits.point[hit], now[rows]
+        tracked = track(surface, way, place, options)
+        kept = np.flatnonzero(tracked.keep)
+        status = np.where(tracked.at_border, ContactStatus.HELD, ContactStatus.NEW)
+        held = Held(
+            np.concatenate((held.rows, rows[kept])),
+            stacked(held.feet, rows_of(tracked.feet, kept)),
+            np.concatenate((held.status, status[kept].astype(np.int8))),
+        )
+        on = np.flatnonzero(tracked.solved & ~tracked.keep)
+        starts[rows[on]] = _let_go(surface, way, place, on, options)
+        rows = rows[on]
+    return held
+
+
+def _let_go(
+    surface: Surface,
+    way: tuple[FloatArray, FloatArray],
+    place: tuple[IntArray, FloatArray],
+    rows: IndexArray,
+    options: Options,
+) -> FloatArray:
+    """(len(rows), 3) where the wall first lets go of points that went `way` = (from, to).
+
+    Their feet were at `place` = (patch, uv) where they started, and are kept no more at the end.
+    """
+    a, b = way[0][rows], way[1][rows]
+    start = place[0][rows], place[1][rows]
+    low, high = np.zeros(len(rows)), np.ones(len(rows))
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        keep = track(surface, (None, a + middle[:, None] * (b - a)), start, options).keep
+        low, high = np.where(keep, middle, low), np.where(keep, high, middle)
+    return np.asarray(a + high[:, None] * (b - a))
