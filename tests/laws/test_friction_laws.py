@@ -53,6 +53,9 @@ def test_tractions_are_tangential_within_the_cone_and_never_make_energy(law, see
         largest = law.static if isinstance(law, Coulomb) else law.coefficient
         assert (size <= largest * inp.force * (1 + 1e-14)).all()
         assert (np.abs((answer.force * inp.normal).sum(axis=1)) <= 1e-14 * (1 + size)).all()
+        for column in range(0, law.n_memory - 1, 3):
+            way = answer.memory[:, column : column + 3]
+            assert (np.abs((way * inp.normal).sum(axis=1)) <= 1e-14 * (1 + size)).all()
         assert (answer.lost >= 0.0).all()
         assert (answer.stored >= 0.0).all()
 

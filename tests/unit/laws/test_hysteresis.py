@@ -115,6 +115,15 @@ def test_a_softening_curve_loses_what_the_force_gives_up() -> None:
     assert min(m.lost[0] for m in steps) >= -1e-15
 
 
+def test_an_unloading_that_its_extrapolation_takes_below_zero_counts_as_zero_there() -> None:
+    pad = Hysteresis(
+        Characteristic([[0, 0], [1, 1], [3, 1]]),
+        Characteristic([[0, 0], [1, 0.9], [1.2, 0.1]]),
+        5.0,
+    )
+    assert [m.force[0] for m in run(pad, [3.0, 2.5, 2.81])] == [1.0, 0.0, 1.0]
+
+
 def test_a_preload_starts_between_the_curves_at_zero() -> None:
     pad = Hysteresis(
         Characteristic([[0, 3.0], [1, 4.0]]), Characteristic([[0, 1.0], [1, 1.0]]), 10.0
