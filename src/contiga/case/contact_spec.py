@@ -15,6 +15,7 @@ from contiga.case.law_spec import FrictionSpec, LawSpec
 from contiga.case.spec import Name, Positive, Spec, by_kind
 from contiga.errors import CaseError
 from contiga.laws.combined import CombinedLaw
+from contiga.slaves.sampling import QUADRATURES
 
 
 class ConstantAreaSpec(Spec):
@@ -130,6 +131,14 @@ else:
     )
 
 
+def _as_quadrature(value: Any) -> Any:
+    if not isinstance(value, bool) and value in QUADRATURES:
+        return value
+    raise CaseError(
+        "unknown points of contact", found=value, allowed=", ".join(map(repr, QUADRATURES))
+    )
+
+
 class ContactSpec(Spec):
     """A `[[contact]]`: a body and a slave that may touch."""
 
@@ -150,8 +159,12 @@ class ContactSpec(Spec):
     friction: FrictionSpec | None = None
     """Without, points slide freely."""
     area: AreaSpec | None = None
-    """Facets cut where contact ends, where the slave has facets and was given no areas; else
-    tributary. Must be given for a cloud without areas."""
+    """How contact areas are measured: facets cut where contact ends, where the slave has facets and
+    was given no areas; else tributary. Must be given for a cloud without areas."""
+    weights: Literal["rest", "area"] = "rest"
+    """Whether fixed areas at rest weigh the force, or contact areas as they are measured."""
+    quadrature: Annotated[str | int, BeforeValidator(_as_quadrature)] = "nodes"
+    """Points of contact: the slave's nodes, or so many on each facet."""
 
     @property
     def title(self) -> str:
