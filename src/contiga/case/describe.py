@@ -59,6 +59,8 @@ def _contact(contact: ContactSpec) -> list[tuple[str, str]]:
     laws = [("  law", contact.law.describe())]
     if contact.master_law is not None:
         laws.append(("  master law", contact.master_law.describe()))
+    if contact.friction is not None:
+        laws.append(("  friction", contact.friction.describe()))
     area = _DEFAULT_AREA if contact.area is None else contact.area.describe()
     return [
         (f"contact {contact.title}", f"{contact.slave} against {contact.master}"),

@@ -157,7 +157,7 @@ class Hysteresis:
         # The loading curve has the last word where rounding puts the other above it.
         force = np.minimum(np.maximum(line, lower), upper)
         stiffness = np.full(x.shape, self.slope)
-        on_upper = line >= upper
+        on_upper = force >= upper
         for curve, on in ((self.loading, on_upper), (self.unloading, (line <= lower) & ~on_upper)):
             stiffness[on] = curve.carried_slope(x[on])
         stored = self.stored(x, force)
