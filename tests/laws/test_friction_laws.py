@@ -91,6 +91,19 @@ def test_points_in_another_order_have_the_same_bits(law, seed) -> None:
             np.testing.assert_array_equal(b, a[order])
 
 
+@pytest.mark.parametrize("law", LAWS)
+def test_rows_alone_have_the_same_bits_as_many_thousands_together(law) -> None:
+    inputs, few = scenes(7, n=9000, steps=2), slice(4090, 4100)
+    alone = [
+        FrictionInput._make(v[few] if isinstance(v, np.ndarray) else v for v in inp)
+        for inp in inputs
+    ]
+    for one, other in zip(follow(law, inputs), follow(law, alone), strict=True):
+        assert len(one.force) == 9000
+        for a, b in zip(one, other, strict=True):
+            np.testing.assert_array_equal(b, a[few])
+
+
 @settings(deadline=None)
 @given(seeds, st.sampled_from([0.01, 0.1, 1.0]))
 def test_on_a_plane_the_work_of_the_mean_traction_is_what_is_stored_and_lost(seed, size) -> None:

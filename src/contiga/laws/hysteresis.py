@@ -151,16 +151,21 @@ class Hysteresis:
         """
         if not self.exact and x.size:
             self._check_samples(float(max(x.max(), x_old.max())))
+        start = self._started(x_old, f_old)
         upper, lower = self.loading.carried(x), self.unloading.carried(x)
-        start = self._held(f_old, self.loading.carried(x_old), self.unloading.carried(x_old))
         line = start + self.slope * (x - x_old)
-        force = self._held(line, upper, lower)
+        # The loading curve has the last word where rounding puts the other above it.
+        force = np.minimum(np.maximum(line, lower), upper)
         stiffness = np.full(x.shape, self.slope)
-        np.copyto(stiffness, self.unloading.carried_slope(x), where=line <= lower)
-        np.copyto(stiffness, self.loading.carried_slope(x), where=line >= upper)
+        on_upper = force >= upper
+        for curve, on in ((self.loading, on_upper), (self.unloading, (line <= lower) & ~on_upper)):
+            stiffness[on] = curve.carried_slope(x[on])
         stored = self.stored(x, force)
-        lost = self._work_up(x_old, start, x) - (stored - self.stored(x_old, start))
-        return Moved(force, stiffness, stored, np.where(x > x_old, lost, 0.0))
+        lost = np.zeros(x.shape)
+        up = np.flatnonzero(on_upper & (x > x_old))
+        before, begin, end = x_old[up], start[up], x[up]
+        lost[up] = self._work_up(before, begin, end) - (stored[up] - self.stored(before, begin))
+        return Moved(force, stiffness, stored, lost)
 
     def stored(self, x: FloatArray, force: FloatArray) -> FloatArray:
         """(n,) what an unloading from (`x`, `force`) gives back."""
@@ -168,18 +173,19 @@ class Hysteresis:
         way = x - meet
         return way * (force - 0.5 * self.slope * way) + self.unloading.energy(meet)
 
+    def _started(self, x_old: FloatArray, f_old: FloatArray) -> FloatArray:
+        """F where the step starts: that of a point without a past is between the curves at 0."""
+        zero = np.zeros(1)
+        least, most = self.unloading.carried(zero), self.loading.carried(zero)
+        fresh = np.minimum(np.maximum(f_old, least), most)
+        return np.where(x_old > 0.0, f_old, fresh)
+
     def _work_up(self, x_old: FloatArray, start: FloatArray, x: FloatArray) -> FloatArray:
         """(n,) ∫F dx of a step up: along the line to where it meets L, then along L."""
-        end = np.maximum(x, x_old)
-        meet = self._meet(self.loading, (x_old, start), x_old, end)
+        meet = self._meet(self.loading, (x_old, start), x_old, x)
         way = meet - x_old
-        along = self.loading.energy(end) - self.loading.energy(meet)
+        along = self.loading.energy(x) - self.loading.energy(meet)
         return way * (start + 0.5 * self.slope * way) + along
-
-    @staticmethod
-    def _held(force: FloatArray, upper: FloatArray, lower: FloatArray) -> FloatArray:
-        # The loading curve has the last word where rounding puts the other above it.
-        return np.minimum(np.maximum(force, lower), upper)
 
     def _meet(
         self,
@@ -236,7 +242,7 @@ class Hysteresis:
                 allowed="zero or above",
                 remedy="A permanent set is a row of zero up to where the force begins",
             )
-        wrong = np.flatnonzero(below > above * (1.0 + _SAME))
+        wrong = np.flatnonzero(below > above + _SAME * above.max(initial=0.0))
         if wrong.size:
             at = wrong[0]
             raise InputError(

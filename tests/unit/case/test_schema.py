@@ -157,9 +157,12 @@ def test_a_combined_contact_takes_both_laws() -> None:
     ],
 )
 def test_every_friction_comes_with_its_options(text: str, friction: Friction) -> None:
-    contact = case_with(contact=f"{CONTACT}friction = {text}\n").contact[0]
-    assert contact.friction is not None
-    assert contact.friction.friction == friction
+    case = case_with(contact=f"{CONTACT}friction = {text}\n")
+    for read in (case, parse_case(resolved_toml(case))):
+        assert read.contact[0].friction is not None
+        assert read.contact[0].friction.friction == friction
+    kind = "coulomb: static" if isinstance(friction, Coulomb) else "viscous-regularised: coeff"
+    assert dict(describe(case))["  friction"].startswith(kind)
 
 
 def test_several_contacts_of_one_pair_need_names() -> None:

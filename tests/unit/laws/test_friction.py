@@ -182,6 +182,16 @@ def test_a_traction_carried_round_an_octant_turns_by_its_area() -> None:
     np.testing.assert_allclose(carry(round_trip, y), z, atol=1e-13)
 
 
+def test_a_traction_carried_far_stays_in_the_tangent_plane() -> None:
+    rng = np.random.default_rng(3)
+    normals = rng.normal(size=(3000, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    start = np.cross(normals[0], UP)
+    end = carry(normals, start)
+    assert abs(end @ normals[-1]) < 2e-16
+    assert np.linalg.norm(end) == pytest.approx(np.linalg.norm(start), rel=1e-12)
+
+
 def test_a_foot_that_jumps_to_the_opposite_side_keeps_its_traction() -> None:
     np.testing.assert_array_equal(carry(np.array([UP, -UP]), [1.0, 2.0, 0.0]), [1.0, 2.0, 0.0])
 

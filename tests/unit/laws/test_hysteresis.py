@@ -83,6 +83,13 @@ def test_the_stiffness_is_that_of_the_curve_or_the_line_the_force_is_on() -> Non
     assert [m.stiffness[0] for m in steps] == [1.0, 1.0, K, 1.0, 0.0, K, 1.0]
 
 
+def test_where_the_curves_touch_the_stiffness_is_that_of_more_load() -> None:
+    pad = Hysteresis(
+        Characteristic([[0, 0], [1, 1], [2, 3]]), Characteristic([[0, 0], [1, 1], [2, 2]]), 5.0
+    )
+    assert [m.stiffness[0] for m in run(pad, [1.0, 1.5, 1.0])] == [2.0, 2.0, 2.0]
+
+
 @pytest.mark.parametrize("steps", [1, 7, 1000])
 def test_a_cycle_loses_the_area_between_the_curves_whatever_the_steps(steps: int) -> None:
     up, down = np.linspace(0.0, 1.0, steps + 1), np.linspace(1.0, 0.0, steps + 1)
