@@ -24,7 +24,8 @@ from contiga.contact.checks import (
     law_of,
     locked,
 )
-from contiga.contact.detect import detect, detect_at_start
+from contiga.contact.curved import detect_on_curves
+from contiga.contact.detect import detect_at_start
 from contiga.contact.state import State
 from contiga.contact.state_outlines import outlines_of_state
 from contiga.contact.tracked import Detected, Last, Options
@@ -220,7 +221,10 @@ class Contact(Shown):
         with clock("search"):
             p_B = to_body(X_WB, p_W)
             last = Last(state.points_B, state.patch, state.uv, state.near, state.safe_distance)
-            found = detect(self._surface, p_B, last, self.slave.active, self._options)
+            poses = state.pose, X_WB
+            found = detect_on_curves(
+                self._surface, p_B, last, self.slave.active, self._options, poses
+            )
             rate = _rates(state, found, p_B, dt)
         return self._respond(found, (p_W, p_B, X_WB), (rate, state.memory), dt, clock)
 
@@ -356,6 +360,7 @@ class Contact(Shown):
             memory=_scattered(n, rows, answer.memory),
             clusters=_scattered(n, rows, areas.clusters, np.full(n, -1, np.int32)),
             points_B=p_B,
+            pose=X_WB,
             certified=found.feet.certified,
             safe_distance=found.safe_distance,
             wrench=wrench,

@@ -59,6 +59,8 @@ class State(Shown):
     """(n,) connected region of contact, −1 without contact."""
     points_B: FloatArray
     """(n, 3) the slave points in the body's axes."""
+    pose: FloatArray
+    """(4, 4) X_WB of the master."""
     certified: ByteArray
     """(n,) 1 where the foot of a point in contact is proved: continued without a jump, or the
     closest point."""

@@ -17,7 +17,6 @@ import numpy as np
 
 from contiga.contact.closed_body import ask_balls
 from contiga.contact.tracked import (
-    BoolArray,
     Detected,
     Options,
     Step,
@@ -86,7 +85,7 @@ def detect(
 
 
 def _come_again(surface: Surface, step: Step, touching: IntArray, rows: IndexArray) -> IndexArray:
-    """Those of `rows` whose paths come in anywhere: the others need not be asked where they left."""
+    """Those of `rows` whose paths come in anywhere: of others nothing hangs on where they left."""
     hits = surface.entries(step.before, step.now, touching[rows])
     return rows[hits.patch >= 0]
 
