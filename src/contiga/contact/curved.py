@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.detect import detect
-from contiga.contact.tracked import BoolArray, Detected, Last, Options, blank, take
+from contiga.contact.tracked import BoolArray, Detected, Last, Options, take
 from contiga.masters.protocol import Surface
 from contiga.num.ordered import length
 from contiga.num.pose import relative
@@ -52,11 +52,11 @@ def detect_on_curves(
     if len(rows) == 0:
         return detect(surface, now, last, active, options)
     pieces = np.minimum(np.exp2(np.ceil(0.5 * np.log2(bulge / (BULGE * options.size)))), MOST)
-    whole = _nothing(len(now))
+    # The others in one step, as if there were no more.
     straight = np.ones(len(now), dtype=bool)
     straight[rows] = False
-    rest = np.flatnonzero(straight)
-    _put(whole, rest, detect(surface, now[rest], _rows_of(last, rest), active[rest], options))
+    rest = last._replace(patch=np.where(straight, last.patch, np.int32(-1)))
+    whole = detect(surface, now, rest, active & straight, options)
     for count in np.unique(pieces):
         own = rows[pieces == count]
         ends = last.points_B[own], to_world(relative(*poses), now[own])
@@ -97,18 +97,20 @@ def _bulging(
     of the step in that at its start.
     """
     last, now = ways
+    allowed = BULGE * options.size
     with np.errstate(invalid="ignore", over="ignore"):
-        way = np.sqrt(np.square(now - last.points_B).sum(axis=1))
-    touching = last.patch >= 0
-    finite = np.isfinite(way) & (active | touching)
-    reach = np.maximum(_reach(last.points_B, finite), _reach(now, finite))
-    most = _most(screw, X_01, reach, float(way[finite].max(initial=0.0)))
-    if most <= BULGE * options.size:
+        moved = now - last.points_B
+        way = np.einsum("ij,ij->i", moved, moved)
+    np.sqrt(way, out=way)
+    finite = np.isfinite(way)
+    most = _most(screw, X_01, (last.points_B, now), way, finite)
+    if most <= allowed:
         return np.zeros(0, np.int64), np.zeros(0)
+    touching = last.patch >= 0
     room = np.where(touching, 0.0, np.abs(last.safe_distance))
-    rows = np.flatnonzero(finite & (room <= way + most))
+    rows = np.flatnonzero(finite & (active | touching) & (room <= way + most))
     bulge = bulge_of(screw, last.points_B[rows], to_world(X_01, now[rows]))
-    own = (bulge > BULGE * options.size) & (room[rows] <= way[rows] + bulge)
+    own = (bulge > allowed) & (room[rows] <= way[rows] + bulge)
     return rows[own], bulge[own]
 
 
@@ -123,16 +125,21 @@ def bulge_of(screw: Screw, start: FloatArray, end: FloatArray) -> FloatArray:
     return np.asarray(0.125 * (np.maximum(own[0], own[1]) + 2.0 * own[2]))
 
 
-def _most(screw: Screw, X_01: FloatArray, reach: float, way: float) -> float:
-    """A bound of `bulge_of` for points within `reach` of the origin that go no more than `way`."""
+def _most(
+    screw: Screw,
+    X_01: FloatArray,
+    ends: tuple[FloatArray, FloatArray],
+    ways: FloatArray,
+    finite: BoolArray,
+) -> float:
+    """A bound of `bulge_of` for all finite points from their `ends`, body axes, and `ways`."""
+    if not finite.all():
+        ends, ways = (ends[0][finite], ends[1][finite]), ways[finite]
+    far = max(max(float(p.max(initial=0.0)), -float(p.min(initial=0.0))) for p in ends)
+    reach, way = np.sqrt(3.0) * far, float(ways.max(initial=0.0))
     angle, moved = length(screw.turn), length(X_01[:3, 3])
     field = angle * (reach + moved) + length(screw.velocity)
     return (0.125 + ROUNDING) * angle * (field + 2.0 * (way + angle * reach + moved))
-
-
-def _reach(points: FloatArray, rows: BoolArray) -> float:
-    """A bound of the distances of some points from the origin."""
-    return length(np.abs(points[rows]).max(axis=0, initial=0.0))
 
 
 def _follow(surface: Surface, path: Path, last: Last, options: Options, pieces: int) -> Detected:
@@ -202,12 +209,6 @@ class Story(NamedTuple):
         free = np.where(self.began, self.left, ContactStatus.FREE)
         free = np.where(self.lost, ContactStatus.LOST, free)
         return np.where(self.touching, plain, free).astype(np.int8)
-
-
-def _nothing(n: int) -> Detected:
-    """Room for what is found of n points."""
-    nowhere = np.full(n, -1, np.int32)
-    return Detected(np.zeros(n, np.int8), blank(n), np.zeros(n), nowhere, np.zeros((n, 2)))
 
 
 def _put(whole: Detected, rows: IndexArray, part: Detected) -> None:

@@ -185,7 +185,7 @@ def _let_go(
     a, b = way[0][rows], way[1][rows]
     start = place[0][rows], place[1][rows]
     low, high = np.zeros(len(rows)), np.ones(len(rows))
-    for _ in range(HALVINGS):
+    for _ in range(HALVINGS if len(rows) else 0):
         middle = 0.5 * (low + high)
         keep = track(surface, (None, a + middle[:, None] * (b - a)), start, options).keep
         low, high = np.where(keep, middle, low), np.where(keep, high, middle)
