@@ -7,6 +7,7 @@ import numpy as np
 from contiga.area.hull import HullArea
 from contiga.area.method import AreaMethod
 from contiga.area.nodal import NodalArea
+from contiga.contact.state import State
 from contiga.errors import InputError
 from contiga.laws.combined import CombinedLaw
 from contiga.laws.normal import Law, StressLaw
@@ -169,6 +170,35 @@ def check_needs(law: Law, slave: Slave) -> None:
             )
 
 
+def check_state(state: State, n_points: int, memories: tuple[int, int], master: Master) -> None:
+    """Refuse a state of another contact: of `n_points`, with `memories` of law and friction."""
+    kind("state", state, State)
+    if len(state.status) != n_points:
+        raise InputError(
+            "the state is of another slave or quadrature",
+            where="state",
+            found=len(state.status),
+            allowed=f"{n_points} points",
+        )
+    for name, whose, wanted in zip(("memory", "grip"), ("law", "friction"), memories, strict=True):
+        found = getattr(state, name).shape
+        if found[1] != wanted:
+            raise InputError(
+                f"the state is of another {whose}",
+                where=f"state.{name}",
+                found=found,
+                allowed=f"({n_points}, {wanted})",
+            )
+    patch = int(state.patch.max(initial=-1))
+    if patch >= master.n_pieces:
+        raise InputError(
+            "the state is of another master",
+            where="state.patch",
+            found=patch,
+            allowed=f"-1 … {master.n_pieces - 1}",
+        )
+
+
 def locked(values: FloatArray) -> FloatArray:
     """A view of what a law may read and not change."""
     view = values.view()
@@ -193,9 +223,11 @@ def checked_answer(law: Law, inp: LawInput) -> LawOutput:
             allowed="LawOutput(force, stiffness, stored, memory)",
         )
     shapes = {"force": (n,), "stiffness": (n,), "stored": (n,), "memory": (n, law.n_memory)}
-    return LawOutput(
-        *(_numbers(name, getattr(answer, name), shape) for name, shape in shapes.items())
-    )
+    numbers = {name: _numbers(name, getattr(answer, name), shape) for name, shape in shapes.items()}
+    for name in ("hysteresis", "damping"):
+        if getattr(answer, name) is not None:
+            numbers[name] = _numbers(name, getattr(answer, name), (n,))
+    return LawOutput(**numbers)
 
 
 def _numbers(name: str, answer: object, shape: tuple[int, ...]) -> FloatArray:

@@ -9,23 +9,24 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.area.facet import FacetArea
 from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared, weights_of
-from contiga.area.nodal import NodalArea
 from contiga.contact.checks import (
     check_friction,
     check_master,
     check_methods,
     check_needs,
     check_sampling,
+    check_state,
     check_through,
     choice,
     kind,
     law_of,
 )
-from contiga.contact.detect import detect, detect_at_start
+from contiga.contact.curved import detect_on_curves
+from contiga.contact.detect import detect_at_start
 from contiga.contact.measured import Measure
 from contiga.contact.motion import Velocities, relative_velocity
+from contiga.contact.points import default_area, sampling_of
 from contiga.contact.respond import (
     Past,
     balance,
@@ -46,7 +47,7 @@ from contiga.num.pose import as_pose, identity
 from contiga.num.rigid import to_body, turn_to_world
 from contiga.records import FloatArray, rows_of
 from contiga.shown import Facts, Shown
-from contiga.slaves.sampling import QUADRATURES, RULES, Sampling
+from contiga.slaves.sampling import QUADRATURES
 from contiga.slaves.slave import Slave
 
 SEARCHES = ("intersection", "penetration")
@@ -153,7 +154,7 @@ class Contact(Shown):
         self.contact_type = contact_type
         self.law = law_of(law, master_law, contact_type)
         self.friction = friction
-        self.area: AreaMethod = _default_area(slave) if area is None else area
+        self.area: AreaMethod = default_area(slave) if area is None else area
         check_needs(self.law, slave)
         self.weights = weights
         self.quadrature = quadrature
@@ -162,7 +163,7 @@ class Contact(Shown):
         kept = prepared(self.area, rest)
         side = "master" if contact_type == "master" else "slave"
         self._measure = Measure(master, self.area, side, slave.area, kept)
-        self._sampling = _sampling(slave, quadrature, weights, weights_of(self.area, rest, kept))
+        self._sampling = sampling_of(slave, quadrature, weights, weights_of(self.area, rest, kept))
         self.search = search
         self.on_edge = on_edge
         self.through = through
@@ -261,8 +262,9 @@ class Contact(Shown):
         with clock("search"):
             p_B = to_body(X_WB, p_W)
             last = Last(state.points_B, state.patch, state.uv, state.near, state.safe_distance)
-            found = detect(self._surface, p_B, last, self._sampling.active, self._options)
-        v_B = relative_velocity(self._sampling, p_W, (state.pose, X_WB), velocity, twist)
+            poses, active = (state.pose, X_WB), self._sampling.active
+            found = detect_on_curves(self._surface, p_B, last, active, self._options, poses)
+        v_B = relative_velocity(self._sampling, p_W, poses, velocity, twist)
         return self._respond(found, p_B, X_WB, Past(state, dt, v_B), clock)
 
     def area_input(self, state: State) -> AreaInput:
@@ -334,34 +336,9 @@ class Contact(Shown):
         return self._sampling.points(p_W), identity() if pose is None else as_pose(pose)
 
     def _check_state(self, state: State) -> None:
-        kind("state", state, State)
-        if len(state.status) != self._sampling.n_points:
-            raise InputError(
-                "the state is of another slave or quadrature",
-                where="state",
-                found=len(state.status),
-                allowed=f"{self._sampling.n_points} points",
-            )
-        for name, wanted in (("memory", self.law.n_memory), ("grip", self._n_grip)):
-            if getattr(state, name).shape[1] != wanted:
-                raise InputError(
-                    f"the state is of another {'law' if name == 'memory' else 'friction'}",
-                    where=f"state.{name}",
-                    found=getattr(state, name).shape,
-                    allowed=f"({self._sampling.n_points}, {wanted})",
-                )
-        pieces = self.master.n_pieces
-        if int(state.patch.max(initial=-1)) >= pieces:
-            raise InputError(
-                "the state is of another master",
-                where="state.patch",
-                found=int(state.patch.max()),
-                allowed=f"-1 … {pieces - 1}",
-            )
-
-    @property
-    def _n_grip(self) -> int:
-        return 0 if self.friction is None else self.friction.n_memory
+        grip = 0 if self.friction is None else self.friction.n_memory
+        memories = self.law.n_memory, grip
+        check_state(state, self._sampling.n_points, memories, self.master)
 
     def _respond(
         self,
@@ -391,7 +368,8 @@ class Contact(Shown):
             energies = np.array(balance(points, answer, p_B, past))
             grip = answer.friction
         found_depth = np.where(found.feet.patch >= 0, np.maximum(-found.feet.gap, 0.0), 0.0)
-        damping = answer.normal.damping
+        damped = answer.normal.damping
+        damped = np.zeros(0) if damped is None or not damped.any() else scattered(n, rows, damped)
         state = State(
             status=found.status,
             feature=found.feet.feature,
@@ -406,7 +384,7 @@ class Contact(Shown):
             normal_force=scattered(n, rows, answer.normal.force),
             force=force,
             stiffness=scattered(n, rows, answer.normal.stiffness),
-            damping=np.zeros(0) if damping is None else scattered(n, rows, damping),
+            damping=damped,
             memory=scattered(n, rows, answer.normal.memory),
             grip=np.zeros((n, 0)) if grip is None else scattered(n, rows, grip.memory),
             traction_B=np.zeros((0, 3)) if grip is None else scattered(n, rows, grip.force),
@@ -420,26 +398,3 @@ class Contact(Shown):
         if seen is not None and areas is not None:
             state.keep(seen, areas)
         return state
-
-
-def _default_area(slave: Slave) -> AreaMethod:
-    has_facets = slave.facets is not None and len(slave.facets) > 0
-    return FacetArea() if has_facets else NodalArea()
-
-
-def _sampling(
-    slave: Slave, quadrature: str | int, weights: str, fixed: FloatArray | None
-) -> Sampling:
-    """The points of contact and their fixed areas."""
-    if quadrature != "nodes":
-        return Sampling(slave, None, RULES[int(quadrature)])
-    if weights == "rest" and fixed is None:
-        raise InputError(
-            "nothing tells the areas of the slave's points at rest",
-            where="weights",
-            found="a cloud without areas",
-            allowed="a slave with facets or areas, NodalArea(value), CloudArea() of a sheet",
-            remedy='Give them, or take weights="area": measured areas weigh the force, which then '
-            "makes and loses energy",
-        )
-    return Sampling(slave, fixed if weights == "rest" else None)

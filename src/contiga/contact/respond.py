@@ -113,13 +113,21 @@ def _friction_input(
         normal=n,
         normal_before=before,
         force=answer.force,
-        stiffness=answer.stiffness,
+        stiffness=_stiffness(points, answer),
         area=inp.area,
         path=points.path * _part_inside(points)[:, None],
         velocity=velocity,
         dt=inp.dt,
         memory=memory,
     )
+
+
+def _stiffness(points: Carrying, answer: LawOutput) -> FloatArray:
+    """(k,) of the normal force over the penetration; on a plateau of its curve the secant."""
+    elastic = answer.force if answer.damping is None else answer.force - answer.damping
+    secant = np.zeros(len(elastic))
+    np.divide(elastic, points.depth, out=secant, where=points.depth > 0.0)
+    return np.where(answer.stiffness > 0.0, answer.stiffness, np.maximum(secant, 0.0))
 
 
 def _part_inside(points: Carrying) -> FloatArray:

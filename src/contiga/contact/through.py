@@ -85,7 +85,7 @@ def detect(
 
 
 def _come_again(surface: Surface, step: Step, touching: IntArray, rows: IndexArray) -> IndexArray:
-    """Those of `rows` whose paths come in anywhere: the others need not be asked where they left."""
+    """Those of `rows` whose paths come in anywhere: of others nothing hangs on where they left."""
     hits = surface.entries(step.before, step.now, touching[rows])
     return rows[hits.patch >= 0]
 
@@ -185,7 +185,7 @@ def _let_go(
     a, b = way[0][rows], way[1][rows]
     start = place[0][rows], place[1][rows]
     low, high = np.zeros(len(rows)), np.ones(len(rows))
-    for _ in range(HALVINGS):
+    for _ in range(HALVINGS if len(rows) else 0):
         middle = 0.5 * (low + high)
         keep = track(surface, (None, a + middle[:, None] * (b - a)), start, options).keep
         low, high = np.where(keep, middle, low), np.where(keep, high, middle)

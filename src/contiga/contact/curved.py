@@ -1,0 +1,228 @@
+"""The search of a step in which the body turns: in its frame paths are curves, not their chords.
+
+Over a step the body goes evenly from one pose to the other, on a screw (exact where it turns about
+a fixed axis), and slave points go straight in world axes. Seen from the body a point then goes
+along p(s) = exp(−s ξ)(q₀ + s (q₁ − q₀)), whose second derivative is bounded, and a curve is never
+farther from its chord than an eighth of that (its bulge). Where the bulge is more than the share
+`BULGE` of the body's size the step is made in 2, 4, 8… pieces, in each of which it is less, and the
+state after the step is that after the last piece. Each point has pieces of its own: what becomes
+of it does not depend on others. Points that cannot come to the surface are left alone, and so are
+steps without turning.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.contact.detect import detect
+from contiga.contact.tracked import BoolArray, Detected, Last, Options, take
+from contiga.masters.protocol import Surface
+from contiga.num.ordered import length
+from contiga.num.pose import relative
+from contiga.num.rigid import to_body, to_world
+from contiga.num.screw import Screw, screw_between
+from contiga.records import ByteArray, ContactStatus, FloatArray, IndexArray
+
+# Share of the body's size by which a path may be off its chord. A point that comes in no deeper
+# than that and leaves again within the step may be missed; what is in contact at its end is not.
+BULGE = 1e-5
+# Pieces a step is made in at most. Half a turn about an axis in the body takes 256.
+MOST = 1024
+# What rounding may take from a bound, relative.
+ROUNDING = 1e-9
+FOUND_AGAIN = (ContactStatus.FOUND, ContactStatus.REACQUIRED)
+LEFT = (ContactStatus.RELEASED, ContactStatus.SLID_OFF)
+
+
+def detect_on_curves(
+    surface: Surface,
+    now: FloatArray,
+    last: Last,
+    active: BoolArray,
+    options: Options,
+    poses: tuple[FloatArray, FloatArray],
+) -> Detected:
+    """One step of a body that goes from one to the other of its `poses` (4, 4); see `detect`."""
+    if np.array_equal(poses[0][:3, :3], poses[1][:3, :3]):
+        return detect(surface, now, last, active, options)
+    screw = screw_between(*poses)
+    rows, bulge = _bulging(screw, relative(*poses), (last, now), active, options)
+    if len(rows) == 0:
+        return detect(surface, now, last, active, options)
+    pieces = np.minimum(np.exp2(np.ceil(0.5 * np.log2(bulge / (BULGE * options.size)))), MOST)
+    # The others in one step, as if there were no more.
+    straight = np.ones(len(now), dtype=bool)
+    straight[rows] = False
+    rest = last._replace(patch=np.where(straight, last.patch, np.int32(-1)))
+    whole = detect(surface, now, rest, active & straight, options)
+    for count in np.unique(pieces):
+        own = rows[pieces == count]
+        ends = last.points_B[own], to_world(relative(*poses), now[own])
+        path = Path(screw, *ends, now[own])
+        _put(whole, own, _follow(surface, path, _rows_of(last, own), options, int(count)))
+    return whole
+
+
+class Path(NamedTuple):
+    """The way of n points over a step, as the body sees it."""
+
+    screw: Screw
+    """Of the body."""
+    start: FloatArray
+    """(n, 3) at the start of the step."""
+    end: FloatArray
+    """(n, 3) at its end, in the axes that the body had at its start."""
+    now: FloatArray
+    """(n, 3) the same in those that it has at the end."""
+
+    def at(self, s: float) -> FloatArray:
+        """(n, 3) after the part `s` of the step, body axes."""
+        if s == 1.0:
+            return self.now
+        return to_body(self.screw.pose(s), self.start + s * (self.end - self.start))
+
+
+def _bulging(
+    screw: Screw,
+    X_01: FloatArray,
+    ways: tuple[Last, FloatArray],
+    active: BoolArray,
+    options: Options,
+) -> tuple[IndexArray, FloatArray]:
+    """Points that may come to the surface on paths that are more than allowed off their chords.
+
+    Returns their rows, and how far the paths may be off. X_01 is the pose of the body at the end
+    of the step in that at its start.
+    """
+    last, now = ways
+    allowed = BULGE * options.size
+    with np.errstate(invalid="ignore", over="ignore"):
+        moved = now - last.points_B
+        way = np.einsum("ij,ij->i", moved, moved)
+    np.sqrt(way, out=way)
+    finite = np.isfinite(way)
+    most = _most(screw, X_01, (last.points_B, now), way, finite)
+    if most <= allowed:
+        return np.zeros(0, np.int64), np.zeros(0)
+    touching = last.patch >= 0
+    room = np.where(touching, 0.0, np.abs(last.safe_distance))
+    rows = np.flatnonzero(finite & (active | touching) & (room <= way + most))
+    bulge = bulge_of(screw, last.points_B[rows], to_world(X_01, now[rows]))
+    own = (bulge > allowed) & (room[rows] <= way[rows] + bulge)
+    return rows[own], bulge[own]
+
+
+def bulge_of(screw: Screw, start: FloatArray, end: FloatArray) -> FloatArray:
+    """(n,) how far paths are off their chords at most; `start` and `end` are those of a `Path`.
+
+    p″ = exp(−s ξ)(ω × ξ(q) − 2 ω × (q₁ − q₀)), and ω × ξ(q) is longest at an end.
+    """
+    turning = [np.cross(screw.turn, screw.field(q)) for q in (start, end)]
+    along = np.cross(screw.turn, end - start)
+    own = [np.sqrt(np.square(vectors).sum(axis=1)) for vectors in (*turning, along)]
+    return np.asarray(0.125 * (np.maximum(own[0], own[1]) + 2.0 * own[2]))
+
+
+def _most(
+    screw: Screw,
+    X_01: FloatArray,
+    ends: tuple[FloatArray, FloatArray],
+    ways: FloatArray,
+    finite: BoolArray,
+) -> float:
+    """A bound of `bulge_of` for all finite points from their `ends`, body axes, and `ways`."""
+    if not finite.all():
+        ends, ways = (ends[0][finite], ends[1][finite]), ways[finite]
+    far = max(max(float(p.max(initial=0.0)), -float(p.min(initial=0.0))) for p in ends)
+    reach, way = np.sqrt(3.0) * far, float(ways.max(initial=0.0))
+    angle, moved = length(screw.turn), length(X_01[:3, 3])
+    field = angle * (reach + moved) + length(screw.velocity)
+    return (0.125 + ROUNDING) * angle * (field + 2.0 * (way + angle * reach + moved))
+
+
+def _follow(surface: Surface, path: Path, last: Last, options: Options, pieces: int) -> Detected:
+    """What becomes of points along `path`, in so many pieces."""
+    n = len(path.now)
+    active = np.ones(n, dtype=bool)
+    story = Story.begin(last.patch >= 0)
+    for k in range(1, pieces + 1):
+        now = path.at(k / pieces)
+        found = detect(surface, now, last, active, options)
+        story = story.after(found)
+        last = Last(now, found.feet.patch, found.uv, found.near, found.safe_distance)
+    feet = found.feet._replace(certified=story.certified)
+    return found._replace(feet=feet, status=story.status(found.status))
+
+
+class Story(NamedTuple):
+    """What became of n points in the pieces of a step so far."""
+
+    began: BoolArray
+    """In contact at the start of the step."""
+    touching: BoolArray
+    """In contact now."""
+    since: BoolArray
+    """In contact from the start of the step until now, on one wall."""
+    again: ByteArray
+    """FOUND or REACQUIRED where that happened since contact began, else 0."""
+    left: ByteArray
+    """RELEASED or SLID_OFF, as the last contact that ended in the step did; FREE for none."""
+    lost: BoolArray
+    """LOST in one of the pieces."""
+    certified: ByteArray
+    """1 where the foot is proved in each piece since it was last taken anew."""
+
+    @classmethod
+    def begin(cls, touching: BoolArray) -> Story:
+        """Before the first piece."""
+        none = np.zeros(len(touching), np.int8)
+        return cls(touching, touching, touching, none, none, none > 0, none + np.int8(1))
+
+    def after(self, found: Detected) -> Story:
+        """With another piece."""
+        status, touching = found.status, found.feet.patch >= 0
+        new = touching & (~self.touching | (status == ContactStatus.NEW))
+        again = touching & np.isin(status, FOUND_AGAIN)
+        kept = np.where(touching & ~new, self.again, np.int8(0))
+        proved = np.where(new | again, np.int8(1), self.certified) & found.feet.certified
+        return Story(
+            self.began,
+            touching,
+            self.since & touching & ~new,
+            np.where(again, status, kept),
+            np.where(np.isin(status, LEFT), status, self.left),
+            self.lost | (status == ContactStatus.LOST),
+            np.where(touching, proved, np.int8(0)),
+        )
+
+    def status(self, last: ByteArray) -> ByteArray:
+        """Of the whole step, whose last piece ended with `last`.
+
+        What came and went within the step is FREE, as it is where a straight path did.
+        """
+        plain = np.where(self.since, ContactStatus.OLD, ContactStatus.NEW)
+        plain = np.where(last == ContactStatus.HELD, last, plain)
+        plain = np.where(self.again > 0, self.again, plain)
+        plain = np.where(last == ContactStatus.THROUGH, last, plain)
+        free = np.where(self.began, self.left, ContactStatus.FREE)
+        free = np.where(self.lost, ContactStatus.LOST, free)
+        return np.where(self.touching, plain, free).astype(np.int8)
+
+
+def _put(whole: Detected, rows: IndexArray, part: Detected) -> None:
+    """Write what was found of some points into their rows."""
+    for name in ("status", "safe_distance", "near", "uv"):
+        getattr(whole, name)[rows] = getattr(part, name)
+    take(whole.feet, rows, part.feet, np.ones(len(rows), dtype=bool))
+
+
+def _rows_of(last: Last, rows: IndexArray) -> Last:
+    return Last(
+        last.points_B[rows],
+        last.patch[rows],
+        last.uv[rows],
+        last.near[rows],
+        last.safe_distance[rows],
+    )

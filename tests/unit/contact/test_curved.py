@@ -1,0 +1,302 @@
+"""Steps in which the body turns: what counts is the curve a point makes in its frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+
+import contiga as cg
+from contiga.contact import curved
+from contiga.contact.curved import BULGE, Path, Story, bulge_of
+from contiga.contact.tracked import Detected, blank
+from contiga.num import pose
+from contiga.num.rigid import to_world
+from contiga.num.screw import screw_between
+from contiga.records import ContactStatus as Is
+
+UNIT = cg.PenaltyLaw(1.0)
+FLAGGED = (Is.LOST, Is.FOUND, Is.REACQUIRED)
+RADIUS, HALF = 0.49, 0.01
+Pose = Callable[[float], np.ndarray]
+
+
+def _box(low: tuple[float, float, float], high: tuple[float, float, float]) -> cg.Body:
+    (a, b, c), (d, e, f) = low, high
+    face = cg.shapes.bilinear
+    return cg.Body(
+        [
+            face((a, b, f), (d, b, f), (a, e, f), (d, e, f)),
+            face((a, b, c), (a, e, c), (d, b, c), (d, e, c)),
+            face((a, b, c), (d, b, c), (a, b, f), (d, b, f)),
+            face((a, e, c), (a, e, f), (d, e, c), (d, e, f)),
+            face((a, b, c), (a, b, f), (a, e, c), (a, e, f)),
+            face((d, b, c), (d, e, c), (d, b, f), (d, e, f)),
+        ]
+    )
+
+
+@cache
+def _master(name: str) -> cg.Body | cg.TriMesh:
+    """Bodies about the z axis: teeth reach from 0.45 to 0.5."""
+    tooth = _box((0.45, -HALF, -0.3), (0.5, HALF, 0.3))
+    if name == "tooth":
+        return tooth
+    if name == "blade":
+        return _box((-0.5, -HALF, -0.3), (0.5, HALF, 0.3))
+    if name == "blade of triangles":
+        return _box((-0.5, -HALF, -0.3), (0.5, HALF, 0.3)).tessellate(0.1)
+    if name == "sheet":
+        return cg.Body(_box((-0.5, -0.3, -HALF), (0.5, 0.3, HALF)).patches[:2])
+    turns = [pose.rotation("z", 2.0 * np.pi * k / 8.0) for k in range(8)]
+    return cg.Body([patch.transformed(X) for X in turns for patch in tooth.patches])
+
+
+def _contact(name: str, n: int, **options: object) -> cg.Contact:
+    slave = cg.Slave(np.zeros((n, 3)), area=np.ones(n))
+    return cg.Contact(_master(name), slave, law=UNIT, **options)  # type: ignore[arg-type]
+
+
+def _swept(name: str, angle: float, turn: float, **options: object) -> list[cg.State]:
+    """A point at rest at `angle` about z, degrees, and a body that turns by `turn` in one step."""
+    a = np.radians(angle)
+    point = np.array([[RADIUS * np.cos(a), RADIUS * np.sin(a), 0.1]])
+    contact = _contact(name, 1, **options)
+    states = [contact.start(point)]
+    states.append(contact.step(states[0], point, pose.rotation("z", np.radians(turn))))
+    return states
+
+
+def test_it_comes_in_by_the_side_that_leads() -> None:
+    """Along its chord the point would come in by the inner side of the tooth."""
+    state = _swept("tooth", 150.0, 150.5)[-1]
+    n = pose.rotation("z", np.radians(150.5))[:3, 1]
+    assert state.status.tolist() == [Is.NEW]
+    np.testing.assert_allclose(state.normal, [n], rtol=0, atol=1e-14)
+    depth = HALF + RADIUS * np.sin(np.radians(0.5))
+    np.testing.assert_allclose(state.penetration, [depth], rtol=0, atol=1e-14)
+
+
+def test_it_is_held_though_its_chord_meets_nothing() -> None:
+    held, released = (_swept("tooth", 40.0, 60.0, through=how) for how in ("hold", "release"))
+    assert held[-1].status.tolist() == [Is.THROUGH]
+    depth = HALF + RADIUS * np.sin(np.radians(20.0))
+    np.testing.assert_allclose(held[-1].penetration, [depth], rtol=0, atol=1e-14)
+    assert released[-1].status.tolist() == [Is.FREE]
+
+
+def test_its_curve_passes_what_its_chord_meets() -> None:
+    """A point beyond the reach of a blade, whose chord the blade would cut."""
+    a = np.radians(45.0)
+    point = 0.51 * np.array([[np.cos(a), np.sin(a), 0.0]])
+    contact = _contact("blade", 1, through="hold")
+    state = contact.step(contact.start(point), point, pose.rotation("z", 2.0 * a))
+    assert state.status.tolist() == [Is.FREE]
+
+
+def _both_move(degrees: float, moved: float, n: int = 250) -> tuple[np.ndarray, np.ndarray, Pose]:
+    """Points at the start and the end of a step, and a pose that goes evenly on a screw."""
+    rng = np.random.default_rng(int(degrees))
+    points = rng.uniform([-0.55, -0.55, -0.3], [0.55, 0.55, 0.3], (n, 3))
+    turned = pose.rotation([0.2, 0.1, 1.0], np.radians(degrees))
+    X = pose.compose(pose.translation([0.1, 0.0, -0.05]), turned)
+    screw = screw_between(np.eye(4), X)
+    return points, points + rng.normal(0.0, moved, points.shape), lambda s: (
+        screw.pose(s) if s < 1.0 else X
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("degrees", [10.0, 30.0, 60.0, 90.0])
+@pytest.mark.parametrize("how", ["release", "hold"])
+@pytest.mark.parametrize("name", ["blade", "teeth", "sheet"])
+def test_one_big_turn_is_many_small_ones(name: str, how: str, degrees: float) -> None:
+    points, end, pose_at = _both_move(degrees, 0.05)
+    contact = _contact(name, len(points), through=how)
+    start = small = contact.start(points, pose_at(0.0))
+    big = contact.step(start, end, pose_at(1.0))
+    flagged = np.zeros(len(points), dtype=bool)
+    for s in np.linspace(0.0, 1.0, 301)[1:]:
+        now = end if s == 1.0 else points + s * (end - points)
+        small = contact.step(small, now, pose_at(s))
+        flagged |= np.isin(small.status, FLAGGED)
+    clear = ~flagged
+    assert clear.mean() > 0.95
+    np.testing.assert_array_equal(big.in_contact[clear], small.in_contact[clear])
+    for one, other in ((big.penetration, small.penetration), (big.normal, small.normal)):
+        np.testing.assert_allclose(one[clear], other[clear], rtol=0, atol=1e-9)
+    through = clear & (small.status == Is.THROUGH)
+    np.testing.assert_array_equal(big.status[through], Is.THROUGH)
+
+
+def test_the_turns_of_these_tests_touch() -> None:
+    counts = {}
+    for name in ("blade", "teeth"):
+        points, end, pose_at = _both_move(60.0, 0.05)
+        contact = _contact(name, len(points), through="hold")
+        counts[name] = contact.step(contact.start(points), end, pose_at(1.0)).n_contact
+    assert min(counts.values()) > 5
+
+
+def test_a_mesh_is_swept_too() -> None:
+    states = _swept("blade of triangles", 50.0, 50.5)
+    depth = HALF + RADIUS * np.sin(np.radians(0.5))
+    assert states[-1].max_penetration == pytest.approx(depth, abs=1e-14)
+
+
+def test_a_far_axis_loses_no_digits() -> None:
+    """A thousand sizes off: the blade goes three sizes sideways along an arc."""
+    centre, angle = [1000.0, 0.0, 0.0], 3e-3
+    rng = np.random.default_rng(4)
+    points = rng.uniform([-0.45, -3.0, -0.2], [0.45, -0.1, 0.2], (200, 3))
+    contact = _contact("blade", 200, through="hold")
+    start = small = contact.start(points)
+    big = contact.step(start, points, pose.rotation("z", angle, centre))
+    for s in np.linspace(0.0, 1.0, 101)[1:]:
+        small = contact.step(small, points, pose.rotation("z", s * angle, centre))
+    assert big.n_contact == 200
+    np.testing.assert_array_equal(big.in_contact, small.in_contact)
+    np.testing.assert_allclose(big.penetration, small.penetration, rtol=0, atol=1e-11)
+
+
+def test_a_point_does_not_hang_on_others() -> None:
+    points, end, pose_at = _both_move(60.0, 0.05)
+    whole = _contact("teeth", len(points), through="hold")
+    state = whole.step(whole.start(points), end, pose_at(1.0))
+    rows = np.arange(0, len(points), 7)
+    part = _contact("teeth", len(rows), through="hold")
+    own = part.step(part.start(points[rows]), end[rows], pose_at(1.0))
+    for name in ("status", "patch", "uv", "penetration", "normal", "foot", "safe_distance"):
+        np.testing.assert_array_equal(getattr(own, name), getattr(state, name)[rows])
+
+
+class _Counted:
+    """Counts the searches of a step and their points."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.points: list[int] = []
+        inner = curved.detect
+
+        def counted(surface: object, now: np.ndarray, *others: object) -> Detected:
+            self.points.append(len(now))
+            return inner(surface, now, *others)  # type: ignore[arg-type]
+
+        monkeypatch.setattr(curved, "detect", counted)
+
+
+def test_what_cannot_touch_costs_no_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=(300, 3))
+    points *= 40.0 / np.linalg.norm(points, axis=1)[:, None]
+    points[:2] = [[0.3, 0.05, 0.0], [np.nan, 0.0, 0.0]]
+    contact = _contact("blade", 300)
+    state = contact.start(points)
+    counted = _Counted(monkeypatch)
+    state = contact.step(state, points, pose.rotation("z", np.radians(20.0)))
+    assert counted.points[0] == 300
+    assert set(counted.points[1:]) == {1}
+    assert len(counted.points) in (9, 17, 33, 65)
+    assert state.status[1] == Is.NOT_FINITE
+
+
+def test_a_step_without_turning_is_one_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    points, end, _ = _both_move(30.0, 0.05)
+    contact = _contact("blade", len(points))
+    turned = pose.rotation("z", 0.7)
+    states = [contact.start(points, turned)]
+    counted = _Counted(monkeypatch)
+    monkeypatch.setattr(curved, "screw_between", None)
+    moved = pose.compose(pose.translation([0.1, 0.2, 0.3]), turned)
+    state = contact.step(states[0], end, moved)
+    assert counted.points == [len(points)]
+    np.testing.assert_array_equal(state.pose, moved)
+
+
+def test_the_bulge_is_a_bound_and_near_the_truth() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        X = pose.compose(pose.translation(rng.normal(size=3)),
+                         pose.rotation(rng.normal(size=3), rng.uniform(0.0, 1.0)))  # fmt: skip
+        screw = screw_between(np.eye(4), X)
+        start, now = rng.normal(size=(2, 40, 3))
+        path = Path(screw, start, to_world(X, now), now)
+        bulge = bulge_of(screw, path.start, path.end)
+        off = np.zeros(40)
+        for s in np.linspace(0.0, 1.0, 41):
+            chord = start + s * (now - start)
+            off = np.maximum(off, np.linalg.norm(path.at(s) - chord, axis=1))
+        assert (off <= bulge * (1.0 + 1e-9)).all()
+        assert (off >= 0.1 * bulge).any()
+
+
+@pytest.mark.parametrize("degrees", [0.2, 3.0, 45.0, 170.0])
+def test_pieces_are_as_straight_as_is_asked(
+    monkeypatch: pytest.MonkeyPatch, degrees: float
+) -> None:
+    points, end, pose_at = _both_move(degrees, 0.2)
+    contact = _contact("blade", len(points))
+    state = contact.start(points)
+    seen: list[float] = []
+    inner = curved._follow
+
+    def followed(*given: object) -> Detected:
+        path, pieces = given[1], given[4]
+        assert isinstance(path, Path)
+        assert isinstance(pieces, int)
+        for k in range(pieces):
+            a, m, b = (path.at((k + h) / pieces) for h in (0.0, 0.5, 1.0))
+            seen.append(float(np.linalg.norm(m - 0.5 * (a + b), axis=1).max()))
+        return inner(*given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(curved, "_follow", followed)
+    contact.step(state, end, pose_at(1.0))
+    assert 0.0 < max(seen) <= BULGE * contact.master.size
+
+
+def _found(status: Is, certified: int = 1) -> Detected:
+    feet = blank(1)
+    feet.patch[:] = 0 if status in cg.records.IN_CONTACT else -1
+    feet.certified[:] = certified
+    none = np.zeros(1)
+    return Detected(np.array([status], np.int8), feet, none, np.full(1, -1, np.int32), none)
+
+
+STORIES = [
+    (True, [Is.OLD, Is.OLD], Is.OLD),
+    (True, [Is.OLD, Is.HELD], Is.HELD),
+    (True, [Is.NEW, Is.OLD], Is.NEW),
+    (True, [Is.RELEASED, Is.FREE], Is.RELEASED),
+    (True, [Is.OLD, Is.SLID_OFF, Is.FREE], Is.SLID_OFF),
+    (True, [Is.RELEASED, Is.NEW, Is.OLD], Is.NEW),
+    (True, [Is.REACQUIRED, Is.OLD], Is.REACQUIRED),
+    (True, [Is.REACQUIRED, Is.RELEASED, Is.NEW], Is.NEW),
+    (True, [Is.THROUGH, Is.OLD], Is.OLD),
+    (True, [Is.OLD, Is.LOST, Is.FREE], Is.LOST),
+    (False, [Is.NEW, Is.OLD], Is.NEW),
+    (False, [Is.FREE, Is.NEW, Is.THROUGH], Is.THROUGH),
+    (False, [Is.NEW, Is.REACQUIRED, Is.OLD], Is.REACQUIRED),
+    (False, [Is.FOUND, Is.OLD], Is.FOUND),
+    (False, [Is.NEW, Is.RELEASED], Is.FREE),
+    (False, [Is.NEW, Is.RELEASED, Is.FREE], Is.FREE),
+    (False, [Is.LOST, Is.FREE], Is.LOST),
+    (False, [Is.LOST, Is.NEW], Is.NEW),
+]
+
+
+@pytest.mark.parametrize(("began", "pieces", "whole"), STORIES)
+def test_what_became_of_a_point_in_a_step(began: bool, pieces: list[Is], whole: Is) -> None:
+    story = Story.begin(np.array([began]))
+    for status in pieces:
+        story = story.after(_found(status))
+    assert Is(int(story.status(np.array([pieces[-1]], np.int8))[0])) is whole
+
+
+def test_a_foot_is_proved_if_it_is_in_all_pieces_since_it_was_taken() -> None:
+    story = Story.begin(np.array([True]))
+    proved = []
+    for status, certified in [(Is.OLD, 1), (Is.OLD, 0), (Is.OLD, 1), (Is.REACQUIRED, 1),
+                              (Is.OLD, 1), (Is.RELEASED, 0)]:  # fmt: skip
+        story = story.after(_found(status, certified))
+        proved.append(int(story.certified[0]))
+    assert proved == [1, 0, 0, 1, 1, 0]
