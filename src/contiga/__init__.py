@@ -21,10 +21,14 @@ _HOME = {
     "read_master": "contiga.io.mesh.read_master",
     "write_mesh": "contiga.io.out.write_mesh",
     "Slave": "contiga.slaves.slave",
-    "ForceLaw": "contiga.laws.normal",
-    "StressLaw": "contiga.laws.normal",
+    "ForceLaw": "contiga.laws.force",
+    "StressLaw": "contiga.laws.stress",
     "PenaltyLaw": "contiga.laws.normal",
     "AdaptiveLaw": "contiga.laws.normal",
+    "Coulomb": "contiga.laws.friction",
+    "ViscousFriction": "contiga.laws.friction",
+    "FrictionInput": "contiga.laws.friction",
+    "FrictionOutput": "contiga.laws.friction",
     "Characteristic": "contiga.laws.characteristic",
     "NodalArea": "contiga.area.nodal",
     "FacetArea": "contiga.area.facet",
@@ -96,10 +100,14 @@ if TYPE_CHECKING:
     from contiga.io.out import files as files
     from contiga.io.out.write_mesh import write_mesh as write_mesh
     from contiga.laws.characteristic import Characteristic as Characteristic
+    from contiga.laws.force import ForceLaw as ForceLaw
+    from contiga.laws.friction import Coulomb as Coulomb
+    from contiga.laws.friction import FrictionInput as FrictionInput
+    from contiga.laws.friction import FrictionOutput as FrictionOutput
+    from contiga.laws.friction import ViscousFriction as ViscousFriction
     from contiga.laws.normal import AdaptiveLaw as AdaptiveLaw
-    from contiga.laws.normal import ForceLaw as ForceLaw
     from contiga.laws.normal import PenaltyLaw as PenaltyLaw
-    from contiga.laws.normal import StressLaw as StressLaw
+    from contiga.laws.stress import StressLaw as StressLaw
     from contiga.masters.body import Body as Body
     from contiga.masters.protocol import Master as Master
     from contiga.num.threads import thread_count as thread_count
@@ -114,9 +122,9 @@ if TYPE_CHECKING:
     from contiga.simulation.result import Result as Result
     from contiga.simulation.simulation import Simulation as Simulation
     from contiga.simulation.system_state import SystemState as SystemState
+    from contiga.slaves.slave import Slave as Slave
     from contiga.statuses import Feature as Feature
     from contiga.statuses import Status as Status
-    from contiga.slaves.slave import Slave as Slave
     from contiga.triangles.trimesh import TriMesh as TriMesh
 
 

@@ -72,7 +72,7 @@ def _contacts() -> dict[str, Any]:
     def press(name: str, **options: Any) -> None:
         contact = cg.Contact(ball, sheet, **options)
         state = contact.step(contact.start(sheet.points), sheet.points, pose=pressed, dt=0.1)
-        found[name] = [*state.total_force.tolist(), state.total_area, float(state.stored)]
+        found[name] = [*state.total_force.tolist(), state.total_area, state.energy.stored]
 
     for name, area in AREAS.items():
         press(name, law=LAWS["stress"], area=area)

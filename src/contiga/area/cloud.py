@@ -9,7 +9,7 @@ import numpy as np
 
 from contiga.area.cluster import is_positive
 from contiga.area.facet import measure_facets
-from contiga.area.feet import web_of
+from contiga.area.feet import Web, web_of
 from contiga.area.method import AreaInput, Areas, Outlines, Rest, no_patch
 from contiga.area.outline import facet_outlines, no_outlines
 from contiga.area.profile import profile_depth
@@ -17,7 +17,8 @@ from contiga.area.regions import Graph, Topology, neighbours_of, regions, topolo
 from contiga.errors import InputError
 from contiga.masters.protocol import Master
 from contiga.num.ordered import principal_axes, product
-from contiga.records import FloatArray, IntArray
+from contiga.records import FloatArray, IndexArray, IntArray
+from contiga.slaves.skin import tributary_area
 
 # Triangles with a side longer than this many times the local spacing bridge a gap of the cloud.
 BRIDGE = 3.0
@@ -121,6 +122,19 @@ class CloudArea:
         facets = triangles_of(rest.points, self.bridge)
         return Prepared(topology_of(facets, len(rest.points)), graph, line)
 
+    def weights(self, rest: Rest, prepared: Prepared) -> FloatArray | None:
+        """(n,) areas at rest where the slave has none: a third of each triangle to its corners, or
+        half the way to each neighbour along a line; None by feet, which are not known at rest."""
+        topology, graph, line = prepared
+        if rest.area is not None:
+            return None
+        if topology is not None:
+            return tributary_area(rest.points, topology.facets)
+        if not line or rest.body is None:
+            return None
+        rows = np.arange(len(rest.points))
+        return _along_line(rest.points, rows, graph, _depth_of(rest.body))
+
     def measure(self, inp: AreaInput) -> Areas:
         """Areas of the points in contact."""
         topology, graph, line = inp.prepared
@@ -130,10 +144,11 @@ class CloudArea:
         if topology is not None:
             return measure_facets(inp, topology, on)
         if not line:
-            web = web_of(inp, graph, self.bridge)
+            web = self._web(inp, graph)
             return measure_facets(web.inp, web.topology, on)._replace(clusters=web.clusters)
         clusters = regions(graph, inp.rows, inp.points)
-        return Areas(_along_line(inp, graph, _depth_of(inp.body)), clusters, "slave")
+        area = _along_line(inp.points, inp.rows, graph, _depth_of(inp.body))
+        return Areas(area, clusters, "slave")
 
     def outlines(self, inp: AreaInput) -> Outlines:
         """Where contact ends, as for `FacetArea`; none for points on a line."""
@@ -142,8 +157,15 @@ class CloudArea:
             return no_outlines()
         if topology is not None:
             return facet_outlines(inp, topology, self.on or inp.on)
-        web = web_of(inp, graph, self.bridge)
+        web = self._web(inp, graph)
         return facet_outlines(web.inp, web.topology, self.on or inp.on)
+
+    def _web(self, inp: AreaInput, graph: Graph) -> Web:
+        kept = {} if inp.kept is None else inp.kept
+        if "web" not in kept:
+            kept["web"] = web_of(inp, graph, self.bridge)
+        web: Web = kept["web"]
+        return web
 
 
 def is_line(points: FloatArray) -> bool:
@@ -199,12 +221,12 @@ def _depth_of(body: Master) -> float:
     return depth
 
 
-def _along_line(inp: AreaInput, graph: Graph, depth: float) -> FloatArray:
-    """Half the way to each neighbour along the line of points, times the depth."""
-    area = np.zeros(len(inp.rows))
-    for i, row in enumerate(inp.rows):
+def _along_line(points: FloatArray, rows: IndexArray, graph: Graph, depth: float) -> FloatArray:
+    """Half the way from each of `rows` to its neighbours along the line, times the depth."""
+    area = np.zeros(len(rows))
+    for i, row in enumerate(rows):
         near = graph.neighbour[graph.first[row] : graph.first[row + 1]]
-        step = inp.points[near] - inp.points[row]
+        step = points[near] - points[row]
         way = np.linalg.norm(step, axis=1)
         ahead = product(step, step[np.argmin(way)]) > 0.0
         for side in (ahead, ~ahead):

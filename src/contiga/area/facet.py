@@ -153,6 +153,8 @@ def _part_areas(inp: AreaInput, parts: Parts, on: str) -> FloatArray:
     if m == 0:
         return own
     cut = cut_parts(inp, parts)
+    if inp.kept is not None:
+        inp.kept["parts"] = parts, cut
     share = np.empty((m, 3))
     if on == "slave":
         slave = (nodes, inp.points, corner, n_i, cut.fraction, share)

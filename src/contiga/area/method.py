@@ -43,6 +43,9 @@ class AreaInput(NamedTuple):
     """Whose area is wanted: "slave" or "master"."""
     prepared: Any = None
     """What the method's `prepare` made of the slave."""
+    kept: dict[str, Any] | None = None
+    """What one question to a method leaves for the next about the same points: areas and outlines
+    come from the same cuts."""
 
     @property
     def exact(self) -> Faces:
@@ -91,6 +94,7 @@ class AreaMethod(Protocol):
     A method that keeps something about the slave (its neighbours, say) has a method `prepare`
     beside `measure`, which is called once with the slave's `Rest`; what it returns comes back in
     every `AreaInput`. A method that can say where contact ends has `outlines(inp) -> Outlines`.
+    One that knows a fixed area of every point at rest has `weights(rest, prepared)`, (n,) or None.
     Methods themselves never change.
     """
 
@@ -109,3 +113,13 @@ def outlines_of(method: AreaMethod, inp: AreaInput) -> Outlines | None:
     """Where contact ends as `method` sees it; None for methods that do not say."""
     outlines = getattr(method, "outlines", None)
     return None if outlines is None else outlines(inp)
+
+
+def weights_of(method: AreaMethod, rest: Rest, kept: Any) -> FloatArray | None:
+    """(n,) fixed areas of a slave's points at rest; None where nothing tells them.
+
+    Those of the method, where it has any of its own; else those of the slave.
+    """
+    weights = getattr(method, "weights", None)
+    own = None if weights is None else weights(rest, kept)
+    return rest.area if own is None else own

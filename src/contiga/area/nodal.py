@@ -86,6 +86,10 @@ class NodalArea:
         """The area of every point."""
         return self.nodal(len(rest.points), rest.area)
 
+    def weights(self, _: Rest, prepared: FloatArray) -> FloatArray:
+        """(n,) the same: they never change."""
+        return prepared
+
     def measure(self, inp: AreaInput) -> Areas:
         """The constant areas of the points in contact."""
         whole = inp.prepared

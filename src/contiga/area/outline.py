@@ -38,8 +38,7 @@ def facet_outlines(inp: AreaInput, topology: Topology, on: str) -> Outlines:
     segments = [_sides(whole)]
     cuts = _Cuts(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0))
     if len(part):
-        parts = parts_of(inp, topology, part, place)
-        found, cuts = _of_parts(parts, cut_parts(inp, parts), n_c)
+        found, cuts = _of_parts(*_cut(inp, topology, part, place), n_c)
         segments.append(found)
     places = np.concatenate([_vertices(inp, on), _cut_places(inp, cuts, on)])
     cluster = np.concatenate([label, label[cuts.inner]])
@@ -48,6 +47,15 @@ def facet_outlines(inp: AreaInput, topology: Topology, on: str) -> Outlines:
     first = np.concatenate(([0], np.cumsum([len(loop) for loop in loops]))).astype(np.int64)
     heads = np.array([loop[0] for loop in loops], np.int64)
     return Outlines(places[order], first, cluster[heads].astype(np.int32))
+
+
+def _cut(inp: AreaInput, topology: Topology, part: IntArray, place: IntArray) -> tuple[Parts, Cut]:
+    """The facets `part` and where they are cut, as measuring the area left them."""
+    if inp.kept is not None and "parts" in inp.kept:
+        kept: tuple[Parts, Cut] = inp.kept["parts"]
+        return kept
+    parts = parts_of(inp, topology, part, place)
+    return parts, cut_parts(inp, parts)
 
 
 def no_outlines() -> Outlines:

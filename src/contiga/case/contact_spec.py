@@ -1,4 +1,4 @@
-"""The `contact` tables of a case: who touches whom, by which law, over what area."""
+"""The `contact` tables of a case: who touches whom, over what area; `law_spec` has the laws."""
 
 from __future__ import annotations
 
@@ -11,136 +11,11 @@ from contiga.area.cloud import CloudArea
 from contiga.area.facet import FacetArea
 from contiga.area.hull import HullArea
 from contiga.area.method import AreaMethod
-from contiga.case.spec import Name, NotNegative, Positive, Spec, by_kind
+from contiga.case.law_spec import FrictionSpec, LawSpec
+from contiga.case.spec import Name, Positive, Spec, by_kind
 from contiga.errors import CaseError
-from contiga.laws.characteristic import Characteristic
 from contiga.laws.combined import CombinedLaw
-from contiga.laws.normal import AdaptiveLaw, ForceLaw, Law, PenaltyLaw, StressLaw
-
-
-class CurveTable(Spec):
-    """`{ points = [[x, y], …], extrapolation = "linear" }`."""
-
-    points: list[list[float]]
-    extrapolation: Literal["linear", "constant", "error"] = "linear"
-
-    def describe(self) -> str:
-        """In words."""
-        (x0, _), (x1, y1) = self.points[0], self.points[-1]
-        beyond = {"linear": "goes on straight", "constant": "held", "error": "the run stops"}
-        return (
-            f"{len(self.points)} points from x = {x0:g} to ({x1:g}, {y1:g}), "
-            f"{beyond[self.extrapolation]} beyond"
-        )
-
-
-def _as_curve_table(value: Any) -> Any:
-    # Numbers and plain tables are short forms: a line through the origin, and linear ends.
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return {"points": [[0.0, 0.0], [1.0, value]]}
-    if isinstance(value, list):
-        return {"points": value}
-    if isinstance(value, dict | CurveTable):
-        return value
-    raise CaseError(
-        "must be a curve",
-        found=value,
-        allowed='a number, [[x, y], …] or { points = [[x, y], …], extrapolation = "linear" }',
-    )
-
-
-Curve = Annotated[CurveTable, BeforeValidator(_as_curve_table)]
-
-
-class _LawSpec(Spec):
-    kind: str
-
-    @cached_property
-    def law(self) -> Law:
-        """The law."""
-        raise NotImplementedError
-
-    def describe(self) -> str:
-        """In words."""
-        given = []
-        for name in type(self).model_fields:
-            value = getattr(self, name)
-            if isinstance(value, CurveTable):
-                given.append(f"{name} {value.describe()}")
-            elif name != "kind" and value is not None:
-                given.append(f"{name} {value}")
-        return f"{self.kind}: {'; '.join(given)}"
-
-    @model_validator(mode="after")
-    def _law_is_possible(self) -> Self:
-        assert self.law is not None
-        return self
-
-
-def _characteristic(curve: CurveTable, name: str) -> Characteristic:
-    return Characteristic(curve.points, extrapolation=curve.extrapolation, name=name)
-
-
-class ForceSpec(_LawSpec):
-    """`{ kind = "force", curve }`: `ForceLaw`."""
-
-    kind: Literal["force"] = "force"
-    curve: Curve
-    """Force over greatest penetration."""
-
-    @cached_property
-    def law(self) -> Law:
-        """The law."""
-        return ForceLaw(_characteristic(self.curve, "curve"))
-
-
-class StressSpec(_LawSpec):
-    """`{ kind = "stress", elastic, thickness, damping, damping_curve, amplification }`."""
-
-    kind: Literal["stress"] = "stress"
-    elastic: Curve
-    thickness: Positive | None = None
-    damping: NotNegative = 0.0
-    damping_curve: Curve | None = None
-    amplification: Curve | None = None
-
-    @cached_property
-    def law(self) -> Law:
-        """The law."""
-        damping, factor = self.damping_curve, self.amplification
-        return StressLaw(
-            _characteristic(self.elastic, "elastic"),
-            self.thickness,
-            damping=self.damping,
-            damping_curve=None if damping is None else _characteristic(damping, "damping_curve"),
-            amplification=None if factor is None else _characteristic(factor, "amplification"),
-        )
-
-
-class PenaltySpec(_LawSpec):
-    """`{ kind = "penalty", stiffness, per_area, damping }`."""
-
-    kind: Literal["penalty"] = "penalty"
-    stiffness: Positive
-    per_area: bool = False
-    damping: NotNegative = 0.0
-
-    @cached_property
-    def law(self) -> Law:
-        """The law."""
-        return PenaltyLaw(self.stiffness, per_area=self.per_area, damping=self.damping)
-
-
-class AdaptiveSpec(_LawSpec):
-    """`{ kind = "adaptive", scale = 0.1 }`."""
-
-    kind: Literal["adaptive"] = "adaptive"
-    scale: Positive = 0.1
-
-    @cached_property
-    def law(self) -> Law:
-        """The law."""
-        return AdaptiveLaw(self.scale)
+from contiga.slaves.sampling import QUADRATURES
 
 
 class ConstantAreaSpec(Spec):
@@ -249,12 +124,18 @@ class HullAreaSpec(Spec):
 
 
 if TYPE_CHECKING:
-    LawSpec = ForceSpec | StressSpec | PenaltySpec | AdaptiveSpec
     AreaSpec = ConstantAreaSpec | TributaryAreaSpec | FacetAreaSpec | CloudAreaSpec | HullAreaSpec
 else:
-    LawSpec = by_kind(ForceSpec, StressSpec, PenaltySpec, AdaptiveSpec)
     AreaSpec = by_kind(
         ConstantAreaSpec, TributaryAreaSpec, FacetAreaSpec, CloudAreaSpec, HullAreaSpec
+    )
+
+
+def _as_quadrature(value: Any) -> Any:
+    if not isinstance(value, bool) and value in QUADRATURES:
+        return value
+    raise CaseError(
+        "unknown points of contact", found=value, allowed=", ".join(map(repr, QUADRATURES))
     )
 
 
@@ -275,9 +156,15 @@ class ContactSpec(Spec):
     law: LawSpec
     master_law: LawSpec | None = None
     """The master's side of a combined contact."""
+    friction: FrictionSpec | None = None
+    """Without, points slide freely."""
     area: AreaSpec | None = None
-    """Facets cut where contact ends, where the slave has facets and was given no areas; else
-    tributary. Must be given for a cloud without areas."""
+    """How contact areas are measured: facets cut where contact ends, where the slave has facets and
+    was given no areas; else tributary. Must be given for a cloud without areas."""
+    weights: Literal["rest", "area"] = "rest"
+    """Whether fixed areas at rest weigh the force, or contact areas as they are measured."""
+    quadrature: Annotated[str | int, BeforeValidator(_as_quadrature)] = "nodes"
+    """Points of contact: the slave's nodes, or so many on each facet."""
 
     @property
     def title(self) -> str:

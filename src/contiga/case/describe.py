@@ -55,15 +55,28 @@ def _placed(text: str, spec: object) -> str:
 _DEFAULT_AREA = "facets cut where contact ends, else tributary"
 
 
+_WEIGHTS = {
+    "rest": "areas of the slave at rest",
+    "area": "contact areas as measured: forces make and lose energy",
+}
+
+
+def _points(quadrature: str | int) -> str:
+    return "" if quadrature == "nodes" else f", at {quadrature} points a facet"
+
+
 def _contact(contact: ContactSpec) -> list[tuple[str, str]]:
     laws = [("  law", contact.law.describe())]
     if contact.master_law is not None:
         laws.append(("  master law", contact.master_law.describe()))
+    if contact.friction is not None:
+        laws.append(("  friction", contact.friction.describe()))
     area = _DEFAULT_AREA if contact.area is None else contact.area.describe()
     return [
         (f"contact {contact.title}", f"{contact.slave} against {contact.master}"),
         ("  search", f"{contact.search}, type {contact.type}"),
         ("  lets go", f"on an edge: {contact.on_edge}, right through: {contact.through}"),
         *laws,
+        ("  weights", _WEIGHTS[contact.weights] + _points(contact.quadrature)),
         ("  area", area),
     ]

@@ -6,6 +6,8 @@ import numpy as np
 
 from contiga.area.hull import HullArea
 from contiga.area.method import AreaMethod
+from contiga.area.nodal import NodalArea
+from contiga.contact.state import State
 from contiga.errors import InputError
 from contiga.laws.combined import CombinedLaw
 from contiga.laws.normal import Law, StressLaw
@@ -58,9 +60,51 @@ def check_master(master: Master, area: AreaMethod | None) -> None:
         )
 
 
-def choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
+def check_friction(friction: object) -> None:
+    """Refuse what is no friction."""
+    if friction is None:
+        return
+    if isinstance(friction, type) or not all(
+        hasattr(friction, name) for name in ("respond", "n_memory", "slid")
+    ):
+        raise InputError(
+            "the friction must be one, such as Coulomb(0.3)",
+            where="friction",
+            found=friction,
+            allowed="Coulomb, ViscousFriction, or an object with respond, n_memory and slid",
+        )
+
+
+def check_sampling(quadrature: str | int, weights: str, law: Law, area: AreaMethod) -> None:
+    """Refuse what does not go with quadrature points."""
+    if quadrature == "nodes":
+        return
+    if weights != "rest":
+        raise InputError(
+            "quadrature points weigh the force by their share of the facets at rest",
+            where="weights",
+            found=weights,
+            allowed='"rest", or quadrature="nodes"',
+        )
+    if getattr(law, "per_area", True) is False:
+        raise InputError(
+            "a stiffness a point would grow with the number of quadrature points",
+            where="law",
+            found="per_area=False",
+            remedy='Give the stiffness of a unit area with per_area=True, or quadrature="nodes"',
+        )
+    if isinstance(area, NodalArea) and area.value is not None:
+        raise InputError(
+            "quadrature points take their areas from the facets, not from the nodes",
+            where="area",
+            found="NodalArea(value)",
+            allowed='FacetArea(), NodalArea(), or quadrature="nodes"',
+        )
+
+
+def choice(name: str, value: str | int, allowed: tuple[str | int, ...]) -> None:
     """Refuse a value that is not one of `allowed`."""
-    if value not in allowed:
+    if isinstance(value, bool) or value not in allowed:
         raise InputError(
             f"unknown {name}", where=name, found=value, allowed=", ".join(map(repr, allowed))
         )
@@ -126,6 +170,35 @@ def check_needs(law: Law, slave: Slave) -> None:
             )
 
 
+def check_state(state: State, n_points: int, memories: tuple[int, int], master: Master) -> None:
+    """Refuse a state of another contact: of `n_points`, with `memories` of law and friction."""
+    kind("state", state, State)
+    if len(state.status) != n_points:
+        raise InputError(
+            "the state is of another slave or quadrature",
+            where="state",
+            found=len(state.status),
+            allowed=f"{n_points} points",
+        )
+    for name, whose, wanted in zip(("memory", "grip"), ("law", "friction"), memories, strict=True):
+        found = getattr(state, name).shape
+        if found[1] != wanted:
+            raise InputError(
+                f"the state is of another {whose}",
+                where=f"state.{name}",
+                found=found,
+                allowed=f"({n_points}, {wanted})",
+            )
+    patch = int(state.patch.max(initial=-1))
+    if patch >= master.n_pieces:
+        raise InputError(
+            "the state is of another master",
+            where="state.patch",
+            found=patch,
+            allowed=f"-1 … {master.n_pieces - 1}",
+        )
+
+
 def locked(values: FloatArray) -> FloatArray:
     """A view of what a law may read and not change."""
     view = values.view()
@@ -150,9 +223,11 @@ def checked_answer(law: Law, inp: LawInput) -> LawOutput:
             allowed="LawOutput(force, stiffness, stored, memory)",
         )
     shapes = {"force": (n,), "stiffness": (n,), "stored": (n,), "memory": (n, law.n_memory)}
-    return LawOutput(
-        *(_numbers(name, getattr(answer, name), shape) for name, shape in shapes.items())
-    )
+    numbers = {name: _numbers(name, getattr(answer, name), shape) for name, shape in shapes.items()}
+    for name in ("hysteresis", "damping"):
+        if getattr(answer, name) is not None:
+            numbers[name] = _numbers(name, getattr(answer, name), (n,))
+    return LawOutput(**numbers)
 
 
 def _numbers(name: str, answer: object, shape: tuple[int, ...]) -> FloatArray:

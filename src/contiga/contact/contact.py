@@ -9,39 +9,51 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.area.facet import FacetArea
-from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared
-from contiga.area.nodal import NodalArea
-from contiga.area.offset import offset_ratio
+from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared, weights_of
 from contiga.contact.checks import (
+    check_friction,
     check_master,
     check_methods,
     check_needs,
+    check_sampling,
+    check_state,
     check_through,
-    checked_answer,
     choice,
     kind,
     law_of,
-    locked,
 )
 from contiga.contact.curved import detect_on_curves
 from contiga.contact.detect import detect_at_start
+from contiga.contact.measured import Measure
+from contiga.contact.motion import Velocities, relative_velocity
+from contiga.contact.points import default_area, sampling_of
+from contiga.contact.respond import (
+    Past,
+    balance,
+    carrying,
+    law_input,
+    moment,
+    respond,
+    scattered,
+)
 from contiga.contact.state import State
-from contiga.contact.state_outlines import outlines_of_state
 from contiga.contact.tracked import Detected, Last, Options
 from contiga.errors import InputError
+from contiga.laws.friction import Friction
 from contiga.laws.normal import Law, StressLaw
 from contiga.masters.protocol import Master, Surface
 from contiga.num.arrays import as_points, positive
 from contiga.num.pose import as_pose, identity
-from contiga.num.rigid import to_body, to_world, turn_to_world
-from contiga.records import FloatArray, IntArray, LawInput, Projection, rows_of
+from contiga.num.rigid import to_body, turn_to_world
+from contiga.records import FloatArray, rows_of
 from contiga.shown import Facts, Shown
+from contiga.slaves.sampling import QUADRATURES
 from contiga.slaves.slave import Slave
 
 SEARCHES = ("intersection", "penetration")
 TYPES = ("slave", "master", "combined")
 EDGES = ("release", "hold")
+WEIGHTS = ("rest", "area")
 THROUGH = ("release", "hold")
 
 # Share of its size an open body reaches behind its faces when nothing else is said.
@@ -68,8 +80,8 @@ class Contact(Shown):
     master : the rigid body: exact geometry, or triangles
     slave : the points, and what they know of facets, areas, thickness and mass
     law : from penetration and area to force
-    area : nodal contact areas; `FacetArea` if omitted, the slave's tributary areas for a slave
-        without facets
+    area : how the contact areas of results are measured; `FacetArea` if omitted, the slave's
+        tributary areas for a slave without facets
     search : "intersection": a point is in contact from the step in which its path enters the body
         from the free side; "penetration": from the step in which it lies inside
     contact_type : which side deforms (thesis, 3.2). "slave": areas of the slave. "master": the
@@ -77,6 +89,13 @@ class Contact(Shown):
         the normal. "combined": both, the penetration is
         split so that the stresses agree; needs stress laws of both
     on_edge : "release" points whose foot leaves the surface over a border, or "hold" them on it
+    weights : area that the law gives a point. "rest": a fixed one, the point's share of the slave
+        at rest (of `NodalArea(value)` that value), so that forces are the gradient of an energy.
+        "area": the contact area as it is measured in each step, as in the thesis; such forces make
+        and lose energy
+    quadrature : points of contact. "nodes": the slave's nodes. 1, 3, 6 or 12: so many points on
+        each facet, for coarse meshes
+    friction : `Coulomb` or `ViscousFriction`; none if omitted
     through : "release" points that leave a body by another wall than they came in by, or "hold"
         what went right through on the wall it came in by until it is back; needs search by
         intersection
@@ -112,6 +131,9 @@ class Contact(Shown):
         search: str = "intersection",
         contact_type: str = "slave",
         on_edge: str = "release",
+        weights: str = "rest",
+        quadrature: str | int = "nodes",
+        friction: Friction | None = None,
         through: str = "release",
         master_law: StressLaw | None = None,
         depth: float | None = None,
@@ -119,19 +141,29 @@ class Contact(Shown):
         choice("search", search, SEARCHES)
         choice("contact_type", contact_type, TYPES)
         choice("on_edge", on_edge, EDGES)
+        choice("weights", weights, WEIGHTS)
+        choice("quadrature", quadrature, QUADRATURES)
         choice("through", through, THROUGH)
         check_through(through, search)
         kind("slave", slave, Slave)
         check_methods(law, area)
+        check_friction(friction)
         check_master(master, area)
         self.master = master
         self.slave = slave
         self.contact_type = contact_type
         self.law = law_of(law, master_law, contact_type)
-        self.area: AreaMethod = _default_area(slave) if area is None else area
+        self.friction = friction
+        self.area: AreaMethod = default_area(slave) if area is None else area
         check_needs(self.law, slave)
+        self.weights = weights
+        self.quadrature = quadrature
+        check_sampling(quadrature, weights, self.law, self.area)
         rest = Rest(slave.points, slave.facets, slave.area, master)
-        self._prepared = prepared(self.area, rest)
+        kept = prepared(self.area, rest)
+        side = "master" if contact_type == "master" else "slave"
+        self._measure = Measure(master, self.area, side, slave.area, kept)
+        self._sampling = sampling_of(slave, quadrature, weights, weights_of(self.area, rest, kept))
         self.search = search
         self.on_edge = on_edge
         self.through = through
@@ -145,6 +177,9 @@ class Contact(Shown):
             ("area", type(self.area).__name__),
             ("search", self.search),
             ("type", self.contact_type),
+            ("weights", self.weights),
+            ("quadrature", self.quadrature),
+            *([] if self.friction is None else [("friction", type(self.friction).__name__)]),
         ]
 
     @property
@@ -185,9 +220,8 @@ class Contact(Shown):
         p_W, X_WB = self._checked(points, pose)
         with clock("search"):
             p_B = to_body(X_WB, p_W)
-            found = detect_at_start(self._surface, p_B, self.slave.active, self._options)
-        none = np.zeros((len(p_B), self.law.n_memory))
-        return self._respond(found, (p_W, p_B, X_WB), (np.zeros(len(p_B)), none), 0.0, clock)
+            found = detect_at_start(self._surface, p_B, self._sampling.active, self._options)
+        return self._respond(found, p_B, X_WB, None, clock)
 
     def step(
         self,
@@ -196,6 +230,8 @@ class Contact(Shown):
         pose: ArrayLike | None = None,
         dt: float = 1.0,
         *,
+        velocity: ArrayLike | None = None,
+        twist: Velocities | None = None,
         clock: StageClock = _untimed,
     ) -> State:
         """The state after a step in which the slave went to `points` and the master to `pose`.
@@ -208,12 +244,17 @@ class Contact(Shown):
         points : (n, 3) slave points, world axes
         pose : (4, 4) X_WB of the master, the identity if omitted
         dt : length of the step, > 0
+        velocity : (n, 3) of the slave points, world axes. Damping and friction take rates and
+            slip from it and `twist`, exact; without, from the step's change
+        twist : (v, w) of the master, each (3,), world axes: velocity of its frame's origin and
+            spin in radians a time. May be omitted of a master that stands still
         clock : times the stages
 
         Raises
         ------
         InputError
-            Points that do not fit the slave or the state, a pose that is not one, dt ≤ 0.
+            Points that do not fit the slave or the state, a pose that is not one, dt ≤ 0, one of
+            velocity and twist without the other.
         """
         p_W, X_WB = self._checked(points, pose)
         dt = positive(dt, "dt")
@@ -221,12 +262,43 @@ class Contact(Shown):
         with clock("search"):
             p_B = to_body(X_WB, p_W)
             last = Last(state.points_B, state.patch, state.uv, state.near, state.safe_distance)
-            poses = state.pose, X_WB
-            found = detect_on_curves(
-                self._surface, p_B, last, self.slave.active, self._options, poses
-            )
-            rate = _rates(state, found, p_B, dt)
-        return self._respond(found, (p_W, p_B, X_WB), (rate, state.memory), dt, clock)
+            poses, active = (state.pose, X_WB), self._sampling.active
+            found = detect_on_curves(self._surface, p_B, last, active, self._options, poses)
+        v_B = relative_velocity(self._sampling, p_W, poses, velocity, twist)
+        return self._respond(found, p_B, X_WB, Past(state, dt, v_B), clock)
+
+    def area_input(self, state: State) -> AreaInput:
+        """The nodes in contact in `state`, as area methods see them."""
+        self._check_state(state)
+        return self._measure.input_of(state)
+
+    def areas(self, state: State) -> Areas:
+        """Contact areas and regions of the nodes in contact in `state`, one row each.
+
+        `state.area`, `state.total_area` and what else is about areas come from here.
+        """
+        return self._measure.areas(state.area_input)
+
+    def pressure(self, state: State) -> FloatArray:
+        """(n,) pressure of the law at each node: normal force over the area that carries it."""
+        rows = np.flatnonzero(state.normal_force)
+        force = self._sampling.nodal_sum(rows, state.normal_force[rows])
+        weight = state.area if self.weights == "area" else self._carrying_area(state)
+        pressure = np.zeros(len(force))
+        np.divide(force, weight, out=pressure, where=weight > 0.0)
+        return pressure
+
+    def slid(self, state: State) -> FloatArray:
+        """(m, 3) way each point in contact has slid since it came in, body axes."""
+        if self.friction is None:
+            return np.zeros((len(state.status), 3))
+        return self.friction.slid(state.grip)
+
+    def _carrying_area(self, state: State) -> FloatArray:
+        """(n,) fixed areas of the points in contact, at the nodes."""
+        rows = np.flatnonzero(state.patch >= 0)
+        rows = rows[rows >= self._sampling.first]
+        return self._sampling.nodal_sum(rows, self._sampling.weight[rows])
 
     def outlines(self, state: State, pose: ArrayLike | None = None) -> Outlines | None:
         """Closed lines around the regions of contact of `state`, world axes.
@@ -234,7 +306,7 @@ class Contact(Shown):
         Parameters
         ----------
         state : of this contact
-        pose : (4, 4) X_WB of the master then, the identity if omitted
+        pose : (4, 4) X_WB of the master to draw them at; that of the state if omitted
 
         Returns
         -------
@@ -243,19 +315,16 @@ class Contact(Shown):
             that do not tell where contact ends (constant nodal areas).
         """
         self._check_state(state)
-        X_WB = identity() if pose is None else as_pose(pose)
-        return outlines_of_state(state, X_WB, self.master, self.area, self._side, self._prepared)
+        X_WB = state.pose if pose is None else as_pose(pose)
+        return self._measure.outlines(state.area_input, X_WB)
 
     @property
     def has_outlines(self) -> bool:
         """Whether the area method tells where contact ends."""
         return hasattr(self.area, "outlines")
 
-    @property
-    def _side(self) -> str:
-        return "master" if self.contact_type == "master" else "slave"
-
     def _checked(self, points: ArrayLike, pose: ArrayLike | None) -> tuple[FloatArray, FloatArray]:
+        """Points of contact and pose."""
         p_W = as_points(points)
         if len(p_W) != len(self.slave):
             raise InputError(
@@ -264,136 +333,68 @@ class Contact(Shown):
                 found=len(p_W),
                 allowed=str(len(self.slave)),
             )
-        return p_W, identity() if pose is None else as_pose(pose)
+        return self._sampling.points(p_W), identity() if pose is None else as_pose(pose)
 
     def _check_state(self, state: State) -> None:
-        kind("state", state, State)
-        if len(state.status) != len(self.slave):
-            raise InputError(
-                "the state is of another slave",
-                where="state",
-                found=len(state.status),
-                allowed=f"{len(self.slave)} points",
-            )
-        if state.memory.shape[1] != self.law.n_memory:
-            raise InputError(
-                "the state is of another law",
-                where="state.memory",
-                found=state.memory.shape,
-                allowed=f"({len(self.slave)}, {self.law.n_memory})",
-            )
-        pieces = self.master.n_pieces
-        if int(state.patch.max(initial=-1)) >= pieces:
-            raise InputError(
-                "the state is of another master",
-                where="state.patch",
-                found=int(state.patch.max()),
-                allowed=f"-1 … {pieces - 1}",
-            )
-
-    def _law_input(
-        self,
-        rows: IntArray,
-        penetration: tuple[FloatArray, FloatArray],
-        area: FloatArray,
-        dt: float,
-        memory: FloatArray,
-    ) -> LawInput:
-        """What the law sees of the points `rows`, of penetration (λ, dλ/dt)."""
-        thickness, mass = self.slave.thickness, self.slave.mass
-        return LawInput(
-            locked(penetration[0]),
-            penetration[1],
-            locked(area),
-            None if thickness is None else thickness[rows],
-            None if mass is None else mass[rows],
-            dt,
-            memory,
-        )
-
-    def _wrench(self, force: FloatArray, foot_W: FloatArray, X_WB: FloatArray) -> FloatArray:
-        """(6,) force and moment on the master about its reference point, world axes."""
-        reference_W = to_world(X_WB, self.master.reference_point[None, :])[0]
-        moment = np.cross(foot_W - reference_W, force).sum(axis=0)
-        return 0.0 - np.concatenate((force.sum(axis=0), moment))
+        grip = 0 if self.friction is None else self.friction.n_memory
+        memories = self.law.n_memory, grip
+        check_state(state, self._sampling.n_points, memories, self.master)
 
     def _respond(
         self,
         found: Detected,
-        where: tuple[FloatArray, FloatArray, FloatArray],
-        past: tuple[FloatArray, FloatArray],
-        dt: float,
+        p_B: FloatArray,
+        X_WB: FloatArray,
+        past: Past | None,
         clock: StageClock,
     ) -> State:
-        """Areas, forces and sums of what the search has found.
-
-        `where` is (p_W, p_B, X_WB), `past` the rate of λ (n,) and what the law remembers (n, m).
-        """
-        p_W, p_B, X_WB = where
-        rate, memory = past
+        """Forces and sums of what the search has found."""
+        sampling, n = self._sampling, len(p_B)
         rows = np.flatnonzero(found.feet.patch >= 0).astype(np.int32)
-        feet = rows_of(found.feet, rows)
-        with clock("area"):
-            areas = self._areas(rows, p_B, feet)
+        rows = rows[rows >= sampling.first]
+        points = carrying(rows, rows_of(found.feet, rows), p_B, past)
+        seen = areas = None
+        if self.weights == "area":
+            with clock("area"):
+                seen = self._measure.input(p_B, found.feet.patch, points.feet)
+                areas = self._measure.areas(seen)
         with clock("forces"):
-            depth = np.maximum(-feet.gap, 0.0)
-            inp = self._law_input(rows, (depth, rate[rows]), areas.area, dt, memory[rows])
-            answer = checked_answer(self.law, inp)
-            n_W = turn_to_world(X_WB, feet.normal)
-            foot_W = to_world(X_WB, feet.point)
-            force = answer.force[:, None] * n_W
-            wrench = self._wrench(force, foot_W, X_WB)
-        n = len(p_W)
-        return State(
+            area = sampling.weight[rows] if areas is None else areas.area
+            inp = law_input(points, sampling, area, past, self.law.n_memory)
+            answer = respond(self.law, self.friction, points, inp, past)
+            force_W = turn_to_world(X_WB, answer.force_B)
+            force = sampling.nodal(rows, force_W)
+            turn = moment(points, force_W, p_B, self.master.reference_point, X_WB)
+            energies = np.array(balance(points, answer, p_B, past))
+            grip = answer.friction
+        found_depth = np.where(found.feet.patch >= 0, np.maximum(-found.feet.gap, 0.0), 0.0)
+        damped = answer.normal.damping
+        damped = np.zeros(0) if damped is None or not damped.any() else scattered(n, rows, damped)
+        state = State(
             status=found.status,
             feature=found.feet.feature,
             patch=found.feet.patch,
             uv=found.uv,
             near=found.near,
-            penetration=_scattered(n, rows, depth),
-            normal=_scattered(n, rows, n_W),
-            foot=_scattered(n, rows, foot_W, p_W),
-            area=_scattered(n, rows, areas.area),
-            force=_scattered(n, rows, force),
-            stiffness=_scattered(n, rows, answer.stiffness),
-            stored=np.asarray(answer.stored.sum()),
-            memory=_scattered(n, rows, answer.memory),
-            clusters=_scattered(n, rows, areas.clusters, np.full(n, -1, np.int32)),
+            penetration=found_depth,
+            normal_B=found.feet.normal,
+            foot_B=np.where((found.feet.patch >= 0)[:, None], found.feet.point, p_B),
             points_B=p_B,
             pose=X_WB,
+            normal_force=scattered(n, rows, answer.normal.force),
+            force=force,
+            stiffness=scattered(n, rows, answer.normal.stiffness),
+            damping=damped,
+            memory=scattered(n, rows, answer.normal.memory),
+            grip=np.zeros((n, 0)) if grip is None else scattered(n, rows, grip.memory),
+            traction_B=np.zeros((0, 3)) if grip is None else scattered(n, rows, grip.force),
+            tangential=np.zeros(0) if grip is None else scattered(n, rows, grip.stiffness),
             certified=found.feet.certified,
             safe_distance=found.safe_distance,
-            wrench=wrench,
+            wrench=0.0 - np.concatenate((force.sum(axis=0), turn)),
+            energies=energies,
+            of=self,
         )
-
-    def _areas(self, rows: IntArray, p_B: FloatArray, feet: Projection) -> Areas:
-        side = self._side
-        own = self.slave.area
-        inp = AreaInput(self.master, rows, p_B, feet, own, side, self._prepared)
-        areas = self.area.measure(inp)
-        if side == "slave" or areas.on == "master":
-            return areas
-        return areas._replace(area=areas.area / offset_ratio(self.master, feet))
-
-
-def _default_area(slave: Slave) -> AreaMethod:
-    has_facets = slave.facets is not None and len(slave.facets) > 0
-    return FacetArea() if has_facets else NodalArea()
-
-
-def _rates(state: State, found: Detected, p_B: FloatArray, dt: float) -> FloatArray:
-    """(n,) dλ/dt: the change of λ of old contacts, the speed of approach of new ones."""
-    now = np.maximum(-found.feet.gap, 0.0)
-    old = (now - state.penetration) / dt
-    with np.errstate(invalid="ignore"):
-        approach = -((p_B - state.points_B) * found.feet.normal).sum(axis=1) / dt
-    return np.where(state.patch >= 0, old, np.where(np.isfinite(approach), approach, 0.0))
-
-
-def _scattered(
-    n: int, rows: np.ndarray, values: np.ndarray, base: np.ndarray | None = None
-) -> np.ndarray:
-    """`values` in their rows of an array of n, `base` (zero if omitted) in the others."""
-    whole = np.zeros((n, *values.shape[1:]), values.dtype) if base is None else base.copy()
-    whole[rows] = values
-    return whole
+        if seen is not None and areas is not None:
+            state.keep(seen, areas)
+        return state

@@ -2,21 +2,50 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass, fields
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.area.method import AreaInput, Areas
+from contiga.contact.energy import ContactEnergy
+from contiga.errors import InputError
 from contiga.num.ordered import product
+from contiga.num.rigid import to_world, turn_to_world
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
 from contiga.shown import Facts, Shown
 
 
+class Owner(Protocol):
+    """What a state asks of the contact it is of."""
+
+    @property
+    def weights(self) -> str:
+        """What weighs the force: areas at "rest", or the contact "area" as it is measured."""
+
+    def area_input(self, state: State) -> AreaInput:
+        """The nodes in contact, as area methods see them."""
+
+    def areas(self, state: State) -> Areas:
+        """Nodal contact areas, one row a node in contact."""
+
+    def pressure(self, state: State) -> FloatArray:
+        """(n,) that of the law at each node, zero without contact."""
+
+    def slid(self, state: State) -> FloatArray:
+        """(m, 3) what each point has slid, body axes."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class State(Shown):
-    """Where n slave points stand after a step, in world axes where not said otherwise.
+    """Where the n nodes of a slave stand after a step, in world axes where not said otherwise.
 
-    The arrays take 159 bytes a point, and eight for each number that the law remembers.
+    A contact with quadrature points has m rows where (m,) is said: the nodes come first, and after
+    them the points of each facet. Without, m = n. The arrays take 155 bytes a point, and
+    eight for each number that the laws remember. What is not an array here is worked out when it
+    is asked for: areas most of all.
 
     >>> import contiga as cg
     >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
@@ -25,50 +54,85 @@ class State(Shown):
     >>> state = contact.step(contact.start(pad.points), pad.points - [0.0, 0.0, 0.2], dt=1.0)
     >>> [cg.ContactStatus(s).name for s in state.status], state.penetration.round(12).tolist()
     (['NEW', 'FREE'], [0.1, 0.0])
-    >>> round(float(state.stored), 12)
+    >>> round(state.energy.stored, 12)
     0.5
     """
 
     status: ByteArray
-    """(n,) `ContactStatus`."""
+    """(m,) `ContactStatus`."""
     feature: ByteArray
-    """(n,) `Feature` of the foot, −1 without contact."""
+    """(m,) `Feature` of the foot, −1 without contact."""
     patch: IntArray
-    """(n,) patch of the foot, −1 without contact."""
+    """(m,) patch of the foot, −1 without contact."""
     uv: FloatArray
-    """(n, 2) parameters of the foot; of a free point those on the patch `near`."""
+    """(m, 2) parameters of the foot; of a free point those on the patch `near`."""
     near: IntArray
-    """(n,) patch of the foot that proved which side a free point is on, −1 where none did."""
+    """(m,) patch of the foot that proved which side a free point is on, −1 where none did."""
     penetration: FloatArray
-    """(n,) λ ≥ 0."""
-    normal: FloatArray
-    """(n, 3) unit normal at the foot, to the free side; zero without contact."""
-    foot: FloatArray
-    """(n, 3) foot; the point itself without contact."""
-    area: FloatArray
-    """(n,) nodal contact area, zero without contact."""
-    force: FloatArray
-    """(n, 3) on the slave points."""
-    stiffness: FloatArray
-    """(n,) of the contact force over the penetration, zero without contact."""
-    stored: FloatArray
-    """() elastic energy in the contact."""
-    memory: FloatArray
-    """(n, m) what the law remembers, zero without contact."""
-    clusters: IntArray
-    """(n,) connected region of contact, −1 without contact."""
+    """(m,) λ ≥ 0."""
+    normal_B: FloatArray
+    """(m, 3) unit normal at the foot, body axes, to the free side; zero without contact."""
+    foot_B: FloatArray
+    """(m, 3) foot, body axes; the point itself without contact."""
     points_B: FloatArray
-    """(n, 3) the slave points in the body's axes."""
+    """(m, 3) the slave points in the body's axes."""
     pose: FloatArray
     """(4, 4) X_WB of the master."""
+    normal_force: FloatArray
+    """(m,) along the normal, on the points that carry; zero without contact."""
+    force: FloatArray
+    """(n, 3) on the slave's nodes, friction with it."""
+    stiffness: FloatArray
+    """(m,) of the normal force over the penetration, zero without contact."""
+    damping: FloatArray
+    """(m,) the part of `normal_force` that is due to the rate; (0,) of laws without."""
+    memory: FloatArray
+    """(m, k) what the law remembers, zero without contact."""
+    grip: FloatArray
+    """(m, k) what friction remembers, body axes; k = 0 without."""
+    traction_B: FloatArray
+    """(m, 3) friction forces on the points, body axes; (0, 3) without friction."""
+    tangential: FloatArray
+    """(m,) stiffness of friction's springs; (0,) without friction."""
     certified: ByteArray
-    """(n,) 1 where the foot of a point in contact is proved: continued without a jump, or the
+    """(m,) 1 where the foot of a point in contact is proved: continued without a jump, or the
     closest point."""
     safe_distance: FloatArray
-    """(n,) way a free point can go before it can touch, and a point in a closed body before it
+    """(m,) way a free point can go before it can touch, and a point in a closed body before it
     can have left. Negative of points that lie inside since the start: they have not come in."""
     wrench: FloatArray
-    """(6,) force and moment about the body's reference point, on the master."""
+    """(6,) force and moment about the body's reference point, on the master: the opposite of the
+    forces on the slave's points, where they are."""
+    energies: FloatArray
+    """(5,) `energy` as an array."""
+    of: InitVar[Owner | None] = None
+    """The contact it is a state of."""
+
+    def __post_init__(self, of: Owner | None) -> None:
+        self.__dict__["_contact"] = of
+
+    @property
+    def contact(self) -> Owner:
+        """The contact it is a state of.
+
+        Raises
+        ------
+        InputError
+            The state was made by hand, of none.
+        """
+        owner: Owner | None = self.__dict__["_contact"]
+        if owner is None:
+            raise InputError(
+                "the state belongs to no contact, which would measure its areas",
+                where="state",
+                allowed="states that Contact.start and Contact.step answer",
+            )
+        return owner
+
+    @property
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """All that the next step needs, by name: `State(**arrays, of=contact)` is the state."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
 
     def _facts(self) -> Facts:
         return [
@@ -76,7 +140,6 @@ class State(Shown):
             ("in contact", self.n_contact),
             ("deepest", self.max_penetration),
             ("force", tuple(map(float, self.total_force))),
-            ("area", self.total_area),
             ("not proved", self.n_unproved),
         ]
 
@@ -106,21 +169,82 @@ class State(Shown):
         total: FloatArray = self.force.sum(axis=0)
         return total
 
+    @cached_property
+    def energy(self) -> ContactEnergy:
+        """Where the work done on the contact went since its start."""
+        return ContactEnergy(*self.energies.tolist())
+
+    @cached_property
+    def normal(self) -> FloatArray:
+        """(m, 3) unit normals at the feet, to the free side; zero without contact."""
+        return turn_to_world(self.pose, self.normal_B)
+
+    @cached_property
+    def foot(self) -> FloatArray:
+        """(m, 3) feet; the points themselves without contact."""
+        return to_world(self.pose, self.foot_B)
+
+    @cached_property
+    def friction(self) -> FloatArray:
+        """(m, 3) friction forces on the points."""
+        if len(self.traction_B) == 0:
+            return np.zeros((len(self.status), 3))
+        return turn_to_world(self.pose, self.traction_B)
+
+    @cached_property
+    def slip(self) -> FloatArray:
+        """(m, 3) way each point in contact has slid over the body since it came in, carried along
+        with its foot; zero without friction that remembers it."""
+        return turn_to_world(self.pose, self.contact.slid(self))
+
+    @cached_property
+    def area_input(self) -> AreaInput:
+        """The nodes in contact, as area methods see them."""
+        return self.contact.area_input(self)
+
+    def keep(self, seen: AreaInput, areas: Areas) -> None:
+        """Take what was measured as the state was made, not to measure it again."""
+        self.__dict__.update(area_input=seen, areas=areas)
+
+    @cached_property
+    def areas(self) -> Areas:
+        """Contact areas and regions of the nodes in contact, measured when first asked for."""
+        return self.contact.areas(self)
+
+    @cached_property
+    def area(self) -> FloatArray:
+        """(n,) nodal contact area, zero without contact."""
+        area = np.zeros(len(self.force))
+        area[self._nodes] = self.areas.area
+        return area
+
+    @cached_property
+    def clusters(self) -> IntArray:
+        """(n,) connected region of contact, −1 without contact."""
+        clusters = np.full(len(self.force), -1, np.int32)
+        clusters[self._nodes] = self.areas.clusters
+        return clusters
+
+    @cached_property
+    def _nodes(self) -> IntArray:
+        """Nodes in contact."""
+        return np.flatnonzero(self.patch[: len(self.force)] >= 0).astype(np.int32)
+
     @property
     def total_area(self) -> float:
         """Contact area."""
-        return float(self.area.sum())
+        return float(self.areas.area.sum())
 
     @property
     def n_clusters(self) -> int:
         """Number of connected regions of contact."""
-        return int(self.clusters.max(initial=-1)) + 1
+        return int(self.areas.clusters.max(initial=-1)) + 1
 
     @property
     def mean_pressure(self) -> float:
-        """Sum of the nodal forces' magnitudes over the contact area, zero without contact."""
+        """Sum of the normal forces over the contact area, zero without contact."""
         area = self.total_area
-        return float(np.linalg.norm(self.force, axis=1).sum()) / area if area > 0.0 else 0.0
+        return float(self.normal_force.sum()) / area if area > 0.0 else 0.0
 
     @property
     def max_pressure(self) -> float:
@@ -129,17 +253,15 @@ class State(Shown):
 
     @property
     def centre_of_pressure(self) -> FloatArray:
-        """(3,) mean of the feet, weighted by the nodal forces' magnitudes; NaN without force."""
-        size = np.linalg.norm(self.force, axis=1)
+        """(3,) mean of the feet, weighted by the normal forces; NaN without force."""
+        rows = np.flatnonzero(self.normal_force)
+        size = self.normal_force[rows]
         total = size.sum()
         if not total > 0.0:
             return np.full(3, np.nan)
-        return product(size, self.foot) / total
+        return to_world(self.pose, (product(size, self.foot_B[rows]) / total)[None, :])[0]
 
-    @property
+    @cached_property
     def pressure(self) -> FloatArray:
-        """(n,) `|force|` over area, zero where there is none."""
-        size = np.linalg.norm(self.force, axis=1)
-        result = np.zeros_like(size)
-        np.divide(size, self.area, out=result, where=self.area > 0.0)
-        return result
+        """(n,) that of the law at each node: normal force over the area that carries it."""
+        return self.contact.pressure(self)

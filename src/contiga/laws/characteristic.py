@@ -147,7 +147,7 @@ class Characteristic:
             part = (np.arange(_PANELS)[:, None] + 0.5 * (1.0 + _NODES)) / _PANELS
             y = np.maximum(self(at[..., None, None] * part), 0.0)
             return np.asarray(at * (y @ _WEIGHTS).sum(axis=-1) / (2.0 * _PANELS))
-        nodes, rising, whole = self._stored
+        nodes, rising, whole = self.polyline
         j = np.maximum(np.searchsorted(nodes, at, side="right") - 1, 0)
         way = np.maximum(at - nodes[j], 0.0)
         y = np.maximum(self(np.maximum(at, nodes[0])), 0.0)
@@ -159,9 +159,17 @@ class Characteristic:
         ends = self.end_slopes if self.extrapolation == "linear" else (0.0, 0.0)
         return np.concatenate([ends[:1], np.diff(self.y) / np.diff(self.x), ends[1:]])
 
+    def carried(self, x: ArrayLike) -> FloatArray:
+        """max(y, 0) at `x`: what a spring with this curve, which never pulls, carries."""
+        return np.maximum(self(x), 0.0)
+
+    def carried_slope(self, x: ArrayLike) -> FloatArray:
+        """Slope of `carried` at `x` ≥ 0: `slope`, and zero where y is below zero."""
+        return np.where(self(x) >= 0.0, self.slope(x), 0.0)
+
     @cached_property
-    def _stored(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Abscissae ≥ 0 between which max(y, 0) is straight, its values and integrals there."""
+    def polyline(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Abscissae ≥ 0 between which `carried` of a table is straight, its values and `energy`."""
         slopes = self._slopes
         with np.errstate(divide="ignore", invalid="ignore"):
             zeros = np.append(self.x[0], self.x) - np.append(self.y[0], self.y) / slopes

@@ -13,7 +13,8 @@ import numpy as np
 
 from contiga.errors import InputError
 from contiga.laws.characteristic import Characteristic
-from contiga.laws.normal import StressLaw, no_memory
+from contiga.laws.law import no_memory
+from contiga.laws.stress import StressLaw
 from contiga.laws.stress_path import StressPath, stress_path
 from contiga.records import FloatArray, LawInput, LawOutput
 
@@ -58,7 +59,7 @@ class CombinedLaw:
     ------
     InputError
         A law that is not a `StressLaw` (the force model has no stress to balance), a master
-        without thickness, characteristics that decrease.
+        without thickness, characteristics that decrease, a side with unloading or a damping ratio.
     """
 
     slave: StressLaw
@@ -75,6 +76,7 @@ class CombinedLaw:
                     allowed="StressLaw",
                     remedy="The force, penalty and adaptive laws work with type slave or master",
                 )
+            _check_side(law, side)
         if master.thickness is None:
             raise InputError("the master's stress law needs a thickness", where="master_law")
         tables = slave.elastic.is_table and master.elastic.is_table
@@ -117,13 +119,32 @@ class CombinedLaw:
             inp.area * np.maximum(split.stress + damping, 0.0),
             inp.area * stiffness,
             inp.area * stored,
+            inp.area * split.stress,
+        )
+
+
+def _check_side(law: StressLaw, side: str) -> None:
+    """Refuse what two springs in series do not have."""
+    if law.hysteresis is not None:
+        raise InputError(
+            "combined contact balances elastic stresses; with unloading the split of a penetration "
+            "is not unique, as it goes with the past of both sides",
+            where=f"{side}.unloading",
+            remedy='Remove unloading and hysteresis_slope, or use type "slave" or "master"',
+        )
+    if law.damping_ratio > 0.0:
+        raise InputError(
+            "a share of critical damping is that of a mass on one spring, not on two in series",
+            where=f"{side}.damping_ratio",
+            found=law.damping_ratio,
+            remedy="Use an absolute damping",
         )
 
 
 def _compliance(law: StressLaw, strain: FloatArray, stress: FloatArray) -> FloatArray:
     """(n_c,) strain a stress for more of it: zero where the other side gives way first."""
-    slope = law.elastic_slope(strain)
-    moves = law.elastic_stress(strain) <= stress * (1.0 + _SAME)
+    slope = law.elastic.carried_slope(strain)
+    moves = law.elastic.carried(strain) <= stress * (1.0 + _SAME)
     soft = np.full(strain.shape, np.inf)
     np.divide(1.0, slope, out=soft, where=slope > 0.0)
     return np.where(moves, soft, 0.0)
@@ -141,7 +162,7 @@ def _balance(
     _check_rising(master.elastic, float((depth / t_m).max()), "master_law")
 
     def excess(part: FloatArray, depth: FloatArray, t_s: FloatArray, t_m: FloatArray) -> FloatArray:
-        return slave.elastic_stress(part * depth / t_s) - master.elastic_stress(
+        return slave.elastic.carried(part * depth / t_s) - master.elastic.carried(
             (1.0 - part) * depth / t_m
         )
 
@@ -156,7 +177,9 @@ def _balance(
     lambda_s, lambda_m = part * depth, (1.0 - part) * depth
     # At an end of the bracket the stiffer side has not moved: the contact carries what the other
     # one gives. Elsewhere both are equal to rounding.
-    stress = np.minimum(slave.elastic_stress(lambda_s / t_s), master.elastic_stress(lambda_m / t_m))
+    stress = np.minimum(
+        slave.elastic.carried(lambda_s / t_s), master.elastic.carried(lambda_m / t_m)
+    )
     return Split(lambda_s, lambda_m, stress)
 
 

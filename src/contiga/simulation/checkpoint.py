@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,9 +13,10 @@ from contiga.errors import CheckpointError
 from contiga.io.out.files import atomic_write
 from contiga.num.twist import Twist
 from contiga.records import FloatArray
+from contiga.simulation.model import ContactPart
 from contiga.simulation.system_state import BodyState, Energy, SlaveState, SystemState
 
-FORMAT = 4
+FORMAT = 5
 
 
 class Checkpoint(NamedTuple):
@@ -63,12 +64,12 @@ def _write_state(file: Any, state: SystemState) -> None:
         group["points"], group["velocities"] = slave
     for name, contact in state.contacts.items():
         group = file.create_group(f"contacts/{name}")
-        for field in fields(State):
-            group[field.name] = getattr(contact, field.name)
+        for key, array in contact.arrays.items():
+            group[key] = array
     file["energy"] = np.array(state.energy)
 
 
-def _read_state(file: Any) -> SystemState:
+def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
     def arrays(group: Any, *names: str) -> list[FloatArray]:
         return [np.asarray(group[name]) for name in names]
 
@@ -84,14 +85,17 @@ def _read_state(file: Any) -> SystemState:
             for name, group in file["slaves"].items()
         },
         contacts={
-            name: State(**{f.name: np.asarray(group[f.name]) for f in fields(State)})
-            for name, group in file["contacts"].items()
+            part.name: State(
+                **{key: np.asarray(array) for key, array in file["contacts"][part.name].items()},
+                of=part.contact,
+            )
+            for part in contacts
         },
         energy=Energy(*map(float, file["energy"])),
     )
 
 
-def read_checkpoint(path: Path, fingerprint: str) -> Checkpoint:
+def read_checkpoint(path: Path, fingerprint: str, contacts: Iterable[ContactPart]) -> Checkpoint:
     """Read a checkpoint and check that it belongs to the case.
 
     Raises
@@ -106,7 +110,7 @@ def read_checkpoint(path: Path, fingerprint: str) -> Checkpoint:
             remedy="Run the case without --resume",
         )
     try:
-        checkpoint = _read(path)
+        checkpoint = _read(path, contacts)
     except (OSError, KeyError, TypeError, ValueError) as error:
         raise CheckpointError(
             "the checkpoint cannot be read",
@@ -122,7 +126,7 @@ def read_checkpoint(path: Path, fingerprint: str) -> Checkpoint:
     return checkpoint
 
 
-def _read(path: Path) -> Checkpoint:
+def _read(path: Path, contacts: Iterable[ContactPart]) -> Checkpoint:
     import h5py
 
     with h5py.File(path, "r") as file:
@@ -133,6 +137,6 @@ def _read(path: Path) -> Checkpoint:
             str(file.attrs["fingerprint"]),
             int(file.attrs["done"]),
             int(file.attrs["written"]),
-            _read_state(file),
+            _read_state(file, contacts),
             history,
         )

@@ -71,8 +71,7 @@ class Fields:
         # Outlines first: a stop between the two leaves one too many there, which resuming drops.
         if self._outlines is not None:
             found = [
-                part.contact.outlines(state.contacts[part.name], state.bodies[part.master].pose)
-                for part in self._model.contacts
+                part.contact.outlines(state.contacts[part.name]) for part in self._model.contacts
             ]
             self._outlines.append(state.time, found)
         self._writer.append(state.time, points, data)
@@ -108,7 +107,8 @@ def has_outlines(model: Model) -> bool:
 
 def _add(data: dict[str, NDArray[np.generic]], rows: slice, state: State) -> None:
     """Lay a contact's fields over those of other contacts of the same slave."""
-    on: NDArray[np.bool_] = state.in_contact
+    n = len(state.force)
+    on: NDArray[np.bool_] = state.in_contact[:n]
 
     def take(name: str, values: NDArray[np.generic], where: NDArray[np.bool_] = on) -> None:
         view = data[name][rows]
@@ -116,10 +116,10 @@ def _add(data: dict[str, NDArray[np.generic]], rows: slice, state: State) -> Non
 
     status = data["contact_status"][rows]
     free: NDArray[np.bool_] = np.asarray(status == 0)
-    take("contact_status", state.status.astype(np.int32), on | free)
-    take("penetration", state.penetration)
-    take("gap", -state.penetration)
-    take("normal", state.normal)
+    take("contact_status", state.status[:n].astype(np.int32), on | free)
+    take("penetration", state.penetration[:n])
+    take("gap", -state.penetration[:n])
+    take("normal", state.normal[:n])
     take("area", state.area)
     take("pressure", state.pressure)
     take("cluster", state.clusters)

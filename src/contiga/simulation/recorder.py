@@ -79,7 +79,9 @@ class Recorder:
         self._fingerprint = fingerprint_of(self.model)
         checkpoint = None
         if resume:
-            checkpoint = read_checkpoint(folder / names.CHECKPOINT, self._fingerprint)
+            checkpoint = read_checkpoint(
+                folder / names.CHECKPOINT, self._fingerprint, self.model.contacts
+            )
         self._made = open_folder(folder, names.OURS, "run")
         self.folder = folder
         written = None
@@ -100,9 +102,12 @@ class Recorder:
 
     def take(self, stepped: Stepped) -> None:
         """Record one step."""
-        row, state = history_row(self.model, stepped), stepped.state
+        state = stepped.state
         done, written, _ = self._stand
-        if self._fields and (self._is_last(state) or done % self.model.output.every == 0):
+        recorded = self._is_last(state) or done % self.model.output.every == 0
+        with self._clock("area"):
+            row = history_row(self.model, stepped, measured=recorded)
+        if self._fields and recorded:
             with self._clock("output"):
                 self._fields.append(state)
             written += 1
@@ -118,10 +123,7 @@ class Recorder:
 
     def columns(self) -> dict[str, FloatArray]:
         """The history so far; counts are whole numbers."""
-        return {
-            name: np.array(values[: self.done], np.int64 if is_count(name) else np.float64)
-            for name, values in self._rows.items()
-        }
+        return {name: _column(name, values[: self.done]) for name, values in self._rows.items()}
 
     def save(self) -> None:
         """Leave a checkpoint of the last whole step; nothing at all where there is none."""
@@ -173,6 +175,12 @@ class Recorder:
                 ),
             )
             self._saved = perf_counter()
+
+
+def _column(name: str, values: list[float]) -> FloatArray:
+    """A column of the history; counts of what is not measured at every step hold NaN."""
+    whole = np.array(values, np.float64)
+    return whole.astype(np.int64) if is_count(name) and np.isfinite(whole).all() else whole
 
 
 def is_count(column: str) -> bool:

@@ -16,7 +16,7 @@ from contiga.num.twist import Twist
 from contiga.records import ContactStatus
 from contiga.simulation.clock import Clock
 from contiga.simulation.model import ContactPart, Model, SlavePart
-from contiga.simulation.system_state import BodyState, Energy, SlaveState, SystemState
+from contiga.simulation.system_state import BodyState, SlaveState, SystemState, energy_of
 
 # Columns of the history that count points by what became of them in the step.
 COUNTED = {
@@ -90,8 +90,7 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
             part, last, (slaves[part.slave], bodies[part.master]), time, clock
         )
         walls[part.name] = perf_counter() - begun
-    energy = Energy(sum(float(state.stored) for state in contacts.values()))
-    return Stepped(SystemState(time, bodies, slaves, contacts, energy), walls)
+    return Stepped(SystemState(time, bodies, slaves, contacts, energy_of(contacts)), walls)
 
 
 def _touch(
@@ -105,23 +104,37 @@ def _touch(
     p_W, X_WB = pair[0].points, pair[1].pose
     if last is None:
         return part.contact.start(p_W, X_WB, clock=clock)
-    return part.contact.step(last.contacts[part.name], p_W, X_WB, time - last.time, clock=clock)
+    return part.contact.step(
+        last.contacts[part.name],
+        p_W,
+        X_WB,
+        time - last.time,
+        velocity=pair[0].velocities,
+        twist=pair[1].twist,
+        clock=clock,
+    )
 
 
-def history_row(model: Model, stepped: Stepped) -> dict[str, float]:
-    """One row of the history; columns carry the contact's name where there are several."""
+def history_row(model: Model, stepped: Stepped, *, measured: bool) -> dict[str, float]:
+    """One row of the history; columns carry the contact's name where there are several.
+
+    Contact areas are measured where `measured` is said; else they are NaN.
+    """
     row: dict[str, float] = {"time": stepped.state.time}
     for part in model.contacts:
         prefix = "" if len(model.contacts) == 1 else f"{part.name}."
-        columns = _columns(stepped.state.contacts[part.name], stepped.walls[part.name])
+        columns = _columns(
+            stepped.state.contacts[part.name], stepped.walls[part.name], measured=measured
+        )
         row |= {prefix + name: value for name, value in columns.items()}
     return row
 
 
-def _columns(state: State, wall: float) -> dict[str, float]:
+def _columns(state: State, wall: float, *, measured: bool) -> dict[str, float]:
     """What the history says of one contact."""
     force, moment_about = state.total_force, state.wrench[3:]
     centre = state.centre_of_pressure
+    measured = measured or state.contact.weights == "area"
     columns: dict[str, float] = {
         "n_contact": state.n_contact,
         "max_penetration": state.max_penetration,
@@ -132,16 +145,39 @@ def _columns(state: State, wall: float) -> dict[str, float]:
         "moment_x": moment_about[0],
         "moment_y": moment_about[1],
         "moment_z": moment_about[2],
-        "area": state.total_area,
-        "n_clusters": state.n_clusters,
-        "mean_pressure": state.mean_pressure,
+        **_friction_columns(state),
+        "area": state.total_area if measured else np.nan,
+        "n_clusters": state.n_clusters if measured else np.nan,
+        "mean_pressure": state.mean_pressure if measured else np.nan,
         "max_pressure": state.max_pressure,
         "centre_x": centre[0],
         "centre_y": centre[1],
         "centre_z": centre[2],
+        **_energy_columns(state),
         "wall_time": wall,
     }
     counts = np.bincount(state.status, minlength=len(ContactStatus))
     columns |= {name: int(counts[status]) for name, status in COUNTED.items()}
     columns["n_unproved"] = state.n_unproved
     return columns
+
+
+def _friction_columns(state: State) -> dict[str, float]:
+    """Force of friction on the slave, where there is friction."""
+    if len(state.traction_B) == 0:
+        return {}
+    total = state.friction.sum(axis=0)
+    return {f"friction_{axis}": float(value) for axis, value in zip("xyz", total, strict=True)}
+
+
+def _energy_columns(state: State) -> dict[str, float]:
+    """Where the work done on the contact went since the start."""
+    energy = state.energy
+    return {
+        "work": energy.work,
+        "energy_stored": energy.stored,
+        "energy_hysteresis": energy.hysteresis,
+        "energy_damping": energy.damping,
+        "energy_friction": energy.friction,
+        "energy_error": energy.error,
+    }

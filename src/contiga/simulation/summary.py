@@ -13,7 +13,7 @@ from contiga.simulation.model import Model
 from contiga.simulation.step import COUNTED
 from contiga.version import __version__
 
-NOTED = (ContactStatus.SLID_OFF, ContactStatus.HELD)
+NOTED = (ContactStatus.SLID_OFF, ContactStatus.HELD, ContactStatus.THROUGH)
 """Statuses that are in order, where they were meant to come."""
 WARNED = (
     ContactStatus.LOST,
@@ -50,7 +50,10 @@ def summarise(
         },
         "inputs": _inputs(model),
         "notes": _told(statuses, NOTED),
-        "warnings": _told(statuses, WARNED) + _not_finite(model, history) + _flaws(model),
+        "warnings": _told(statuses, WARNED)
+        + _not_finite(model, history)
+        + _flaws(model)
+        + _measured_weights(model, history),
     }
 
 
@@ -87,6 +90,21 @@ def _inputs(model: Model) -> dict[str, dict[str, Any]]:
 def _flaws(model: Model) -> list[str]:
     """What is wrong with how the faces of bodies meet."""
     return [f"{name}: {text}" for name, part in model.bodies.items() for text in part.body.flaws]
+
+
+def _measured_weights(model: Model, history: dict[str, FloatArray]) -> list[str]:
+    """What measured areas as weights of the force have done to the energy."""
+    texts = []
+    for part in model.contacts:
+        prefix = f"{part.name}." if len(model.contacts) > 1 else ""
+        work, error = (history[prefix + name] for name in ("work", "energy_error"))
+        if part.contact.weights == "area":
+            texts.append(
+                f'{part.name}: contact areas as they are measured weigh its force (weights = "area"'
+                f"), which is the gradient of no energy: {error[-1]:.3g} of the work of "
+                f'{np.abs(work).max():.3g} is nowhere at the end; weights = "rest" keeps it'
+            )
+    return texts
 
 
 def _not_finite(model: Model, history: dict[str, FloatArray]) -> list[str]:

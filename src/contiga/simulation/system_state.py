@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -30,10 +31,25 @@ class SlaveState(NamedTuple):
 
 
 class Energy(NamedTuple):
-    """Where the energy of a system is."""
+    """Where the energy of a system is, and where it went since the start."""
 
     contact: float
-    """Stored in the contacts: what their laws would give back."""
+    """Stored in the contacts: what their laws and sticking friction would give back."""
+    hysteresis: float = 0.0
+    """Lost in laws that unload by another curve than they load."""
+    damping: float = 0.0
+    """Taken by the damping of laws."""
+    friction: float = 0.0
+    """Taken by sliding."""
+    error: float = 0.0
+    """Work done on the contacts that is nowhere."""
+
+
+def energy_of(contacts: Mapping[str, State]) -> Energy:
+    """The energies of all contacts together."""
+    energies = [state.energy for state in contacts.values()]
+    names = ("stored", "hysteresis", "damping", "friction", "error")
+    return Energy(*(sum(float(getattr(e, name)) for e in energies) for name in names))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -228,6 +228,65 @@ TABLE = [
         'motion = { kind = "poses" }',
         "body[0].motion: must have exactly one of the keys file or table",
     ),
+    # ---- hysteresis and friction
+    swap(
+        "unloading above loading",
+        LAW,
+        '{ kind = "stress", elastic = 1, thickness = 1, unloading = 2, hysteresis_slope = 5 }',
+        "contact[0].law.unloading: the unloading curve is above the loading curve at 1",
+    ),
+    swap(
+        "unloading without its slope",
+        LAW,
+        '{ kind = "force", curve = 2, unloading = 1 }',
+        "contact[0].law.hysteresis_slope: is missing",
+        "Give both",
+    ),
+    swap(
+        "a slope below that of the curve",
+        LAW,
+        '{ kind = "force", curve = 2, unloading = 1, hysteresis_slope = 1.5 }',
+        "contact[0].law.hysteresis_slope: must not be below the steepest slope",
+        "2 or above",
+    ),
+    swap(
+        "a share that is none",
+        LAW,
+        '{ kind = "force", curve = 2, share = "all" }',
+        "contact[0].law.share: unknown value; found 'all'",
+    ),
+    swap(
+        "combined with unloading",
+        f"law = {LAW}",
+        'type = "combined"\nmaster_law = { kind = "stress", elastic = 1, thickness = 1 }\n'
+        'law = { kind = "stress", elastic = 1, unloading = 1, hysteresis_slope = 5 }',
+        "contact[0].law.unloading: combined contact balances elastic stresses",
+    ),
+    swap(
+        "friction of another kind",
+        "area =",
+        'friction = { kind = "coulom", static = 0.4 }\narea =',
+        "contact[0].friction.kind: unknown kind; found 'coulom'",
+        '"coulomb", "viscous-regularised"',
+    ),
+    swap(
+        "static friction below the dynamic",
+        "area =",
+        'friction = { kind = "coulomb", static = 0.2, dynamic = 0.4 }\narea =',
+        "contact[0].friction.static: the static coefficient must not be below the dynamic one",
+    ),
+    swap(
+        "a negative coefficient",
+        "area =",
+        'friction = { kind = "coulomb", static = -0.2 }\narea =',
+        "contact[0].friction.static: is too small; found -0.2",
+    ),
+    swap(
+        "viscous friction without a speed",
+        "area =",
+        'friction = { kind = "viscous-regularised", coefficient = 0.2, speed = 0 }\narea =',
+        "contact[0].friction.speed: is too small; found 0",
+    ),
     # ---- combined contact
     swap(
         "combined without the master's law",

@@ -12,7 +12,10 @@ from contiga.case.describe import describe, description
 from contiga.case.schema import Case, TimeSpec, load_case, parse_case
 from contiga.case.toml import resolved_toml
 from contiga.errors import CaseError
-from contiga.laws.normal import AdaptiveLaw, ForceLaw, PenaltyLaw, StressLaw
+from contiga.laws.force import ForceLaw
+from contiga.laws.friction import Coulomb, Friction, ViscousFriction
+from contiga.laws.normal import AdaptiveLaw, PenaltyLaw
+from contiga.laws.stress import StressLaw
 
 HEAD = """\
 [units]
@@ -89,6 +92,26 @@ def test_files_are_found_beside_the_case_and_kept_absolute(tmp_path: Path) -> No
         ('{ kind = "stress", elastic = 2 }', StressLaw, "needs_thickness", True),
         ('{ kind = "penalty", stiffness = 4, per_area = true }', PenaltyLaw, "per_area", True),
         ('{ kind = "adaptive" }', AdaptiveLaw, "scale", 0.1),
+        ('{ kind = "force", curve = 2, share = "deepest" }', ForceLaw, "share", "deepest"),
+        (
+            '{ kind = "force", curve = 2, unloading = 1, hysteresis_slope = 5 }',
+            ForceLaw,
+            "n_memory",
+            2,
+        ),
+        (
+            '{ kind = "stress", elastic = 2, unloading = 1, hysteresis_slope = 5 }',
+            StressLaw,
+            "n_memory",
+            2,
+        ),
+        ('{ kind = "stress", elastic = 2, damping_ratio = 0.3 }', StressLaw, "damping_ratio", 0.3),
+        (
+            '{ kind = "penalty", stiffness = 4, damping_ratio = 0.3 }',
+            PenaltyLaw,
+            "needs_mass",
+            True,
+        ),
     ],
 )
 def test_every_law_comes_with_its_options(text: str, kind: type, field: str, value) -> None:
@@ -116,6 +139,30 @@ def test_a_combined_contact_takes_both_laws() -> None:
         'master_law = { kind = "stress", elastic = 5, thickness = 1 }',
     )
     assert case_with(contact=contact).contact[0].master_law is not None
+
+
+@pytest.mark.parametrize(
+    ("text", "friction"),
+    [
+        ('{ kind = "coulomb", static = 0.4 }', Coulomb(0.4)),
+        (
+            '{ kind = "coulomb", static = 0.4, dynamic = 0.3, decay = 2, stiffness = 5, '
+            "per_area = true }",
+            Coulomb(0.4, 0.3, decay=2.0, stiffness=5.0, per_area=True),
+        ),
+        (
+            '{ kind = "viscous-regularised", coefficient = 0.4, speed = 2 }',
+            ViscousFriction(0.4, 2.0),
+        ),
+    ],
+)
+def test_every_friction_comes_with_its_options(text: str, friction: Friction) -> None:
+    case = case_with(contact=f"{CONTACT}friction = {text}\n")
+    for read in (case, parse_case(resolved_toml(case))):
+        assert read.contact[0].friction is not None
+        assert read.contact[0].friction.friction == friction
+    kind = "coulomb: static" if isinstance(friction, Coulomb) else "viscous-regularised: coeff"
+    assert dict(describe(case))["  friction"].startswith(kind)
 
 
 def test_several_contacts_of_one_pair_need_names() -> None:
@@ -213,6 +260,8 @@ def test_the_description_says_what_a_run_would_do() -> None:
     assert rows["body plate"] == "plane()"
     assert rows["  law"] == "force: curve 2 points from x = 0 to (1, 2), goes on straight beyond"
     assert rows["slave pad"] == "1 given points"
+    bare = case_with(contact=CONTACT.replace('"force", curve = 2', '"adaptive"'))
+    assert dict(describe(bare))["  law"] == "adaptive"
 
 
 def test_reading_a_case_imports_no_cad_and_no_plots() -> None:

@@ -58,4 +58,4 @@ def test_stiffness_and_energy_of_a_state_are_those_of_its_law() -> None:
     state = contact.start(heights(0.1, 0.1, 0.1, 0.1))
     state = contact.step(state, heights(-0.5, 0.1, -0.25, -1.0))
     np.testing.assert_allclose(state.stiffness, [4.0, 0.0, 16.0, 32.0], rtol=1e-12)
-    assert state.stored == pytest.approx(0.5 + 0.5 + 16.0)
+    assert state.energy.stored == pytest.approx(0.5 + 0.5 + 16.0)

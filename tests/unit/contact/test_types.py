@@ -29,7 +29,7 @@ def test_type_master_carries_areas_to_the_master_on_concentric_spheres(depth: fl
     law = cg.StressLaw(3.0, thickness=0.5)
     found = {}
     for kind in ("slave", "master"):
-        contact = cg.Contact(ball, cloud, law=law, contact_type=kind)
+        contact = cg.Contact(ball, cloud, law=law, contact_type=kind, weights="area")
         found[kind] = contact.step(contact.start(1.1 * 2.0 / (2.0 - depth) * inner), inner)
     stress = 3.0 * depth / 0.5
     ratio = (2.0 / (2.0 - depth)) ** 2
@@ -39,6 +39,11 @@ def test_type_master_carries_areas_to_the_master_on_concentric_spheres(depth: fl
         force = np.linalg.norm(state.force, axis=1)
         np.testing.assert_allclose(force, stress * state.area, rtol=1e-8, err_msg=kind)
         np.testing.assert_allclose(state.pressure, stress, rtol=1e-8)
+    at_rest = cg.Contact(ball, cloud, law=law, contact_type="master")
+    state = at_rest.step(at_rest.start(1.1 * 2.0 / (2.0 - depth) * inner), inner)
+    np.testing.assert_allclose(np.linalg.norm(state.force, axis=1), stress * areas, rtol=1e-8)
+    np.testing.assert_allclose(state.area, areas * ratio, rtol=1e-10)
+    np.testing.assert_allclose(state.pressure, stress, rtol=1e-8)
 
 
 def test_type_master_carries_areas_to_the_master_on_parallel_cylinders() -> None:

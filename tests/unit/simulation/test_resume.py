@@ -334,7 +334,9 @@ def test_a_folder_that_was_moved_is_the_same_case(make: Make, tmp_path: Path) ->
 
 def test_a_checkpoint_keeps_every_bit(simulation: Simulation, tmp_path: Path) -> None:
     result = simulation.run(tmp_path)
-    read = read_checkpoint(tmp_path / "checkpoint.h5", simulation.fingerprint())
+    read = read_checkpoint(
+        tmp_path / "checkpoint.h5", simulation.fingerprint(), simulation.contacts
+    )
     assert (read.done, read.written) == (13, 13)
     _same_states(read.state, result.state)
     _same_history(read.history, result.history)

@@ -27,7 +27,8 @@ COLUMNS = [
     "time",
     *("n_contact", "max_penetration", "force_x", "force_y", "force_z", "force"),
     *("moment_x", "moment_y", "moment_z", "area", "n_clusters", "mean_pressure", "max_pressure"),
-    *("centre_x", "centre_y", "centre_z", "wall_time"),
+    *("centre_x", "centre_y", "centre_z", "work", "energy_stored", "energy_hysteresis"),
+    *("energy_damping", "energy_friction", "energy_error", "wall_time"),
     *COUNTED,
     "n_unproved",
 ]
@@ -44,7 +45,15 @@ def test_the_history_has_a_row_a_step_of_what_the_states_say(simulation: Simulat
     for k, time in enumerate(simulation.stepping.planned()):
         if k:
             dt = time - simulation.stepping.planned()[k - 1]
-            state = part.contact.step(state, points, motion.pose(time), dt)
+            at_rest = np.zeros_like(points)
+            state = part.contact.step(
+                state,
+                points,
+                motion.pose(time),
+                dt,
+                velocity=at_rest,
+                twist=motion.twist(time),
+            )
         expected = {
             "n_contact": state.n_contact,
             "max_penetration": state.max_penetration,
@@ -106,7 +115,9 @@ def test_the_fields_are_those_of_the_states(simulation: Simulation, tmp_path: Pa
         X_WB = simulation.bodies["ball"].motion.pose(time)
         if k:
             dt = time - simulation.stepping.planned()[k - 1]
-            state = part.contact.step(state, points, X_WB, dt)
+            twist = simulation.bodies["ball"].motion.twist(time)
+            still = np.zeros_like(points)
+            state = part.contact.step(state, points, X_WB, dt, velocity=still, twist=twist)
         on = state.in_contact
         np.testing.assert_array_equal(fields.points(k)[rows], points)
         for name, values in (

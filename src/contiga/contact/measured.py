@@ -1,0 +1,70 @@
+"""Contact areas of a state, measured when somebody looks at them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, outlines_of
+from contiga.area.offset import offset_ratio
+from contiga.contact.state import State
+from contiga.masters.protocol import Master
+from contiga.num.rigid import to_world
+from contiga.records import FloatArray, Projection
+from contiga.statuses import Status
+
+
+class Measure:
+    """How the contact area of a contact is measured.
+
+    Parameters
+    ----------
+    master : the body
+    method : of the area
+    side : whose area is wanted, "slave" or "master"
+    own : (n,) tributary areas of the slave, where it has them
+    prepared : what the method keeps about the slave
+    """
+
+    def __init__(
+        self, master: Master, method: AreaMethod, side: str, own: FloatArray | None, prepared: Any
+    ) -> None:
+        self.method = method
+        self._master = master
+        self._side = side
+        self._own = own
+        self._prepared = prepared
+
+    def input(self, nodes: FloatArray, patch: np.ndarray, feet: Projection) -> AreaInput:
+        """What the method sees of nodes (n, 3), body axes, of which patch ≥ 0 are in contact."""
+        rows = np.flatnonzero(patch >= 0).astype(np.int32)
+        return AreaInput(self._master, rows, nodes, feet, self._own, self._side, self._prepared, {})
+
+    def input_of(self, state: State) -> AreaInput:
+        """What the method sees of a state."""
+        n = len(state.force)
+        rows = np.flatnonzero(state.patch[:n] >= 0)
+        feet = Projection(
+            state.patch[rows],
+            state.uv[rows],
+            state.foot_B[rows],
+            state.normal_B[rows],
+            -state.penetration[rows],
+            state.feature[rows],
+            np.full(len(rows), Status.OK, np.int8),
+            np.zeros(len(rows), np.int8),
+        )
+        return self.input(state.points_B[:n], state.patch[:n], feet)
+
+    def areas(self, inp: AreaInput) -> Areas:
+        """Nodal areas on the side that is wanted."""
+        areas = self.method.measure(inp)
+        if self._side == "slave" or areas.on == "master":
+            return areas
+        return areas._replace(area=areas.area / offset_ratio(self._master, inp.feet))
+
+    def outlines(self, inp: AreaInput, pose: FloatArray) -> Outlines | None:
+        """Where contact ends, world axes; None for methods that do not say."""
+        found = outlines_of(self.method, inp)
+        return None if found is None else found._replace(points=to_world(pose, found.points))

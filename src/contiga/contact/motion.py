@@ -1,0 +1,74 @@
+"""How fast points move against the body, where it is known exactly."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import InputError
+from contiga.num.arrays import as_points
+from contiga.num.pose import invert
+from contiga.num.rigid import turn_to_world
+from contiga.num.twist import Twist, still
+from contiga.records import FloatArray
+from contiga.slaves.sampling import Sampling
+
+Velocities: TypeAlias = tuple[ArrayLike, ArrayLike]
+"""(v, w): velocity of a frame's origin and its spin, world axes."""
+
+
+def relative_velocity(
+    sampling: Sampling,
+    p_W: FloatArray,
+    poses: tuple[FloatArray, FloatArray],
+    velocity: ArrayLike | None,
+    twist: Velocities | None,
+) -> FloatArray | None:
+    """(m, 3) velocities of the points p_W (m, 3) against the body, body axes; None if not given.
+
+    `poses` are those of the body before and now.
+    """
+    if velocity is None:
+        if twist is not None:
+            raise InputError(
+                "the twist of the master is given and the velocity of the slave is not",
+                where="velocity",
+                allowed="both or neither",
+                remedy="Give velocity=(n, 3), zeros of a slave that stands still",
+            )
+        return None
+    if twist is None and not np.array_equal(*poses):
+        raise InputError(
+            "the velocity of the slave is given and the twist of the master, which moves, is not",
+            where="twist",
+            allowed="both or neither",
+            remedy="Give twist=(v, w): velocity of the master's origin and its spin",
+        )
+    v_W = as_points(velocity, "velocity")
+    if len(v_W) != sampling.n_nodes:
+        raise InputError(
+            "velocity must have one row a slave point",
+            where="velocity",
+            found=len(v_W),
+            allowed=str(sampling.n_nodes),
+        )
+    body = still() if twist is None else _checked(twist)
+    relative = sampling.points(v_W) - body.at(poses[1][:3, 3], p_W)
+    return turn_to_world(invert(poses[1]), relative)
+
+
+def _checked(twist: Velocities) -> Twist:
+    try:
+        parts = [np.asarray(part, dtype=np.float64) for part in twist]
+    except (TypeError, ValueError):
+        parts = []
+    if len(parts) != 2 or any(p.shape != (3,) or not np.isfinite(p).all() for p in parts):
+        raise InputError(
+            "a twist is a velocity and a spin",
+            where="twist",
+            found=twist,
+            allowed="(v, w) of three finite numbers each",
+        )
+    return Twist(*parts)

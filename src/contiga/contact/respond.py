@@ -1,0 +1,191 @@
+"""From what the search has found to forces: laws, sums over points, and where the work went."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.contact.checks import checked_answer, locked
+from contiga.contact.energy import ContactEnergy, half_work
+from contiga.contact.state import State
+from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
+from contiga.laws.normal import Law
+from contiga.num.rigid import turn_to_world
+from contiga.records import FloatArray, IntArray, LawInput, LawOutput, Projection
+from contiga.slaves.sampling import Sampling
+
+
+class Past(NamedTuple):
+    """How the points came where they are."""
+
+    state: State
+    """Of the last step."""
+    dt: float
+    velocity_B: FloatArray | None
+    """(m, 3) against the body, body axes, where it is known exactly."""
+
+
+class Carrying(NamedTuple):
+    """The points in contact that carry forces, one row each, body axes."""
+
+    rows: IntArray
+    feet: Projection
+    depth: FloatArray
+    """(k,) λ."""
+    path: FloatArray
+    """(k, 3) against the body in the step; zero at the start and of points without a past."""
+    old: np.ndarray
+    """(k,) whether each was in contact before."""
+
+
+class Response(NamedTuple):
+    """Forces at the points that carry."""
+
+    normal: LawOutput
+    friction: FrictionOutput | None
+    force_B: FloatArray
+    """(k, 3) on the points, body axes."""
+
+
+def carrying(rows: IntArray, feet: Projection, p_B: FloatArray, past: Past | None) -> Carrying:
+    """What is known of the points `rows`."""
+    depth = np.maximum(-feet.gap, 0.0)
+    if past is None:
+        return Carrying(rows, feet, depth, np.zeros((len(rows), 3)), np.zeros(len(rows), np.bool_))
+    path = p_B[rows] - past.state.points_B[rows]
+    path = np.where(np.isfinite(path), path, 0.0)
+    return Carrying(rows, feet, depth, path, past.state.patch[rows] >= 0)
+
+
+def rates(points: Carrying, past: Past | None) -> FloatArray:
+    """(k,) dλ/dt: exact where velocities are given, else of old contacts the change of λ over the
+    step and of new ones their speed of approach."""
+    if past is None:
+        return np.zeros(len(points.rows))
+    n = points.feet.normal
+    if past.velocity_B is not None:
+        return -(past.velocity_B[points.rows] * n).sum(axis=1)
+    change = points.depth - past.state.penetration[points.rows]
+    return np.where(points.old, change, -(points.path * n).sum(axis=1)) / past.dt
+
+
+def law_input(
+    points: Carrying, sampling: Sampling, area: FloatArray, past: Past | None, n_memory: int
+) -> LawInput:
+    """What the law sees of the points that carry."""
+    rows, thickness, mass = points.rows, sampling.thickness, sampling.mass
+    return LawInput(
+        locked(points.depth),
+        rates(points, past),
+        locked(area),
+        None if thickness is None else thickness[rows],
+        None if mass is None else mass[rows],
+        0.0 if past is None else past.dt,
+        np.zeros((len(rows), n_memory)) if past is None else past.state.memory[rows],
+    )
+
+
+def respond(
+    law: Law, friction: Friction | None, points: Carrying, inp: LawInput, past: Past | None
+) -> Response:
+    """Forces at the points that carry."""
+    answer = checked_answer(law, inp)
+    force_B = answer.force[:, None] * points.feet.normal
+    if friction is None:
+        return Response(answer, None, force_B)
+    gripped = friction.respond(_friction_input(friction, points, answer, inp, past))
+    return Response(answer, gripped, force_B + gripped.force)
+
+
+def _friction_input(
+    friction: Friction, points: Carrying, answer: LawOutput, inp: LawInput, past: Past | None
+) -> FrictionInput:
+    rows, n = points.rows, points.feet.normal
+    if past is None:
+        before, memory = np.zeros_like(n), np.zeros((len(rows), friction.n_memory))
+        velocity = np.zeros_like(n)
+    else:
+        before, memory = past.state.normal_B[rows], past.state.grip[rows]
+        known = past.velocity_B
+        velocity = points.path / past.dt if known is None else known[rows]
+    return FrictionInput(
+        normal=n,
+        normal_before=before,
+        force=answer.force,
+        stiffness=_stiffness(points, answer),
+        area=inp.area,
+        path=points.path * _part_inside(points)[:, None],
+        velocity=velocity,
+        dt=inp.dt,
+        memory=memory,
+    )
+
+
+def _stiffness(points: Carrying, answer: LawOutput) -> FloatArray:
+    """(k,) of the normal force over the penetration; on a plateau of its curve the secant."""
+    elastic = answer.force if answer.damping is None else answer.force - answer.damping
+    secant = np.zeros(len(elastic))
+    np.divide(elastic, points.depth, out=secant, where=points.depth > 0.0)
+    return np.where(answer.stiffness > 0.0, answer.stiffness, np.maximum(secant, 0.0))
+
+
+def _part_inside(points: Carrying) -> FloatArray:
+    """(k,) share of the step's path that a point has gone in contact: of a new one what is below
+    the tangent plane at its foot."""
+    way = -(points.path * points.feet.normal).sum(axis=1)
+    part = np.ones(len(way))
+    np.divide(points.depth, way, out=part, where=~points.old & (way > points.depth))
+    return part
+
+
+def balance(
+    points: Carrying, response: Response, p_B: FloatArray, past: Past | None
+) -> ContactEnergy:
+    """Where the work done on the contact went, up to now; `p_B` (m, 3) are all points."""
+    normal, grip = response.normal, response.friction
+    stored = float(normal.stored.sum()) + (0.0 if grip is None else float(grip.stored.sum()))
+    if past is None:
+        return ContactEnergy(stored, stored, 0.0, 0.0, 0.0)
+    last, energy = past.state, past.state.energy
+    rows = np.flatnonzero(last.normal_force)
+    way = p_B[rows] - last.points_B[rows]
+    way = np.where(np.isfinite(way), way, 0.0)
+    force = last.normal_force[rows, None] * last.normal_B[rows]
+    if len(last.traction_B):
+        force = force + last.traction_B[rows]
+    work = half_work(force, way) + half_work(response.force_B, points.path)
+    damped = 0.0
+    if normal.damping is not None:
+        damped += half_work(normal.damping[:, None] * points.feet.normal, points.path)
+    if len(last.damping):
+        damped += half_work(last.damping[rows, None] * last.normal_B[rows], way)
+    return ContactEnergy(
+        energy.work + work,
+        stored,
+        energy.hysteresis + (0.0 if normal.hysteresis is None else float(normal.hysteresis.sum())),
+        energy.damping + damped,
+        energy.friction + (0.0 if grip is None else float(grip.lost.sum())),
+    )
+
+
+def scattered(
+    n: int, rows: IntArray, values: np.ndarray, base: np.ndarray | None = None
+) -> np.ndarray:
+    """`values` in their rows of an array of n, `base` (zero if omitted) in the others."""
+    whole = np.zeros((n, *values.shape[1:]), values.dtype) if base is None else base.copy()
+    whole[rows] = values
+    return whole
+
+
+def moment(
+    points: Carrying, force_W: FloatArray, p_B: FloatArray, about_B: FloatArray, pose: FloatArray
+) -> FloatArray:
+    """(3,) moment of forces (k, 3) about `about_B` (3,), world axes.
+
+    The forces act where the slave's points are: so those on slave and master balance, with their
+    moments, whatever friction adds along the surface.
+    """
+    arm = turn_to_world(pose, p_B[points.rows] - about_B)
+    total: FloatArray = np.cross(arm, force_W).sum(axis=0)
+    return total

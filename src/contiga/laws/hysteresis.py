@@ -1,0 +1,321 @@
+"""Hysteresis: a force that unloads by another curve than it loads.
+
+The force F over an abscissa x (penetration, or strain) stays between a loading curve L and an
+unloading curve U, 0 ≤ U ≤ L, and moves along a line of slope K in between,
+
+    F = clip(F_old + K Δx, U(x), L(x)).
+
+K is not below the steepest slope of both curves. Then a line leaves a loading curve downwards and
+an unloading curve upwards only, each line meets each curve once, and one step gives what any
+number of smaller ones would, as long as x does not turn around between.
+
+What has been *stored* at (x, F) is what an unloading would give back: the area under the line down
+to U, and from there under U to x = 0. The work of a step is the area under its path; what of it is
+not stored is lost. It is lost while the force moves along L, and only then: nothing is lost along U
+and along the lines. Over a closed cycle that is the area between the curves, without the corner
+that the line cuts.
+
+A point that leaves contact in one step from x > 0 has, on its way, gone down the line and U to
+x = 0 and has given back all that was stored: nothing is lost then. Only the force of that part of
+the step was never seen, so that an integration in time may miss its work, as it misses part of
+that of an elastic point that leaves. A point that has left forgets: it comes back as a new one, at
+x = 0 and F = 0, and loads along L, also where the unloading left a permanent set. While it stays in
+contact the set is kept, with no force in it.
+
+Piecewise linear loading and unloading with a hysteresis slope is the model of crash codes (MADYMO
+Theory Manual, contact characteristics; LS-DYNA's curves for loading and unloading).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.errors import InputError
+from contiga.laws.characteristic import Characteristic, CurveLike
+from contiga.laws.law import above_zero, as_curve
+from contiga.records import FloatArray
+
+# Relative size of what counts as equal: tables that describe one curve by other points.
+_SAME = 1e-12
+# Of callables, which are compared and measured at samples.
+_SAMPLES = 65
+_TRIED = 1e-3
+
+
+class Moved(NamedTuple):
+    """What an elastic or hysteretic force has done in a step, one row a point."""
+
+    force: FloatArray
+    """(n,) F at the end."""
+    stiffness: FloatArray
+    """(n,) dF/dx at the end: the slope of the curve the force is on, or K."""
+    stored: FloatArray
+    """(n,) what an unloading gives back."""
+    lost: FloatArray
+    """(n,) work of the step that is not stored."""
+
+
+def elastic_move(curve: Characteristic, x: FloatArray) -> Moved:
+    """The step of an elastic force that has come to `x` (n,)."""
+    return Moved(curve.carried(x), curve.carried_slope(x), curve.energy(x), np.zeros(x.shape))
+
+
+def hysteresis_of(
+    loading: Characteristic, unloading: CurveLike | None, slope: float | None
+) -> Hysteresis | None:
+    """The hysteresis that a law was given, None without.
+
+    Raises
+    ------
+    InputError
+        One of `unloading` and `slope` without the other, and as `Hysteresis`.
+    """
+    if unloading is None and slope is None:
+        return None
+    if unloading is None or slope is None:
+        given, other = "unloading", "hysteresis_slope"
+        if unloading is None:
+            given, other = other, given
+        raise InputError(
+            f"is missing: {given} was given, and one is nothing without the other",
+            where=other,
+            remedy="Give both, or none for an elastic law",
+        )
+    return Hysteresis(loading, as_curve(unloading, "unloading"), slope)
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class Hysteresis:
+    """A force between a loading and an unloading curve.
+
+    Parameters
+    ----------
+    loading, unloading : L and U; below zero L counts as zero
+    slope : K, not below the steepest slope of either
+
+    Notes
+    -----
+    Tables are exact: checked at all their points, lines and curves met in closed form. Callables
+    are checked at samples, when made and up to the largest x of each step, and met by
+    Chandrupatla's bracketing method.
+
+    Raises
+    ------
+    InputError
+        U above L or below zero at some x ≥ 0, K not above zero, not finite or below the steepest
+        slope, a table without x = 0 whose extrapolation is an error.
+
+    Examples
+    --------
+    A cycle to x = 1 loses ∫L − ∫U and the corner: 0.5 − 0.25 − 0.5 · 0.5 · 0.5/(2 − 0.5)
+
+    >>> pad = Hysteresis(Characteristic(1.0), Characteristic(0.5), 2.0)
+    >>> zero, one = np.zeros(1), np.ones(1)
+    >>> up = pad.move(zero, zero, one)
+    >>> float(up.lost[0].round(12)), float(pad.move(one, up.force, zero).lost[0])
+    (0.166666666667, 0.0)
+    """
+
+    loading: Characteristic
+    unloading: Characteristic
+    slope: float
+
+    def __init__(self, loading: Characteristic, unloading: Characteristic, slope: float) -> None:
+        put = object.__setattr__
+        put(self, "loading", loading)
+        put(self, "unloading", unloading)
+        put(self, "slope", above_zero(slope, "hysteresis_slope"))
+        for curve in (loading, unloading):
+            _check_start(curve)
+        if self.exact:
+            self._check_tables()
+        else:
+            ends = [c.x[-1] for c in (loading, unloading) if c.extrapolation == "error"]
+            self._check_samples(min([_TRIED, *ends]))
+
+    @property
+    def exact(self) -> bool:
+        """Whether both curves are tables."""
+        return self.loading.is_table and self.unloading.is_table
+
+    def move(self, x_old: FloatArray, f_old: FloatArray, x: FloatArray) -> Moved:
+        """The step from (`x_old`, `f_old`) to `x`, all (n,) and ≥ 0.
+
+        Raises
+        ------
+        InputError
+            A callable turns out to break the rules between the `x` known so far and these.
+        """
+        if not self.exact and x.size:
+            self._check_samples(float(max(x.max(), x_old.max())))
+        start = self._started(x_old, f_old)
+        upper, lower = self.loading.carried(x), self.unloading.carried(x)
+        line = start + self.slope * (x - x_old)
+        # The loading curve has the last word where rounding puts the other above it.
+        force = np.minimum(np.maximum(line, lower), upper)
+        stiffness = np.full(x.shape, self.slope)
+        on_upper = force >= upper
+        for curve, on in ((self.loading, on_upper), (self.unloading, (line <= lower) & ~on_upper)):
+            stiffness[on] = curve.carried_slope(x[on])
+        stored = self.stored(x, force)
+        lost = np.zeros(x.shape)
+        up = np.flatnonzero(on_upper & (x > x_old))
+        before, begin, end = x_old[up], start[up], x[up]
+        lost[up] = self._work_up(before, begin, end) - (stored[up] - self.stored(before, begin))
+        return Moved(force, stiffness, stored, lost)
+
+    def stored(self, x: FloatArray, force: FloatArray) -> FloatArray:
+        """(n,) what an unloading from (`x`, `force`) gives back."""
+        meet = self._meet(self.unloading, (x, force), np.zeros(x.shape), x)
+        way = x - meet
+        return way * (force - 0.5 * self.slope * way) + self.unloading.energy(meet)
+
+    def _started(self, x_old: FloatArray, f_old: FloatArray) -> FloatArray:
+        """F where the step starts: that of a point without a past is between the curves at 0."""
+        zero = np.zeros(1)
+        least, most = self.unloading.carried(zero), self.loading.carried(zero)
+        fresh = np.minimum(np.maximum(f_old, least), most)
+        return np.where(x_old > 0.0, f_old, fresh)
+
+    def _work_up(self, x_old: FloatArray, start: FloatArray, x: FloatArray) -> FloatArray:
+        """(n,) ∫F dx of a step up: along the line to where it meets L, then along L."""
+        meet = self._meet(self.loading, (x_old, start), x_old, x)
+        way = meet - x_old
+        along = self.loading.energy(x) - self.loading.energy(meet)
+        return way * (start + 0.5 * self.slope * way) + along
+
+    def _meet(
+        self,
+        curve: Characteristic,
+        point: tuple[FloatArray, FloatArray],
+        low: FloatArray,
+        high: FloatArray,
+    ) -> FloatArray:
+        """(n,) where the line through `point` (x, F) meets the curve, kept in [low, high].
+
+        The curve is above the line left of it and below the line right of it.
+        """
+        solve = _meet_table if curve.is_table else _meet_function
+        return np.clip(solve(curve, self.slope, point, low, high), low, high)
+
+    def _check_tables(self) -> None:
+        loading, unloading = self.loading, self.unloading
+        curves = (loading, unloading)
+        x = np.union1d(loading.polyline[0], unloading.polyline[0])
+        ends = [curve.x[-1] for curve in curves if curve.extrapolation == "error"]
+        x = x[x <= min(ends, default=np.inf)]
+        self._check_order(x)
+        beyond = [_slopes(curve)[-1] for curve in curves]
+        if not ends and beyond[1] > beyond[0] + _SAME * abs(beyond[0]):
+            raise InputError(
+                "the unloading curve rises above the loading curve beyond their last points, as "
+                "its last slope is steeper",
+                where=unloading.name,
+                found=float(beyond[1]),
+                allowed=f"up to {beyond[0]:.6g}",
+                remedy='Extend the tables, or hold an end with extrapolation = "constant"',
+            )
+        for curve in curves:
+            self._check_slope(curve, float(_slopes(curve).max()))
+
+    def _check_samples(self, upto: float) -> None:
+        x = np.linspace(0.0, upto, _SAMPLES)
+        self._check_order(x)
+        if upto > 0.0:
+            for curve in (self.loading, self.unloading):
+                self._check_slope(curve, float((np.diff(curve.carried(x)) / np.diff(x)).max()))
+
+    def _check_order(self, x: FloatArray) -> None:
+        """Refuse an unloading above the loading or below zero at `x`."""
+        above, below = self.loading.carried(x), self.unloading(x)
+        negative = np.flatnonzero(below < 0.0)
+        inside = self.unloading.x[-1] if self.unloading.is_table else np.inf
+        negative = negative[x[negative] <= inside]
+        if negative.size:
+            raise InputError(
+                f"the unloading curve is below zero at {x[negative[0]]:.6g}",
+                where=self.unloading.name,
+                found=float(below[negative[0]]),
+                allowed="zero or above",
+                remedy="A permanent set is a row of zero up to where the force begins",
+            )
+        wrong = np.flatnonzero(below > above + _SAME * above.max(initial=0.0))
+        if wrong.size:
+            at = wrong[0]
+            raise InputError(
+                f"the unloading curve is above the loading curve at {x[at]:.6g}",
+                where=self.unloading.name,
+                found=float(below[at]),
+                allowed=f"up to {above[at]:.6g}",
+            )
+
+    def _check_slope(self, curve: Characteristic, steepest: float) -> None:
+        same = _SAME if curve.is_table else 1e-9
+        if steepest > self.slope * (1.0 + same):
+            raise InputError(
+                f"must not be below the steepest slope of the curve {curve.name!r}: the force "
+                "could not follow it",
+                where="hysteresis_slope",
+                found=self.slope,
+                allowed=f"{steepest:.6g} or above",
+            )
+
+
+def _check_start(curve: Characteristic) -> None:
+    if curve.extrapolation == "error" and curve.is_table and curve.x[0] > 0.0:
+        raise InputError(
+            "hysteresis needs a table that starts at zero or below",
+            where=curve.name,
+            found=float(curve.x[0]),
+            remedy='Add its first point, or set extrapolation = "linear" or "constant"',
+        )
+
+
+def _slopes(curve: Characteristic) -> FloatArray:
+    """Slopes of `carried` of a table behind each node of its `polyline`."""
+    x, y, _ = curve.polyline
+    # A curve that falls behind its last node has its zero there: it stays on it.
+    beyond = max(curve.end_slopes[1], 0.0) if curve.extrapolation == "linear" else 0.0
+    return np.append(np.diff(y) / np.diff(x), beyond)
+
+
+def _meet_table(
+    curve: Characteristic,
+    slope: float,
+    point: tuple[FloatArray, FloatArray],
+    low: FloatArray,
+    high: FloatArray,
+) -> FloatArray:
+    """In closed form: curve − K x never rises, so that its level is found by bisection."""
+    nodes, y, _ = curve.polyline
+    fall = np.minimum.accumulate(y - slope * nodes)
+    level = point[1] - slope * point[0]
+    j = np.maximum(np.searchsorted(-fall, -level, side="right") - 1, 0)
+    faster = slope - _slopes(curve)[j]
+    way = np.zeros(level.shape)
+    np.divide(fall[j] - level, faster, out=way, where=faster > _SAME * slope)
+    return np.minimum(nodes[j] + np.maximum(way, 0.0), np.append(nodes[1:], np.inf)[j])
+
+
+def _meet_function(
+    curve: Characteristic,
+    slope: float,
+    point: tuple[FloatArray, FloatArray],
+    low: FloatArray,
+    high: FloatArray,
+) -> FloatArray:
+    """By bracketing in [low, high]; one of the ends where the line does not meet the curve."""
+    from scipy.optimize.elementwise import find_root
+
+    def above(x: FloatArray, x_line: FloatArray, f_line: FloatArray) -> FloatArray:
+        return curve.carried(x) - f_line - slope * (x - x_line)
+
+    meet = np.where(above(low, *point) > 0.0, high, low)
+    inner = (above(low, *point) > 0.0) & (above(high, *point) < 0.0)
+    if inner.any():
+        rows = tuple(values[inner] for values in point)
+        meet[inner] = find_root(above, (low[inner], high[inner]), args=rows).x
+    return meet

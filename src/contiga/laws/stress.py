@@ -1,0 +1,159 @@
+"""The law of contact stress: each point for itself, elastic or with hysteresis, and damped."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from contiga.errors import InputError
+from contiga.laws.characteristic import Characteristic, CurveLike
+from contiga.laws.hysteresis import Hysteresis, Moved, elastic_move, hysteresis_of
+from contiga.laws.law import above_zero, as_curve, critical_damping, not_negative, remembered
+from contiga.records import FloatArray, LawInput, LawOutput
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class StressLaw:
+    """Force from a contact stress, elastic and damped (thesis, Eq. 3.4).
+
+    F_i = A_i [σ_e(λ_i/t_i) + (C_d λ̇_i/t_i + σ_d(λ̇_i/t_i)) f_d(σ_e)]
+
+    Parameters
+    ----------
+    elastic : σ_e, stress over relative penetration λ/t; a number is a modulus
+    thickness : t > 0 of the deformed side, one value for all; None takes each slave node's own
+    damping : C_d ≥ 0, stress × time
+    damping_ratio : ζ ≥ 0, a share of the critical damping of each point: adds the force
+        2 ζ √(k_i m_i) λ̇_i of the present stiffness k_i and the mass m_i; not amplified
+    damping_curve : σ_d, stress over relative rate λ̇/t (negative while a contact opens)
+    amplification : f_d, a factor over the elastic stress; 1 if None
+    unloading : σ_u ≤ σ_e, the stress over λ/t of an unloading; as `elastic` if None
+    hysteresis_slope : K, stress over λ/t between the two curves; goes with `unloading`, and is not
+        below the steepest slope of either
+
+    Notes
+    -----
+    With `unloading` the elastic stress moves along lines of slope K between the curves,
+    σ = clip(σ_old + K Δ(λ/t), σ_u, σ_e), and each point remembers its last λ/t and σ: see
+    `contiga.laws.hysteresis`. The energies are those of the area of this step.
+
+    Contact does not pull: σ_e below zero counts as zero, and so does a negative F_i, which
+    damping would give while a contact opens fast.
+
+    Raises
+    ------
+    InputError
+        Thickness not above zero, negative damping, a curve that is wrong, unloading above loading
+        or below zero, K missing or too small; at `respond`, no thickness given and none in the
+        input, a damping ratio without masses.
+
+    Examples
+    --------
+    >>> one = np.ones(1)
+    >>> pressed = LawInput(0.2 * one, 0.0 * one, 4.0 * one, None, None, 0.0)
+    >>> StressLaw(10.0, thickness=0.5).respond(pressed).force.tolist()  # 4 · 10 · 0.2 / 0.5
+    [16.0]
+    """
+
+    elastic: Characteristic
+    thickness: float | None
+    damping: float
+    damping_curve: Characteristic | None
+    amplification: Characteristic | None
+    damping_ratio: float
+    hysteresis: Hysteresis | None
+
+    def __init__(
+        self,
+        elastic: CurveLike,
+        thickness: float | None = None,
+        *,
+        damping: float = 0.0,
+        damping_curve: CurveLike | None = None,
+        amplification: CurveLike | None = None,
+        damping_ratio: float = 0.0,
+        unloading: CurveLike | None = None,
+        hysteresis_slope: float | None = None,
+    ) -> None:
+        put = object.__setattr__
+        put(self, "elastic", as_curve(elastic, "elastic"))
+        put(self, "thickness", None if thickness is None else above_zero(thickness, "thickness"))
+        put(self, "damping", not_negative(damping, "damping"))
+        for name, curve in (("damping_curve", damping_curve), ("amplification", amplification)):
+            put(self, name, None if curve is None else as_curve(curve, name))
+        put(self, "damping_ratio", not_negative(damping_ratio, "damping_ratio"))
+        put(self, "hysteresis", hysteresis_of(self.elastic, unloading, hysteresis_slope))
+
+    @property
+    def needs_mass(self) -> bool:
+        """True with a damping ratio: what is critical goes with the mass."""
+        return self.damping_ratio > 0.0
+
+    @property
+    def n_memory(self) -> int:
+        """Strain and stress of the last step, with hysteresis; else nothing."""
+        return 0 if self.hysteresis is None else 2
+
+    @property
+    def needs_thickness(self) -> bool:
+        """True where no thickness was given: the slave's nodes must have one."""
+        return self.thickness is None
+
+    def thickness_of(self, inp: LawInput) -> FloatArray:
+        """Thickness of each point (n_c,): the law's own or the slave's."""
+        if self.thickness is not None:
+            return np.full(inp.penetration.shape, self.thickness)
+        if inp.thickness is None:
+            raise InputError(
+                "the stress law has no thickness and neither has the slave",
+                where="thickness",
+                remedy="Give StressLaw a thickness, or the slave one a node",
+            )
+        if not (inp.thickness > 0.0).all():
+            bad = inp.thickness[~(inp.thickness > 0.0)]
+            raise InputError(
+                f"{bad.size} points in contact have no thickness",
+                where="thickness",
+                found=float(bad[0]),
+                allowed="above zero",
+            )
+        return inp.thickness
+
+    def damping_stress(self, strain_rate: FloatArray, elastic_stress: FloatArray) -> FloatArray:
+        """(C_d λ̇/t + σ_d(λ̇/t)) f_d(σ_e), of either sign."""
+        stress = self.damping * strain_rate
+        if self.damping_curve is not None:
+            stress = stress + self.damping_curve(strain_rate)
+        if self.amplification is not None:
+            stress = stress * self.amplification(elastic_stress)
+        return stress
+
+    def respond(self, inp: LawInput) -> LawOutput:
+        """Forces of Eq. 3.4; the energy is that of the elastic stress."""
+        thickness = self.thickness_of(inp)
+        strain = inp.penetration / thickness
+        moved, memory = self._carried(strain, inp)
+        stress = moved.force + self.damping_stress(inp.rate / thickness, moved.force)
+        stiffness = inp.area * moved.stiffness / thickness
+        if self.damping_ratio > 0.0:
+            rated = critical_damping(self.damping_ratio, stiffness, inp.mass) * inp.rate
+            stress += np.divide(rated, inp.area, out=np.zeros(len(rated)), where=inp.area > 0.0)
+        force = inp.area * np.maximum(stress, 0.0)
+        volume = inp.area * thickness
+        return LawOutput(
+            force,
+            stiffness,
+            volume * moved.stored,
+            memory,
+            volume * moved.lost,
+            force - inp.area * moved.force,
+        )
+
+    def _carried(self, strain: FloatArray, inp: LawInput) -> tuple[Moved, FloatArray]:
+        """What the elastic stress does in the step, per unit of volume, and what to remember."""
+        if self.hysteresis is None:
+            return elastic_move(self.elastic, strain), np.zeros((len(strain), 0))
+        past = remembered(inp, self.n_memory)
+        moved = self.hysteresis.move(past[:, 0], past[:, 1], strain)
+        return moved, np.column_stack([strain, moved.force])
