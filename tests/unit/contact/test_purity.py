@@ -78,9 +78,7 @@ def test_permuted_points_have_permuted_results(search: str) -> None:
     plain, permuted = _run(np.arange(N), search), _run(order, search)
     for a, b in zip(plain, permuted, strict=True):
         for field in fields(State):
-            if field.name == "pose":
-                assert a.pose.tobytes() == b.pose.tobytes()
-            elif field.name == "wrench":
+            if field.name == "wrench":
                 scale = np.abs(a.force).sum() + 1e-300
                 np.testing.assert_allclose(b.wrench, a.wrench, rtol=0, atol=1e-13 * scale)
             elif field.name == "energies":
