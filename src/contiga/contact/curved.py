@@ -1,13 +1,14 @@
 """The search of a step in which the body turns: in its frame paths are curves, not their chords.
 
 Over a step the body goes evenly from one pose to the other, on a screw (exact where it turns about
-a fixed axis), and slave points go straight in world axes. Seen from the body a point then goes
-along p(s) = exp(−s ξ)(q₀ + s (q₁ − q₀)), whose second derivative is bounded, and a curve is never
-farther from its chord than an eighth of that (its bulge). Where the bulge is more than the share
-`BULGE` of the body's size the step is made in 2, 4, 8… pieces, in each of which it is less, and the
-state after the step is that after the last piece. Each point has pieces of its own: what becomes
-of it does not depend on others. Points that cannot come to the surface are left alone, and so are
-steps without turning.
+a fixed axis), and slave points go straight: in world axes, or, where they are carried along with
+the body, in its own. Seen from the body a point of the first kind goes along
+p(s) = exp(−s ξ)(q₀ + s (q₁ − q₀)), whose second derivative is bounded, and a curve is never farther
+from its chord than an eighth of that (its bulge). Where the bulge is more than the share `BULGE` of
+the body's size the step is made in 2, 4, 8… pieces, in each of which it is less, and the state
+after the step is that after the last piece. Each point has pieces of its own: what becomes of it
+does not depend on others. Points that cannot come to the surface are left alone, and so are steps
+without turning.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ from contiga.records import ByteArray, ContactStatus, FloatArray, IndexArray
 BULGE = 1e-5
 # Pieces a step is made in at most. Half a turn about an axis in the body takes 256.
 MOST = 1024
+# A point that goes less than this share of its way in the world, as the body sees it, is carried.
+CARRIED = 0.25
 # What rounding may take from a bound, relative.
 ROUNDING = 1e-9
 FOUND_AGAIN = (ContactStatus.FOUND, ContactStatus.REACQUIRED)
@@ -109,8 +112,10 @@ def _bulging(
     touching = last.patch >= 0
     room = np.where(touching, 0.0, np.abs(last.safe_distance))
     rows = np.flatnonzero(finite & (active | touching) & (room <= way + most))
-    bulge = bulge_of(screw, last.points_B[rows], to_world(X_01, now[rows]))
+    start, end = last.points_B[rows], to_world(X_01, now[rows])
+    bulge = bulge_of(screw, start, end)
     own = (bulge > allowed) & (room[rows] <= way[rows] + bulge)
+    own &= way[rows] >= CARRIED * np.sqrt(np.square(end - start).sum(axis=1))
     return rows[own], bulge[own]
 
 

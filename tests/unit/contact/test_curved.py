@@ -171,6 +171,20 @@ def test_a_point_does_not_hang_on_others() -> None:
         np.testing.assert_array_equal(getattr(own, name), getattr(state, name)[rows])
 
 
+def test_what_the_body_carries_along_goes_as_if_neither_turned() -> None:
+    """A far turn of the whole scene, in which points slip a little into the blade."""
+    points = np.random.default_rng(6).uniform([-0.4, 0.011, -0.2], [0.4, 0.04, 0.2], (100, 3))
+    slipped = points - [0.003, 0.015, 0.001]
+    contact = _contact("blade", 100)
+    start = contact.start(points)
+    still = contact.step(start, slipped)
+    X = pose.compose(pose.translation([1.0, -2.0, 0.5]), pose.rotation([1.0, 2.0, 0.5], 1.5))
+    carried = contact.step(start, pose.apply(X, slipped), X)
+    assert 20 < still.n_contact < 100
+    np.testing.assert_array_equal(carried.status, still.status)
+    np.testing.assert_allclose(carried.penetration, still.penetration, rtol=0, atol=1e-14)
+
+
 class _Counted:
     """Counts the searches of a step and their points."""
 
