@@ -133,7 +133,13 @@ def touch(scene: Scene, slave: cg.Slave, area: object) -> cg.State:
     """The contact of a scene."""
     law = cg.StressLaw(WINKLER[0], thickness=WINKLER[1]) if scene.force else cg.PenaltyLaw(1.0)
     contact = cg.Contact(
-        scene.body, slave, law=law, area=area, search="penetration", contact_type=scene.side
+        scene.body,
+        slave,
+        law=law,
+        area=area,
+        weights="area",
+        search="penetration",
+        contact_type=scene.side,
     )
     return contact.start(slave.points)
 

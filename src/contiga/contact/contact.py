@@ -26,7 +26,7 @@ from contiga.contact.curved import detect_on_curves
 from contiga.contact.detect import detect_at_start
 from contiga.contact.measured import Measure
 from contiga.contact.motion import Velocities, relative_velocity
-from contiga.contact.points import default_area, sampling_of
+from contiga.contact.points import default_area, pressure_of, sampling_of
 from contiga.contact.respond import (
     Past,
     balance,
@@ -163,7 +163,9 @@ class Contact(Shown):
         kept = prepared(self.area, rest)
         side = "master" if contact_type == "master" else "slave"
         self._measure = Measure(master, self.area, side, slave.area, kept)
-        self._sampling = sampling_of(slave, quadrature, weights, weights_of(self.area, rest, kept))
+        self._sampling = sampling_of(
+            slave, quadrature, weights, weights_of(self.area, rest, kept), self.law
+        )
         self.search = search
         self.on_edge = on_edge
         self.through = through
@@ -281,24 +283,13 @@ class Contact(Shown):
 
     def pressure(self, state: State) -> FloatArray:
         """(n,) pressure of the law at each node: normal force over the area that carries it."""
-        rows = np.flatnonzero(state.normal_force)
-        force = self._sampling.nodal_sum(rows, state.normal_force[rows])
-        weight = state.area if self.weights == "area" else self._carrying_area(state)
-        pressure = np.zeros(len(force))
-        np.divide(force, weight, out=pressure, where=weight > 0.0)
-        return pressure
+        return pressure_of(self._sampling, state)
 
     def slid(self, state: State) -> FloatArray:
         """(m, 3) way each point in contact has slid since it came in, body axes."""
         if self.friction is None:
             return np.zeros((len(state.status), 3))
         return self.friction.slid(state.grip)
-
-    def _carrying_area(self, state: State) -> FloatArray:
-        """(n,) fixed areas of the points in contact, at the nodes."""
-        rows = np.flatnonzero(state.patch >= 0)
-        rows = rows[rows >= self._sampling.first]
-        return self._sampling.nodal_sum(rows, self._sampling.weight[rows])
 
     def outlines(self, state: State, pose: ArrayLike | None = None) -> Outlines | None:
         """Closed lines around the regions of contact of `state`, world axes.
@@ -359,7 +350,7 @@ class Contact(Shown):
                 seen = self._measure.input(p_B, found.feet.patch, points.feet)
                 areas = self._measure.areas(seen)
         with clock("forces"):
-            area = sampling.weight[rows] if areas is None else areas.area
+            area = sampling.weights(rows) if areas is None else areas.area
             inp = law_input(points, sampling, area, past, self.law.n_memory)
             answer = respond(self.law, self.friction, points, inp, past)
             force_W = turn_to_world(X_WB, answer.force_B)

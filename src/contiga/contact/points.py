@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from contiga.area.facet import FacetArea
 from contiga.area.method import AreaMethod
 from contiga.area.nodal import NodalArea
+from contiga.contact.state import State
 from contiga.errors import InputError
+from contiga.laws.law import Law
 from contiga.records import FloatArray
 from contiga.slaves.sampling import RULES, Sampling
 from contiga.slaves.slave import Slave
@@ -18,12 +22,12 @@ def default_area(slave: Slave) -> AreaMethod:
 
 
 def sampling_of(
-    slave: Slave, quadrature: str | int, weights: str, fixed: FloatArray | None
+    slave: Slave, quadrature: str | int, weights: str, fixed: FloatArray | None, law: Law
 ) -> Sampling:
-    """The points of contact and their fixed areas."""
+    """The points of contact and their fixed areas, which only laws that need none do without."""
     if quadrature != "nodes":
         return Sampling(slave, None, RULES[int(quadrature)])
-    if weights == "rest" and fixed is None:
+    if weights == "rest" and fixed is None and getattr(law, "needs_area", True):
         raise InputError(
             "nothing tells the areas of the slave's points at rest",
             where="weights",
@@ -33,3 +37,18 @@ def sampling_of(
             "makes and loses energy",
         )
     return Sampling(slave, fixed if weights == "rest" else None)
+
+
+def pressure_of(sampling: Sampling, state: State) -> FloatArray:
+    """(n,) normal force at each node over the area that carries it, zero without contact."""
+    rows = np.flatnonzero(state.normal_force)
+    force = sampling.nodal_sum(rows, state.normal_force[rows])
+    if sampling.weight is None:
+        weight = state.area
+    else:
+        touching = np.flatnonzero(state.patch >= 0)
+        touching = touching[touching >= sampling.first]
+        weight = sampling.nodal_sum(touching, sampling.weight[touching])
+    pressure = np.zeros(len(force))
+    np.divide(force, weight, out=pressure, where=weight > 0.0)
+    return pressure

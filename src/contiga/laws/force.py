@@ -81,6 +81,7 @@ class ForceLaw:
         put(self, "share", share)
 
     needs_mass = False
+    needs_area = False
     needs_thickness = False
 
     @property

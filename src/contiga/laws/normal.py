@@ -55,6 +55,12 @@ class PenaltyLaw:
         return self.damping_ratio > 0.0
 
     needs_thickness = False
+
+    @property
+    def needs_area(self) -> bool:
+        """Whether stiffness and damping are those of a unit area."""
+        return self.per_area
+
     n_memory = 0
 
     def respond(self, inp: LawInput) -> LawOutput:
@@ -101,6 +107,7 @@ class AdaptiveLaw:
         object.__setattr__(self, "scale", above_zero(self.scale, "scale"))
 
     needs_mass = True
+    needs_area = False
     needs_thickness = False
     n_memory = 0
 

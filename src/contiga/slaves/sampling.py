@@ -83,7 +83,8 @@ class Sampling:
     Parameters
     ----------
     slave : with facets, where there is a rule
-    weight : (n,) fixed areas of the nodes; with a rule those of the facets at rest are taken
+    weight : (n,) fixed areas of the nodes, None where they are not known; with a rule those of the
+        facets at rest are taken
     rule : None for the nodes alone
     """
 
@@ -92,8 +93,8 @@ class Sampling:
     """Nodes and quadrature points."""
     first: int
     """Points from here on carry forces."""
-    weight: FloatArray
-    """(n_points,) fixed areas, zero of nodes that carry nothing."""
+    weight: FloatArray | None
+    """(n_points,) fixed areas, zero of nodes that carry nothing; None where they are not known."""
     active: NDArray[np.bool_]
     """(n_points,) which take part: quadrature points of facets whose corners all do."""
     thickness: FloatArray | None
@@ -106,7 +107,7 @@ class Sampling:
         self._rule = rule
         if rule is None:
             self.n_points, self.first = self.n_nodes, 0
-            self.weight = np.zeros(0) if weight is None else weight
+            self.weight = weight
             self.active, self.thickness, self.mass = slave.active, slave.thickness, slave.mass
             return
         if slave.facets is None or len(slave.facets) == 0:
@@ -124,6 +125,10 @@ class Sampling:
         self.active = np.concatenate([slave.active, np.repeat(whole, len(rule.weight))])
         self.thickness = None if slave.thickness is None else self._mean(slave.thickness)
         self.mass = None if slave.mass is None else self._shared(slave.mass, area)
+
+    def weights(self, rows: IndexArray) -> FloatArray:
+        """(len(rows),) fixed areas of some points; one each where they are not known."""
+        return np.ones(len(rows)) if self.weight is None else self.weight[rows]
 
     def points(self, nodal: FloatArray) -> FloatArray:
         """(n_points, 3) of what (n, 3) is at the nodes: places or velocities."""

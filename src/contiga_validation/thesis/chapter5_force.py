@@ -319,6 +319,7 @@ def contact_types() -> tuple[list[TypeRow], str]:
             slave_of(simulation),
             law=ForceLaw(COEFFICIENT),
             area=HullArea(1),
+            weights="area",
             contact_type="combined",
             master_law=own,
         )

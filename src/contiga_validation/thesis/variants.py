@@ -28,7 +28,8 @@ def variant(simulation: Simulation, *, master: Any = None, **options: Any) -> Si
     (part,) = simulation.contacts
     own = part.contact
     slave = options.pop("slave", own.slave)
-    chosen = {"law": own.law, "area": own.area, "search": own.search, **options}
+    chosen: dict[str, Any] = {"law": own.law, "area": own.area, "search": own.search}
+    chosen |= {"weights": own.weights, **options}
     contact = Contact(own.master if master is None else master, slave, **chosen)
     return replace(simulation, contacts=(part._replace(contact=contact),))
 

@@ -25,6 +25,7 @@ def contact(area, points=GRID, facets=None, body=PLATE):
         cg.Slave(points, facets),
         law=cg.StressLaw(1.0, thickness=1.0),
         area=area,
+        weights="area",
         search="penetration",
     )
 

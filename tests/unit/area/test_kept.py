@@ -50,9 +50,11 @@ def stepped(area, facets):
         ball, cg.Slave(POINTS, facets), law=cg.PenaltyLaw(1.0), area=area, search="penetration"
     )
     state = contact.start(POINTS)
+    assert state.total_area >= 0.0
     yield state
     for k in range(1, 5):
         state = contact.step(state, POINTS + np.array([0.02 * k, 0.0, 0.01 * k]), dt=1.0)
+        assert state.total_area >= 0.0
         contact.outlines(state)
         yield state
 
