@@ -39,9 +39,71 @@ def with_unit(label: str, unit: str) -> str:
     return f"{label} [{unit}]" if unit else label
 
 
+_ENERGIES = (
+    ("energy_stored", "stored"),
+    ("energy_hysteresis", "hysteresis"),
+    ("energy_damping", "damping"),
+    ("energy_friction", "friction"),
+)
+
+
 def history_figures(run: Run, peak_time: float | None) -> list[Any]:
-    """Force, penetration, area and count over time, a figure each, one line a contact."""
-    return [_panel(run, peak_time, *panel) for panel in _PANELS]
+    """Force, penetration, area and count over time, a figure each, one line a contact; and where
+    the work done on all contacts went."""
+    energies = [figure] if (figure := _energies(run, peak_time)) is not None else []
+    return [_panel(run, peak_time, *panel) for panel in _PANELS] + energies
+
+
+def _energies(run: Run, peak_time: float | None) -> Any | None:
+    """What is stored and lost, stacked, under the line of the work; None without work.
+
+    What is between the stack and the line is the error.
+    """
+    import plotly.graph_objects as go
+
+    def whole(column: str) -> Any:
+        none = np.zeros(len(run.times))
+        return sum((columns.get(column, none) for columns in run.contacts.values()), none)
+
+    work = whole("work")
+    if not np.nanmax(np.abs(work), initial=0.0) > 0.0:
+        return None
+    figure, unit = go.Figure(), run.units.moment
+    for i, (column, name) in enumerate(_ENERGIES):
+        values = whole(column)
+        if np.nanmax(np.abs(values), initial=0.0) > 0.0:
+            figure.add_trace(
+                go.Scatter(
+                    x=run.times,
+                    y=values,
+                    name=name,
+                    stackgroup="energy",
+                    mode="lines",
+                    line={"color": LINES[i % len(LINES)], "width": 0.8},
+                    hovertemplate=f"%{{y:.5g}} {unit}<extra>{name}</extra>",
+                )
+            )
+    figure.add_trace(
+        go.Scatter(
+            x=run.times,
+            y=work,
+            name="work",
+            mode="lines",
+            line={"color": INK, "width": 1.6, "dash": "dash"},
+            hovertemplate=f"%{{y:.5g}} {unit}<extra>work</extra>",
+        )
+    )
+    _axes(figure, run, with_unit("Energy of contact", unit), peak_time)
+    return figure
+
+
+def _axes(figure: Any, run: Run, label: str, peak_time: float | None) -> None:
+    """Axes of a figure over time, and the peak on it."""
+    figure.update_yaxes(title_text=label, rangemode="tozero")
+    figure.update_xaxes(title_text=with_unit("Time", run.units.time))
+    if peak_time is not None:
+        figure.add_vline(x=peak_time, line={"color": "#9aa3ad", "width": 1, "dash": "dot"})
+    _plain(figure, 310)
 
 
 def _panel(run: Run, peak_time: float | None, column: str, label: str, kind: str) -> Any:
@@ -60,15 +122,12 @@ def _panel(run: Run, peak_time: float | None, column: str, label: str, kind: str
                     y=columns[column],
                     name=name,
                     mode="lines",
+                    connectgaps=True,  # areas are measured at the written steps
                     line={"color": LINES[i % len(LINES)], "width": 2.2},
                     hovertemplate=f"%{{y:.5g}} {unit}<extra>{name}</extra>",
                 )
             )
-    figure.update_yaxes(title_text=with_unit(label, unit), rangemode="tozero")
-    figure.update_xaxes(title_text=with_unit("Time", run.units.time))
-    if peak_time is not None:
-        figure.add_vline(x=peak_time, line={"color": "#9aa3ad", "width": 1, "dash": "dot"})
-    _plain(figure, 310)
+    _axes(figure, run, with_unit(label, unit), peak_time)
     figure.update_layout(showlegend=bool(components) or not alone)
     return figure
 

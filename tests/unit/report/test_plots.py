@@ -108,3 +108,21 @@ def test_regions_have_closed_lines_of_their_own_colour(tmp_path: Path) -> None:
         assert line.x[0] == line.x[-2]
         assert np.isnan(line.x[-1])
         np.testing.assert_allclose(line.x[:-2], given.points[:, 0], rtol=1e-6)
+
+
+def test_energies_are_stacked_under_the_work(run_folder: Path) -> None:
+    run = read_run(run_folder)
+    n = len(run.times)
+    given = {
+        "work": np.linspace(0.0, 5.0, n),
+        "energy_stored": np.linspace(0.0, 3.0, n),
+        "energy_hysteresis": np.zeros(n),
+        "energy_friction": np.linspace(0.0, 1.5, n),
+    }
+    columns = run.contacts["press"] | given
+    *_, energy = history_figures(run._replace(contacts={"a": columns, "b": columns}), 2.0)
+    assert [t.name for t in energy.data] == ["stored", "friction", "work"], "no layer of nothing"
+    assert [t.stackgroup for t in energy.data] == ["energy", "energy", None]
+    np.testing.assert_array_equal(energy.data[1].y, 2.0 * given["energy_friction"])
+    np.testing.assert_array_equal(energy.data[2].y, 2.0 * given["work"])
+    assert energy.layout.yaxis.title.text == "Energy of contact [N·mm]"
