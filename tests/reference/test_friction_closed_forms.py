@@ -206,7 +206,7 @@ def test_a_ball_thrown_along_a_bed_rolls_at_five_sevenths_of_its_speed() -> None
     slips = np.flatnonzero(v > w)[-1] if (v > w).all() else np.argmax(v < w)
     assert slips * dt == pytest.approx(2.0 * thrown / (7.0 * mu * GRAVITY), abs=dt)
     # The springs it rolls on swing about that.
-    assert v[-60:].mean() == pytest.approx(5.0 / 7.0 * thrown, rel=1e-3)
+    assert v[-60:].mean() == pytest.approx(5.0 / 7.0 * thrown, rel=2e-3)
     np.testing.assert_allclose(v[-60:], 5.0 / 7.0, rtol=0.02)
     _, stored, _, _, lost = run.energy.T
     assert lost[-1] == pytest.approx(thrown**2 / 7.0, rel=2e-3)
@@ -214,3 +214,65 @@ def test_a_ball_thrown_along_a_bed_rolls_at_five_sevenths_of_its_speed() -> None
     whole = kinetic + GRAVITY * run.centre[:, 2] + stored + lost
     np.testing.assert_allclose(whole, whole[0], rtol=0, atol=5e-5)
     assert np.abs(run.centre[:, 1]).max() < 1e-6
+
+
+ROUND = np.array([(3, -0.5, 0), (2.5, 2, 0), (0, 3, 0), (-2.5, 1.5, 0), (-2, -1, 0)], float)
+# A spline is convex where its control polygon is.
+PROFILES = {
+    "circle": (cg.shapes.circle(radius=1.0), 0.05, 0.45),
+    "ellipse": (cg.shapes.ellipse(axes=(2.0, 1.0)), 0.05, 0.45),
+    "spline": (cg.NurbsCurve(3, [0, 0, 0, 0, 0.5, 1, 1, 1, 1], ROUND), 0.1, 0.9),
+}
+
+
+def pull(name: str, mu: float, n: int, steps: int) -> tuple[float, float]:
+    """Ratio of the tensions in a rope of `n` nodes that slides round a profile, and the angle
+    between where they are taken.
+
+    One end is held back with a force of one, the other goes on slowly. Drag against the motion of
+    all, and dampers beside the springs, bring it to rest in that motion.
+    """
+    curve, first, last = PROFILES[name]
+    low, high = curve.domain
+    t = low + (high - low) * np.linspace(first, last, 2001)
+    arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(curve.evaluate(t), axis=0), axis=1)))
+    x = curve.evaluate(np.interp(np.linspace(0.0, arc[-1], n), arc, t))
+    span = arc[-1] / (n - 1)
+    stiff, mass = 2e4 / span, 1.0
+    rest = np.linalg.norm(np.diff(x, axis=0), axis=1) - 1.0 / stiff
+    dt, damper = 0.7 / np.sqrt(stiff / mass), 0.3 * np.sqrt(stiff * mass)
+    drag = np.pi * mass * span * np.sqrt(stiff / mass) / arc[-1]
+    law = cg.PenaltyLaw(0.3 * stiff, damping=damper)
+    rope = cg.Slave(x, area=np.ones(n))
+    contact = cg.Contact(cg.Body.from_profile(curve), rope, law=law, friction=cg.Coulomb(mu))
+    state, v = contact.start(x * (1.0 + 1e-6)), np.zeros((n, 3))
+    speed = 4e-4 / (steps * dt)
+    for _ in range(steps):
+        d, tension = strands(x, stiff, rest)
+        along = np.vstack([d[:1], d[1:] + d[:-1], d[-1:]])
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        pulled = (tension + damper * (np.diff(v, axis=0) * d).sum(axis=1))[:, None] * d
+        ends = np.vstack([d[:1], pulled, pulled[-1:]])
+        v = v + dt / mass * (np.diff(ends, axis=0) + state.force - drag * (v - speed * along))
+        v[-1] = speed * along[-1]
+        x = x + dt * v
+        state = contact.step(state, x, dt=dt)
+    d, tension = (values[3:-3] for values in strands(x, stiff, rest))
+    angle = np.arccos((d[1:] * d[:-1]).sum(axis=1)).sum()
+    return float(tension[-1] / tension[0]), float(angle)
+
+
+def strands(x: np.ndarray, stiff: float, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions and tensions between the nodes of a rope."""
+    d = np.diff(x, axis=0)
+    length = np.linalg.norm(d, axis=1)
+    return d / length[:, None], stiff * (length - rest)
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_a_rope_round_a_convex_profile_pulls_by_the_capstan_equation(name) -> None:
+    mu = 0.3
+    ratio, angle = pull(name, mu, 41, 2000)
+    assert angle > 1.2
+    # 40 chords; the error falls with the square of their number.
+    assert ratio == pytest.approx(np.exp(mu * angle), rel=6e-4)
