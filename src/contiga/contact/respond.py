@@ -53,9 +53,14 @@ def carrying(rows: IntArray, feet: Projection, p_B: FloatArray, past: Past | Non
     depth = np.maximum(-feet.gap, 0.0)
     if past is None:
         return Carrying(rows, feet, depth, np.zeros((len(rows), 3)), np.zeros(len(rows), np.bool_))
-    path = p_B[rows] - past.state.points_B[rows]
-    path = np.where(np.isfinite(path), path, 0.0)
+    path = _way(past.state, p_B, rows)
     return Carrying(rows, feet, depth, path, past.state.patch[rows] >= 0)
+
+
+def _way(last: State, p_B: FloatArray, rows: IntArray) -> FloatArray:
+    """(k, 3) that points have gone against the body since `last`; zero where that is unknown."""
+    way = p_B[rows] - last.points_B[rows]
+    return np.where(np.isfinite(way), way, 0.0)
 
 
 def rates(points: Carrying, past: Past | None) -> FloatArray:
@@ -149,8 +154,7 @@ def balance(
         return ContactEnergy(stored, stored, 0.0, 0.0, 0.0)
     last, energy = past.state, past.state.energy
     rows = np.flatnonzero(last.normal_force)
-    way = p_B[rows] - last.points_B[rows]
-    way = np.where(np.isfinite(way), way, 0.0)
+    way = _way(last, p_B, rows)
     force = last.normal_force[rows, None] * last.normal_B[rows]
     if len(last.traction_B):
         force = force + last.traction_B[rows]
@@ -159,6 +163,9 @@ def balance(
     if normal.damping is not None:
         damped += half_work(normal.damping[:, None] * points.feet.normal, points.path)
     if len(last.damping):
+        # Also where it takes all of the normal force, of points that come out fast.
+        rows = np.flatnonzero(last.damping)
+        way = _way(last, p_B, rows)
         damped += half_work(last.damping[rows, None] * last.normal_B[rows], way)
     return ContactEnergy(
         energy.work + work,

@@ -224,8 +224,9 @@ class ViscousFriction:
 
     Notes
     -----
-    It remembers nothing and stores nothing. Lost is the work of the step, −t·d with the tangential
-    part d of the path.
+    It stores nothing. Lost is the work of the step, −½(t_old + t)·d with the tangential part d of
+    the path, and t_old the force of the last step, carried along as by `Coulomb`: it is all that
+    is remembered.
 
     Raises
     ------
@@ -236,10 +237,12 @@ class ViscousFriction:
     --------
     >>> along, up = np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
     >>> ten, none = np.full(1, 10.0), np.zeros(1)
-    >>> sliding = FrictionInput(up, up, ten, none, none, 0.1 * along, along, 0.1, np.zeros((1, 0)))
-    >>> answer = ViscousFriction(0.3, speed=0.01).respond(sliding)
-    >>> answer.force[0, 0].tolist(), answer.lost.round(12).tolist()
-    (-3.0, [0.3])
+    >>> sliding = FrictionInput(up, up, ten, none, none, 0.1 * along, along, 0.1, np.zeros((1, 3)))
+    >>> law = ViscousFriction(0.3, speed=0.01)
+    >>> begun = law.respond(sliding)
+    >>> goes_on = law.respond(sliding._replace(memory=begun.memory))
+    >>> goes_on.force[0, 0].tolist(), begun.lost.round(12).tolist(), goes_on.lost.round(12).tolist()
+    (-3.0, [0.15], [0.3])
     """
 
     coefficient: float
@@ -250,7 +253,7 @@ class ViscousFriction:
         put(self, "coefficient", not_negative(self.coefficient, "coefficient"))
         put(self, "speed", above_zero(self.speed, "speed"))
 
-    n_memory = 0
+    n_memory = 3
 
     def slid(self, memory: FloatArray) -> FloatArray:
         """(n, 3) zeros: it does not remember."""
@@ -266,9 +269,11 @@ class ViscousFriction:
         speed = _length(velocity)
         size = self.coefficient * inp.force * np.tanh(speed / self.speed)
         force = -size * _shared(velocity, speed)
-        lost = np.maximum(-_dot(force, _tangential(_columns(inp.path), normal)), 0.0)
-        none = np.zeros(len(size))
-        return FrictionOutput(_columns(force), none, none, lost, np.zeros((len(size), 0)))
+        before = _Carry(_columns(inp.normal_before), normal)(_columns(inp.memory))
+        path = _tangential(_columns(inp.path), normal)
+        lost = np.maximum(-0.5 * _dot(before + force, path), 0.0)
+        none, rows = np.zeros(len(size)), _columns(force)
+        return FrictionOutput(rows, none, none, lost, rows)
 
 
 # Points at a time: what is worked on stays in the cache, 1.3 times as fast with 100,000 points.

@@ -1,0 +1,97 @@
+"""Where the work of whole contacts goes, against areas between curves and integrals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import contiga as cg
+
+pose = cg.motion.pose
+FACE = 1.2 * 0.8
+
+
+def grid(width: float, length: float, n: int, m: int) -> cg.Slave:
+    """A sheet of quadrilaterals in the plane z = 0."""
+    row = np.arange(n * m).reshape(n, m)
+    quads = np.stack([row[:-1, :-1], row[1:, :-1], row[1:, 1:], row[:-1, 1:]], axis=-1)
+    sheet = cg.shapes.plane(width=width, length=length)
+    return cg.Slave(cg.clouds.sample(sheet, n, m), quads.reshape(-1, 4))
+
+
+# Stress over strain for a pad of unit thickness; force over penetration for the whole.
+LOADING, UNLOADING = [(0.0, 0.0), (0.1, 1.0), (0.3, 7.0)], [(0.0, 0.0), (0.05, 0.0), (0.3, 4.0)]
+SLOPE, DEPTH = 60.0, 0.2
+PADS = {
+    "stress": cg.StressLaw(LOADING, 1.0, unloading=UNLOADING, hysteresis_slope=SLOPE),
+    "force": cg.ForceLaw(LOADING, unloading=UNLOADING, hysteresis_slope=SLOPE),
+    "deepest": cg.ForceLaw(LOADING, unloading=UNLOADING, hysteresis_slope=SLOPE, share="deepest"),
+}
+# Up along the loading curve to 4 at 0.2, down a line to the unloading curve, and along that.
+CORNER = (4.0 - 2.4) / (SLOPE - 16.0)
+LOSS = 0.5 * 0.1 * 1.0 + 0.1 * 2.5 - 0.5 * 16.0 * 0.15**2 - 0.5 * CORNER * (4.0 - 2.4)
+
+
+def press(law: object, steps: int, cycles: int = 1, quadrature: str | int = "nodes") -> cg.State:
+    """A plate pressed DEPTH deep on a flat pad and lifted off."""
+    pad = grid(1.2, 0.8, 7, 5)
+    plate = cg.Body([cg.shapes.plane(width=2.0, length=2.0, axis=(0.0, 0.0, -1.0))])
+    contact = cg.Contact(plate, pad, law=law, quadrature=quadrature)  # type: ignore[arg-type]
+    s = np.linspace(0.0, cycles, 2 * cycles * steps + 1)
+    heights = 0.01 - (0.01 + DEPTH) * (1.0 - np.abs(1.0 - 2.0 * (s % 1.0)))
+    state = contact.start(pad.points, pose.translation([0.0, 0.0, 0.01]))
+    for z in heights[1:]:
+        state = contact.step(state, pad.points, pose.translation([0.0, 0.0, z]))
+    return state
+
+
+@pytest.mark.parametrize("name", PADS)
+def test_a_cycle_of_a_plate_loses_the_area_between_the_curves(name) -> None:
+    size = FACE if name == "stress" else 1.0
+    for steps in (21, 42, 84):
+        energy = press(PADS[name], steps).energy
+        assert energy.hysteresis == pytest.approx(size * LOSS, rel=1e-12)
+        assert (energy.stored, energy.damping, energy.friction) == (0.0, 0.0, 0.0)
+        assert abs(energy.error) < 2.8 * energy.hysteresis / steps**2
+    twice = press(PADS[name], 21, cycles=2).energy
+    assert twice.hysteresis == pytest.approx(2.0 * size * LOSS, rel=1e-12)
+
+
+@pytest.mark.parametrize("quadrature", [1, 3, 6])
+def test_a_cycle_loses_the_same_at_points_of_the_facets(quadrature) -> None:
+    energy = press(PADS["stress"], 21, quadrature=quadrature).energy
+    assert energy.hysteresis == pytest.approx(FACE * LOSS, rel=1e-12)
+
+
+PADS_OF_BALL = {
+    "friction": (cg.StressLaw(40.0, 1.0), cg.Coulomb(0.4)),
+    "falling": (cg.StressLaw(40.0, 1.0), cg.Coulomb(0.4, 0.2, decay=3.0)),
+    "viscous": (cg.StressLaw(40.0, 1.0), cg.ViscousFriction(0.4, speed=0.05)),
+    "damping": (cg.StressLaw(40.0, 1.0, damping=4.0), None),
+    "hysteresis": (cg.StressLaw(40.0, 1.0, unloading=20.0, hysteresis_slope=90.0), None),
+    "all": (
+        cg.StressLaw(40.0, 1.0, damping=4.0, unloading=20.0, hysteresis_slope=90.0),
+        cg.Coulomb(0.4),
+    ),
+}
+
+
+def stroke(name: str, steps: int, quadrature: str | int = "nodes") -> cg.State:
+    """A ball pressed into a pad, drawn along it, turned, and lifted: one smooth motion."""
+    law, friction = PADS_OF_BALL[name]
+    pad, ball = grid(1.6, 1.0, 33, 21), cg.Body([cg.shapes.sphere(radius=1.0)])
+    contact = cg.Contact(ball, pad, law=law, friction=friction, quadrature=quadrature)
+    dt, state = 1.0 / steps, None
+    for t in np.linspace(0.0, 1.0, steps + 1):
+        high = 1.01 - 0.1 * np.sin(np.pi * t) ** 2
+        way = np.array([0.3 * np.sin(2.0 * t - 1.0), 0.05 * np.sin(5.0 * t), high])
+        up, turn = 0.1 * np.pi * np.sin(2.0 * np.pi * t), 0.8
+        v = np.array([0.6 * np.cos(2.0 * t - 1.0), 0.25 * np.cos(5.0 * t), -up])
+        X_WB = pose.compose(pose.translation(way), pose.rotation("y", turn * t))
+        if state is None:
+            state = contact.start(pad.points, X_WB)
+            continue
+        rates = {"velocity": 0.0 * pad.points, "twist": (v, (0.0, turn, 0.0))}
+        state = contact.step(state, pad.points, X_WB, dt, **rates)
+    assert state is not None
+    return state
