@@ -228,3 +228,23 @@ def test_traction_goes_on_over_a_crease(rise, across) -> None:
     assert (jump <= way + 1.5 * turned * np.linalg.norm(slip[1:], axis=1)).all()
     # Under a valley the normals turn bit by bit, under a ridge at once.
     assert (turned.max() < 0.01) == (rise > 0.0)
+
+
+def test_a_point_that_sticks_on_a_round_body_does_not_creep() -> None:
+    """To and fro along and into a torus, a thousand times, within the cone."""
+    start = np.array([[1.05, 0.3, 0.35], [0.2, -1.3, 0.2], [-0.62, 0.1, -0.05]])
+    body, n = BODIES["torus"], len(start)
+    foot = body.project(start)
+    normal = foot.normal
+    side = np.cross(normal, [0.3, -0.2, 1.0])
+    law, friction = cg.PenaltyLaw(100.0), cg.Coulomb(0.9)
+    contact = cg.Contact(body, cg.Slave(start, area=np.ones(n)), law=law, friction=friction)
+    state = contact.start(foot.point + 0.01 * normal)
+    for _ in range(1000):
+        for depth, way in ((0.02, 0.0), (0.025, 0.012)):
+            state = contact.step(state, foot.point - depth * normal + way * side)
+    state = contact.step(state, foot.point - 0.02 * normal)
+    assert state.n_contact == n
+    assert state.energy.friction < 1e-12
+    np.testing.assert_allclose(state.friction, 0.0, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(state.slip, 0.0, rtol=0, atol=1e-12)

@@ -75,6 +75,16 @@ PADS_OF_BALL = {
     ),
 }
 
+# Measured: of the error of the ledger over the work, times the square of the steps.
+BOUNDS = {
+    "friction": 14.0,
+    "falling": 12.0,
+    "viscous": 11.0,
+    "damping": 0.3,
+    "hysteresis": 9.0,
+    "all": 2.5,
+}
+
 
 def stroke(name: str, steps: int, quadrature: str | int = "nodes") -> cg.State:
     """A ball pressed into a pad, drawn along it, turned, and lifted: one smooth motion."""
@@ -95,3 +105,18 @@ def stroke(name: str, steps: int, quadrature: str | int = "nodes") -> cg.State:
         state = contact.step(state, pad.points, X_WB, dt, **rates)
     assert state is not None
     return state
+
+
+@pytest.mark.parametrize("name", PADS_OF_BALL)
+def test_the_ledger_of_a_stroke_closes_at_second_order(name) -> None:
+    steps = np.array([40, 80, 160])
+    energies = [stroke(name, int(n)).energy for n in steps]
+    for e in energies:
+        assert e.stored == 0.0
+        parts = {"friction": e.friction, "damping": e.damping, "hysteresis": e.hysteresis}
+        has = {key for key, value in parts.items() if value > 0.1 * e.work}
+        kinds = {"falling": "friction", "viscous": "friction"}
+        assert has == (set(parts) if name == "all" else {kinds.get(name, name)})
+    errors = np.array([abs(e.error) / e.work for e in energies])
+    # Nodes that come and go between two steps: of second order in the mean, no more.
+    assert (errors <= BOUNDS[name] / steps**2).all()

@@ -95,7 +95,7 @@ class Coulomb:
     -----
     A step, one point: the traction of the last step is carried to the new tangent plane by the
     smallest rotation of the old normal to the new one, and stretched, t* = t − k_t d, by the
-    tangential part d of the path. Where |t*| > μ F it is cut back to μ F, and the point has slid by
+    tangential part d of the path, the mean of what the old and the new plane see of it. Where |t*| > μ F it is cut back to μ F, and the point has slid by
     d_p = d − (t_old − t)/k_t.
 
     The energy t²/(2 k_t) is stored. Lost are −½(t_old + t)·d_p, so that on a plane the work of the
@@ -176,7 +176,7 @@ class Coulomb:
         self._check_stiffness(stiffness, inp.force)
         normal = _columns(inp.normal)
         carry = _Carry(_columns(inp.normal_before), normal)
-        carried, path = carry(before), _tangential(_columns(inp.path), normal)
+        carried, path = carry(before), carry.along(_columns(inp.path))
         trial = carried - stiffness * path
         traction = _cut(trial, self._coefficient(inp.velocity, normal) * inp.force)
         slid = path - _shared(carried - traction, stiffness)
@@ -269,8 +269,8 @@ class ViscousFriction:
         speed = _length(velocity)
         size = self.coefficient * inp.force * np.tanh(speed / self.speed)
         force = -size * _shared(velocity, speed)
-        before = _Carry(_columns(inp.normal_before), normal)(_columns(inp.memory))
-        path = _tangential(_columns(inp.path), normal)
+        carry = _Carry(_columns(inp.normal_before), normal)
+        before, path = carry(_columns(inp.memory)), carry.along(_columns(inp.path))
         lost = np.maximum(-0.5 * _dot(before + force, path), 0.0)
         none, rows = np.zeros(len(size)), _columns(force)
         return FrictionOutput(rows, none, none, lost, rows)
@@ -318,6 +318,14 @@ class _Carry:
         turned = vectors - self._twice * _dot(self._both, vectors) * self._both
         # Rounding must not leave the plane step by step.
         return _tangential(turned, self._now)
+
+    def along(self, path: FloatArray) -> FloatArray:
+        """The tangential part of a step's path: the mean of what the planes at its two ends see.
+
+        One plane alone would see a way back as another than the way there where the normal turns
+        while the point goes deeper: sticking points would creep, and the work be of first order.
+        """
+        return 0.5 * (self(path) + _tangential(path, self._now))
 
 
 # From here on vectors are columns, (3, n): 1.4 times as fast in all as rows of three.

@@ -200,13 +200,27 @@ def test_viscous_friction_goes_with_the_speed_and_stores_nothing() -> None:
     law = ViscousFriction(0.3, speed=0.5)
     velocity = np.array([[0.0, 0.4, 9.0], [0.0, 0.0, -2.0], [1e3, 0.0, 0.0]])
     path = 0.1 * velocity
-    answer = law.respond(seen(UP, UP, 10.0, path, np.zeros((3, 0)), velocity=velocity))
+    begun = law.respond(seen(UP, UP, 10.0, path, np.zeros((3, 3)), velocity=velocity))
+    answer = law.respond(seen(UP, UP, 10.0, path, begun.memory, velocity=velocity))
     np.testing.assert_allclose(
         answer.force, [[0, -3 * np.tanh(0.8), 0], [0, 0, 0], [-3, 0, 0]], rtol=1e-14
     )
+    # That of the mean force: of a point that comes in, half.
     np.testing.assert_allclose(answer.lost, [0.04 * 3 * np.tanh(0.8), 0.0, 300.0], rtol=1e-14)
+    np.testing.assert_array_equal(begun.lost, 0.5 * answer.lost)
     np.testing.assert_array_equal(answer.stored, 0.0)
-    assert answer.memory.shape == (3, 0)
+    np.testing.assert_array_equal(answer.memory, answer.force)
+
+
+def test_a_way_there_and_back_over_a_curved_surface_leaves_no_traction() -> None:
+    """Deeper on the way there: seen from its end alone, each way has another length."""
+    law, side = Coulomb(9.0, stiffness=100.0), np.array([np.sin(0.3), 0.0, np.cos(0.3)])
+    path, memory = np.array([[0.1, 0.05, -0.08]]), np.zeros((1, 7))
+    there = law.respond(seen(side, UP, 10.0, path, memory))
+    back = law.respond(seen(UP, side, 10.0, -path, there.memory))
+    assert np.abs(there.force).max() > 5.0
+    np.testing.assert_allclose(back.force, 0.0, atol=1e-14)
+    np.testing.assert_allclose(law.slid(back.memory), 0.0, atol=1e-16)
 
 
 @pytest.mark.parametrize("law", [Coulomb(0.3), ViscousFriction(0.3, 1.0)])
