@@ -152,6 +152,38 @@ def test_fields_at_every_so_many_steps_and_at_the_last(
     assert len(result.history["time"]) == 13
 
 
+def test_areas_are_measured_at_the_steps_that_are_written(make: Make, tmp_path: Path) -> None:
+    history = make(output=OutputOptions(every=5)).run(tmp_path).history
+    every = make().run().history
+    written = [0, 5, 10, 12]
+    for name in ("area", "n_clusters", "mean_pressure"):
+        assert np.flatnonzero(np.isfinite(history[name])).tolist() == written
+        np.testing.assert_array_equal(history[name][written], every[name][written])
+    for name in ("force", "max_pressure", "work", "n_contact"):
+        np.testing.assert_array_equal(history[name], every[name])
+    rows = (tmp_path / "history.csv").read_text().splitlines()
+    assert rows[2].split(",")[rows[0].split(",").index("area")] == "nan"
+
+
+def test_measured_areas_as_weights_are_told_and_warned_of(make: Make) -> None:
+    (part,) = make().contacts
+    own = part.contact
+    contact = cg.Contact(own.master, own.slave, law=own.law, weights="area")
+    result = make(contacts=(part._replace(contact=contact),), output=OutputOptions(every=5)).run()
+    assert np.isfinite(result.history["area"]).all()
+    (warning,) = (text for text in result.summary["warnings"] if "weights" in text)
+    error, work = result.history["energy_error"][-1], result.history["work"].max()
+    assert f"{error:.3g}" in warning
+    assert f"{work:.3g}" in warning
+
+
+def test_the_ledger_of_a_run_closes(make: Make) -> None:
+    history = make(stepping=GivenTimes(np.linspace(0.0, 12.0, 601))).run().history
+    assert history["energy_damping"][-1] > 0.03 * history["work"].max()
+    assert history["energy_stored"][-1] == 0.0
+    assert np.abs(history["energy_error"]).max() < 2e-4 * history["work"].max()
+
+
 @pytest.mark.parametrize("formats", [(), ("csv",), ("vtkhdf",)])
 def test_only_the_formats_asked_for_are_written(
     make: Make, tmp_path: Path, formats: tuple[str, ...]
