@@ -12,7 +12,7 @@ from contiga.contact.state import State
 from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
 from contiga.laws.normal import Law
 from contiga.num.rigid import turn_to_world
-from contiga.records import FloatArray, IntArray, LawInput, LawOutput, Projection
+from contiga.records import FloatArray, IndexArray, IntArray, LawInput, LawOutput, Projection
 from contiga.slaves.sampling import Sampling
 
 
@@ -57,7 +57,7 @@ def carrying(rows: IntArray, feet: Projection, p_B: FloatArray, past: Past | Non
     return Carrying(rows, feet, depth, path, past.state.patch[rows] >= 0)
 
 
-def _way(last: State, p_B: FloatArray, rows: IntArray) -> FloatArray:
+def _way(last: State, p_B: FloatArray, rows: IndexArray | IntArray) -> FloatArray:
     """(k, 3) that points have gone against the body since `last`; zero where that is unknown."""
     way = p_B[rows] - last.points_B[rows]
     return np.where(np.isfinite(way), way, 0.0)
