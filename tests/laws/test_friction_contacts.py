@@ -122,7 +122,8 @@ def sheet(n: int) -> cg.Slave:
     face = cg.shapes.plane(width=3.2, length=3.2)
     row = np.arange(n * n).reshape(n, n)
     quads = np.stack([row[:-1, :-1], row[1:, :-1], row[1:, 1:], row[:-1, 1:]], axis=-1)
-    return cg.Slave(cg.clouds.sample(face, n, n) + [0.01, 0.02, 0.41], quads.reshape(-1, 4))
+    place = np.array([0.01, 0.02, 0.41])
+    return cg.Slave(cg.clouds.sample(face, n, n) + place, quads.reshape(-1, 4))
 
 
 @pytest.mark.parametrize("quadrature", ["nodes", 1, 3, 6, 12])
@@ -132,7 +133,7 @@ def test_action_is_reaction_with_friction_and_so_are_the_moments(quadrature) -> 
     law = cg.StressLaw(20.0, 0.5, damping=0.3)
     contact = cg.Contact(body, slave, law=law, friction=cg.Coulomb(0.5), quadrature=quadrature)
     poses = [carried(k) for k in range(9)]
-    path = [slave.points + [0.02 * k, -0.01 * k, -0.03 * min(k, 3)] for k in range(9)]
+    path = [slave.points + np.array([0.02 * k, -0.01 * k, -0.03 * min(k, 3)]) for k in range(9)]
     path = [pose.apply(pose.rotation("z", 0.03 * k), p) for k, p in enumerate(path)]
     for k, state in enumerate(follow(contact, path, poses, rates=False)[1:], start=1):
         assert state.n_contact > 20

@@ -143,10 +143,11 @@ def test_a_point_that_sticks_does_not_creep_over_a_thousand_cycles(law) -> None:
     swing = np.array([0.0 * turn, np.sin(turn), -np.sin(turn), np.cos(2.0 * turn)])
     depth = 0.015 + 0.004 * swing
     place = start.copy()
-    for z in (depth.min(axis=1), depth.max(axis=1)):  # the springs are as stiff as they get
-        place[:, 2] = -z
-        state = contact.step(state, place)
-        least = state.normal_force if z[1] < 0.015 else least
+    place[:, 2] = -depth.min(axis=1)
+    state = contact.step(state, place)
+    least = state.normal_force
+    place[:, 2] = -depth.max(axis=1)  # the springs are as stiff as they get
+    state = contact.step(state, place)
     load = 0.95 * mu * least[:, None] * np.array([0.6, 0.8])
     ends = []
     for _ in range(1000):
@@ -203,8 +204,7 @@ def test_a_ball_thrown_along_a_bed_rolls_at_five_sevenths_of_its_speed() -> None
     v, w = run.velocity[:, 0], run.spin[:, 1]
     # About the bed its angular momentum stays.
     np.testing.assert_allclose((1.0 - sink) * v + 0.4 * w, (1.0 - sink) * thrown, atol=4e-4)
-    slips = np.flatnonzero(v > w)[-1] if (v > w).all() else np.argmax(v < w)
-    assert slips * dt == pytest.approx(2.0 * thrown / (7.0 * mu * GRAVITY), abs=dt)
+    assert np.argmax(v < w) * dt == pytest.approx(2.0 * thrown / (7.0 * mu * GRAVITY), abs=dt)
     # The springs it rolls on swing about that.
     assert v[-60:].mean() == pytest.approx(5.0 / 7.0 * thrown, rel=2e-3)
     np.testing.assert_allclose(v[-60:], 5.0 / 7.0, rtol=0.02)

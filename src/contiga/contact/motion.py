@@ -54,6 +54,15 @@ def relative_velocity(
             found=len(v_W),
             allowed=str(sampling.n_nodes),
         )
+    unknown = ~np.isfinite(v_W).all(axis=1) & np.isfinite(p_W[: len(v_W)]).all(axis=1)
+    if unknown.any():
+        first = int(np.argmax(unknown))
+        raise InputError(
+            f"{np.count_nonzero(unknown)} points that have a place have no velocity",
+            where=f"velocity[{first}]",
+            found=v_W[first].tolist(),
+            allowed="three finite numbers a point",
+        )
     body = still() if twist is None else _checked(twist)
     relative = sampling.points(v_W) - body.at(poses[1][:3, 3], p_W)
     return turn_to_world(invert(poses[1]), relative)

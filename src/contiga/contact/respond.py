@@ -137,11 +137,11 @@ def _stiffness(points: Carrying, answer: LawOutput) -> FloatArray:
 
 def _part_inside(points: Carrying) -> FloatArray:
     """(k,) share of the step's path that a point has gone in contact: of a new one what is below
-    the tangent plane at its foot."""
+    the tangent plane at its foot, and nothing of a path that leads away from there."""
     way = -(points.path * points.feet.normal).sum(axis=1)
-    part = np.ones(len(way))
-    np.divide(points.depth, way, out=part, where=~points.old & (way > points.depth))
-    return part
+    inside = np.zeros(len(way))
+    np.divide(np.minimum(points.depth, way), way, out=inside, where=way > 0.0)
+    return np.where(points.old, 1.0, inside)
 
 
 def balance(

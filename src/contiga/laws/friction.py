@@ -95,8 +95,8 @@ class Coulomb:
     -----
     A step, one point: the traction of the last step is carried to the new tangent plane by the
     smallest rotation of the old normal to the new one, and stretched, t* = t − k_t d, by the
-    tangential part d of the path, the mean of what the old and the new plane see of it. Where |t*| > μ F it is cut back to μ F, and the point has slid by
-    d_p = d − (t_old − t)/k_t.
+    tangential part d of the path, the mean of what the old and the new plane see of it. Where |t*|
+    > μ F it is cut back to μ F, and the point has slid by d_p = d − (t_old − t)/k_t.
 
     The energy t²/(2 k_t) is stored. Lost are −½(t_old + t)·d_p, so that on a plane the work of the
     mean traction, −½(t_old + t)·d, is what is stored more and what is lost, exactly; only where the
@@ -144,7 +144,7 @@ class Coulomb:
     def __post_init__(self) -> None:
         for name in ("static", "dynamic", "decay", "stiffness"):
             value = getattr(self, name)
-            if value is not None:
+            if value is not None or name != "dynamic":
                 object.__setattr__(self, name, not_negative(value, name))
         if self.dynamic is not None and self.static < self.dynamic:
             raise InputError(

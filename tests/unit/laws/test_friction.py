@@ -250,6 +250,7 @@ def test_a_memory_of_another_friction_is_refused() -> None:
         (lambda: Coulomb(-0.1), "static: must not be negative; found -0.1"),
         (lambda: Coulomb(np.nan), "static: must be finite"),
         (lambda: Coulomb("rough"), "static: must be a number"),
+        (lambda: Coulomb(None), "static: must be a number"),  # type: ignore[arg-type]
         (lambda: Coulomb(0.3, -0.1), "dynamic: must not be negative"),
         (lambda: Coulomb(0.3, 0.4), "static: .*below the dynamic one; found 0.3; .*0.4 or above"),
         (lambda: Coulomb(0.3, decay=-1.0), "decay: must not be negative"),
