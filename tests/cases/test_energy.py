@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from examples import drop
 from scipy.integrate import quad
+from tests.scenes import square_sheet
 from tests.stress import solids
 
 import contiga as cg
@@ -17,11 +18,9 @@ POSE = cg.motion.pose
 
 def _sheet(side: float, n: int, wave: float = 0.0) -> cg.Slave:
     """A square sheet of n × n nodes about the origin, flat or wavy."""
-    points = cg.clouds.sample(cg.shapes.plane(width=side, length=side), n, n)
+    points, quads = square_sheet(side, n)
     points[:, 2] += wave * np.sin(10.0 * points[:, 0] / side) * np.cos(7.5 * points[:, 1] / side)
-    row = np.arange(n * n).reshape(n, n)
-    quads = np.stack([row[:-1, :-1], row[1:, :-1], row[1:, 1:], row[:-1, 1:]], axis=-1)
-    return cg.Slave(points, quads.reshape(-1, 4))
+    return cg.Slave(points, quads)
 
 
 def _bodies() -> dict[str, cg.Body]:

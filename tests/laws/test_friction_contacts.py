@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.scenes import square_sheet
 
 import contiga as cg
 
@@ -119,11 +120,8 @@ def test_a_motion_of_the_whole_scene_makes_no_slip_and_takes_no_work(name) -> No
 
 def sheet(n: int) -> cg.Slave:
     """A flat square of n × n nodes above a body of size two."""
-    face = cg.shapes.plane(width=3.2, length=3.2)
-    row = np.arange(n * n).reshape(n, n)
-    quads = np.stack([row[:-1, :-1], row[1:, :-1], row[1:, 1:], row[:-1, 1:]], axis=-1)
-    place = np.array([0.01, 0.02, 0.41])
-    return cg.Slave(cg.clouds.sample(face, n, n) + place, quads.reshape(-1, 4))
+    points, quads = square_sheet(3.2, n)
+    return cg.Slave(points + np.array([0.01, 0.02, 0.41]), quads)
 
 
 @pytest.mark.parametrize("quadrature", ["nodes", 1, 3, 6, 12])

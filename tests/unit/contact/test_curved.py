@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from tests.scenes import box
 
 import contiga as cg
 from contiga.contact import curved
@@ -23,33 +24,18 @@ RADIUS, HALF = 0.49, 0.01
 Pose = Callable[[float], np.ndarray]
 
 
-def _box(low: tuple[float, float, float], high: tuple[float, float, float]) -> cg.Body:
-    (a, b, c), (d, e, f) = low, high
-    face = cg.shapes.bilinear
-    return cg.Body(
-        [
-            face((a, b, f), (d, b, f), (a, e, f), (d, e, f)),
-            face((a, b, c), (a, e, c), (d, b, c), (d, e, c)),
-            face((a, b, c), (d, b, c), (a, b, f), (d, b, f)),
-            face((a, e, c), (a, e, f), (d, e, c), (d, e, f)),
-            face((a, b, c), (a, b, f), (a, e, c), (a, e, f)),
-            face((d, b, c), (d, e, c), (d, b, f), (d, e, f)),
-        ]
-    )
-
-
 @cache
 def _master(name: str) -> cg.Body | cg.TriMesh:
     """Bodies about the z axis: teeth reach from 0.45 to 0.5."""
-    tooth = _box((0.45, -HALF, -0.3), (0.5, HALF, 0.3))
+    tooth = box((0.45, -HALF, -0.3), (0.5, HALF, 0.3))
     if name == "tooth":
         return tooth
     if name == "blade":
-        return _box((-0.5, -HALF, -0.3), (0.5, HALF, 0.3))
+        return box((-0.5, -HALF, -0.3), (0.5, HALF, 0.3))
     if name == "blade of triangles":
-        return _box((-0.5, -HALF, -0.3), (0.5, HALF, 0.3)).tessellate(0.1)
+        return box((-0.5, -HALF, -0.3), (0.5, HALF, 0.3)).tessellate(0.1)
     if name == "sheet":
-        return cg.Body(_box((-0.5, -0.3, -HALF), (0.5, 0.3, HALF)).patches[:2])
+        return cg.Body(box((-0.5, -0.3, -HALF), (0.5, 0.3, HALF)).patches[:2])
     turns = [pose.rotation("z", 2.0 * np.pi * k / 8.0) for k in range(8)]
     return cg.Body([patch.transformed(X) for X in turns for patch in tooth.patches])
 

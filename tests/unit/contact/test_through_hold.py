@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tests.scenes import box
 
 import contiga as cg
 from contiga.errors import InputError
@@ -18,34 +19,19 @@ FLAGGED = (Is.LOST, Is.FOUND, Is.REACQUIRED)
 Master = cg.Body | cg.TriMesh
 
 
-def _box(low: tuple[float, float, float], high: tuple[float, float, float]) -> cg.Body:
-    (a, b, c), (d, e, f) = low, high
-    face = cg.shapes.bilinear
-    return cg.Body(
-        [
-            face((a, b, f), (d, b, f), (a, e, f), (d, e, f)),
-            face((a, b, c), (a, e, c), (d, b, c), (d, e, c)),
-            face((a, b, c), (d, b, c), (a, b, f), (d, b, f)),
-            face((a, e, c), (a, e, f), (d, e, c), (d, e, f)),
-            face((a, b, c), (a, b, f), (a, e, c), (a, e, f)),
-            face((d, b, c), (d, e, c), (d, b, f), (d, e, f)),
-        ]
-    )
-
-
 @cache
 def _master(name: str) -> Master:
     """The plate's top and the sheet's upper face lie in z = 0."""
     if name == "plate":
-        return _box((0.0, 0.0, -THICK), (1.0, 1.0, 0.0))
+        return box((0.0, 0.0, -THICK), (1.0, 1.0, 0.0))
     if name == "plate of triangles":
-        return _box((0.0, 0.0, -THICK), (1.0, 1.0, 0.0)).tessellate(0.1)
+        return box((0.0, 0.0, -THICK), (1.0, 1.0, 0.0)).tessellate(0.1)
     if name == "two plates":
         upper, lower = (0.0, 0.0, -THICK), (0.0, 0.0, -0.2)
-        patches = [*_box(upper, (1.0, 1.0, 0.0)).patches, *_box(lower, (1.5, 1.0, -0.15)).patches]
+        patches = [*box(upper, (1.0, 1.0, 0.0)).patches, *box(lower, (1.5, 1.0, -0.15)).patches]
         return cg.Body(patches)
     if name == "sheet":
-        return cg.Body(_box((0.0, 0.0, -THICK), (1.0, 1.0, 0.0)).patches[:2])
+        return cg.Body(box((0.0, 0.0, -THICK), (1.0, 1.0, 0.0)).patches[:2])
     if name == "ball":
         return cg.Body([cg.shapes.sphere()])
     if name == "tablet":

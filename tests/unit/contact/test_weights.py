@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.scenes import square_sheet
 
 import contiga as cg
 from contiga.errors import InputError
@@ -15,10 +16,7 @@ LAW = cg.StressLaw(3.0, thickness=0.5)
 
 
 def _sheet(n: int = 13) -> cg.Slave:
-    points = cg.clouds.sample(cg.shapes.plane(width=3.0, length=3.0), n, n)
-    row = np.arange(n * n).reshape(n, n)
-    quads = np.stack([row[:-1, :-1], row[1:, :-1], row[1:, 1:], row[:-1, 1:]], axis=-1)
-    return cg.Slave(points, quads.reshape(-1, 4), mass=np.ones(n * n))
+    return cg.Slave(*square_sheet(3.0, n), mass=np.ones(n * n))
 
 
 SHEET = _sheet()

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from tests.scenes import grid_quads
 
 import contiga as cg
 from contiga import Simulation
@@ -17,17 +18,11 @@ from contiga.simulation.model import BodyPart, ContactPart, OutputOptions, Slave
 STEPS = 12
 
 
-def grid_facets(n: int) -> np.ndarray:
-    index = np.arange(n * n).reshape(n, n)
-    corners = [index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]]
-    return np.stack([c.ravel() for c in corners], axis=1)
-
-
 def make_simulation(**changes: object) -> Simulation:
     """The simulation, with fields changed."""
     n = 15
     points = cg.clouds.sample(cg.shapes.plane(width=2.0, length=2.0), n, n)
-    sheet = cg.Slave(points, grid_facets(n), thickness=np.full(n * n, 0.5), name="sheet")
+    sheet = cg.Slave(points, grid_quads(n), thickness=np.full(n * n, 0.5), name="sheet")
     ball = cg.Body([cg.shapes.sphere(radius=0.5, centre=(0.0, 0.0, 0.55))], name="ball")
     dip = Translate([[0, 0, 0, 0], [6, 0.2, 0, -0.25], [12, 0.4, 0, 0]])
     roll = Rotate([[0, 0], [12, 90]], axis="y", centre=(0.0, 0.0, 0.55))
