@@ -42,7 +42,7 @@ def test_every_value_has_one_sentence(member: Advised) -> None:
 
 def test_values_are_numbers_as_before() -> None:
     assert [int(s) for s in cg.Status] == list(range(9))
-    assert [int(s) for s in cg.ContactStatus] == list(range(10))
+    assert [int(s) for s in cg.ContactStatus] == list(range(11))
     assert [int(f) for f in cg.Feature] == [-1, 0, 1, 2]
     assert cg.Status(4) is cg.Status.BRANCH_EVENT
     assert pickle.loads(pickle.dumps(cg.ContactStatus.HELD)) is cg.ContactStatus.HELD
