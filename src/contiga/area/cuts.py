@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.area.kernels import facet_area_nb, touch_nb
 from contiga.area.method import AreaInput
@@ -12,6 +13,7 @@ from contiga.area.regions import Topology
 from contiga.masters.protocol import Surface
 from contiga.records import (
     FloatArray,
+    IndexArray,
     IntArray,
     Projection,
     empty_projection,
@@ -20,8 +22,10 @@ from contiga.records import (
 )
 from contiga.statuses import Status
 
-# Halvings of an edge on which the foot leaves the master: to 1e-9 of its length.
-HALVINGS = 30
+# How exactly is known where on an edge the foot leaves the master: a share of its length.
+EXACT = 1e-9
+# Steps to it at most: two for each halving, where the places that are looked at first tell nothing.
+STEPS = 62
 
 
 class Parts(NamedTuple):
@@ -101,21 +105,82 @@ def _leave(
     fraction: FloatArray,
     border: np.ndarray,
 ) -> Projection:
-    """Bisect edges for the last point whose foot is on the surface and inside; its feet."""
+    """Find on edges the last point whose foot is on the surface and inside; its feet.
+
+    Beyond it the foot stays on the border, and how far the point's normal misses it grows evenly
+    from zero: two such points tell where it starts.
+    """
     inner, near, far = ends
-    low, high = np.zeros(len(border)), np.ones(len(border))
     last = rows_of(feet, inner)
-    if len(border) == 0:
-        return last
-    a, b = inp.points[near], inp.points[far]
-    out = empty_projection(len(border))
-    for _ in range(HALVINGS):
-        t = 0.5 * (low + high)
-        p_B = a + t[:, None] * (b - a)
-        surface.track(p_B, last.patch, last.uv, out)
+    low, high = np.zeros(len(border)), np.ones(len(border))
+    a, way = inp.points[near], inp.points[far] - inp.points[near]
+    misses = _Misses.none(len(border))
+    for _ in range(STEPS):
+        own = np.flatnonzero(high - low > EXACT)
+        if len(own) == 0:
+            break
+        t = misses.start(own, low[own], high[own])
+        p_B = a[own] + t[:, None] * way[own]
+        out = empty_projection(len(own))
+        surface.track(p_B, last.patch[own], last.uv[own], out)
         good = (out.status == Status.OK) & (out.gap <= 0.0)
-        low, high = np.where(good, t, low), np.where(good, high, t)
+        low[own[good]], high[own[~good]] = t[good], t[~good]
+        misses = misses.after(own, t, np.where(good, np.nan, _miss(p_B, out)))
         for name in Projection._fields:
-            getattr(last, name)[good] = getattr(out, name)[good]
+            getattr(last, name)[own[good]] = getattr(out, name)[good]
     fraction[border] = low
     return last
+
+
+class _Misses(NamedTuple):
+    """The last two points of each edge whose feet were on the border."""
+
+    t: FloatArray
+    """(e, 2) where they lie, the later one first."""
+    miss: FloatArray
+    """(e, 2) how far their normals miss them, NaN where there is none yet."""
+    inside: NDArray[np.bool_]
+    """(e,) whether the last point asked for was on the surface."""
+    left: FloatArray
+    """(e, 2) what was left of each edge before the last two steps, the later one first."""
+
+    @classmethod
+    def none(cls, edges: int) -> _Misses:
+        return cls(
+            np.zeros((edges, 2)),
+            np.full((edges, 2), np.nan),
+            np.zeros(edges, np.bool_),
+            np.full((edges, 2), 4.0),
+        )
+
+    def start(self, own: IndexArray, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Where to look next on the edges `own`: beside the place where misses start, on the side
+        that was not looked at last; or in the middle of what is left, where two steps have not
+        halved it."""
+        (t, before), (miss, more) = self.t[own].T, self.miss[own].T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            place = t - miss * (before - t) / (more - miss)
+        beside = np.maximum(1e-3 * (high - low), 0.4 * EXACT)
+        place += np.where(self.inside[own], beside, -beside)
+        quick = high - low < 0.5 * self.left[own, 1]
+        self.left[own] = np.stack([high - low, self.left[own, 0]], axis=1)
+        known = (place > low) & (place < high) & quick
+        return np.where(known, place, 0.5 * (low + high))
+
+    def after(self, own: IndexArray, t: FloatArray, miss: FloatArray) -> _Misses:
+        """With the points `t` of the edges `own`, whose normals miss by `miss`; NaN inside."""
+        outside = ~np.isnan(miss)
+        rows = own[outside]
+        places, misses, inside = self.t.copy(), self.miss.copy(), self.inside.copy()
+        places[rows] = np.stack([t[outside], places[rows, 0]], axis=1)
+        misses[rows] = np.stack([miss[outside], misses[rows, 0]], axis=1)
+        inside[own] = ~outside
+        return _Misses(places, misses, inside, self.left)
+
+
+def _miss(p_B: FloatArray, feet: Projection) -> FloatArray:
+    """(e,) distances of points from the normals at their feet, infinite where there are none."""
+    arm = p_B - feet.point
+    off = arm - (arm * feet.normal).sum(axis=1)[:, None] * feet.normal
+    length = np.sqrt(np.square(off).sum(axis=1))
+    return np.where(np.isfinite(length), length, np.inf)
