@@ -77,10 +77,10 @@ class Friction(Protocol):
 
 @dataclass(frozen=True)
 class Coulomb:
-    """Friction that sticks and slips: |t| ≤ μ F.
+    """Friction that sticks and slips: ``|t| ≤ μ F``.
 
-    μ = μ_d + (μ_s − μ_d) e^(−decay |v|), v the sliding velocity: from the static coefficient down
-    to the dynamic one, as explicit crash codes do.
+    ``μ = μ_d + (μ_s − μ_d) e^(−decay |v|)``, v the sliding velocity: from the static coefficient
+    down to the dynamic one, as explicit crash codes do.
 
     Parameters
     ----------
@@ -95,8 +95,8 @@ class Coulomb:
     -----
     A step, one point: the traction of the last step is carried to the new tangent plane by the
     smallest rotation of the old normal to the new one, and stretched, t* = t − k_t d, by the
-    tangential part d of the path, the mean of what the old and the new plane see of it. Where |t*|
-    > μ F it is cut back to μ F, and the point has slid by d_p = d − (t_old − t)/k_t.
+    tangential part d of the path, the mean of what the old and the new plane see of it. Where
+    ``|t*| > μ F`` it is cut back to μ F, and the point has slid by d_p = d − (t_old − t)/k_t.
 
     The energy t²/(2 k_t) is stored. Lost are −½(t_old + t)·d_p, so that on a plane the work of the
     mean traction, −½(t_old + t)·d, is what is stored more and what is lost, exactly; only where the
@@ -212,7 +212,7 @@ class Coulomb:
 
 @dataclass(frozen=True)
 class ViscousFriction:
-    """Coulomb's law without its step at rest: t = −μ F tanh(|v|/v₀) v/|v|.
+    """Coulomb's law without its step at rest: ``t = −μ F tanh(|v|/v₀) v/|v|``.
 
     It never sticks: a load below μ F slides, slowly. For those who are used to it, and where only
     fast sliding matters; `Coulomb` needs no such choice.
