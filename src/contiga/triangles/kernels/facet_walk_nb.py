@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba.core.compiler import Compiler
 
 from contiga.num.codes import MAX_ITERATIONS, NO_TRIANGLE, NOT_FINITE
 from contiga.num.jit import inner, kernel
@@ -28,7 +29,9 @@ STEPS = 1 << 20
 """Triangles of one walk at most."""
 
 
-@inner()
+# Optimised on their own, not only within their callers, where they would be too large to be put
+# in place of their calls: a walk would take a fifth longer.
+@inner(pipeline_class=Compiler)
 def _nearest_around(facets, number, best, point):
     """Of the slots around a vertex or crowded edge that which comes closer than `best`, or −1."""
     found = -1
@@ -47,7 +50,7 @@ def _nearest_around(facets, number, best, point):
     return best, found, place, a, b
 
 
-@inner()
+@inner(pipeline_class=Compiler)
 def walk(facets, s, first, point):
     """The local minimum reached from a place `first` of triangle s: slot, place, two numbers,
     solved. `first` is what `closest_on` says of it."""
@@ -80,7 +83,7 @@ def walk(facets, s, first, point):
     return s, place, a, b, False
 
 
-@inner()
+@inner(pipeline_class=Compiler)
 def _was_inside(shape, s, before, k):
     """Whether the foot of before[k] lies inside triangle s; no, where nothing is known of it."""
     if before.shape[0] == 0:
