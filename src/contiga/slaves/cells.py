@@ -140,8 +140,14 @@ def face_kind(n_nodes: int) -> str:
     return _FACE_KINDS[n_nodes]
 
 
+# Difference of the squares of two diagonals, relative, up to which they are as long: rectangles
+# with the digits of a mesh file. Rounding would choose by the unit and the place of the mesh, and with
+# the facets the share of the area of each node.
+_AS_LONG = 1e-3
+
+
 def split_quads(points: FloatArray, quads: IntArray) -> tuple[IntArray, IntArray]:
-    """Split each quadrilateral along its shorter diagonal.
+    """Split each quadrilateral along its shorter diagonal, along a-c where both are as long.
 
     Parameters
     ----------
@@ -156,7 +162,7 @@ def split_quads(points: FloatArray, quads: IntArray) -> tuple[IntArray, IntArray
     a, b, c, d = (quads[:, i] for i in range(4))
     ac = np.sum((points[a] - points[c]) ** 2, axis=1)
     bd = np.sum((points[b] - points[d]) ** 2, axis=1)
-    along_ac = (ac <= bd)[:, None]
+    along_ac = (ac <= bd * (1.0 + _AS_LONG))[:, None]
     first = np.where(along_ac, np.stack([a, b, c], axis=1), np.stack([a, b, d], axis=1))
     second = np.where(along_ac, np.stack([a, c, d], axis=1), np.stack([b, c, d], axis=1))
     triangles = np.stack([first, second], axis=1).reshape(-1, 3)

@@ -6,6 +6,7 @@ from math import factorial
 
 import numpy as np
 import pytest
+from tests.scenes import square_sheet
 
 import contiga as cg
 from contiga.errors import InputError
@@ -100,3 +101,17 @@ def test_points_of_a_facet_with_an_inactive_corner_take_no_part() -> None:
 def test_a_cloud_has_no_facets_to_put_points_on() -> None:
     with pytest.raises(InputError, match="points lie on facets"):
         Sampling(cg.Slave([[0.0, 0.0, 0.0]]), None, RULES[1])
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e-3, 1.0, 25.4, 1e3])
+def test_weights_of_a_mesh_do_not_depend_on_its_unit_and_place(scale: float) -> None:
+    points, quads = square_sheet(2.8, 25)
+    whole = cg.Slave(points, quads)
+    pose = cg.motion.pose
+    placed = pose.compose(pose.translation([3.0, -70.0, 0.1]), pose.rotation("y", 0.7))
+    moved = cg.Slave(scale * pose.apply(placed, points), quads)
+    np.testing.assert_array_equal(moved.facets, whole.facets)
+    np.testing.assert_allclose(moved.area, scale**2 * whole.area, rtol=1e-11)
+    inner = np.ones((25, 25), bool)
+    inner[[0, -1]] = inner[:, [0, -1]] = False
+    np.testing.assert_allclose(whole.area.reshape(25, 25)[inner], (2.8 / 24) ** 2, rtol=1e-12)
