@@ -141,8 +141,8 @@ def face_kind(n_nodes: int) -> str:
 
 
 # Difference of the squares of two diagonals, relative, up to which they are as long: rectangles
-# with the digits of a mesh file. Rounding would choose by the unit and the place of the mesh, and with
-# the facets the share of the area of each node.
+# with the digits of a mesh file. Rounding would choose by the unit and the place of the mesh, and
+# with the facets each node's share of the area.
 _AS_LONG = 1e-3
 
 
