@@ -31,6 +31,7 @@ from contiga.contact.respond import (
     Past,
     balance,
     carrying,
+    damping_of,
     law_input,
     moment,
     respond,
@@ -45,7 +46,7 @@ from contiga.masters.protocol import Master, Surface
 from contiga.num.arrays import as_points, positive
 from contiga.num.pose import as_pose, identity
 from contiga.num.rigid import to_body, turn_to_world
-from contiga.records import FloatArray, rows_of
+from contiga.records import FloatArray, IndexArray, rows_of
 from contiga.shown import Facts, Shown
 from contiga.slaves.sampling import QUADRATURES
 from contiga.slaves.slave import Slave
@@ -309,6 +310,10 @@ class Contact(Shown):
         X_WB = state.pose if pose is None else as_pose(pose)
         return self._measure.outlines(state.area_input, X_WB)
 
+    def nodal_sum(self, rows: IndexArray, values: FloatArray) -> FloatArray:
+        """(n,) at the slave's nodes, of `values` (k,) at the points of contact `rows` (k,)."""
+        return self._sampling.nodal_sum(rows, values)
+
     @property
     def has_outlines(self) -> bool:
         """Whether the area method tells where contact ends."""
@@ -359,8 +364,7 @@ class Contact(Shown):
             energies = np.array(balance(points, answer, p_B, past))
             grip = answer.friction
         found_depth = np.where(found.feet.patch >= 0, np.maximum(-found.feet.gap, 0.0), 0.0)
-        damped = answer.normal.damping
-        damped = np.zeros(0) if damped is None or not damped.any() else scattered(n, rows, damped)
+        damped, viscosity = damping_of(answer.normal, inp, rows, n)
         state = State(
             status=found.status,
             feature=found.feet.feature,
@@ -376,6 +380,7 @@ class Contact(Shown):
             force=force,
             stiffness=scattered(n, rows, answer.normal.stiffness),
             damping=damped,
+            viscosity=viscosity,
             memory=scattered(n, rows, answer.normal.memory),
             grip=np.zeros((n, 0)) if grip is None else scattered(n, rows, grip.memory),
             traction_B=np.zeros((0, 3)) if grip is None else scattered(n, rows, grip.force),

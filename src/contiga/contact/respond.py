@@ -176,6 +176,17 @@ def balance(
     )
 
 
+def damping_of(
+    normal: LawOutput, inp: LawInput, rows: IntArray, n: int
+) -> tuple[FloatArray, FloatArray]:
+    """(n,) the part of the force that is due to the rate, and that over the rate; (0,) without."""
+    if normal.damping is None or not normal.damping.any():
+        return np.zeros(0), np.zeros(0)
+    each = np.zeros(len(rows))
+    np.divide(normal.damping, inp.rate, out=each, where=inp.rate != 0.0)
+    return scattered(n, rows, normal.damping), scattered(n, rows, np.abs(each))
+
+
 def scattered(
     n: int, rows: IntArray, values: np.ndarray, base: np.ndarray | None = None
 ) -> np.ndarray:

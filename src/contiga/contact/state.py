@@ -86,6 +86,8 @@ class State(Shown):
     """(m,) of the normal force over the penetration, zero without contact."""
     damping: FloatArray
     """(m,) the part of `normal_force` that is due to the rate; (0,) of laws without."""
+    viscosity: FloatArray
+    """(m,) `damping` over the rate of penetration; (0,) of laws without."""
     memory: FloatArray
     """(m, k) what the law remembers, zero without contact."""
     grip: FloatArray

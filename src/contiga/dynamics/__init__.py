@@ -1,4 +1,4 @@
-"""What moves, and how: prescribed motions of bodies and slaves.
+"""What moves, and how: as prescribed, by the forces on it, or with another body.
 
 >>> dip = Translate([[0.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, -3.0]])
 >>> dip.pose(1.0)[:3, 3].tolist()
@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+from contiga.dynamics.free import Attached, Free
 from contiga.dynamics.prescribed import (
     BodyMotion,
     Combine,
@@ -21,9 +22,11 @@ from contiga.num import pose
 from contiga.num.twist import Twist
 
 __all__ = [
+    "Attached",
     "BodyMotion",
     "Combine",
     "Fixed",
+    "Free",
     "Moved",
     "Poses",
     "Rotate",

@@ -36,6 +36,8 @@ class Stepping(Protocol):
 _WHOLE = 1e-6
 # More steps than anybody would wait for: a step in the wrong unit.
 _MOST_STEPS = 10_000_000
+# Steps that "auto" takes at least.
+_PARTS = 200
 # Units in the last place of the latest time that a step must have, so that no two times are one.
 _LEAST_STEP = 4
 
@@ -115,6 +117,51 @@ class EqualSteps:
         times = self.start + self.step * np.arange(self.count + 1, dtype=np.float64)
         times[-1] = self.end
         return times
+
+
+@dataclass(frozen=True)
+class AutoSteps:
+    """Steps that are as long as what happens in them allows, each chosen after the one before.
+
+    Parameters
+    ----------
+    start, end : times, start < end
+    safety : share of the critical step that is taken at most, in (0, 1]
+    largest : of all steps; a two hundredth of the time if 0
+
+    Raises
+    ------
+    InputError
+        Times that are not finite or do not rise, a safety outside (0, 1], a negative step.
+    """
+
+    start: float
+    end: float
+    safety: float = 0.9
+    largest: float = 0.0
+
+    def __post_init__(self) -> None:
+        EqualSteps(self.start, self.end, self.end - self.start)
+        if not 0.0 < self.safety <= 1.0:
+            raise InputError(
+                "is no share", where="safety", found=self.safety, allowed="above 0, at most 1"
+            )
+        if not self.largest >= 0.0:
+            raise InputError("must be positive", where="largest", found=self.largest, allowed="> 0")
+
+    @property
+    def most(self) -> float:
+        """No step is longer."""
+        return self.largest or (self.end - self.start) / _PARTS
+
+    def after(self, time: float) -> float:
+        """The longest step there is."""
+        return min(time + self.most, self.end)
+
+    def planned(self) -> FloatArray:
+        """Times one longest step apart: there will be more."""
+        count = math.ceil((self.end - self.start) / self.most)
+        return np.linspace(self.start, self.end, count + 1)
 
 
 @dataclass(frozen=True, init=False, eq=False)

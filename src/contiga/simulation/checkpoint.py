@@ -9,14 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.dynamics.springs import SpringState
 from contiga.errors import CheckpointError
 from contiga.io.out.files import atomic_write
-from contiga.num.twist import Twist
 from contiga.records import FloatArray
 from contiga.simulation.model import ContactPart
-from contiga.simulation.system_state import BodyState, Energy, SlaveState, SystemState
+from contiga.simulation.system_state import BodyStates, Energy, SlaveState, SystemState
 
-FORMAT = 5
+FORMAT = 6
 
 
 class Checkpoint(NamedTuple):
@@ -53,12 +53,12 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
 def _write_state(file: Any, state: SystemState) -> None:
     """A group for each body, slave and contact, in their order."""
     file.attrs["time"] = state.time
-    for kind in ("bodies", "slaves", "contacts"):
+    for kind in ("bodies", "slaves", "contacts", "springs"):
         file.create_group(kind, track_order=True)
     for name, body in state.bodies.items():
         group = file.create_group(f"bodies/{name}")
         group["pose"] = body.pose
-        group["velocity"], group["spin"] = body.twist
+        group["twist"] = np.concatenate(body.twist)
     for name, slave in state.slaves.items():
         group = file.create_group(f"slaves/{name}")
         group["points"], group["velocities"] = slave
@@ -66,20 +66,24 @@ def _write_state(file: Any, state: SystemState) -> None:
         group = file.create_group(f"contacts/{name}")
         for key, array in contact.arrays.items():
             group[key] = array
+    for name, spring in state.springs.items():
+        group = file.create_group(f"springs/{name}")
+        for key, value in spring._asdict().items():
+            group[key] = value
     file["energy"] = np.array(state.energy)
+    file["step"], file["most"] = state.step, state.most
+    file["rigid"], file["wrenches"] = state.rigid, state.wrenches
 
 
 def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
     def arrays(group: Any, *names: str) -> list[FloatArray]:
         return [np.asarray(group[name]) for name in names]
 
-    bodies = {}
-    for name, group in file["bodies"].items():
-        pose, velocity, spin = arrays(group, "pose", "velocity", "spin")
-        bodies[name] = BodyState(pose, Twist(velocity, spin))
+    bodies = [arrays(group, "pose", "twist") for group in file["bodies"].values()]
+    poses, twists = (np.array(rows) for rows in zip(*bodies, strict=True))
     return SystemState(
         time=float(file.attrs["time"]),
-        bodies=bodies,
+        bodies=BodyStates({name: i for i, name in enumerate(file["bodies"])}, poses, twists),
         slaves={
             name: SlaveState(*arrays(group, "points", "velocities"))
             for name, group in file["slaves"].items()
@@ -92,7 +96,17 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
             for part in contacts
         },
         energy=Energy(*map(float, file["energy"])),
+        step=float(file["step"][()]),
+        rigid=np.asarray(file["rigid"]),
+        wrenches=np.asarray(file["wrenches"]),
+        springs={name: _spring(group) for name, group in file["springs"].items()},
+        most=float(file["most"][()]),
     )
+
+
+def _spring(group: Any) -> SpringState:
+    values = {key: group[key][()] for key in SpringState._fields}
+    return SpringState(**{k: v if np.ndim(v) else float(v) for k, v in values.items()})
 
 
 def read_checkpoint(path: Path, fingerprint: str, contacts: Iterable[ContactPart]) -> Checkpoint:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from contiga.contact.contact import Contact
+from contiga.dynamics.free import Attached, Free
 from contiga.dynamics.prescribed import Moved, SlaveMotion
 from contiga.num.digest import Digest
 from contiga.records import FloatArray
@@ -37,14 +38,23 @@ def fingerprint_of(model: Model) -> str:
     digest.text(_without_folder(model))
     digest.arrays("times", times)
     digest.text(repr((model.output.every, tuple(model.output.formats))))
+    digest.arrays("gravity", model.gravity)
+    digest.text(repr((type(model.stepping).__name__, model.allow_unstable)))
+    digest.thing([dict(model.springs), model.loads])
     for name, part in model.bodies.items():
-        poses = (part.motion.pose(float(t)) for t in times)
-        digest.arrays(f"poses of {name}", *poses)
+        digest.text(f"motion of {name}")
+        if isinstance(part.motion, Free | Attached):
+            digest.thing(part.motion)
+        else:
+            digest.arrays("poses", *(part.motion.pose(float(t)) for t in times))
         part.body.digest(digest)
     for name, (slave, motion) in model.slaves.items():
         digest.text(name)
         digest.slave(slave)
-        digest.motion(motion, times)
+        if isinstance(motion, Free | Attached):
+            digest.thing(motion)
+        else:
+            digest.motion(motion, times)
     for pair in model.contacts:
         digest.text(repr((pair.name, pair.master, pair.slave)))
         digest.contact(pair.contact)
@@ -86,8 +96,9 @@ class _Digest(Digest):
     def contact(self, contact: Contact) -> None:
         """Options, law and area of a contact."""
         options = contact.search, contact.contact_type, contact.on_edge, contact.through
-        self.text(repr((*options, contact.depth)))
+        self.text(repr((*options, contact.depth, contact.weights, contact.quadrature)))
         self.thing(contact.law)
+        self.thing(contact.friction)
         self.thing(contact.area)
 
     def thing(self, value: Any, depth: int = 0) -> None:

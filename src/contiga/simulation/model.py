@@ -4,15 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from contiga.contact.contact import Contact
+from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.loads import Load
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion
+from contiga.dynamics.pulses import check_covers
+from contiga.dynamics.springs import Spring
 from contiga.dynamics.stepping import Stepping
 from contiga.errors import InputError
 from contiga.masters.protocol import Master
+from contiga.records import FloatArray
 from contiga.shown import Facts, Shown
+from contiga.simulation.mechanism import Mechanism, mechanism_of
 from contiga.slaves.slave import Slave
 
 
@@ -20,14 +29,14 @@ class BodyPart(NamedTuple):
     """A body and how it moves."""
 
     body: Master
-    motion: BodyMotion
+    motion: BodyMotion | Free | Attached
 
 
 class SlavePart(NamedTuple):
     """A slave and how it moves."""
 
     slave: Slave
-    motion: SlaveMotion
+    motion: SlaveMotion | Free | Attached
 
 
 class ContactPart(NamedTuple):
@@ -62,6 +71,12 @@ class Model(Shown):
     slaves: Mapping[str, SlavePart]
     contacts: tuple[ContactPart, ...]
     stepping: Stepping
+    gravity: FloatArray = field(default_factory=lambda: np.zeros(3))
+    """(3,) acceleration of what is free, world axes."""
+    springs: Mapping[str, Spring] = field(default_factory=dict)
+    loads: tuple[Load, ...] = ()
+    allow_unstable: bool = False
+    """Go on with a step that is longer than the critical one."""
     title: str = ""
     units: tuple[str, str, str] = ("", "", "")
     """Names of the length, mass and time units; empty where not said."""
@@ -80,6 +95,21 @@ class Model(Shown):
         for part in self.contacts:
             _check_name("master", part.master, self.bodies)
             _check_name("slave", part.slave, self.slaves)
+        check_movers(self)
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """What forces move."""
+        return mechanism_of(self.bodies, self.slaves, self.springs, self.loads)
+
+    @cached_property
+    def origins(self) -> FloatArray:
+        """(n, 4, 4) poses of the bodies at the start."""
+        poses = np.broadcast_to(np.eye(4), (len(self.bodies), 4, 4)).copy()
+        for i, part in enumerate(self.bodies.values()):
+            if not isinstance(part.motion, Free | Attached):
+                poses[i] = part.motion.pose(self.stepping.start)
+        return poses[self.mechanism.root]
 
     def _facts(self) -> Facts:
         planned = self.stepping.planned()
@@ -100,3 +130,30 @@ def _check_name(role: str, name: str, known: Iterable[str]) -> None:
             found=name,
             allowed=", ".join(map(repr, known)),
         )
+
+
+def check_movers(model: Model) -> None:
+    """Refuse contacts whose sides move as one, and pulses and loads that end before the run.
+
+    Raises
+    ------
+    InputError
+        As said.
+    """
+    system = model.mechanism
+    for part in model.contacts:
+        host = system.carried.get(part.slave)
+        if host is not None and host == system.root[system.index[part.master]]:
+            raise InputError(
+                "its slave is attached to its master: they never touch anew",
+                where=f"contacts: {part.name}",
+                found=part.slave,
+                remedy="Attach the slave to another body",
+            )
+    span = model.stepping.start, model.stepping.end
+    movers = [(f"bodies[{n!r}]: motion", part.motion) for n, part in model.bodies.items()]
+    loads = [(f"loads[{i}]", load) for i, load in enumerate(model.loads)]
+    for where, mover in (*movers, *loads):
+        own = getattr(mover, "span", None)
+        if own is not None:
+            check_covers(own, *span, where)

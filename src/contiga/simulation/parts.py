@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.loads import Load
 from contiga.dynamics.prescribed import Fixed, Moved
+from contiga.dynamics.springs import Spring
 from contiga.errors import InputError
 from contiga.masters.protocol import is_master
 from contiga.simulation.model import BodyPart, ContactPart, SlavePart
@@ -29,7 +32,8 @@ def body_part(name: str, given: Any) -> BodyPart:
             found=type(body).__name__,
             allowed="a Body, a TriMesh, or (one of them, its motion)",
         )
-    _check_motion(f"bodies[{name!r}]", motion, "pose", "twist")
+    if not isinstance(motion, Free | Attached):
+        _check_motion(f"bodies[{name!r}]", motion, "pose", "twist")
     return BodyPart(body, motion)
 
 
@@ -43,6 +47,8 @@ def slave_part(name: str, given: Any) -> SlavePart:
             found=type(slave).__name__,
             allowed="a Slave, or (one, its motion)",
         )
+    if isinstance(motion, Free | Attached):
+        return SlavePart(slave, motion)
     if hasattr(motion, "pose"):
         _check_motion(f"slaves[{name!r}]", motion, "pose", "twist")
         return SlavePart(slave, Moved(slave.points, motion))
@@ -100,3 +106,40 @@ def _name_of(role: str, contact: Any, known: Iterable[tuple[str, object]]) -> st
         found=type(contact).__name__,
         allowed="a Contact made with one of the bodies and one of the slaves",
     )
+
+
+def spring_parts(given: Any) -> dict[str, Spring]:
+    """Springs by name: of a dict, or of a list in which each tells its own or gets a number."""
+    if isinstance(given, Mapping):
+        named = list(given.items())
+    elif isinstance(given, Sequence):
+        named = [(getattr(one, "name", "") or f"spring_{i}", one) for i, one in enumerate(given)]
+    else:
+        named = [("", given)]
+    for name, one in named:
+        if not isinstance(one, Spring):
+            raise InputError(
+                "must be springs",
+                where=f"springs[{name!r}]",
+                found=type(one).__name__,
+                allowed="a list of contiga.Spring, or a dict by name",
+            )
+    if len({name for name, _ in named}) < len(named):
+        raise InputError(
+            "springs must have names of their own", where="springs", found=[n for n, _ in named]
+        )
+    return dict(named)
+
+
+def load_parts(given: Any) -> tuple[Load, ...]:
+    """Loads as they were given, each checked to be one."""
+    loads = tuple(given) if isinstance(given, Sequence) else (given,)
+    for i, one in enumerate(loads):
+        if not isinstance(one, Load):
+            raise InputError(
+                "must be loads",
+                where=f"loads[{i}]",
+                found=type(one).__name__,
+                allowed="a list of contiga.Load",
+            )
+    return loads

@@ -20,7 +20,8 @@ from contiga.simulation.clock import Clock
 from contiga.simulation.fields import Fields, has_outlines
 from contiga.simulation.fingerprint import fingerprint_of
 from contiga.simulation.model import Model
-from contiga.simulation.step import Stepped, history_row
+from contiga.simulation.history import history_row
+from contiga.simulation.step import Stepped
 from contiga.simulation.system_state import SystemState
 
 # Seconds from one checkpoint to the next, at least.

@@ -11,6 +11,7 @@ from contiga.simulation.model import Model
 from contiga.simulation.recorder import Progress, Recorder
 from contiga.simulation.result import Result
 from contiga.simulation.step import advance
+from contiga.simulation.step_size import following
 from contiga.simulation.strict import check_proved
 from contiga.simulation.summary import summarise
 from contiga.simulation.system_state import SystemState
@@ -42,8 +43,10 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
                 recorder.open(Path(out), resume=options.resume)
             state = recorder.state
             while state is None or state.time < model.stepping.end:
-                time = model.stepping.start if state is None else model.stepping.after(state.time)
-                stepped = advance(model, state, time, clock)
+                if state is None:
+                    stepped = advance(model, None, model.stepping.start, clock)
+                else:
+                    stepped = following(model, state, clock)
                 state = stepped.state
                 if options.strict:
                     check_proved(state)

@@ -9,17 +9,28 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from contiga.contact.contact import Contact
-from contiga.dynamics.stepping import EqualSteps, GivenTimes, Stepping
+from contiga.dynamics.loads import Load
+from contiga.dynamics.springs import Spring
+from contiga.dynamics.stepping import AutoSteps, EqualSteps, GivenTimes, Stepping
 from contiga.errors import InputError
 from contiga.num.arrays import positive
+from contiga.num.transform import vector
 from contiga.simulation.clock import Clock
 from contiga.simulation.fingerprint import fingerprint_of
 from contiga.simulation.model import ContactPart, Model, OutputOptions
-from contiga.simulation.parts import body_part, by_name, contact_parts, slave_part
+from contiga.simulation.parts import (
+    body_part,
+    by_name,
+    contact_parts,
+    load_parts,
+    slave_part,
+    spring_parts,
+)
 from contiga.simulation.recorder import Progress
 from contiga.simulation.result import Result
 from contiga.simulation.run import RunOptions, carry_out
 from contiga.simulation.step import advance
+from contiga.simulation.step_size import following
 from contiga.simulation.system_state import SystemState
 
 
@@ -28,14 +39,21 @@ class Simulation(Model):
 
     Parameters
     ----------
-    bodies : by name; a body alone stays where it is, ``(body, motion)`` moves
+    bodies : by name; a body alone stays where it is, ``(body, motion)`` moves: as prescribed,
+        `contiga.motion.Free` by the forces on it, `contiga.motion.Attached` with another body
     slaves : by name; a slave alone stays, ``(slave, motion)`` moves: carried by the motion of a
-        body, or by one with ``points(t)`` and ``velocities(t)``
+        body, by one with ``points(t)`` and ``velocities(t)``, attached to a body, or each node free
     contacts : a list, or by name; each made with one of the bodies and one of the slaves
-    end, step : when to end, and how long a step is; the last one may be shorter
+    end, step : when to end, and how long a step is; the last one may be shorter. "auto": as long
+        as contacts, springs and turns allow, each step anew
     start : when to begin
     times : (n,) the times of all steps, in place of start, end and step
     stepping : an object that tells the times, in place of all of them
+    safety : share of the critical step that "auto" takes at most
+    gravity : (3,) acceleration of free bodies and nodes
+    springs : `contiga.Spring`, a list or by name
+    loads : a list of `contiga.Load`
+    allow_unstable : go on with steps longer than the critical one
     title, units : for reports; units are the names of length, mass and time
     output : what a run writes
     case_text, base_folder : the case it comes from, and the folder of that
@@ -74,10 +92,15 @@ class Simulation(Model):
         slaves: Mapping[str, Any],
         contacts: Mapping[str, Contact] | Sequence[Contact | ContactPart],
         end: float | None = None,
-        step: float | None = None,
+        step: float | str | None = None,
         start: float = 0.0,
         times: ArrayLike | None = None,
         stepping: Stepping | None = None,
+        safety: float = 0.9,
+        gravity: ArrayLike = (0.0, 0.0, 0.0),
+        springs: Mapping[str, Spring] | Sequence[Spring] = (),
+        loads: Sequence[Load] = (),
+        allow_unstable: bool = False,
         title: str = "",
         units: tuple[str, str, str] = ("", "", ""),
         output: OutputOptions | None = None,
@@ -94,7 +117,11 @@ class Simulation(Model):
             bodies=own_bodies,
             slaves=own_slaves,
             contacts=contact_parts(contacts, own_bodies, own_slaves),
-            stepping=_stepping(stepping, times, (start, end, step)),
+            stepping=_stepping(stepping, times, (start, end, step), safety),
+            gravity=vector(gravity, "gravity"),
+            springs=spring_parts(springs),
+            loads=load_parts(loads),
+            allow_unstable=allow_unstable,
             title=title,
             units=units,
             output=OutputOptions() if output is None else output,
@@ -124,10 +151,8 @@ class Simulation(Model):
         """
         self._check_own(state)
         if dt is not None:
-            time = state.time + positive(dt, "dt")
-        elif state.time < self.stepping.end:
-            time = self.stepping.after(state.time)
-        else:
+            return advance(self, state, state.time + positive(dt, "dt"), Clock()).state
+        if state.time >= self.stepping.end:
             raise InputError(
                 "the simulation is at its end",
                 where="state.time",
@@ -135,7 +160,7 @@ class Simulation(Model):
                 allowed=f"< {self.stepping.end:g}",
                 remedy="Give dt to go on",
             )
-        return advance(self, state, time, Clock()).state
+        return following(self, state, Clock()).state
 
     def _check_own(self, state: object) -> None:
         """Refuse what is no state of this simulation."""
@@ -195,7 +220,8 @@ class Simulation(Model):
 def _stepping(
     own: Stepping | None,
     times: ArrayLike | None,
-    equal: tuple[float, float | None, float | None],
+    equal: tuple[float, float | None, float | str | None],
+    safety: float,
 ) -> Stepping:
     """The one way of stepping that was given."""
     start, end, step = equal
@@ -220,6 +246,12 @@ def _stepping(
             found=", ".join(given) or None,
             allowed="end and step, or times, or stepping",
         )
+    if isinstance(step, str):
+        if step != "auto":
+            raise InputError(
+                "is no step", where="step", found=step, allowed='a number, or "auto"'
+            )
+        return AutoSteps(_number("start", start), _number("end", end), _number("safety", safety))
     return EqualSteps(_number("start", start), _number("end", end), _number("step", step))
 
 

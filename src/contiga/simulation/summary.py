@@ -10,7 +10,7 @@ from contiga.num.threads import thread_count
 from contiga.records import ContactStatus, FloatArray
 from contiga.simulation.clock import Clock
 from contiga.simulation.model import Model
-from contiga.simulation.step import COUNTED
+from contiga.simulation.history import COUNTED
 from contiga.version import __version__
 
 NOTED = (ContactStatus.SLID_OFF, ContactStatus.HELD, ContactStatus.THROUGH)

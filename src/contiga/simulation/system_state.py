@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import numpy as np
+
 from contiga.contact.state import State
+from contiga.dynamics.lanes import STATE
+from contiga.dynamics.springs import SpringState
 from contiga.num.twist import Twist
 from contiga.records import FloatArray
 from contiga.shown import Facts, Shown
@@ -19,6 +23,34 @@ class BodyState(NamedTuple):
     """(4, 4) X_WB."""
     twist: Twist
     """Velocity of the origin of its frame, and spin."""
+
+
+class BodyStates(Mapping[str, BodyState]):
+    """All bodies at one time, by name.
+
+    Parameters
+    ----------
+    names : of the b bodies
+    poses : (b, 4, 4) X_WB
+    twists : (b, 6) velocity of the frames' origins and spin, world axes
+    """
+
+    __slots__ = ("_index", "poses", "twists")
+
+    def __init__(self, index: Mapping[str, int], poses: FloatArray, twists: FloatArray) -> None:
+        self._index = index
+        self.poses = poses
+        self.twists = twists
+
+    def __getitem__(self, name: str) -> BodyState:
+        i = self._index[name]
+        return BodyState(self.poses[i], Twist(self.twists[i, :3], self.twists[i, 3:]))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._index)
+
+    def __len__(self) -> int:
+        return len(self._index)
 
 
 class SlaveState(NamedTuple):
@@ -36,20 +68,35 @@ class Energy(NamedTuple):
     contact: float
     """Stored in the contacts: what their laws and sticking friction would give back."""
     hysteresis: float = 0.0
-    """Lost in laws that unload by another curve than they load."""
+    """Lost in laws and springs that unload by another curve than they load."""
     damping: float = 0.0
-    """Taken by the damping of laws."""
+    """Taken by the damping of laws and springs."""
     friction: float = 0.0
     """Taken by sliding."""
-    error: float = 0.0
-    """Work done on the contacts that is nowhere."""
+    kinetic: float = 0.0
+    """Of free bodies and nodes."""
+    strain: float = 0.0
+    """Stored in springs."""
+    external: float = 0.0
+    """Work done since the start by gravity, loads and what moves prescribed bodies."""
+    initial: float = 0.0
+    """Kinetic and stored energy at the start."""
 
+    @property
+    def total(self) -> float:
+        """Kinetic and stored."""
+        return self.kinetic + self.strain + self.contact
 
-def energy_of(contacts: Mapping[str, State]) -> Energy:
-    """The energies of all contacts together."""
-    energies = [state.energy for state in contacts.values()]
-    names = ("stored", "hysteresis", "damping", "friction", "error")
-    return Energy(*(sum(float(getattr(e, name)) for e in energies) for name in names))
+    @property
+    def lost(self) -> float:
+        """Taken since the start by friction, damping and hysteresis."""
+        return self.hysteresis + self.damping + self.friction
+
+    @property
+    def error(self) -> float:
+        """Energy that is nowhere: what came in and is neither there nor lost. It falls with the
+        square of the step, but where forces are no gradient."""
+        return self.initial + self.external - self.total - self.lost
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -57,13 +104,25 @@ class SystemState(Shown):
     """A simulation at one time: all that its next step needs."""
 
     time: float
-    bodies: dict[str, BodyState]
+    bodies: Mapping[str, BodyState]
     """By name."""
     slaves: dict[str, SlaveState]
     """By name."""
     contacts: dict[str, State]
     """By name."""
     energy: Energy
+    step: float = 0.0
+    """Length of the step that came here; 0 at the start."""
+    rigid: FloatArray = field(default_factory=lambda: np.zeros((0, STATE)))
+    """(b, 19) free bodies, columns by `contiga.dynamics.lanes`."""
+    wrenches: FloatArray = field(default_factory=lambda: np.zeros((0, 6)))
+    """(n, 6) force and moment on each body about the origin of its frame, world axes: contacts,
+    springs, loads and weight, with those of what is attached to it. None where nothing is moved
+    by forces."""
+    springs: dict[str, SpringState] = field(default_factory=dict)
+    """By name."""
+    most: float = 0.0
+    """The largest energy so far: kinetic, stored and lost."""
 
     def _facts(self) -> Facts:
         return [

@@ -19,7 +19,7 @@ from contiga.io.out.vtkhdf import read_fields
 from contiga.records import ContactStatus as Is
 from contiga.simulation import step as step_module
 from contiga.simulation.model import ContactPart, OutputOptions
-from contiga.simulation.step import COUNTED
+from contiga.simulation.history import COUNTED
 
 Make = Callable[..., Simulation]
 

@@ -1,0 +1,154 @@
+"""What moves by the forces on it: free bodies and free nodes, and what is fixed to other bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import InputError
+from contiga.num.arrays import positive, read_only
+from contiga.num.inertia import check_inertia
+from contiga.num.transform import vector
+from contiga.records import FloatArray, MassProperties
+
+HOLDS = ("x", "y", "z", "rx", "ry", "rz")
+"""What can be held of a free body: ways along the world's axes and turns about them."""
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class Free:
+    """A rigid body, or the nodes of a slave, that the forces on them move.
+
+    Parameters
+    ----------
+    mass : of the body; or all its `MassProperties`, as `body.mass_properties(density)` gives them.
+        Of a slave: of each node, one number or (n,); the slave's own if omitted
+    inertia : (3, 3) about the centre, in the axes of the body
+    centre : (3,) of mass, in the axes of the body: those of its placed geometry
+    velocity : (3,) of the centre at the start, world axes; of a slave's nodes (3,) or (n, 3)
+    spin : (3,) at the start, world axes, radians a time
+    hold : of x, y, z (ways of the centre) and rx, ry, rz (turns), world axes: what stays as it is
+
+    Raises
+    ------
+    InputError
+        No mass, an inertia that is none, a velocity or spin along what is held.
+
+    Notes
+    -----
+    Nodes have no inertia, centre or spin, and nothing of them is held.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> cg.motion.Free(mass=2.0, inertia=np.eye(3), velocity=[0, 0, -1.0], hold=["x"]).hold
+    ('x',)
+    """
+
+    mass: float | FloatArray | None
+    inertia: FloatArray | None
+    centre: FloatArray | None
+    velocity: FloatArray
+    spin: FloatArray
+    hold: tuple[str, ...]
+
+    def __init__(
+        self,
+        mass: float | MassProperties | ArrayLike | None = None,
+        *,
+        inertia: ArrayLike | None = None,
+        centre: ArrayLike | None = None,
+        velocity: ArrayLike = (0.0, 0.0, 0.0),
+        spin: ArrayLike = (0.0, 0.0, 0.0),
+        hold: Iterable[str] = (),
+    ) -> None:
+        if isinstance(mass, MassProperties):
+            if inertia is not None or centre is not None:
+                raise InputError(
+                    "are given twice",
+                    where="inertia" if inertia is not None else "centre",
+                    allowed="mass properties, or mass with inertia and centre",
+                )
+            mass, centre, inertia = mass.mass, mass.centre, mass.inertia
+        put = object.__setattr__
+        put(self, "mass", _mass(mass))
+        put(self, "inertia", None if inertia is None else check_inertia(inertia, "inertia"))
+        put(self, "centre", None if centre is None else read_only(vector(centre, "centre")))
+        put(self, "velocity", _velocity(velocity))
+        put(self, "spin", read_only(vector(spin, "spin")))
+        put(self, "hold", _hold(hold))
+        moving = np.broadcast_to(self.velocity, (3,)) if self.velocity.ndim == 1 else np.zeros(3)
+        for name, rate in zip(HOLDS, (*moving, *self.spin), strict=True):
+            if name in self.hold and rate != 0.0:
+                raise InputError(
+                    "is held, and starts moving that way",
+                    where=f"hold: {name}",
+                    found=float(rate),
+                    allowed="velocity and spin of zero along what is held",
+                )
+
+
+@dataclass(frozen=True)
+class Attached:
+    """A body, or the points of a slave, that are fixed to another body and go where that goes.
+
+    What they feel that body feels. Their geometry stands in the axes of that body's.
+
+    Parameters
+    ----------
+    body : its name
+    """
+
+    body: str
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.body, str) or not self.body:
+            raise InputError(
+                "must be the name of a body", where="Attached(body)", found=self.body
+            )
+
+
+def _mass(mass: float | ArrayLike | None) -> float | FloatArray | None:
+    """One number, or one a node."""
+    if mass is None or np.ndim(mass) == 0:
+        return None if mass is None else positive(mass, "mass")
+    try:
+        each = np.array(mass, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError("must be numbers", where="mass", found=mass) from error
+    if each.ndim != 1 or not (np.isfinite(each).all() and (each > 0.0).all()):
+        raise InputError(
+            "must be finite and above zero at every node", where="mass", found=each.shape
+        )
+    return read_only(each)
+
+
+def _velocity(velocity: ArrayLike) -> FloatArray:
+    try:
+        own = np.array(velocity, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError("must be numbers", where="velocity", found=velocity) from error
+    if own.ndim not in (1, 2) or own.shape[-1] != 3 or not np.isfinite(own).all():
+        raise InputError(
+            "must be finite numbers",
+            where="velocity",
+            found=own.shape,
+            allowed="(3,), or (n, 3) of the nodes of a slave",
+        )
+    return read_only(own)
+
+
+def _hold(hold: Iterable[str]) -> tuple[str, ...]:
+    names = (hold,) if isinstance(hold, str) else tuple(hold)
+    for name in names:
+        if name not in HOLDS:
+            raise InputError(
+                "nothing of this name can be held",
+                where="hold",
+                found=name,
+                allowed=", ".join(HOLDS),
+            )
+    return tuple(name for name in HOLDS if name in names)

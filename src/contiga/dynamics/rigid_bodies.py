@@ -1,0 +1,110 @@
+"""Free rigid bodies together, one row each: how they start and how a step moves them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.dynamics import lanes
+from contiga.dynamics.free import HOLDS, Free
+from contiga.dynamics.kernels import rigid_body_nb
+from contiga.errors import InputError
+from contiga.num.ordered import principal_axes, product
+from contiga.records import FloatArray
+
+
+class Placed(NamedTuple):
+    """Free bodies at one time, b rows."""
+
+    rows: FloatArray
+    """(b, 19), columns by `contiga.dynamics.lanes`."""
+    poses: FloatArray
+    """(b, 4, 4) X_WB of their frames."""
+    twists: FloatArray
+    """(b, 6) velocity of the frames' origins and spin, world axes."""
+
+
+def fixed_of(name: str, motion: Free) -> FloatArray:
+    """(22,) what never changes of a free body, columns by `contiga.dynamics.lanes`.
+
+    Raises
+    ------
+    InputError
+        No mass, none for the whole body, no inertia though it may turn.
+    """
+    where = f"bodies[{name!r}]: motion"
+    if motion.mass is None or np.ndim(motion.mass) != 0 or motion.velocity.ndim != 1:
+        raise InputError(
+            "a free body needs one mass and one velocity",
+            where=where,
+            found=f"mass {motion.mass}" if motion.mass is None else "those of nodes",
+            remedy="Give Free(mass=…), or Free(body.mass_properties(density))",
+        )
+    one = np.zeros(lanes.FIXED)
+    one[lanes.MASS] = motion.mass
+    one[lanes.WAYS : lanes.WAYS + 3] = [name not in motion.hold for name in HOLDS[:3]]
+    one[lanes.SPINS : lanes.SPINS + 3] = [name not in motion.hold for name in HOLDS[3:]]
+    if motion.centre is not None:
+        one[lanes.CENTRE_B : lanes.CENTRE_B + 3] = motion.centre
+    one[lanes.MOMENTS : lanes.MOMENTS + 3] = 1.0
+    one[lanes.AXES : lanes.AXES + 9] = np.eye(3).ravel()
+    if motion.inertia is not None:
+        moments, axes = principal_axes(motion.inertia)
+        one[lanes.MOMENTS : lanes.MOMENTS + 3] = moments[::-1]
+        one[lanes.AXES : lanes.AXES + 9] = axes[::-1].T.ravel()
+    elif one[lanes.SPINS : lanes.SPINS + 3].any():
+        raise InputError(
+            "a free body that may turn needs its inertia",
+            where=where,
+            remedy='Give inertia=(3, 3) about the centre, or hold=["rx", "ry", "rz"]',
+        )
+    return one
+
+
+def row_of(motion: Free, one: FloatArray) -> FloatArray:
+    """(19,) a body at the start, its frame where the world's is, without forces."""
+    row = np.zeros(lanes.STATE)
+    row[lanes.CENTRE : lanes.CENTRE + 3] = one[lanes.CENTRE_B : lanes.CENTRE_B + 3]
+    row[lanes.TURN] = 1.0
+    row[lanes.VELOCITY : lanes.VELOCITY + 3] = motion.velocity
+    axes = one[lanes.AXES : lanes.AXES + 9].reshape(3, 3)
+    own = one[lanes.MOMENTS : lanes.MOMENTS + 3] * product(axes.T, motion.spin)
+    row[lanes.MOMENTUM : lanes.MOMENTUM + 3] = product(axes, own)
+    return row
+
+
+def started(rows: FloatArray, fixed: FloatArray) -> Placed:
+    """Bodies as they stand at the start."""
+    placed = _blank(rows)
+    rigid_body_nb.start(placed.rows, fixed, placed.poses, placed.twists)
+    return placed
+
+
+def drifted(last: FloatArray, fixed: FloatArray, dt: float) -> Placed:
+    """Where a step takes bodies, and how they would move there if the forces stayed.
+
+    The momenta are those in the middle of the step, until `kicked`.
+    """
+    placed = _blank(last)
+    rigid_body_nb.drift(last, fixed, dt, placed.rows, placed.poses, placed.twists)
+    return placed
+
+
+def kicked(placed: Placed, fixed: FloatArray, loads: FloatArray, dt: float) -> float:
+    """Ends the step of `drifted`: `placed` is changed. Answers the kinetic energy.
+
+    Parameters
+    ----------
+    loads : (b, 6) force and moment about the frames' origins, world axes
+    dt : length of the step; 0 at the start
+    """
+    energy: float = rigid_body_nb.kick(
+        placed.rows, fixed, loads, dt, placed.poses, placed.twists
+    )
+    return energy
+
+
+def _blank(rows: FloatArray) -> Placed:
+    b = len(rows)
+    return Placed(rows.copy(), np.empty((b, 4, 4)), np.empty((b, 6)))

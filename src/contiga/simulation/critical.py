@@ -1,0 +1,146 @@
+"""The critical step: how long a step may be before vibrations grow.
+
+A leapfrog with damping that is foreseen by half a step is stable for a vibration ω with the decay
+rate γ = c/m while ω² h²/4 + γ h ≤ 1 (the step matrix has the eigenvalue −1 at the end of that).
+The fastest vibration of all that a contact connects is bounded from each side alone: what a spring
+does to two bodies is at most the sum of what it does to each with the other held, and what several
+do to one body at most the sum of that.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.contact.state import State
+from contiga.dynamics.kernels.stiffness_nb import fastest
+from contiga.num.rigid import to_world, turn_to_world
+from contiga.records import FloatArray
+from contiga.simulation.mechanism import Mechanism
+from contiga.simulation.model import ContactPart, Model
+from contiga.simulation.system_state import SystemState
+
+
+class Rates(NamedTuple):
+    """How fast things happen."""
+
+    square: float = 0.0
+    """ω², 1/time²."""
+    decay: float = 0.0
+    """γ, 1/time."""
+
+    def __add__(self, other: Rates) -> Rates:  # type: ignore[override]
+        return Rates(self.square + other.square, self.decay + other.decay)
+
+    @property
+    def critical(self) -> float:
+        """The critical step, infinite where nothing vibrates or decays."""
+        root = self.decay + math.sqrt(self.decay * self.decay + self.square)
+        return 2.0 / root if root > 0.0 else math.inf
+
+
+class Limit(NamedTuple):
+    """What limits the step."""
+
+    critical: float
+    """Length of the critical step."""
+    of: str
+    """What has it, in words; empty where nothing does."""
+    bodies: Rates
+    """The fastest of whole bodies; nodes may be faster."""
+
+
+def limit_of(model: Model, state: SystemState) -> Limit:
+    """The critical step of what touches and pulls in `state`."""
+    felt: dict[object, list[tuple[str, Rates, Rates]]] = {}
+    for text, ends in _couplings(model, state):
+        both = sum((rates for _, rates, _ in ends), Rates())
+        whole = sum((rates for _, _, rates in ends), Rates())
+        for end, _, _ in ends:
+            felt.setdefault(end, []).append((text, both, whole))
+    critical, of, bodies = math.inf, "", Rates()
+    for own in felt.values():
+        rates = sum((both for _, both, _ in own), Rates())
+        whole = sum((w for _, _, w in own), Rates())
+        bodies = Rates(max(bodies.square, whole.square), max(bodies.decay, whole.decay))
+        if rates.critical < critical:
+            critical = rates.critical
+            of = max(own, key=lambda entry: entry[1])[0]
+    return Limit(critical, of, bodies)
+
+
+_End = tuple[object, Rates, Rates]
+"""Which body or slave, its rates, and those of it as one body."""
+
+
+def _couplings(model: Model, state: SystemState) -> Iterator[tuple[str, list[_End]]]:
+    """Each contact and spring, with what it does to the free bodies at its two ends."""
+    system = model.mechanism
+    for part in model.contacts:
+        contact = state.contacts[part.name]
+        rows = np.flatnonzero(contact.stiffness)
+        if len(rows):
+            ends = _contact_ends(system, part, contact, rows, state)
+            if ends:
+                yield f"contact {part.name!r}", ends
+    for name in state.springs:
+        if ends := _spring_ends(system, name, state):
+            yield f"spring {name!r}", ends
+
+
+def _spring_ends(system: Mechanism, name: str, state: SystemState) -> list[_End]:
+    """The free ends of a spring."""
+    spring, now = system.springs[name], state.springs[name]
+    along, across = spring.stiffness_bound(now)
+    way = now.ends[1:] - now.ends[:1]
+    axis = way / now.length if now.length > 0.0 else np.array([[1.0, 0.0, 0.0]])
+    ends: list[_End] = []
+    for k, body in enumerate(spring.between):
+        number = system.number(body)
+        row = None if number is None else system.row.get(number)
+        if row is None:
+            continue
+        place, own = now.ends[k : k + 1], _row(system, state, row)
+        rates = Rates(
+            fastest(place, axis, np.array([along]), np.array([across]), *own),
+            fastest(place, axis, np.array([spring.damping]), np.zeros(1), *own),
+        )
+        ends.append((row, rates, rates))
+    return ends
+
+
+def _row(system: Mechanism, state: SystemState, row: int) -> tuple[FloatArray, FloatArray]:
+    return state.rigid[row], system.fixed[row]
+
+
+def _contact_ends(
+    system: Mechanism, part: ContactPart, contact: State, rows: np.ndarray, state: SystemState
+) -> list[_End]:
+    """The free sides of a contact."""
+    ends: list[_End] = []
+    along = contact.stiffness[rows]
+    across = contact.tangential[rows] if len(contact.tangential) else np.zeros(len(rows))
+    damping = contact.viscosity[rows] if len(contact.viscosity) else np.zeros(len(rows))
+    sides = int(system.root[system.index[part.master]]), system.carried.get(part.slave)
+    bodies = [system.row[side] for side in sides if side is not None and side in system.row]
+    if bodies:
+        points = to_world(contact.pose, contact.points_B[rows])
+        normals = turn_to_world(contact.pose, contact.normal_B[rows])
+    for row in bodies:
+        own = _row(system, state, row)
+        rates = Rates(
+            fastest(points, normals, along, across, *own),
+            fastest(points, normals, damping, np.zeros(len(rows)), *own) if damping.any() else 0.0,
+        )
+        ends.append((row, rates, rates))
+    if part.slave in system.masses:
+        mass = system.masses[part.slave]
+        most = [
+            float((part.contact.nodal_sum(rows, values) / mass).max())
+            for values in (np.maximum(along, across), damping)
+        ]
+        ends.append((part.slave, Rates(*most), Rates()))
+    return ends

@@ -1,0 +1,136 @@
+"""The history of a run: one row a step, a column for each thing told."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.contact.state import State
+from contiga.dynamics import lanes
+from contiga.num.ordered import length
+from contiga.records import ContactStatus
+from contiga.simulation.model import Model
+from contiga.simulation.step import Stepped
+from contiga.simulation.system_state import SystemState
+
+# Columns of the history that count points by what became of them in the step.
+COUNTED = {
+    "n_new": ContactStatus.NEW,
+    "n_old": ContactStatus.OLD,
+    "n_held": ContactStatus.HELD,
+    "n_released": ContactStatus.RELEASED,
+    "n_slid_off": ContactStatus.SLID_OFF,
+    "n_lost": ContactStatus.LOST,
+    "n_not_finite": ContactStatus.NOT_FINITE,
+    "n_found": ContactStatus.FOUND,
+    "n_reacquired": ContactStatus.REACQUIRED,
+    "n_through": ContactStatus.THROUGH,
+}
+
+
+_OF_BODIES = ("x y z vx vy vz ax ay az qw qx qy qz wx wy wz").split()
+
+
+def history_row(model: Model, stepped: Stepped, *, measured: bool) -> dict[str, float]:
+    """One row of the history; columns carry the contact's name where there are several.
+
+    Contact areas are measured where `measured` is said; else they are NaN.
+    """
+    row: dict[str, float] = {"time": stepped.state.time}
+    for part in model.contacts:
+        prefix = "" if len(model.contacts) == 1 else f"{part.name}."
+        columns = _columns(
+            stepped.state.contacts[part.name], stepped.walls[part.name], measured=measured
+        )
+        row |= {prefix + name: value for name, value in columns.items()}
+    if model.mechanism.moved:
+        row |= _body_columns(model, stepped.state) | _system_columns(stepped.state)
+    return row
+
+
+def _body_columns(model: Model, state: SystemState) -> dict[str, float]:
+    """Centre of mass, velocity, acceleration, orientation and spin of each free body."""
+    system, names = model.mechanism, list(model.bodies)
+    columns: dict[str, float] = {}
+    for k, i in enumerate(system.free):
+        row, one = state.rigid[k], system.fixed[k]
+        # Held ways have no acceleration, whatever the force.
+        acceleration = row[lanes.FORCE : lanes.FORCE + 3] / one[lanes.MASS]
+        acceleration = acceleration * one[lanes.WAYS : lanes.WAYS + 3]
+        values = (
+            *row[lanes.CENTRE : lanes.CENTRE + 3],
+            *row[lanes.VELOCITY : lanes.VELOCITY + 3],
+            *acceleration,
+            *row[lanes.TURN : lanes.TURN + 4],
+            *state.bodies[names[i]].twist.spin,
+        )
+        columns |= {f"{names[i]}.{c}": float(v) for c, v in zip(_OF_BODIES, values, strict=True)}
+    return columns
+
+
+def _system_columns(state: SystemState) -> dict[str, float]:
+    """Energies of the whole system."""
+    energy = state.energy
+    return {
+        "energy.kinetic": energy.kinetic,
+        "energy.strain": energy.strain,
+        "energy.contact": energy.contact,
+        "energy.friction": energy.friction,
+        "energy.damping": energy.damping,
+        "energy.hysteresis": energy.hysteresis,
+        "energy.external": energy.external,
+        "energy.total": energy.total,
+        "energy.error": energy.error,
+    }
+
+
+def _columns(state: State, wall: float, *, measured: bool) -> dict[str, float]:
+    """What the history says of one contact."""
+    force, moment_about = state.total_force, state.wrench[3:]
+    centre = state.centre_of_pressure
+    measured = measured or state.contact.weights == "area"
+    columns: dict[str, float] = {
+        "n_contact": state.n_contact,
+        "max_penetration": state.max_penetration,
+        "force_x": force[0],
+        "force_y": force[1],
+        "force_z": force[2],
+        "force": length(force),
+        "moment_x": moment_about[0],
+        "moment_y": moment_about[1],
+        "moment_z": moment_about[2],
+        **_friction_columns(state),
+        "area": state.total_area if measured else np.nan,
+        "n_clusters": state.n_clusters if measured else np.nan,
+        "mean_pressure": state.mean_pressure if measured else np.nan,
+        "max_pressure": state.max_pressure,
+        "centre_x": centre[0],
+        "centre_y": centre[1],
+        "centre_z": centre[2],
+        **_energy_columns(state),
+        "wall_time": wall,
+    }
+    counts = np.bincount(state.status, minlength=len(ContactStatus))
+    columns |= {name: int(counts[status]) for name, status in COUNTED.items()}
+    columns["n_unproved"] = state.n_unproved
+    return columns
+
+
+def _friction_columns(state: State) -> dict[str, float]:
+    """Force of friction on the slave, where there is friction."""
+    if len(state.traction_B) == 0:
+        return {}
+    total = state.friction.sum(axis=0)
+    return {f"friction_{axis}": float(value) for axis, value in zip("xyz", total, strict=True)}
+
+
+def _energy_columns(state: State) -> dict[str, float]:
+    """Where the work done on the contact went since the start."""
+    energy = state.energy
+    return {
+        "work": energy.work,
+        "energy_stored": energy.stored,
+        "energy_hysteresis": energy.hysteresis,
+        "energy_damping": energy.damping,
+        "energy_friction": energy.friction,
+        "energy_error": energy.error,
+    }

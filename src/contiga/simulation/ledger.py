@@ -1,0 +1,153 @@
+"""Where the energy of a system is, and what came in from outside, step by step.
+
+Work is counted by the trapezoidal rule over each step, which is what a leapfrog does: its kinetic
+energy changes by just that, up to a term in the square of the step that comes back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from contiga.contact.state import State
+from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.lanes import CENTRE, MASS
+from contiga.dynamics.prescribed import Fixed
+from contiga.dynamics.springs import SpringState
+from contiga.num import quaternion
+from contiga.num.pose import to_quaternion
+from contiga.records import FloatArray
+from contiga.simulation.forces import load_point, loaded
+from contiga.simulation.model import Model
+from contiga.simulation.place import Standing, nodal_force
+from contiga.simulation.system_state import Energy, SlaveState, SystemState
+
+
+def contact_energy(contacts: Mapping[str, State]) -> Energy:
+    """Of the contacts alone: what moves them does their work."""
+    energies = [state.energy for state in contacts.values()]
+    return Energy(
+        contact=sum(e.stored for e in energies),
+        hysteresis=sum(e.hysteresis for e in energies),
+        damping=sum(e.damping for e in energies),
+        friction=sum(e.friction for e in energies),
+        external=sum(e.work for e in energies),
+    )
+
+
+def energy_of(
+    contacts: Mapping[str, State],
+    springs: Mapping[str, SpringState],
+    kinetic: float,
+    external: float,
+    initial: float | None,
+) -> Energy:
+    """Of a system; `initial` is None at the start."""
+    own = contact_energy(contacts)
+    whole = own._replace(
+        hysteresis=own.hysteresis + sum(s.hysteresis for s in springs.values()),
+        damping=own.damping + sum(s.damping for s in springs.values()),
+        kinetic=kinetic,
+        strain=sum(s.stored for s in springs.values()),
+        external=external,
+    )
+    return whole._replace(initial=whole.total if initial is None else initial)
+
+
+def kinetic_of_nodes(model: Model, slaves: Mapping[str, SlaveState]) -> float:
+    """Kinetic energy of free nodes."""
+    total = 0.0
+    for name, mass in model.mechanism.masses.items():
+        v = slaves[name].velocities
+        total += 0.5 * float((mass * (v * v).sum(axis=1)).sum())
+    return total
+
+
+def external_work(
+    model: Model,
+    last: SystemState,
+    standing: Standing,
+    contacts: Mapping[str, State],
+    wrenches: FloatArray,
+    time: float,
+) -> float:
+    """Work done from outside in a step: by gravity, loads and what moves prescribed bodies."""
+    return (
+        _by_gravity(model, last, standing)
+        + _by_loads(model, last, standing, time)
+        + _by_bodies(model, last, standing, wrenches)
+        + _by_points(model, last, standing, contacts)
+    )
+
+
+def _by_gravity(model: Model, last: SystemState, standing: Standing) -> float:
+    if not model.gravity.any():
+        return 0.0
+    system, work = model.mechanism, 0.0
+    for k in range(len(system.fixed)):
+        way = standing.free.rows[k, CENTRE : CENTRE + 3] - last.rigid[k, CENTRE : CENTRE + 3]
+        work += system.fixed[k, MASS] * float((way * model.gravity).sum())
+    for name, mass in system.masses.items():
+        way = standing.slaves[name].points - last.slaves[name].points
+        work += float((mass * (way * model.gravity).sum(axis=1)).sum())
+    return work
+
+
+def _by_loads(model: Model, last: SystemState, standing: Standing, time: float) -> float:
+    """Loads on free bodies; on others what moves them takes it back."""
+    system, work = model.mechanism, 0.0
+    before = standing._replace(
+        bodies=last.bodies, free=standing.free._replace(rows=last.rigid)
+    )
+    for load in system.loads:
+        i = int(system.root[system.index[load.body]])
+        if i not in system.row:
+            continue
+        poses = last.bodies.poses[i], standing.bodies.poses[i]
+        force, moment = zip(
+            loaded(load, poses[0], last.time), loaded(load, poses[1], time), strict=True
+        )
+        way = load_point(model, load, i, standing) - load_point(model, load, i, before)
+        work += 0.5 * float(((force[0] + force[1]) * way).sum())
+        if moment[0].any() or moment[1].any():
+            work += 0.5 * float(((moment[0] + moment[1]) * _turn(*poses)).sum())
+    return work
+
+
+def _by_bodies(
+    model: Model, last: SystemState, standing: Standing, wrenches: FloatArray
+) -> float:
+    """By what moves prescribed bodies, against the forces on them."""
+    system, work = model.mechanism, 0.0
+    for name, part in model.bodies.items():
+        if isinstance(part.motion, Free | Attached | Fixed):
+            continue
+        i = system.index[name]
+        both = last.wrenches[i] + wrenches[i]
+        if not both.any():
+            continue
+        X0, X1 = last.bodies.poses[i], standing.bodies.poses[i]
+        work -= 0.5 * float((both[:3] * (X1[:3, 3] - X0[:3, 3])).sum())
+        work -= 0.5 * float((both[3:] * _turn(X0, X1)).sum())
+    return work
+
+
+def _by_points(
+    model: Model, last: SystemState, standing: Standing, contacts: Mapping[str, State]
+) -> float:
+    """By what moves prescribed points, against the forces on them."""
+    system, work = model.mechanism, 0.0
+    for name in model.slaves:
+        if name in system.carried or name in system.masses:
+            continue
+        way = standing.slaves[name].points - last.slaves[name].points
+        if way.any():
+            both = nodal_force(model, name, last.contacts) + nodal_force(model, name, contacts)
+            work -= 0.5 * float(np.where(np.isfinite(way), both * way, 0.0).sum())
+    return work
+
+
+def _turn(X0: FloatArray, X1: FloatArray) -> FloatArray:
+    """(3,) rotation vector from one pose to another."""
+    return quaternion.rotation_vector(to_quaternion(X0), to_quaternion(X1))

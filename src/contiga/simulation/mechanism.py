@@ -1,0 +1,184 @@
+"""Who moves what: free bodies in rows, what is attached to which body, nodes that are masses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.lanes import FIXED, STATE
+from contiga.dynamics.loads import Load
+from contiga.dynamics.rigid_bodies import fixed_of, row_of
+from contiga.dynamics.springs import Spring
+from contiga.errors import InputError
+from contiga.records import FloatArray
+from contiga.slaves.slave import Slave
+
+GROUND = "ground"
+
+
+@dataclass(frozen=True, eq=False)
+class Mechanism:
+    """What forces move. Worked out once, from the parts of a simulation."""
+
+    index: Mapping[str, int]
+    """Number of each body, in their order."""
+    root: NDArray[np.intp]
+    """(n,) body that each body is fixed to: itself where it is not attached."""
+    free: NDArray[np.intp]
+    """(b,) bodies that are free."""
+    row: Mapping[int, int]
+    """Row of a free body, by its number."""
+    fixed: FloatArray
+    """(b, 22) what never changes of them, and (b, 19) how they start."""
+    start: FloatArray
+    carried: Mapping[str, int]
+    """Slaves that are attached: the body they are fixed to, by its number."""
+    masses: Mapping[str, FloatArray]
+    """Slaves whose nodes are free: (n,) their masses."""
+    springs: Mapping[str, Spring]
+    loads: tuple[Load, ...]
+
+    @property
+    def moved(self) -> bool:
+        """Whether forces move anything, or springs take part."""
+        return len(self.free) > 0 or len(self.masses) > 0 or len(self.springs) > 0
+
+    def number(self, name: str) -> int | None:
+        """The root of a body, by its name; None of the ground."""
+        return None if name == GROUND else int(self.root[self.index[name]])
+
+
+def mechanism_of(
+    bodies: Mapping[str, Any],
+    slaves: Mapping[str, Any],
+    springs: Mapping[str, Spring],
+    loads: tuple[Load, ...],
+) -> Mechanism:
+    """The mechanism of bodies and slaves with their motions.
+
+    Raises
+    ------
+    InputError
+        What is attached to nothing, to itself in a circle, a free body without mass, springs and
+        loads of bodies that are not there.
+    """
+    index = {name: i for i, name in enumerate(bodies)}
+    root = np.array([index[_root(name, bodies)] for name in bodies], dtype=np.intp)
+    names = [name for name, part in bodies.items() if isinstance(part.motion, Free)]
+    fixed = [fixed_of(name, bodies[name].motion) for name in names]
+    rows = [row_of(bodies[name].motion, one) for name, one in zip(names, fixed, strict=True)]
+    free = np.array([index[name] for name in names], dtype=np.intp)
+    carried = {
+        name: int(root[_host(f"slaves[{name!r}]: motion", part.motion.body, index)])
+        for name, part in slaves.items()
+        if isinstance(part.motion, Attached)
+    }
+    masses = {
+        name: masses_of(name, part.slave, part.motion)
+        for name, part in slaves.items()
+        if isinstance(part.motion, Free)
+    }
+    for where, ends in _ends(springs, loads):
+        for end in ends:
+            if end != GROUND:
+                _host(where, end, index)
+    return Mechanism(
+        index,
+        root,
+        free,
+        {int(i): k for k, i in enumerate(free)},
+        np.array(fixed).reshape(-1, FIXED),
+        np.array(rows).reshape(-1, STATE),
+        carried,
+        masses,
+        springs,
+        loads,
+    )
+
+
+def _ends(
+    springs: Mapping[str, Spring], loads: tuple[Load, ...]
+) -> list[tuple[str, tuple[str, ...]]]:
+    """Bodies that springs and loads name, with what to call these."""
+    return [(f"spring {name!r}: between", tuple(one.between)) for name, one in springs.items()] + [
+        (f"load[{i}]: body", (one.body,)) for i, one in enumerate(loads)
+    ]
+
+
+def _host(where: str, name: str, known: Mapping[str, int]) -> int:
+    """The number of a body that something names."""
+    if name not in known:
+        raise InputError(
+            "no body of this name is there",
+            where=where,
+            found=name,
+            allowed=", ".join(map(repr, known)),
+        )
+    return known[name]
+
+
+def _root(name: str, bodies: Mapping[str, Any]) -> str:
+    """What a body is fixed to in the end."""
+    way = [name]
+    while isinstance(motion := bodies[way[-1]].motion, Attached):
+        _host(f"bodies[{way[-1]!r}]: motion", motion.body, dict.fromkeys(bodies, 0))
+        if motion.body in way:
+            raise InputError(
+                "bodies are attached in a circle: none of them says where they go",
+                where=f"bodies[{name!r}]: motion",
+                found=" -> ".join([*way, motion.body]),
+                remedy="Give one of them a motion of its own",
+            )
+        way.append(motion.body)
+    return way[-1]
+
+
+def masses_of(name: str, slave: Slave, motion: Free) -> FloatArray:
+    """(n,) masses of the nodes of a slave that are free.
+
+    Raises
+    ------
+    InputError
+        There are none, some are not above zero, or options of bodies are given.
+    """
+    where = f"slaves[{name!r}]: motion"
+    if motion.inertia is not None or motion.centre is not None or motion.hold:
+        raise InputError(
+            "nodes have a mass and a velocity only",
+            where=where,
+            found="inertia, centre or hold",
+            allowed="Free(mass=…, velocity=…)",
+        )
+    given = slave.mass if motion.mass is None else motion.mass
+    if given is None:
+        raise InputError(
+            "free nodes need masses and the slave has none",
+            where=where,
+            remedy="Give Free(mass=…), or the slave its nodal masses",
+        )
+    if np.ndim(given) and len(np.atleast_1d(given)) != len(slave):
+        raise InputError(
+            "there must be one mass a node", where=where, found=np.shape(given), allowed=len(slave)
+        )
+    masses = np.broadcast_to(np.asarray(given, dtype=np.float64), (len(slave),)).copy()
+    if not (masses > 0.0).all():
+        bare = int(np.count_nonzero(~(masses > 0.0)))
+        raise InputError(
+            f"{bare} free nodes have no mass",
+            where=where,
+            found=f"first at node {int(np.argmin(masses > 0.0))}",
+            allowed="above zero at every node",
+        )
+    if motion.velocity.ndim == 2 and len(motion.velocity) != len(slave):
+        raise InputError(
+            "there must be one velocity, or one a node",
+            where=where,
+            found=motion.velocity.shape,
+            allowed=f"(3,) or ({len(slave)}, 3)",
+        )
+    return masses
