@@ -1,4 +1,4 @@
-"""What moves, and how: prescribed motions of bodies and slaves.
+"""What moves, and how: prescribed motions of bodies and slaves, pulses, loads, springs.
 
 >>> dip = Translate([[0.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, -3.0]])
 >>> dip.pose(1.0)[:3, 3].tolist()
@@ -17,10 +17,13 @@ from contiga.dynamics.prescribed import (
     SlaveMotion,
     Translate,
 )
+from contiga.dynamics.pulse_files import read_pulse
+from contiga.dynamics.pulses import Accelerated, Velocity, check_covers
 from contiga.num import pose
 from contiga.num.twist import Twist
 
 __all__ = [
+    "Accelerated",
     "BodyMotion",
     "Combine",
     "Fixed",
@@ -30,5 +33,8 @@ __all__ = [
     "SlaveMotion",
     "Translate",
     "Twist",
+    "Velocity",
+    "check_covers",
     "pose",
+    "read_pulse",
 ]
