@@ -10,6 +10,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -85,7 +86,7 @@ def as_rows(table: ArrayLike, columns: tuple[str, ...], where: str) -> FloatArra
     try:
         rows = as_table(table, columns)
     except InputError as error:
-        details = {"found": error.found} if error.has_found else {}
+        details: dict[str, Any] = {"found": error.found} if error.has_found else {}
         raise InputError(error.what, where=where, allowed=error.allowed, **details) from error
     if len(rows) < 2:
         raise InputError(

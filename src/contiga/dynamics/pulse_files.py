@@ -150,7 +150,7 @@ def _check_rows(table: FloatArray, sheet: Sheet) -> None:
     """Refuse the first row that is not finite or does not go on in time, with its line."""
     if len(table) == 0:
         raise FileError("there are no rows under the header", where=str(sheet.path))
-    finite = np.isfinite(table).all(axis=1)
+    finite = np.asarray(np.isfinite(table).all(axis=1))
     later = np.append(True, np.diff(table[:, 0]) > 0.0)
     wrong = np.flatnonzero(~(finite & later))
     if wrong.size:
