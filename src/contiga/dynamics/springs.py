@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -102,7 +103,6 @@ class Spring:
     damping: float
     length: float
     name: str
-    law: SpringLaw
 
     def __init__(
         self,
@@ -131,7 +131,6 @@ class Spring:
         put(self, "damping", c)
         put(self, "length", rest)
         put(self, "name", name or "-".join(pair))
-        put(self, "law", spring_law(loading, hysteresis))
 
     def start(self, ends_W: ArrayLike, velocities_W: ArrayLike) -> SpringState:
         """The state at the start: what is stored then was put in before, nothing is lost yet.
@@ -142,7 +141,7 @@ class Spring:
         """
         ends = np.array(ends_W, dtype=np.float64)
         length, rate = _axial(ends, velocities_W)
-        moved = self.law.move(0.0, 0.0, length - self.length)
+        moved = self._law.move(0.0, 0.0, length - self.length)
         damper = self._damper(rate, length, moved)
         return SpringState(
             ends, length, moved.force + damper, damper, moved.stiffness, moved.force, moved.stored,
@@ -158,7 +157,7 @@ class Spring:
         """
         ends = np.array(ends_W, dtype=np.float64)
         length, rate = _axial(ends, velocities_W)
-        moved = self.law.move(last.length - self.length, last.memory, length - self.length)
+        moved = self._law.move(last.length - self.length, last.memory, length - self.length)
         damper = self._damper(rate, length, moved)
         return SpringState(
             ends,
@@ -178,10 +177,15 @@ class Spring:
         Along it the steepest slope that a step may come upon: with hysteresis its slope, else that
         of the table's piece at hand and of those beside it. Across it the tension by the length.
         """
-        along = self.law.steepest(state.length - self.length)
+        along = self._law.steepest(state.length - self.length)
         if state.length == 0.0:
             return along, along
         return along, max(state.force, 0.0) / state.length
+
+    @cached_property
+    def _law(self) -> SpringLaw:
+        curve = Characteristic(0.0) if self.curve is None else self.curve
+        return spring_law(curve, self.hysteresis)
 
     def _damper(self, rate: float, length: float, moved: Axial) -> float:
         force = self.damping * rate
