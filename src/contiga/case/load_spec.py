@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from functools import cached_property
 from typing import Annotated, Any, Self
 
@@ -12,22 +13,24 @@ from contiga.dynamics.loads import Load
 from contiga.errors import CaseError
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
 def _vector_or_rows(value: Any) -> Any:
     # One message where a union of types would give one for each.
     rows = value if isinstance(value, list) else [None]
-    if all(map(_is_number, rows)):
-        return value
-    if all(isinstance(row, list) and all(map(_is_number, row)) for row in rows):
-        return value
-    raise CaseError(
-        "must be a vector, or rows over time",
-        found=value,
-        allowed="[x, y, z] or [[t, x, y, z], …]",
-    )
+    if not (all(map(_is_number, rows)) or all(isinstance(row, list) for row in rows)):
+        raise CaseError(
+            "must be a vector, or rows over time",
+            found=value,
+            allowed="[x, y, z] or [[t, x, y, z], …]",
+        )
+    for k, row in enumerate(rows):
+        for number in row if isinstance(row, list) else [row]:
+            if not (_is_number(number) and -sys.float_info.max <= number <= sys.float_info.max):
+                raise CaseError(f"must be finite numbers, and entry {k} is not", found=row)
+    return value
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 OverTime = Annotated[list[float] | list[list[float]], BeforeValidator(_vector_or_rows)]
