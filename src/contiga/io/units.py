@@ -161,8 +161,8 @@ def velocity_factor(unit: str, length: str, time: str, where: str | None = None)
     UnitError
         It is no unit of velocity.
 
-    >>> velocity_factor("km/h", "m", "s") == 1 / 3.6
-    True
+    >>> 36.0 * velocity_factor("km/h", "m", "s")
+    10.0
     """
     return _rate_ratio(unit, 1, length, time, where)
 
@@ -188,7 +188,10 @@ def acceleration_factor(unit: str, length: str, time: str, where: str | None = N
 
 def _rate_ratio(unit: str, power: int, length: str, time: str, where: str | None) -> float:
     case = base_factor(length, "length") / base_factor(time, "time") ** power
-    return float(f"{_rate_in_si(unit, power, where) / case:.15g}")
+    factor = _rate_in_si(unit, power, where) / case
+    # As in `_ratio`, but 1/3.6 is no number of 15 digits.
+    short = float(f"{factor:.15g}")
+    return short if math.isclose(short, factor, rel_tol=4e-16) else factor
 
 
 def _rate_in_si(unit: str, power: int, where: str | None) -> float:

@@ -154,3 +154,9 @@ def test_units_of_velocity(unit: str, si: float) -> None:
 def test_other_units_are_no_rates(factor, unit: str, message: str) -> None:
     with pytest.raises(UnitError, match=message):
         factor(unit, "mm", "ms", "a.csv:1")
+
+
+def test_factors_of_velocity_are_exact_where_numbers_are() -> None:
+    assert 36.0 * velocity_factor("km/h", "m", "s") == 10.0
+    assert velocity_factor("m/s", "mm", "ms") == 1.0
+    assert acceleration_factor("m/s^2", "mm", "ms") == 0.001
