@@ -131,9 +131,7 @@ class _Tensile:
         """The step to `x`. A spring that was slack begins anew at x = 0 and F = 0."""
         if x < 0.0:
             return Axial(0.0, 0.0, 0.0, 0.0)
-        if x_old <= 0.0:
-            x_old, f_old = 0.0, 0.0
-        return self._taut(x_old, f_old, x)
+        return self._taut(max(x_old, 0.0), f_old, x)
 
     def steepest(self, x: float) -> float:
         """The slope of hysteresis: no curve is steeper."""

@@ -159,6 +159,16 @@ def test_the_damper_of_a_belt_never_pushes() -> None:
     slack = of.step(taut, ends(1.9), along(-1.0))
     assert (slack.force, slack.damper) == (0.0, 0.0)
     assert slack.damping == pytest.approx(0.5 * -1.0 * -0.6)
+    assert of.step(taut, ends(1.9), along(1.0)).force == 0.0
+
+
+@pytest.mark.parametrize("loading", [[[0, 1], [1, 3]], lambda x: 1.0 + 2.0 * x])
+def test_a_belt_that_is_tight_at_its_rest_length_is_slack_below_it(loading) -> None:
+    of = spring(curve=loading, unloading=[[0, 0.5], [1, 1]], hysteresis_slope=4.0)
+    tight, slack, again = follow(of, [1.0, -0.1, 0.0])
+    assert tight.force == 3.0
+    assert tuple(slack[2:]) == (0.0,) * 7
+    assert again.force == 0.5  # on the unloading curve: a new one from no force
 
 
 def test_what_a_belt_lost_before_the_start_is_not_counted() -> None:
