@@ -40,6 +40,8 @@ _HOME = {
     "clusters_of": "contiga.area.cluster",
     "Contact": "contiga.contact.contact",
     "State": "contiga.contact.state",
+    "Load": "contiga.dynamics.loads",
+    "Spring": "contiga.dynamics.springs",
     "Simulation": "contiga.simulation.simulation",
     "SystemState": "contiga.simulation.system_state",
     "Result": "contiga.simulation.result",
@@ -89,6 +91,8 @@ if TYPE_CHECKING:
     from contiga.cli.run_case import run as run
     from contiga.contact.contact import Contact as Contact
     from contiga.contact.state import State as State
+    from contiga.dynamics.loads import Load as Load
+    from contiga.dynamics.springs import Spring as Spring
     from contiga.geometry import clouds as clouds
     from contiga.geometry import knots as knots
     from contiga.geometry import shapes as shapes

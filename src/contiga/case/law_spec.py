@@ -78,12 +78,14 @@ class _LawSpec(_KindSpec):
         return self
 
 
-def _characteristic(curve: CurveTable, name: str) -> Characteristic:
+def characteristic_of(curve: CurveTable, name: str) -> Characteristic:
+    """The curve, called `name` in errors."""
     return Characteristic(curve.points, extrapolation=curve.extrapolation, name=name)
 
 
-def _if_given(curve: CurveTable | None, name: str) -> Characteristic | None:
-    return None if curve is None else _characteristic(curve, name)
+def if_given(curve: CurveTable | None, name: str) -> Characteristic | None:
+    """The same of a key that may be left out."""
+    return None if curve is None else characteristic_of(curve, name)
 
 
 class ForceSpec(_LawSpec):
@@ -100,8 +102,8 @@ class ForceSpec(_LawSpec):
     def law(self) -> Law:
         """The law."""
         return ForceLaw(
-            _characteristic(self.curve, "curve"),
-            unloading=_if_given(self.unloading, "unloading"),
+            characteristic_of(self.curve, "curve"),
+            unloading=if_given(self.unloading, "unloading"),
             hysteresis_slope=self.hysteresis_slope,
             share=self.share,
         )
@@ -124,13 +126,13 @@ class StressSpec(_LawSpec):
     def law(self) -> Law:
         """The law."""
         return StressLaw(
-            _characteristic(self.elastic, "elastic"),
+            characteristic_of(self.elastic, "elastic"),
             self.thickness,
             damping=self.damping,
             damping_ratio=self.damping_ratio,
-            damping_curve=_if_given(self.damping_curve, "damping_curve"),
-            amplification=_if_given(self.amplification, "amplification"),
-            unloading=_if_given(self.unloading, "unloading"),
+            damping_curve=if_given(self.damping_curve, "damping_curve"),
+            amplification=if_given(self.amplification, "amplification"),
+            unloading=if_given(self.unloading, "unloading"),
             hysteresis_slope=self.hysteresis_slope,
         )
 

@@ -18,11 +18,14 @@ from contiga.dynamics.prescribed import (
     SlaveMotion,
     Translate,
 )
+from contiga.dynamics.pulse_files import read_pulse
+from contiga.dynamics.pulses import Accelerated, Velocity, check_covers
 from contiga.num import pose
 from contiga.num.twist import Twist
 
 __all__ = [
     "Attached",
+    "Accelerated",
     "BodyMotion",
     "Combine",
     "Fixed",
@@ -33,5 +36,8 @@ __all__ = [
     "SlaveMotion",
     "Translate",
     "Twist",
+    "Velocity",
+    "check_covers",
     "pose",
+    "read_pulse",
 ]

@@ -6,6 +6,7 @@ The library itself is unit-free. `pint` knows the units; nothing else imports it
 from __future__ import annotations
 
 import math
+import re
 from difflib import get_close_matches
 from functools import lru_cache
 from typing import Any
@@ -50,6 +51,16 @@ _PLAIN = {
     "mass": {"kg": 1.0, "g": 0.001, "mg": 1e-6, "t": 1000.0},
     "time": {"s": 1.0, "ms": 0.001, "us": 1e-6, "min": 60.0, "h": 3600.0},
 }
+# In m/s and m/s².
+_RATES = {
+    1: {"kph": 1.0 / 3.6, "kmh": 1.0 / 3.6, "mph": 0.44704},
+    2: {"g": 9.80665, "G": 9.80665, "g0": 9.80665, "gn": 9.80665},
+}
+_RATE_KINDS = {1: "velocity", 2: "acceleration"}
+_RATE_EXAMPLES = {1: "m/s, mm/ms, km/h, mph", 2: "g, m/s^2, mm/ms^2, in/s^2"}
+_RATE = re.compile(
+    r"^\s*([^/()]+?)\s*/\s*\(?\s*([^/()^²*2]+?)\s*(\^2|²|\*\*2|2|/\s*[^/()]+)?\s*\)?\s*$"
+)
 _FORCES = {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "kN": 1e3, "MN": 1e6, "GN": 1e9, "dyn": 1e-5}
 _STRESSES = {"Pa": 1.0, "mPa": 1e-3, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12}
 
@@ -135,6 +146,83 @@ def mass_factor(from_unit: str, to_unit: str, where: str | None = None) -> float
 def time_factor(from_unit: str, to_unit: str, where: str | None = None) -> float:
     """What a time in `from_unit` is multiplied by to be in `to_unit`."""
     return _ratio(from_unit, to_unit, "time", where)
+
+
+def velocity_factor(unit: str, length: str, time: str, where: str | None = None) -> float:
+    """What a velocity in `unit` is multiplied by to be in `length` a `time`.
+
+    Parameters
+    ----------
+    unit : a length by a time ("m/s", "mm/ms", "km/h"), or "mph", "kph"
+    where : file or key the unit stands in, for the message
+
+    Raises
+    ------
+    UnitError
+        It is no unit of velocity.
+
+    >>> 36.0 * velocity_factor("km/h", "m", "s")
+    10.0
+    """
+    return _rate_ratio(unit, 1, length, time, where)
+
+
+def acceleration_factor(unit: str, length: str, time: str, where: str | None = None) -> float:
+    """What an acceleration in `unit` is multiplied by to be in `length` a `time` squared.
+
+    Parameters
+    ----------
+    unit : "g" (9.80665 m/s²), or a length by the square of a time ("m/s^2", "mm/ms²", "m/s/s")
+    where : file or key the unit stands in, for the message
+
+    Raises
+    ------
+    UnitError
+        It is no unit of acceleration.
+
+    >>> acceleration_factor("g", "mm", "ms")
+    0.00980665
+    """
+    return _rate_ratio(unit, 2, length, time, where)
+
+
+def _rate_ratio(unit: str, power: int, length: str, time: str, where: str | None) -> float:
+    case = base_factor(length, "length") / base_factor(time, "time") ** power
+    factor = _rate_in_si(unit, power, where) / case
+    # As in `_ratio`, but 1/3.6 is no number of 15 digits.
+    short = float(f"{factor:.15g}")
+    return short if math.isclose(short, factor, rel_tol=4e-16) else factor
+
+
+def _rate_in_si(unit: str, power: int, where: str | None) -> float:
+    """One `unit` of velocity (power 1) or acceleration (2) in m and s."""
+    text = unit.strip() if isinstance(unit, str) else ""
+    named = _RATES[power].get(text)
+    if named is not None:
+        return named
+    parts = _rate_parts(text)
+    if parts is None or parts[2] != power:
+        other = text in _RATES[3 - power] or (parts is not None and parts[2] == 3 - power)
+        what = f"a unit of {_RATE_KINDS[3 - power]}, not" if other else "not a unit"
+        raise UnitError(
+            f"{what} of {_RATE_KINDS[power]}",
+            where=where,
+            found=unit,
+            allowed=f"a unit of {_RATE_KINDS[power]}, such as {_RATE_EXAMPLES[power]}",
+        )
+    size = base_factor(parts[0], "length", where)
+    return size / base_factor(parts[1], "time", where) ** power
+
+
+def _rate_parts(text: str) -> tuple[str, str, int] | None:
+    """Length, time and its power of a quotient such as m/s^2 or m/s/s."""
+    found = _RATE.match(text)
+    if found is None:
+        return None
+    length, time, square = found.groups()
+    if square is not None and square.startswith("/") and square[1:].strip() != time:
+        return None
+    return length, time, 1 if square is None else 2
 
 
 def _ratio(from_unit: str, to_unit: str, dimension: str, where: str | None) -> float:

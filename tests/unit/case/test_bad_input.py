@@ -212,7 +212,7 @@ TABLE = [
         "columns missing in a motion",
         MOVE,
         '{ kind = "translate", table = [[0, 0, 0]] }',
-        "slave[0].motion.table: a motion table must have 4 columns",
+        "slave[0].motion.table: a table must have 4 columns",
         "[t, dx, dy, dz]",
     ),
     swap(

@@ -7,12 +7,14 @@ import pytest
 from contiga.errors import UnitError
 from contiga.io import units
 from contiga.io.units import (
+    acceleration_factor,
     base_factor,
     derived_units,
     length_factor,
     mass_factor,
     short_name,
     time_factor,
+    velocity_factor,
 )
 
 
@@ -102,3 +104,59 @@ def test_the_units_looked_up_without_pint_are_what_pint_says():
                     if quantity.check(units._DIMENSIONS[dimension])
                 ]
                 assert fits[0] == factor == units.base_factor(spelling, dimension)
+
+
+@pytest.mark.parametrize(
+    ("unit", "si"),
+    [
+        ("g", 9.80665),
+        (" G ", 9.80665),
+        ("m/s^2", 1.0),
+        ("m/s²", 1.0),
+        ("m/s2", 1.0),
+        ("m / s**2", 1.0),
+        ("m/(s^2)", 1.0),
+        ("m/s/s", 1.0),
+        ("mm/ms^2", 1000.0),
+        ("mm/s^2", 0.001),
+        ("in/s^2", 0.0254),
+        ("km/h/h", 1000.0 / 3600.0**2),
+    ],
+)
+def test_units_of_acceleration(unit: str, si: float) -> None:
+    assert acceleration_factor(unit, "m", "s") == pytest.approx(si, rel=1e-14)
+    assert acceleration_factor(unit, "mm", "ms") == pytest.approx(si / 1000.0, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("unit", "si"),
+    [("m/s", 1.0), ("mm/ms", 1.0), ("km/h", 1 / 3.6), ("kph", 1 / 3.6), ("mph", 0.44704)],
+)
+def test_units_of_velocity(unit: str, si: float) -> None:
+    assert velocity_factor(unit, "m", "s") == pytest.approx(si, rel=1e-14)
+    assert velocity_factor(unit, "mm", "s") == pytest.approx(si * 1000.0, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("factor", "unit", "message"),
+    [
+        (acceleration_factor, "m/s", "a unit of velocity, not of acceleration; found 'm/s'"),
+        (velocity_factor, "m/s^2", "a unit of acceleration, not of velocity"),
+        (velocity_factor, "g", "a unit of acceleration, not of velocity; .* such as m/s, mm/ms"),
+        (acceleration_factor, "mph", "a unit of velocity, not of acceleration"),
+        (acceleration_factor, "m/s/ms", "not a unit of acceleration"),
+        (acceleration_factor, "", "not a unit of acceleration; found ''"),
+        (acceleration_factor, "N", "not a unit of acceleration; found 'N'.*such as g, m/s"),
+        (velocity_factor, "kg/s", "not a unit of length; found 'kg'"),
+        (velocity_factor, "m/kg", "not a unit of time; found 'kg'"),
+    ],
+)
+def test_other_units_are_no_rates(factor, unit: str, message: str) -> None:
+    with pytest.raises(UnitError, match=message):
+        factor(unit, "mm", "ms", "a.csv:1")
+
+
+def test_factors_of_velocity_are_exact_where_numbers_are() -> None:
+    assert 36.0 * velocity_factor("km/h", "m", "s") == 10.0
+    assert velocity_factor("m/s", "mm", "ms") == 1.0
+    assert acceleration_factor("m/s^2", "mm", "ms") == 0.001

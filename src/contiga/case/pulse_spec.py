@@ -1,0 +1,109 @@
+"""Motions of a case by a velocity or an acceleration over time, in units of their own."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from contiga.case.spec import Axis, ExistingFile, Spec, TimeUnit, Vector
+from contiga.dynamics.prescribed import BodyMotion
+from contiga.dynamics.pulse_files import read_pulse
+from contiga.dynamics.pulses import Accelerated, Velocity
+from contiga.errors import CaseError
+from contiga.io.units import acceleration_factor, time_factor, velocity_factor
+from contiga.records import FloatArray
+
+Units = tuple[str, str, str]
+"""Length, mass and time unit of a case."""
+
+# To find out whether a pulse is possible, any will do.
+_ANY_UNITS = ("m", "kg", "s")
+
+
+class _PulseSpec(Spec):
+    kind: str
+    table: list[list[float]] | None = None
+    file: ExistingFile | None = None
+    columns: list[str] | None = None
+    """Of the file: the time's and one or three others."""
+    unit: str | None = None
+    """Of the values, if it is not the case's; the header of a file may say it, too."""
+    time_unit: TimeUnit | None = None
+    direction: Axis | None = None
+    smooth: bool = False
+
+    def motion_in(self, units: Units) -> BodyMotion:
+        """The motion in the units of the case."""
+        raise NotImplementedError
+
+    @model_validator(mode="after")
+    def _motion_is_possible(self) -> Self:
+        if (self.table is None) == (self.file is None):
+            raise CaseError("must have exactly one of the keys table or file")
+        if self.columns is not None and self.file is None:
+            raise CaseError("only a file has columns", where="columns", found=self.columns)
+        assert self.motion_in(_ANY_UNITS) is not None
+        return self
+
+    def _rows(
+        self, units: Units, quantity: Literal["velocity", "acceleration"]
+    ) -> FloatArray | list[list[float]]:
+        """The rows of table or file in the units of the case."""
+        length, _, time = units
+        factor_of = velocity_factor if quantity == "velocity" else acceleration_factor
+        factor = 1.0 if self.unit is None else factor_of(self.unit, length, time, "unit")
+        if self.file is not None:
+            return read_pulse(
+                self.file,
+                units=(length, time),
+                columns=self.columns,
+                time_unit=self.time_unit,
+                unit=self.unit,
+                quantity=quantity,
+            )
+        later = 1.0 if self.time_unit is None else time_factor(self.time_unit, time, "time_unit")
+        rows = self.table or []
+        return [[later * t for t in row[:1]] + [factor * v for v in row[1:]] for row in rows]
+
+    def describe(self) -> str:
+        """In words."""
+        if self.table is None:
+            source = f"the file {self.file}"
+        else:
+            span = f"t = {self.table[0][0]:g} to {self.table[-1][0]:g}"
+            source = f"a table of {len(self.table)} rows, {span} {self.time_unit or ''}".strip()
+        unit = "" if self.unit is None else f" in {self.unit}"
+        along = "" if self.direction is None else f" along {self.direction}"
+        return f"{self.kind}{unit}{along} from {source}{', smooth' if self.smooth else ''}"
+
+
+class VelocitySpec(_PulseSpec):
+    """`{ kind = "velocity", table | file, columns, unit, time_unit, direction, smooth }`."""
+
+    kind: Literal["velocity"] = "velocity"
+
+    def motion_in(self, units: Units) -> Velocity:
+        """The motion in the units of the case."""
+        rows = self._rows(units, "velocity")
+        return Velocity(rows, direction=self.direction, smooth=self.smooth)
+
+
+class AccelerationSpec(_PulseSpec):
+    """`{ kind = "acceleration", …, velocity }`: keys of a velocity, and the velocity at first."""
+
+    kind: Literal["acceleration"] = "acceleration"
+    velocity: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """At the first row, in the units of the case."""
+
+    def motion_in(self, units: Units) -> Accelerated:
+        """The motion in the units of the case."""
+        rows = self._rows(units, "acceleration")
+        return Accelerated(
+            rows, direction=self.direction, velocity=self.velocity, smooth=self.smooth
+        )
+
+    def describe(self) -> str:
+        """In words."""
+        start = f", at first with the velocity {self.velocity}" if any(self.velocity) else ""
+        return super().describe() + start

@@ -1,0 +1,141 @@
+"""Loads: forces and moments on a body, constant or over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.dynamics.pieces import Pieces, as_rows, pieces_between
+from contiga.errors import InputError
+from contiga.num.arrays import read_only
+from contiga.num.transform import vector
+from contiga.records import FloatArray
+
+_COLUMNS = {"force": ("t", "Fx", "Fy", "Fz"), "moment": ("t", "Mx", "My", "Mz")}
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class Load:
+    """A force and a moment on a body.
+
+    Parameters
+    ----------
+    body : its name
+    force, moment : (3,), or (n, 4) rows t, x, y, z with n ≥ 2 and t strictly increasing; world
+        axes. One of the two may be left out.
+    at : (3,) the body's point that the force acts at, world coordinates at the start of the run;
+        the centre of mass if None
+    follow : force and moment turn with the body
+    smooth : monotone cubics between the rows in place of straight lines
+
+    Notes
+    -----
+    A load over time is not extrapolated: it is zero outside its rows. The point `at` moves with
+    the body, whether the force turns with it or not.
+
+    Raises
+    ------
+    InputError
+        Neither force nor moment, a point for a moment alone, `smooth` without rows, no vector and
+        no rows.
+
+    Examples
+    --------
+    A push that fades
+
+    >>> push = Load("sled", force=[[0.0, 100.0, 0.0, 0.0], [4.0, 0.0, 0.0, 0.0]])
+    >>> push.force_at(1.0).tolist(), push.moment_at(1.0).tolist(), push.span
+    ([75.0, 0.0, 0.0], [0.0, 0.0, 0.0], (0.0, 4.0))
+    """
+
+    body: str
+    force: FloatArray | Pieces
+    moment: FloatArray | Pieces
+    at: FloatArray | None
+    follow: bool
+
+    def __init__(
+        self,
+        body: str,
+        *,
+        force: ArrayLike | None = None,
+        moment: ArrayLike | None = None,
+        at: ArrayLike | None = None,
+        follow: bool = False,
+        smooth: bool = False,
+    ) -> None:
+        _check_given(body, force, moment, at)
+        put = object.__setattr__
+        put(self, "body", body)
+        put(self, "force", _over_time(force, "force", smooth))
+        put(self, "moment", _over_time(moment, "moment", smooth))
+        put(self, "at", None if at is None else read_only(vector(at, "at")))
+        put(self, "follow", bool(follow))
+        if smooth and self.span is None:
+            raise InputError(
+                "there are no rows to be smooth between",
+                where="smooth",
+                found=smooth,
+                remedy="Remove it, or give the force or the moment as rows over time",
+            )
+
+    @property
+    def span(self) -> tuple[float, float] | None:
+        """First and last time that all rows are there for; None for a constant load."""
+        tables = [of.times for of in (self.force, self.moment) if isinstance(of, Pieces)]
+        if not tables:
+            return None
+        return max(times[0] for times in tables), min(times[-1] for times in tables)
+
+    def force_at(self, t: float) -> FloatArray:
+        """(3,) at time `t`: world axes, or with `follow` those that the body had them in at the
+        start and that have turned with it."""
+        return _at(self.force, t)
+
+    def moment_at(self, t: float) -> FloatArray:
+        """(3,) at time `t`, of which the force's own about the centre of mass is no part; axes as
+        those of the force."""
+        return _at(self.moment, t)
+
+
+def _at(of: FloatArray | Pieces, t: float) -> FloatArray:
+    if not isinstance(of, Pieces):
+        return of
+    return of.value(t) if of.times[0] <= t <= of.times[-1] else np.zeros(3)
+
+
+def _check_given(
+    body: str, force: ArrayLike | None, moment: ArrayLike | None, at: ArrayLike | None
+) -> None:
+    if not isinstance(body, str) or not body:
+        raise InputError("must name a body", where="body", found=body)
+    if force is None and moment is None:
+        raise InputError(
+            "a load needs a force or a moment",
+            where="force",
+            found="neither",
+            allowed="[x, y, z], or rows [t, x, y, z]",
+        )
+    if at is not None and force is None:
+        raise InputError(
+            "a moment has no point that it acts at",
+            where="at",
+            found=at,
+            remedy="Remove it, or give the force that acts there",
+        )
+
+
+def _over_time(given: ArrayLike | None, name: str, smooth: bool) -> FloatArray | Pieces:
+    """A constant vector, or one over time; zero of what was not given."""
+    if given is None:
+        return read_only(np.zeros(3))
+    try:
+        constant = np.ndim(given) == 1
+    except ValueError:  # rows of several lengths, which `as_rows` tells
+        constant = False
+    if constant:
+        return read_only(vector(given, name))
+    rows = as_rows(given, _COLUMNS[name], name)
+    return pieces_between(read_only(rows[:, 0]), rows[:, 1:], smooth=smooth)

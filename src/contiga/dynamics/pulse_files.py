@@ -1,0 +1,163 @@
+"""Pulses from CSV files, whose columns say their units, in the units of a case."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from contiga.dynamics.tables import Sheet, read_sheet
+from contiga.errors import FileError, InputError
+from contiga.io.units import acceleration_factor, time_factor, velocity_factor
+from contiga.records import FloatArray
+
+_HEADER = "t [ms], a [g]"
+_HEAD = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<square>.*)\]|\((?P<round>.*)\))$")
+
+
+def read_pulse(
+    path: str | Path,
+    *,
+    units: tuple[str, str],
+    columns: Sequence[str] | None = None,
+    time_unit: str | None = None,
+    unit: str | None = None,
+    quantity: Literal["velocity", "acceleration"] = "acceleration",
+) -> FloatArray:
+    """The table of a pulse from a CSV file: rows t, a or t, ax, ay, az (or velocities).
+
+    The first line names the columns, with their units in brackets where they have some:
+    ``t [ms], a [g]`` or ``time (s), acc (m/s^2)``. Commas, semicolons or tabs part them. A column
+    without a unit is in `time_unit` or `unit`; without these it is in the units of the case.
+
+    Parameters
+    ----------
+    units : length and time unit of the case, such as ("mm", "ms")
+    columns : names of the time's column and of one or three others, with or without their
+        units; needed where the file has not two or four
+    time_unit, unit : of the times and of the values, where the header does not say them
+    quantity : what the values are, which says what units they may have
+
+    Returns
+    -------
+    (n, 2) or (n, 4) float64, in the units of the case
+
+    Raises
+    ------
+    FileError
+        The file is missing or unreadable, has no header, lacks a column, or says another unit than
+        the caller; a cell is not a finite number, times do not increase. With file and line.
+    UnitError
+        A unit is none of time, or of the quantity.
+    InputError
+        `columns` are not two or four.
+    """
+    sheet = read_sheet(Path(path), _HEADER)
+    heads = [_head_of(name) for name in sheet.names]
+    _check_header(sheet)
+    order = _order(sheet, [name for name, _ in heads], columns)
+    where = f"{path}:{sheet.line}"
+    length, time = units
+    factors = [1.0] * len(order)
+    for i, k in enumerate(order):
+        found = _unit_of(heads[k][1], time_unit if i == 0 else unit, where)
+        if found is None:
+            continue
+        if i == 0:
+            factors[0] = time_factor(found, time, where)
+        elif quantity == "velocity":
+            factors[i] = velocity_factor(found, length, time, where)
+        else:
+            factors[i] = acceleration_factor(found, length, time, where)
+    table = sheet.numbers(order, "a number in each of " + ", ".join(sheet.names[k] for k in order))
+    _check_rows(table, sheet)
+    return np.asarray(table * factors)
+
+
+def _head_of(text: str) -> tuple[str, str | None]:
+    """Name and unit of a column from its head, such as ``a [g]``."""
+    found = _HEAD.match(text)
+    if found is None:
+        return text, None
+    return found["name"], (found["square"] or found["round"] or "").strip()
+
+
+def _check_header(sheet: Sheet) -> None:
+    try:
+        [float(name) for name in sheet.names]
+    except ValueError:
+        return
+    raise FileError(
+        "the first line must name the columns",
+        where=f"{sheet.path}:{sheet.line}",
+        found=sheet.mark.join(sheet.names),
+        allowed=f"a header such as {_HEADER}",
+    )
+
+
+def _order(sheet: Sheet, names: list[str], columns: Sequence[str] | None) -> list[int]:
+    """Which columns of the file are the pulse."""
+    where, found = f"{sheet.path}:{sheet.line}", ", ".join(sheet.names)
+    if columns is None:
+        if len(names) in (2, 4):
+            return list(range(len(names)))
+        raise FileError(
+            "which columns are the pulse? There are not two or four",
+            where=where,
+            found=found,
+            allowed="a time and one or three values",
+            remedy="Name them as columns",
+        )
+    wanted = [columns] if isinstance(columns, str) else list(columns)
+    if len(wanted) not in (2, 4):
+        raise InputError(
+            "must name the time and one or three values",
+            where="columns",
+            found=wanted,
+            allowed="2 or 4 names",
+        )
+    order = []
+    for name in wanted:
+        at = [k for k, both in enumerate(zip(sheet.names, names, strict=True)) if name in both]
+        if len(at) != 1:
+            what = "is missing" if not at else f"is there {len(at)} times"
+            raise FileError(
+                f"the column {name!r} {what}",
+                where=where,
+                found=found,
+                remedy="Name it with its unit, as the header does" if at else None,
+            )
+        order.append(at[0])
+    return order
+
+
+def _unit_of(said: str | None, given: str | None, where: str) -> str | None:
+    if said is not None and given is not None and said != given.strip():
+        raise FileError(
+            "the header says another unit than was given",
+            where=where,
+            found=said,
+            allowed=f"{given!r}, or none in the header",
+            remedy="Leave out the unit: the header's holds",
+        )
+    return given if said is None else said
+
+
+def _check_rows(table: FloatArray, sheet: Sheet) -> None:
+    """Refuse the first row that is not finite or does not go on in time, with its line."""
+    if len(table) == 0:
+        raise FileError("there are no rows under the header", where=str(sheet.path))
+    finite = np.asarray(np.isfinite(table).all(axis=1))
+    later = np.append(True, np.diff(table[:, 0]) > 0.0)
+    wrong = np.flatnonzero(~(finite & later))
+    if wrong.size:
+        k = int(wrong[0])
+        number, line = sheet.rows[k]
+        raise FileError(
+            "the times must increase from row to row" if finite[k] else "a number is not finite",
+            where=f"{sheet.path}:{number}",
+            found=line,
+        )

@@ -1,0 +1,215 @@
+"""Pulses: bodies that move without turning, by a velocity or an acceleration over time.
+
+What a table gives is integrated exactly, so that pose, velocity and acceleration belong together
+to rounding. A pulse is not extrapolated: outside its rows the acceleration is zero and the body
+goes on evenly. A run that lasts longer than its pulse is refused by `check_covers`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.dynamics.pieces import Pieces, as_rows, pieces_between
+from contiga.errors import InputError
+from contiga.num import pose
+from contiga.num.arrays import read_only
+from contiga.num.transform import Axis, unit_axis, vector
+from contiga.num.twist import Twist
+from contiga.records import FloatArray
+
+# Of the run: times that units and sums of steps have rounded.
+_SAME_TIME = 1e-9
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class _Pulse:
+    """A translation along pieces of polynomials, even before the first and after the last."""
+
+    displacements: Pieces
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time of the rows."""
+        return self.displacements.times[0], self.displacements.times[-1]
+
+    def displacement(self, t: float) -> FloatArray:
+        """(3,) way since the first row's time, negative before it, world axes."""
+        first, last = self.span
+        if first <= t <= last:
+            return self.displacements.value(t)
+        end = last if t > last else first
+        return self.displacements.value(end) + (t - end) * self.displacements.value(end, 1)
+
+    def velocity(self, t: float) -> FloatArray:
+        """(3,) at `t`, world axes; outside the rows that of their nearer end."""
+        first, last = self.span
+        return self.displacements.value(min(max(t, first), last), 1)
+
+    def acceleration(self, t: float) -> FloatArray:
+        """(3,) at `t`, world axes; zero outside the rows.
+
+        Where it jumps, at a row, it is that of the piece which begins there, and at the last row
+        that of the piece which ends there.
+        """
+        first, last = self.span
+        return self.displacements.value(t, 2) if first <= t <= last else np.zeros(3)
+
+    def pose(self, t: float) -> FloatArray:
+        """A translation by the displacement at `t`."""
+        X = pose.identity()
+        X[:3, 3] = self.displacement(t)
+        return X
+
+    def twist(self, t: float) -> Twist:
+        """The velocity at `t`; no spin."""
+        return Twist(self.velocity(t), np.zeros(3))
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class Velocity(_Pulse):
+    """Movement with a velocity that a table gives.
+
+    Parameters
+    ----------
+    table : (n, 2) rows t, v with a `direction`, or (n, 4) rows t, vx, vy, vz; n ≥ 2, t strictly
+        increasing
+    direction : "x", "y", "z" or a vector, of which only the direction counts
+    smooth : monotone cubics between the rows in place of straight lines
+
+    Raises
+    ------
+    InputError
+        The table is no such table, or a direction is missing or too much.
+
+    Examples
+    --------
+    From rest to 2 in 4, and even from there on
+
+    >>> run_up = Velocity([[0.0, 0.0], [4.0, 2.0], [9.0, 2.0]], direction="x")
+    >>> run_up.displacement(4.0).tolist(), run_up.displacement(9.0).tolist()
+    ([4.0, 0.0, 0.0], [14.0, 0.0, 0.0])
+    """
+
+    def __init__(
+        self, table: ArrayLike, *, direction: Axis | None = None, smooth: bool = False
+    ) -> None:
+        rates = _vectors(table, "v", direction, smooth)
+        object.__setattr__(self, "displacements", rates.integral(np.zeros(3)))
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class Accelerated(_Pulse):
+    """Movement with an acceleration that a table gives.
+
+    Parameters
+    ----------
+    table : (n, 2) rows t, a with a `direction`, or (n, 4) rows t, ax, ay, az; n ≥ 2, t strictly
+        increasing
+    direction : "x", "y", "z" or a vector, of which only the direction counts
+    velocity : (3,) at the first row's time, world axes
+    smooth : monotone cubics between the rows in place of straight lines
+
+    Raises
+    ------
+    InputError
+        The table is no such table, a direction is missing or too much, or the velocity is none.
+
+    Examples
+    --------
+    A sled that is stopped from 10 within 4 by a triangle of acceleration
+
+    >>> stop = [[0.0, 0.0], [2.0, -5.0], [4.0, 0.0]]
+    >>> sled = Accelerated(stop, direction="x", velocity=[10.0, 0.0, 0.0])
+    >>> sled.velocity(4.0).tolist(), sled.displacement(4.0).tolist()
+    ([0.0, 0.0, 0.0], [20.0, 0.0, 0.0])
+    """
+
+    def __init__(
+        self,
+        table: ArrayLike,
+        *,
+        direction: Axis | None = None,
+        velocity: ArrayLike = (0.0, 0.0, 0.0),
+        smooth: bool = False,
+    ) -> None:
+        start = vector(velocity, "velocity")
+        rates = _vectors(table, "a", direction, smooth).integral(start)
+        object.__setattr__(self, "displacements", rates.integral(np.zeros(3)))
+
+
+def check_covers(span: tuple[float, float] | None, start: float, end: float, where: str) -> None:
+    """Refuse a pulse or a load over time that does not last from `start` to `end` of a run.
+
+    Parameters
+    ----------
+    span : first and last time of its rows; None for what is constant
+    start, end : times of the run
+    where : key or name of the pulse
+
+    Raises
+    ------
+    InputError
+        It begins later or stops earlier, by more than rounding.
+
+    >>> check_covers((0.0, 100.0), 0.0, 80.0, "body[0].motion")
+    """
+    if span is None:
+        return
+    first, last = span
+    slack = _SAME_TIME * (abs(start) + abs(end) + abs(end - start))
+    if last < end - slack:
+        raise InputError(
+            f"stops at {last:.9g}, and the run needs it up to {end:.9g}",
+            where=where,
+            found=last,
+            allowed=f"a last row at {end:.9g} or later",
+            remedy=f"Add a last row [{end:.9g}, 0], or end the run at {last:.9g}",
+        )
+    if first > start + slack:
+        raise InputError(
+            f"begins at {first:.9g}, and the run needs it from {start:.9g} on",
+            where=where,
+            found=first,
+            allowed=f"a first row at {start:.9g} or earlier",
+            remedy=f"Add a first row [{start:.9g}, 0], or start the run at {first:.9g}",
+        )
+
+
+def _vectors(table: ArrayLike, letter: str, direction: Axis | None, smooth: bool) -> Pieces:
+    """The rates of a table over time."""
+    along = tuple(f"{letter}{axis}" for axis in "xyz")
+    width = _width(table)
+    if direction is None and width == 2:
+        raise InputError(
+            f"rows [t, {letter}] need a direction",
+            where="direction",
+            allowed="'x', 'y', 'z' or a vector",
+            remedy=f"Give the direction, or rows [t, {', '.join(along)}]",
+        )
+    if direction is not None and width == 4:
+        raise InputError(
+            f"rows [t, {', '.join(along)}] have their direction in them",
+            where="direction",
+            found=direction,
+            remedy=f"Remove the direction, or give rows [t, {letter}]",
+        )
+    if direction is None:
+        rows = as_rows(table, ("t", *along), "table")
+        values = rows[:, 1:]
+    else:
+        axis = unit_axis(direction, "direction")
+        rows = as_rows(table, ("t", letter), "table")
+        values = rows[:, 1:] * axis
+    return pieces_between(read_only(rows[:, 0]), values, smooth=smooth)
+
+
+def _width(table: ArrayLike) -> int | None:
+    """Columns of a table, None of what is none: `as_rows` says why."""
+    try:
+        shape = np.shape(table)
+    except ValueError:
+        return None
+    return shape[1] if len(shape) == 2 else None

@@ -1,0 +1,262 @@
+"""Springs and dampers between two points of bodies, or of a body and the ground."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.dynamics.spring_curves import Axial, SpringLaw, spring_law
+from contiga.errors import InputError
+from contiga.laws.characteristic import Characteristic, CurveLike
+from contiga.laws.hysteresis import Hysteresis, hysteresis_of
+from contiga.laws.law import as_curve, not_negative
+from contiga.num.arrays import read_only
+from contiga.records import FloatArray
+
+GROUND = "ground"
+# Of the largest coordinate: points nearer than rounding have no direction between them.
+_SAME_POINT = 1e-12
+
+
+class SpringState(NamedTuple):
+    """Where a spring has come to. Only `stored` is an energy of the moment; the others add up."""
+
+    ends: FloatArray
+    """(2, 3) world."""
+    length: float
+    force: float
+    """Tension of spring and damper."""
+    damper: float
+    """What of it is the damper's."""
+    stiffness: float
+    """d force / d elongation, without the damper."""
+    memory: float
+    """Tension without the damper, which hysteresis goes on from."""
+    stored: float
+    """What the spring would give back."""
+    hysteresis: float
+    """Lost since the start, as it unloads by another curve than it loads."""
+    damping: float
+    """Taken by the damper since the start."""
+
+    @property
+    def pull(self) -> FloatArray:
+        """(3,) force on the body of the first end, world axes; the second feels the opposite.
+
+        It is zero while the ends are at one point, where there is no direction.
+        """
+        if self.length == 0.0:
+            return np.zeros(3)
+        (x0, y0, z0), (x1, y1, z1) = self.ends.tolist()
+        share = self.force / self.length
+        return np.array([(x1 - x0) * share, (y1 - y0) * share, (z1 - z0) * share])
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class Spring:
+    """A spring, a damper or both between two points.
+
+    Parameters
+    ----------
+    between : names of two bodies, or of one and "ground"
+    at : (2, 3) the points, one of each, world coordinates at the start of the run
+    curve : force over elongation, tension positive: a number is a stiffness for both signs; a
+        table goes on below its first point as its extrapolation says
+    unloading, hysteresis_slope : as for the laws of a contact. Such a spring carries tension only
+        (a belt, a Kelvin restraint): it is slack when shorter than its rest length, forgets then
+        what it has been through, and its damper never pushes.
+    damping : force by the rate of elongation, ≥ 0
+    length : at rest, ≥ 0; the distance of the points at the start if None
+    name : how results call it; "<first>-<second>" if empty
+
+    Notes
+    -----
+    The force is F(ℓ − ℓ₀) + c ℓ', along the line between the ends. Energies: stored is ∫₀ˣ F dx,
+    exact for tables; hysteresis loses as the law of a contact does (`Hysteresis`); what the damper
+    takes is its force times the way by the trapezoidal rule, as a Verlet integrator moves bodies.
+    Ends that come to one point have no direction between them: the force on both is zero there.
+
+    Raises
+    ------
+    InputError
+        Neither curve nor damping; both ends of one body, or both on the ground; two points that
+        are one; curves that break the rules of `Characteristic` and `Hysteresis`.
+
+    Examples
+    --------
+    >>> belt = Spring(("dummy", "ground"), at=[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]], curve=50.0)
+    >>> state = belt.start([[-1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], np.zeros((2, 3)))
+    >>> state.force, state.stored, state.pull.tolist()
+    (50.0, 25.0, [50.0, 0.0, 0.0])
+    """
+
+    between: tuple[str, str]
+    at: FloatArray
+    curve: Characteristic | None
+    hysteresis: Hysteresis | None
+    damping: float
+    length: float
+    name: str
+
+    def __init__(
+        self,
+        between: Sequence[str],
+        *,
+        at: ArrayLike,
+        curve: CurveLike | None = None,
+        unloading: CurveLike | None = None,
+        hysteresis_slope: float | None = None,
+        damping: float = 0.0,
+        length: float | None = None,
+        name: str = "",
+    ) -> None:
+        pair, ends, c = _pair(between), _ends(at), not_negative(damping, "damping")
+        if curve is None:
+            _check_damper_alone(c, unloading, hysteresis_slope)
+        loading = as_curve(0.0 if curve is None else curve, "curve")
+        hysteresis = hysteresis_of(loading, unloading, hysteresis_slope)
+        _check_reaches_rest(loading)
+        rest = math.dist(*ends.tolist()) if length is None else not_negative(length, "length")
+        put = object.__setattr__
+        put(self, "between", pair)
+        put(self, "at", ends)
+        put(self, "curve", None if curve is None else loading)
+        put(self, "hysteresis", hysteresis)
+        put(self, "damping", c)
+        put(self, "length", rest)
+        put(self, "name", name or "-".join(pair))
+
+    def start(self, ends_W: ArrayLike, velocities_W: ArrayLike) -> SpringState:
+        """The state at the start: what is stored then was put in before, nothing is lost yet.
+
+        Parameters
+        ----------
+        ends_W, velocities_W : (2, 3) of the two points, world axes
+        """
+        ends = np.array(ends_W, dtype=np.float64)
+        length, rate = _axial(ends, velocities_W)
+        moved = self._law.move(0.0, 0.0, length - self.length)
+        damper = self._damper(rate, length, moved)
+        return SpringState(
+            ends, length, moved.force + damper, damper, moved.stiffness, moved.force, moved.stored,
+            0.0, 0.0,
+        )  # fmt: skip
+
+    def step(self, last: SpringState, ends_W: ArrayLike, velocities_W: ArrayLike) -> SpringState:
+        """The state after a step from `last` to these ends.
+
+        Parameters
+        ----------
+        ends_W, velocities_W : (2, 3) of the two points at the end of the step, world axes
+        """
+        ends = np.array(ends_W, dtype=np.float64)
+        length, rate = _axial(ends, velocities_W)
+        moved = self._law.move(last.length - self.length, last.memory, length - self.length)
+        damper = self._damper(rate, length, moved)
+        return SpringState(
+            ends,
+            length,
+            moved.force + damper,
+            damper,
+            moved.stiffness,
+            moved.force,
+            moved.stored,
+            last.hysteresis + moved.lost,
+            last.damping + 0.5 * (last.damper + damper) * (length - last.length),
+        )
+
+    def stiffness_bound(self, state: SpringState) -> tuple[float, float]:
+        """Bounds of the stiffness along and across the spring, for a critical step in time.
+
+        Along it the steepest slope that a step may come upon: with hysteresis its slope, else that
+        of the table's piece at hand and of those beside it. Across it the tension by the length.
+        """
+        along = self._law.steepest(state.length - self.length)
+        if state.length == 0.0:
+            return along, along
+        return along, max(state.force, 0.0) / state.length
+
+    @cached_property
+    def _law(self) -> SpringLaw:
+        curve = Characteristic(0.0) if self.curve is None else self.curve
+        return spring_law(curve, self.hysteresis)
+
+    def _damper(self, rate: float, length: float, moved: Axial) -> float:
+        force = self.damping * rate
+        if self.hysteresis is None:
+            return force
+        return 0.0 if length < self.length else max(force, -moved.force)
+
+
+def _axial(ends: FloatArray, velocities: ArrayLike) -> tuple[float, float]:
+    """Length, and its rate."""
+    (x0, y0, z0), (x1, y1, z1) = ends.tolist()
+    (u0, v0, w0), (u1, v1, w1) = np.asarray(velocities, dtype=np.float64).tolist()
+    x, y, z = x1 - x0, y1 - y0, z1 - z0
+    length = math.hypot(x, y, z)
+    if length == 0.0:
+        return 0.0, 0.0
+    return length, (x * (u1 - u0) + y * (v1 - v0) + z * (w1 - w0)) / length
+
+
+def _pair(between: Sequence[str]) -> tuple[str, str]:
+    allowed = f'the names of two bodies, or of one and "{GROUND}"'
+    names = [between] if isinstance(between, str) else list(between)
+    if len(names) != 2 or not all(isinstance(name, str) and name for name in names):
+        raise InputError("must be two names", where="between", found=between, allowed=allowed)
+    first, second = names
+    if first != second:
+        return first, second
+    what = "both ends are on the ground" if first == GROUND else "both ends are of one body"
+    raise InputError(
+        f"{what}: the spring would move nothing", where="between", found=names, allowed=allowed
+    )
+
+
+def _ends(at: ArrayLike) -> FloatArray:
+    try:
+        ends = np.array(at, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError("must be two points", where="at", found=at, allowed="(2, 3)") from error
+    if ends.shape != (2, 3) or not np.isfinite(ends).all():
+        raise InputError("must be two finite points", where="at", found=at, allowed="(2, 3)")
+    if math.dist(*ends.tolist()) <= _SAME_POINT * float(np.abs(ends).max()):
+        raise InputError(
+            "the two points are one: a spring between them has no direction", where="at", found=at
+        )
+    return read_only(ends)
+
+
+def _check_damper_alone(
+    damping: float, unloading: CurveLike | None, hysteresis_slope: float | None
+) -> None:
+    for key, value in (("unloading", unloading), ("hysteresis_slope", hysteresis_slope)):
+        if value is not None:
+            raise InputError(
+                "is missing: a spring that unloads has a curve that it loads by",
+                where="curve",
+                remedy=f"Give the curve, or remove {key}",
+            )
+    if damping == 0.0:
+        raise InputError(
+            "a spring needs a curve or a damping",
+            where="curve",
+            found="neither",
+            allowed="a stiffness, a table of force over elongation, or damping > 0",
+        )
+
+
+def _check_reaches_rest(curve: Characteristic) -> None:
+    if curve.is_table and curve.extrapolation == "error" and not curve.x[0] <= 0.0 <= curve.x[-1]:
+        raise InputError(
+            "a table that must not be left needs the elongation zero in it",
+            where=curve.name,
+            found=[float(curve.x[0]), float(curve.x[-1])],
+            remedy='Add a row for it, or set extrapolation = "linear" or "constant"',
+        )
