@@ -54,6 +54,7 @@ _HOME = {
     "ContactStatus": "contiga.records",
     "LawInput": "contiga.records",
     "LawOutput": "contiga.records",
+    "MassProperties": "contiga.records",
     "Projection": "contiga.records",
     "Hit": "contiga.records",
     "thread_count": "contiga.num.threads",
@@ -115,6 +116,7 @@ if TYPE_CHECKING:
     from contiga.records import Hit as Hit
     from contiga.records import LawInput as LawInput
     from contiga.records import LawOutput as LawOutput
+    from contiga.records import MassProperties as MassProperties
     from contiga.records import Projection as Projection
     from contiga.report import style as style
     from contiga.report.view import View as View
