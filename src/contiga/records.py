@@ -195,9 +195,9 @@ class MassProperties(NamedTuple):
     """Mass, centre of mass and inertia of a rigid body.
 
     >>> import contiga as cg
-    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)]).mass_properties(density=3.0)
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0, centre=(1, 2, 3))]).mass_properties(3.0)
     >>> round(ball.mass / np.pi, 9), ball.centre.round(9).tolist()
-    (4.0, [0.0, 0.0, 0.0])
+    (4.0, [1.0, 2.0, 3.0])
     """
 
     mass: float

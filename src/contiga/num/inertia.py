@@ -95,7 +95,7 @@ def of_volume(
             where=where,
             found=volume,
             allowed="a volume > 0",
-            remedy="Turn it by flipped()",
+            remedy="Turn it by flipped(), in a case by flip = true",
         )
     arm = moments[1:4] / volume
     xx, yy, zz, xy, yz, xz = moments[4:]
