@@ -66,6 +66,7 @@ _ROOMS = {
     "errors": "contiga.errors",
     "extras": "contiga.extras",
     "motion": "contiga.dynamics",
+    "criteria": "contiga.criteria",
     "files": "contiga.io.out.files",
     "style": "contiga.report.style",
 }
@@ -73,6 +74,7 @@ _ROOMS = {
 __all__ = ["__version__", *_HOME, *_ROOMS]
 
 if TYPE_CHECKING:
+    from contiga import criteria as criteria
     from contiga import dynamics as motion  # noqa: F401 (the public name)
     from contiga import errors as errors
     from contiga import extras as extras
