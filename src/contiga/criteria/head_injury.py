@@ -14,9 +14,6 @@ from contiga.errors import InputError
 from contiga.num.arrays import positive
 from contiga.records import FloatArray, IndexArray
 
-FLAT = 1e-12
-"""Change along a piece, relative to the largest value, below which it counts as constant."""
-
 
 class HIC(NamedTuple):
     """The head injury criterion and the window that has it."""
@@ -158,71 +155,29 @@ def _to_the_end(line: Line, limit: float) -> tuple[FloatArray, FloatArray]:
 def _inside(
     line: Line, i: IndexArray, j: IndexArray, limit: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Windows from piece `i` to piece `j` > i both of whose ends have 0.6 of the mean."""
-    steps = np.diff(line.t)
-    flat = np.abs(line.slope) * steps <= FLAT * line.a.max()
-    cases = (
-        (_both_slope, ~flat[i] & ~flat[j]),
-        (_first_is_flat, flat[i] & ~flat[j]),
-        (_last_is_flat, ~flat[i] & flat[j]),
-        (_both_flat, flat[i] & flat[j]),
-    )
-    found = []
-    for solve, rows in cases:
-        sigma, tau = solve(line, i[rows], j[rows])
-        fits = _on(sigma, steps[i[rows]]) & _on(tau, steps[j[rows]])
-        start = line.t[i[rows]] + np.clip(sigma, 0.0, steps[i[rows]])
-        end = line.t[j[rows]] + np.clip(tau, 0.0, steps[j[rows]])
-        found.append(np.stack([start[fits], end[fits]]))
-    start, end = np.concatenate(found, axis=1)
-    allowed = end - start <= limit
-    return start[allowed], end[allowed]
+    """Windows from piece `i` to piece `j` > i both of whose ends have 0.6 of the mean.
 
-
-def _both_slope(line: Line, i: IndexArray, j: IndexArray) -> tuple[FloatArray, FloatArray]:
-    """With c = a(t1) = a(t2) both ends, and 0.6 ∫ − c (t2 − t1) = 0 is a quadratic in c.
-
-    Values count from that of sample i, so that nearly flat pieces lose little.
+    Of a maximum the first rises and the last falls: the second derivative of log HIC by t1 is
+    0.6 / T² − 2.5 a'(t1) / ∫ there. With c = a(t1) = a(t2), 0.6 ∫ − c T = 0 is a quadratic in c.
     """
+    proper = (line.slope[i] > 0.0) & (line.slope[j] < 0.0)
+    i, j = i[proper], j[proper]
+    steps = np.diff(line.t)
     m, n = line.slope[i], line.slope[j]
     low, rise = line.a[i], line.a[j] - line.a[i]
-    gap, area = line.t[j] - line.t[i], line.area[j] - line.area[i]
-    # With c = low + x: σ = x / m, τ = (x − rise) / n.
-    bend = 1.0 / n - 1.0 / m
-    length = gap - rise / n
-    whole = area - (low + 0.5 * rise) * rise / n
-    x = _roots(-0.7 * bend, -0.4 * low * bend - length, 0.6 * whole - low * length)
-    return x / m, (x - rise) / n
-
-
-def _first_is_flat(line: Line, i: IndexArray, j: IndexArray) -> tuple[FloatArray, FloatArray]:
-    c = line.a[i]
-    tau = (c - line.a[j]) / line.slope[j]
-    area = line.area_beyond(j, tau) - line.area[i]
-    length = line.t[j] + tau - line.t[i]
-    sigma = np.divide(c * length - 0.6 * area, 0.4 * c, out=np.full_like(c, np.nan), where=c > 0.0)
-    return sigma, tau
-
-
-def _last_is_flat(line: Line, i: IndexArray, j: IndexArray) -> tuple[FloatArray, FloatArray]:
-    c = line.a[j]
-    sigma = (c - line.a[i]) / line.slope[i]
-    area = line.area[j] - line.area_beyond(i, sigma)
-    length = line.t[j] - line.t[i] - sigma
-    tau = np.divide(0.6 * area - c * length, 0.4 * c, out=np.full_like(c, np.nan), where=c > 0.0)
-    return sigma, tau
-
-
-def _both_flat(line: Line, i: IndexArray, j: IndexArray) -> tuple[FloatArray, FloatArray]:
-    """Of the same value: only τ − σ counts, and the first such window is taken."""
-    c = line.a[j]
-    same = np.abs(line.a[i] - c) <= FLAT * line.a.max()
-    area, length = line.area[j] - line.area[i], line.t[j] - line.t[i]
-    more = np.divide(
-        0.6 * area - c * length, 0.4 * c, out=np.full_like(c, np.nan), where=same & (c > 0.0)
-    )
-    sigma = np.maximum(-more, 0.0)
-    return sigma, sigma + more
+    # Pieces that hardly slope have no root on them: what overflows is left out below.
+    # With c = low + x the ends are at x / m and (x − rise) / n on their pieces.
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        bend = 1.0 / n - 1.0 / m
+        length = line.t[j] - line.t[i] - rise / n
+        area = line.area[j] - line.area[i] - (low + 0.5 * rise) * rise / n
+        x = _roots(-0.7 * bend, -0.4 * low * bend - length, 0.6 * area - low * length)
+        sigma, tau = x / m, (x - rise) / n
+    fits = _on(sigma, steps[i]) & _on(tau, steps[j])
+    start = (line.t[i] + np.clip(sigma, 0.0, steps[i]))[fits]
+    end = (line.t[j] + np.clip(tau, 0.0, steps[j]))[fits]
+    allowed = end - start <= limit
+    return start[allowed], end[allowed]
 
 
 def _on(offset: FloatArray, steps: FloatArray) -> IndexArray:

@@ -82,7 +82,7 @@ def clip(
             allowed=f"{duration:g} s or more",
             remedy="Times are in seconds",
         )
-    level, runs = _highest(line_through(a, t), min(wanted, whole), cumulative)
+    level, runs = _highest(line_through(a, t), wanted, cumulative)
     if cumulative:
         return Clip(level, float(runs.start[0]), float(runs.end[-1]))
     k = int(np.argmax(runs.end - runs.start))

@@ -26,10 +26,7 @@ class Line(NamedTuple):
     def area_at(self, times: FloatArray) -> FloatArray:
         """The integral up to `times`, inside of the signal."""
         k = np.clip(np.searchsorted(self.t, times, side="right") - 1, 0, len(self.slope) - 1)
-        return self.area_beyond(k, times - self.t[k])
-
-    def area_beyond(self, k: np.ndarray, beyond: FloatArray) -> FloatArray:
-        """The integral up to a time `beyond` samples `k`, on the piece that follows them."""
+        beyond = times - self.t[k]
         area: FloatArray = self.area[k] + beyond * (self.a[k] + 0.5 * self.slope[k] * beyond)
         return area
 

@@ -80,21 +80,41 @@ def test_pairs_that_are_left_out_hold_nothing_better(seed):
         assert everything <= hic(a, t, limit).value * (1.0 + 1e-12)
 
 
+@pytest.mark.parametrize(
+    "pulse", [[50.0, 62.0, 160.0], [160.0, 62.0, 50.0], [10.0, 90.0, 5.0, 80.0, 30.0], [7.0]]
+)
+def test_it_does_not_matter_where_blocks_begin(pulse):
+    """The bounds are those of blocks of 2^k pieces."""
+    values = set()
+    for before in range(17):
+        a = np.concatenate([np.zeros(before + 1), pulse, np.zeros(40 - before)])
+        values.add(float(f"{hic(a, np.arange(len(a)) * 1e-3).value:.10g}"))
+    assert len(values) == 1
+
+
 def test_ends_between_samples_are_better_than_those_at_samples():
     """A sample each 2 ms: the best window of samples is 4 % less."""
     t = np.arange(0.0, 0.03, 0.002)
     a = 80.0 * np.maximum(np.sin(np.pi * t / 0.02), 0.0) * (t <= 0.02)
-    area = np.concatenate([[0.0], np.cumsum(0.5 * (a[1:] + a[:-1]) * np.diff(t))])
-    length = t[None, :] - t[:, None]
-    allowed = (length > 0.0) & (length <= 0.009)
-    gain = np.where(allowed, area[None, :] - area[:, None], 0.0)
-    at_samples = (gain**2.5 / np.where(allowed, length, 1.0) ** 1.5).max()
+    i, j = np.triu_indices(len(t), 1)
+    short = t[j] - t[i] <= 0.009
+    at_samples = value_of(a, t, t[i[short]], t[j[short]]).max()
     assert hic(a, t, 0.009).value > 1.04 * at_samples
 
 
 def test_a_plateau_has_its_first_window():
     found = hic(np.full(2001, 40.0), np.linspace(1.0, 1.2, 2001), 0.015)
     assert found == HIC(pytest.approx(0.015 * 40.0**2.5, rel=1e-12), 1.0, pytest.approx(1.015))
+
+
+@pytest.mark.filterwarnings("error")
+def test_slopes_of_rounding_do_no_harm():
+    a = 40.0 + 5e-15 * np.random.default_rng(0).integers(0, 3, 500)
+    a[200:230] = 300.0
+    t = np.arange(500) * 1e-4
+    tiny = np.array([0.0, 5e-324, 1.0, 2e-320, 1e-310, 0.0])
+    assert hic(a, t).value == pytest.approx(hic(np.round(a, 9), t).value, rel=1e-12)
+    assert hic(tiny, t[:6]).value == pytest.approx(hic(np.round(tiny), t[:6]).value, rel=1e-12)
 
 
 def test_a_signal_of_nothing_is_nothing():
