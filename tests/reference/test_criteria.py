@@ -78,6 +78,16 @@ def test_a_half_sine_is_reached_with_the_square_of_the_step(window):
     assert misses[-1] < 1e-4 * exact
 
 
+def test_ends_are_found_between_the_samples_of_a_fine_signal():
+    """To where both have 0.6 of the mean, a millionth of a step."""
+    a, t = half_sine(5001, 80.0, 0.02)
+    found = hic(a, t, WIDE)
+    mean = (found.value / (found.end - found.start)) ** 0.4
+    rise = a[1] - a[0]
+    ends = np.interp([found.start, found.end], t, a)
+    assert np.abs(ends - 0.6 * mean).max() < 1e-6 * rise
+
+
 @pytest.mark.parametrize("plateau", [0.002, 0.01])
 @pytest.mark.parametrize("ratio", [0.5, 0.6, 0.7])
 def test_a_block_on_a_level(ratio, plateau):
