@@ -56,6 +56,7 @@ _HOME = {
     "ContactStatus": "contiga.records",
     "LawInput": "contiga.records",
     "LawOutput": "contiga.records",
+    "MassProperties": "contiga.records",
     "Projection": "contiga.records",
     "Hit": "contiga.records",
     "thread_count": "contiga.num.threads",
@@ -67,6 +68,7 @@ _ROOMS = {
     "errors": "contiga.errors",
     "extras": "contiga.extras",
     "motion": "contiga.dynamics",
+    "criteria": "contiga.criteria",
     "files": "contiga.io.out.files",
     "style": "contiga.report.style",
 }
@@ -74,6 +76,7 @@ _ROOMS = {
 __all__ = ["__version__", *_HOME, *_ROOMS]
 
 if TYPE_CHECKING:
+    from contiga import criteria as criteria
     from contiga import dynamics as motion  # noqa: F401 (the public name)
     from contiga import errors as errors
     from contiga import extras as extras
@@ -119,6 +122,7 @@ if TYPE_CHECKING:
     from contiga.records import Hit as Hit
     from contiga.records import LawInput as LawInput
     from contiga.records import LawOutput as LawOutput
+    from contiga.records import MassProperties as MassProperties
     from contiga.records import Projection as Projection
     from contiga.report import style as style
     from contiga.report.view import View as View

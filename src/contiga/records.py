@@ -191,6 +191,39 @@ class LawOutput(NamedTuple):
     """(n_c,) the part of `force` that is due to the rate; None of laws without."""
 
 
+class MassProperties(NamedTuple):
+    """Mass, centre of mass and inertia of a rigid body.
+
+    >>> import contiga as cg
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0, centre=(1, 2, 3))]).mass_properties(3.0)
+    >>> round(ball.mass / np.pi, 9), ball.centre.round(9).tolist()
+    (4.0, [1.0, 2.0, 3.0])
+    """
+
+    mass: float
+    """Mass."""
+    centre: FloatArray
+    """(3,) centre of mass, body axes and origin, length."""
+    inertia: FloatArray
+    """(3, 3) inertia about the centre, body axes, mass times length². Entries off the diagonal are
+    those of the tensor: I_xy = −∫ x y dm."""
+
+    def _facts(self) -> Facts:
+        I = self.inertia
+        return [
+            ("mass", float(self.mass)),
+            ("centre", tuple(map(float, self.centre))),
+            ("Ixx Iyy Izz", (float(I[0, 0]), float(I[1, 1]), float(I[2, 2]))),
+            ("Ixy Iyz Ixz", (float(I[0, 1]), float(I[1, 2]), float(I[0, 2]))),
+        ]
+
+    def __repr__(self) -> str:
+        return line_of("MassProperties", self._facts())
+
+    def _repr_html_(self) -> str:
+        return table_of("MassProperties", self._facts())
+
+
 class Triangles(NamedTuple):
     """A plain triangulation."""
 

@@ -24,8 +24,8 @@ from contiga.num import pose
 from contiga.num.twist import Twist
 
 __all__ = [
-    "Attached",
     "Accelerated",
+    "Attached",
     "BodyMotion",
     "Combine",
     "Fixed",

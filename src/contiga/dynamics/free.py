@@ -72,7 +72,8 @@ class Free:
                     where="inertia" if inertia is not None else "centre",
                     allowed="mass properties, or mass with inertia and centre",
                 )
-            mass, centre, inertia = mass.mass, mass.centre, mass.inertia
+            own = mass
+            mass, centre, inertia = own.mass, own.centre, own.inertia
         put = object.__setattr__
         put(self, "mass", _mass(mass))
         put(self, "inertia", None if inertia is None else check_inertia(inertia, "inertia"))
@@ -106,9 +107,7 @@ class Attached:
 
     def __post_init__(self) -> None:
         if not isinstance(self.body, str) or not self.body:
-            raise InputError(
-                "must be the name of a body", where="Attached(body)", found=self.body
-            )
+            raise InputError("must be the name of a body", where="Attached(body)", found=self.body)
 
 
 def _mass(mass: float | ArrayLike | None) -> float | FloatArray | None:

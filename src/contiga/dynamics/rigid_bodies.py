@@ -99,9 +99,7 @@ def kicked(placed: Placed, fixed: FloatArray, loads: FloatArray, dt: float) -> f
     loads : (b, 6) force and moment about the frames' origins, world axes
     dt : length of the step; 0 at the start
     """
-    energy: float = rigid_body_nb.kick(
-        placed.rows, fixed, loads, dt, placed.poses, placed.twists
-    )
+    energy: float = rigid_body_nb.kick(placed.rows, fixed, loads, dt, placed.poses, placed.twists)
     return energy
 
 

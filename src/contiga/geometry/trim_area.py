@@ -1,9 +1,10 @@
-"""Area of a body with its trims: Green's theorem over exact p-curves.
+"""Area, volume and moments of a body with its trims: Green's theorem over exact p-curves.
 
 The area of a trimmed patch is ``∮ F dv`` along its loops, ``F(u, v) = ∫ |S_u × S_v| du`` up to the
 curve. Both integrals are cut at the borders of elements and at turning points, between which the
 integrand is smooth, so Gauss rules converge at their full order; parts are halved until two
-results agree.
+results agree. The divergence theorem makes a volume integral one over the faces:
+``∫ f dV = ∮ f S · n dA / (k + 3)`` for f homogeneous of degree k.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from contiga.geometry.bezier import extract
-from contiga.geometry.kernels.trim_area_nb import loop_integral, rectangle_integral
+from contiga.geometry.kernels.trim_area_nb import add_loop, add_rectangle
 from contiga.geometry.kernels.trim_nb import TrimTables
 from contiga.geometry.quadrature import gauss, surface_area
 from contiga.records import FloatArray
@@ -21,7 +22,10 @@ from contiga.records import FloatArray
 if TYPE_CHECKING:
     from contiga.geometry.faces import Faces
 
-AREA, VOLUME = 0, 1
+AREA, FLUX = 0, 1
+MOMENTS = 10
+"""Of degree 0, 1 and 2: 1, x, y, z, xx, yy, zz, xy, yz, xz."""
+_DEGREE = np.repeat([0.0, 1.0, 2.0], [1, 3, 6])
 MOST_PARTS = 64
 _FEW, _MORE = 4, 3
 """Points beyond the degree of the first rule, and what the second has on top."""
@@ -40,6 +44,17 @@ def body_volume(body: Faces, rtol: float = 1e-9) -> float:
     return float(patch_volumes(body, body.bounds().mean(axis=0), rtol).sum())
 
 
+def body_moments(body: Faces, origin: FloatArray, rtol: float = 1e-9) -> FloatArray:
+    """(10,) moments of the volume that `body` encloses about `origin`, normals outward positive.
+
+    ∫ f dV of f = 1, x, y, z, xx, yy, zz, xy, yz, xz; to about `rtol` in the scale of the body.
+    """
+    total = np.zeros(MOMENTS)
+    for k in range(len(body.patches)):
+        total += _flux(body, k, origin, MOMENTS, rtol)
+    return total / (_DEGREE + 3.0)
+
+
 def patch_areas(body: Faces, rtol: float = 1e-9) -> FloatArray:
     """(m,) area of every patch of `body`, trims obeyed."""
     areas = np.empty(len(body.patches))
@@ -47,39 +62,53 @@ def patch_areas(body: Faces, rtol: float = 1e-9) -> FloatArray:
         if loops is None:
             areas[k] = surface_area(patch, max(rtol, 1e-13))
         else:
-            areas[k] = _integral(body, k, patch.bounds().mean(axis=0), (AREA, rtol))
+            middle = patch.bounds().mean(axis=0)
+            areas[k] = _integral(body, k, middle, AREA, (np.zeros(1), rtol))[0]
     return areas
 
 
 def patch_volumes(body: Faces, origin: FloatArray, rtol: float = 1e-9) -> FloatArray:
     """(m,) signed volume of the cone from `origin` over every patch, trims obeyed."""
-    return np.array(
-        [_integral(body, k, origin, (VOLUME, rtol)) / 3.0 for k in range(len(body.patches))]
-    )
+    return np.array([_flux(body, k, origin, 1, rtol)[0] / 3.0 for k in range(len(body.patches))])
 
 
-def _integral(body: Faces, k: int, origin: FloatArray, task: tuple[int, float]) -> float:
-    """The area or flux integral over patch `k`, halving parts until two rules agree."""
-    kind, rtol = task
+def _flux(body: Faces, k: int, origin: FloatArray, count: int, rtol: float) -> FloatArray:
+    """The first `count` of ∮ f (S · n) dA over patch `k`, S from `origin`."""
+    low, high = body.patches[k].bounds()
+    reach = np.abs(body.bounds() - origin).max()
+    floor = rtol * float(np.linalg.norm(high - low)) ** 3 * reach ** _DEGREE[:count]
+    return _integral(body, k, origin, FLUX, (floor, rtol))
+
+
+def _integral(
+    body: Faces, k: int, origin: FloatArray, kind: int, stop: tuple[FloatArray, float]
+) -> FloatArray:
+    """The area or flux integrals over patch `k`, halving parts until two rules agree.
+
+    `stop` is how far apart they may be: in absolute terms, one number for each integral, or
+    relative to the value.
+    """
+    floor, rtol = stop
     patch = body.patches[k]
     grid = tuple(extract(patch.translated(-origin)))
     groups = _loops_of(body.trim_tables, k) if body.trims[k] is not None else None
 
-    def value(points: int, parts: int) -> float:
+    def value(points: int, parts: int) -> FloatArray:
         rule = (*gauss(points), parts, kind)
+        out = np.zeros(len(floor))
         if groups is None:
-            return float(rectangle_integral(grid, rule))
-        tables = body.trim_tables
-        return float(sum(loop_integral(tables, group, grid, rule) for group in groups))
+            add_rectangle(grid, rule, out)
+        for group in groups or ():
+            add_loop(body.trim_tables, group, grid, rule, out)
+        return out
 
-    low, high = patch.bounds()
-    floor = rtol * float(np.linalg.norm(high - low)) ** 3 if kind == VOLUME else 0.0
     points = max(patch.degrees) + _FEW
     parts = 1
     while True:
         # Two rules on the same parts cost half of what one rule on halved parts does.
         coarse, fine = value(points, parts), value(points + _MORE, parts)
-        if abs(fine - coarse) <= max(10.0 * rtol * abs(fine), floor) or parts >= MOST_PARTS:
+        close = np.maximum(10.0 * rtol * np.abs(fine), floor)
+        if np.all(np.abs(fine - coarse) <= close) or parts >= MOST_PARTS:
             return fine
         parts *= 2
 

@@ -13,9 +13,11 @@ from contiga.errors import GeometryError
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.faces import Faces
 from contiga.geometry.surface import NurbsSurface
-from contiga.num.arrays import as_points
+from contiga.geometry.trim_area import body_moments
+from contiga.num.arrays import as_points, positive
 from contiga.num.digest import Digest
-from contiga.records import Hit, Projection
+from contiga.num.inertia import of_volume
+from contiga.records import Hit, MassProperties, Projection
 from contiga.search.exact_surface import ExactSurface, exact_surface
 from contiga.search.first_hit import first_hit
 from contiga.search.inside import contains
@@ -96,6 +98,39 @@ class Body(Faces):
         Told by the edges: each is used by two faces that meet there within its tolerance.
         """
         return self.openings.closed
+
+    def mass_properties(self, density: float) -> MassProperties:
+        """Mass, centre and inertia of the solid that a closed body encloses.
+
+        The divergence theorem over the exact faces, trims obeyed, to about 1e-9 (after Mirtich,
+        Fast and accurate computation of polyhedral mass properties, 1996); where faces gape within
+        the tolerance of their edges, to the volume of the gaps. `density` is a mass a length³.
+
+        Raises
+        ------
+        InputError
+            The density is not positive and finite.
+        GeometryError
+            The body is open.
+        InputError
+            Its normals point inward.
+
+        >>> import contiga as cg
+        >>> torus = cg.Body(cg.shapes.torus(major=3.0, minor=1.0)).mass_properties(density=1.0)
+        >>> abs(torus.mass - 6.0 * math.pi**2) < 1e-9
+        True
+        """
+        rho = positive(density, f"{self.name}, density")
+        if not self.closed:
+            raise GeometryError(
+                "only a closed body has a mass of its own",
+                where=self.name,
+                found="; ".join(self.flaws) or "an open surface",
+                allowed="a body that is closed, with normals outward",
+                remedy="Give its mass, centre and inertia as numbers",
+            )
+        middle = self.bounds().mean(axis=0)
+        return of_volume(body_moments(self, middle), middle, rho, self.name)
 
     def project(
         self, points: ArrayLike, *, start: Projection | None = None, mode: str = "global"

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.geometry.faces import Faces
 from contiga.num.digest import Digest
-from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
+from contiga.records import ByteArray, FloatArray, Hit, IntArray, MassProperties, Projection
 from contiga.triangles.trimesh import TriMesh
 
 
@@ -174,6 +174,10 @@ class Master(Protocol):
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """(n,) which points (n, 3) lie on the contact side."""
+        ...  # pragma: no cover
+
+    def mass_properties(self, density: float) -> MassProperties:
+        """Mass, centre and inertia of what a closed master encloses."""
         ...  # pragma: no cover
 
     def check(self) -> None:

@@ -105,8 +105,8 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
 
 
 def _spring(group: Any) -> SpringState:
-    values = {key: group[key][()] for key in SpringState._fields}
-    return SpringState(**{k: v if np.ndim(v) else float(v) for k, v in values.items()})
+    ends, *numbers = (group[key][()] for key in SpringState._fields)
+    return SpringState(ends, *map(float, numbers))
 
 
 def read_checkpoint(path: Path, fingerprint: str, contacts: Iterable[ContactPart]) -> Checkpoint:

@@ -11,7 +11,6 @@ from contiga.dynamics.lanes import CENTRE, MASS
 from contiga.dynamics.loads import Load
 from contiga.dynamics.springs import SpringState
 from contiga.records import FloatArray
-from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import Model
 from contiga.simulation.place import Standing
 from contiga.simulation.system_state import SystemState
@@ -126,4 +125,3 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
     x, y, z = a.tolist()
     u, v, w = b.tolist()
     return np.array((y * w - z * v, z * u - x * w, x * v - y * u))
-

@@ -27,7 +27,10 @@ COUNTED = {
 }
 
 
-_OF_BODIES = ("x y z vx vy vz ax ay az qw qx qy qz wx wy wz").split()
+_OF_BODIES = (
+    *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
+    *("qw", "qx", "qy", "qz", "wx", "wy", "wz"),
+)
 
 
 def history_row(model: Model, stepped: Stepped, *, measured: bool) -> dict[str, float]:

@@ -97,9 +97,7 @@ def _by_gravity(model: Model, last: SystemState, standing: Standing) -> float:
 def _by_loads(model: Model, last: SystemState, standing: Standing, time: float) -> float:
     """Loads on free bodies; on others what moves them takes it back."""
     system, work = model.mechanism, 0.0
-    before = standing._replace(
-        bodies=last.bodies, free=standing.free._replace(rows=last.rigid)
-    )
+    before = standing._replace(bodies=last.bodies, free=standing.free._replace(rows=last.rigid))
     for load in system.loads:
         i = int(system.root[system.index[load.body]])
         if i not in system.row:
@@ -115,9 +113,7 @@ def _by_loads(model: Model, last: SystemState, standing: Standing, time: float) 
     return work
 
 
-def _by_bodies(
-    model: Model, last: SystemState, standing: Standing, wrenches: FloatArray
-) -> float:
+def _by_bodies(model: Model, last: SystemState, standing: Standing, wrenches: FloatArray) -> float:
     """By what moves prescribed bodies, against the forces on them."""
     system, work = model.mechanism, 0.0
     for name, part in model.bodies.items():

@@ -163,7 +163,10 @@ def masses_of(name: str, slave: Slave, motion: Free) -> FloatArray:
         )
     if np.ndim(given) and len(np.atleast_1d(given)) != len(slave):
         raise InputError(
-            "there must be one mass a node", where=where, found=np.shape(given), allowed=len(slave)
+            "there must be one mass a node",
+            where=where,
+            found=np.shape(given),
+            allowed=f"({len(slave)},)",
         )
     masses = np.broadcast_to(np.asarray(given, dtype=np.float64), (len(slave),)).copy()
     if not (masses > 0.0).all():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -98,18 +99,18 @@ def _drifted(model: Model, last: SystemState | None, name: str, time: float) -> 
     return SlaveState(points + dt * (velocities + kick), velocities + kick + kick)
 
 
-def nodal_acceleration(model: Model, name: str, contacts: dict[str, State]) -> FloatArray:
+def nodal_acceleration(model: Model, name: str, contacts: Mapping[str, State]) -> FloatArray:
     """(n, 3) of the free nodes of a slave, by its contacts and gravity."""
     force = nodal_force(model, name, contacts)
     return force / model.mechanism.masses[name][:, None] + model.gravity
 
 
-def nodal_force(model: Model, name: str, contacts: dict[str, State]) -> FloatArray:
+def nodal_force(model: Model, name: str, contacts: Mapping[str, State]) -> FloatArray:
     """(n, 3) that the contacts do on the nodes of a slave."""
     own = [contacts[part.name].force for part in model.contacts if part.slave == name]
     if not own:
         return np.zeros(model.slaves[name].slave.points.shape)
-    return sum(own[1:], own[0])
+    return np.asarray(sum(own[1:], own[0]))
 
 
 def _slave_at(name: str, part: SlavePart, time: float) -> SlaveState:
@@ -128,7 +129,11 @@ def _slave_at(name: str, part: SlavePart, time: float) -> SlaveState:
 
 
 def kicked_nodes(
-    model: Model, last: SystemState | None, standing: Standing, contacts: dict[str, State], dt: float
+    model: Model,
+    last: SystemState | None,
+    standing: Standing,
+    contacts: Mapping[str, State],
+    dt: float,
 ) -> dict[str, SlaveState]:
     """The slaves with the velocities that free nodes have at the end of the step."""
     slaves = dict(standing.slaves)

@@ -19,8 +19,8 @@ from contiga.simulation.checkpoint import Checkpoint, read_checkpoint, write_che
 from contiga.simulation.clock import Clock
 from contiga.simulation.fields import Fields, has_outlines
 from contiga.simulation.fingerprint import fingerprint_of
-from contiga.simulation.model import Model
 from contiga.simulation.history import history_row
+from contiga.simulation.model import Model
 from contiga.simulation.step import Stepped
 from contiga.simulation.system_state import SystemState
 

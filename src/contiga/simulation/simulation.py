@@ -248,9 +248,7 @@ def _stepping(
         )
     if isinstance(step, str):
         if step != "auto":
-            raise InputError(
-                "is no step", where="step", found=step, allowed='a number, or "auto"'
-            )
+            raise InputError("is no step", where="step", found=step, allowed='a number, or "auto"')
         return AutoSteps(_number("start", start), _number("end", end), _number("safety", safety))
     return EqualSteps(_number("start", start), _number("end", end), _number("step", step))
 

@@ -135,7 +135,7 @@ def _allowed(model: Model, stepping: AutoSteps, last: SystemState) -> float:
     limit = limit_of(model, last)
     fastest = math.sqrt(limit.bodies.square)
     for i in model.mechanism.free:
-        fastest = max(fastest, length(last.bodies.twists[i, 3:]))  # type: ignore[attr-defined]
+        fastest = max(fastest, length(last.bodies.twists[i, 3:]))
     followed = RESOLVED / fastest if fastest > 0.0 else math.inf
     return min(stepping.most, stepping.safety * limit.critical, followed)
 

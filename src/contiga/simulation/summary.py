@@ -9,8 +9,8 @@ import numpy as np
 from contiga.num.threads import thread_count
 from contiga.records import ContactStatus, FloatArray
 from contiga.simulation.clock import Clock
-from contiga.simulation.model import Model
 from contiga.simulation.history import COUNTED
+from contiga.simulation.model import Model
 from contiga.version import __version__
 
 NOTED = (ContactStatus.SLID_OFF, ContactStatus.HELD, ContactStatus.THROUGH)

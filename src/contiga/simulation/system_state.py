@@ -104,7 +104,7 @@ class SystemState(Shown):
     """A simulation at one time: all that its next step needs."""
 
     time: float
-    bodies: Mapping[str, BodyState]
+    bodies: BodyStates
     """By name."""
     slaves: dict[str, SlaveState]
     """By name."""

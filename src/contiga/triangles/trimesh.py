@@ -9,10 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import MeshError
 from contiga.num import transform
-from contiga.num.arrays import as_points, read_only
+from contiga.num.arrays import as_points, positive, read_only
 from contiga.num.digest import Digest
+from contiga.num.inertia import of_volume
 from contiga.num.ordered import length
-from contiga.records import FloatArray, Hit, IntArray, Projection
+from contiga.records import FloatArray, Hit, IntArray, MassProperties, Projection
 from contiga.shown import Facts, Shown
 from contiga.triangles.condition import Condition, condition_of
 from contiga.triangles.facet_feet import contains, project
@@ -21,6 +22,7 @@ from contiga.triangles.facet_surface import FacetedSurface, faceted_surface
 from contiga.triangles.facet_tables import tables_of
 from contiga.triangles.facets import NORMALS
 from contiga.triangles.kernels.mesh_sides_nb import side_numbers
+from contiga.triangles.moments import moments
 from contiga.triangles.orientation import turned_triangles
 
 
@@ -155,6 +157,33 @@ class TriMesh(Shown):
         """Volume a closed mesh encloses, length³: positive if its normals point outward."""
         a, b, c = (self.corners() - self.vertices[:1]).transpose(1, 0, 2)
         return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+    def mass_properties(self, density: float) -> MassProperties:
+        """Mass, centre and inertia of the solid that a closed mesh encloses, in closed form.
+
+        Signed tetrahedra over the triangles. `density` is a mass a length³.
+
+        Raises
+        ------
+        InputError
+            The density is not positive and finite.
+        MeshError
+            The mesh is open, or cannot serve as a master: see `check`.
+        InputError
+            Its normals point inward.
+        """
+        rho = positive(density, f"{self.name}, density")
+        self.check()
+        if not self.closed:
+            raise MeshError(
+                "only a closed mesh has a mass of its own",
+                where=self.name,
+                found=f"{len(self.open_edges())} edges of one triangle only",
+                allowed="a mesh that is closed, with normals outward",
+                remedy="Give its mass, centre and inertia as numbers",
+            )
+        middle = self.bounds().mean(axis=0)
+        return of_volume(moments(self.corners() - middle), middle, rho, self.name)
 
     def normals(self) -> FloatArray:
         """(m, 3) unit normals to the free side; NaN for triangles without area."""

@@ -18,8 +18,8 @@ from contiga.io.out.history import read_history
 from contiga.io.out.vtkhdf import read_fields
 from contiga.records import ContactStatus as Is
 from contiga.simulation import step as step_module
-from contiga.simulation.model import ContactPart, OutputOptions
 from contiga.simulation.history import COUNTED
+from contiga.simulation.model import ContactPart, OutputOptions
 
 Make = Callable[..., Simulation]
 
@@ -268,10 +268,10 @@ def test_an_error_in_the_middle_comes_out_and_leaves_a_checkpoint(
 ) -> None:
     real = step_module.place
 
-    def place(sim: Simulation, time: float) -> object:
+    def place(sim: Simulation, last: object, time: float) -> object:
         if time > 4.5:
             raise InputError("a file of the series is missing")
-        return real(sim, time)
+        return real(sim, last, time)
 
     monkeypatch.setattr(step_module, "place", place)
     with pytest.raises(InputError, match="series"):
@@ -283,7 +283,7 @@ def test_an_error_in_the_middle_comes_out_and_leaves_a_checkpoint(
 def test_an_error_at_the_start_leaves_nothing(
     simulation: Simulation, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def place(_: Simulation, __: float) -> object:
+    def place(_: Simulation, __: object, ___: float) -> object:
         raise InputError("wrong from the start")
 
     monkeypatch.setattr(step_module, "place", place)

@@ -6,7 +6,8 @@
 - trim_nb: kernels of the trim tables: monotone pieces, the cell grid, the exact in/out test
 - trim_build_nb: kernels that build the trim tables: splitting into monotone pieces and filling
   the cell grid
-- trim_area_nb: kernels for the area of trimmed patches: Green's theorem along the monotone pieces
+- trim_area_nb: kernels for areas and moments of trimmed patches: Green's theorem along the monotone
+  pieces
 - edge_gap_nb: how far a face's own image of an edge, its p-curve on its surface, is from the
   edge's curve
 - triangulation_nb: a triangulation in the plane that grows: exact turns, insertion, flips, walks

@@ -1,4 +1,7 @@
-"""Kernels for the area of trimmed patches: Green's theorem along the monotone pieces."""
+"""Kernels for areas and moments of trimmed patches: Green's theorem along the monotone pieces.
+
+They add to `out`: (1,) for an area or the flux of S, (10,) for the flux of 1, S, S ⊗ S times S.
+"""
 
 from __future__ import annotations
 
@@ -22,12 +25,31 @@ def flux(A, A_u, A_v):
 
 
 @inner()
-def element_integral(coefs, box, nodes, weights):
-    """∫ |S_s × S_t| ds over ``s`` in box[0]…box[1] at ``t`` = box[2], all local to one element.
+def add_moments(A, A_u, A_v, weight, out):
+    """Add `weight` times S · (S_u × S_v) to out[0], and times 1, S, S ⊗ S to an `out` of ten.
 
-    With box[3] set the integrand is S · (S_s × S_t).
+    Order: 1, x, y, z, xx, yy, zz, xy, yz, xz.
     """
+    value = weight * flux(A, A_u, A_v)
+    out[0] += value
+    if out.size > 1:
+        x, y, z = A[0] / A[3], A[1] / A[3], A[2] / A[3]
+        out[1] += value * x
+        out[2] += value * y
+        out[3] += value * z
+        out[4] += value * x * x
+        out[5] += value * y * y
+        out[6] += value * z * z
+        out[7] += value * x * y
+        out[8] += value * y * z
+        out[9] += value * x * z
+
+
+@inner()
+def add_element(coefs, box, rule, factor, out):
+    """Add `factor` ∫ … ds over ``s`` in box[0]…box[1] at ``t`` = box[2], local to one element."""
     p, q = coefs.shape[0] - 1, coefs.shape[1] - 1
+    nodes, weights, _, kind = rule
     B, dB = np.empty(p + 1), np.empty(p + 1)
     C, dC = np.empty(q + 1), np.empty(q + 1)
     bernstein(q, box[2], C, dC)
@@ -39,45 +61,48 @@ def element_integral(coefs, box, nodes, weights):
                 row[i, d] += C[j] * coefs[i, j, d]
                 row_t[i, d] += dC[j] * coefs[i, j, d]
     A, A_s, A_t = np.empty(4), np.empty(4), np.empty(4)
-    total = 0.0
+    width = box[1] - box[0]
     for k in range(nodes.size):
-        bernstein(p, box[0] + (box[1] - box[0]) * nodes[k], B, dB)
+        bernstein(p, box[0] + width * nodes[k], B, dB)
         for d in range(4):
             A[d] = A_s[d] = A_t[d] = 0.0
             for i in range(p + 1):
                 A[d] += B[i] * row[i, d]
                 A_s[d] += dB[i] * row[i, d]
                 A_t[d] += B[i] * row_t[i, d]
-        value = flux(A, A_s, A_t) if box[3] > 0.0 else jacobian(A, A_s, A_t)
-        total += weights[k] * value
-    return total * (box[1] - box[0])
+        weight = factor * width * weights[k]
+        if kind > 0:
+            add_moments(A, A_s, A_t, weight, out)
+        else:
+            out[0] += weight * jacobian(A, A_s, A_t)
 
 
 @inner()
-def strip(grid, start, u, v, rule):
-    """∫ |S_u × S_v| du from u = `start` to `u` at constant `v`, element by element.
+def add_strip(grid, start, place, rule, factor, out):
+    """Add `factor` ∫ … du from u = `start` to the u of `place` (u, v), element by element.
 
     `grid` is (coefs, u_breaks, v_breaks) and `rule` (nodes, weights, parts, kind): every element
-    is integrated in `parts` equal parts; `kind` 1 takes S · (S_u × S_v) instead.
+    is integrated in `parts` equal parts. `kind` 0 takes |S_u × S_v|, another what `add_moments`
+    does.
     """
     coefs, u_breaks, v_breaks = grid
-    nodes, weights, parts, kind = rule
+    parts = rule[2]
+    u, v = place
     low, high = min(start, u), max(start, u)
     j = min(max(np.searchsorted(v_breaks, v, side="right") - 1, 0), v_breaks.size - 2)
     height = v_breaks[j + 1] - v_breaks[j]
     t = (v - v_breaks[j]) / height
     i = min(max(np.searchsorted(u_breaks, low, side="right") - 1, 0), u_breaks.size - 2)
-    total = 0.0
+    # ds = du / width cancels the width in S_s = S_u · width; dt does not.
+    signed = factor / height if u >= start else -factor / height
     while i < u_breaks.size - 1 and u_breaks[i] < high:
         width = u_breaks[i + 1] - u_breaks[i]
         a = max(low - u_breaks[i], 0.0) / width
         b = min(high - u_breaks[i], width) / width
         for k in range(parts):
-            box = (a + (b - a) * k / parts, a + (b - a) * (k + 1) / parts, t, 1.0 * kind)
-            total += element_integral(coefs[i, j], box, nodes, weights)
+            box = (a + (b - a) * k / parts, a + (b - a) * (k + 1) / parts, t)
+            add_element(coefs[i, j], box, rule, signed, out)
         i += 1
-    # ds = du / width cancels the width in S_s = S_u · width; dt does not.
-    return total / height if u >= start else -total / height
 
 
 @inner()
@@ -99,8 +124,8 @@ def _knot_crossings(tables, piece, u_breaks, v_breaks):
 
 
 @inner()
-def piece_integral(tables, piece, start, grid, rule):
-    """∮ F dv along one piece, ``F(u, v)`` the strip integral from u = `start`."""
+def add_piece(tables, piece, start, grid, rule, sign, out):
+    """Add `sign` ∮ F dv along one piece, ``F(u, v)`` the strip integral from u = `start`."""
     coefs = tables.piece_coefs[piece]
     degree = tables.piece_degree[piece]
     u0, u1, v0, v1 = (
@@ -111,7 +136,6 @@ def piece_integral(tables, piece, start, grid, rule):
     )
     nodes, weights, parts, _ = rule
     breaks = _knot_crossings(tables, piece, grid[1], grid[2])
-    total = 0.0
     B, dB = np.empty(degree + 1), np.empty(degree + 1)
     for s in range(breaks.size - 1):
         for part in range(parts):
@@ -130,9 +154,8 @@ def piece_integral(tables, piece, start, grid, rule):
                 slope = (dy - v * dw) / w
                 if slope == 0.0 or v < v0 or v > v1:
                     continue
-                u = min(max(x / w, u0), u1)
-                total += weights[k] * width * slope * strip(grid, start, u, v, rule)
-    return total
+                place = (min(max(x / w, u0), u1), v)
+                add_strip(grid, start, place, rule, sign * weights[k] * width * slope, out)
 
 
 @inner()
@@ -176,8 +199,8 @@ def side_of_piece(tables, piece):
 
 
 @kernel()
-def loop_integral(tables, pieces, grid, rule):
-    """Signed contribution of one loop (its pieces in order) to the integral over its patch."""
+def add_loop(tables, pieces, grid, rule, out):
+    """Add the signed contribution of one loop (its pieces in order) to integrals over its patch."""
     longest = 0.0
     sign = 0
     start = np.inf
@@ -192,24 +215,24 @@ def loop_integral(tables, pieces, grid, rule):
             if side != 0:
                 longest, sign = length, side
     if sign == 0:
-        return 0.0
+        return
     start = min(max(start, d[0]), d[1])
-    total = 0.0
+    # By itself first: a small hole must not be rounded as what it is cut from.
+    own = np.zeros(out.size)
     for p in pieces:
-        total += piece_integral(tables, p, start, grid, rule)
-    return sign * total
+        add_piece(tables, p, start, grid, rule, 1.0 * sign, own)
+    for k in range(out.size):
+        out[k] += own[k]
 
 
 @kernel()
-def rectangle_integral(grid, rule):
-    """∬ over the whole patch: strips from side to side, element by element in v."""
+def add_rectangle(grid, rule, out):
+    """Add integrals over the whole patch: strips from side to side, element by element in v."""
     _, u_breaks, v_breaks = grid
     nodes, weights, parts, _ = rule
-    total = 0.0
     for j in range(v_breaks.size - 1):
         height = (v_breaks[j + 1] - v_breaks[j]) / parts
         for part in range(parts):
             for k in range(nodes.size):
-                v = v_breaks[j] + (part + nodes[k]) * height
-                total += weights[k] * height * strip(grid, u_breaks[0], u_breaks[-1], v, rule)
-    return total
+                place = (u_breaks[-1], v_breaks[j] + (part + nodes[k]) * height)
+                add_strip(grid, u_breaks[0], place, rule, weights[k] * height, out)

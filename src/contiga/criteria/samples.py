@@ -1,0 +1,112 @@
+"""Sampled signals: what they must be, and the line through their samples."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import InputError
+from contiga.records import FloatArray
+
+
+class Line(NamedTuple):
+    """A piecewise linear signal through n + 1 samples."""
+
+    t: FloatArray
+    """(n + 1,) times, rising."""
+    a: FloatArray
+    """(n + 1,) values."""
+    area: FloatArray
+    """(n + 1,) integral from the first sample."""
+    slope: FloatArray
+    """(n,) between samples."""
+
+    def area_at(self, times: FloatArray) -> FloatArray:
+        """The integral up to `times`, inside of the signal."""
+        k = np.clip(np.searchsorted(self.t, times, side="right") - 1, 0, len(self.slope) - 1)
+        beyond = times - self.t[k]
+        area: FloatArray = self.area[k] + beyond * (self.a[k] + 0.5 * self.slope[k] * beyond)
+        return area
+
+    def reversed(self) -> Line:
+        """The same backwards in time, from zero."""
+        return line_through(self.a[::-1], self.t[-1] - self.t[::-1])
+
+
+def line_through(a: FloatArray, t: FloatArray) -> Line:
+    """The line through samples."""
+    steps = np.diff(t)
+    pieces = 0.5 * (a[1:] + a[:-1]) * steps
+    return Line(t, a, np.concatenate([[0.0], np.cumsum(pieces)]), np.diff(a) / steps)
+
+
+def checked_resultant(a_g: ArrayLike, t_s: ArrayLike, where: str) -> tuple[FloatArray, FloatArray]:
+    """Values and times (n,) of a resultant, checked.
+
+    Raises
+    ------
+    InputError
+        Not numbers, lengths that differ, fewer than two samples, a value that is not finite or
+        below zero, times that do not rise.
+    """
+    a, t = numbers(a_g, f"{where}, a_g"), numbers(t_s, f"{where}, t_s")
+    if a.ndim != 1 or t.ndim != 1 or len(a) != len(t):
+        raise InputError(
+            "a resultant and its times must be two lists as long",
+            where=where,
+            found=(a.shape, t.shape),
+            allowed="shapes (n,) and (n,)",
+            remedy="The resultant of components (n, 3) is np.linalg.norm(components, axis=1)",
+        )
+    if len(a) < 2:
+        raise InputError("two samples at least are needed", where=where, found=len(a))
+    finite_rows(a, f"{where}, a_g")
+    finite_rows(t, f"{where}, t_s")
+    still = np.diff(t) <= 0.0
+    if still.any():
+        k = int(np.argmax(still))
+        raise InputError(
+            f"times must rise, from sample {k} to {k + 1} too",
+            where=f"{where}, t_s",
+            found=(float(t[k]), float(t[k + 1])),
+        )
+    if a.min() < 0.0:
+        k = int(np.argmax(a < 0.0))
+        raise InputError(
+            f"a resultant is never negative, at sample {k} it is",
+            where=f"{where}, a_g",
+            found=float(a[k]),
+            allowed=">= 0",
+            remedy="Filter the components first and take the resultant of them",
+        )
+    return a, t
+
+
+def numbers(values: ArrayLike, where: str) -> FloatArray:
+    """`values` as an array of numbers.
+
+    Raises
+    ------
+    InputError
+        They are none.
+    """
+    try:
+        return np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError("must be an array of numbers", where=where) from error
+
+
+def finite_rows(values: FloatArray, where: str) -> None:
+    """Refuse NaN and infinite entries, naming the first row that has one.
+
+    Raises
+    ------
+    InputError
+        As said.
+    """
+    bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+    if bad.any():
+        k = int(np.argmax(bad))
+        raise InputError(f"sample {k} is not finite", where=where, found=values[k].tolist())
