@@ -217,7 +217,7 @@ def test_what_cannot_be_moved_is_told() -> None:
     with pytest.raises(InputError, match="attached to its master"):
         simulation({"ball": (body, free)}, (point, attached("ball")))
     pulse = cg.motion.Accelerated([[0.0, 1.0], [0.5, 0.0]], direction="x")
-    with pytest.raises(InputError, match="stops at 0.5, and the run needs it up to 1"):
+    with pytest.raises(InputError, match=r"stops at 0\.5, and the run needs it up to 1"):
         simulation({"ball": (body, pulse)})
     spring = cg.Spring(("ball", "sled"), at=[[0, 0, 0], [1, 0, 0]], curve=1.0)
     with pytest.raises(InputError, match="no body of this name"):
