@@ -7,6 +7,8 @@ before it has been outside.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from tests.stress import truth
 from tests.stress.fields import norm
@@ -14,6 +16,7 @@ from tests.stress.solids import Solid
 from tests.stress.tally import Clock, Tally
 
 import contiga as cg
+from contiga.num.screw import screw_between
 from contiga.records import IN_CONTACT
 
 MOST_TURN = np.deg2rad(15.0)
@@ -24,6 +27,8 @@ FLAGS = tuple(
     if value.name not in ("FREE", "NEW", "OLD", "RELEASED", "SLID_OFF", "HELD")
 )
 """Statuses that say that something was not solved, or had to be mended."""
+PARTS = 64
+"""Chords that the path of a point against a turning body is cut into."""
 PASSED = np.linspace(0.0, 1.0, 9)
 """Shares of a step at which it is asked whether it passes a joint."""
 
@@ -51,23 +56,40 @@ def in_body(X_WB: np.ndarray, p_W: np.ndarray) -> np.ndarray:
     return (p_W - X_WB[:3, 3]) @ X_WB[:3, :3]
 
 
+def paths(
+    poses: tuple[np.ndarray, np.ndarray], ends: tuple[np.ndarray, np.ndarray]
+) -> list[np.ndarray]:
+    """Where points that go straight between their `ends` (n, 3) are in a body's frame: (n, 3) each.
+
+    The body goes from one of its poses to the other on a screw.
+    """
+    way = screw_between(*poses)
+    return [
+        in_body(cg.motion.pose.compose(poses[0], way.pose(s)), (1.0 - s) * ends[0] + s * ends[1])
+        for s in np.linspace(0.0, 1.0, PARTS + 1)
+    ]
+
+
 class Judge:
     """Follows a cloud: who is inside, and who has been outside."""
 
-    def __init__(self, solid: Solid, p_B: np.ndarray, by_penetration: bool, tally: Tally) -> None:
+    def __init__(
+        self, solid: Solid, p_W: np.ndarray, X_WB: np.ndarray, by_penetration: bool, tally: Tally
+    ) -> None:
         self.solid, self.tally = solid, tally
-        self.before = p_B
+        self.world, self.pose = p_W, X_WB
+        self.before = p_B = in_body(X_WB, p_W)
         self.sign = truth.signs(solid, p_B)
         self.came_in = np.full(len(p_B), by_penetration) | (self.sign >= 0)
 
-    def step(self, p_B: np.ndarray, X_WB: np.ndarray, state: cg.State) -> None:
+    def step(self, p_W: np.ndarray, X_WB: np.ndarray, state: cg.State) -> None:
         """Judge one state."""
-        solid, tally = self.solid, self.tally
+        solid, tally, p_B = self.solid, self.tally, in_body(X_WB, p_W)
         sign = truth.signs(solid, p_B)
         touching = np.isin(state.status, IN_CONTACT)
         odd = np.flatnonzero(((sign < 0) & self.came_in) != touching)
         sign = truth.settled(solid, p_B, sign, odd)
-        known = self._history(p_B, sign, touching)
+        known = self._history(p_W, X_WB, sign, touching)
         # On which side of a joint a point is or was is not known, nor if it came in from there.
         odd = odd[touching[odd] & ~self.came_in[odd]]
         way = p_B[odd] - self.before[odd]
@@ -88,16 +110,19 @@ class Judge:
         tally.fault("inside without contact", np.flatnonzero(lost), **values)
         tally.fault("contact without being inside", np.flatnonzero(kept), **values)
         self._feet(p_B, X_WB, state, touching & (sign < 0), values)
-        self.before = p_B
+        self.before, self.world, self.pose = p_B, p_W, X_WB
 
-    def _history(self, p_B: np.ndarray, sign: np.ndarray, touching: np.ndarray) -> np.ndarray:
+    def _history(
+        self, p_W: np.ndarray, X_WB: np.ndarray, sign: np.ndarray, touching: np.ndarray
+    ) -> np.ndarray:
         """Note who has been outside; False for those whose last step may or may not have been."""
         self.came_in |= sign > 0
         asked = np.flatnonzero(~self.came_in)
-        known = np.ones(len(p_B), bool)
+        known = np.ones(len(p_W), bool)
         if len(asked):
-            a, b = self.before[asked], p_B[asked]
-            unsure = asked[truth.may_leave(self.solid, a, b)]
+            places = paths((self.pose, X_WB), (self.world[asked], p_W[asked]))
+            leaves = [truth.may_leave(self.solid, a, b) for a, b in pairwise(places)]
+            unsure = asked[np.any(leaves, axis=0)]
             known[unsure] = False
             self.came_in[unsure] |= touching[unsure]
         return known
@@ -133,12 +158,12 @@ def shake(
         slave = cg.Slave(p, area=np.ones(len(p)))
         contact = cg.Contact(solid.body, slave, law=cg.PenaltyLaw(1.0), search=search)
         state = contact.start(p, X)
-        judge = Judge(solid, in_body(X, p), search == "penetration", tally)
+        judge = Judge(solid, p, X, search == "penetration", tally)
         for _ in range(steps):
             X = pose(solid, scale, rng)
             now = p + scale * solid.size * rng.normal(scale=0.2, size=p.shape)
             state = contact.step(state, now, X)
-            judge.step(in_body(X, now), X, state)
+            judge.step(now, X, state)
     return tally
 
 

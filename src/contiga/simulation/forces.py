@@ -7,10 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from contiga.contact.state import State
-from contiga.dynamics.lanes import CENTRE, MASS
 from contiga.dynamics.loads import Load
 from contiga.dynamics.springs import SpringState
 from contiga.num.ordered import product
+from contiga.num.rigid_lanes import CENTRE, MASS
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
 from contiga.simulation.place import Standing

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.contact.state import State
-from contiga.dynamics import lanes
+from contiga.num import rigid_lanes as lanes
 from contiga.num.ordered import length
 from contiga.records import ContactStatus
 from contiga.simulation.model import Model

@@ -12,11 +12,11 @@ import numpy as np
 
 from contiga.contact.state import State
 from contiga.dynamics.free import Attached, Free
-from contiga.dynamics.lanes import CENTRE, MASS
 from contiga.dynamics.prescribed import Fixed
 from contiga.dynamics.springs import SpringState
 from contiga.num import quaternion
 from contiga.num.pose import to_quaternion
+from contiga.num.rigid_lanes import CENTRE, MASS
 from contiga.records import FloatArray
 from contiga.simulation.forces import load_point, loaded
 from contiga.simulation.model import Model

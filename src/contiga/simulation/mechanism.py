@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.dynamics.free import Attached, Free
-from contiga.dynamics.lanes import FIXED, STATE
 from contiga.dynamics.loads import Load
 from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
 from contiga.dynamics.springs import Spring
 from contiga.errors import InputError
+from contiga.num.rigid_lanes import FIXED, STATE
 from contiga.records import FloatArray, MassProperties
 from contiga.slaves.slave import Slave
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.dynamics import lanes
 from contiga.dynamics.free import Attached, Free
 from contiga.num import quaternion
+from contiga.num import rigid_lanes as lanes
 from contiga.num.ordered import length, product, solve
 from contiga.records import FloatArray
 from contiga.simulation.forces import point_of

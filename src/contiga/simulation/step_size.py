@@ -13,10 +13,10 @@ import math
 import numpy as np
 
 from contiga.contact.state import State
-from contiga.dynamics.lanes import FORCE, MASS
 from contiga.dynamics.stepping import AutoSteps
 from contiga.errors import RunError
 from contiga.num.ordered import length
+from contiga.num.rigid_lanes import FORCE, MASS
 from contiga.simulation.clock import Clock
 from contiga.simulation.critical import Limit, limit_of
 from contiga.simulation.model import Model
@@ -27,9 +27,13 @@ from contiga.simulation.system_state import SystemState
 RESOLVED = 0.025
 """Part of 1/ω of a body's fastest vibration, and of a radian of its turn, that a step takes: its
 phase is right to ω²h²/24 then, its amplitude to ω²h²/8."""
+DAMPED = 0.25
+"""A decay γ counts as a vibration of so much of it: it has no phase to be right."""
 LOST = 2e-6
 """Part of the largest energy so far that a step may leave nowhere."""
 GROWTH = 1.5
+COARSER = 2.0
+"""A step that ends where one so much shorter would be taken is too long: it met something stiff."""
 SPAN = 0.02
 """Part of its master's size that a slave may go in a step, where it may touch."""
 SHORTEST = 1e-6
@@ -72,6 +76,8 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
         allowed = _allowed(model, stepping, last)
     step = allowed if last.step == 0.0 else min(allowed, GROWTH * last.step)
     shortest = SHORTEST * allowed
+    # Forces that are the gradient of no energy leave some nowhere at any step.
+    bearable = math.inf if any(p.contact.weights == "area" for p in model.contacts) else LOST
     stepped, before = None, math.inf
     while True:
         tried = advance(model, last, _until(last.time, step, stepping.end), clock)
@@ -80,20 +86,20 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
             # What is nowhere does not come from the length of the step.
             return stepped
         with clock("motion"):
-            critical = limit_of(model, tried.state).critical
+            longest = COARSER * _allowed(model, stepping, tried.state)
         step = tried.state.step
         far = _too_far(model, last, tried.state)
-        fits = far <= 1.0 and step <= critical and missing <= LOST * tried.state.most
+        fits = far <= 1.0 and step <= longest and missing <= bearable * tried.state.most
         if fits or step <= shortest or not model.mechanism.moved:
             return tried
         if far > 1.0:
             step *= max(0.1, 0.9 / far)
-        elif step <= critical:
+        elif step <= longest:
             stepped, before = tried, missing
             # What a point that comes in leaves nowhere falls with the square of the step.
             step *= min(0.5, max(0.05, 0.7 * math.sqrt(LOST * tried.state.most / missing)))
         else:
-            step = min(0.5 * step, stepping.safety * critical)
+            step = min(0.5 * step, longest)
 
 
 def _too_far(model: Model, last: SystemState, state: SystemState) -> float:
@@ -134,7 +140,7 @@ def _allowed(model: Model, stepping: AutoSteps, last: SystemState) -> float:
     if not model.mechanism.moved:
         return min(stepping.most, longest_sample(model))
     limit = limit_of(model, last)
-    fastest = math.sqrt(limit.bodies.square)
+    fastest = max(math.sqrt(limit.bodies.square), DAMPED * limit.bodies.decay)
     for i in model.mechanism.free:
         fastest = max(fastest, length(last.bodies.twists[i, 3:]))
     followed = RESOLVED / fastest if fastest > 0.0 else math.inf

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.state import State
-from contiga.dynamics.lanes import STATE
 from contiga.dynamics.springs import SpringState
+from contiga.num.rigid_lanes import STATE
 from contiga.num.twist import Twist
 from contiga.records import FloatArray
 from contiga.shown import Facts, Shown
@@ -114,7 +114,7 @@ class SystemState(Shown):
     step: float = 0.0
     """Length of the step that came here; 0 at the start."""
     rigid: FloatArray = field(default_factory=lambda: np.zeros((0, STATE)))
-    """(b, 19) free bodies, columns by `contiga.dynamics.lanes`."""
+    """(b, 19) free bodies, columns by `contiga.num.rigid_lanes`."""
     wrenches: FloatArray = field(default_factory=lambda: np.zeros((0, 6)))
     """(n, 6) force and moment on each body about the origin of its frame, world axes: contacts,
     springs, loads and weight, with those of what is attached to it. None where nothing is moved

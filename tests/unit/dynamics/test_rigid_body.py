@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from contiga.dynamics import lanes
 from contiga.dynamics.free import Free
 from contiga.dynamics.rigid_bodies import Placed, drifted, fixed_of, kicked, row_of, started
 from contiga.errors import InputError
 from contiga.num import quaternion
+from contiga.num import rigid_lanes as lanes
 from contiga.records import FloatArray, MassProperties
 
 pytestmark = pytest.mark.interpreted

@@ -9,8 +9,8 @@ import pytest
 from tests.scenes import square_sheet
 
 import contiga as cg
-from contiga.dynamics import lanes
 from contiga.errors import InputError, RunError
+from contiga.num import rigid_lanes as lanes
 
 BALL = 10.0
 

@@ -21,7 +21,8 @@ import math
 import numpy as np
 
 import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
-from contiga.dynamics.lanes import (
+from contiga.num.jit import inner, kernel
+from contiga.num.rigid_lanes import (
     AXES,
     CENTRE,
     CENTRE_B,
@@ -35,7 +36,6 @@ from contiga.dynamics.lanes import (
     VELOCITY,
     WAYS,
 )
-from contiga.num.jit import inner, kernel
 
 ROUNDS = 50
 """Of the midpoint's iteration, which gains digits by the angle of a step."""

@@ -8,8 +8,8 @@ import numpy as np
 
 import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
 from contiga.dynamics.kernels.rigid_body_nb import direction
-from contiga.dynamics.lanes import AXES, CENTRE, MASS, MOMENTS, SPINS, TURN, WAYS
 from contiga.num.jit import inner, kernel
+from contiga.num.rigid_lanes import AXES, CENTRE, MASS, MOMENTS, SPINS, TURN, WAYS
 
 SWEEPS = 30
 ROUNDING = 1e-15
