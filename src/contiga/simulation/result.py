@@ -41,7 +41,7 @@ class Result(Shown):
         ]
 
     def to_pandas(self) -> DataFrame:
-        """The history as a table of pandas, by time.
+        """The history as a table of pandas, by time; `attrs["units"]` has the units of its columns.
 
         Raises
         ------
@@ -52,4 +52,6 @@ class Result(Shown):
         from pandas import DataFrame, Index
 
         columns = {name: values for name, values in self.history.items() if name != "time"}
-        return DataFrame(columns, index=Index(self.history["time"], name="time"))
+        table = DataFrame(columns, index=Index(self.history["time"], name="time"))
+        table.attrs["units"] = self.summary["columns"]
+        return table

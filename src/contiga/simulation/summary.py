@@ -9,6 +9,7 @@ import numpy as np
 from contiga.num.threads import thread_count
 from contiga.records import ContactStatus, FloatArray
 from contiga.simulation.clock import Clock
+from contiga.simulation.column_units import column_units
 from contiga.simulation.energy_told import energy_summary, energy_warnings
 from contiga.simulation.history import COUNTED
 from contiga.simulation.model import Model
@@ -39,6 +40,7 @@ def summarise(
         "title": model.title,
         "version": __version__,
         "units": dict(zip(("length", "mass", "time"), model.units, strict=True)),
+        "columns": column_units(history, model.units),
         "timings": {**clock.seconds, "compile": clock.compiled},
         "steps": len(history["time"]),
         "n_points": sum(len(part.slave.points) for part in model.slaves.values()),

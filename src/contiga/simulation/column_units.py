@@ -1,0 +1,53 @@
+"""Units of the columns of a history, for those who read it elsewhere."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from contiga.errors import UnitError
+from contiga.io.units import derived_units
+
+_KINDS = (
+    (r"n_\w+|q[wxyz]", ""),
+    (r"time", "time"),
+    (r"wall_time", "wall"),
+    (r"max_penetration|centre_[xyz]|[xyz]", "length"),
+    (r"v[xyz]?", "velocity"),
+    (r"(filtered_)?a[xyz]?", "acceleration"),
+    (r"w[xyz]", "spin"),
+    (r"force(_[xyz])?|friction_[xyz]|f[xyz]?", "force"),
+    (r"moment_[xyz]|m[xyz]", "moment"),
+    (r"area", "area"),
+    (r"(mean|max)_pressure", "stress"),
+    (r"work|energy_\w+", "energy"),
+)
+
+
+def column_units(columns: Iterable[str], units: tuple[str, str, str]) -> dict[str, str]:
+    """The unit of each column, by name; "" of counts and quaternions, none where units are not.
+
+    >>> column_units(["time", "force_x", "head.ax", "energy.total"], ("mm", "g", "ms"))
+    {'time': 'ms', 'force_x': 'N', 'head.ax': 'mm/ms²', 'energy.total': 'mJ'}
+    """
+    length, mass, time = units
+    try:
+        derived = derived_units(length, mass, time)
+    except UnitError:
+        return {}
+    derived |= {
+        "": "",
+        "time": time,
+        "wall": "s",
+        "length": length,
+        "acceleration": f"{length}/{time}²",
+        "spin": f"rad/{time}",
+    }
+    return {column: derived[_kind(column)] for column in columns}
+
+
+def _kind(column: str) -> str:
+    owner, _, name = column.rpartition(".")
+    if owner == "energy":
+        return "energy"
+    return next((kind for pattern, kind in _KINDS if re.fullmatch(pattern, name)), "")
