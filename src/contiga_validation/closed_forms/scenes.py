@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,11 @@ STILL = ("rx", "ry", "rz")
 """What holds a body that only translates."""
 
 
-def ball(radius: float = 1.0, centre: Sequence[float] = (0.0, 0.0, 0.0)) -> cg.Body:
-    """A ball of one patch."""
+@cache
+def ball(radius: float = 1.0, centre: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> cg.Body:
+    """A ball of one patch; the same one for the same numbers, since what a search builds of a body
+    stays with it.
+    """
     return cg.Body([cg.shapes.sphere(radius=radius, centre=centre)])
 
 
@@ -27,6 +31,7 @@ def solid_ball(mass: float, radius: float, **motion: Any) -> cg.motion.Free:
     return cg.motion.Free(mass, inertia=inertia, **motion)
 
 
+@cache
 def floor(size: float = 40.0, height: float = 0.0) -> cg.Body:
     """A large plane face, free above."""
     return cg.Body([cg.shapes.plane(width=size, length=size, centre=(0.0, 0.0, height))])

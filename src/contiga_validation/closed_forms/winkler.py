@@ -29,7 +29,7 @@ UPRIGHT = ("x", "y", *STILL)
 
 
 def bed(reach: float) -> cg.Slave:
-    """Points of a flat bed in rings about the origin, each for its part of the area.
+    """Points of a flat bed in rings under a ball about the origin, each for its part of the area.
 
     Rings bound equal areas and have their points half way in area: the midpoint rule for what
     depends on the squared radius, its error falls with the square of their number.
@@ -37,7 +37,7 @@ def bed(reach: float) -> cg.Slave:
     radii = reach * np.sqrt((np.arange(RINGS) + 0.5) / RINGS)
     angles = 0.3 + 2.0 * math.pi * np.arange(RAYS) / RAYS
     flat = np.outer(radii, np.exp(1j * angles)).ravel()
-    points = np.column_stack([flat.real, flat.imag, np.zeros(flat.size)])
+    points = np.column_stack([flat.real, flat.imag, np.full(flat.size, -RADIUS)])
     area = np.full(flat.size, math.pi * reach**2 / flat.size)
     return cg.Slave(points, area=area, name="bed")
 
@@ -71,9 +71,8 @@ def duration(stiffness: float, speed: float) -> float:
 
 def dropped(speed: float, step: float | str, end: float, reach: float, law: Any) -> dict[str, Any]:
     """A ball that touches the bed at the start and comes down on it."""
-    centre = (0.0, 0.0, RADIUS)
-    master, slave = ball(RADIUS, centre), bed(reach)
-    motion = solid_ball(MASS, RADIUS, centre=centre, velocity=(0.0, 0.0, -speed), hold=UPRIGHT)
+    master, slave = ball(RADIUS), bed(reach)
+    motion = solid_ball(MASS, RADIUS, velocity=(0.0, 0.0, -speed), hold=UPRIGHT)
     return (
         cg.Simulation(
             bodies={"ball": (master, motion)},
@@ -93,7 +92,7 @@ def _sphere(stiffness: float, speed: float) -> Answer:
     law = cg.PenaltyLaw(stiffness, per_area=True)
     end = 1.05 * lasts
     history = dropped(speed, "auto", end, reach, law)
-    t, depth = history["time"], RADIUS - history["ball.z"]
+    t, depth = history["time"], -history["ball.z"]
     rate, pull = -history["ball.vz"], -history["ball.az"]
     turn = when(t, rate, pull)
     off = when(t, depth, rate, after=int(np.searchsorted(t, turn)))
@@ -111,7 +110,7 @@ def _sphere(stiffness: float, speed: float) -> Answer:
 
     def error(step: float) -> float:
         run = dropped(speed, step, middle, reach, law)
-        return abs(float(RADIUS - run["ball.z"][-1]) - exact) / most
+        return abs(float(-run["ball.z"][-1]) - exact) / most
 
     k = int(np.argmax(depth))
     checks = (
@@ -138,17 +137,16 @@ def _deep() -> Answer:
 
 # ---------------------------------------------------------------- a point that is bounced on
 
-SPRING, SMALL = 1000.0, 10.0
+SPRING = 1000.0
 
 
 def on_a_point(
-    law: Any, end: float, step: float | str, *, height: float = 0.0, mass: float = 1.0, **more: Any
+    law: Any, end: float, step: float | str, *, height: float = 0.0, **more: Any
 ) -> dict[str, FloatArray]:
     """A ball held upright over one point of the bed: a mass above a spring."""
-    centre = (0.0, 0.0, SMALL + height)
-    master, slave = ball(SMALL, centre), cg.Slave([[0.0, 0.0, 0.0]], area=[1.0], mass=[1.0])
+    master, slave = ball(RADIUS), cg.Slave([[0.0, 0.0, -RADIUS - height]], area=[1.0])
     motion = cg.motion.Free(
-        mass, centre=centre, velocity=(0.0, 0.0, -more.pop("speed", 0.0)), hold=UPRIGHT
+        1.0, velocity=(0.0, 0.0, -more.pop("speed", 0.0)), hold=UPRIGHT
     )
     return (
         cg.Simulation(
@@ -179,7 +177,7 @@ def _bounces() -> Answer:
     # Where it turns round below.
     up = np.flatnonzero((v[:-1] < 0.0) & (v[1:] >= 0.0))
     bottoms = np.array([when(t, v, a, after=int(i)) for i in up])
-    tops = history["ball.z"] - SMALL
+    tops = history["ball.z"] + height
     last = tops[t > (count - 0.5) * period].max()
     checks = (
         absolute("bounces", len(bottoms), count, 0.0),
@@ -256,7 +254,7 @@ def _hysteresis() -> Answer:
     back = 0.5 * soft * meet**2 + 0.5 * (soft * meet + SPRING * most) * (most - meet)
     out = math.sqrt(2.0 * back)
     history = on_a_point(law, 0.2, "auto", speed=speed)
-    depth, push = SMALL - history["ball.z"], history["ball.az"]
+    depth, push = -history["ball.z"], history["ball.az"]
 
     def error(step: float) -> float:
         return abs(float(on_a_point(law, 0.2, step, speed=speed)["ball.vz"][-1]) / out - 1.0)
