@@ -93,9 +93,7 @@ def relative(
 ) -> Check:
     """A check of the error relative to what is expected, or to `scale`."""
     size = abs(expected) if scale is None else scale
-    return Check(
-        what, float(measured), float(expected), abs(measured - expected) / size, tolerance
-    )
+    return Check(what, float(measured), float(expected), abs(measured - expected) / size, tolerance)
 
 
 def absolute(what: str, measured: float, expected: float, tolerance: float) -> Check:

@@ -116,7 +116,9 @@ def _follower() -> Answer:
     size = float(np.abs(exact).max())
 
     def error(step: float) -> float:
-        return float(np.hypot(*(positions(_rocket(step))[-1, :2] - np.array(_circling(5.0))))) / size
+        return (
+            float(np.hypot(*(positions(_rocket(step))[-1, :2] - np.array(_circling(5.0))))) / size
+        )
 
     checks = (
         absolute(
@@ -210,7 +212,7 @@ CASES = (
         GROUP,
         "Flight with spin",
         "x = v t + g t²/2, R = exp(ω t) about a principal axis",
-        "Moments 1, 2, 3; step \"auto\". Exact but for rounding.",
+        'Moments 1, 2, 3; step "auto". Exact but for rounding.',
         _ballistic,
     ),
     Case(

@@ -20,9 +20,7 @@ GROUP = "Mass properties"
 
 def box(a: float, b: float, c: float) -> cg.Body:
     """A box about the origin, six faces."""
-    corners = {
-        key: 0.5 * np.array([a, b, c]) * key for key in product((-1.0, 1.0), repeat=3)
-    }
+    corners = {key: 0.5 * np.array([a, b, c]) * key for key in product((-1.0, 1.0), repeat=3)}
     faces = []
     for k, side in product(range(3), (-1.0, 1.0)):
         i, j = [(1, 2), (2, 0), (0, 1)][k]

@@ -48,9 +48,7 @@ def fill(
         axes.legend()
 
 
-def errors_over(
-    axes_names: tuple[str, str], curves: Sequence[Curve]
-) -> Drawing:
+def errors_over(axes_names: tuple[str, str], curves: Sequence[Curve]) -> Drawing:
     """Errors over time, each a line."""
 
     def draw(figure: Figure) -> None:

@@ -204,7 +204,9 @@ def _kept() -> Answer:
         if n % 20 == 0:
             pose, twist = state.bodies["body"]
             R = pose[:3, :3]
-            rows.append((n, state.energy.kinetic / begin - 1.0, *(R @ (MOMENTS * (twist.spin @ R)))))
+            rows.append(
+                (n, state.energy.kinetic / begin - 1.0, *(R @ (MOMENTS * (twist.spin @ R))))
+            )
     n, energy, *L = np.array(rows).T
     L0 = MOMENTS * start
     momentum = np.abs(np.array(L).T - L0).max(axis=1) / np.linalg.norm(L0)
@@ -226,7 +228,7 @@ CASES = (
         GROUP,
         "Symmetric top",
         "R(t) = exp(L t/A) exp(e₃ L₃ (1/C − 1/A) t): precession |L|/A about L at a fixed tilt",
-        "Moments 2, 2, 3; step \"auto\". The integrator is exact for two equal moments.",
+        'Moments 2, 2, 3; step "auto". The integrator is exact for two equal moments.',
         _symmetric,
     ),
     Case(
@@ -234,7 +236,7 @@ CASES = (
         GROUP,
         "Asymmetric top",
         "ω = (a₁ cn τ, a₂ sn τ, a₃ dn τ); precession by quadrature of L (I₁ω₁² + I₂ω₂²)/L⊥²",
-        "Moments 1, 2, 3, one period of Jacobi's functions; step \"auto\".",
+        'Moments 1, 2, 3, one period of Jacobi\'s functions; step "auto".',
         _asymmetric,
     ),
     Case(

@@ -91,7 +91,9 @@ def _pendulum_run(end: float, step: float | str) -> dict[str, FloatArray]:
     spring = cg.Spring(
         ("ground", "body"), at=[[-1.0, 0.0, 2.0], [0.0, 0.0, 0.0]], curve=STIFFNESS, length=0.0
     )
-    return alone(motion, springs=[spring], end=end, step=step, gravity=(0.0, 0.0, -9.81)).run().history
+    return (
+        alone(motion, springs=[spring], end=end, step=step, gravity=(0.0, 0.0, -9.81)).run().history
+    )
 
 
 def _pendulum() -> Answer:
@@ -236,6 +238,44 @@ def _restraint() -> Answer:
     return Answer(checks, draw, order_of("stretch at three quarters", quarter / 40, error))
 
 
+# ---------------------------------------------------------------- a damper that does not pull
+
+
+def _belt_run(zeta: float, end: float, step: float | str) -> dict[str, FloatArray]:
+    motion = cg.motion.Free(MASS, velocity=(2.0, 0.0, 0.0), hold=ALONG_X)
+    line = [[0.0, 0.0], [10.0, 10.0 * STIFFNESS]]
+    belt = cg.Spring(
+        ("ground", "body"), at=ENDS, curve=line, unloading=line, hysteresis_slope=STIFFNESS,
+        damping=2.0 * zeta * MASS * OMEGA,
+    )  # fmt: skip
+    return alone(motion, springs=[belt], end=end, step=step).run().history
+
+
+def _restitution(zeta: float = 0.2) -> Answer:
+    beat = math.sqrt(1.0 - zeta * zeta)
+    # k x + c v is zero first, before x is: tan(β θ) = −2 ζ β/(1 − 2 ζ²).
+    angle = math.atan2(2.0 * zeta * beat, 2.0 * zeta * zeta - 1.0) / beat
+    e, end = math.exp(-zeta * angle), 1.1 * angle / OMEGA
+    history = _belt_run(zeta, end, "auto")
+    t, v, a = (history[name] for name in ("time", "body.vx", "body.ax"))
+    fine = np.linspace(0.0, angle, 200)
+    swing = np.cos(beat * fine) - zeta / beat * np.sin(beat * fine)
+    exact = 2.0 * np.exp(-zeta * fine) * swing
+
+    def error(step: float) -> float:
+        return abs(float(_belt_run(zeta, end, step)["body.vx"][-1]) / (-2.0 * e) - 1.0)
+
+    checks = (
+        relative("restitution", -v[-1] / 2.0, e),
+        relative("energy the damper took", history["energy.damping"][-1],
+                 0.5 * MASS * 4.0 * (1.0 - e * e)),
+        absolute("pull of the damper after its end, by its largest",
+                 max(float(a.max()), 0.0) / float(np.abs(a).max()), 0.0, ROUNDING),
+    )  # fmt: skip
+    draw = compared(("t", "velocity"), [("formula", fine / OMEGA, exact)], [("run", t, v)])
+    return Answer(checks, draw, order_of("speed after it", angle / OMEGA / 25, error))
+
+
 # ---------------------------------------------------------------- critical step
 
 GENTLE = 1e-6
@@ -299,7 +339,7 @@ CASES = (
         GROUP,
         "Mass on a spring",
         "x = v₀/ω sin ω t, ω = √(k/m)",
-        "One mass, one spring to the ground; step \"auto\" lags by some 3e-5 of the time.",
+        'One mass, one spring to the ground; step "auto" lags by some 3e-5 of the time.',
         _swing,
     ),
     Case(
@@ -333,6 +373,14 @@ CASES = (
         "x = a/ω² (1 − cos ω t), x_max = 2 a/ω², F_max = 2 m a; loss between the curves",
         "A belt with loading and unloading lines, that carries tension only.",
         _restraint,
+    ),
+    Case(
+        "restitution",
+        GROUP,
+        "Restitution of a damper that does not pull",
+        "e = exp(−ζ θ), θ = ω T = (1/β) atan2(2 ζ β, 2 ζ² − 1), β = √(1 − ζ²)",
+        "A belt of spring and damper, ζ = 0.2, that lets go where its force is zero.",
+        _restitution,
     ),
     Case(
         "critical-step",

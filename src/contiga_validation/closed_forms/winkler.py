@@ -145,9 +145,7 @@ def on_a_point(
 ) -> dict[str, FloatArray]:
     """A ball held upright over one point of the bed: a mass above a spring."""
     master, slave = ball(RADIUS), cg.Slave([[0.0, 0.0, -RADIUS - height]], area=[1.0])
-    motion = cg.motion.Free(
-        1.0, velocity=(0.0, 0.0, -more.pop("speed", 0.0)), hold=UPRIGHT
-    )
+    motion = cg.motion.Free(1.0, velocity=(0.0, 0.0, -more.pop("speed", 0.0)), hold=UPRIGHT)
     return (
         cg.Simulation(
             bodies={"ball": (master, motion)},
@@ -198,47 +196,7 @@ def _bounces() -> Answer:
     return Answer(checks, draw)
 
 
-# ---------------------------------------------------------------- dampers and hysteresis
-
-
-def restitution(zeta: float) -> tuple[float, float]:
-    """(e, ω t) of a mass on a spring and a damper that does not pull, ζ < 1.
-
-    The force k x + c v is zero first at the end of contact, not the depth:
-    ẍ = 0 there. x = v/β e^(−δ t) sin β t.
-    """
-    beat = math.sqrt(1.0 - zeta * zeta)
-    # k x + c v = 0: tan(β t) = −2 ζ β/(1 − 2 ζ²), the first root above zero.
-    end = math.atan2(2.0 * zeta * beat, 2.0 * zeta * zeta - 1.0) / beat
-    return math.exp(-zeta * end), end
-
-
-def _damped(zeta: float = 0.2) -> Answer:
-    omega, speed = math.sqrt(SPRING), 2.0
-    e, end = restitution(zeta)
-    law = cg.PenaltyLaw(SPRING, damping=2.0 * zeta * omega)
-    history = on_a_point(law, 1.6 * end / omega, "auto", speed=speed)
-    t, v = history["time"], history["ball.vz"]
-
-    def error(step: float) -> float:
-        run = on_a_point(law, 1.6 * end / omega, step, speed=speed)
-        return abs(float(run["ball.vz"][-1]) / (e * speed) - 1.0)
-
-    off = float(t[np.flatnonzero(history["force"] > 0.0)[-1]])
-    lost = 0.5 * speed**2 * (1.0 - e * e)
-    checks = (
-        relative("restitution", v[-1] / speed, e),
-        relative("energy the damper took", history["energy.damping"][-1], lost),
-        relative("end of the push, to a step", off, end / omega,
-                 float(np.diff(t).max()) * omega / end),
-    )  # fmt: skip
-    beat = math.sqrt(1.0 - zeta * zeta)
-    fine = np.linspace(0.0, end, 200)
-    push = -speed * np.exp(-zeta * fine) * (
-        np.cos(beat * fine) - zeta / beat * np.sin(beat * fine)
-    )  # fmt: skip
-    draw = compared(("t", "velocity"), [("formula", fine / omega, push)], [("run", t, v)])
-    return Answer(checks, draw, order_of("speed after it", 0.1 / omega, error))
+# ---------------------------------------------------------------- hysteresis
 
 
 def _hysteresis() -> Answer:
@@ -257,7 +215,10 @@ def _hysteresis() -> Answer:
     depth, push = -history["ball.z"], history["ball.az"]
 
     def error(step: float) -> float:
-        return abs(float(on_a_point(law, 0.2, step, speed=speed)["ball.vz"][-1]) / out - 1.0)
+        """Mean of starts by parts of a step above the bed: where a step meets a corner counts."""
+        heights = speed * step * np.array([0.125, 0.375, 0.625, 0.875])
+        ends = [on_a_point(law, 0.2, step, speed=speed, height=h)["ball.vz"][-1] for h in heights]
+        return float(np.abs(np.array(ends) / out - 1.0).mean())
 
     checks = (
         relative("largest depth", depth.max(), most),
@@ -270,7 +231,7 @@ def _hysteresis() -> Answer:
           np.array([0.0, SPRING * most, soft * meet, 0.0]))],
         [("run", np.maximum(depth, 0.0), push)],
     )  # fmt: skip
-    return Answer(checks, draw, order_of("speed after it", 0.004, error))
+    return Answer(checks, draw, order_of("speed after it, mean of four starts", 0.004, error))
 
 
 CASES = (
@@ -295,16 +256,8 @@ CASES = (
         GROUP,
         "Bounces without gain",
         "period 2 v/g + 2 (π − atan(ω v/g))/ω, height constant",
-        "A ball over one elastic point, under gravity, held upright; step \"auto\".",
+        'A ball over one elastic point, under gravity, held upright; step "auto".',
         _bounces,
-    ),
-    Case(
-        "restitution",
-        GROUP,
-        "Restitution of a damper that does not pull",
-        "e = exp(−ζ θ), θ = ω T = (1/β) atan2(2 ζ β, 2 ζ² − 1), β = √(1 − ζ²)",
-        "Spring and damper at one point, ζ = 0.2: contact ends where their force is zero.",
-        _damped,
     ),
     Case(
         "hysteresis",
