@@ -213,7 +213,7 @@ def _restraint() -> Answer:
         relative("largest force of the belt", force.max(), 2.0 * DUMMY * PULSE),
         absolute(
             "stretch until then, all times, by its largest",
-            np.abs(stretch - PULSE / omega**2 * (1.0 - np.cos(omega * t)))[loading].max() / farthest,
+            np.abs(stretch - 0.5 * farthest * (1.0 - np.cos(omega * t)))[loading].max() / farthest,
             0.0,
             TOLERANCE,
         ),
@@ -255,7 +255,7 @@ def _restitution(zeta: float = 0.2) -> Answer:
     beat = math.sqrt(1.0 - zeta * zeta)
     # k x + c v is zero first, before x is: tan(β θ) = −2 ζ β/(1 − 2 ζ²).
     angle = math.atan2(2.0 * zeta * beat, 2.0 * zeta * zeta - 1.0) / beat
-    e, end = math.exp(-zeta * angle), 1.1 * angle / OMEGA
+    e, end = math.exp(-zeta * angle), 1.5 * angle / OMEGA
     history = _belt_run(zeta, end, "auto")
     t, v, a = (history[name] for name in ("time", "body.vx", "body.ax"))
     fine = np.linspace(0.0, angle, 200)
@@ -323,7 +323,7 @@ def _critical() -> Answer:
         relative("largest way at 0.999 of it", below.max(), most, 1e-3),
         relative("growth a step at 1.001 of it", above[-1] / above[-2], growth, 1e-6),
     )
-    n = np.arange(len(above))
+    n = np.arange(len(above), dtype=float)
     draw = compared(
         ("step", "|x|"),
         [],

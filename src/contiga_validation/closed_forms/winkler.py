@@ -18,7 +18,7 @@ from contiga_validation.closed_forms.case import (
     order_of,
     relative,
 )
-from contiga_validation.closed_forms.pictures import compared, errors_over
+from contiga_validation.closed_forms.pictures import compared
 from contiga_validation.closed_forms.scenes import STILL, ball, solid_ball, value_at, when
 from contiga_validation.engine.arrays import FloatArray
 
