@@ -8,6 +8,7 @@ import re
 import sys
 from collections.abc import Callable
 from html.parser import HTMLParser
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -256,7 +257,7 @@ def test_keys_of_the_suite_are_unique_and_words() -> None:
     assert all(re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", key) for key in keys)
     # Cases of one group stand together, as the page has them.
     groups = [case.group for case in catalogue.cases()]
-    assert sum(a != b for a, b in zip(groups, groups[1:], strict=False)) == len(set(groups)) - 1
+    assert sum(a != b for a, b in pairwise(groups)) == len(set(groups)) - 1
 
 
 def test_every_case_says_what_it_compares() -> None:
