@@ -93,13 +93,14 @@ def relative(
 ) -> Check:
     """A check of the error relative to what is expected, or to `scale`."""
     size = abs(expected) if scale is None else scale
-    return Check(what, float(measured), float(expected), abs(measured - expected) / size, tolerance)
+    error = abs(float(measured) - float(expected)) / float(size)
+    return Check(what, float(measured), float(expected), error, float(tolerance))
 
 
 def absolute(what: str, measured: float, expected: float, tolerance: float) -> Check:
     """A check of the difference itself."""
     error = abs(float(measured) - float(expected))
-    return Check(what, float(measured), float(expected), error, tolerance)
+    return Check(what, float(measured), float(expected), error, float(tolerance))
 
 
 def order_of(of: str, longest: float, error_at: Callable[[float], float], count: int = 3) -> Order:

@@ -11,6 +11,7 @@ from html.parser import HTMLParser
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from contiga.cli import commands
@@ -41,7 +42,8 @@ def good() -> Answer:
 
 
 def far_off() -> Answer:
-    return Answer((relative("depth", 1.1, 1.0), relative("time", 1.0, 1.0)), _draw)
+    depth, time = np.array([1.1, 1.0])
+    return Answer((relative("depth", depth, 1.0), absolute("time", time, 1.0, 0.0)), _draw)
 
 
 def too_slow() -> Answer:
