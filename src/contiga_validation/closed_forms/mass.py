@@ -67,9 +67,9 @@ def _answer(body: cg.Body, volume: float, centre: FloatArray, inertia: FloatArra
 def _outline(body: cg.Body, centre: FloatArray) -> Callable[..., None]:
     def draw(figure: object) -> None:
         axes = figure.subplots(subplot_kw={"projection": "3d"})  # type: ignore[attr-defined]
-        mesh = body.tessellate(0.02 * body.size)
+        mesh = body.tessellate(0.002 * body.size)
         axes.plot_trisurf(
-            *mesh.vertices.T, triangles=mesh.triangles, color=LINES[0], alpha=0.25, lw=0.15,
+            *mesh.vertices.T, triangles=mesh.triangles, color=LINES[0], alpha=0.25, lw=0.05,
             edgecolor=INK,
         )  # fmt: skip
         axes.plot(*centre[:, None], "o", color=LINES[1], label="centre of mass")

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from contiga_validation.engine.arrays import FloatArray
-from contiga_validation.engine.drawing import INK, LINES, MUTED
+from contiga_validation.engine.drawing import LINES, MUTED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,7 +40,7 @@ def fill(
         every = max(1, len(x) // _DOTS)
         axes.plot(
             x[::every], y[::every], "o", ms=3.4, mfc="white", mew=1.0,
-            color=LINES[k % len(LINES)] if exact else INK, label=label,
+            color=LINES[k % len(LINES)], label=label,
         )  # fmt: skip
     axes.set(xlabel=names[0], ylabel=names[1])
     axes.axhline(0.0, color=MUTED, lw=0.5)

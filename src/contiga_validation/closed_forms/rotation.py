@@ -219,7 +219,12 @@ def _kept() -> Answer:
         absolute("energy, largest swing", np.abs(energy).max(), 0.0, TOLERANCE),
         absolute("energy, mean of the second half less the first", late - early, 0.0, 1e-10),
     )
-    return Answer(checks, errors_over(("step", "relative error"), [("energy", n, energy)]))
+    part = 150
+    curves = [
+        ("energy, first steps", n[:part], energy[:part]),
+        (f"energy, {MANY_STEPS} steps less {int(n[-1] - n[-part])}", n[:part], energy[-part:]),
+    ]
+    return Answer(checks, errors_over(("step", "relative error"), curves))
 
 
 CASES = (

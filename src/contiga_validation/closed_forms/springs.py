@@ -198,7 +198,7 @@ def _restraint() -> Answer:
     # What an unloading gives back: under the steep line down to the soft curve, and under that.
     meet = farthest * (STEEP - BELT) / (STEEP - SOFT)
     back = 0.5 * SOFT * meet**2 + 0.5 * (SOFT * meet + BELT * farthest) * (farthest - meet)
-    result = _restraint_run("auto", 3.0 * quarter)
+    result = _restraint_run("auto", 1.35 * quarter)
     history = result.history
     t = history["time"]
     sled = np.array([state.bodies["sled"].pose[0, 3] for state in result.states])
