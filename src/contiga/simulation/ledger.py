@@ -85,9 +85,8 @@ def _by_gravity(model: Model, last: SystemState, standing: Standing) -> float:
     if not model.gravity.any():
         return 0.0
     system, work = model.mechanism, 0.0
-    for k in range(len(system.fixed)):
-        way = standing.free.rows[k, CENTRE : CENTRE + 3] - last.rigid[k, CENTRE : CENTRE + 3]
-        work += system.fixed[k, MASS] * float((way * model.gravity).sum())
+    way = standing.free.rows[:, CENTRE : CENTRE + 3] - last.rigid[:, CENTRE : CENTRE + 3]
+    work += float((system.fixed[:, MASS] * (way * model.gravity).sum(axis=1)).sum())
     for name, mass in system.masses.items():
         way = standing.slaves[name].points - last.slaves[name].points
         work += float((mass * (way * model.gravity).sum(axis=1)).sum())
@@ -104,7 +103,9 @@ def _by_loads(model: Model, last: SystemState, standing: Standing, time: float) 
             continue
         poses = last.bodies.poses[i], standing.bodies.poses[i]
         force, moment = zip(
-            loaded(load, poses[0], last.time), loaded(load, poses[1], time), strict=True
+            loaded(load, poses[0], model.origins[i], last.time),
+            loaded(load, poses[1], model.origins[i], time),
+            strict=True,
         )
         way = load_point(model, load, i, standing) - load_point(model, load, i, before)
         work += 0.5 * float(((force[0] + force[1]) * way).sum())
