@@ -133,6 +133,11 @@ DOORS = {
         "matplotlib and pydantic and scikit-learn and cadquery-ocp-novtk",
         "report,case,cluster,cad",
     ),
+    "verify": (
+        'from contiga_validation.verify import verify as v; v("new")',
+        "matplotlib",
+        "report",
+    ),
     "folder": ('import bare_run as b; b.dipping().run("new")', "h5py", "mesh"),
     "table": ("import bare_run as b; b.dipping().run().to_pandas()", "pandas", "pandas"),
 }

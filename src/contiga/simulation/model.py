@@ -90,7 +90,8 @@ class Model(Shown):
 
     def __post_init__(self) -> None:
         names = [part.name for part in self.contacts]
-        if not names or len(set(names)) < len(names):
+        moved = any(isinstance(part.motion, Free) for part in self.bodies.values())
+        if not (names or moved) or len(set(names)) < len(names):
             raise InputError(
                 "there must be contacts, each with a name of its own", where="contacts", found=names
             )

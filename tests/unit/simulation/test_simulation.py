@@ -232,3 +232,13 @@ def test_without_pandas_the_message_says_what_to_install(
     blocked("pandas")
     with pytest.raises(MissingPackageError, match=r"contiga\[pandas\]"):
         simulation().run().to_pandas()
+
+
+def test_free_bodies_need_no_contacts() -> None:
+    thrown = cg.motion.Free(2.0, velocity=(3.0, 0.0, 0.0), hold=("rx", "ry", "rz"))
+    own = {"bodies": {"ball": (BALL, thrown)}, "slaves": {}, "contacts": []}
+    result = simulation(**own, gravity=(0.0, 0.0, -2.0)).run()
+    assert result.history["ball.x"].tolist() == [0.0, 0.75, 1.5, 2.25, 3.0]
+    assert result.history["ball.z"][-1] == pytest.approx(-1.0)
+    with pytest.raises(InputError, match="there must be contacts"):
+        simulation(**(own | {"bodies": {"ball": BALL}}))

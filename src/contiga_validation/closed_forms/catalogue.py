@@ -1,0 +1,57 @@
+"""Every case of the suite, in the order of the page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import import_module
+
+from contiga.errors import InputError
+from contiga_validation.closed_forms.case import Case
+
+MODULES = (
+    "mass",
+    "rotation",
+    "flight",
+    "springs",
+    "winkler",
+    "collisions",
+    "friction",
+    "injury",
+)
+
+
+def cases() -> tuple[Case, ...]:
+    """All of them."""
+    found = [import_module(f"contiga_validation.closed_forms.{name}").CASES for name in MODULES]
+    return tuple(case for group in found for case in group)
+
+
+def chosen(only: Sequence[str] | None) -> tuple[Case, ...]:
+    """The cases named in `only`, all of them for None.
+
+    An entry is the key of a case or the start of keys up to a dash: "mass" is "mass-box" and all
+    that begin so.
+
+    Raises
+    ------
+    InputError
+        An entry that names no case, or no entries.
+    """
+    every = cases()
+    if only is None:
+        return every
+    words = [word.strip() for word in only]
+    for word in words or [""]:
+        if not any(_is_meant(case.key, word) for case in every):
+            raise InputError(
+                "no case has this name",
+                where="only",
+                found=word,
+                allowed=", ".join(case.key for case in every),
+                remedy="The first word of names with a dash stands for all of them",
+            )
+    return tuple(case for case in every if any(_is_meant(case.key, word) for word in words))
+
+
+def _is_meant(key: str, word: str) -> bool:
+    return bool(word) and (key == word or key.startswith(f"{word}-"))

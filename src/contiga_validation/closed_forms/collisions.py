@@ -1,0 +1,235 @@
+"""Two balls that meet, one exact, the points of the other on it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import contiga as cg
+from contiga_validation.closed_forms.case import (
+    ROUNDING,
+    TOLERANCE,
+    Answer,
+    Case,
+    absolute,
+    relative,
+)
+from contiga_validation.closed_forms.pictures import compared, errors_over
+from contiga_validation.closed_forms.scenes import (
+    STILL,
+    ball,
+    positions,
+    solid_ball,
+    spins,
+    velocities,
+)
+from contiga_validation.engine.arrays import FloatArray
+
+GROUP = "Collisions"
+RADIUS, APART = 1.0, 1e-3
+ANGLE = math.radians(30.0)
+STIFFNESS = 4000.0
+
+
+RINGS, RAYS, CAP = 250, 4, 0.5
+
+
+def cap(line: FloatArray) -> cg.Slave:
+    """Points on a ball about the origin, in rings about a direction, each for its part of the area.
+
+    Rings bound equal areas: the forces of a ball that comes along the line have no part across it.
+    """
+    first = np.cross(line, (0.0, 1.0, 0.0))
+    first /= np.linalg.norm(first)
+    second = np.cross(line, first)
+    height = 1.0 - (1.0 - math.cos(CAP)) * (np.arange(RINGS) + 0.5) / RINGS
+    angle = 2.0 * math.pi * np.arange(RAYS) / RAYS
+    around = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    wide = np.sqrt(1.0 - height**2)
+    points = height[:, None, None] * line + wide[:, None, None] * around
+    whole = 2.0 * math.pi * RADIUS**2 * (1.0 - math.cos(CAP))
+    area = np.full(RINGS * RAYS, whole / (RINGS * RAYS))
+    return cg.Slave(RADIUS * points.reshape(-1, 3), area=area, name="cap")
+
+
+@cache
+def skin() -> cg.Slave:
+    """Points and triangles all over a ball about the origin."""
+    mesh = ball(RADIUS).tessellate(0.02)
+    return cg.Slave(mesh.vertices, mesh.triangles, name="skin")
+
+
+class Meeting(NamedTuple):
+    """A run of two balls, "one" exact and "two" sampled."""
+
+    masses: tuple[float, float]
+    history: dict[str, FloatArray]
+
+    def momentum(self) -> FloatArray:
+        """(n, 3) of both."""
+        one, two = (velocities(self.history, name) for name in ("one", "two"))
+        return self.masses[0] * one + self.masses[1] * two
+
+    def turning(self) -> FloatArray:
+        """(n, 3) angular momentum of both about the origin."""
+        total = np.zeros_like(velocities(self.history, "one"))
+        for mass, name in zip(self.masses, ("one", "two"), strict=True):
+            arm, speed = positions(self.history, name), velocities(self.history, name)
+            total += mass * np.cross(arm, speed)
+            total += 0.4 * mass * RADIUS**2 * spins(self.history, name)
+        return total
+
+
+def meet(
+    masses: tuple[float, float],
+    way: FloatArray,
+    line: FloatArray,
+    *,
+    step: float | str = "auto",
+    hold: Sequence[str] = (),
+    points: cg.Slave | None = None,
+    **options: Any,
+) -> Meeting:
+    """A ball flies by `way` at another that rests, in the direction `line` from the first.
+
+    The second carries points and nothing else, the first is exact.
+    """
+    one, towards = ball(RADIUS), (2.0 * RADIUS + APART) * line
+    own = cap(-line) if points is None else points
+    slave = cg.Slave(own.points + towards, own.facets, area=own.area, name="points")
+    law = cg.PenaltyLaw(STIFFNESS, per_area=True)
+    free = [
+        solid_ball(masses[0], RADIUS, velocity=way, hold=hold),
+        solid_ball(masses[1], RADIUS, centre=towards, hold=hold),
+    ]
+    simulation = cg.Simulation(
+        bodies={"one": (one, free[0]), "two": (ball(), free[1])},
+        slaves={"points": (slave, cg.motion.Attached("two"))},
+        contacts=[cg.Contact(one, slave, law=law, **options)],
+        end=0.3,
+        step=step,
+    )
+    return Meeting(masses, simulation.run().history)
+
+
+DOWN = np.array([0.0, 0.0, -1.0])
+
+
+def _head_on(masses: tuple[float, float], speed: float = 2.0) -> Answer:
+    """Along the line of centres."""
+    run = meet(masses, speed * DOWN, DOWN)
+    history, (m, M) = run.history, masses
+    t, one, two = history["time"], history["one.vz"], history["two.vz"]
+    expected = -speed * (m - M) / (m + M), -speed * 2.0 * m / (m + M)
+    momentum = run.momentum()
+    checks = (
+        relative("speed of the first after it", one[-1], expected[0], scale=speed),
+        relative("speed of the second after it", two[-1], expected[1], scale=speed),
+        absolute("momentum, all times", np.abs(momentum - momentum[0]).max() / (m * speed), 0.0,
+                 ROUNDING),
+        absolute("energy that is nowhere after it, by that at the start",
+                 abs(history["energy.error"][-1]) / (0.5 * m * speed**2), 0.0, TOLERANCE),
+    )  # fmt: skip
+    ends = np.array([t[0], t[-1]])
+    draw = compared(
+        ("t", "velocity along the line of centres"),
+        [("first, after it", ends, np.full(2, expected[0])),
+         ("second, after it", ends, np.full(2, expected[1]))],
+        [("first, run", t, one), ("second, run", t, two)],
+    )  # fmt: skip
+    return Answer(checks, draw)
+
+
+def _equal() -> Answer:
+    return _head_on((1.5, 1.5))
+
+
+def _unequal() -> Answer:
+    return _head_on((1.5, 4.5))
+
+
+def _oblique() -> Answer:
+    speed, mass = 2.0, 1.5
+    line = np.array([math.sin(ANGLE), 0.0, -math.cos(ANGLE)])
+    run = meet((mass, mass), speed * DOWN, line, hold=STILL)
+    one, two = velocities(run.history, "one"), velocities(run.history, "two")
+    sizes = np.linalg.norm(one, axis=1), np.linalg.norm(two, axis=1)
+    between = math.degrees(math.acos(one[-1] @ two[-1] / sizes[0][-1] / sizes[1][-1]))
+    momentum = run.momentum()
+    checks = (
+        relative("angle between the ways after it, degrees", between, 90.0),
+        relative("v₁² + v₂²", sizes[0][-1] ** 2 + sizes[1][-1] ** 2, speed**2),
+        absolute("momentum, all times", np.abs(momentum - momentum[0]).max() / (mass * speed), 0.0,
+                 ROUNDING),
+    )  # fmt: skip
+    t = run.history["time"]
+    draw = compared(
+        ("t", "velocity"), [],
+        [("first, along", t, -one[:, 2]), ("first, across", t, one[:, 0]),
+         ("second, along", t, -two[:, 2]), ("second, across", t, two[:, 0])],
+    )  # fmt: skip
+    return Answer(checks, draw)
+
+
+def _closed_system() -> Answer:
+    """Friction, spin, an oblique way: all forces are between the two."""
+    speed, masses = 2.0, (1.5, 2.5)
+    line = np.array([0.4, 0.1, -0.9])
+    line /= np.linalg.norm(line)
+    run = meet(
+        masses, np.array([0.0, 0.3, -speed]), line, points=skin(), friction=cg.Coulomb(0.3)
+    )  # fmt: skip
+    history, t = run.history, run.history["time"]
+    momentum, turning = run.momentum(), run.turning()
+    size = masses[0] * speed
+    p = np.abs(momentum - momentum[0]).max(axis=1) / size
+    L = np.abs(turning - turning[0]).max(axis=1) / size / RADIUS
+    checks = (
+        absolute("momentum, all times", p.max(), 0.0, ROUNDING),
+        absolute("angular momentum, all times", L.max(), 0.0, ROUNDING),
+        absolute("energy that is nowhere at the end, by that at the start",
+                 abs(history["energy.error"][-1]) / history["energy.total"][0], 0.0, TOLERANCE),
+    )  # fmt: skip
+    draw = errors_over(("t", "error"), [("momentum", t, p), ("angular momentum", t, L)])
+    return Answer(checks, draw)
+
+
+_PAIR = "One ball is exact, the points on the other ride with it (Attached)"
+CASES = (
+    Case(
+        "collision-equal",
+        GROUP,
+        "Equal balls exchange their velocities",
+        "v₁' = 0, v₂' = v₁",
+        f"{_PAIR}, in rings about the line of centres.",
+        _equal,
+    ),
+    Case(
+        "collision-unequal",
+        GROUP,
+        "Unequal balls",
+        "v₁' = v (m − M)/(m + M), v₂' = 2 m v/(m + M)",
+        f"{_PAIR}; the second has three times the mass.",
+        _unequal,
+    ),
+    Case(
+        "collision-oblique",
+        GROUP,
+        "Oblique collision of equal balls",
+        "v₁' · v₂' = 0: smooth balls that do not turn part at a right angle",
+        f"{_PAIR}; the line of centres is 30° off the way.",
+        _oblique,
+    ),
+    Case(
+        "closed-system",
+        GROUP,
+        "Momentum of a closed system",
+        "Σ m v and Σ (x × m v + I ω) constant",
+        f"{_PAIR}, a mesh all over it; with friction, spin and an oblique way.",
+        _closed_system,
+    ),
+)

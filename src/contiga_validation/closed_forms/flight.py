@@ -1,0 +1,250 @@
+"""Bodies under gravity and loads."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+import contiga as cg
+from contiga_validation.closed_forms.case import (
+    ROUNDING,
+    Answer,
+    Case,
+    absolute,
+    order_of,
+    relative,
+)
+from contiga_validation.closed_forms.pictures import compared
+from contiga_validation.closed_forms.rotation import about
+from contiga_validation.closed_forms.scenes import (
+    STILL,
+    alone,
+    positions,
+    spins,
+    turns,
+    velocities,
+)
+from contiga_validation.engine.arrays import FloatArray
+
+GROUP = "Flight and loads"
+G = 9.81
+
+
+def _ballistic() -> Answer:
+    v, g = np.array([3.0, 1.0, 4.0]), np.array([0.0, 0.0, -G])
+    spin = np.array([0.0, 6.0, 0.0])
+    motion = cg.motion.Free(2.0, inertia=np.diag([1.0, 2.0, 3.0]), velocity=v, spin=spin)
+    history = alone(motion, end=1.0, step="auto", gravity=g).run().history
+    t = history["time"][:, None]
+    way, exact = positions(history), v * t + 0.5 * g * t * t
+    turned = about(np.array([0.0, 1.0, 0.0]), 6.0 * t[:, 0])
+    checks = (
+        absolute("way, all times", np.abs(way - exact).max(), 0.0, ROUNDING),
+        absolute("velocity, all times", np.abs(velocities(history) - v - g * t).max(), 0.0,
+                 ROUNDING),
+        absolute("orientation, all entries, all times", np.abs(turns(history) - turned).max(), 0.0,
+                 ROUNDING),
+        absolute(
+            "energy that is nowhere, by the energy at the start",
+            np.abs(history["energy.error"]).max() / history["energy.total"][0],
+            0.0,
+            ROUNDING,
+        ),
+    )  # fmt: skip
+    draw = compared(
+        ("x", "z"), [("parabola", exact[:, 0], exact[:, 2])], [("run", way[:, 0], way[:, 2])]
+    )
+    return Answer(checks, draw)
+
+
+# ---------------------------------------------------------------- load over time
+
+
+def _push(step: float | str) -> dict[str, FloatArray]:
+    rise = [[0.0, 0.0, 0.0, 0.0], [0.4, 60.0, 0.0, -20.0], [1.0, 20.0, 0.0, 0.0]]
+    load = cg.Load("body", force=rise, moment=[0.0, 0.0, 3.0])
+    motion = cg.motion.Free(2.0, inertia=np.diag([1.0, 1.0, 1.5]))
+    return alone(motion, end=1.0, step=step, loads=[load]).run().history
+
+
+def _load() -> Answer:
+    history = _push("auto")
+    t, x = history["time"], history["body.x"]
+    along, aside, way = 36.0, -10.0, 8.6
+    fine = np.linspace(0.0, 1.0, 400)
+    late = fine - 0.4
+    exact = np.where(
+        late < 0.0, 12.5 * fine**3, 0.8 + 6.0 * late + 15.0 * late**2 - 100.0 / 18.0 * late**3
+    )
+    work = 0.5 * 2.0 * (velocities(history)[-1] ** 2).sum() + 0.5 * 1.5 * 4.0
+    checks = (
+        relative("momentum along x", 2.0 * history["body.vx"][-1], along),
+        relative("momentum along z", 2.0 * history["body.vz"][-1], aside),
+        relative("way along x", x[-1], way),
+        relative("spin by the moment", spins(history)[-1, 2], 3.0 / 1.5),
+        relative("work of the loads", history["energy.external"][-1], work),
+    )
+
+    def error(step: float) -> float:
+        return abs(float(_push(step)["body.x"][-1]) / way - 1.0)
+
+    draw = compared(("t", "way along x"), [("formula", fine, exact)], [("run", t, x)])
+    return Answer(checks, draw, order_of("way along x", 0.05, error))
+
+
+# ---------------------------------------------------------------- follower force
+
+
+def _rocket(step: float | str) -> dict[str, FloatArray]:
+    motion = cg.motion.Free(2.0, inertia=np.diag([1.0, 1.0, 1.5]), spin=(0.0, 0.0, 2.0))
+    load = cg.Load("body", force=[10.0, 0.0, 0.0], follow=True)
+    return alone(motion, end=5.0, step=step, loads=[load]).run().history
+
+
+def _circling(t: FloatArray | float) -> tuple[FloatArray, FloatArray]:
+    """Way of a body pushed along an axis of its own while it turns evenly."""
+    a, w = 10.0 / 2.0, 2.0
+    phase = w * np.asarray(t)
+    return a / w**2 * (1.0 - np.cos(phase)), a / w**2 * (phase - np.sin(phase))
+
+
+def _follower() -> Answer:
+    history = _rocket("auto")
+    t, way = history["time"], positions(history)
+    exact = np.stack(_circling(t), axis=1)
+    size = float(np.abs(exact).max())
+
+    def error(step: float) -> float:
+        return (
+            float(np.hypot(*(positions(_rocket(step))[-1, :2] - np.array(_circling(5.0))))) / size
+        )
+
+    checks = (
+        absolute(
+            "way, all times, by its largest", np.abs(way[:, :2] - exact).max() / size, 0.0, 1e-4
+        ),
+        relative("speed at the end", np.hypot(*velocities(history)[-1, :2]),
+                 10.0 / 2.0 / 2.0 * 2.0 * abs(math.sin(5.0))),
+    )  # fmt: skip
+    draw = compared(
+        ("x", "y"), [("cycloid", exact[:, 0], exact[:, 1])], [("run", way[:, 0], way[:, 1])]
+    )
+    return Answer(checks, draw, order_of("way at the end", 0.05, error))
+
+
+# ---------------------------------------------------------------- load off the centre
+
+
+def _off_centre() -> Answer:
+    """A force beside the centre of a body that may turn about one axis: it accelerates both."""
+    motion = cg.motion.Free(
+        2.0, inertia=np.diag([1.0, 1.0, 1.5]), hold=["z", "rx", "ry"], centre=(0.3, 0.0, 0.0)
+    )
+    load = cg.Load("body", force=[0.0, 10.0, 0.0], at=(0.8, 0.0, 0.0), follow=True)
+    history = alone(motion, end=1.5, step="auto", loads=[load]).run().history
+    t, w = history["time"], spins(history)[:, 2]
+    exact = 10.0 * 0.5 / 1.5 * t
+    energy = history["energy.total"] - history["energy.external"]
+    checks = (
+        relative("spin, a follower force has a constant moment", w[-1], exact[-1]),
+        relative(
+            "angle turned",
+            2.0 * math.atan2(abs(history["body.qz"][-1]), abs(history["body.qw"][-1])),
+            math.pi - abs(0.5 * exact[-1] * t[-1] - math.pi),
+        ),
+        absolute(
+            "energy less the work of the force",
+            np.abs(energy).max() / history["energy.total"][-1],
+            0.0,
+            1e-4,
+        ),
+    )
+    return Answer(checks, compared(("t", "spin"), [("formula", t, exact)], [("run", t, w)]))
+
+
+# ---------------------------------------------------------------- sled
+
+
+def _sled() -> Answer:
+    rows = [[0.0, 0.0], [20.0, -0.15], [60.0, -0.15], [80.0, 0.0]]
+    pulse = cg.motion.Accelerated(rows, direction="x", velocity=[12.0, 0.0, 0.0])
+    body = cg.Body([cg.shapes.sphere()])
+    held = cg.motion.Free(75.0, velocity=(12.0, 0.0, 0.0), hold=STILL)
+    # A belt that is stiff enough to hold the body at the sled, and a damper that calms it.
+    spring = cg.Spring(
+        ("sled", "body"), at=[[-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]], curve=60.0, damping=60.0
+    )
+    simulation = cg.Simulation(
+        bodies={"sled": (body, pulse), "body": (body, held)},
+        slaves={},
+        contacts=[],
+        springs=[spring],
+        end=80.0,
+        step="auto",
+    )
+    result = simulation.run(keep=1)
+    history = result.history
+    t = history["time"]
+    sled = np.array([state.bodies["sled"].twist.velocity[0] for state in result.states])
+    way = np.array([state.bodies["sled"].pose[0, 3] for state in result.states])
+    fine = np.linspace(0.0, 80.0, 81)
+    rates = np.interp(fine, *np.array(rows).T)
+    # Exact: the rates are straight between these times.
+    exact = 12.0 + np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]))])
+    taken = history["energy.total"] + history["energy.damping"] - history["energy.external"]
+    checks = (
+        relative("Δv of the sled", sled[-1] - sled[0], -0.15 * 60.0, ROUNDING),
+        relative("way of the sled", way[-1], 12.0 * 80.0 - 9.0 * 40.0, ROUNDING),
+        relative("energy of the held body against the work of the pulse", taken[-1], taken[0]),
+    )
+    draw = compared(
+        ("t", "velocity"),
+        [("sled, formula", fine, exact)],
+        [("sled, run", t, sled), ("held body, run", t, history["body.vx"])],
+    )
+    return Answer(checks, draw)
+
+
+CASES = (
+    Case(
+        "ballistic",
+        GROUP,
+        "Flight with spin",
+        "x = v t + g t²/2, R = exp(ω t) about a principal axis",
+        'Moments 1, 2, 3; step "auto". Exact but for rounding.',
+        _ballistic,
+    ),
+    Case(
+        "load",
+        GROUP,
+        "Load over time",
+        "m Δv = ∫F dt, m Δx = ∫(T − t) F dt, C ω = ∫M dt",
+        "Force from a table of three rows (0, 60, 20 N), and a constant moment.",
+        _load,
+    ),
+    Case(
+        "follower",
+        GROUP,
+        "Follower force on a body that turns",
+        "x = F/(m ω²) (1 − cos ω t), y = F/(m ω²) (ω t − sin ω t)",
+        "The force stays along an axis of the body.",
+        _follower,
+    ),
+    Case(
+        "off-centre",
+        GROUP,
+        "Force beside the centre of mass",
+        "C ω' = F e",
+        "The body's frame is not at its centre of mass; one axis is free.",
+        _off_centre,
+    ),
+    Case(
+        "sled",
+        GROUP,
+        "Sled pulse",
+        "Δv = ∫a dt, Δx = v₀ T + ∬a dt²; ΔE = work of the sled",
+        "A trapezoid of deceleration, ms and mm-based units; a body of 75 kg held by a belt.",
+        _sled,
+    ),
+)

@@ -1,0 +1,144 @@
+"""Mass, centre and inertia of closed bodies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import product
+
+import numpy as np
+
+import contiga as cg
+from contiga_validation.closed_forms.case import Answer, Case, Check, absolute, relative
+from contiga_validation.engine.arrays import FloatArray
+from contiga_validation.engine.drawing import INK, LINES
+
+DENSITY = 2.5
+EXACT = 1e-12
+GROUP = "Mass properties"
+
+
+def box(a: float, b: float, c: float) -> cg.Body:
+    """A box about the origin, six faces."""
+    corners = {key: 0.5 * np.array([a, b, c]) * key for key in product((-1.0, 1.0), repeat=3)}
+    faces = []
+    for k, side in product(range(3), (-1.0, 1.0)):
+        i, j = [(1, 2), (2, 0), (0, 1)][k]
+        ring = []
+        for u, v in ((-1.0, -1.0), (side, -side), (-side, side), (1.0, 1.0)):
+            key = [0.0, 0.0, 0.0]
+            key[k], key[i], key[j] = side, u, v
+            ring.append(corners[tuple(key)])
+        faces.append(cg.shapes.bilinear(*ring))
+    return cg.Body(faces)
+
+
+def cone(radius: float, height: float) -> cg.Body:
+    """A cone with its base in z = 0 and its apex above."""
+    outline = cg.shapes.line((radius, 0.0, 0.0), (0.0, 0.0, height))
+    base = cg.shapes.line((0.0, 0.0, 0.0), (radius, 0.0, 0.0))
+    return cg.Body([cg.shapes.revolved(outline), cg.shapes.revolved(base)])
+
+
+def hollow_ball(outer: float, void: float, off: float) -> cg.Body:
+    """A ball with a ball taken out of it, off its centre along x."""
+    inner = cg.shapes.sphere(radius=void, centre=(off, 0.0, 0.0))
+    return cg.Body([cg.shapes.sphere(radius=outer), inner.flipped()])
+
+
+def _answer(body: cg.Body, volume: float, centre: FloatArray, inertia: FloatArray) -> Answer:
+    """All ten numbers of a body; inertia of unit density, about the centre."""
+    found = body.mass_properties(DENSITY)
+    size = float(np.ptp(body.bounds(), axis=0).max())
+    truth = DENSITY * inertia
+    miss = np.abs(found.inertia - truth).max() / np.abs(truth).max()
+    checks: tuple[Check, ...] = (
+        relative("mass", found.mass, DENSITY * volume, EXACT),
+        absolute("centre, by the size", np.abs(found.centre - centre).max() / size, 0.0, EXACT),
+        *(
+            relative(f"I{axis}{axis}", found.inertia[k, k], truth[k, k], EXACT)
+            for k, axis in enumerate("xyz")
+        ),
+        absolute("inertia, all entries", miss, 0.0, EXACT),
+    )
+    return Answer(checks, _outline(body, found.centre))
+
+
+def _outline(body: cg.Body, centre: FloatArray) -> Callable[..., None]:
+    def draw(figure: object) -> None:
+        axes = figure.subplots(subplot_kw={"projection": "3d"})  # type: ignore[attr-defined]
+        mesh = body.tessellate(0.002 * body.size)
+        axes.plot_trisurf(
+            *mesh.vertices.T, triangles=mesh.triangles, color=LINES[0], alpha=0.25, lw=0.05,
+            edgecolor=INK,
+        )  # fmt: skip
+        axes.plot(*centre[:, None], "o", color=LINES[1], label="centre of mass")
+        axes.set_box_aspect(np.ptp(body.bounds(), axis=0))
+        axes.legend()
+
+    return draw
+
+
+def _box() -> Answer:
+    a, b, c = 3.0, 2.0, 1.2
+    V = a * b * c
+    I = V / 12.0 * np.diag([b * b + c * c, a * a + c * c, a * a + b * b])
+    return _answer(box(a, b, c), V, np.zeros(3), I)
+
+
+def _torus() -> Answer:
+    R, r = 3.0, 1.0
+    V = 2.0 * math.pi**2 * R * r * r
+    across = R * R / 2.0 + 5.0 * r * r / 8.0
+    I = V * np.diag([across, across, R * R + 0.75 * r * r])
+    return _answer(cg.Body(cg.shapes.torus(major=R, minor=r)), V, np.zeros(3), I)
+
+
+def _cone() -> Answer:
+    r, h = 1.5, 2.0
+    V = math.pi * r * r * h / 3.0
+    across = 3.0 / 20.0 * r * r + 3.0 / 80.0 * h * h
+    return _answer(
+        cone(r, h), V, np.array([0.0, 0.0, h / 4.0]), V * np.diag([across, across, 0.3 * r * r])
+    )
+
+
+def _hollow() -> Answer:
+    R, r, e = 2.0, 0.7, 1.0
+    outer, void = (4.0 / 3.0 * math.pi * s**3 for s in (R, r))
+    V = outer - void
+    x = -void * e / V
+    I = (0.4 * outer * R * R - 0.4 * void * r * r) * np.eye(3)
+    across = np.diag([0.0, 1.0, 1.0])
+    I += (outer * x * x - void * (e - x) ** 2) * across
+    return _answer(hollow_ball(R, r, e), V, np.array([x, 0.0, 0.0]), I)
+
+
+_HOW = "Gauss's rule on the exact faces, by the divergence theorem; all ten numbers."
+CASES = (
+    Case("mass-box", GROUP, "Box", "m = ρ a b c, I_xx = m (b² + c²)/12", _HOW, _box),
+    Case(
+        "mass-torus",
+        GROUP,
+        "Torus",
+        "m = 2 π² ρ R r², I_zz = m (R² + 3 r²/4), I_xx = m (R²/2 + 5 r²/8)",
+        _HOW,
+        _torus,
+    ),
+    Case(
+        "mass-cone",
+        GROUP,
+        "Cone",
+        "m = ρ π r² h/3, z = h/4, I_zz = 3 m r²/10, I_xx = m (3 r²/20 + 3 h²/80)",
+        _HOW,
+        _cone,
+    ),
+    Case(
+        "mass-void",
+        GROUP,
+        "Ball with a void off its centre",
+        "m = ρ 4 π (R³ − r³)/3, x = −r³ e/(R³ − r³), inertia by the parallel axes",
+        _HOW,
+        _hollow,
+    ),
+)

@@ -1,0 +1,61 @@
+"""Pictures of the cases: what was measured on the curve of the formula."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from contiga_validation.engine.arrays import FloatArray
+from contiga_validation.engine.drawing import LINES, MUTED
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Drawing = Callable[["Figure"], None]
+Curve = tuple[str, FloatArray, FloatArray]
+"""What it is, abscissae and values."""
+_DOTS = 40
+
+
+def compared(
+    axes_names: tuple[str, str], exact: Sequence[Curve], measured: Sequence[Curve]
+) -> Drawing:
+    """Lines of formulas, and dots of runs on them."""
+
+    def draw(figure: Figure) -> None:
+        axes = figure.subplots()
+        fill(axes, axes_names, exact, measured)
+
+    return draw
+
+
+def fill(
+    axes: Axes, names: tuple[str, str], exact: Sequence[Curve], measured: Sequence[Curve]
+) -> None:
+    """Draw into axes that are there."""
+    for k, (label, x, y) in enumerate(exact):
+        axes.plot(x, y, color=LINES[k % len(LINES)], lw=1.3, label=label)
+    for k, (label, x, y) in enumerate(measured):
+        every = max(1, len(x) // _DOTS)
+        axes.plot(
+            x[::every], y[::every], "o", ms=3.4, mfc="white", mew=1.0,
+            color=LINES[k % len(LINES)], label=label,
+        )  # fmt: skip
+    axes.set(xlabel=names[0], ylabel=names[1])
+    axes.axhline(0.0, color=MUTED, lw=0.5)
+    if exact or measured:
+        axes.legend()
+
+
+def errors_over(axes_names: tuple[str, str], curves: Sequence[Curve]) -> Drawing:
+    """Errors over time, each a line."""
+
+    def draw(figure: Figure) -> None:
+        axes = figure.subplots()
+        for k, (label, x, y) in enumerate(curves):
+            axes.plot(x, y, color=LINES[k % len(LINES)], lw=0.9, label=label)
+        axes.set(xlabel=axes_names[0], ylabel=axes_names[1])
+        axes.legend()
+
+    return draw

@@ -1,0 +1,23 @@
+"""Every case of the closed forms holds: each number, and the order of convergence."""
+
+from __future__ import annotations
+
+import pytest
+
+from contiga_validation.closed_forms.case import Case
+from contiga_validation.closed_forms.catalogue import cases
+from contiga_validation.closed_forms.page import SIZE
+from contiga_validation.engine.drawing import png
+from contiga_validation.engine.experiment import Picture
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", cases(), ids=lambda case: case.key)
+def test_case_holds(case: Case) -> None:
+    answer = case.run()
+    assert answer.checks
+    broken = [f"{c.what}: {c.measured} {c.expected}" for c in answer.checks if not c.holds]
+    assert broken == []
+    if answer.order is not None:
+        assert answer.order.holds, answer.order
+    assert len(png(Picture(case.key, case.title, answer.draw, SIZE))) > 5000
