@@ -17,6 +17,7 @@ from contiga.dynamics.stepping import AutoSteps
 from contiga.errors import RunError
 from contiga.num.ordered import length
 from contiga.num.rigid_lanes import FORCE, MASS
+from contiga.records import ContactStatus
 from contiga.simulation.clock import Clock
 from contiga.simulation.critical import Limit, limit_of
 from contiga.simulation.model import Model
@@ -31,6 +32,8 @@ DAMPED = 0.25
 """A decay γ counts as a vibration of so much of it: it has no phase to be right."""
 LOST = 2e-6
 """Part of the largest energy so far that a step may leave nowhere."""
+JUMPS = 0.2
+"""Weight of work that may be missing, or too much, as chance has it."""
 GROWTH = 1.5
 COARSER = 2.0
 """A step that ends where one so much shorter would be taken is too long: it met something stiff."""
@@ -156,4 +159,21 @@ def _missing(model: Model, last: SystemState, state: SystemState) -> float:
     for k, one in enumerate(model.mechanism.fixed):
         a, b = (rows[k, FORCE : FORCE + 3] for rows in (last.rigid, state.rigid))
         owed += float((b * b - a * a).sum()) * state.step * state.step / (8.0 * one[MASS])
-    return abs(state.energy.error - last.energy.error + owed)
+    return abs(state.energy.error - last.energy.error + owed) + JUMPS * _jumped(last, state)
+
+
+def _jumped(last: SystemState, state: SystemState) -> float:
+    """Work that may or may not have been done by damping that set in within the step.
+
+    A damping force is there at once when a point comes in at a speed. The step counts half of its
+    work over the whole step, wherever in it that was; of many points the errors are independent.
+    """
+    squares = 0.0
+    for name, now in state.contacts.items():
+        if len(now.damping) == 0:
+            continue
+        rows = np.flatnonzero((now.status == ContactStatus.NEW) & (now.damping != 0.0))
+        way = now.points_B[rows] - last.contacts[name].points_B[rows]
+        work = 0.5 * now.damping[rows] * (way * now.normal_B[rows]).sum(axis=1)
+        squares += float((work * work).sum())
+    return math.sqrt(squares)
