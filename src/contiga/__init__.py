@@ -43,6 +43,7 @@ _HOME = {
     "Load": "contiga.dynamics.loads",
     "Spring": "contiga.dynamics.springs",
     "Simulation": "contiga.simulation.simulation",
+    "Sensor": "contiga.simulation.sensor",
     "SystemState": "contiga.simulation.system_state",
     "Result": "contiga.simulation.result",
     "Case": "contiga.case.schema",
@@ -128,6 +129,7 @@ if TYPE_CHECKING:
     from contiga.report.view import View as View
     from contiga.simulation.clock import Clock as Clock
     from contiga.simulation.result import Result as Result
+    from contiga.simulation.sensor import Sensor as Sensor
     from contiga.simulation.simulation import Simulation as Simulation
     from contiga.simulation.system_state import SystemState as SystemState
     from contiga.slaves.slave import Slave as Slave

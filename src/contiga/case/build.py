@@ -19,12 +19,16 @@ from contiga.case.contact_spec import (
     FacetAreaSpec,
     HullAreaSpec,
 )
-from contiga.case.motion_spec import SeriesSpec
+from contiga.case.motion_spec import AttachedSpec, FreeSpec, RigidMotionSpec, SeriesSpec
 from contiga.case.problems import relocated
+from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.schema import BodySpec, Case, SlaveSpec
 from contiga.case.toml import resolved_toml
 from contiga.contact.contact import Contact
-from contiga.dynamics.prescribed import Moved, SlaveMotion
+from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.prescribed import BodyMotion, Moved, SlaveMotion
+from contiga.dynamics.pulses import check_covers
+from contiga.dynamics.springs import Spring
 from contiga.errors import CaseError, InputError
 from contiga.io.mesh.series import MeshSeries, find_files
 from contiga.io.units import length_factor
@@ -58,7 +62,7 @@ def build(case: Case) -> Simulation:
     for i, body_spec in enumerate(case.body):
         with _at(case, f"body[{i}].geometry"):
             body = _body(body_spec, case.units.length)
-        bodies[body_spec.name] = BodyPart(body, body_spec.motion.motion)
+        bodies[body_spec.name] = BodyPart(body, _body_motion(case, i, body))
     slaves = {}
     for i, slave_spec in enumerate(case.slave):
         with _at(case, f"slave[{i}].points"):
@@ -66,6 +70,11 @@ def build(case: Case) -> Simulation:
         with _at(case, f"slave[{i}].motion"):
             slaves[slave_spec.name] = SlavePart(slave, _slave_motion(slave_spec, slave, case))
     return Simulation(
+        gravity=case.world.gravity,
+        allow_unstable=case.time.allow_unstable,
+        loads=[spec.load for spec in case.load],
+        springs=_springs(case),
+        sensors=[spec.sensor for spec in case.sensor],
         title=case.title,
         units=(case.units.length, case.units.mass, case.units.time),
         stepping=case.time.stepping(),
@@ -143,6 +152,46 @@ def _body(spec: BodySpec, unit: str) -> Master:
     return body if spec.reference_point is None else body.about(spec.reference_point)
 
 
+def _body_motion(case: Case, i: int, body: Master) -> BodyMotion | Free | Attached:
+    """How a body moves, with its mass where forces move it."""
+    spec = case.body[i]
+    motion, mass = spec.motion, None
+    if isinstance(motion, FreeSpec | AttachedSpec) and spec.mass is not None:
+        with _at(case, f"body[{i}].mass"):
+            mass = spec.mass.properties(body)
+    if isinstance(motion, AttachedSpec):
+        return Attached(motion.body, mass)
+    with _at(case, f"body[{i}].motion"):
+        if isinstance(motion, FreeSpec):
+            return motion.moved(mass)
+        return _prescribed(motion, case)
+
+
+def _prescribed(spec: RigidMotionSpec | VelocitySpec | AccelerationSpec, case: Case) -> BodyMotion:
+    """A motion that is told beforehand, in the units of the case."""
+    if isinstance(spec, VelocitySpec | AccelerationSpec):
+        motion = spec.motion_in((case.units.length, case.units.mass, case.units.time))
+        check_covers(motion.span, case.time.start, case.time.end, "table")
+        return motion
+    return spec.motion
+
+
+def _springs(case: Case) -> dict[str, Spring]:
+    """Springs by name: their own, or that of the bodies they are between."""
+    springs: dict[str, Spring] = {}
+    for i, spec in enumerate(case.spring):
+        name = spec.name or "-".join(spec.between)
+        with _at(case, f"spring[{i}].name"):
+            if name in springs:
+                raise CaseError(
+                    "another spring is called so",
+                    found=name,
+                    remedy="Give each spring a name of its own",
+                )
+        springs[name] = spec.spring
+    return springs
+
+
 def _slave(spec: SlaveSpec, unit: str) -> Slave:
     """The slave under its name in the case, with the nodal values the case gives it."""
     slave = spec.points.slave(spec.name, unit)
@@ -164,10 +213,14 @@ def _slave(spec: SlaveSpec, unit: str) -> Slave:
     )
 
 
-def _slave_motion(spec: SlaveSpec, slave: Slave, case: Case) -> SlaveMotion:
+def _slave_motion(spec: SlaveSpec, slave: Slave, case: Case) -> SlaveMotion | Free | Attached:
     motion = spec.motion
+    if isinstance(motion, FreeSpec):
+        return motion.moved(None)
+    if isinstance(motion, AttachedSpec):
+        return Attached(motion.body)
     if not isinstance(motion, SeriesSpec):
-        return Moved(slave.points, motion.motion)
+        return Moved(slave.points, _prescribed(motion, case))
     series = _series(motion, case)
     count = len(series.points(case.time.start))
     if count != len(slave):

@@ -4,26 +4,27 @@ from __future__ import annotations
 
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.schema import Case
+from contiga.dynamics.stepping import EqualSteps
 
 
 def describe(case: Case) -> list[tuple[str, str]]:
     """Rows (what, how) for a person to read before a run. Nothing is built and no mesh read."""
     from contiga.io.units import derived_units
 
-    units, steps = case.units, case.time.stepping()
+    units = case.units
     derived = derived_units(units.length, units.mass, units.time)
     rows = [
         ("title", case.title),
         ("units", f"{units.length}, {units.mass}, {units.time}"),
         ("derived units", f"force {derived['force']}, stress {derived['stress']}"),
-        (
-            "time",
-            f"{steps.start:g} to {steps.end:g} {units.time} in {steps.count} steps "
-            f"of {case.time.step:g}",
-        ),
+        ("time", _times(case)),
     ]
+    if any(case.world.gravity):
+        rows.append(("gravity", f"{case.world.gravity} {units.length}/{units.time}²"))
     for body in case.body:
         rows.append((f"body {body.name}", _placed(body.geometry.describe(), body.geometry)))
+        if body.mass is not None:
+            rows.append(("  mass", body.mass.describe()))
         rows.append(("  motion", body.motion.describe()))
     for slave in case.slave:
         rows.append((f"slave {slave.name}", _placed(slave.points.describe(), slave.points)))
@@ -33,10 +34,24 @@ def describe(case: Case) -> list[tuple[str, str]]:
             rows.append(("  every node", ", ".join(given)))
     for contact in case.contact:
         rows += _contact(contact)
+    for k, load in enumerate(case.load):
+        rows.append((f"load {k}", load.describe()))
+    for spring in case.spring:
+        rows.append((f"spring {spring.name or '-'.join(spring.between)}", spring.describe()))
+    for sensor in case.sensor:
+        rows.append((f"sensor {sensor.name}", sensor.describe()))
     output = case.output
     kinds = [*output.formats, *(["report"] if output.report else [])]
     rows.append(("output", f"{', '.join(kinds) or 'none'}; fields every {output.every} steps"))
     return rows
+
+
+def _times(case: Case) -> str:
+    steps, unit = case.time.stepping(), case.units.time
+    span = f"{steps.start:g} to {steps.end:g} {unit}"
+    if isinstance(steps, EqualSteps):
+        return f"{span} in {steps.count} steps of {steps.step:g}"
+    return f"{span} in steps that choose themselves, at most {steps.most:g}"
 
 
 def description(case: Case) -> str:

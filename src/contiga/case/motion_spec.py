@@ -7,18 +7,22 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.spec import (
     Axis,
     ExistingFile,
     FilePattern,
     LengthUnit,
+    Name,
     Positive,
     Spec,
     Vector,
     by_kind,
 )
+from contiga.dynamics.free import Free
 from contiga.dynamics.prescribed import BodyMotion, Combine, Fixed, Poses, Rotate, Translate
 from contiga.errors import CaseError
+from contiga.records import MassProperties
 
 Table = list[list[float]]
 
@@ -159,13 +163,57 @@ class SeriesSpec(Spec):
         return f"points from the files {self.files}, {when}{carried}"
 
 
+class FreeSpec(Spec):
+    """`{ kind = "free", velocity, spin, hold }`: moved by the forces on it.
+
+    A body needs its `mass`, a slave's nodes theirs.
+    """
+
+    kind: Literal["free"] = "free"
+    velocity: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Of the centre of mass, or of all nodes, at the start."""
+    spin: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Radians a time, world axes, at the start; bodies only."""
+    hold: list[str] = Field(default_factory=list)
+    """Of x, y, z, rx, ry, rz: world directions it may not move in, axes it may not turn about."""
+
+    @model_validator(mode="after")
+    def _motion_is_possible(self) -> Self:
+        assert self.moved(None) is not None
+        return self
+
+    def moved(self, mass: float | MassProperties | None) -> Free:
+        """The motion of a body or of nodes with a mass."""
+        return Free(mass, velocity=self.velocity, spin=self.spin, hold=self.hold)
+
+    def describe(self) -> str:
+        """In words."""
+        spin = f", spin {self.spin}" if any(self.spin) else ""
+        held = f", {', '.join(self.hold)} held" if self.hold else ""
+        return f"free, velocity {self.velocity} at the start{spin}{held}"
+
+
+class AttachedSpec(Spec):
+    """`{ kind = "attached", body = "…" }`: fixed to a body, which feels its forces."""
+
+    kind: Literal["attached"] = "attached"
+    body: Name
+
+    def describe(self) -> str:
+        """In words."""
+        return f"attached to {self.body}"
+
+
 if TYPE_CHECKING:
     RigidMotionSpec = FixedSpec | TranslateSpec | RotateSpec | PosesSpec | CombineSpec
-    SlaveMotionSpec = RigidMotionSpec | SeriesSpec
+    BodyMotionSpec = RigidMotionSpec | VelocitySpec | AccelerationSpec | FreeSpec | AttachedSpec
+    SlaveMotionSpec = BodyMotionSpec | SeriesSpec
 else:
     _RIGID = (FixedSpec, TranslateSpec, RotateSpec, PosesSpec, CombineSpec)
+    _BODY = (*_RIGID, VelocitySpec, AccelerationSpec, FreeSpec, AttachedSpec)
     RigidMotionSpec = by_kind(*_RIGID)
-    SlaveMotionSpec = by_kind(*_RIGID, SeriesSpec)
+    BodyMotionSpec = by_kind(*_BODY)
+    SlaveMotionSpec = by_kind(*_BODY, SeriesSpec)
 
 CombineSpec.model_rebuild()
 SeriesSpec.model_rebuild()

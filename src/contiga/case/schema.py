@@ -8,16 +8,26 @@ from __future__ import annotations
 
 import tomllib
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.geometry_spec import GeometrySpec
-from contiga.case.motion_spec import FixedSpec, RigidMotionSpec, SlaveMotionSpec
+from contiga.case.load_spec import LoadSpec
+from contiga.case.mass_spec import MassSpec
+from contiga.case.motion_spec import (
+    AttachedSpec,
+    BodyMotionSpec,
+    FixedSpec,
+    FreeSpec,
+    SlaveMotionSpec,
+)
 from contiga.case.points_spec import PointsSpec
 from contiga.case.problems import case_error
+from contiga.case.sensor_spec import SensorSpec
 from contiga.case.spec import (
     Count,
     LengthUnit,
@@ -30,11 +40,26 @@ from contiga.case.spec import (
     Vector,
     suggest,
 )
-from contiga.dynamics.stepping import EqualSteps
+from contiga.case.spring_spec import SpringSpec
+from contiga.dynamics.stepping import AutoSteps, EqualSteps
 from contiga.errors import CaseError, FileError
+from contiga.simulation.mechanism import GROUND
 
 # Bytes; the parser takes about a second and ten times the memory for each million.
 _LARGEST_CASE = 32 * 1024**2
+
+
+def _number_or_auto(value: Any) -> Any:
+    if value == "auto" or (isinstance(value, int | float) and not isinstance(value, bool)):
+        if value != "auto" and not value > 0.0:
+            raise CaseError("must be above zero", found=value, allowed='a number > 0, or "auto"')
+        return value
+    raise CaseError(
+        "is no step",
+        found=value,
+        allowed='a number > 0, or "auto"',
+        remedy=suggest(value, ["auto"]),
+    )
 
 
 class UnitsSpec(Spec):
@@ -50,16 +75,34 @@ class TimeSpec(Spec):
 
     start: float = 0.0
     end: float
-    step: Positive
+    step: Annotated[float | str, BeforeValidator(_number_or_auto)]
+    """A number, or "auto": as long as contacts, springs and turns allow."""
+    safety: Positive = 0.9
+    """Share of the critical step that "auto" takes at most."""
+    largest: Positive | None = None
+    """Of the steps that "auto" takes; a two hundredth of the time if omitted."""
+    allow_unstable: bool = False
+    """Lets a step pass that is longer than the critical one."""
 
     @model_validator(mode="after")
     def _time_goes_forward(self) -> Self:
+        if self.step != "auto" and self.largest is not None:
+            raise CaseError('is for step = "auto"', where="largest", found=self.largest)
         self.stepping()
         return self
 
-    def stepping(self) -> EqualSteps:
+    def stepping(self) -> EqualSteps | AutoSteps:
         """The times of the run."""
+        if isinstance(self.step, str):
+            return AutoSteps(self.start, self.end, self.safety, self.largest or 0.0)
         return EqualSteps(self.start, self.end, self.step)
+
+
+class WorldSpec(Spec):
+    """`[world]`: what acts everywhere."""
+
+    gravity: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Acceleration of free bodies and nodes, in the units of the case."""
 
 
 class BodySpec(Spec):
@@ -67,7 +110,9 @@ class BodySpec(Spec):
 
     name: Name
     geometry: GeometrySpec
-    motion: RigidMotionSpec = Field(default_factory=FixedSpec)
+    mass: MassSpec | None = None
+    """Of a free body, or of one attached to it; of others it does nothing."""
+    motion: BodyMotionSpec = Field(default_factory=FixedSpec)
     reference_point: Vector | None = None
     """Point of the placed body the moments are taken about; its geometry's origin if omitted."""
 
@@ -116,6 +161,10 @@ class Case(Spec):
     body: Annotated[list[BodySpec], Field(min_length=1)]
     slave: Annotated[list[SlaveSpec], Field(min_length=1)]
     contact: Annotated[list[ContactSpec], Field(min_length=1)]
+    world: WorldSpec = Field(default_factory=WorldSpec)
+    load: list[LoadSpec] = Field(default_factory=list)
+    spring: list[SpringSpec] = Field(default_factory=list)
+    sensor: list[SensorSpec] = Field(default_factory=list)
     output: OutputSpec = Field(default_factory=OutputSpec)
 
     _file: Path = PrivateAttr(default=Path("case.toml"))
@@ -142,6 +191,41 @@ class Case(Spec):
                     found=slave.name,
                 )
         return self
+
+    @model_validator(mode="after")
+    def _movers_name_what_is_there(self) -> Self:
+        bodies = [body.name for body in self.body]
+        slaves = [slave.name for slave in self.slave]
+        for where, name in self._named_bodies():
+            _check_defined(where, name, "body", bodies, slaves)
+        for i, body in enumerate(self.body):
+            if body.name == GROUND:
+                raise CaseError(
+                    "is what springs call the world", where=f"body[{i}].name", found=GROUND
+                )
+            if isinstance(body.motion, FreeSpec) and body.mass is None:
+                raise CaseError(
+                    "is missing: a free body needs its mass",
+                    where=f"body[{i}].mass",
+                    allowed="{ density = … } of a closed body, or { total = …, centre, inertia }",
+                )
+        return self
+
+    def _named_bodies(self) -> Iterator[tuple[str, str]]:
+        """Keys that name a body to be moved, pulled or watched, and the names."""
+        moved = [
+            *((f"body[{i}]", body.motion) for i, body in enumerate(self.body)),
+            *((f"slave[{i}]", slave.motion) for i, slave in enumerate(self.slave)),
+        ]
+        for where, motion in moved:
+            if isinstance(motion, AttachedSpec):
+                yield f"{where}.motion.body", motion.body
+        yield from ((f"load[{i}].body", load.body) for i, load in enumerate(self.load))
+        yield from ((f"sensor[{i}].body", one.body) for i, one in enumerate(self.sensor))
+        for i, spring in enumerate(self.spring):
+            for k, end in enumerate(spring.between):
+                if end != GROUND:
+                    yield f"spring[{i}].between[{k}]", end
 
     @model_validator(mode="after")
     def _contacts_name_what_is_there(self) -> Self:

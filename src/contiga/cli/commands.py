@@ -145,12 +145,30 @@ def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path
             at = int(np.nanargmax(force))
             label = f"{contact}: " if contact else ""
             print(f"{label}peak force {number(float(force[at]))} at t = {history['time'][at]:g}")
+    _print_energy(summary)
     for text in summary.get("notes") or []:
         print(f"note: {text}")
     for text in summary.get("warnings") or []:
         print(f"warning: {text}")
     page = folder / "report.html"
     print(f"report: {page}" if page.is_file() else f"output: {folder}")
+
+
+def _print_energy(summary: dict[str, Any]) -> None:
+    """How the energy of what forces move closes, and the criteria of sensors."""
+    from contiga.io.units import derived_units
+    from contiga.report.style import number
+
+    energy, units = summary.get("energy") or {}, summary.get("units") or {}
+    if energy:
+        named = [units.get(key, "") for key in ("length", "mass", "time")]
+        unit = derived_units(*named)["energy"] if all(named) else ""
+        share = f"{100.0 * energy['relative']:.2g} %"
+        print(f"energy: {share} of {number(energy['most'])} {unit} is nowhere at most".rstrip())
+    for name, sensor in (summary.get("sensors") or {}).items():
+        for criterion, found in sensor["criteria"].items():
+            span = f"t = {number(found['start'])} to {number(found['end'])}"
+            print(f"{name}: {criterion} {number(found['value'])}, {span}")
 
 
 @app.command()

@@ -101,11 +101,20 @@ class Attached:
     Parameters
     ----------
     body : its name
+    mass : of a body that is attached, in the axes of both: a free body carries it as its own
     """
 
     body: str
+    mass: MassProperties | None = None
 
     def __post_init__(self) -> None:
+        if not isinstance(self.mass, MassProperties | None):
+            raise InputError(
+                "must be mass properties",
+                where="Attached(mass)",
+                found=type(self.mass).__name__,
+                allowed="MassProperties, as body.mass_properties(density) answers",
+            )
         if not isinstance(self.body, str) or not self.body:
             raise InputError("must be the name of a body", where="Attached(body)", found=self.body)
 

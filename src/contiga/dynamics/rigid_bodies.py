@@ -10,8 +10,9 @@ from contiga.dynamics import lanes
 from contiga.dynamics.free import HOLDS, Free
 from contiga.dynamics.kernels import rigid_body_nb
 from contiga.errors import InputError
+from contiga.num.inertia import combined
 from contiga.num.ordered import principal_axes, product
-from contiga.records import FloatArray
+from contiga.records import FloatArray, MassProperties
 
 
 class Placed(NamedTuple):
@@ -23,6 +24,29 @@ class Placed(NamedTuple):
     """(b, 4, 4) X_WB of their frames."""
     twists: FloatArray
     """(b, 6) velocity of the frames' origins and spin, world axes."""
+
+
+def with_attached(name: str, motion: Free, attached: list[MassProperties]) -> Free:
+    """A free body as it moves with the masses that are attached to it.
+
+    Raises
+    ------
+    InputError
+        It has no inertia, though what is attached has.
+    """
+    if not attached:
+        return motion
+    if motion.inertia is None or motion.mass is None or np.ndim(motion.mass) != 0:
+        raise InputError(
+            "a free body that carries other masses needs mass and inertia",
+            where=f"bodies[{name!r}]: motion",
+            allowed="Free(mass=…, inertia=…, centre=…), or Free(body.mass_properties(density))",
+        )
+    centre = np.zeros(3) if motion.centre is None else motion.centre
+    own = MassProperties(float(motion.mass), centre, motion.inertia)
+    return Free(
+        combined([own, *attached]), velocity=motion.velocity, spin=motion.spin, hold=motion.hold
+    )
 
 
 def fixed_of(name: str, motion: Free) -> FloatArray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -59,6 +61,24 @@ def check_inertia(inertia: ArrayLike, where: str) -> FloatArray:
             remedy="Entries off the diagonal are those of the tensor: Ixy is -∫ x y dm",
         )
     return tensor
+
+
+def combined(parts: Sequence[MassProperties]) -> MassProperties:
+    """One rigid body of several, all in the same axes.
+
+    >>> one = MassProperties(1.0, np.array([1.0, 0.0, 0.0]), np.eye(3))
+    >>> both = combined([one, one._replace(centre=-one.centre)])
+    >>> both.mass, both.centre.tolist(), both.inertia.diagonal().tolist()
+    (2.0, [0.0, 0.0, 0.0], [2.0, 4.0, 4.0])
+    """
+    mass = sum(part.mass for part in parts)
+    centre = np.sum([part.mass * part.centre for part in parts], axis=0) / mass
+    inertia = np.zeros((3, 3))
+    for part in parts:
+        arm = part.centre - centre
+        steiner = (arm * arm).sum() * np.eye(3) - np.multiply.outer(arm, arm)
+        inertia += part.inertia + part.mass * steiner
+    return MassProperties(mass, centre, inertia)
 
 
 def _symmetric(inertia: ArrayLike, where: str) -> FloatArray:

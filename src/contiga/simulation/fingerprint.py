@@ -40,7 +40,7 @@ def fingerprint_of(model: Model) -> str:
     digest.text(repr((model.output.every, tuple(model.output.formats))))
     digest.arrays("gravity", model.gravity)
     digest.text(repr((type(model.stepping).__name__, model.allow_unstable)))
-    digest.thing([dict(model.springs), model.loads])
+    digest.thing([dict(model.springs), model.loads, model.sensors])
     for name, part in model.bodies.items():
         digest.text(f"motion of {name}")
         if isinstance(part.motion, Free | Attached):

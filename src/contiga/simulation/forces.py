@@ -10,6 +10,7 @@ from contiga.contact.state import State
 from contiga.dynamics.lanes import CENTRE, MASS
 from contiga.dynamics.loads import Load
 from contiga.dynamics.springs import SpringState
+from contiga.num.ordered import product
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
 from contiga.simulation.place import Standing
@@ -44,11 +45,13 @@ def point_of(pose: FloatArray, origin: FloatArray, at: FloatArray) -> FloatArray
     return pose[:3, 0] * own[0] + pose[:3, 1] * own[1] + pose[:3, 2] * own[2] + pose[:3, 3]
 
 
-def loaded(load: Load, pose: FloatArray, time: float) -> tuple[FloatArray, FloatArray]:
-    """Force and moment of a load, world axes."""
+def loaded(
+    load: Load, pose: FloatArray, origin: FloatArray, time: float
+) -> tuple[FloatArray, FloatArray]:
+    """Force and moment of a load on a body, whose frame stood at `origin` first; world axes."""
     force, moment = load.force_at(time), load.moment_at(time)
     if load.follow:
-        R = pose[:3, :3]
+        R = product(pose[:3, :3], origin[:3, :3].T)
         force, moment = (R[:, 0] * v[0] + R[:, 1] * v[1] + R[:, 2] * v[2] for v in (force, moment))
     return force, moment
 
@@ -96,7 +99,7 @@ def wrenches(
                 _add(total[end], sign * pull, spring.ends[k] - poses[end, :3, 3])
     for load in system.loads:
         i = int(system.root[system.index[load.body]])
-        force, moment = loaded(load, poses[i], time)
+        force, moment = loaded(load, poses[i], model.origins[i], time)
         _add(total[i], force, load_point(model, load, i, standing) - poses[i, :3, 3], moment)
     if model.gravity.any():
         for i, k in system.row.items():

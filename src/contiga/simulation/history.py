@@ -9,6 +9,7 @@ from contiga.dynamics import lanes
 from contiga.num.ordered import length
 from contiga.records import ContactStatus
 from contiga.simulation.model import Model
+from contiga.simulation.sensors import sensor_columns
 from contiga.simulation.step import Stepped
 from contiga.simulation.system_state import SystemState
 
@@ -33,10 +34,13 @@ _OF_BODIES = (
 )
 
 
-def history_row(model: Model, stepped: Stepped, *, measured: bool) -> dict[str, float]:
+def history_row(
+    model: Model, stepped: Stepped, last: SystemState | None, *, measured: bool
+) -> dict[str, float]:
     """One row of the history; columns carry the contact's name where there are several.
 
-    Contact areas are measured where `measured` is said; else they are NaN.
+    `last` is the state before the step, None at the start. Contact areas are measured where
+    `measured` is said; else they are NaN.
     """
     row: dict[str, float] = {"time": stepped.state.time}
     for contact, prefix in _prefixes(model).items():
@@ -44,6 +48,7 @@ def history_row(model: Model, stepped: Stepped, *, measured: bool) -> dict[str, 
             stepped.state.contacts[contact], stepped.walls[contact], measured=measured
         )
         row |= {prefix + name: value for name, value in columns.items()}
+    row |= sensor_columns(model, stepped.state, last)
     if model.mechanism.moved:
         row |= _body_columns(model, stepped.state) | _system_columns(stepped.state)
     return row

@@ -104,7 +104,9 @@ def _by_loads(model: Model, last: SystemState, standing: Standing, time: float) 
             continue
         poses = last.bodies.poses[i], standing.bodies.poses[i]
         force, moment = zip(
-            loaded(load, poses[0], last.time), loaded(load, poses[1], time), strict=True
+            loaded(load, poses[0], model.origins[i], last.time),
+            loaded(load, poses[1], model.origins[i], time),
+            strict=True,
         )
         way = load_point(model, load, i, standing) - load_point(model, load, i, before)
         work += 0.5 * float(((force[0] + force[1]) * way).sum())

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from contiga.dynamics.free import Attached, Free
 from contiga.dynamics.lanes import FIXED, STATE
 from contiga.dynamics.loads import Load
-from contiga.dynamics.rigid_bodies import fixed_of, row_of
+from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
 from contiga.dynamics.springs import Spring
 from contiga.errors import InputError
-from contiga.records import FloatArray
+from contiga.records import FloatArray, MassProperties
 from contiga.slaves.slave import Slave
 
 GROUND = "ground"
@@ -70,8 +70,12 @@ def mechanism_of(
     index = {name: i for i, name in enumerate(bodies)}
     root = np.array([index[_root(name, bodies)] for name in bodies], dtype=np.intp)
     names = [name for name, part in bodies.items() if isinstance(part.motion, Free)]
-    fixed = [fixed_of(name, bodies[name].motion) for name in names]
-    rows = [row_of(bodies[name].motion, one) for name, one in zip(names, fixed, strict=True)]
+    motions = [
+        with_attached(name, bodies[name].motion, _attached(index[name], root, bodies))
+        for name in names
+    ]
+    fixed = [fixed_of(name, motion) for name, motion in zip(names, motions, strict=True)]
+    rows = [row_of(motion, one) for motion, one in zip(motions, fixed, strict=True)]
     free = np.array([index[name] for name in names], dtype=np.intp)
     carried = {
         name: int(root[_host(f"slaves[{name!r}]: motion", part.motion.body, index)])
@@ -99,6 +103,12 @@ def mechanism_of(
         springs,
         loads,
     )
+
+
+def _attached(host: int, root: NDArray[np.intp], bodies: Mapping[str, Any]) -> list[MassProperties]:
+    """Masses that a body carries."""
+    motions = [part.motion for i, part in enumerate(bodies.values()) if root[i] == host != i]
+    return [motion.mass for motion in motions if motion.mass is not None]
 
 
 def _ends(

@@ -22,6 +22,7 @@ from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.shown import Facts, Shown
 from contiga.simulation.mechanism import Mechanism, mechanism_of
+from contiga.simulation.sensor import Sensor
 from contiga.slaves.slave import Slave
 
 
@@ -75,6 +76,7 @@ class Model(Shown):
     """(3,) acceleration of what is free, world axes."""
     springs: Mapping[str, Spring] = field(default_factory=dict)
     loads: tuple[Load, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
     allow_unstable: bool = False
     """Go on with a step that is longer than the critical one."""
     title: str = ""
@@ -96,6 +98,7 @@ class Model(Shown):
             _check_name("master", part.master, self.bodies)
             _check_name("slave", part.slave, self.slaves)
         check_movers(self)
+        check_sensors(self)
 
     @cached_property
     def mechanism(self) -> Mechanism:
@@ -122,14 +125,42 @@ class Model(Shown):
         ]
 
 
-def _check_name(role: str, name: str, known: Iterable[str]) -> None:
+def _check_name(role: str, name: str, known: Iterable[str], where: str = "") -> None:
     if name not in list(known):
         raise InputError(
-            f"a contact names a {role} that is not there",
-            where=f"contacts: {role}",
+            f"names a {role} that is not there",
+            where=where or f"contacts: {role}",
             found=name,
             allowed=", ".join(map(repr, known)),
         )
+
+
+def check_sensors(model: Model) -> None:
+    """Refuse sensors of bodies that are not there, of one name, or criteria without units.
+
+    Raises
+    ------
+    InputError
+        As said.
+    """
+    taken = [*model.bodies, *(part.name for part in model.contacts), "energy"]
+    for i, sensor in enumerate(model.sensors):
+        where = f"sensors[{i}]"
+        _check_name("body", sensor.body, model.bodies, f"{where}: body")
+        if not isinstance(sensor.name, str) or not sensor.name or sensor.name in taken:
+            raise InputError(
+                "must have a name of its own: columns of the history are called by it",
+                where=f"{where}: name",
+                found=sensor.name,
+                allowed="not that of a body, a contact or another sensor",
+            )
+        if (sensor.criteria or sensor.filter) and not all(model.units):
+            raise InputError(
+                "need units: g and seconds must be known",
+                where=f"{where}: {'criteria' if sensor.criteria else 'filter'}",
+                remedy='Give the simulation its units, as units=("mm", "g", "ms")',
+            )
+        taken.append(sensor.name)
 
 
 def check_movers(model: Model) -> None:
@@ -151,7 +182,13 @@ def check_movers(model: Model) -> None:
                 remedy="Attach the slave to another body",
             )
     span = model.stepping.start, model.stepping.end
-    movers = [(f"bodies[{n!r}]: motion", part.motion) for n, part in model.bodies.items()]
+    movers: list[tuple[str, object]] = [
+        (f"bodies[{name!r}]: motion", part.motion) for name, part in model.bodies.items()
+    ]
+    movers += [
+        (f"slaves[{name!r}]: motion", getattr(part.motion, "motion", None))
+        for name, part in model.slaves.items()
+    ]
     loads = [(f"loads[{i}]", load) for i, load in enumerate(model.loads)]
     for where, mover in (*movers, *loads):
         own = getattr(mover, "span", None)

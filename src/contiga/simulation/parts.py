@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from contiga.dynamics.free import Attached, Free
-from contiga.dynamics.loads import Load
 from contiga.dynamics.prescribed import Fixed, Moved
 from contiga.dynamics.springs import Spring
 from contiga.errors import InputError
 from contiga.masters.protocol import is_master
 from contiga.simulation.model import BodyPart, ContactPart, SlavePart
 from contiga.slaves.slave import Slave
+
+Part = TypeVar("Part")
 
 
 def by_name(where: str, given: Any) -> Mapping[str, Any]:
@@ -131,15 +132,15 @@ def spring_parts(given: Any) -> dict[str, Spring]:
     return dict(named)
 
 
-def load_parts(given: Any) -> tuple[Load, ...]:
-    """Loads as they were given, each checked to be one."""
-    loads = tuple(given) if isinstance(given, Sequence) else (given,)
-    for i, one in enumerate(loads):
-        if not isinstance(one, Load):
+def parts_of_kind(where: str, given: Any, kind: type[Part]) -> tuple[Part, ...]:
+    """Loads or sensors as they were given, each checked to be one."""
+    parts = tuple(given) if isinstance(given, Sequence) else (given,)
+    for i, one in enumerate(parts):
+        if not isinstance(one, kind):
             raise InputError(
-                "must be loads",
-                where=f"loads[{i}]",
+                f"must be {where}",
+                where=f"{where}[{i}]",
                 found=type(one).__name__,
-                allowed="a list of contiga.Load",
+                allowed=f"a list of contiga.{kind.__name__}",
             )
-    return loads
+    return parts

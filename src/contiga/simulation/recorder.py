@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.dynamics.stepping import AutoSteps
 from contiga.extras import require
 from contiga.io.out.files import open_folder, write_json, write_text
 from contiga.io.out.history import write_history
@@ -112,7 +113,7 @@ class Recorder:
         done, written, _, peak = self._stand
         recorded = self._is_last(state) or done % self.model.output.every == 0
         with self._clock("area"):
-            row = history_row(self.model, stepped, measured=recorded)
+            row = history_row(self.model, stepped, self.state, measured=recorded)
         peak = peak.after(state, total_force(self.model, row), done, written=recorded)
         if recorded:
             if peak.state is not None:
@@ -128,7 +129,15 @@ class Recorder:
         if perf_counter() - self._saved > CHECKPOINT_SECONDS:
             self._checkpoint()
         if self._progress is not None:
-            self._progress(self.done, self._planned, state.n_contact)
+            self._progress(self._part(state.time), self._planned, state.n_contact)
+
+    def _part(self, time: float) -> int:
+        """Steps done of those planned; of steps that choose themselves the share of the time."""
+        stepping = self.model.stepping
+        if not isinstance(stepping, AutoSteps):
+            return self.done
+        share = (time - stepping.start) / (stepping.end - stepping.start)
+        return 1 + round(share * (self._planned - 1))
 
     def _write_peak(self, state: SystemState, row: int) -> None:
         """Write the step of the greatest force, and what was not measured when it came."""
@@ -161,13 +170,13 @@ class Recorder:
         if self._fields is not None:
             self._fields.close()
 
-    def finish(self, summary: dict[str, Any]) -> None:
+    def finish(self, summary: dict[str, Any], history: dict[str, FloatArray]) -> None:
         """Write what belongs to a run that went through, under its final names."""
         if self.folder is None:
             return
         names.clear_stale(self.folder, self.model.output.formats)
         if "csv" in self.model.output.formats:
-            write_history(self.folder / names.HISTORY, self.columns())
+            write_history(self.folder / names.HISTORY, history)
         if self.model.case_text:
             write_text(self.folder / names.CASE, self.model.case_text)
         # Also there where a run was stopped after its last step and goes on from it.

@@ -10,6 +10,7 @@ from contiga.simulation.clock import Clock
 from contiga.simulation.model import Model
 from contiga.simulation.recorder import Progress, Recorder
 from contiga.simulation.result import Result
+from contiga.simulation.signals import filtered_columns
 from contiga.simulation.step import advance
 from contiga.simulation.step_size import following
 from contiga.simulation.strict import check_proved
@@ -60,6 +61,7 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
             raise
         recorder.save()
     history = recorder.columns()
+    history |= filtered_columns(model, history)
     summary = summarise(model, history, clock)
-    recorder.finish(summary)
+    recorder.finish(summary, history)
     return Result(history, recorder.folder, state, tuple(kept), summary)

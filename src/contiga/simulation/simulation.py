@@ -22,13 +22,14 @@ from contiga.simulation.parts import (
     body_part,
     by_name,
     contact_parts,
-    load_parts,
+    parts_of_kind,
     slave_part,
     spring_parts,
 )
 from contiga.simulation.recorder import Progress
 from contiga.simulation.result import Result
 from contiga.simulation.run import RunOptions, carry_out
+from contiga.simulation.sensor import Sensor
 from contiga.simulation.step import advance
 from contiga.simulation.step_size import following
 from contiga.simulation.system_state import SystemState
@@ -53,6 +54,7 @@ class Simulation(Model):
     gravity : (3,) acceleration of free bodies and nodes
     springs : `contiga.Spring`, a list or by name
     loads : a list of `contiga.Load`
+    sensors : a list of `contiga.Sensor`
     allow_unstable : go on with steps longer than the critical one
     title, units : for reports; units are the names of length, mass and time
     output : what a run writes
@@ -100,6 +102,7 @@ class Simulation(Model):
         gravity: ArrayLike = (0.0, 0.0, 0.0),
         springs: Mapping[str, Spring] | Sequence[Spring] = (),
         loads: Sequence[Load] = (),
+        sensors: Sequence[Sensor] = (),
         allow_unstable: bool = False,
         title: str = "",
         units: tuple[str, str, str] = ("", "", ""),
@@ -120,7 +123,8 @@ class Simulation(Model):
             stepping=_stepping(stepping, times, (start, end, step), safety),
             gravity=vector(gravity, "gravity"),
             springs=spring_parts(springs),
-            loads=load_parts(loads),
+            loads=parts_of_kind("loads", loads, Load),
+            sensors=parts_of_kind("sensors", sensors, Sensor),
             allow_unstable=allow_unstable,
             title=title,
             units=units,

@@ -39,7 +39,7 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
         pair = standing.slaves[part.slave], standing.bodies[part.master]
         contacts[part.name] = _touch(part, last, pair, time, clock)
         walls[part.name] = perf_counter() - begun
-    if not model.mechanism.moved:
+    if not (model.mechanism.moved or model.sensors):
         dt = 0.0 if last is None else time - last.time
         energy = contact_energy(contacts)
         state = SystemState(time, standing.bodies, standing.slaves, contacts, energy, dt)

@@ -20,6 +20,7 @@ from contiga.num.ordered import length
 from contiga.simulation.clock import Clock
 from contiga.simulation.critical import Limit, limit_of
 from contiga.simulation.model import Model
+from contiga.simulation.signals import longest_sample
 from contiga.simulation.step import Stepped, advance
 from contiga.simulation.system_state import SystemState
 
@@ -131,13 +132,13 @@ def _until(time: float, step: float, end: float) -> float:
 def _allowed(model: Model, stepping: AutoSteps, last: SystemState) -> float:
     """What stiffness and turns allow."""
     if not model.mechanism.moved:
-        return stepping.most
+        return min(stepping.most, longest_sample(model))
     limit = limit_of(model, last)
     fastest = math.sqrt(limit.bodies.square)
     for i in model.mechanism.free:
         fastest = max(fastest, length(last.bodies.twists[i, 3:]))
     followed = RESOLVED / fastest if fastest > 0.0 else math.inf
-    return min(stepping.most, stepping.safety * limit.critical, followed)
+    return min(stepping.most, longest_sample(model), stepping.safety * limit.critical, followed)
 
 
 def _missing(model: Model, last: SystemState, state: SystemState) -> float:

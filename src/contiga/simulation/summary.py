@@ -9,8 +9,10 @@ import numpy as np
 from contiga.num.threads import thread_count
 from contiga.records import ContactStatus, FloatArray
 from contiga.simulation.clock import Clock
+from contiga.simulation.energy_told import energy_summary, energy_warnings
 from contiga.simulation.history import COUNTED
 from contiga.simulation.model import Model
+from contiga.simulation.signals import sensor_summary, signal_warnings
 from contiga.version import __version__
 
 NOTED = (ContactStatus.SLID_OFF, ContactStatus.HELD, ContactStatus.THROUGH)
@@ -48,12 +50,16 @@ def summarise(
             part.name: _proved(history, f"{part.name}." if several else "")
             for part in model.contacts
         },
+        "energy": energy_summary(model, history),
+        "sensors": sensor_summary(model, history),
         "inputs": _inputs(model),
         "notes": _told(statuses, NOTED),
         "warnings": _told(statuses, WARNED)
         + _not_finite(model, history)
         + _flaws(model)
-        + _measured_weights(model, history),
+        + _measured_weights(model, history)
+        + energy_warnings(model, history)
+        + signal_warnings(model, history),
     }
 
 

@@ -1,0 +1,110 @@
+"""What sensors say at each step: how points of bodies move, and what acts on the bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.dynamics import lanes
+from contiga.dynamics.free import Attached, Free
+from contiga.num import quaternion
+from contiga.num.ordered import length, product, solve
+from contiga.records import FloatArray
+from contiga.simulation.forces import point_of
+from contiga.simulation.model import Model
+from contiga.simulation.sensor import Sensor
+from contiga.simulation.system_state import SystemState
+
+_COLUMNS = {"acceleration": "a", "velocity": "v", "displacement": "", "force": "f", "moment": "m"}
+_SUMMED = ("acceleration", "velocity", "force")
+
+
+def sensor_columns(model: Model, state: SystemState, last: SystemState | None) -> dict[str, float]:
+    """What all sensors say of `state`; `last` is the state before it."""
+    columns: dict[str, float] = {}
+    for sensor in model.sensors:
+        for measure, values in _measured(model, sensor, state, last).items():
+            letter = _COLUMNS[measure]
+            named = zip("xyz", values, strict=True)
+            columns |= {f"{sensor.name}.{letter}{axis}": float(v) for axis, v in named}
+            if measure in _SUMMED:
+                columns[f"{sensor.name}.{letter}"] = length(values)
+    return columns
+
+
+def _measured(
+    model: Model, sensor: Sensor, state: SystemState, last: SystemState | None
+) -> Mapping[str, FloatArray]:
+    """The vectors of a sensor in the axes it asks for."""
+    i = int(model.mechanism.root[model.mechanism.index[sensor.body]])
+    pose, twist = state.bodies.poses[i], state.bodies.twists[i]
+    first = _first_place(model, sensor, i)
+    place = point_of(pose, model.origins[i], first)
+    arm = place - pose[:3, 3]
+    values: dict[str, FloatArray] = {}
+    for measure in sensor.measures:
+        if measure == "acceleration":
+            linear, angular = acceleration(model, i, state, last)
+            spin = twist[3:]
+            own = linear + np.cross(angular, arm) + np.cross(spin, np.cross(spin, arm))
+        elif measure == "velocity":
+            own = twist[:3] + np.cross(twist[3:], arm)
+        elif measure == "displacement":
+            own = place - first
+        elif measure == "force":
+            own = state.wrenches[i, :3]
+        else:
+            own = state.wrenches[i, 3:] - np.cross(arm, state.wrenches[i, :3])
+        values[measure] = product(pose[:3, :3].T, own) if sensor.axes == "body" else own
+    return values
+
+
+def _first_place(model: Model, sensor: Sensor, i: int) -> FloatArray:
+    """Where the point of a sensor is at the start."""
+    if sensor.at is not None:
+        return sensor.at
+    row = model.mechanism.row.get(i)
+    if row is None:
+        return np.asarray(model.origins[i, :3, 3])
+    return np.asarray(model.mechanism.start[row, lanes.CENTRE : lanes.CENTRE + 3])
+
+
+def acceleration(
+    model: Model, i: int, state: SystemState, last: SystemState | None
+) -> tuple[FloatArray, FloatArray]:
+    """(3,) of the origin of a body's frame, and its angular one, world axes.
+
+    Of a free body from the forces on it. Of a prescribed one as its motion tells, else from the
+    change of its velocity over the step; zero at the start.
+    """
+    if i in model.mechanism.row:
+        return _of_free(model, i, state)
+    motion = list(model.bodies.values())[i].motion
+    assert not isinstance(motion, Free | Attached)
+    if hasattr(motion, "acceleration"):
+        return motion.acceleration(state.time), np.zeros(3)
+    if last is None:
+        return np.zeros(3), np.zeros(3)
+    change = (state.bodies.twists[i] - last.bodies.twists[i]) / state.step
+    return change[:3], change[3:]
+
+
+def _of_free(model: Model, i: int, state: SystemState) -> tuple[FloatArray, FloatArray]:
+    k = model.mechanism.row[i]
+    row, one = state.rigid[k], model.mechanism.fixed[k]
+    spin = state.bodies.twists[i, 3:]
+    centre = row[lanes.FORCE : lanes.FORCE + 3] / one[lanes.MASS]
+    centre = centre * one[lanes.WAYS : lanes.WAYS + 3]
+    R = quaternion.to_matrix(row[lanes.TURN : lanes.TURN + 4])
+    axes = product(R, one[lanes.AXES : lanes.AXES + 9].reshape(3, 3))
+    inertia = product(axes * one[lanes.MOMENTS : lanes.MOMENTS + 3], axes.T)
+    torque = row[lanes.TORQUE : lanes.TORQUE + 3] - np.cross(spin, product(inertia, spin))
+    free: NDArray[np.intp] = np.flatnonzero(one[lanes.SPINS : lanes.SPINS + 3])
+    angular = np.zeros(3)
+    if len(free):
+        angular[free] = solve(inertia[np.ix_(free, free)], torque[free])
+    arm = state.bodies.poses[i, :3, 3] - row[lanes.CENTRE : lanes.CENTRE + 3]
+    linear = centre + np.cross(angular, arm) + np.cross(spin, np.cross(spin, arm))
+    return linear, angular
