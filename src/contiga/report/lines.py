@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,7 @@ def rows_drawn(*columns: FloatArray, most: int = _MOST) -> IndexArray:
     kept = [0, n - 1]
     for column in columns:
         low, high = (np.where(np.isnan(column), worst, column) for worst in (np.inf, -np.inf))
-        for a, b in zip(edges[:-1], edges[1:], strict=True):
+        for a, b in pairwise(edges):
             kept += [a + int(low[a:b].argmin()), a + int(high[a:b].argmax())]
     return np.unique(kept)
 
@@ -84,9 +85,7 @@ def add_components(figure: Any, times: FloatArray, of: Mapping[str, FloatArray],
     floor = _NOTHING * max(map(largest, of.values()), default=0.0)
     for axis, values in of.items():
         if largest(values) > floor:
-            add_line(
-                figure, times, values, f"along {axis}", unit, color=_AXES[axis], width=1.3
-            )
+            add_line(figure, times, values, f"along {axis}", unit, color=_AXES[axis], width=1.3)
     return bool(figure.data)
 
 

@@ -79,7 +79,7 @@ def _contact_energies(run: Run, peak_time: float | None) -> Any | None:
     if not largest(work) > 0.0:
         return None
     figure = _stack(run, {name: whole(column) for column, name in _OF_CONTACTS.items()}, work)
-    finish(figure, run, with_unit("Energy of contact", run.units.moment), peak_time)
+    finish(figure, run, with_unit("Energy of contact", run.units.energy), peak_time)
     return figure
 
 
@@ -95,22 +95,16 @@ def energy_figure(run: Run, peak_time: float | None) -> Any | None:
     given = sum(layers.values()) + error
     figure = _stack(run, layers, given, "initial and external")
     look = {"color": MUTED, "width": 1.4, "dash": "dot"}
-    add_line(figure, run.times, error, "error", run.units.moment, **look)
-    finish(figure, run, with_unit("Energy", run.units.moment), peak_time, height=400)
+    add_line(figure, run.times, error, "error", run.units.energy, **look)
+    finish(figure, run, with_unit("Energy", run.units.energy), peak_time, height=400)
     return figure
-
-
-def energy_error(run: Run) -> tuple[float, float]:
-    """Greatest error of the energy, and the greatest energy so far: kinetic, stored and lost."""
-    layers = [run.energy[name] for name in _OF_SYSTEM if name in run.energy]
-    return largest(run.energy.get("error")), largest(np.sum(layers, axis=0)) if layers else 0.0
 
 
 def _stack(run: Run, layers: dict[str, Any], top: Any, name: str = "work") -> Any:
     """Layers that are not zero, stacked, and the dashed line of what they are to add up to."""
     import plotly.graph_objects as go
 
-    figure, unit = go.Figure(), run.units.moment
+    figure, unit = go.Figure(), run.units.energy
     shown = {name: values for name, values in layers.items() if largest(values) > 0.0}
     rows = rows_drawn(top, *shown.values())  # the layers of a stack have their rows in common
     for i, (layer, values) in enumerate(layers.items()):
@@ -126,7 +120,5 @@ def _stack(run: Run, layers: dict[str, Any], top: Any, name: str = "work") -> An
                 width=0.8,
                 stackgroup="energy",
             )
-    add_line(
-        figure, run.times[rows], top[rows], name, unit, color=INK, width=1.6, dash="dash"
-    )
+    add_line(figure, run.times[rows], top[rows], name, unit, color=INK, width=1.6, dash="dash")
     return figure

@@ -20,7 +20,7 @@ _ONLY_ONE = "contact"
 _NO_COLUMNS = ("time", "wall_time")
 _SYSTEM = "energy"
 _OF_BODIES = frozenset(
-    "x y z vx vy vz ax ay az qw qx qy qz wx wy wz".split(),
+    (*"xyz", *(kind + axis for kind in "vaqw" for axis in "xyz"), "qw"),
 )
 
 
@@ -37,6 +37,7 @@ class Units(NamedTuple):
     velocity: str = ""
     acceleration: str = ""
     spin: str = ""
+    energy: str = ""
     gravity: float = 0.0
     """One g in the units of the run; 0 where it names none."""
 
@@ -195,5 +196,6 @@ def _units(named: dict[str, str]) -> Units:
         derived["velocity"],
         f"{length}/{time}²",
         f"rad/{time}",
+        derived["energy"],
         acceleration_factor("g", length, time),
     )
