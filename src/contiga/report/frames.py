@@ -84,42 +84,48 @@ def frames_of(
     ----------
     peak : the scene at that step
     """
-    chosen = chosen_steps(len(series.times), shown, MOST)
+    chosen = chosen_steps(series.times, shown, MOST)
     kinds = [rows_of(series, kind) for kind in ("body", "slave")]
     parts = [rows for kind in kinds for rows in kind]
-    points = series.points(shown)
-    bases = [np.asarray(points[rows], np.float64) for rows in parts]
-    wanted = (*fields_of(peak, units), *(() if peak.cluster is None else ("cluster",)))
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    frames, tops = [], {name: field.top for name, field in fields_of(peak, units).items()}
+    base = series.points(shown)
+    tops = {name: field.top for name, field in fields_of(peak, units).items()}
+    wanted = (*tops, *(() if peak.cluster is None else ("cluster",)))
+    frames, ends = [], []
     for step in chosen:
         scene = at_frame(series, int(step), outlines)
         points = series.points(int(step))
-        low = np.fmin(low, np.nanmin(points, axis=0))
-        high = np.fmax(high, np.nanmax(points, axis=0))
-        places = [place_of(base, points[rows]) for base, rows in zip(bases, parts, strict=True)]
-        frames.append(_frame(scene, tuple(places), wanted))
+        places = tuple(place_of(base[rows], points[rows]) for rows in parts)
+        frames.append(_frame(scene, places, wanted))
+        ends += _ends(points)
         # a few nodes at a rim say nothing of the rest, as in a picture of one step
         if scene.in_contact.sum() >= MANY:
-            for name, field in fields_of(scene, units).items():
-                tops[name] = max(tops.get(name, 0.0), field.top)
-    kept = within(np.array([frame.size for frame in frames]), int(np.searchsorted(chosen, shown)))
-    first = int(np.searchsorted(chosen[kept], shown))
+            found = fields_of(scene, units)
+            tops = {name: max(top, found[name].top) for name, top in tops.items() if name in found}
+    sizes = np.array([frame.size for frame in frames])
+    kept = within(series.times[chosen], sizes, int(np.searchsorted(chosen, shown)))
     bodies, slaves = ([rows.stop - rows.start for rows in kind] for kind in kinds)
     return Frames(
-        tuple(frames[k] for k in kept),
-        first,
-        len(series.times),
-        (bodies, slaves),
-        tops,
-        spans(low, high),
+        frames=tuple(frames[k] for k in kept),
+        first=int(np.searchsorted(chosen[kept], shown)),
+        recorded=len(series.times),
+        sizes=(bodies, slaves),
+        tops=tops,
+        spans=spans(np.array(ends)),
     )
 
 
-def spans(low: FloatArray, high: FloatArray) -> list[list[float]]:
+def _ends(points: FloatArray) -> list[FloatArray]:
+    """The least and the greatest x, y and z of what is finite; nothing of nothing."""
+    finite = points[np.isfinite(points).all(axis=1)]
+    return [finite.min(axis=0), finite.max(axis=0)] if len(finite) else []
+
+
+def spans(points: FloatArray) -> list[list[float]]:
     """From the least to the greatest x, y and z with some room, where all is flat too."""
+    low, high = points.min(axis=0), points.max(axis=0)
     room = np.maximum(0.02 * (high - low), 0.01 * float((high - low).max()))
-    return np.stack([low - room, high + room], axis=1).tolist()
+    both: list[list[float]] = np.stack([low - room, high + room], axis=1).tolist()
+    return both
 
 
 def _frame(scene: Peak, places: tuple[FloatArray, ...], wanted: Iterable[str]) -> Frame:
@@ -132,24 +138,30 @@ def _frame(scene: Peak, places: tuple[FloatArray, ...], wanted: Iterable[str]) -
     return Frame(scene.time, places, rows, values, scene.outlines)
 
 
-def chosen_steps(n: int, shown: int, most: int) -> IndexArray:
-    """At most so many of `n` steps, evenly taken, the first, the last and `shown` among them."""
+def chosen_steps(times: FloatArray, shown: int, most: int) -> IndexArray:
+    """At most so many steps, the first, the last and `shown` among them.
+
+    Evenly taken by half over time and by half over the steps, which are short where much happens.
+    """
+    n = len(times)
     if n <= most:
         return np.arange(n)
-    chosen = np.unique(np.rint(np.linspace(0, n - 1, most)).astype(np.intp))
+    span = max(float(times[-1] - times[0]), 1e-300)
+    way = (times - times[0]) / span + np.arange(n) / (n - 1)
+    wanted = np.linspace(0.0, way[-1], most)
+    chosen = np.unique(np.rint(np.interp(wanted, way, np.arange(n))).astype(np.intp))
     if shown not in chosen:
-        near = 1 + int(np.abs(chosen[1:-1] - shown).argmin())
-        chosen[near] = shown
-    return np.unique(chosen)
+        chosen[1 + int(np.abs(chosen[1:-1] - shown).argmin())] = shown
+    return chosen
 
 
-def within(sizes: IndexArray, shown: int, budget: int = BUDGET) -> IndexArray:
-    """Which of the steps are kept so that they take no more bytes than `budget`; `shown` is."""
+def within(times: FloatArray, sizes: IndexArray, shown: int, budget: int = BUDGET) -> IndexArray:
+    """Which of the steps are kept so that they take no more bytes than `budget`: `shown` always."""
     most = len(sizes)
     kept: IndexArray = np.arange(most)
-    while most > 2 and sizes[kept].sum() > budget:
-        most = max(2, most * 3 // 4)
-        kept = chosen_steps(len(sizes), shown, most)
+    while most > 3 and sizes[kept].sum() > budget:
+        most = max(3, most * 3 // 4)
+        kept = chosen_steps(times, shown, most)
     return kept if sizes[kept].sum() <= budget else np.array([shown])
 
 

@@ -130,4 +130,4 @@ def finish(
     )
     axis = {"gridcolor": GRID, "zerolinecolor": "#c5cad0", "title_standoff": 8}
     figure.update_xaxes(**axis, showgrid=False, linecolor="#c5cad0", ticks="outside", ticklen=4)
-    figure.update_yaxes(**axis, exponentformat="power")
+    figure.update_yaxes(**axis, exponentformat="power", minexponent=6, automargin=True)

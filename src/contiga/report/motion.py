@@ -46,7 +46,7 @@ def body_quantities(run: Run, body: str) -> list[Quantity]:
 
 
 def sensor_quantities(run: Run, sensor: str) -> list[Quantity]:
-    """What a sensor measures beside its acceleration; none of zeros."""
+    """What a sensor measures beside its acceleration; none of zeros, nor what its body tells."""
     columns, units = run.sensors[sensor], run.units
     found = [
         Quantity("Velocity", units.velocity, _along(columns, "v{}")),
@@ -54,7 +54,25 @@ def sensor_quantities(run: Run, sensor: str) -> list[Quantity]:
         Quantity("Force", units.force, _along(columns, "f{}")),
         Quantity("Moment", units.moment, _along(columns, "m{}")),
     ]
-    return [q for q in found if any(largest(c) > 0.0 for c in q.components.values())]
+    body = _told(run, sensor).get("body")
+    known = body_quantities(run, body) if body in run.bodies else []
+    return [
+        q
+        for q in found
+        if any(largest(c) > 0.0 for c in q.components.values())
+        and not any(_same(q, other) for other in known)
+    ]
+
+
+def _same(one: Quantity, other: Quantity) -> bool:
+    """Whether two say the same, up to rounding."""
+    if one.unit != other.unit or set(one.components) != set(other.components):
+        return False
+    floor = 1e-9 * largest(other.whole)
+    return all(
+        np.allclose(c, other.components[axis], rtol=0.0, atol=floor)
+        for axis, c in one.components.items()
+    )
 
 
 def body_figures(run: Run, body: str, peak_time: float | None) -> list[Any]:
@@ -118,9 +136,8 @@ def _mark_criteria(figure: Any, criteria: dict[str, dict[str, float]]) -> None:
         figure.add_vrect(
             x0=found["start"], x1=found["end"], fillcolor="#b07d1e", opacity=0.14, line_width=0
         )
-        _note(
-            figure, (found["start"] + found["end"]) / 2.0, 0.0, f"{window} {number(found['value'])}"
-        )
+        middle = (found["start"] + found["end"]) / 2.0
+        _note(figure, middle, 0.0, f"{window} = {number(found['value'])}")
     if "3ms" in criteria:
         held = criteria["3ms"]
         figure.add_shape(
@@ -131,7 +148,7 @@ def _mark_criteria(figure: Any, criteria: dict[str, dict[str, float]]) -> None:
             y1=held["value"],
             line={"color": INK, "width": 1.8},
         )
-        _note(figure, held["end"], held["value"], f"3 ms {number(held['value'])}")
+        _note(figure, held["end"], held["value"], f"3 ms: {number(held['value'])} g")
 
 
 def _note(figure: Any, x: float, y: float, text: str) -> None:

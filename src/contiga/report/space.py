@@ -73,7 +73,7 @@ def view_of(peak: Peak, frames: Frames, units: Units) -> View:
 
 def _in_space(figure: Any, peak: Peak, frames: Frames, units: Units) -> None:
     """Axes in one scale that hold all steps, seen from outside of the body."""
-    up, eye = upwards(peak), -1.85 * outside_direction(peak)
+    up, eye = upwards(peak), -2.1 * outside_direction(peak)
     figure.update_layout(
         height=620,
         margin={"l": 0, "r": 0, "t": 0, "b": 0},
@@ -82,7 +82,12 @@ def _in_space(figure: Any, peak: Peak, frames: Frames, units: Units) -> None:
         paper_bgcolor="white",
         scene={
             "aspectmode": "data",
-            "camera": {"eye": _xyz(eye), "up": _xyz(up), "projection": {"type": "perspective"}},
+            "camera": {
+                "eye": _xyz(eye),
+                "center": _xyz(-0.12 * up),  # room for the labels under the scene
+                "up": _xyz(up),
+                "projection": {"type": "perspective"},
+            },
             **{
                 f"{a}axis": _axis(with_unit(a, units.length)) | {"range": span}
                 for a, span in zip("xyz", frames.spans, strict=True)
