@@ -99,8 +99,8 @@ def frames_of(
         ends += _ends(points)
         # a few nodes at a rim say nothing of the rest, as in a picture of one step
         if scene.in_contact.sum() >= MANY:
-            found = fields_of(scene, units)
-            tops = {name: max(top, found[name].top) for name, top in tops.items() if name in found}
+            for name, field in fields_of(scene, units).items():
+                tops[name] = max(tops.get(name, 0.0), field.top)
     sizes = np.array([frame.size for frame in frames])
     kept = within(series.times[chosen], sizes, int(np.searchsorted(chosen, shown)))
     bodies, slaves = ([rows.stop - rows.start for rows in kind] for kind in kinds)

@@ -83,9 +83,8 @@ def body_figures(run: Run, body: str, peak_time: float | None) -> list[Any]:
 def sensor_figures(run: Run, sensor: str, peak_time: float | None) -> list[Any]:
     """Acceleration, raw and filtered, with what the criteria found in it; and the rest."""
     first = _acceleration_figure(run, sensor, peak_time)
-    return (
-        [] if first is None else [first, *_figures(run, sensor_quantities(run, sensor), peak_time)]
-    )
+    others = _figures(run, sensor_quantities(run, sensor), peak_time)
+    return others if first is None else [first, *others]
 
 
 def _figures(run: Run, quantities: list[Quantity], peak_time: float | None) -> list[Any]:
