@@ -108,3 +108,10 @@ def test_every_step_comes_back_from_the_page(tmp_path: Path, cloud: bool) -> Non
         np.testing.assert_array_equal(
             floats(frame["values"]["penetration"]), scene.penetration[rows].astype(np.float32)
         )
+
+
+def test_colours_end_where_the_greatest_of_all_steps_is(tmp_path: Path) -> None:
+    write_fields(tmp_path / "fields.vtkhdf")
+    series = read_fields(tmp_path / "fields.vtkhdf")
+    frames = frames_of(series, None, 1, at_frame(series, 1), UNITS)
+    assert frames.tops["penetration"] == max(DEPTHS) > DEPTHS[1]
