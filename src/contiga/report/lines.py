@@ -124,6 +124,7 @@ def finish(
         margin={"l": 62, "r": 14, "t": 52, "b": 50},
         font={"family": FONT, "size": 13, "color": INK},
         hovermode="x",
+        separators=".\N{NARROW NO-BREAK SPACE}",
         legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.0, "font": {"size": 12}},
         paper_bgcolor="white",
         plot_bgcolor="white",

@@ -10,14 +10,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from contiga.io.out.vtkhdf import FieldSeries, read_fields
+from contiga.io.out.vtkhdf import FieldSeries, FieldsWriter, read_fields
+from contiga.io.out.vtkhdf_layout import Part
 from contiga.report.frames import frames_of
 from contiga.report.peak import at_frame, stacked
 from contiga.report.run_folder import Units
 from contiga.report.space import view_of
 
-from .conftest import write_fields
+from .conftest import ball, sheet, write_fields
 
 NODE = shutil.which("node")
 UNITS = Units("mm", "g", "ms", "mm²", "N", "N·mm", "MPa")
@@ -76,6 +78,35 @@ def played(series: FieldSeries, steps: list[int], field: str = "penetration") ->
     return told
 
 
+def write_turning(path: Path) -> None:
+    """Two bodies that turn, each its own way, over a sheet that bends; nothing touches."""
+    body, faces = ball(6)
+    points, facets = sheet(5)
+    parts = [
+        Part("one", "body", len(body), faces),
+        Part("other", "body", len(body), faces),
+        Part("sheet", "slave", len(points), facets),
+    ]
+    n = 2 * len(body) + len(points)
+    with FieldsWriter(path, parts) as writer:
+        for step in range(4):
+            one, other = Rotation.from_rotvec([[0.3, 0.1, 0.7], [-0.5, 0.9, 0.2]])
+            up, bent = np.array([0.0, 0.0, 40.0]), 0.1 * step * points[:, :1] ** 2
+            writer.append(
+                float(step),
+                np.vstack([
+                    body @ (one**step).as_matrix().T + (1.0 + step) * up,
+                    body @ (other**step).as_matrix().T - 3.0 * up,
+                    points - bent * [0.0, 0.0, 1.0],
+                ]),
+                {
+                    "contact_status": np.zeros(n, np.int32),
+                    "penetration": np.zeros(n),
+                    "normal": np.zeros((n, 3)),
+                },
+            )  # fmt: skip
+
+
 def points_of(change: dict, trace: int) -> np.ndarray:
     return np.array([change[axis][trace] for axis in "xyz"]).T
 
@@ -102,6 +133,16 @@ def test_a_step_that_is_chosen_is_shown(tmp_path: Path, cloud: bool) -> None:
         if not cloud:
             np.testing.assert_allclose(change["intensity"][1], scene.penetration, rtol=1e-6)
         assert ("intensity" in change) is not cloud
+
+
+def test_turning_bodies_and_bending_slaves_are_put_where_they_are(tmp_path: Path) -> None:
+    write_turning(tmp_path / "fields.vtkhdf")
+    series = read_fields(tmp_path / "fields.vtkhdf")
+    _, *calls = played(series, [0, 1, 3])["calls"]
+    for step, change in zip((0, 1, 3), calls[:3], strict=True):
+        for trace, kind in enumerate(("body", "slave")):
+            there = stacked(series, step, kind)[0]
+            np.testing.assert_allclose(points_of(change, trace), there, atol=2e-5)
 
 
 def test_regions_are_coloured_a_facet_at_a_time(tmp_path: Path) -> None:
