@@ -20,6 +20,7 @@ from contiga.case.contact_spec import (
     HullAreaSpec,
 )
 from contiga.case.motion_spec import AttachedSpec, FreeSpec, RigidMotionSpec, SeriesSpec
+from contiga.case.points_spec import BodyPoints
 from contiga.case.problems import relocated
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.schema import BodySpec, Case, SlaveSpec
@@ -66,7 +67,7 @@ def build(case: Case) -> Simulation:
     slaves = {}
     for i, slave_spec in enumerate(case.slave):
         with _at(case, f"slave[{i}].points"):
-            slave = _slave(slave_spec, case.units.length)
+            slave = _slave(slave_spec, case.units.length, bodies)
         with _at(case, f"slave[{i}].motion"):
             slaves[slave_spec.name] = SlavePart(slave, _slave_motion(slave_spec, slave, case))
     return Simulation(
@@ -192,9 +193,12 @@ def _springs(case: Case) -> dict[str, Spring]:
     return springs
 
 
-def _slave(spec: SlaveSpec, unit: str) -> Slave:
+def _slave(spec: SlaveSpec, unit: str, bodies: Mapping[str, BodyPart]) -> Slave:
     """The slave under its name in the case, with the nodal values the case gives it."""
-    slave = spec.points.slave(spec.name, unit)
+    if isinstance(spec.points, BodyPoints):
+        slave = spec.points.sampled(bodies[spec.points.body].body)
+    else:
+        slave = spec.points.slave(spec.name, unit)
 
     def nodal(given: float | None, own: FloatArray | None) -> FloatArray | None:
         return own if given is None else np.full(len(slave), given)
@@ -215,6 +219,8 @@ def _slave(spec: SlaveSpec, unit: str) -> Slave:
 
 def _slave_motion(spec: SlaveSpec, slave: Slave, case: Case) -> SlaveMotion | Free | Attached:
     motion = spec.motion
+    if isinstance(spec.points, BodyPoints) and "motion" not in spec.model_fields_set:
+        return Attached(spec.points.body)
     if isinstance(motion, FreeSpec):
         return motion.moved(None)
     if isinstance(motion, AttachedSpec):

@@ -8,8 +8,18 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from contiga.case.geometry_spec import Placed, _ShapeSpec
-from contiga.case.spec import Count, ExistingFile, LengthUnit, Spec, Vector, by_key
+from contiga.case.spec import (
+    Count,
+    ExistingFile,
+    LengthUnit,
+    Name,
+    Positive,
+    Spec,
+    Vector,
+    by_key,
+)
 from contiga.geometry import clouds
+from contiga.masters.protocol import Master
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.slave import Slave
 
@@ -162,8 +172,31 @@ class GivenPoints(_Points):
         return f"{len(self.coordinates)} given points"
 
 
+class BodyPoints(_Points):
+    """`{ body, tolerance }`: the surface of a body of the case, sampled by triangles.
+
+    So two bodies can meet: one exact, one sampled. A slave of such points goes with its body where
+    it has no motion of its own.
+    """
+
+    body: Name
+    tolerance: Positive | None = None
+    """Largest departure of the triangles from the surface; a thousandth of its size if omitted."""
+
+    def sampled(self, body: Master) -> Slave:
+        """Points and triangles of the placed body, moved by the transform."""
+        mesh = body.tessellate(self.tolerance or 1e-3 * body.size)
+        slave = Slave(mesh.vertices, mesh.triangles)
+        return slave.transformed(self.matrix) if self.transform else slave
+
+    def describe(self) -> str:
+        """In words."""
+        tolerance = "a thousandth of its size" if self.tolerance is None else f"{self.tolerance:g}"
+        return f"the surface of {self.body}, sampled to {tolerance}"
+
+
 if TYPE_CHECKING:
-    PointsSpec = FilePoints | SamplePoints | GridPoints | RandomPoints | GivenPoints
+    PointsSpec = FilePoints | SamplePoints | GridPoints | RandomPoints | GivenPoints | BodyPoints
 else:
     PointsSpec = by_key(
         file=FilePoints,
@@ -171,6 +204,7 @@ else:
         grid=GridPoints,
         random=RandomPoints,
         coordinates=GivenPoints,
+        body=BodyPoints,
     )
 
 

@@ -25,7 +25,7 @@ from contiga.case.motion_spec import (
     FreeSpec,
     SlaveMotionSpec,
 )
-from contiga.case.points_spec import PointsSpec
+from contiga.case.points_spec import BodyPoints, PointsSpec
 from contiga.case.problems import case_error
 from contiga.case.sensor_spec import SensorSpec
 from contiga.case.spec import (
@@ -220,6 +220,9 @@ class Case(Spec):
         for where, motion in moved:
             if isinstance(motion, AttachedSpec):
                 yield f"{where}.motion.body", motion.body
+        for i, slave in enumerate(self.slave):
+            if isinstance(slave.points, BodyPoints):
+                yield f"slave[{i}].points.body", slave.points.body
         yield from ((f"load[{i}].body", load.body) for i, load in enumerate(self.load))
         yield from ((f"sensor[{i}].body", one.body) for i, one in enumerate(self.sensor))
         for i, spring in enumerate(self.spring):

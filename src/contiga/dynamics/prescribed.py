@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Protocol
 
@@ -241,15 +242,24 @@ class Moved:
 
     def points(self, t: float) -> FloatArray:
         """World coordinates at `t`, (n, 3)."""
+        if isinstance(self.motion, Fixed):
+            return self._carried(t)
         return pose.apply(self.motion.pose(t), self._carried(t))
 
     def velocities(self, t: float) -> FloatArray:
         """Velocities at `t`, (n, 3), world axes: of what is carried, and of what carries it."""
+        if isinstance(self.motion, Fixed):
+            return self._still if isinstance(self.base, np.ndarray) else self.base.velocities(t)
         X_WB = self.motion.pose(t)
         moved = self.motion.twist(t).at(X_WB[:3, 3], pose.apply(X_WB, self._carried(t)))
         if isinstance(self.base, np.ndarray):
             return moved
         return moved + product(self.base.velocities(t), X_WB[:3, :3].T)
+
+    @cached_property
+    def _still(self) -> FloatArray:
+        assert isinstance(self.base, np.ndarray)
+        return read_only(np.zeros(self.base.shape))
 
     def _carried(self, t: float) -> FloatArray:
         return self.base if isinstance(self.base, np.ndarray) else self.base.points(t)

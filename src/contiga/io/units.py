@@ -62,6 +62,7 @@ _RATE = re.compile(
     r"^\s*([^/()]+?)\s*/\s*\(?\s*([^/()^²*2]+?)\s*(\^2|²|\*\*2|2|/\s*[^/()]+)?\s*\)?\s*$"
 )
 _FORCES = {"N": 1.0, "mN": 1e-3, "uN": 1e-6, "kN": 1e3, "MN": 1e6, "GN": 1e9, "dyn": 1e-5}
+_ENERGIES = {"J": 1.0, "mJ": 1e-3, "uJ": 1e-6, "kJ": 1e3, "MJ": 1e6}
 _STRESSES = {"Pa": 1.0, "mPa": 1e-3, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12}
 
 
@@ -255,7 +256,7 @@ def derived_units(length: str, mass: str, time: str) -> dict[str, str]:
         "force": force,
         "moment": f"{force}·{length}",
         "stress": stress,
-        "energy": f"{force}·{length}",
+        "energy": _named(m * l**2 / t**2, _ENERGIES) or f"{force}·{length}",
     }
 
 

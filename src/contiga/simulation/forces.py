@@ -102,10 +102,12 @@ def wrenches(
         force, moment = loaded(load, poses[i], model.origins[i], time)
         _add(total[i], force, load_point(model, load, i, standing) - poses[i, :3, 3], moment)
     if model.gravity.any():
-        for i, k in system.row.items():
-            centre = standing.free.rows[k, CENTRE : CENTRE + 3]
-            weight = system.fixed[k, MASS] * model.gravity
-            _add(total[i], weight, centre - poses[i, :3, 3])
+        weight = system.fixed[:, MASS, None] * model.gravity
+        arm = standing.free.rows[:, CENTRE : CENTRE + 3] - standing.free.poses[:, :3, 3]
+        total[system.free, :3] += weight
+        for k in range(3):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            total[system.free, 3 + k] += arm[:, i] * weight[:, j] - arm[:, j] * weight[:, i]
     return total
 
 

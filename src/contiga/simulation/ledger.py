@@ -85,9 +85,8 @@ def _by_gravity(model: Model, last: SystemState, standing: Standing) -> float:
     if not model.gravity.any():
         return 0.0
     system, work = model.mechanism, 0.0
-    for k in range(len(system.fixed)):
-        way = standing.free.rows[k, CENTRE : CENTRE + 3] - last.rigid[k, CENTRE : CENTRE + 3]
-        work += system.fixed[k, MASS] * float((way * model.gravity).sum())
+    way = standing.free.rows[:, CENTRE : CENTRE + 3] - last.rigid[:, CENTRE : CENTRE + 3]
+    work += float((system.fixed[:, MASS] * (way * model.gravity).sum(axis=1)).sum())
     for name, mass in system.masses.items():
         way = standing.slaves[name].points - last.slaves[name].points
         work += float((mass * (way * model.gravity).sum(axis=1)).sum())
