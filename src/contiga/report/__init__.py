@@ -46,29 +46,25 @@ def write_report(folder: str | Path) -> Path:
     """
     require_packages()
     from contiga.io.out.files import atomic_write, write_text
+    from contiga.report.frames import frames_of
     from contiga.report.html import page
     from contiga.report.peak import at_frame, peak_frame
-    from contiga.report.plots import history_figures, view_figure
     from contiga.report.run_folder import read_fields, read_outlines, read_run
     from contiga.report.scene import draw_still
+    from contiga.report.space import view_of
 
     run = read_run(Path(folder))
     series = read_fields(run)
     still = view = peak_time = None
     if series is not None:
         frame = peak_frame(series, run.times, run.total("force"))
-        peak = at_frame(series, frame, read_outlines(run))
+        outlines = read_outlines(run)
+        peak = at_frame(series, frame, outlines)
         peak_time = peak.time
         with atomic_write(run.folder / PICTURE) as path:
             draw_still(peak, path, run.units)
         still = (run.folder / PICTURE).read_bytes()
-        view = view_figure(peak, run.units)
-    text = page(
-        run,
-        still=still,
-        view=view,
-        history=history_figures(run, peak_time),
-        peak_time=peak_time,
-    )
+        view = view_of(peak, frames_of(series, outlines, frame, peak, run.units), run.units)
+    text = page(run, still=still, view=view, peak_time=peak_time)
     write_text(run.folder / PAGE, text)
     return run.folder / PAGE

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from base64 import b64encode
 from html import escape
+from importlib.resources import files
+from json import dumps
 from typing import Any
 
 from contiga.report.html_tables import (
@@ -12,8 +14,11 @@ from contiga.report.html_tables import (
     status_table,
     timings_table,
 )
-from contiga.report.plots import PLOT_CONFIG, VIEW_CONFIG
+from contiga.report.lines import PLOT_CONFIG
+from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
+from contiga.report.plots import energy_figure, history_figures
 from contiga.report.run_folder import Run
+from contiga.report.space import VIEW_CONFIG, View
 from contiga.report.style import number
 from contiga.report.style import page as styled
 
@@ -23,38 +28,20 @@ _BODY_BUTTONS = """
 <button data-opacity="0.25" aria-pressed="true">Glass</button>
 <button data-opacity="0" aria-pressed="false">Hidden</button></div>
 """
-_CHOOSING = """
-<script>
-document.querySelectorAll(".choice button").forEach(function (button) {
-  button.addEventListener("click", function () {
-    var group = button.parentElement;
-    if (group.dataset.what === "body") {
-      var opacity = Number(button.dataset.opacity);
-      Plotly.restyle("view", {opacity: opacity, visible: opacity > 0}, [0]);
-    } else {
-      var looks = document.getElementById("view").layout.meta.looks[button.dataset.field];
-      Plotly.restyle("view", looks[0], [1]);
-      Plotly.restyle("view", looks[1], [2]);
-    }
-    group.querySelectorAll("button").forEach(function (other) {
-      other.setAttribute("aria-pressed", String(other === button));
-    });
-  });
-});
-</script>
+_PLAYING = """
+<div class="time"><button id="play">Play</button>
+<input id="step" type="range" min="0" max="{last}" value="{first}" aria-label="Recorded step">
+<output id="step-time" for="step">{label}, the peak</output></div>
 """
 
 
-def page(
-    run: Run, *, still: bytes | None, view: Any, history: list[Any], peak_time: float | None
-) -> str:
+def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float | None) -> str:
     """The whole report as one text.
 
     Parameters
     ----------
     still : the picture of the peak as PNG, None where the run wrote no fields
-    view : plotly figure, None where the run wrote no fields
-    history : plotly figures
+    view : the scene to be turned about, None where the run wrote no fields
     peak_time : the recorded time the pictures show
     """
     from plotly.offline import get_plotlyjs
@@ -65,8 +52,11 @@ def page(
         key_figures(run),
         _pictures(run, still, view, peak_time),
         "<h2>Over time</h2>",
-        _histories(history),
+        _panels(history_figures(run, peak_time), "history"),
         _peak_note(peak_time),
+        _energy(run, peak_time),
+        _bodies(run, peak_time),
+        _sensors(run, peak_time),
         _tables(run),
         _warnings(run),
         _case(run),
@@ -92,7 +82,7 @@ def _heading(run: Run, title: str) -> str:
     )
 
 
-def _pictures(run: Run, still: bytes | None, view: Any, peak_time: float | None) -> str:
+def _pictures(run: Run, still: bytes | None, view: View | None, peak_time: float | None) -> str:
     if still is None or view is None:
         return (
             "<h2>Pictures</h2><p>This run wrote no fields, so there is nothing to draw. "
@@ -108,38 +98,98 @@ def _pictures(run: Run, still: bytes | None, view: Any, peak_time: float | None)
         '<figcaption class="caption">The recorded time of greatest force. Slave points are drawn '
         "where they are, so those in contact lie inside the body. "
         f"{_still_note(view)}</figcaption></figure>"
-        "<h2>Turn it about</h2>"
-        f"{_BODY_BUTTONS}{_field_buttons(view)}"
-        f'<div class="frame">{_figure(view, "view", VIEW_CONFIG)}</div>{_CHOOSING}'
-        '<p class="caption">Drag to turn, scroll to come closer; the house goes back.</p>'
+        f"<h2>Turn it about</h2>{_view(view)}"
     )
 
 
-def _still_note(view: Any) -> str:
+def _view(view: View) -> str:
+    """The scene, its buttons, the steps it has and the script that shows them."""
+    script = files("contiga.report").joinpath("view.js").read_text(encoding="utf-8")
+    data = dumps(view.data, separators=(",", ":")).replace("<", "\\u003c")
+    slider = steps = ""
+    if view.steps > 1:
+        first = view.data["first"]
+        label = escape(view.data["labels"][first])
+        slider = _PLAYING.format(last=view.steps - 1, first=first, label=label)
+        every = view.steps == view.recorded
+        shown = f"all {view.steps}" if every else f"{view.steps} of the {view.recorded}"
+        steps = f" It shows {shown} recorded steps; play takes them as far apart as they were."
+    return (
+        f"{_BODY_BUTTONS}{_field_buttons(view)}"
+        f'<div class="frame">{_figure(view.figure, "view", VIEW_CONFIG)}{slider}</div>'
+        f'<script type="application/json" id="view-data">{data}</script><script>{script}</script>'
+        '<p class="caption">Drag to turn, scroll to come closer; the house goes back.'
+        f"{steps}</p>"
+    )
+
+
+def _still_note(view: View) -> str:
     """What the still picture shows of the contact."""
-    bar = escape(view.data[2].marker.colorbar.title.text or "")
-    lines = len(view.data) > 3
-    marks = "lines go around the regions of contact" if lines else "dots mark the points"
-    return f"Colour is {bar[:1].lower()}{bar[1:]}; {marks}."
+    marks = "lines go around the regions of contact" if view.outlined else "dots mark the points"
+    return f"Colour is {escape(view.note[:1].lower() + view.note[1:])}; {marks}."
 
 
-def _field_buttons(view: Any) -> str:
+def _field_buttons(view: View) -> str:
     """A choice of what the colours show, where there is one."""
-    meta = view.layout.meta
-    if not meta:
+    if len(view.data["looks"]) < 2:
         return ""
     buttons = "".join(
-        f'<button data-field="{name}" aria-pressed="{str(name == meta["first"]).lower()}">'
+        f'<button data-field="{name}" aria-pressed="{str(name == view.data["field"]).lower()}">'
         f"{name.capitalize()}</button>"
-        for name in meta["looks"]
+        for name in view.data["looks"]
     )
     group = 'class="choice" role="group" aria-label="What the colours show" data-what="field"'
     return f"<div {group}>{buttons}</div>"
 
 
-def _histories(figures: list[Any]) -> str:
+def _energy(run: Run, peak_time: float | None) -> str:
+    """Where the energy of the system went, and how much of it is nowhere."""
+    figure = energy_figure(run, peak_time)
+    if figure is None:
+        return ""
+    told = run.summary.get("energy") or {}
+    share = (
+        f" At most {number(100.0 * told['relative'], 2)} % of the largest energy, "
+        f"{number(told['most'])} {escape(run.units.energy)}, is nowhere: the error."
+        if told
+        else ""
+    )
+    return (
+        f'<h2>Energy</h2><div class="frame">{_figure(figure, "energy", PLOT_CONFIG)}</div>'
+        '<p class="caption">Stacked, where the energy is and what has been lost; dashed, what was '
+        f"there at the start and came in from outside since.{share}</p>"
+    )
+
+
+def _bodies(run: Run, peak_time: float | None) -> str:
+    """How each free body moved."""
+    table = extremes_table(run)
+    if not table:
+        return ""
     panels = "".join(
-        f'<div class="frame">{_figure(figure, f"history-{k}", PLOT_CONFIG)}</div>'
+        f"<h3>{escape(body)}</h3>{_panels(figures, f'body-{k}')}"
+        for k, body in enumerate(run.bodies)
+        if (figures := body_figures(run, body, peak_time))
+    )
+    return f'<h2>Motion of free bodies</h2><div class="wide">{table}</div>{panels}'
+
+
+def _sensors(run: Run, peak_time: float | None) -> str:
+    """What each sensor measured, and the criteria of it."""
+    panels = "".join(
+        f"<h3>{escape(sensor)}</h3>{_panels(figures, f'sensor-{k}')}"
+        for k, sensor in enumerate(run.sensors)
+        if (figures := sensor_figures(run, sensor, peak_time))
+    )
+    table = criteria_table(run)
+    if not panels and not table:
+        return ""
+    return f'<h2>Sensors</h2><div class="wide">{table}</div>{panels}'
+
+
+def _panels(figures: list[Any], name: str) -> str:
+    panels = "".join(
+        f'<div class="frame">{_figure(figure, f"{name}-{k}", PLOT_CONFIG)}</div>'
         for k, figure in enumerate(figures)
     )
     return f'<div class="panels">{panels}</div>'

@@ -68,6 +68,11 @@ def stacked(series: FieldSeries, frame: int, kind: str) -> tuple[FloatArray, Int
     return points[chosen], faces.astype(np.int32), chosen.astype(np.int32)
 
 
+def rows_of(series: FieldSeries, kind: str) -> list[slice]:
+    """Rows among the stacked points of each part of one `kind`."""
+    return [series.rows(part.name) for part in series.parts if part.kind == kind]
+
+
 def peak_frame(series: FieldSeries, times: FloatArray, force: FloatArray) -> int:
     """The recorded frame with the greatest force; without any force, that of the deepest point.
 
@@ -75,8 +80,8 @@ def peak_frame(series: FieldSeries, times: FloatArray, force: FloatArray) -> int
     """
     frames = np.asarray(series.times, dtype=np.float64)
     if len(times) and np.any(force > 0.0):
-        at_frame = force[np.abs(times[None, :] - frames[:, None]).argmin(axis=1)]
-        return int(np.argmax(at_frame))
+        rows = np.rint(np.interp(frames, times, np.arange(len(times)))).astype(np.intp)
+        return int(np.argmax(force[rows]))
     depth = [float(np.max(series.data(i, "penetration"), initial=0.0)) for i in range(len(frames))]
     return int(np.argmax(depth))
 

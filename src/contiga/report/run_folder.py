@@ -15,7 +15,13 @@ if TYPE_CHECKING:
     from contiga.io.out.outlines import OutlineSeries
     from contiga.io.out.vtkhdf import FieldSeries
 
+Columns = dict[str, FloatArray]
 _ONLY_ONE = "contact"
+_NO_COLUMNS = ("time", "wall_time")
+_SYSTEM = "energy"
+_OF_BODIES = frozenset(
+    (*"xyz", *(kind + axis for kind in "vaqw" for axis in "xyz"), "qw"),
+)
 
 
 class Units(NamedTuple):
@@ -28,6 +34,16 @@ class Units(NamedTuple):
     force: str
     moment: str
     stress: str
+    velocity: str = ""
+    acceleration: str = ""
+    spin: str = ""
+    energy: str = ""
+    gravity: float = 0.0
+    """One g in the units of the run; 0 where it names none."""
+
+    def accelerations(self, values: FloatArray) -> tuple[FloatArray, str]:
+        """Accelerations as they are shown, and their unit: in g where that is known."""
+        return (values / self.gravity, "g") if self.gravity else (values, self.acceleration)
 
 
 class Run(NamedTuple):
@@ -37,10 +53,16 @@ class Run(NamedTuple):
     summary: dict[str, Any]
     times: FloatArray
     """(n,) of the history."""
-    contacts: dict[str, dict[str, FloatArray]]
+    contacts: dict[str, Columns]
     """Columns (n,) of the history by contact and name."""
     case_text: str
     units: Units
+    bodies: dict[str, Columns]
+    """What is told of free bodies, by body and name."""
+    sensors: dict[str, Columns]
+    """What sensors measure, by sensor and name."""
+    energy: Columns
+    """Of the whole system, by name; empty where forces move nothing."""
 
     def total(self, column: str) -> FloatArray:
         """(n,) sum of one column over the contacts."""
@@ -89,28 +111,50 @@ def read_run(folder: Path) -> Run:
     summary = _summary_of(folder)
     history = {k: np.asarray(v, float) for k, v in read_history(folder / "history.csv").items()}
     case = folder / "case.toml"
+    owners = sort_columns(
+        history, list(summary.get("statuses") or {}), list(summary.get("sensors") or {})
+    )
     return Run(
         folder=folder,
         summary=summary,
         times=history.get("time", np.zeros(0)),
-        contacts=by_contact(history, list(summary.get("statuses") or {})),
+        contacts=owners.contacts,
         case_text=case.read_text(encoding="utf-8") if case.is_file() else "",
         units=_units(summary.get("units") or {}),
+        bodies=owners.bodies,
+        sensors=owners.sensors,
+        energy=owners.energy,
     )
 
 
-def by_contact(
-    history: dict[str, FloatArray], names: list[str]
-) -> dict[str, dict[str, FloatArray]]:
-    """Columns ``"<contact>.<name>"`` sorted by contact; bare names belong to the only one."""
-    contacts: dict[str, dict[str, FloatArray]] = {}
+class Owners(NamedTuple):
+    """Columns of a history by what they are of."""
+
+    contacts: dict[str, Columns]
+    bodies: dict[str, Columns]
+    sensors: dict[str, Columns]
+    energy: Columns
+
+
+def sort_columns(history: Columns, contacts: list[str], sensors: list[str]) -> Owners:
+    """Columns ``"<owner>.<name>"`` by their owners; bare names belong to the only contact."""
+    owners = Owners({}, {}, {}, {})
     for label, column in history.items():
-        contact, dot, name = label.rpartition(".")
+        owner, dot, name = label.rpartition(".")
+        if name in _NO_COLUMNS:
+            continue
         if not dot:
-            contact = names[0] if len(names) == 1 else _ONLY_ONE
-        if name not in ("time", "wall_time"):
-            contacts.setdefault(contact, {})[name] = column
-    return contacts
+            of = owners.contacts.setdefault(contacts[0] if len(contacts) == 1 else _ONLY_ONE, {})
+        elif owner in sensors:
+            of = owners.sensors.setdefault(owner, {})
+        elif owner == _SYSTEM and owner not in contacts:
+            of = owners.energy
+        elif name in _OF_BODIES:
+            of = owners.bodies.setdefault(owner, {})
+        else:
+            of = owners.contacts.setdefault(owner, {})
+        of[name] = column
+    return owners
 
 
 def read_fields(run: Run) -> FieldSeries | None:
@@ -138,7 +182,7 @@ def _units(named: dict[str, str]) -> Units:
     length, mass, time = (str(named.get(kind) or "") for kind in ("length", "mass", "time"))
     if not (length and mass and time):
         return Units(length, mass, time, "", "", "", "")
-    from contiga.io.units import derived_units
+    from contiga.io.units import acceleration_factor, derived_units
 
     derived = derived_units(length, mass, time)
     return Units(
@@ -149,4 +193,9 @@ def _units(named: dict[str, str]) -> Units:
         derived["force"],
         derived["moment"],
         derived["stress"],
+        derived["velocity"],
+        f"{length}/{time}²",
+        f"rad/{time}",
+        derived["energy"],
+        acceleration_factor("g", length, time),
     )

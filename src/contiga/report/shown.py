@@ -12,9 +12,10 @@ from contiga.report.run_folder import Units
 from contiga.report.style import REGIONS
 
 # A few nodes at the rim of a region, of next to no area, may have many times the pressure of all
-# others. Of `_MANY` nodes and more, colours end at this share where the greatest is beyond `_FAR`
+# others. Of `MANY` nodes and more, colours end at this share where the greatest is beyond `_FAR`
 # times it.
-_SHARE, _FAR, _MANY = 0.98, 2.0, 20
+MANY = 20
+_SHARE, _FAR = 0.98, 2.0
 
 
 class Shown(NamedTuple):
@@ -47,7 +48,7 @@ def first_field(peak: Peak, units: Units) -> Shown:
 def _shown(label: str, unit: str, values: FloatArray, peak: Peak) -> Shown:
     greatest = float(values.max(initial=0.0))
     top = greatest
-    if peak.in_contact.sum() >= _MANY:
+    if peak.in_contact.sum() >= MANY:
         most = float(np.quantile(values[peak.in_contact], _SHARE, method="lower"))
         top = most if 0.0 < _FAR * most < greatest else greatest
     return Shown(label, unit, values, max(top, 1e-300), top < greatest)

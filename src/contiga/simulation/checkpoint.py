@@ -14,6 +14,7 @@ from contiga.errors import CheckpointError
 from contiga.io.out.files import atomic_write
 from contiga.records import FloatArray
 from contiga.simulation.model import ContactPart
+from contiga.simulation.peak import Peak
 from contiga.simulation.system_state import BodyStates, Energy, SlaveState, SystemState
 
 FORMAT = 6
@@ -32,6 +33,8 @@ class Checkpoint(NamedTuple):
     """After the last of them."""
     history: dict[str, FloatArray]
     """Columns so far."""
+    peak: Peak
+    """The greatest force so far."""
 
 
 def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
@@ -48,10 +51,14 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
         history = file.create_group("history", track_order=True)
         for name, column in checkpoint.history.items():
             history.create_dataset(name, data=column)
+        peak = file.create_group("peak")
+        peak.attrs["force"], peak.attrs["row"] = checkpoint.peak.force, checkpoint.peak.row
+        if checkpoint.peak.state is not None:
+            _write_state(peak.create_group("state"), checkpoint.peak.state)
 
 
 def _write_state(file: Any, state: SystemState) -> None:
-    """A group for each body, slave and contact, in their order."""
+    """A group for each body, slave, contact and spring, in their order."""
     file.attrs["time"] = state.time
     for kind in ("bodies", "slaves", "contacts", "springs"):
         file.create_group(kind, track_order=True)
@@ -153,4 +160,10 @@ def _read(path: Path, contacts: Iterable[ContactPart]) -> Checkpoint:
             int(file.attrs["written"]),
             _read_state(file, contacts),
             history,
+            _read_peak(file["peak"], contacts),
         )
+
+
+def _read_peak(group: Any, contacts: Iterable[ContactPart]) -> Peak:
+    state = _read_state(group["state"], contacts) if "state" in group else None
+    return Peak(float(group.attrs["force"]), int(group.attrs["row"]), state)

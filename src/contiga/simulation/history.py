@@ -27,7 +27,7 @@ COUNTED = {
     "n_through": ContactStatus.THROUGH,
 }
 
-
+_MEASURED = ("area", "n_clusters", "mean_pressure")
 _OF_BODIES = (
     *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
     *("qw", "qx", "qy", "qz", "wx", "wy", "wz"),
@@ -43,16 +43,35 @@ def history_row(
     `measured` is said; else they are NaN.
     """
     row: dict[str, float] = {"time": stepped.state.time}
-    for part in model.contacts:
-        prefix = "" if len(model.contacts) == 1 else f"{part.name}."
+    for contact, prefix in _prefixes(model).items():
         columns = _columns(
-            stepped.state.contacts[part.name], stepped.walls[part.name], measured=measured
+            stepped.state.contacts[contact], stepped.walls[contact], measured=measured
         )
         row |= {prefix + name: value for name, value in columns.items()}
     row |= sensor_columns(model, stepped.state, last)
     if model.mechanism.moved:
         row |= _body_columns(model, stepped.state) | _system_columns(stepped.state)
     return row
+
+
+def measured_columns(model: Model, state: SystemState) -> dict[str, float]:
+    """What a row of `history_row` lacks that was not measured."""
+    return {
+        prefix + name: value
+        for contact, prefix in _prefixes(model).items()
+        for name, value in _measured(state.contacts[contact]).items()
+    }
+
+
+def total_force(model: Model, row: dict[str, float]) -> float:
+    """Sum of the magnitudes of all contacts' forces in a row."""
+    return sum(row[prefix + "force"] for prefix in _prefixes(model).values())
+
+
+def _prefixes(model: Model) -> dict[str, str]:
+    """What stands before the names of a contact's columns, by contact."""
+    several = len(model.contacts) > 1
+    return {part.name: f"{part.name}." if several else "" for part in model.contacts}
 
 
 def _body_columns(model: Model, state: SystemState) -> dict[str, float]:
@@ -107,9 +126,7 @@ def _columns(state: State, wall: float, *, measured: bool) -> dict[str, float]:
         "moment_y": moment_about[1],
         "moment_z": moment_about[2],
         **_friction_columns(state),
-        "area": state.total_area if measured else np.nan,
-        "n_clusters": state.n_clusters if measured else np.nan,
-        "mean_pressure": state.mean_pressure if measured else np.nan,
+        **(_measured(state) if measured else dict.fromkeys(_MEASURED, np.nan)),
         "max_pressure": state.max_pressure,
         "centre_x": centre[0],
         "centre_y": centre[1],
@@ -121,6 +138,12 @@ def _columns(state: State, wall: float, *, measured: bool) -> dict[str, float]:
     columns |= {name: int(counts[status]) for name, status in COUNTED.items()}
     columns["n_unproved"] = state.n_unproved
     return columns
+
+
+def _measured(state: State) -> dict[str, float]:
+    """What is measured only where it is asked for, in the order of `_MEASURED`."""
+    values = state.total_area, state.n_clusters, state.mean_pressure
+    return dict(zip(_MEASURED, values, strict=True))
 
 
 def _friction_columns(state: State) -> dict[str, float]:

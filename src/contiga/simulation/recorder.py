@@ -20,8 +20,9 @@ from contiga.simulation.checkpoint import Checkpoint, read_checkpoint, write_che
 from contiga.simulation.clock import Clock
 from contiga.simulation.fields import Fields, has_outlines
 from contiga.simulation.fingerprint import fingerprint_of
-from contiga.simulation.history import history_row
+from contiga.simulation.history import history_row, measured_columns, total_force
 from contiga.simulation.model import Model
+from contiga.simulation.peak import Peak
 from contiga.simulation.step import Stepped
 from contiga.simulation.system_state import SystemState
 
@@ -37,9 +38,11 @@ class _Stand(NamedTuple):
     done: int
     """Steps recorded, the start counted."""
     written: int
-    """Of them in the fields file."""
+    """Of them with measured areas, and in the fields file if there is one."""
     state: SystemState | None
     """After the last of them."""
+    peak: Peak = Peak()
+    """The greatest force so far."""
 
 
 class Recorder:
@@ -90,7 +93,9 @@ class Recorder:
         if checkpoint is None:
             names.clear_last_run(folder)
         else:
-            self._stand = _Stand(checkpoint.done, checkpoint.written, checkpoint.state)
+            self._stand = _Stand(
+                checkpoint.done, checkpoint.written, checkpoint.state, checkpoint.peak
+            )
             self._rows = {name: list(column) for name, column in checkpoint.history.items()}
             written = checkpoint.written
         finished = self.state is not None and self._is_last(self.state)
@@ -103,21 +108,24 @@ class Recorder:
         return state.time >= self.model.stepping.end
 
     def take(self, stepped: Stepped) -> None:
-        """Record one step."""
+        """Record one step; before one that is written, that of the greatest force."""
         state = stepped.state
-        done, written, _ = self._stand
+        done, written, _, peak = self._stand
         recorded = self._is_last(state) or done % self.model.output.every == 0
         with self._clock("area"):
             row = history_row(self.model, stepped, self.state, measured=recorded)
-        if self._fields and recorded:
-            with self._clock("output"):
-                self._fields.append(state)
+        peak = peak.after(state, total_force(self.model, row), done, written=recorded)
+        if recorded:
+            if peak.state is not None:
+                self._write_peak(peak.state, peak.row)
+                peak, written = peak._replace(state=None), written + 1
+            self._write(state)
             written += 1
         for name, value in row.items():
             column = self._rows.setdefault(name, [])
             del column[done:]
             column.append(value)
-        self._stand = _Stand(done + 1, written, state)
+        self._stand = _Stand(done + 1, written, state, peak)
         if perf_counter() - self._saved > CHECKPOINT_SECONDS:
             self._checkpoint()
         if self._progress is not None:
@@ -130,6 +138,19 @@ class Recorder:
             return self.done
         share = (time - stepping.start) / (stepping.end - stepping.start)
         return 1 + round(share * (self._planned - 1))
+
+    def _write_peak(self, state: SystemState, row: int) -> None:
+        """Write the step of the greatest force, and what was not measured when it came."""
+        with self._clock("area"):
+            measured = measured_columns(self.model, state)
+        for name, value in measured.items():
+            self._rows[name][row] = value
+        self._write(state)
+
+    def _write(self, state: SystemState) -> None:
+        if self._fields is not None:
+            with self._clock("output"):
+                self._fields.append(state)
 
     def columns(self) -> dict[str, FloatArray]:
         """The history so far; counts are whole numbers."""
@@ -182,6 +203,7 @@ class Recorder:
                     self._stand.written,
                     self.state,
                     self.columns(),
+                    self._stand.peak,
                 ),
             )
             self._saved = perf_counter()

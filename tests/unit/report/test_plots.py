@@ -6,15 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from contiga.io.out.vtkhdf import read_fields
-from contiga.report.peak import Peak, at_frame
-from contiga.report.plots import history_figures, view_figure, with_unit
-from contiga.report.run_folder import Units, read_run
-from contiga.report.shown import REGIONS
-
-from .conftest import outlined, write_fields
-
-UNITS = Units("mm", "g", "ms", "mm²", "N", "N·mm", "MPa")
+from contiga.report.lines import with_unit
+from contiga.report.plots import energy_figure, history_figures
+from contiga.report.run_folder import Run, read_run
 
 
 def test_history_figures_draw_the_columns(run_folder: Path) -> None:
@@ -51,65 +45,6 @@ def test_two_contacts_get_a_line_each_in_every_panel(run_folder: Path) -> None:
         assert figure.layout.showlegend
 
 
-def test_view_holds_body_slave_and_contact(tmp_path: Path) -> None:
-    write_fields(tmp_path / "fields.vtkhdf")
-    peak = at_frame(read_fields(tmp_path / "fields.vtkhdf"), 2)
-    body, slave, contact = view_figure(peak, UNITS).data
-    assert (body.type, slave.type, contact.type) == ("mesh3d", "mesh3d", "scatter3d")
-    assert len(contact.x) == peak.in_contact.sum()
-    np.testing.assert_allclose(contact.marker.color, peak.penetration[peak.in_contact], rtol=1e-6)
-    assert slave.cmax == peak.penetration.max()
-
-
-def test_cloud_is_drawn_as_dots(tmp_path: Path) -> None:
-    write_fields(tmp_path / "fields.vtkhdf", cloud=True)
-    peak = at_frame(read_fields(tmp_path / "fields.vtkhdf"), 2)
-    _, slave, contact = view_figure(peak, Units(*[""] * 7)).data
-    assert slave.type == "scatter3d"
-    assert len(slave.x) + len(contact.x) == len(peak.slave_points)
-
-
-def with_regions(tmp_path: Path) -> Peak:
-    """The peak with a pressure, two clusters by the sign of x, and a line around each."""
-    write_fields(tmp_path / "fields.vtkhdf")
-    peak = at_frame(read_fields(tmp_path / "fields.vtkhdf"), 2)
-    cluster = np.where(peak.in_contact, (peak.slave_points[:, 0] > 0.0).astype(int), -1)
-    return peak._replace(pressure=3.0 * peak.penetration, cluster=cluster, outlines=outlined())
-
-
-def test_view_starts_with_pressure_and_offers_the_other_fields(tmp_path: Path) -> None:
-    peak = with_regions(tmp_path)
-    figure = view_figure(peak, UNITS)
-    slave, contact = figure.data[1:3]
-    np.testing.assert_allclose(slave.intensity, peak.pressure, rtol=1e-6)
-    assert contact.marker.colorbar.title.text == "Pressure [MPa]"
-    meta = figure.layout.meta
-    assert meta["first"] == "pressure"
-    assert list(meta["looks"]) == ["penetration", "pressure", "cluster"]
-    mesh, marker = meta["looks"]["penetration"]
-    np.testing.assert_allclose(mesh["intensity"][0], peak.penetration, rtol=1e-4)
-    np.testing.assert_allclose(
-        marker["marker.color"][0], peak.penetration[peak.in_contact], rtol=1e-4
-    )
-    mesh, marker = meta["looks"]["cluster"]
-    assert mesh["intensitymode"] == ["cell"]
-    assert len(mesh["intensity"][0]) == len(peak.slave_triangles)
-    assert set(mesh["intensity"][0]) == {-1.0, 0.0, 1.0}
-    assert set(marker["marker.color"][0]) == {0.0, 1.0}
-
-
-def test_regions_have_closed_lines_of_their_own_colour(tmp_path: Path) -> None:
-    peak = with_regions(tmp_path)
-    lines = view_figure(peak, UNITS).data[3:]
-    assert [line.name for line in lines] == ["cluster 0", "cluster 1"]
-    assert [line.line.color for line in lines] == list(REGIONS[:2])
-    for line, given in zip(lines, peak.outlines, strict=True):
-        assert line.mode == "lines"
-        assert line.x[0] == line.x[-2]
-        assert np.isnan(line.x[-1])
-        np.testing.assert_allclose(line.x[:-2], given.points[:, 0], rtol=1e-6)
-
-
 def test_energies_are_stacked_under_the_work(run_folder: Path) -> None:
     run = read_run(run_folder)
     n = len(run.times)
@@ -125,4 +60,62 @@ def test_energies_are_stacked_under_the_work(run_folder: Path) -> None:
     assert [t.stackgroup for t in energy.data] == ["energy", "energy", None]
     np.testing.assert_array_equal(energy.data[1].y, 2.0 * given["energy_friction"])
     np.testing.assert_array_equal(energy.data[2].y, 2.0 * given["work"])
-    assert energy.layout.yaxis.title.text == "Energy of contact [N·mm]"
+    assert energy.layout.yaxis.title.text == with_unit("Energy of contact", run.units.energy)
+
+
+def test_areas_between_written_steps_are_passed_over(run_folder: Path) -> None:
+    run = read_run(run_folder)
+    area = np.array([0.0, np.nan, 45.0, np.nan, 0.0])
+    columns = run.contacts["press"] | {"area": area}
+    _, _, figure, _ = history_figures(run._replace(contacts={"press": columns}), 2.0)
+    assert figure.data[0].x.tolist() == [0.0, 2.0, 4.0]
+    assert figure.data[0].y.tolist() == [0.0, 45.0, 0.0]
+
+
+def moving(run: Run) -> Run:
+    """The run with energies of a system, and work of its contact beside them."""
+    energy = {
+        "kinetic": np.array([5.0, 4.0, 0.5, 2.0, 2.5]),
+        "strain": np.zeros(5),
+        "contact": np.array([0.0, 0.8, 3.5, 1.0, 0.0]),
+        "friction": np.array([0.0, 0.1, 0.5, 0.9, 1.0]),
+        "damping": np.zeros(5),
+        "hysteresis": np.array([0.0, 0.1, 0.5, 1.2, 1.6]),
+        "external": np.array([0.0, 0.1, 0.1, 0.2, 0.2]),
+        "error": np.array([0.0, 0.1, 0.1, 0.1, 0.1]),
+    }
+    columns = run.contacts["press"] | {"work": np.linspace(0.0, 5.0, 5)}
+    return run._replace(energy=energy, contacts={"press": columns})
+
+
+def test_energies_of_the_system_are_stacked_under_what_was_given(run_folder: Path) -> None:
+    run = moving(read_run(run_folder))
+    figure = energy_figure(run, 2.0)
+    names = ["kinetic", "contact", "friction", "hysteresis", "initial and external", "error"]
+    assert [t.name for t in figure.data] == names, "no layer of nothing"
+    assert [t.stackgroup for t in figure.data] == ["energy"] * 4 + [None] * 2
+    for trace in figure.data[:4]:
+        np.testing.assert_array_equal(trace.y, run.energy[trace.name])
+    np.testing.assert_allclose(figure.data[4].y, 5.0 + run.energy["external"], rtol=1e-12)
+    np.testing.assert_array_equal(figure.data[5].y, run.energy["error"])
+
+
+def test_energies_are_told_once(run_folder: Path) -> None:
+    run = read_run(run_folder)
+    both = moving(run)
+    assert len(history_figures(both, 2.0)) == 4
+    assert len(history_figures(both._replace(energy={}), 2.0)) == 5
+    assert energy_figure(run, 2.0) is None
+    still = {name: 0.0 * values for name, values in both.energy.items()}
+    assert energy_figure(run._replace(energy=still), 2.0) is None
+
+
+def test_layers_of_a_long_run_have_their_rows_in_common(run_folder: Path) -> None:
+    run = moving(read_run(run_folder))
+    rng = np.random.default_rng(3)
+    energy = {name: rng.uniform(0.0, 1.0, 30_000) for name in run.energy}
+    figure = energy_figure(run._replace(times=np.arange(30_000.0), energy=energy), None)
+    *layers, given, _ = figure.data
+    for trace in layers:
+        np.testing.assert_array_equal(trace.x, given.x)
+    assert 2000 < len(given.x) <= 4000

@@ -7,10 +7,14 @@ import shutil
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import contiga.report.html as page_module
 from contiga.report import write_report
+from contiga.report.run_folder import read_run
+from contiga.report.style import number
+from contiga.simulation.model import OutputOptions
 
 from .conftest import write_folder
 
@@ -27,7 +31,7 @@ class Page(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.references += [v or "" for k, v in attrs if k in ("src", "href", "srcset", "data")]
-        if tag not in ("meta", "link", "img", "br"):
+        if tag not in ("meta", "link", "img", "br", "input"):
             self.open.append(tag)
 
     def handle_endtag(self, tag: str) -> None:
@@ -79,6 +83,37 @@ def test_names_from_a_case_cannot_become_markup(written: tuple[Path, str]) -> No
     assert "<sheet>" not in written[1]
 
 
+def test_headings_are_those_of_what_there_is(written: tuple[Path, str], tmp_path: Path) -> None:
+    assert not {"Energy", "Motion of free bodies", "Sensors"} & set(Page(written[1]).words)
+    import contiga as cg
+
+    ball = cg.Body([cg.shapes.sphere(radius=50.0, centre=(0.0, 0.0, 51.0))], name="ball")
+    points = cg.clouds.sample(cg.shapes.plane(width=60.0, length=60.0), 13, 13)
+    sheet = cg.Slave(points, area=np.full(169, 25.0), name="sheet")
+    free = cg.motion.Free(ball.mass_properties(1e-3), velocity=[0.0, 0.0, -1.0])
+    cg.Simulation(
+        bodies={"<ball>": (ball, free)},
+        slaves={"sheet": sheet},
+        contacts=[cg.Contact(ball, sheet, law=cg.PenaltyLaw(1.0))],
+        sensors=[cg.Sensor("top", "<ball>", at=[0, 0, 101.0], filter="CFC1000", criteria=["3ms"])],
+        end=4.0,
+        step=0.05,
+        units=("mm", "g", "ms"),
+        output=OutputOptions(every=10),
+    ).run(tmp_path / "out")
+    text = write_report(tmp_path / "out").read_text(encoding="utf-8")
+    page = Page(text)
+    assert page.open == []
+    words = " ".join(page.words)
+    assert {"Energy", "Motion of free bodies", "Sensors", "<ball>", "top"} <= set(page.words)
+    assert re.search(r"At most \S+ % of the largest energy", words)
+    assert "CFC1000" in words
+    assert "Energy of contact" not in text, "said of the whole system already"
+    peak = read_run(tmp_path / "out")
+    at = number(float(peak.times[np.argmax(peak.total("force"))]))
+    assert f"t = {at} ms, the peak" in words, "though every tenth step is recorded"
+
+
 def test_run_without_fields_says_so_in_place_of_pictures(tmp_path: Path) -> None:
     folder = write_folder(tmp_path / "out", fields=False)
     words = " ".join(Page(write_report(folder).read_text(encoding="utf-8")).words)
@@ -122,6 +157,8 @@ def test_page_of_a_run_with_regions_lets_choose_what_is_shown(tmp_path: Path) ->
     text = (tmp_path / "two" / "report.html").read_text(encoding="utf-8")
     for name in ("penetration", "pressure", "cluster"):
         assert f'data-field="{name}"' in text
+    assert "It shows all " in text
+    assert 'aria-label="Recorded step"' in text
     assert "Colour is pressure [MPa]; lines go around the regions of contact." in text
     assert '"cluster 0"' in text
     assert '"cluster 1"' in text

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from contiga.errors import FileError
-from contiga.report.run_folder import by_contact, read_fields, read_run
+from contiga.report.run_folder import Units, read_fields, read_run, sort_columns
 
 from .conftest import write_folder
 
@@ -18,17 +18,47 @@ def test_units_of_labels_follow_from_the_base_units(run_folder: Path) -> None:
     assert (units.force, units.stress, units.area) == ("N", "MPa", "mm²")
 
 
-def test_columns_are_sorted_by_contact() -> None:
-    one, two = np.zeros(2), np.ones(2)
-    history = {"time": one, "left.force": one, "up.right.force": two, "up.right.area": two}
-    contacts = by_contact(history, ["left", "up.right"])
-    assert list(contacts) == ["left", "up.right"]
-    assert list(contacts["up.right"]) == ["force", "area"]
+def test_columns_are_sorted_by_what_they_are_of() -> None:
+    labels = [
+        *("time", "left.force", "left.wall_time", "up.right.force", "up.right.area"),
+        *("left.x", "left.qw", "a.head.wz", "cog.ax", "cog.filtered_a", "energy.kinetic"),
+    ]
+    history = {label: np.full(1, k) for k, label in enumerate(labels)}
+    owners = sort_columns(history, ["left", "up.right"], ["cog"])
+    assert {k: list(v) for k, v in owners.contacts.items()} == {
+        "left": ["force"],
+        "up.right": ["force", "area"],
+    }
+    assert {k: list(v) for k, v in owners.bodies.items()} == {
+        "left": ["x", "qw"],
+        "a.head": ["wz"],
+    }
+    assert {k: list(v) for k, v in owners.sensors.items()} == {"cog": ["ax", "filtered_a"]}
+    assert list(owners.energy) == ["kinetic"]
+    assert owners.bodies["left"]["qw"][0] == labels.index("left.qw")
 
 
 def test_columns_without_a_name_belong_to_the_only_contact() -> None:
-    assert list(by_contact({"time": np.zeros(1), "force": np.zeros(1)}, ["press"])) == ["press"]
-    assert list(by_contact({"force": np.zeros(1)}, [])) == ["contact"]
+    history = {"time": np.zeros(1), "force": np.zeros(1), "head.x": np.zeros(1)}
+    owners = sort_columns(history, ["press"], [])
+    assert {k: list(v) for k, v in owners.contacts.items()} == {"press": ["force"]}
+    assert list(owners.bodies) == ["head"]
+    assert list(sort_columns({"force": np.zeros(1)}, [], []).contacts) == ["contact"]
+
+
+def test_a_contact_may_be_called_energy() -> None:
+    owners = sort_columns({"energy.force": np.zeros(1)}, ["energy", "other"], [])
+    assert (list(owners.contacts), owners.energy) == (["energy"], {})
+
+
+def test_accelerations_are_in_g_where_units_are_known(run_folder: Path) -> None:
+    units = read_run(run_folder).units
+    values, unit = units.accelerations(np.array([0.00980665, 0.0196133]))
+    np.testing.assert_allclose(values, [1.0, 2.0], rtol=1e-12)
+    assert unit == "g"
+    bare = Units(*[""] * 7)
+    assert bare.accelerations(np.ones(2))[1] == ""
+    np.testing.assert_array_equal(bare.accelerations(np.ones(2))[0], [1.0, 1.0])
 
 
 def test_totals_add_up_over_contacts(run_folder: Path) -> None:

@@ -97,6 +97,34 @@ def test_stopped_and_resumed_is_uninterrupted(
     assert headers[0] == headers[1]
 
 
+@pytest.mark.parametrize("every", [3, 4])
+def test_the_peak_is_written_wherever_a_run_was_stopped(
+    make: Make, stop_after: StopAfter, stop: type[Exception], tmp_path: Path, every: int
+) -> None:
+    simulation = make(output=OutputOptions(every=every))
+    whole = simulation.run(tmp_path / "whole")
+    times = simulation.stepping.planned()
+    peak = int(np.argmax(whole.history["force"]))
+    kept = []
+    for steps in range(1, len(times)):
+        with pytest.raises(stop):
+            simulation.run(tmp_path / "parts", progress=stop_after(steps))
+        read = read_checkpoint(
+            tmp_path / "parts" / "checkpoint.h5", simulation.fingerprint(), simulation.contacts
+        )
+        if read.peak.state is not None:
+            kept.append(steps)
+            assert (
+                read.peak.state.time == times[read.peak.row] > times[(steps - 1) // every * every]
+            )
+        resumed = simulation.run(tmp_path / "parts", resume=True)
+        _same_history(whole.history, resumed.history)
+        _same_output(tmp_path)
+    # Contact begins in row 2, and row 6 has the peak: where `every` misses it, it waits for row 8.
+    assert kept == {3: [3, 5, 6], 4: [3, 4, 6, 7, 8]}[every]
+    assert times[peak] in read_fields(tmp_path / "parts" / "fields.vtkhdf").times
+
+
 def test_a_run_can_be_stopped_again_and_again(
     make: Make, stop_after: StopAfter, stop: type[Exception], tmp_path: Path
 ) -> None:
@@ -192,7 +220,15 @@ def test_a_damaged_checkpoint_is_told_and_kept(
 
 @pytest.mark.parametrize(
     "missing",
-    ["history", "contacts/dip/uv", "contacts", "slaves/sheet/velocities", "bodies", "energy"],
+    [
+        "history",
+        "peak",
+        "contacts/dip/uv",
+        "contacts",
+        "slaves/sheet/velocities",
+        "bodies",
+        "energy",
+    ],
 )
 def test_a_checkpoint_that_lacks_something_is_told(
     simulation: Simulation, tmp_path: Path, missing: str
@@ -338,5 +374,6 @@ def test_a_checkpoint_keeps_every_bit(simulation: Simulation, tmp_path: Path) ->
         tmp_path / "checkpoint.h5", simulation.fingerprint(), simulation.contacts
     )
     assert (read.done, read.written) == (13, 13)
+    assert read.peak == (result.history["force"].max(), np.argmax(result.history["force"]), None)
     _same_states(read.state, result.state)
     _same_history(read.history, result.history)

@@ -15,6 +15,7 @@ from contiga import Simulation
 from contiga.dynamics.stepping import GivenTimes
 from contiga.errors import InputError, OutputError
 from contiga.io.out.history import read_history
+from contiga.io.out.outlines import read_outlines
 from contiga.io.out.vtkhdf import read_fields
 from contiga.records import ContactStatus as Is
 from contiga.simulation import step as step_module
@@ -140,22 +141,49 @@ def test_the_fields_are_those_of_the_states(simulation: Simulation, tmp_path: Pa
 
 @pytest.mark.parametrize(
     ("every", "expected"),
-    [(1, list(range(13))), (5, [0, 5, 10, 12]), (12, [0, 12]), (100, [0, 12])],
+    [
+        (1, list(range(13))),
+        (5, [0, 5, 6, 10, 12]),
+        (6, [0, 6, 12]),
+        (12, [0, 6, 12]),
+        (100, [0, 6, 12]),
+    ],
 )
-def test_fields_at_every_so_many_steps_and_at_the_last(
+def test_fields_at_every_so_many_steps_at_the_peak_and_at_the_last(
     make: Make, tmp_path: Path, every: int, expected: list[int]
 ) -> None:
     simulation = make(output=OutputOptions(every=every))
     result = simulation.run(tmp_path)
     fields = read_fields(tmp_path / "fields.vtkhdf")
     np.testing.assert_array_equal(fields.times, simulation.stepping.planned()[expected])
+    np.testing.assert_array_equal(
+        read_outlines(tmp_path / "outlines.vtkhdf").times, simulation.stepping.planned()[expected]
+    )
     assert len(result.history["time"]) == 13
+    assert np.argmax(result.history["force"]) == 6, "the peak of the case"
+
+
+def test_what_is_written_of_the_peak_is_its_own(make: Make, tmp_path: Path) -> None:
+    whole = make().run(tmp_path / "whole")
+    make(output=OutputOptions(every=100)).run(tmp_path / "few")
+    one, other = (read_fields(tmp_path / k / "fields.vtkhdf") for k in ("whole", "few"))
+    peak = int(np.argmax(whole.history["force"]))
+    np.testing.assert_array_equal(other.points(1), one.points(peak))
+    for name in one.names:
+        assert other.data(1, name).tobytes() == one.data(peak, name).tobytes()
+    lines = [
+        read_outlines(tmp_path / k / "outlines.vtkhdf").loops(i)
+        for k, i in (("whole", peak), ("few", 1))
+    ]
+    assert len(lines[0].points) > 0
+    for a, b in zip(*lines, strict=True):
+        assert a.tobytes() == b.tobytes()
 
 
 def test_areas_are_measured_at_the_steps_that_are_written(make: Make, tmp_path: Path) -> None:
     history = make(output=OutputOptions(every=5)).run(tmp_path).history
     every = make().run().history
-    written = [0, 5, 10, 12]
+    written = [0, 5, 6, 10, 12]
     for name in ("area", "n_clusters", "mean_pressure"):
         assert np.flatnonzero(np.isfinite(history[name])).tolist() == written
         np.testing.assert_array_equal(history[name][written], every[name][written])

@@ -1,0 +1,226 @@
+"""The scene over time, small enough for a page: what is rigid is kept once, with its poses."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.records import FloatArray, IndexArray
+from contiga.report.peak import Outline, Peak, at_frame, rows_of
+from contiga.report.run_folder import Units
+from contiga.report.shown import MANY, fields_of, region_colours
+from contiga.report.style import number
+
+if TYPE_CHECKING:
+    from contiga.io.out.outlines import OutlineSeries
+    from contiga.io.out.vtkhdf import FieldSeries
+
+MOST = 40
+"""Steps that a page shows at most."""
+BUDGET = 5_000_000
+"""Bytes that they may take, before base64."""
+_RIGID = 2e-7
+"""Departure of a part from a rigid motion, relative to its size and place: single precision."""
+
+
+class Frame(NamedTuple):
+    """One recorded step."""
+
+    time: float
+    places: tuple[FloatArray, ...]
+    """Of each part, bodies first: (12,) rotation by rows and translation from where it stands at
+    the peak, or (n, 3) its points in single precision."""
+    rows: NDArray[np.int32]
+    """(k,) slave points in contact, all slaves stacked."""
+    values: dict[str, NDArray[np.float32]]
+    """(k,) of those points, by field."""
+    outlines: tuple[Outline, ...]
+
+    @property
+    def size(self) -> int:
+        """Bytes."""
+        lines = sum(line.points.size * 4 for line in self.outlines)
+        values = sum(v.nbytes for v in self.values.values())
+        return sum(p.nbytes for p in self.places) + self.rows.nbytes + values + lines
+
+
+class Frames(NamedTuple):
+    """Recorded steps in the order of time."""
+
+    frames: tuple[Frame, ...]
+    first: int
+    """The one that is shown first, the peak."""
+    recorded: int
+    """Steps recorded in all."""
+    sizes: tuple[list[int], list[int]]
+    """Points of each body and of each slave."""
+    tops: dict[str, float]
+    """Where the colours of each field end, for all steps alike."""
+    spans: list[list[float]]
+    """Least and greatest x, y and z of all steps."""
+
+    @property
+    def regions(self) -> tuple[Outline, ...]:
+        """Lines around all regions of all steps."""
+        return tuple(line for frame in self.frames for line in frame.outlines)
+
+    @property
+    def n_clusters(self) -> int:
+        """The most regions of one contact at any step."""
+        found = (frame.values.get("cluster") for frame in self.frames)
+        return 1 + int(max((v.max(initial=-1.0) for v in found if v is not None), default=-1))
+
+
+def frames_of(
+    series: FieldSeries, outlines: OutlineSeries | None, shown: int, peak: Peak, units: Units
+) -> Frames:
+    """Recorded steps of a run, the one `shown` first among them.
+
+    Parameters
+    ----------
+    peak : the scene at that step
+    """
+    chosen = chosen_steps(series.times, shown, MOST)
+    kinds = [rows_of(series, kind) for kind in ("body", "slave")]
+    parts = [rows for kind in kinds for rows in kind]
+    base = series.points(shown)
+    tops = {name: field.top for name, field in fields_of(peak, units).items()}
+    wanted = (*tops, *(() if peak.cluster is None else ("cluster",)))
+    frames, ends = [], []
+    for step in chosen:
+        scene = at_frame(series, int(step), outlines)
+        points = series.points(int(step))
+        places = tuple(place_of(base[rows], points[rows]) for rows in parts)
+        frames.append(_frame(scene, places, wanted))
+        ends += _ends(points)
+        # a few nodes at a rim say nothing of the rest, as in a picture of one step
+        if scene.in_contact.sum() >= MANY:
+            for name, field in fields_of(scene, units).items():
+                tops[name] = max(tops.get(name, 0.0), field.top)
+    sizes = np.array([frame.size for frame in frames])
+    kept = within(series.times[chosen], sizes, int(np.searchsorted(chosen, shown)))
+    bodies, slaves = ([rows.stop - rows.start for rows in kind] for kind in kinds)
+    return Frames(
+        frames=tuple(frames[k] for k in kept),
+        first=int(np.searchsorted(chosen[kept], shown)),
+        recorded=len(series.times),
+        sizes=(bodies, slaves),
+        tops=tops,
+        spans=spans(np.array(ends)),
+    )
+
+
+def _ends(points: FloatArray) -> list[FloatArray]:
+    """The least and the greatest x, y and z of what is finite; nothing of nothing."""
+    finite = points[np.isfinite(points).all(axis=1)]
+    return [finite.min(axis=0), finite.max(axis=0)] if len(finite) else []
+
+
+def spans(points: FloatArray) -> list[list[float]]:
+    """From the least to the greatest x, y and z with some room, where all is flat too."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    room = np.maximum(0.02 * (high - low), 0.01 * float((high - low).max()))
+    both: list[list[float]] = np.stack([low - room, high + room], axis=1).tolist()
+    return both
+
+
+def _frame(scene: Peak, places: tuple[FloatArray, ...], wanted: Iterable[str]) -> Frame:
+    rows = np.flatnonzero(scene.in_contact).astype(np.int32)
+    values = {
+        name: np.asarray(getattr(scene, name)[rows], np.float32)
+        for name in wanted
+        if getattr(scene, name) is not None
+    }
+    return Frame(scene.time, places, rows, values, scene.outlines)
+
+
+def chosen_steps(times: FloatArray, shown: int, most: int) -> IndexArray:
+    """At most so many steps, the first, the last and `shown` among them.
+
+    Evenly taken by half over time and by half over the steps, which are short where much happens.
+    """
+    n = len(times)
+    if n <= most:
+        return np.arange(n)
+    span = max(float(times[-1] - times[0]), 1e-300)
+    way = (times - times[0]) / span + np.arange(n) / (n - 1)
+    wanted = np.linspace(0.0, way[-1], most)
+    chosen = np.unique(np.rint(np.interp(wanted, way, np.arange(n))).astype(np.intp))
+    if shown not in chosen:
+        chosen[1 + int(np.abs(chosen[1:-1] - shown).argmin())] = shown
+    return chosen
+
+
+def within(times: FloatArray, sizes: IndexArray, shown: int, budget: int = BUDGET) -> IndexArray:
+    """Which of the steps are kept so that they take no more bytes than `budget`: `shown` always."""
+    most = len(sizes)
+    kept: IndexArray = np.arange(most)
+    while most > 3 and sizes[kept].sum() > budget:
+        most = max(3, most * 3 // 4)
+        kept = chosen_steps(times, shown, most)
+    return kept if sizes[kept].sum() <= budget else np.array([shown])
+
+
+def place_of(base: FloatArray, points: FloatArray) -> FloatArray:
+    """(12,) the rigid motion from `base` (n, 3) to `points` where it is one, else the points.
+
+    The closest rotation by Kabsch (1976).
+    """
+    a, b = base.mean(axis=0), points.mean(axis=0)
+    if np.isfinite(base).all() and np.isfinite(points).all():
+        left, _, right = np.linalg.svd((base - a).T @ (points - b))
+        turn = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
+        R = (left @ turn @ right).T
+        t = b - R @ a
+        off = np.abs(base @ R.T + t - points).max(initial=0.0)
+        if off <= _RIGID * (np.abs(points).max(initial=0.0) + np.ptp(points)):
+            return np.concatenate([R.ravel(), t])
+    return np.asarray(points, np.float32)
+
+
+def packed(frames: Frames, peak: Peak, units: Units) -> dict[str, Any]:
+    """What the page's script is handed of the frames; long arrays as base64."""
+    keys = list(region_colours(frames.regions))
+    return {
+        "first": frames.first,
+        "times": [frame.time for frame in frames.frames],
+        "labels": [_label(frame.time, units) for frame in frames.frames],
+        "sizes": {"body": frames.sizes[0], "slave": frames.sizes[1]},
+        "body": base64(peak.body_points),
+        "slave": base64(peak.slave_points),
+        "facets": base64(peak.slave_triangles, np.int32),
+        "frames": [_packed_frame(frame, keys) for frame in frames.frames],
+    }
+
+
+def _label(time: float, units: Units) -> str:
+    return f"t = {number(time)} {units.time}".strip()
+
+
+def _packed_frame(frame: Frame, keys: list[tuple[int, int]]) -> dict[str, Any]:
+    lines: dict[int, list[FloatArray]] = {}
+    for line in frame.outlines:
+        lines.setdefault(keys.index((line.contact, line.cluster)), []).append(closed(line.points))
+    return {
+        "places": [
+            base64(place) if place.ndim == 2 else [float(f"{x:.9g}") for x in place]
+            for place in frame.places
+        ],
+        "rows": base64(frame.rows, np.int32),
+        "values": {name: base64(values) for name, values in frame.values.items()},
+        "lines": {str(key): base64(np.concatenate(found)) for key, found in lines.items()},
+    }
+
+
+def closed(points: FloatArray) -> FloatArray:
+    """A closed line and the gap to the next: the first point again, and NaN."""
+    return np.concatenate([points, points[:1], np.full((1, 3), np.nan)])
+
+
+def base64(values: NDArray[Any], dtype: Any = np.float32) -> str:
+    """The bytes of an array, little-endian, as text."""
+    return b64encode(np.asarray(values, np.dtype(dtype).newbyteorder("<")).tobytes()).decode()

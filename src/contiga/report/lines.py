@@ -1,0 +1,134 @@
+"""Figures over time: their look, their lines, and how many rows a line has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from contiga.records import FloatArray, IndexArray
+from contiga.report.run_folder import Run
+from contiga.report.style import GRID, INK, LINES
+
+FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
+CONFIG = {"displaylogo": False, "responsive": True}
+PLOT_CONFIG = {
+    **CONFIG,
+    "modeBarButtons": [["toImage", "zoom2d", "pan2d", "resetScale2d"]],
+}
+"""Buttons are named one by one: the standard set has some that send data elsewhere."""
+_AXES = {"x": "#d08a80", "y": "#8fb996", "z": "#9db7d4"}
+_MOST = 4000
+"""Rows of a line at most: more than a picture has columns of pixels."""
+_NOTHING = 1e-6
+"""Share of the largest component below which one is not drawn: it would lie on the axis."""
+
+
+def with_unit(label: str, unit: str) -> str:
+    """``label [unit]``, or the bare label where there is no unit."""
+    return f"{label} [{unit}]" if unit else label
+
+
+def largest(values: FloatArray | None) -> float:
+    """Greatest magnitude of what is finite; 0 of nothing."""
+    if values is None:
+        return 0.0
+    return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+
+
+def rows_drawn(*columns: FloatArray, most: int = _MOST) -> IndexArray:
+    """Rows of columns (n,) to draw: all, or the least and the greatest of each short stretch."""
+    n = len(columns[0])
+    if n <= most:
+        return np.arange(n)
+    edges = np.linspace(0, n, (most - 2) // (2 * len(columns)) + 1).astype(np.intp)
+    kept = [0, n - 1]
+    for column in columns:
+        low, high = (np.where(np.isnan(column), worst, column) for worst in (np.inf, -np.inf))
+        for a, b in pairwise(edges):
+            kept += [a + int(low[a:b].argmin()), a + int(high[a:b].argmax())]
+    return np.unique(kept)
+
+
+def add_line(
+    figure: Any, times: FloatArray, values: FloatArray, name: str, unit: str, **look: Any
+) -> None:
+    """Draw a column over time, told with its unit where the mouse is; NaN is passed over.
+
+    Parameters
+    ----------
+    look : colour, width and dash of the line; anything else is the trace's
+    """
+    import plotly.graph_objects as go
+
+    line = {key: look.pop(key) for key in ("color", "width", "dash") if key in look}
+    told = np.flatnonzero(~np.isnan(values))
+    if len(told):
+        told = told[rows_drawn(values[told])]
+    figure.add_trace(
+        go.Scatter(
+            x=times[told],
+            y=values[told],
+            name=name,
+            mode="lines",
+            line=line,
+            hovertemplate=f"%{{y:.5g}} {unit}<extra>{name}</extra>",
+            **look,
+        )
+    )
+
+
+def add_components(figure: Any, times: FloatArray, of: Mapping[str, FloatArray], unit: str) -> bool:
+    """Thin lines of what is along x, y and z where there is any; whether one was drawn."""
+    floor = _NOTHING * max(map(largest, of.values()), default=0.0)
+    for axis, values in of.items():
+        if largest(values) > floor:
+            add_line(figure, times, values, f"along {axis}", unit, color=_AXES[axis], width=1.3)
+    return bool(figure.data)
+
+
+def vector_figure(
+    run: Run, peak_time: float | None, of: Mapping[str, FloatArray], labels: tuple[str, str]
+) -> Any | None:
+    """Components by axis and their resultant over time; None where all is zero.
+
+    Parameters
+    ----------
+    labels : what it is, and its unit
+    """
+    import plotly.graph_objects as go
+
+    if not any(largest(values) > 0.0 for values in of.values()):
+        return None
+    figure, (label, unit) = go.Figure(), labels
+    add_components(figure, run.times, of, unit)
+    whole = np.sqrt(sum(values**2 for values in of.values()))
+    add_line(figure, run.times, whole, "resultant", unit, color=LINES[0], width=2.2)
+    finish(figure, run, with_unit(label, unit), peak_time)
+    return figure
+
+
+def finish(
+    figure: Any, run: Run, label: str, peak_time: float | None, *, height: int = 310
+) -> None:
+    """Axes of a figure over time, the peak on it, and the look of all figures."""
+    figure.update_yaxes(title_text=label, rangemode="tozero")
+    figure.update_xaxes(title_text=with_unit("Time", run.units.time))
+    if peak_time is not None:
+        figure.add_vline(x=peak_time, line={"color": "#9aa3ad", "width": 1, "dash": "dot"})
+    figure.update_layout(
+        template="none",
+        height=height,
+        margin={"l": 62, "r": 14, "t": 52, "b": 50},
+        font={"family": FONT, "size": 13, "color": INK},
+        hovermode="x",
+        separators=".\N{NARROW NO-BREAK SPACE}",
+        legend={"orientation": "h", "y": 1.0, "yanchor": "bottom", "x": 0.0, "font": {"size": 12}},
+        paper_bgcolor="white",
+        plot_bgcolor="white",
+    )
+    axis = {"gridcolor": GRID, "zerolinecolor": "#c5cad0", "title_standoff": 8}
+    figure.update_xaxes(**axis, showgrid=False, linecolor="#c5cad0", ticks="outside", ticklen=4)
+    figure.update_yaxes(**axis, exponentformat="power", minexponent=6, automargin=True)

@@ -1,0 +1,206 @@
+"""How free bodies move and what sensors measure: figures over time, and tables of extremes."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.records import FloatArray
+from contiga.report.lines import add_line, finish, largest, vector_figure, with_unit
+from contiga.report.run_folder import Columns, Run
+from contiga.report.style import INK, LINES, number
+
+_STILL = 1e-9
+"""Radians below which a body has not turned: rounding."""
+
+
+class Quantity(NamedTuple):
+    """A vector over time as it is shown."""
+
+    label: str
+    unit: str
+    components: dict[str, FloatArray]
+    """(n,) along x, y and z."""
+
+    @property
+    def whole(self) -> FloatArray:
+        """(n,) magnitudes."""
+        return np.asarray(np.sqrt(sum(c**2 for c in self.components.values())))
+
+
+def body_quantities(run: Run, body: str) -> list[Quantity]:
+    """Displacement of the centre, velocity, acceleration and spin of a free body; none of zeros."""
+    columns, units = run.bodies[body], run.units
+    way = {axis: columns[axis] - columns[axis][0] for axis in "xyz" if axis in columns}
+    found = [
+        Quantity("Displacement of the centre", units.length, way),
+        Quantity("Velocity of the centre", units.velocity, _along(columns, "v{}")),
+        _acceleration("Acceleration of the centre", run, _along(columns, "a{}")),
+    ]
+    spin = _along(columns, "w{}")
+    if max(map(largest, spin.values()), default=0.0) * np.ptp(run.times) > _STILL:
+        found.append(Quantity("Spin", units.spin, spin))
+    return [q for q in found if any(largest(c) > 0.0 for c in q.components.values())]
+
+
+def sensor_quantities(run: Run, sensor: str) -> list[Quantity]:
+    """What a sensor measures beside its acceleration; none of zeros, nor what its body tells."""
+    columns, units = run.sensors[sensor], run.units
+    found = [
+        Quantity("Velocity", units.velocity, _along(columns, "v{}")),
+        Quantity("Displacement", units.length, _along(columns, "{}")),
+        Quantity("Force", units.force, _along(columns, "f{}")),
+        Quantity("Moment", units.moment, _along(columns, "m{}")),
+    ]
+    body = _told(run, sensor).get("body")
+    known = body_quantities(run, body) if body in run.bodies else []
+    return [
+        q
+        for q in found
+        if any(largest(c) > 0.0 for c in q.components.values())
+        and not any(_same(q, other) for other in known)
+    ]
+
+
+def _same(one: Quantity, other: Quantity) -> bool:
+    """Whether two say the same, up to rounding."""
+    if one.unit != other.unit or set(one.components) != set(other.components):
+        return False
+    floor = 1e-9 * largest(other.whole)
+    return all(
+        np.allclose(c, other.components[axis], rtol=0.0, atol=floor)
+        for axis, c in one.components.items()
+    )
+
+
+def body_figures(run: Run, body: str, peak_time: float | None) -> list[Any]:
+    """Of each quantity its components and their resultant."""
+    return _figures(run, body_quantities(run, body), peak_time)
+
+
+def sensor_figures(run: Run, sensor: str, peak_time: float | None) -> list[Any]:
+    """Acceleration, raw and filtered, with what the criteria found in it; and the rest."""
+    first = _acceleration_figure(run, sensor, peak_time)
+    others = _figures(run, sensor_quantities(run, sensor), peak_time)
+    return others if first is None else [first, *others]
+
+
+def _figures(run: Run, quantities: list[Quantity], peak_time: float | None) -> list[Any]:
+    return [vector_figure(run, peak_time, q.components, (q.label, q.unit)) for q in quantities]
+
+
+def _along(columns: Columns, name: str) -> dict[str, FloatArray]:
+    return {axis: columns[name.format(axis)] for axis in "xyz" if name.format(axis) in columns}
+
+
+def _acceleration(label: str, run: Run, of: dict[str, FloatArray]) -> Quantity:
+    shown = {axis: run.units.accelerations(values) for axis, values in of.items()}
+    unit = run.units.accelerations(np.zeros(0))[1]
+    return Quantity(label, unit, {axis: values for axis, (values, _) in shown.items()})
+
+
+def _acceleration_figure(run: Run, sensor: str, peak_time: float | None) -> Any | None:
+    """The resultant, thin where a filtered one stands over it, with what the criteria found."""
+    import plotly.graph_objects as go
+
+    columns = run.sensors[sensor]
+    if largest(columns.get("a")) == 0.0:
+        return None
+    figure = go.Figure()
+    raw, unit = run.units.accelerations(columns["a"])
+    if "filtered_a" in columns:
+        name = str(_told(run, sensor).get("filter") or "filtered")
+        add_line(figure, run.times, raw, "as computed", unit, color="#b4bac2", width=1.0)
+        smooth = run.units.accelerations(columns["filtered_a"])[0]
+        add_line(figure, run.times, smooth, name, unit, color=LINES[0], width=2.2)
+    else:
+        add_line(figure, run.times, raw, "resultant", unit, color=LINES[0], width=2.2)
+    finish(figure, run, with_unit("Acceleration, resultant", unit), peak_time)
+    _mark_criteria(figure, _told(run, sensor).get("criteria") or {})
+    figure.update_layout(showlegend=len(figure.data) > 1)
+    return figure
+
+
+def _told(run: Run, sensor: str) -> dict[str, Any]:
+    return dict((run.summary.get("sensors") or {}).get(sensor) or {})
+
+
+def _mark_criteria(figure: Any, criteria: dict[str, dict[str, float]]) -> None:
+    """The window of the head injury criterion, shaded, and the level that is held for 3 ms."""
+    window = next((name for name in ("HIC15", "HIC36", "HICd") if name in criteria), None)
+    if window is not None:
+        found = criteria[window]
+        figure.add_vrect(
+            x0=found["start"], x1=found["end"], fillcolor="#b07d1e", opacity=0.14, line_width=0
+        )
+        middle = (found["start"] + found["end"]) / 2.0
+        _note(figure, middle, 0.0, f"{window} = {number(found['value'])}")
+    if "3ms" in criteria:
+        held = criteria["3ms"]
+        figure.add_shape(
+            type="line",
+            x0=held["start"],
+            x1=held["end"],
+            y0=held["value"],
+            y1=held["value"],
+            line={"color": INK, "width": 1.8},
+        )
+        _note(figure, held["end"], held["value"], f"3 ms: {number(held['value'])} g")
+
+
+def _note(figure: Any, x: float, y: float, text: str) -> None:
+    figure.add_annotation(
+        x=x,
+        y=y,
+        text=text,
+        showarrow=False,
+        yanchor="bottom",
+        xanchor="center" if y == 0.0 else "left",
+        font={"size": 12, "color": INK},
+        bgcolor="rgba(255,255,255,0.7)",
+    )
+
+
+def extremes_table(run: Run) -> str:
+    """The largest magnitude of each quantity of each free body, with its time and its end."""
+    rows = []
+    for body in run.bodies:
+        for quantity in body_quantities(run, body):
+            whole = quantity.whole
+            at = int(np.nanargmax(whole))
+            cells = [
+                f"{number(float(whole[at]))} {escape(quantity.unit)}",
+                f"{number(float(run.times[at]))} {escape(run.units.time)}",
+                f"{number(float(whole[-1]))} {escape(quantity.unit)}",
+            ]
+            rows.append(_row(body, quantity.label, cells))
+    return _table(("Body", "Quantity", "Largest", "at t =", "At the end"), rows)
+
+
+def criteria_table(run: Run) -> str:
+    """What the criteria of all sensors found, and when."""
+    rows = []
+    for sensor in run.sensors:
+        told = _told(run, sensor)
+        name = " · ".join(str(t) for t in (sensor, told.get("body"), told.get("filter")) if t)
+        for criterion, found in (told.get("criteria") or {}).items():
+            unit = " g" if criterion == "3ms" else ""
+            span = f"{number(found['start'])} to {number(found['end'])} {escape(run.units.time)}"
+            rows.append(_row(name, criterion, [number(found["value"]) + unit, span]))
+    return _table(("Sensor", "Criterion", "Value", "Window"), rows)
+
+
+def _row(first: str, second: str, cells: list[str]) -> str:
+    numbers = "".join(f'<td class="number">{cell.strip()}</td>' for cell in cells)
+    return f"<tr><td>{escape(first)}</td><td>{escape(second)}</td>{numbers}</tr>"
+
+
+def _table(heads: tuple[str, ...], rows: list[str]) -> str:
+    """A table whose columns after the second hold numbers; empty without rows."""
+    if not rows:
+        return ""
+    cells = "".join(f"<th>{head}</th>" for head in heads[:2])
+    cells += "".join(f'<th class="number">{head}</th>' for head in heads[2:])
+    return f"<table><thead><tr>{cells}</tr></thead>{''.join(rows)}</table>"

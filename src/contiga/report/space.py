@@ -1,0 +1,235 @@
+"""The scene to be turned about, at the peak first and at other recorded steps when asked for."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.report.frames import Frames, closed, packed
+from contiga.report.lines import CONFIG, FONT, with_unit
+from contiga.report.peak import Outline, Peak
+from contiga.report.run_folder import Units
+from contiga.report.scene import outside_direction, upwards
+from contiga.report.shown import Shown, fields_of, region_colours
+from contiga.report.style import BODY, GRID, INK, MUTED, REGIONS, SCALE, SLAVE
+
+VIEW_CONFIG = {
+    **CONFIG,
+    "scrollZoom": True,
+    "modeBarButtons": [["toImage", "orbitRotation", "pan3d", "resetCameraDefault3d"]],
+}
+"""Buttons are named one by one: the standard set has some that send data elsewhere."""
+GLASS = 0.25
+"""Opacity of the body at first."""
+
+Look = tuple[dict[str, Any], dict[str, Any]]
+"""Of the slave's mesh and of the markers in contact."""
+
+
+class View(NamedTuple):
+    """The scene at the peak, and what its page needs to show it otherwise."""
+
+    figure: Any
+    """Traces are the body, the slave, its points in contact, and a line a region."""
+    data: dict[str, Any]
+    """What the page's script is handed: steps, and the looks of the fields."""
+    steps: int
+    """Steps that can be shown."""
+    recorded: int
+    """Steps recorded."""
+    note: str
+    """What colours the figure first."""
+    outlined: bool
+    """Whether the peak has lines around its regions."""
+
+
+def view_of(peak: Peak, frames: Frames, units: Units) -> View:
+    """Body, slave, contact and its outlines, to be turned about."""
+    import plotly.graph_objects as go
+
+    figure = go.Figure()
+    figure.add_trace(_mesh(peak.body_points, peak.body_triangles, "body", BODY, GLASS))
+    fields = {
+        name: shown._replace(top=frames.tops[name])
+        for name, shown in fields_of(peak, units).items()
+    }
+    first = "pressure" if "pressure" in fields else "penetration"
+    looks = {name: _look(peak, shown) for name, shown in fields.items()}
+    if frames.n_clusters > 1:
+        looks["cluster"] = _cluster_look(peak, frames.n_clusters)
+    slave, contact = looks[first]
+    figure.add_trace(_slave_trace(peak, slave))
+    marker = {**contact, "line": {"width": 0.5, "color": INK}}
+    figure.add_trace(_dots(peak.slave_points[peak.in_contact], "in contact", 3.2, marker))
+    for key, colour in region_colours(frames.regions).items():
+        figure.add_trace(_outline(peak, frames.regions, key, colour))
+    _in_space(figure, peak, frames, units)
+    data = packed(frames, peak, units)
+    data |= {"field": first, "looks": {name: _restyle(*look) for name, look in looks.items()}}
+    note = with_unit(fields[first].label, fields[first].unit)
+    return View(figure, data, len(frames.frames), frames.recorded, note, bool(peak.outlines))
+
+
+def _in_space(figure: Any, peak: Peak, frames: Frames, units: Units) -> None:
+    """Axes in one scale that hold all steps, seen from outside of the body."""
+    up, eye = upwards(peak), -2.1 * outside_direction(peak)
+    figure.update_layout(
+        height=620,
+        margin={"l": 0, "r": 0, "t": 0, "b": 0},
+        font={"family": FONT, "size": 12, "color": INK},
+        showlegend=False,
+        paper_bgcolor="white",
+        scene={
+            "aspectmode": "data",
+            "camera": {
+                "eye": _xyz(eye),
+                "center": _xyz(-0.12 * up),  # room for the labels under the scene
+                "up": _xyz(up),
+                "projection": {"type": "perspective"},
+            },
+            **{
+                f"{a}axis": _axis(with_unit(a, units.length)) | {"range": span}
+                for a, span in zip("xyz", frames.spans, strict=True)
+            },
+        },
+    )
+
+
+def _slave_trace(peak: Peak, look: dict[str, Any]) -> Any:
+    """The slave's facets as `look` colours them, or the points of a cloud that touch nothing."""
+    if not len(peak.slave_triangles):
+        return _dots(peak.slave_points[~peak.in_contact], "slave", 2.0, {"color": MUTED})
+    trace = _mesh(peak.slave_points, peak.slave_triangles, "slave", SLAVE, 1.0)
+    trace.update(showscale=False, **look)
+    return trace
+
+
+def _look(peak: Peak, shown: Shown) -> Look:
+    """Of the slave's mesh and of the markers in contact, coloured by one field."""
+    # two stops so close that they lie in neighbouring entries of the 256 a browser keeps
+    scale = [[0.0, SLAVE], [0.004, SLAVE], [0.008, SCALE[0]]]
+    plain = [[k / (len(SCALE) - 1), c] for k, c in enumerate(SCALE)]
+    mesh = {
+        "intensity": shown.values.astype(np.float32),
+        "intensitymode": "vertex",
+        "colorscale": scale + plain[1:],
+        "cmin": 0.0,
+        "cmax": shown.top,
+    }
+    marker = {
+        "color": shown.values[peak.in_contact].astype(np.float32),
+        "colorscale": plain,
+        "cmin": 0.0,
+        "cmax": shown.top,
+        "colorbar": _bar(with_unit(shown.label, shown.unit)),
+    }
+    return mesh, marker
+
+
+def _cluster_look(peak: Peak, count: int) -> Look:
+    """As `_look`, by the number of the region: one colour each, a facet at a time."""
+    assert peak.cluster is not None
+    colours = [REGIONS[k % len(REGIONS)] for k in range(count)]
+    stops: list[tuple[float, str]] = [
+        ((k + side) / count, colour) for k, colour in enumerate(colours) for side in (0.0, 1.0)
+    ]
+    corners = peak.cluster[peak.slave_triangles].reshape(-1, 3).min(axis=1)
+    wide = [(0.0, SLAVE), (1.0 / (count + 1), SLAVE)]
+    wide += [((1.0 + at * count) / (count + 1), colour) for at, colour in stops]
+    mesh = {
+        "intensity": corners.astype(np.float32),
+        "intensitymode": "cell",
+        "colorscale": wide,
+        "cmin": -1.5,
+        "cmax": count - 0.5,
+    }
+    marker = {
+        "color": peak.cluster[peak.in_contact].astype(np.float32),
+        "colorscale": stops,
+        "cmin": -0.5,
+        "cmax": count - 0.5,
+        "colorbar": _bar("Cluster") | {"dtick": max(1, count // 10), "tick0": 0},
+    }
+    return mesh, marker
+
+
+def _bar(title: str) -> dict[str, Any]:
+    return {
+        "title": {"text": title, "side": "right"},
+        "thickness": 12,
+        "len": 0.6,
+        "outlinewidth": 0,
+    }
+
+
+def _restyle(mesh: dict[str, Any], marker: dict[str, Any]) -> dict[str, Any]:
+    """What a look sets beside the values, as a browser's `restyle` names it."""
+    return {
+        "mesh": {name: value for name, value in mesh.items() if name != "intensity"},
+        "marker": {f"marker.{name}": value for name, value in marker.items() if name != "color"},
+    }
+
+
+def _outline(peak: Peak, regions: tuple[Outline, ...], key: tuple[int, int], colour: str) -> Any:
+    """All lines around one region at the peak; its name has the region's number."""
+    import plotly.graph_objects as go
+
+    lines = [closed(o.points) for o in peak.outlines if (o.contact, o.cluster) == key]
+    x, y, z = np.concatenate([*lines, np.zeros((0, 3))]).T
+    several = len({o.contact for o in regions}) > 1
+    name = f"cluster {key[0]}.{key[1]}" if several else f"cluster {key[1]}"
+    return go.Scatter3d(
+        x=x.astype(np.float32),
+        y=y.astype(np.float32),
+        z=z.astype(np.float32),
+        name=name,
+        mode="lines",
+        line={"color": colour, "width": 5},
+        hoverinfo="name",
+    )
+
+
+def _xyz(vector: Any) -> dict[str, float]:
+    return dict(zip("xyz", (float(c) for c in vector), strict=True))
+
+
+def _axis(title: str) -> dict[str, Any]:
+    return {
+        "title": {"text": title, "font": {"size": 11}},
+        "showbackground": False,
+        "gridcolor": GRID,
+        "zerolinecolor": GRID,
+        "tickfont": {"size": 10, "color": MUTED},
+    }
+
+
+def _mesh(points: Any, triangles: Any, name: str, colour: str, opacity: float) -> Any:
+    import plotly.graph_objects as go
+
+    x, y, z = points.astype(np.float32).T
+    i, j, k = triangles.astype(np.int32).T
+    return go.Mesh3d(
+        x=x,
+        y=y,
+        z=z,
+        i=i,
+        j=j,
+        k=k,
+        name=name,
+        color=colour,
+        opacity=opacity,
+        hoverinfo="skip" if name == "body" else "x+y+z+text",
+        lighting={"ambient": 0.55, "diffuse": 0.6, "specular": 0.15, "roughness": 0.6},
+        lightposition={"x": 1e4, "y": -1e4, "z": 2e4},
+        flatshading=False,
+    )
+
+
+def _dots(points: Any, name: str, size: float, marker: dict[str, Any]) -> Any:
+    import plotly.graph_objects as go
+
+    x, y, z = points.astype(np.float32).T
+    return go.Scatter3d(
+        x=x, y=y, z=z, name=name, mode="markers", marker={"size": size, "opacity": 1.0, **marker}
+    )

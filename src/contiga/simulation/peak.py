@@ -1,0 +1,23 @@
+"""The greatest force of a run: its step is kept until it is written."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from contiga.simulation.system_state import SystemState
+
+
+class Peak(NamedTuple):
+    """The greatest force so far, of all contacts together."""
+
+    force: float = 0.0
+    row: int = -1
+    """Of the history; −1 before there is any force."""
+    state: SystemState | None = None
+    """To be written before the next that is; None where it is written already."""
+
+    def after(self, state: SystemState, force: float, row: int, *, written: bool) -> Peak:
+        """With one more step, which is `written` anyway or not."""
+        if not force > self.force:  # nor where it is NaN
+            return self
+        return Peak(force, row, None if written else state)
