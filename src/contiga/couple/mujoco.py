@@ -82,8 +82,8 @@ class MujocoCoupling(Shown):
     ...     model, data, masters={"ball": ball}, slaves={"pad": (pad, "world")}, contacts=[contact]
     ... )
     >>> result = coupling.run(end=1.0)
-    >>> round(float(result.history["max_penetration"].max()), 2), data.qvel.round(3).tolist()[2]
-    (0.1, -1.001)
+    >>> round(float(result.history["max_penetration"].max()), 2), round(float(data.qvel[2]), 2)
+    (0.1, -1.0)
     """
 
     def __init__(

@@ -9,8 +9,8 @@ from contiga.couple.carriers import Carrier
 from contiga.dynamics.prescribed import Fixed
 from contiga.errors import InputError
 from contiga.masters.protocol import is_master
-from contiga.simulation.model import BodyPart, ContactPart, SlavePart
-from contiga.simulation.parts import contact_parts
+from contiga.simulation.model import BodyPart, ContactPart
+from contiga.simulation.parts import contact_parts, slave_part
 from contiga.slaves.slave import Slave
 
 
@@ -30,7 +30,7 @@ def parts_of(
     for name, one in slaves.items():
         _check("slaves", name, one.carried, isinstance(one.carried, Slave), "a Slave")
     bodies = {name: BodyPart(one.carried, Fixed()) for name, one in masters.items()}
-    points = {name: SlavePart(one.carried, Fixed()) for name, one in slaves.items()}
+    points = {name: slave_part(name, one.carried) for name, one in slaves.items()}
     parts = contact_parts(contacts, bodies, points)
     names = [part.name for part in parts]
     if not names or len(set(names)) < len(names):
