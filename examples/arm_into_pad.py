@@ -73,7 +73,9 @@ def swing(mesh: float = 0.008, step: float = 2e-4, end: float = 0.12) -> Swing:
     model = mujoco.MjModel.from_xml_string(ARM.format(step=step))
     data = mujoco.MjData(model)
     data.joint("shoulder").qvel = SPEED
-    hand = cg.Body([cg.shapes.ellipsoid(axes=(0.075, 0.055, 0.05), centre=(0.08, 0, 0))], name="hand")
+    hand = cg.Body(
+        [cg.shapes.ellipsoid(axes=(0.075, 0.055, 0.05), centre=(0.08, 0, 0))], name="hand"
+    )
     foam = cg.StressLaw(LOADING, THICK, unloading=UNLOADING, hysteresis_slope=4.0e6)
     sheet = pad(mesh)
     coupling = MujocoCoupling(

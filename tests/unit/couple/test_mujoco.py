@@ -220,9 +220,7 @@ def test_several_contacts_carry_their_names() -> None:
     assert set(coupling.contacts) == {"ball-point", "ball-other"}
 
 
-def test_bad_states_of_mujoco_end_the_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_bad_states_of_mujoco_end_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)  # where MuJoCo writes its log
     coupling = coupled(model_of())
     coupling.run(0.05)
