@@ -73,9 +73,8 @@ def swing(mesh: float = 0.008, step: float = 2e-4, end: float = 0.12) -> Swing:
     model = mujoco.MjModel.from_xml_string(ARM.format(step=step))
     data = mujoco.MjData(model)
     data.joint("shoulder").qvel = SPEED
-    hand = cg.Body(
-        [cg.shapes.ellipsoid(axes=(0.075, 0.055, 0.05), centre=(0.08, 0, 0))], name="hand"
-    )
+    shape = cg.shapes.ellipsoid(axes=(0.075, 0.055, 0.05), centre=(0.08, 0.0, 0.0))
+    hand = cg.Body([shape], name="hand")
     foam = cg.StressLaw(LOADING, THICK, unloading=UNLOADING, hysteresis_slope=4.0e6)
     sheet = pad(mesh)
     coupling = MujocoCoupling(
@@ -106,7 +105,8 @@ def main() -> None:
             f"step {1000 * step:g} ms: {history['force'][peak]:.0f} N at "
             f"{1000 * history['time'][peak]:.1f} ms, {1000 * history['max_penetration'][peak]:.1f} "
             f"mm deep, at {bent}; lost in the pad {history['energy.hysteresis'][-1]:.2f} J, by "
-            f"friction {history['energy.friction'][-1]:.3f} J; energy error {100 * course.error:.2f} %"
+            f"friction {history['energy.friction'][-1]:.2f} J; energy error "
+            f"{100 * course.error:.2f} %"
         )
 
 

@@ -22,7 +22,7 @@ DAMPED = cg.StressLaw(200.0, thickness=0.5, damping=2.0)
 def scene(law: cg.StressLaw, friction: cg.Coulomb | None) -> tuple[cg.Slave, cg.Contact]:
     """The ball just above a sheet, whose middle is not that of what carries it."""
     points, quads = square_sheet(3.0, 13)
-    sheet = cg.Slave(points + [0.2, 0.1, -1.01], quads)
+    sheet = cg.Slave(points + np.array([0.2, 0.1, -1.01]), quads)
     return sheet, cg.Contact(BALL, sheet, law=law, friction=friction)
 
 

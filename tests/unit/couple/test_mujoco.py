@@ -173,7 +173,7 @@ def test_geoms_that_touch_others_too_are_left_to_the_model() -> None:
 
 def test_pairs_that_the_model_asks_for_are_refused() -> None:
     rest = '<contact><pair geom1="in ball" geom2="in plate"/></contact>'
-    with pytest.raises(InputError, match="'in ball' and 'in plate'.*<pair>"):
+    with pytest.raises(InputError, match=r"'in ball' and 'in plate'.*<pair>"):
         coupled(model_of(**BOTH, rest=rest))
 
 
@@ -275,7 +275,7 @@ def test_wrong_models_are_refused() -> None:
         MujocoCoupling("arm.xml", None, masters={}, slaves={}, contacts=[])
     with pytest.raises(InputError, match="data: must be MuJoCo's data"):
         MujocoCoupling(model, None, masters={}, slaves={}, contacts=[])
-    with pytest.raises(InputError, match="RK4.*implicitfast"):
+    with pytest.raises(InputError, match=r"RK4.*implicitfast"):
         coupled(model_of(option='integrator="RK4"'))
     coupling = coupled(model)
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
@@ -291,7 +291,7 @@ def test_a_mocap_body_is_refused() -> None:
 
 @pytest.mark.parametrize("end", [0.0, -1.0, np.inf, np.nan, "1", True])
 def test_ends_that_are_none_are_refused(end: Any) -> None:
-    with pytest.raises(InputError, match="^end: "):
+    with pytest.raises(InputError, match=r"^end: "):
         coupled(model_of()).run(end)
 
 
