@@ -57,6 +57,7 @@ def test_bodies_exchange_their_velocities() -> None:
     assert result.contacts["ball-point"].n_contact == 0
     assert result.energy.kinetic == pytest.approx(0.5, rel=3e-3)
     assert abs(result.energy.error) < 2e-3
+    assert not coupling.data.qfrc_applied.any()
 
 
 def test_a_slave_falls_on_a_master_that_stands_in_the_world() -> None:
