@@ -48,6 +48,28 @@ def coupled(model: Any, **given: Any) -> MujocoCoupling:
     return MujocoCoupling(model, data, **options)
 
 
+def test_forces_act_where_they_are_wherever_moments_are_taken_about() -> None:
+    """Of a body that turns, on a point off its middle."""
+    courses = []
+    point = cg.Slave([[0.3, 0.0, -1.0]], area=[1.0])
+    for ball in (BALL, BALL.about([0.5, 0.2, -0.3])):
+        model = model_of()
+        data = mujoco.MjData(model)
+        data.qvel[3:6] = [1.0, -2.0, 3.0]
+        coupling = coupled(
+            model,
+            data=data,
+            masters={"ball": ball},
+            slaves={"point": (point, "plate")},
+            contacts=[cg.Contact(ball, point, law=cg.PenaltyLaw(100.0))],
+        )
+        coupling.run(0.15)
+        courses.append((*data.qvel, coupling.critical_step))
+    assert np.isfinite(courses[0]).all()  # still in contact
+    assert np.abs(courses[0][9:12]).max() > 0.01
+    np.testing.assert_allclose(courses[1], courses[0], rtol=1e-9, atol=1e-12)
+
+
 def test_bodies_exchange_their_velocities() -> None:
     coupling = coupled(model_of())
     result = coupling.run(1.0)
@@ -221,13 +243,18 @@ def test_several_contacts_carry_their_names() -> None:
     assert set(coupling.contacts) == {"ball-point", "ball-other"}
 
 
-def test_bad_states_of_mujoco_end_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("steps", [0, 5])
+def test_bad_states_of_mujoco_end_the_run(
+    steps: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)  # where MuJoCo writes its log
     coupling = coupled(model_of())
-    coupling.run(0.05)
+    coupling.start()
+    for _ in range(steps):
+        coupling.step()
     coupling.data.qvel[0] = np.nan
     with pytest.raises(RunError, match="found its state to be bad"):
-        coupling.run(0.1)
+        coupling.step()
 
 
 OTHER = cg.Contact(BALL, cg.Slave([[0.0, 0.0, 5.0]], area=[1.0]), law=cg.PenaltyLaw(1.0))
