@@ -24,6 +24,7 @@ EXTRA_OF = {
     "matplotlib": "report",
     "sklearn": "cluster",
     "pandas": "pandas",
+    "mujoco": "mujoco",
 }
 """The extra of each optional package, by the name it is imported by."""
 PROJECT_OF = {"OCP": "cadquery-ocp-novtk", "sklearn": "scikit-learn"}

@@ -139,6 +139,11 @@ DOORS = {
         "report",
     ),
     "folder": ('import bare_run as b; b.dipping().run("new")', "h5py", "mesh"),
+    "MuJoCo": (
+        "import contiga.couple as c; c.MujocoCoupling(0, 0, masters={}, slaves={}, contacts=[])",
+        "mujoco",
+        "mujoco",
+    ),
     "table": ("import bare_run as b; b.dipping().run().to_pandas()", "pandas", "pandas"),
 }
 
@@ -253,7 +258,9 @@ def test_every_extra_is_that_of_its_packages(project: dict[str, object]) -> None
         wanted.setdefault(extra, set()).add(PROJECT_OF.get(module, module))
     assert {extra: names_of(declared[extra]) for extra in wanted} == wanted  # type: ignore[index]
     (whole,) = declared["all"]  # type: ignore[index]
-    assert set(re.findall(r"\w+", whole)) == {"contiga", *wanted}
+    # MuJoCo is for those who have models of it: no command and no file needs it.
+    assert set(re.findall(r"\w+", whole)) == {"contiga", *wanted} - {"mujoco"}
+    assert set(declared["mujoco"]) <= set(declared["test"])  # type: ignore[index]
     others = set(declared) - {*wanted, "all"}  # type: ignore[call-overload]
     assert others == {"bench", "docs", "test"}
 

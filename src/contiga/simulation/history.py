@@ -11,7 +11,7 @@ from contiga.records import ContactStatus
 from contiga.simulation.model import Model
 from contiga.simulation.sensors import sensor_columns
 from contiga.simulation.step import Stepped
-from contiga.simulation.system_state import SystemState
+from contiga.simulation.system_state import Energy, SystemState
 
 # Columns of the history that count points by what became of them in the step.
 COUNTED = {
@@ -28,10 +28,11 @@ COUNTED = {
 }
 
 _MEASURED = ("area", "n_clusters", "mean_pressure")
-_OF_BODIES = (
+OF_BODIES = (
     *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
     *("qw", "qx", "qy", "qz", "wx", "wy", "wz"),
 )
+"""Columns of a body: centre of mass, its velocity and acceleration, orientation, spin."""
 
 
 def history_row(
@@ -44,13 +45,13 @@ def history_row(
     """
     row: dict[str, float] = {"time": stepped.state.time}
     for contact, prefix in _prefixes(model).items():
-        columns = _columns(
+        columns = contact_columns(
             stepped.state.contacts[contact], stepped.walls[contact], measured=measured
         )
         row |= {prefix + name: value for name, value in columns.items()}
     row |= sensor_columns(model, stepped.state, last)
     if model.mechanism.moved:
-        row |= _body_columns(model, stepped.state) | _system_columns(stepped.state)
+        row |= _body_columns(model, stepped.state) | energy_columns(stepped.state.energy)
     return row
 
 
@@ -90,13 +91,12 @@ def _body_columns(model: Model, state: SystemState) -> dict[str, float]:
             *row[lanes.TURN : lanes.TURN + 4],
             *state.bodies[names[i]].twist.spin,
         )
-        columns |= {f"{names[i]}.{c}": float(v) for c, v in zip(_OF_BODIES, values, strict=True)}
+        columns |= {f"{names[i]}.{c}": float(v) for c, v in zip(OF_BODIES, values, strict=True)}
     return columns
 
 
-def _system_columns(state: SystemState) -> dict[str, float]:
-    """Energies of the whole system."""
-    energy = state.energy
+def energy_columns(energy: Energy) -> dict[str, float]:
+    """Energies of a whole system."""
     return {
         "energy.kinetic": energy.kinetic,
         "energy.strain": energy.strain,
@@ -110,8 +110,11 @@ def _system_columns(state: SystemState) -> dict[str, float]:
     }
 
 
-def _columns(state: State, wall: float, *, measured: bool) -> dict[str, float]:
-    """What the history says of one contact."""
+def contact_columns(state: State, wall: float, *, measured: bool) -> dict[str, float]:
+    """What the history says of one contact.
+
+    `wall` are the seconds its step took; contact areas are NaN where not `measured`.
+    """
     force, moment_about = state.total_force, state.wrench[3:]
     centre = state.centre_of_pressure
     measured = measured or state.contact.weights == "area"

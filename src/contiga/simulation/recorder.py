@@ -154,7 +154,7 @@ class Recorder:
 
     def columns(self) -> dict[str, FloatArray]:
         """The history so far; counts are whole numbers."""
-        return {name: _column(name, values[: self.done]) for name, values in self._rows.items()}
+        return {name: as_column(name, values[: self.done]) for name, values in self._rows.items()}
 
     def save(self) -> None:
         """Leave a checkpoint of the last whole step; nothing at all where there is none."""
@@ -209,7 +209,7 @@ class Recorder:
             self._saved = perf_counter()
 
 
-def _column(name: str, values: list[float]) -> FloatArray:
+def as_column(name: str, values: list[float]) -> FloatArray:
     """A column of the history; counts of what is not measured at every step hold NaN."""
     whole = np.array(values, np.float64)
     return whole.astype(np.int64) if is_count(name) and np.isfinite(whole).all() else whole

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -48,10 +49,21 @@ class Result(Shown):
         MissingPackageError
             pandas is not installed.
         """
-        require("Result.to_pandas", "pandas")
-        from pandas import DataFrame, Index
-
-        columns = {name: values for name, values in self.history.items() if name != "time"}
-        table = DataFrame(columns, index=Index(self.history["time"], name="time"))
+        table = table_of("Result.to_pandas", self.history)
         table.attrs["units"] = self.summary["columns"]
         return table
+
+
+def table_of(purpose: str, history: Mapping[str, FloatArray]) -> DataFrame:
+    """A history as a table of pandas, by time; `purpose` is what the message begins with.
+
+    Raises
+    ------
+    MissingPackageError
+        pandas is not installed.
+    """
+    require(purpose, "pandas")
+    from pandas import DataFrame, Index
+
+    columns = {name: values for name, values in history.items() if name != "time"}
+    return DataFrame(columns, index=Index(history["time"], name="time"))

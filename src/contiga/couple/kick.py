@@ -1,0 +1,133 @@
+"""The second half of a step of MuJoCo, with the forces of contacts, and what work is done in it.
+
+MuJoCo's steps kick velocities by the forces at a time t and then move places by the new ones:
+a leapfrog whose velocities stand half a step behind. At t itself the speed is the mean of the two
+on both sides of the kick, and with it kinetic energy and powers are of second order in the step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.contact.state import State
+from contiga.records import FloatArray
+from contiga.simulation.ledger import contact_energy
+from contiga.simulation.system_state import Energy
+
+
+class Push(NamedTuple):
+    """Force and moment at a point of a body, world axes."""
+
+    body: int
+    point: FloatArray
+    force: FloatArray
+    moment: FloatArray
+
+
+class Kick(NamedTuple):
+    """What the forces at one time did."""
+
+    speed: FloatArray
+    """(nv,) velocities of the joints at that time."""
+    acceleration: FloatArray
+    """(nv,) the change of the velocities over the step."""
+    kinetic: float
+    strain: float
+    """Stored in MuJoCo's springs."""
+    height: float
+    """Potential energy of the weights."""
+    damped: float
+    """Power taken by dampers of joints and tendons and by fluid."""
+    supplied: float
+    """Power of actuators, applied forces and MuJoCo's own constraints."""
+
+
+def kick(model: Any, data: Any, pushes: Iterable[Push]) -> Kick:
+    """Carry out `mj_step2` with the forces of contacts; `data` are at the next time then.
+
+    Forces that a user applies stay as they are.
+    """
+    import mujoco
+
+    before, applied = data.qvel.copy(), data.qfrc_applied.copy()
+    strain, height = _potential(model, data)
+    contact = np.zeros(model.nv)
+    for push in pushes:
+        mujoco.mj_applyFT(model, data, push.force, push.moment, push.point, push.body, contact)
+    data.qfrc_applied += contact
+    mujoco.mj_step2(model, data)
+    data.qfrc_applied[:] = applied
+    speed = 0.5 * (before + data.qvel)
+    momentum = np.zeros(model.nv)
+    mujoco.mj_mulM(model, data, momentum, speed)
+    damping = data.qfrc_damper + data.qfrc_fluid
+    # MuJoCo keeps no sum of the forces on bodies (xfrc_applied) on its own.
+    others = data.qfrc_smooth + data.qfrc_bias - data.qfrc_spring - damping - contact
+    return Kick(
+        speed,
+        (data.qvel - before) / model.opt.timestep,
+        0.5 * float((speed * momentum).sum()),
+        strain,
+        height,
+        -float((damping * speed).sum()),
+        float(((others + data.qfrc_constraint) * speed).sum()),
+    )
+
+
+def _potential(model: Any, data: Any) -> tuple[float, float]:
+    """Of springs, and of weights."""
+    import mujoco
+
+    kept = data.energy.copy()
+    mujoco.mj_energyPos(model, data)
+    whole, height = float(data.energy[0]), 0.0
+    data.energy[:] = kept
+    if not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY:
+        fallen = (data.xipos * model.opt.gravity).sum(axis=1)
+        height = -float((model.body_mass * fallen).sum())
+    return whole - height, height
+
+
+class Account(NamedTuple):
+    """What has come in and was lost up to a time."""
+
+    time: float
+    kick: Kick
+    damped: float = 0.0
+    """Taken by MuJoCo's dampers."""
+    supplied: float = 0.0
+    """Work of what the kick's `supplied` is the power of."""
+    start: float = 0.0
+    """Potential energy of the weights at the start."""
+    initial: float = 0.0
+    """Kinetic and stored energy at the start."""
+
+    def after(self, time: float, kick: Kick) -> Account:
+        """The account at a later time: powers by the trapezoidal rule."""
+        half, before = 0.5 * (time - self.time), self.kick
+        return self._replace(
+            time=time,
+            kick=kick,
+            damped=self.damped + half * (before.damped + kick.damped),
+            supplied=self.supplied + half * (before.supplied + kick.supplied),
+        )
+
+    def energy(self, contacts: Mapping[str, State]) -> Energy:
+        """The ledger."""
+        own = contact_energy(contacts)
+        return own._replace(
+            damping=own.damping + self.damped,
+            kinetic=self.kick.kinetic,
+            strain=self.kick.strain,
+            external=self.supplied - (self.kick.height - self.start),
+            initial=self.initial,
+        )
+
+
+def opened(time: float, kick: Kick, contacts: Mapping[str, State]) -> Account:
+    """The account at the start."""
+    account = Account(time, kick, start=kick.height)
+    return account._replace(initial=account.energy(contacts).total)

@@ -1,0 +1,328 @@
+"""MuJoCo and contiga together: joints, actuators and gravity there, contacts here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from time import perf_counter
+from typing import Any
+
+from contiga.contact.contact import Contact
+from contiga.contact.state import State
+from contiga.couple.carriers import (
+    carriers,
+    check_integrator,
+    check_model,
+    frame_of,
+    motion_of,
+    moving,
+)
+from contiga.couple.kick import Account, Kick, Push, kick, opened
+from contiga.couple.own_contacts import switch_off
+from contiga.couple.parts import parts_of
+from contiga.couple.result import MujocoResult
+from contiga.couple.stability import rates_of
+from contiga.errors import InputError, RunError
+from contiga.extras import require
+from contiga.masters.protocol import Master
+from contiga.num.ordered import product
+from contiga.num.rigid import to_world
+from contiga.records import FloatArray
+from contiga.shown import Facts, Shown
+from contiga.simulation.critical import Rates
+from contiga.simulation.history import OF_BODIES, contact_columns, energy_columns
+from contiga.simulation.model import ContactPart
+from contiga.simulation.parts import by_name
+from contiga.simulation.recorder import as_column
+from contiga.slaves.slave import Slave
+
+OnStep = Callable[["MujocoCoupling"], Any]
+
+
+class MujocoCoupling(Shown):
+    """A MuJoCo model whose bodies carry masters and slaves of contiga.
+
+    A step is ``mj_step2`` with the forces of the contacts, then ``mj_step1`` and the contacts at
+    the new time. What stands between is free to be set: ``data.ctrl``, ``data.qfrc_applied``.
+
+    Parameters
+    ----------
+    model, data : `mujoco.MjModel` and its `mujoco.MjData`, in any units that fit together. Geoms
+        of bodies that meet in a contact are switched off in `model` (see `docs/mujoco.md`)
+    masters, slaves : by name, each in the axes of the frame of a MuJoCo body (xpos, xmat): that of
+        its own name, or of another as ``(master, "body")``; "world" stands still
+    contacts : a list, or by name; each made with one of the masters and one of the slaves
+    every : steps from one measuring of contact areas to the next; NaN in the history between
+    allow_unstable : go on with steps longer than the critical one
+
+    Raises
+    ------
+    InputError
+        Data of another model, the integrator RK4, a body that the model does not have, masters
+        or slaves without a contact, contacts of others, both sides on one body, geoms that must
+        be excluded in the model.
+    MissingPackageError
+        mujoco is not installed.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> import mujoco
+    >>> model = mujoco.MjModel.from_xml_string('''
+    ...     <mujoco><option gravity="0 0 0" timestep="0.01"/><worldbody>
+    ...       <body name="ball"><freejoint/>
+    ...         <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body>
+    ...     </worldbody></mujoco>''')
+    >>> data = mujoco.MjData(model)
+    >>> data.qvel[2] = 1.0
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    >>> pad = cg.Slave([[0.0, 0.0, 1.2]], area=[1.0])
+    >>> contact = cg.Contact(ball, pad, law=cg.PenaltyLaw(100.0))
+    >>> coupling = MujocoCoupling(
+    ...     model, data, masters={"ball": ball}, slaves={"pad": (pad, "world")}, contacts=[contact]
+    ... )
+    >>> result = coupling.run(end=1.0)
+    >>> round(float(result.history["max_penetration"].max()), 2), round(float(data.qvel[2]), 2)
+    (0.1, -1.0)
+    """
+
+    def __init__(
+        self,
+        model: Any,
+        data: Any,
+        *,
+        masters: Mapping[str, Master | tuple[Master, str]],
+        slaves: Mapping[str, Slave | tuple[Slave, str]],
+        contacts: Mapping[str, Contact] | Sequence[Contact],
+        every: int = 1,
+        allow_unstable: bool = False,
+    ) -> None:
+        require("MujocoCoupling", "mujoco")
+        check_model(model, data)
+        if isinstance(every, bool) or not isinstance(every, int) or every < 1:
+            raise InputError("must be a whole number", where="every", found=every, allowed=">= 1")
+        self.model, self.data, self.every = model, data, every
+        self.allow_unstable = allow_unstable
+        self._masters = carriers(model, "masters", by_name("masters", masters))
+        self._slaves = carriers(model, "slaves", by_name("slaves", slaves))
+        self._parts = parts_of(model, self._masters, self._slaves, contacts)
+        switch_off(model, map(self._pair, self._parts))
+        carrying = [*self._masters.values(), *self._slaves.values()]
+        self._moving = moving(model, [one.body for one in carrying])
+        self._forget()
+
+    def _forget(self) -> None:
+        self._contacts: dict[str, State] = {}
+        self._walls: dict[str, float] = {}
+        self._rows: dict[str, list[float]] = {}
+        self._time = math.nan
+        self._account: Account | None = None
+
+    def _facts(self) -> Facts:
+        return [
+            ("masters", ", ".join(self._masters)),
+            ("slaves", ", ".join(self._slaves)),
+            ("contacts", ", ".join(part.name for part in self._parts)),
+            ("time", float(self.data.time)),
+        ]
+
+    @property
+    def contacts(self) -> dict[str, State]:
+        """By name, where MuJoCo's data stand; empty before the start."""
+        return dict(self._contacts)
+
+    @property
+    def critical_step(self) -> float:
+        """The longest stable step of what touches now; infinite where nothing does.
+
+        That of all contacts together is not longer than one, and not shorter than what is said.
+        """
+        rates = Rates()
+        for part in self._parts:
+            state = self._contacts[part.name]
+            point = self._reference(part, state)
+            rates += rates_of(self.model, self.data, state, point, self._pair(part))
+        return rates.critical
+
+    def start(self) -> None:
+        """Take the contacts where MuJoCo's data stand, and forget what was before."""
+        import mujoco
+
+        self._forget()
+        mujoco.mj_step1(self.model, self.data)
+        self._touch(None)
+
+    def step(self) -> None:
+        """One step of `model.opt.timestep`.
+
+        Raises
+        ------
+        InputError
+            The integrator was changed to RK4.
+        RunError
+            The step is longer than the critical one, or MuJoCo has found its state to be bad and
+            begun anew.
+        """
+        import mujoco
+
+        if not self._contacts:
+            self.start()
+        check_integrator(self.model)
+        self._check_step()
+        step, bad = self.model.opt.timestep, _bad(self.data)
+        now = kick(self.model, self.data, self._pushes())
+        self._account = self._booked(now)
+        for name, value in self._row(self.data, now, self._account).items():
+            self._rows.setdefault(name, []).append(value)
+        mujoco.mj_step1(self.model, self.data)
+        if abs(self.data.time - self._time - step) > 0.5 * step or _bad(self.data) != bad:
+            raise RunError(
+                f"t = {self._time:g}: MuJoCo found its state to be bad (not finite, or too large), "
+                "or it was set back. Take smaller steps, and start() after setting back"
+            )
+        self._touch(now)
+
+    def run(self, end: float, *, on_step: OnStep | None = None) -> MujocoResult:
+        """Go on step by step to `end`, from the start if nothing was started.
+
+        Parameters
+        ----------
+        end : when to end: at the step next to it
+        on_step : called with the coupling after the start and after every step, when its `data`
+            may be read and controls set
+
+        Returns
+        -------
+        MujocoResult
+            History, contacts and energy.
+
+        Raises
+        ------
+        InputError
+            The end has passed, or is no number.
+        RunError
+            As of `step`.
+        """
+        if isinstance(end, bool) or not isinstance(end, int | float) or not math.isfinite(end):
+            raise InputError("must be a time", where="end", found=end, allowed="a finite number")
+        if end <= self.data.time:
+            raise InputError(
+                "lies behind",
+                where="end",
+                found=end,
+                allowed=f"> {self.data.time:g}, where MuJoCo's data stand",
+            )
+        if not self._contacts:
+            self.start()
+            if on_step is not None:
+                on_step(self)
+        while self.data.time < end - 0.5 * self.model.opt.timestep:
+            self.step()
+            if on_step is not None:
+                on_step(self)
+        return self.result()
+
+    def result(self) -> MujocoResult:
+        """What there is so far, the time at which MuJoCo's data stand with it.
+
+        What the forces there do is tried on a copy of the data.
+
+        Raises
+        ------
+        InputError
+            Nothing was started.
+        """
+        import mujoco
+
+        if not self._contacts:
+            raise InputError("nothing was started", where="coupling", remedy="Call start() first")
+        copy = mujoco.MjData(self.model)
+        mujoco.mj_copyData(copy, self.model, self.data)
+        now = kick(self.model, copy, self._pushes())
+        account = self._booked(now)
+        last = self._row(copy, now, account)
+        history = {n: as_column(n, [*self._rows.get(n, []), value]) for n, value in last.items()}
+        return MujocoResult(history, self.contacts, account.energy(self._contacts))
+
+    def _pair(self, part: ContactPart) -> tuple[int, int]:
+        """Bodies of the master and of the slave."""
+        return self._masters[part.master].body, self._slaves[part.slave].body
+
+    def _reference(self, part: ContactPart, state: State) -> FloatArray:
+        """(3,) where the wrench on the master acts, world axes."""
+        about = part.contact.master.reference_point
+        return product(state.pose[:3, :3], about) + state.pose[:3, 3]
+
+    def _touch(self, last: Kick | None) -> None:
+        """All contacts where the data stand. Speeds there are foreseen from the last kick."""
+        speed = self.data.qvel.copy()
+        if last is not None:
+            speed += 0.5 * self.model.opt.timestep * last.acceleration
+        dt = float(self.data.time) - self._time
+        for part in self._parts:
+            begun = perf_counter()
+            own, under = (frame_of(self.model, self.data, b, speed) for b in self._pair(part))
+            points = to_world(under.pose, part.contact.slave.points)
+            if last is None:
+                state = part.contact.start(points, own.pose)
+            else:
+                state = part.contact.step(
+                    self._contacts[part.name],
+                    points,
+                    own.pose,
+                    dt,
+                    velocity=under.twist.at(under.pose[:3, 3], points),
+                    twist=own.twist,
+                )
+            self._contacts[part.name] = state
+            self._walls[part.name] = perf_counter() - begun
+        self._time = float(self.data.time)
+
+    def _pushes(self) -> list[Push]:
+        """What the contacts do: forces on both sides that balance to the bit."""
+        pushes = []
+        for part in self._parts:
+            state = self._contacts[part.name]
+            if state.wrench.any():
+                point, (first, second) = self._reference(part, state), self._pair(part)
+                force, moment = state.wrench[:3], state.wrench[3:]
+                pushes += [Push(first, point, force, moment), Push(second, point, -force, -moment)]
+        return pushes
+
+    def _booked(self, now: Kick) -> Account:
+        if self._account is None:
+            return opened(self._time, now, self._contacts)
+        return self._account.after(self._time, now)
+
+    def _row(self, data: Any, now: Kick, account: Account) -> dict[str, float]:
+        """One row of the history; `data` have had the kick."""
+        row = {"time": self._time}
+        measured = len(self._rows.get("time", ())) % self.every == 0
+        for part in self._parts:
+            prefix = "" if len(self._parts) == 1 else f"{part.name}."
+            columns = contact_columns(
+                self._contacts[part.name], self._walls[part.name], measured=measured
+            )
+            row |= {prefix + name: value for name, value in columns.items()}
+        for name, body in self._moving.items():
+            values = motion_of(self.model, data, body, now.speed, now.acceleration)
+            row |= {f"{name}.{c}": float(v) for c, v in zip(OF_BODIES, values, strict=True)}
+        return row | energy_columns(account.energy(self._contacts))
+
+    def _check_step(self) -> None:
+        step, critical = float(self.model.opt.timestep), self.critical_step
+        if step > critical and not self.allow_unstable:
+            raise RunError(
+                f"t = {self._time:g}: the step of {step:.4g} is longer than the critical one of "
+                f"the contacts, {critical:.4g}: their vibrations would grow without bound. Take a "
+                f"timestep below {0.9 * critical:.3g}; allow_unstable lets it pass"
+            )
+
+
+def _bad(data: Any) -> int:
+    """How often MuJoCo has found places, velocities or accelerations to be bad."""
+    import mujoco
+
+    kinds = mujoco.mjtWarning
+    which = kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC
+    return sum(int(data.warning[int(kind)].number) for kind in which)
