@@ -56,7 +56,7 @@ def build(case: Case) -> Simulation:
     Examples
     --------
     >>> import contiga as cg
-    >>> cg.build(cg.load_case("case.toml")).bodies["ball"].body.closed
+    >>> cg.build(cg.load_case("case.toml")).bodies["head"].body.closed
     True
     """
     bodies = {}

@@ -258,7 +258,7 @@ def load_case(path: str | Path) -> Case:
     >>> import contiga as cg
     >>> case = cg.load_case("case.toml")
     >>> case.title, [body.name for body in case.body]
-    ('Ball pressed into a sheet', ['ball'])
+    ('Head of 4.54 kg into foam at 6.7 m/s', ['head'])
     """
     path = Path(path)
     try:

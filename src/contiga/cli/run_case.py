@@ -50,8 +50,9 @@ def run(
 
     Examples
     --------
-    >>> run("case.toml", out="out").history["max_penetration"].max().round(9).tolist()
-    3.0
+    >>> result = run("case.toml", out="out")
+    >>> round(result.summary["sensors"]["head_cg"]["criteria"]["HIC15"]["value"], -1)
+    1090.0
     """
     from contiga.case import build
     from contiga.report import require_packages, write_report

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from contiga.errors import UnitError
 from contiga.io.units import derived_units
 
 _KINDS = (
@@ -31,11 +30,9 @@ def column_units(columns: Iterable[str], units: tuple[str, str, str]) -> dict[st
     {'time': 'ms', 'force_x': 'N', 'head.ax': 'mm/ms²', 'energy.total': 'mJ'}
     """
     length, mass, time = units
-    try:
-        derived = derived_units(length, mass, time)
-    except UnitError:
+    if not all(units):
         return {}
-    derived |= {
+    derived = derived_units(length, mass, time) | {
         "": "",
         "time": time,
         "wall": "s",

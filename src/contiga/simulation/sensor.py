@@ -38,6 +38,13 @@ class Sensor:
     ------
     InputError
         Unknown measures, filters or criteria, criteria without acceleration.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> sensor = cg.Sensor("head_cg", "head", filter="CFC1000", criteria=["HIC15", "3ms"])
+    >>> sensor.criteria, sensor.measures
+    (('HIC15', '3ms'), ('acceleration', 'velocity', 'displacement'))
     """
 
     name: str
