@@ -39,8 +39,10 @@ COARSER = 2.0
 """A step that ends where one so much shorter would be taken is too long: it met something stiff."""
 SPAN = 0.02
 """Part of its master's size that a slave may go in a step, where it may touch."""
-SHORTEST = 1e-6
-"""Of the step that stiffness and turns allow: shorter ones are not tried."""
+SHORTEST = 0.01
+"""Part of the step that stiffness and turns allow below which energy shortens no step."""
+LEAST = 1e-9
+"""Part of the longest step below which nothing shortens one."""
 BETTER = 0.6
 """Half a step that leaves more than this part of the energy of a whole one is no cure."""
 
@@ -78,31 +80,30 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
     with clock("motion"):
         allowed = _allowed(model, stepping, last)
     step = allowed if last.step == 0.0 else min(allowed, GROWTH * last.step)
-    shortest = SHORTEST * allowed
     # Forces that are the gradient of no energy leave some nowhere at any step.
     bearable = math.inf if any(p.contact.weights == "area" for p in model.contacts) else LOST
     stepped, before = None, math.inf
     while True:
         tried = advance(model, last, _until(last.time, step, stepping.end), clock)
-        missing = _missing(model, last, tried.state)
-        if stepped is not None and missing > BETTER * before:
-            # What is nowhere does not come from the length of the step.
-            return stepped
+        if not model.mechanism.moved:
+            return tried
+        step, missing = tried.state.step, _missing(model, last, tried.state)
         with clock("motion"):
             longest = COARSER * _allowed(model, stepping, tried.state)
-        step = tried.state.step
         far = _too_far(model, last, tried.state)
-        fits = far <= 1.0 and step <= longest and missing <= bearable * tried.state.most
-        if fits or step <= shortest or not model.mechanism.moved:
-            return tried
-        if far > 1.0:
+        if far > 1.0 and step > LEAST * stepping.most:
             step *= max(0.1, 0.9 / far)
-        elif step <= longest:
+        elif step > longest:
+            step = min(0.5 * step, longest)
+        elif missing <= bearable * tried.state.most or step <= SHORTEST * longest:
+            return tried
+        elif stepped is not None and missing > BETTER * before:
+            # What is nowhere does not come from the length of the step.
+            return stepped
+        else:
             stepped, before = tried, missing
             # What a point that comes in leaves nowhere falls with the square of the step.
             step *= min(0.5, max(0.05, 0.7 * math.sqrt(LOST * tried.state.most / missing)))
-        else:
-            step = min(0.5 * step, longest)
 
 
 def _too_far(model: Model, last: SystemState, state: SystemState) -> float:

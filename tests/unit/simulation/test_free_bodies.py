@@ -227,3 +227,66 @@ def test_what_cannot_be_moved_is_told() -> None:
     sensor = cg.Sensor("cg", "ball", criteria=["HIC15"])
     with pytest.raises(InputError, match="need units"):
         simulation({"ball": (body, free)}, sensors=[sensor])
+
+
+def closes(history: dict[str, np.ndarray], tolerance: float) -> bool:
+    most = np.abs(history["energy.total"]).max()
+    return bool(np.abs(history["energy.error"]).max() < tolerance * most)
+
+
+def test_points_that_are_driven_do_the_work_that_a_ball_gets() -> None:
+    body, (nodes, quads) = ball((0.0, 0.0, BALL + 0.1)), square_sheet(12.0, 13)
+    sheet = cg.Slave(nodes, quads)
+    up = cg.motion.Velocity([[0.0, 0.0], [2.0, 1.0], [6.0, 1.0]], direction="z")
+    free = cg.motion.Free(body.mass_properties(0.01), hold=("x", "y", "rx", "ry", "rz"))
+    history = (
+        cg.Simulation(
+            bodies={"ball": (body, free)},
+            slaves={"sheet": (sheet, up)},
+            contacts=[cg.Contact(body, sheet, law=cg.PenaltyLaw(2.0, per_area=True))],
+            end=6.0,
+            step="auto",
+        )
+        .run()
+        .history
+    )
+    assert history["ball.vz"][-1] > 0.5
+    assert history["energy.external"][-1] > 0.5 * history["energy.kinetic"][-1]
+    assert closes(history, 1e-3)
+
+
+def test_a_body_that_is_turned_does_work_through_a_spring_on_its_arm() -> None:
+    """The moment about its frame's origin turns with it; the force there stands still."""
+    arm, bob = ball((0.0, 0.0, 0.0)), ball((60.0, 0.0, 0.0))
+    turn = cg.motion.Rotate([[0.0, 0.0], [10.0, 40.0]], axis="z")
+    free = cg.motion.Free(5.0, centre=(60.0, 0.0, 0.0), hold=("rx", "ry", "rz"))
+    spring = cg.Spring(("arm", "bob"), at=[(30.0, 0.0, 0.0), (60.0, 0.0, 0.0)], curve=0.5)
+    history = (
+        cg.Simulation(
+            bodies={"arm": (arm, turn), "bob": (bob, free)},
+            slaves={},
+            contacts=[],
+            springs=[spring],
+            end=10.0,
+            step=0.01,
+        )
+        .run()
+        .history
+    )
+    assert history["energy.external"][-1] > 5.0
+    assert closes(history, 1e-4)
+
+
+def test_a_body_attached_without_a_mass_adds_none() -> None:
+    base, hand = ball((0.0, 0.0, 0.0)), ball((0.0, 0.0, 30.0))
+    simulation = cg.Simulation(
+        bodies={
+            "base": (base, cg.motion.Free(base.mass_properties(1.0))),
+            "hand": (hand, cg.motion.Attached("base")),
+        },
+        slaves={},
+        contacts=[],
+        end=1.0,
+        step=0.5,
+    )
+    assert simulation.mechanism.fixed[0, lanes.MASS] == base.mass_properties(1.0).mass
