@@ -52,12 +52,12 @@ _LARGEST_CASE = 32 * 1024**2
 def _number_or_auto(value: Any) -> Any:
     if value == "auto" or (isinstance(value, int | float) and not isinstance(value, bool)):
         if value != "auto" and not value > 0.0:
-            raise CaseError("must be above zero", found=value, allowed='a number > 0, or "auto"')
+            raise CaseError("is too small", found=value, allowed='> 0, or "auto"')
         return value
     raise CaseError(
-        "is no step",
+        'must be a number, or "auto"',
         found=value,
-        allowed='a number > 0, or "auto"',
+        allowed="> 0",
         remedy=suggest(value, ["auto"]),
     )
 
