@@ -219,8 +219,6 @@ def _slave(spec: SlaveSpec, unit: str, bodies: Mapping[str, BodyPart]) -> Slave:
 
 def _slave_motion(spec: SlaveSpec, slave: Slave, case: Case) -> SlaveMotion | Free | Attached:
     motion = spec.motion
-    if isinstance(spec.points, BodyPoints) and "motion" not in spec.model_fields_set:
-        return Attached(spec.points.body)
     if isinstance(motion, FreeSpec):
         return motion.moved(None)
     if isinstance(motion, AttachedSpec):

@@ -130,6 +130,14 @@ class SlaveSpec(Spec):
     mass: NotNegative | None = None
     """Of every node, in place of the file's."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _points_of_a_body_go_with_it(cls, data: Any) -> Any:
+        points = data.get("points") if isinstance(data, dict) else None
+        if isinstance(points, dict) and isinstance(points.get("body"), str):
+            return {"motion": {"kind": "attached", "body": points["body"]}} | data
+        return data
+
 
 class OutputSpec(Spec):
     """`[output]`."""
@@ -213,6 +221,9 @@ class Case(Spec):
 
     def _named_bodies(self) -> Iterator[tuple[str, str]]:
         """Keys that name a body to be moved, pulled or watched, and the names."""
+        for i, slave in enumerate(self.slave):
+            if isinstance(slave.points, BodyPoints):
+                yield f"slave[{i}].points.body", slave.points.body
         moved = [
             *((f"body[{i}]", body.motion) for i, body in enumerate(self.body)),
             *((f"slave[{i}]", slave.motion) for i, slave in enumerate(self.slave)),
@@ -220,9 +231,6 @@ class Case(Spec):
         for where, motion in moved:
             if isinstance(motion, AttachedSpec):
                 yield f"{where}.motion.body", motion.body
-        for i, slave in enumerate(self.slave):
-            if isinstance(slave.points, BodyPoints):
-                yield f"slave[{i}].points.body", slave.points.body
         yield from ((f"load[{i}].body", load.body) for i, load in enumerate(self.load))
         yield from ((f"sensor[{i}].body", one.body) for i, one in enumerate(self.sensor))
         for i, spring in enumerate(self.spring):

@@ -19,15 +19,23 @@ def resolved_toml(case: Case) -> str:
     """
     data = case.model_dump(exclude_none=True)
     lines = []
-    for key, value in data.items():
+    # A key that is no table would belong to the table before it.
+    for key, value in sorted(data.items(), key=lambda item: _is_table(item[1])):
         if isinstance(value, dict):
             lines += ["", f"[{key}]", *_pairs(value)]
-        elif isinstance(value, list) and value and isinstance(value[0], dict):
+        elif _is_table(value):
             for table in value:
                 lines += ["", f"[[{key}]]", *_pairs(table)]
         else:
             lines.append(f"{key} = {_value(value)}")
     return "\n".join(lines) + "\n"
+
+
+def _is_table(value: Any) -> bool:
+    """Whether it is written as a table, or as several."""
+    return isinstance(value, dict) or (
+        isinstance(value, list) and bool(value) and isinstance(value[0], dict)
+    )
 
 
 def _pairs(table: Mapping[str, Any]) -> list[str]:
