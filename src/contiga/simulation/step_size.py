@@ -95,7 +95,7 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
             step *= max(0.1, 0.9 / far)
         elif step > longest:
             step = min(0.5 * step, longest)
-        elif missing <= bearable * tried.state.most or step <= SHORTEST * longest:
+        elif missing <= bearable * tried.state.most or step <= SHORTEST * min(longest, allowed):
             return tried
         elif stepped is not None and missing > BETTER * before:
             # What is nowhere does not come from the length of the step.
