@@ -252,7 +252,7 @@ def _stepping(
         )
     if isinstance(step, str):
         if step != "auto":
-            raise InputError("is no step", where="step", found=step, allowed='a number, or "auto"')
+            raise InputError('must be a number, or "auto"', where="step", found=step)
         return AutoSteps(_number("start", start), _number("end", end), _number("safety", safety))
     return EqualSteps(_number("start", start), _number("end", end), _number("step", step))
 

@@ -222,7 +222,7 @@ def test_what_cannot_be_moved_is_told() -> None:
     spring = cg.Spring(("ball", "sled"), at=[[0, 0, 0], [1, 0, 0]], curve=1.0)
     with pytest.raises(InputError, match="no body of this name"):
         simulation({"ball": (body, free)}, springs=[spring])
-    with pytest.raises(InputError, match="must be a number, or .auto."):
+    with pytest.raises(InputError, match=r"must be a number, or .auto."):
         simulation({"ball": (body, free)}, step="fast")
     sensor = cg.Sensor("cg", "ball", criteria=["HIC15"])
     with pytest.raises(InputError, match="need units"):

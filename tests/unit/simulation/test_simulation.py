@@ -134,7 +134,10 @@ WRONG = {
     "no times": ({"end": None, "step": None, "times": []}, "one or more"),
     "a step too long": ({"step": 2.0}, "step: .*longer than the whole time"),
     "an end before the start": ({"start": 2.0}, "end: .*after the start"),
-    "a step that is no number": ({"step": "auto"}, "step: must be a number; found 'auto'"),
+    "a step that is no number": (
+        {"step": "fast"},
+        "step: must be a number, or \"auto\"; found 'fast'",
+    ),
     "times that are no numbers": ({"end": None, "step": None, "times": ["a"]}, "must be numbers"),
     "no stepping": ({"end": None, "step": None, "stepping": 3}, "stepping: has no start"),
     "bodies without names": ({"bodies": [BALL]}, "bodies: must be given by name"),
