@@ -127,6 +127,19 @@ def kicked(placed: Placed, fixed: FloatArray, loads: FloatArray, dt: float) -> f
     return energy
 
 
+def weighed(placed: Placed, fixed: FloatArray, gravity: FloatArray, loads: FloatArray) -> None:
+    """Add the weights of bodies to `loads` (b, 6), which are as in `kicked`."""
+    rigid_body_nb.weigh(placed.rows, fixed, gravity, placed.poses, loads)
+
+
+def work_of_gravity(
+    last: FloatArray, rows: FloatArray, fixed: FloatArray, gravity: FloatArray
+) -> float:
+    """Work on bodies whose rows were `last` (b, 19) and are `rows` (b, 19)."""
+    work: float = rigid_body_nb.lowered(last, rows, fixed, gravity)
+    return work
+
+
 def _blank(rows: FloatArray) -> Placed:
     b = len(rows)
     return Placed(rows.copy(), np.empty((b, 4, 4)), np.empty((b, 6)))

@@ -8,9 +8,10 @@ import numpy as np
 
 from contiga.contact.state import State
 from contiga.dynamics.loads import Load
+from contiga.dynamics.rigid_bodies import weighed
 from contiga.dynamics.springs import SpringState
 from contiga.num.ordered import product
-from contiga.num.rigid_lanes import CENTRE, MASS
+from contiga.num.rigid_lanes import CENTRE
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
 from contiga.simulation.place import Standing
@@ -101,13 +102,9 @@ def wrenches(
         i = int(system.root[system.index[load.body]])
         force, moment = loaded(load, poses[i], model.origins[i], time)
         _add(total[i], force, load_point(model, load, i, standing) - poses[i, :3, 3], moment)
-    if model.gravity.any():
-        weight = system.fixed[:, MASS, None] * model.gravity
-        arm = standing.free.rows[:, CENTRE : CENTRE + 3] - standing.free.poses[:, :3, 3]
-        total[system.free, :3] += weight
-        for k in range(3):
-            i, j = (k + 1) % 3, (k + 2) % 3
-            total[system.free, 3 + k] += arm[:, i] * weight[:, j] - arm[:, j] * weight[:, i]
+    own = total[system.free]
+    weighed(standing.free, system.fixed, model.gravity, own)
+    total[system.free] = own
     return total
 
 

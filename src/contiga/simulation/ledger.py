@@ -11,12 +11,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from contiga.contact.state import State
-from contiga.dynamics.free import Attached, Free
-from contiga.dynamics.prescribed import Fixed
+from contiga.dynamics.rigid_bodies import work_of_gravity
 from contiga.dynamics.springs import SpringState
 from contiga.num import quaternion
 from contiga.num.pose import to_quaternion
-from contiga.num.rigid_lanes import CENTRE, MASS
 from contiga.records import FloatArray
 from contiga.simulation.forces import load_point, loaded
 from contiga.simulation.model import Model
@@ -26,14 +24,15 @@ from contiga.simulation.system_state import Energy, SlaveState, SystemState
 
 def contact_energy(contacts: Mapping[str, State]) -> Energy:
     """Of the contacts alone: what moves them does their work."""
-    energies = [state.energy for state in contacts.values()]
-    return Energy(
-        contact=sum(e.stored for e in energies),
-        hysteresis=sum(e.hysteresis for e in energies),
-        damping=sum(e.damping for e in energies),
-        friction=sum(e.friction for e in energies),
-        external=sum(e.work for e in energies),
-    )
+    stored = hysteresis = damping = friction = work = 0.0
+    for state in contacts.values():
+        energy = state.energy
+        stored += energy.stored
+        hysteresis += energy.hysteresis
+        damping += energy.damping
+        friction += energy.friction
+        work += energy.work
+    return Energy(stored, hysteresis, damping, friction, external=work)
 
 
 def energy_of(
@@ -45,14 +44,15 @@ def energy_of(
 ) -> Energy:
     """Of a system; `initial` is None at the start."""
     own = contact_energy(contacts)
-    whole = own._replace(
-        hysteresis=own.hysteresis + sum(s.hysteresis for s in springs.values()),
-        damping=own.damping + sum(s.damping for s in springs.values()),
-        kinetic=kinetic,
-        strain=sum(s.stored for s in springs.values()),
-        external=external,
-    )
-    return whole._replace(initial=whole.total if initial is None else initial)
+    strain, hysteresis, damping = 0.0, own.hysteresis, own.damping
+    for spring in springs.values():
+        strain += spring.stored
+        hysteresis += spring.hysteresis
+        damping += spring.damping
+    if initial is None:
+        initial = kinetic + strain + own.contact
+    lost = hysteresis, damping, own.friction
+    return Energy(own.contact, *lost, kinetic, strain, external, initial)
 
 
 def kinetic_of_nodes(model: Model, slaves: Mapping[str, SlaveState]) -> float:
@@ -82,11 +82,8 @@ def external_work(
 
 
 def _by_gravity(model: Model, last: SystemState, standing: Standing) -> float:
-    if not model.gravity.any():
-        return 0.0
-    system, work = model.mechanism, 0.0
-    way = standing.free.rows[:, CENTRE : CENTRE + 3] - last.rigid[:, CENTRE : CENTRE + 3]
-    work += float((system.fixed[:, MASS] * (way * model.gravity).sum(axis=1)).sum())
+    system = model.mechanism
+    work = work_of_gravity(last.rigid, standing.free.rows, system.fixed, model.gravity)
     for name, mass in system.masses.items():
         way = standing.slaves[name].points - last.slaves[name].points
         work += float((mass * (way * model.gravity).sum(axis=1)).sum())
@@ -96,6 +93,8 @@ def _by_gravity(model: Model, last: SystemState, standing: Standing) -> float:
 def _by_loads(model: Model, last: SystemState, standing: Standing, time: float) -> float:
     """Loads on free bodies; on others what moves them takes it back."""
     system, work = model.mechanism, 0.0
+    if not system.loads:
+        return work
     before = standing._replace(bodies=last.bodies, free=standing.free._replace(rows=last.rigid))
     for load in system.loads:
         i = int(system.root[system.index[load.body]])
@@ -116,11 +115,8 @@ def _by_loads(model: Model, last: SystemState, standing: Standing, time: float) 
 
 def _by_bodies(model: Model, last: SystemState, standing: Standing, wrenches: FloatArray) -> float:
     """By what moves prescribed bodies, against the forces on them."""
-    system, work = model.mechanism, 0.0
-    for name, part in model.bodies.items():
-        if isinstance(part.motion, Free | Attached | Fixed):
-            continue
-        i = system.index[name]
+    work = 0.0
+    for _, _, i in model.mechanism.driven:
         both = last.wrenches[i] + wrenches[i]
         if not both.any():
             continue

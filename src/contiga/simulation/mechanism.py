@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from contiga.dynamics.free import Attached, Free
 from contiga.dynamics.loads import Load
+from contiga.dynamics.prescribed import BodyMotion, Fixed
 from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
 from contiga.dynamics.springs import Spring
 from contiga.errors import InputError
@@ -34,14 +36,22 @@ class Mechanism:
     row: Mapping[int, int]
     """Row of a free body, by its number."""
     fixed: FloatArray
-    """(b, 22) what never changes of them, and (b, 19) how they start."""
+    """(b, 22) what never changes of free bodies."""
     start: FloatArray
+    """(b, 19) how they start."""
+    driven: tuple[tuple[str, BodyMotion, int], ...]
+    """Bodies that a motion drives, with it and their number; those that stand still are not."""
     carried: Mapping[str, int]
     """Slaves that are attached: the body they are fixed to, by its number."""
     masses: Mapping[str, FloatArray]
     """Slaves whose nodes are free: (n,) their masses."""
     springs: Mapping[str, Spring]
     loads: tuple[Load, ...]
+
+    @cached_property
+    def attached(self) -> bool:
+        """Whether any body is attached to another."""
+        return bool((self.root != np.arange(len(self.root))).any())
 
     @property
     def moved(self) -> bool:
@@ -98,6 +108,11 @@ def mechanism_of(
         {int(i): k for k, i in enumerate(free)},
         np.array(fixed).reshape(-1, FIXED),
         np.array(rows).reshape(-1, STATE),
+        tuple(
+            (name, part.motion, index[name])
+            for name, part in bodies.items()
+            if not isinstance(part.motion, Free | Attached | Fixed)
+        ),
         carried,
         masses,
         springs,

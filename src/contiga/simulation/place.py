@@ -9,7 +9,7 @@ import numpy as np
 
 from contiga.contact.state import State
 from contiga.dynamics.free import Attached, Free
-from contiga.dynamics.prescribed import BodyMotion, Fixed
+from contiga.dynamics.prescribed import BodyMotion
 from contiga.dynamics.rigid_bodies import Placed, drifted, started
 from contiga.errors import InputError
 from contiga.num.pose import as_pose
@@ -19,6 +19,8 @@ from contiga.records import FloatArray
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import Model, SlavePart
 from contiga.simulation.system_state import BodyStates, SlaveState, SystemState
+
+STILL = np.eye(4)
 
 
 class Standing(NamedTuple):
@@ -37,12 +39,13 @@ def place(model: Model, last: SystemState | None, time: float) -> Standing:
     else:
         free = drifted(last.rigid, system.fixed, time - last.time)
     n = len(system.index)
-    poses, twists = np.empty((n, 4, 4)), np.empty((n, 6))
+    poses, twists = np.zeros((n, 4, 4)), np.zeros((n, 6))
+    poses[:] = STILL
     poses[system.free], twists[system.free] = free.poses, free.twists
-    for name, part in model.bodies.items():
-        if not isinstance(part.motion, Free | Attached):
-            _put(name, part.motion, time, (poses, twists), system.index[name])
-    poses, twists = poses[system.root], twists[system.root]
+    for name, motion, i in system.driven:
+        poses[i], twists[i] = _driven(name, motion, time)
+    if system.attached:
+        poses, twists = poses[system.root], twists[system.root]
     bodies = BodyStates(system.index, poses, twists)
     slaves = {}
     for name, slave in model.slaves.items():
@@ -55,19 +58,10 @@ def place(model: Model, last: SystemState | None, time: float) -> Standing:
     return Standing(bodies, slaves, free)
 
 
-def _put(
-    name: str,
-    motion: BodyMotion,
-    time: float,
-    rows: tuple[FloatArray, FloatArray],
-    i: int,
-) -> None:
-    """Where a prescribed motion says; what it answers is checked, since it may be a user's."""
-    if isinstance(motion, Fixed):
-        rows[0][i], rows[1][i] = np.eye(4), 0.0
-        return
+def _driven(name: str, motion: BodyMotion, time: float) -> tuple[FloatArray, FloatArray]:
+    """Pose and twist (6,) as a motion says; these are checked, since it may be a user's."""
     where = f"bodies[{name!r}]: motion at t = {time:g}"
-    rows[0][i], twist = as_pose(motion.pose(time), where), motion.twist(time)
+    pose, twist = as_pose(motion.pose(time), where), motion.twist(time)
     if not isinstance(twist, Twist) or not all(
         np.shape(part) == (3,) and np.isfinite(part).all() for part in twist
     ):
@@ -77,7 +71,7 @@ def _put(
             found=twist,
             allowed="contiga.motion.Twist of two arrays (3,), finite",
         )
-    rows[1][i, :3], rows[1][i, 3:] = twist
+    return pose, np.concatenate(twist)
 
 
 def _carried(part: SlavePart, bodies: BodyStates, host: int) -> SlaveState:
@@ -138,12 +132,11 @@ def kicked_nodes(
     """The slaves with the velocities that free nodes have at the end of the step."""
     slaves = dict(standing.slaves)
     for name in model.mechanism.masses:
-        points, _ = slaves[name]
+        points, foreseen = slaves[name]
         if last is None:
             continue
-        half = last.slaves[name].velocities + 0.5 * dt * nodal_acceleration(
-            model, name, last.contacts
-        )
+        # What was foreseen lies as far beyond the middle of the step as the last ones before it.
+        half = 0.5 * (last.slaves[name].velocities + foreseen)
         now = half + 0.5 * dt * nodal_acceleration(model, name, contacts)
         slaves[name] = SlaveState(points, now)
     return slaves
@@ -153,4 +146,6 @@ def frames(system: Mechanism, standing: Standing) -> BodyStates:
     """The bodies with the twists that free ones have once they are kicked."""
     twists = standing.bodies.twists.copy()
     twists[system.free] = standing.free.twists
-    return BodyStates(system.index, standing.bodies.poses, twists[system.root])
+    if system.attached:
+        twists = twists[system.root]
+    return BodyStates(system.index, standing.bodies.poses, twists)

@@ -256,3 +256,31 @@ def kick(rows, fixed, loads, h, poses, twists):
             energy += 0.5 * one[MASS] * velocity[k] * velocity[k]
             energy += 0.5 * momentum[k] * twists[i, 3 + k]
     return energy
+
+
+@kernel(error_model="numpy")
+def weigh(rows, fixed, gravity, poses, loads):
+    """Add the weight of bodies to `loads` (b, 6): force and moment about the frames' origins."""
+    for i in range(rows.shape[0]):
+        mass = fixed[i, MASS]
+        x, y, z = mass * gravity[0], mass * gravity[1], mass * gravity[2]
+        a = rows[i, CENTRE] - poses[i, 0, 3]
+        b = rows[i, CENTRE + 1] - poses[i, 1, 3]
+        c = rows[i, CENTRE + 2] - poses[i, 2, 3]
+        loads[i, 0] += x
+        loads[i, 1] += y
+        loads[i, 2] += z
+        loads[i, 3] += b * z - c * y
+        loads[i, 4] += c * x - a * z
+        loads[i, 5] += a * y - b * x
+
+
+@kernel(error_model="numpy")
+def lowered(last, rows, fixed, gravity):
+    """Work of gravity on bodies that went from `last` (b, 19) to `rows` (b, 19)."""
+    work = 0.0
+    for i in range(rows.shape[0]):
+        for k in range(3):
+            way = rows[i, CENTRE + k] - last[i, CENTRE + k]
+            work += fixed[i, MASS] * gravity[k] * way
+    return work
