@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.schema import Case
 from contiga.dynamics.stepping import EqualSteps
+from contiga.simulation.checks.finding import Said
+from contiga.simulation.checks.size_checks import extent_of
+from contiga.simulation.simulation import Simulation
 
 
 def describe(case: Case) -> list[tuple[str, str]]:
@@ -43,6 +48,22 @@ def describe(case: Case) -> list[tuple[str, str]]:
     output = case.output
     kinds = [*output.formats, *(["report"] if output.report else [])]
     rows.append(("output", f"{', '.join(kinds) or 'none'}; fields every {output.every} steps"))
+    return rows
+
+
+def placed_parts(simulation: Simulation) -> list[tuple[str, str]]:
+    """Rows (part, how large it is and where it stands at the start) of a built case."""
+    said = Said(simulation.units)
+    rows = []
+    for name, body in simulation.bodies.items():
+        rows.append((f"body {name}", extent_of(said, body.body.bounds())))
+    for name, part in simulation.slaves.items():
+        slave = part.slave
+        points = slave.points[slave.active] if slave.active.any() else slave.points
+        bounds = np.stack([points.min(axis=0), points.max(axis=0)])
+        active = int(slave.active.sum())
+        idle = "" if active == len(slave) else f", {active} of {len(slave)} points active"
+        rows.append((f"slave {name}", extent_of(said, bounds) + idle))
     return rows
 
 

@@ -105,7 +105,10 @@ def run(
         bool, typer.Option("--resume", help="Go on from the checkpoint in the output folder.")
     ] = False,
     strict: Annotated[
-        bool, typer.Option("--strict", help="Stop at the first point that is not certified.")
+        bool,
+        typer.Option(
+            "--strict", help="Warnings of the model are errors; stop at a point not certified."
+        ),
     ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
@@ -172,19 +175,33 @@ def _print_energy(summary: dict[str, Any]) -> None:
 
 
 @app.command()
-def check(case: CaseFile) -> None:
-    """Read a case and all its files, and say what a run would do."""
+def check(
+    case: CaseFile,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Fail with exit code 2 where there is a warning.")
+    ] = False,
+) -> None:
+    """Read a case and all its files, say what a run would do, and warn of what looks wrong."""
     from contiga.case.build import build
-    from contiga.case.describe import describe
+    from contiga.case.describe import describe, placed_parts
     from contiga.case.schema import load_case
+    from contiga.simulation.checks.finding import raise_findings
 
     loaded = load_case(case)
-    bodies = build(loaded).bodies
+    simulation = build(loaded)
     _table(describe(loaded))
-    for name, part in bodies.items():
+    print()
+    _table(placed_parts(simulation))
+    for name, part in simulation.bodies.items():
         print(f"\n{name}")
         _table(part.body.condition_rows())
-    print(f"{case} is ready to run")
+    findings = simulation.check()
+    for finding in findings:
+        print(f"warning: {finding}")
+    if strict and findings:
+        raise_findings(findings)
+    ready = f", with {len(findings)} warnings" if findings else ""
+    print(f"{case} is ready to run{ready}")
 
 
 @app.command()

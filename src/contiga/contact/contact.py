@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 from functools import cached_property
 
@@ -27,6 +27,7 @@ from contiga.contact.detect import detect_at_start
 from contiga.contact.measured import Measure
 from contiga.contact.motion import Velocities, relative_velocity
 from contiga.contact.points import default_area, pressure_of, sampling_of
+from contiga.contact.rehearsed import Rehearsed, rehearsed
 from contiga.contact.respond import (
     Past,
     balance,
@@ -269,6 +270,26 @@ class Contact(Shown):
             found = detect_on_curves(self._surface, p_B, last, active, self._options, poses)
         v_B = relative_velocity(self._sampling, p_W, poses, velocity, twist)
         return self._respond(found, p_B, X_WB, Past(state, dt, v_B), clock)
+
+    def rehearse(
+        self, standing: Iterable[tuple[ArrayLike, ArrayLike | None]], *, most: int | None = None
+    ) -> Iterator[Rehearsed]:
+        """The search alone, from one standing to the next: no forces, no areas.
+
+        Parameters
+        ----------
+        standing : slave points (n, 3), world axes, and poses (4, 4) of the master, the first one
+            that of the start
+        most : points of contact that are followed at most, spread evenly over them; all if
+            omitted. At the start all are looked at
+
+        Raises
+        ------
+        InputError
+            As `start` and `step`.
+        """
+        checked = (self._checked(points, pose) for points, pose in standing)
+        return rehearsed(self._surface, checked, (self._sampling.active, most), self._options)
 
     def area_input(self, state: State) -> AreaInput:
         """The nodes in contact in `state`, as area methods see them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,11 +14,12 @@ from contiga.dynamics.springs import SpringState
 from contiga.errors import CheckpointError
 from contiga.io.out.files import atomic_write
 from contiga.records import FloatArray
+from contiga.simulation.checks.finding import Finding
 from contiga.simulation.model import ContactPart
 from contiga.simulation.peak import Peak
 from contiga.simulation.system_state import BodyStates, Energy, SlaveState, SystemState
 
-FORMAT = 6
+FORMAT = 7
 
 
 class Checkpoint(NamedTuple):
@@ -35,6 +37,8 @@ class Checkpoint(NamedTuple):
     """Columns so far."""
     peak: Peak
     """The greatest force so far."""
+    crest: tuple[Finding, ...]
+    """What the step of that showed of the model."""
 
 
 def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
@@ -53,6 +57,7 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
             history.create_dataset(name, data=column)
         peak = file.create_group("peak")
         peak.attrs["force"], peak.attrs["row"] = checkpoint.peak.force, checkpoint.peak.row
+        file.attrs["crest"] = json.dumps(checkpoint.crest)
         if checkpoint.peak.state is not None:
             _write_state(peak.create_group("state"), checkpoint.peak.state)
 
@@ -161,6 +166,7 @@ def _read(path: Path, contacts: Iterable[ContactPart]) -> Checkpoint:
             _read_state(file, contacts),
             history,
             _read_peak(file["peak"], contacts),
+            tuple(Finding(*texts) for texts in json.loads(file.attrs["crest"])),
         )
 
 

@@ -17,6 +17,8 @@ from contiga.io.out.history import write_history
 from contiga.records import FloatArray
 from contiga.simulation import output_folder as names
 from contiga.simulation.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
+from contiga.simulation.checks.finding import Finding
+from contiga.simulation.checks.run_checks import check_crest
 from contiga.simulation.clock import Clock
 from contiga.simulation.fields import Fields, has_outlines
 from contiga.simulation.fingerprint import fingerprint_of
@@ -43,6 +45,8 @@ class _Stand(NamedTuple):
     """After the last of them."""
     peak: Peak = Peak()
     """The greatest force so far."""
+    crest: SystemState | None = None
+    """When that was, if it was in this session of the run."""
 
 
 class Recorder:
@@ -61,6 +65,7 @@ class Recorder:
         self.folder: Path | None = None
         self._stand = _Stand(0, 0, None)
         self._rows: dict[str, list[float]] = {}
+        self._told: tuple[Finding, ...] = ()
         self._fields: Fields | None = None
         self._made = False
         self._fingerprint = ""
@@ -96,6 +101,7 @@ class Recorder:
             self._stand = _Stand(
                 checkpoint.done, checkpoint.written, checkpoint.state, checkpoint.peak
             )
+            self._told = checkpoint.crest
             self._rows = {name: list(column) for name, column in checkpoint.history.items()}
             written = checkpoint.written
         finished = self.state is not None and self._is_last(self.state)
@@ -110,11 +116,12 @@ class Recorder:
     def take(self, stepped: Stepped) -> None:
         """Record one step; before one that is written, that of the greatest force."""
         state = stepped.state
-        done, written, _, peak = self._stand
+        done, written, _, peak, crest = self._stand
         recorded = self._is_last(state) or done % self.model.output.every == 0
         with self._clock("area"):
             row = history_row(self.model, stepped, self.state, measured=recorded)
         peak = peak.after(state, total_force(self.model, row), done, written=recorded)
+        crest = state if peak.row == done else crest
         if recorded:
             if peak.state is not None:
                 self._write_peak(peak.state, peak.row)
@@ -125,11 +132,16 @@ class Recorder:
             column = self._rows.setdefault(name, [])
             del column[done:]
             column.append(value)
-        self._stand = _Stand(done + 1, written, state, peak)
+        self._stand = _Stand(done + 1, written, state, peak, crest)
         if perf_counter() - self._saved > CHECKPOINT_SECONDS:
             self._checkpoint()
         if self._progress is not None:
             self._progress(self._part(state.time), self._planned, state.n_contact)
+
+    def crest(self) -> tuple[Finding, ...]:
+        """What the step of the greatest force shows of the model."""
+        crest = self._stand.crest
+        return self._told if crest is None else check_crest(self.model, crest)
 
     def _part(self, time: float) -> int:
         """Steps done of those planned; of steps that choose themselves the share of the time."""
@@ -204,6 +216,7 @@ class Recorder:
                     self.state,
                     self.columns(),
                     self._stand.peak,
+                    self.crest(),
                 ),
             )
             self._saved = perf_counter()

@@ -6,6 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from contiga.simulation.checks.finding import raise_findings, together
+from contiga.simulation.checks.model_checks import check_model
+from contiga.simulation.checks.run_checks import check_run
 from contiga.simulation.clock import Clock
 from contiga.simulation.model import Model
 from contiga.simulation.recorder import Progress, Recorder
@@ -38,6 +41,10 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
     clock = Clock() if options.clock is None else options.clock
     kept: list[SystemState] = []
     with clock.watching(), clock("total"):
+        with clock("checks"):
+            told = check_model(model)
+        if options.strict and told:
+            raise_findings(told)
         recorder = Recorder(model, clock, options.progress)
         try:
             if out is not None:
@@ -62,6 +69,9 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
         recorder.save()
     history = recorder.columns()
     history |= filtered_columns(model, history)
-    summary = summarise(model, history, clock)
+    shown = (*check_run(model, history, state), *recorder.crest())
+    summary = summarise(model, history, clock, together(told, shown))
     recorder.finish(summary, history)
+    if options.strict and shown:
+        raise_findings(shown)
     return Result(history, recorder.folder, state, tuple(kept), summary)

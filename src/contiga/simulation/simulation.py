@@ -15,6 +15,8 @@ from contiga.dynamics.stepping import AutoSteps, EqualSteps, GivenTimes, Steppin
 from contiga.errors import InputError
 from contiga.num.arrays import positive
 from contiga.num.transform import vector
+from contiga.simulation.checks.finding import Finding
+from contiga.simulation.checks.model_checks import check_model
 from contiga.simulation.clock import Clock
 from contiga.simulation.fingerprint import fingerprint_of
 from contiga.simulation.model import ContactPart, Model, OutputOptions
@@ -136,6 +138,16 @@ class Simulation(Model):
     def fingerprint(self) -> str:
         """Of all that decides the results: see `contiga.simulation.fingerprint`."""
         return fingerprint_of(self)
+
+    def check(self) -> tuple[Finding, ...]:
+        """What about the simulation its author most likely did not mean; empty where all is well.
+
+        Sizes, units, sides, placement, masses and laws are looked at, and the motion is gone
+        through by the search alone, in few steps, as far as it is foretold: wholly where it is
+        prescribed, to the first touch where bodies are free. `run` does it first, and adds what
+        the run itself shows; see `docs/checks.md`.
+        """
+        return check_model(self)
 
     def start(self) -> SystemState:
         """The state at the start."""

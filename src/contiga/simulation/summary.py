@@ -8,6 +8,8 @@ import numpy as np
 
 from contiga.num.threads import thread_count
 from contiga.records import ContactStatus, FloatArray
+from contiga.simulation.checks.finding import Finding
+from contiga.simulation.checks.run_checks import notes_on
 from contiga.simulation.clock import Clock
 from contiga.simulation.column_units import column_units
 from contiga.simulation.energy_told import energy_summary, energy_warnings
@@ -21,21 +23,28 @@ NOTED = (ContactStatus.SLID_OFF, ContactStatus.HELD, ContactStatus.THROUGH)
 WARNED = (
     ContactStatus.LOST,
     ContactStatus.FOUND,
-    ContactStatus.REACQUIRED,
     ContactStatus.NOT_FINITE,
 )
+FEW = 1e-3
+"""Share of all feet that may have been found again elsewhere before it is warned of: where points
+go deeper than a nose or a fold is wide their feet have nowhere else to go."""
 
 
 def summarise(
     model: Model,
     history: dict[str, FloatArray],
     clock: Clock,
+    findings: tuple[Finding, ...] = (),
 ) -> dict[str, Any]:
-    """The summary of a finished run."""
+    """The summary of a finished run, of whose model there are `findings`."""
     several = len(model.contacts) > 1
     statuses = {
         part.name: _statuses(history, f"{part.name}." if several else "") for part in model.contacts
     }
+    proved = {
+        part.name: _proved(history, f"{part.name}." if several else "") for part in model.contacts
+    }
+    few, many = _reacquired(statuses, proved)
     return {
         "title": model.title,
         "version": __version__,
@@ -48,15 +57,15 @@ def summarise(
         "threads": thread_count(),
         "statuses": statuses,
         "advice": _advice(statuses),
-        "proved": {
-            part.name: _proved(history, f"{part.name}." if several else "")
-            for part in model.contacts
-        },
+        "proved": proved,
         "energy": energy_summary(model, history),
         "sensors": sensor_summary(model, history),
         "inputs": _inputs(model),
-        "notes": _told(statuses, NOTED),
-        "warnings": _told(statuses, WARNED)
+        "notes": _told(statuses, NOTED) + few + notes_on(model, history),
+        "findings": [finding._asdict() for finding in findings],
+        "warnings": [str(finding) for finding in findings]
+        + _told(statuses, WARNED)
+        + many
         + _not_finite(model, history)
         + _flaws(model)
         + _measured_weights(model, history)
@@ -136,6 +145,18 @@ def _told(statuses: dict[str, dict[str, int]], which: tuple[ContactStatus, ...])
         for status in which
         if counts[status.name]
     ]
+
+
+def _reacquired(
+    statuses: dict[str, dict[str, int]], proved: dict[str, dict[str, int]]
+) -> tuple[list[str], list[str]]:
+    """Feet that were found again elsewhere: texts where they are few, and where they are many."""
+    few, many = [], []
+    for name, counts in statuses.items():
+        told = _told({name: counts}, (ContactStatus.REACQUIRED,))
+        rare = counts[ContactStatus.REACQUIRED.name] <= FEW * proved[name]["feet"]
+        (few if rare else many).extend(told)
+    return few, many
 
 
 def _advice(statuses: dict[str, dict[str, int]]) -> dict[str, str]:

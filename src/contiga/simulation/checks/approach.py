@@ -1,0 +1,88 @@
+"""How near a slave comes to a body over its whole way.
+
+Distance is 1-Lipschitz: at another time a point is nearer by at most the way that it has gone in
+between, as the body sees it, and no point of a rigid slave goes farther than a corner of its box.
+So a few exact distances, taken where they can be least, bound all others.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.contact.tracked import closest
+from contiga.masters.protocol import Surface
+from contiga.num import pose
+from contiga.num.rigid import to_body
+from contiga.records import FloatArray, IntArray
+from contiga.simulation.checks.scene import Pair
+
+# Distances that are worked out at most, and the share of the least by which it may be off.
+_MOST = 40
+_CLOSE = 1e-3
+# Points looked at at once, the nearest ones first.
+_BLOCK = 64
+
+
+class Approach(NamedTuple):
+    """Where a slave is nearest to a body."""
+
+    distance: float
+    point: int
+    """Row of the slave."""
+    time: float
+
+
+def nearest(surface: Surface, p_B: FloatArray, rows: IntArray) -> tuple[float, int]:
+    """Least distance of p_B[rows] to the surface, and the row that has it."""
+    bounds = np.zeros(len(p_B))
+    surface.safe_distance(p_B, rows, bounds)
+    order = rows[np.argsort(bounds[rows], kind="stable")]
+    best, point = np.inf, int(order[0])
+    for begin in range(0, len(order), _BLOCK):
+        block = order[begin : begin + _BLOCK]
+        if bounds[block[0]] >= best:
+            break
+        feet = closest(surface, p_B, block)
+        away = np.sqrt(np.square(p_B[block] - feet.point).sum(axis=1))
+        k = int(np.nanargmin(np.where(np.isfinite(away), away, np.inf)))
+        if away[k] < best:
+            best, point = float(away[k]), int(block[k])
+    return best, point
+
+
+def closest_approach(pair: Pair) -> Approach:
+    """Where the slave's active points are nearest to the body, over the planned times."""
+    rows = np.flatnonzero(pair.slave.active).astype(np.int32)
+    surface = pair.body.surface
+    times, corners = _corner_ways(pair)
+    bound = np.full(len(times), -np.inf)
+    done = np.zeros(len(times), dtype=bool)
+    best = Approach(np.inf, int(rows[0]), float(times[0]))
+    at = 0
+    for _ in range(min(_MOST, len(times))):
+        points, X_WB = pair.standing(float(times[at]))
+        distance, point = nearest(surface, to_body(X_WB, points), rows)
+        if distance < best.distance:
+            best = Approach(distance, point, float(times[at]))
+        done[at] = True
+        if corners is not None:
+            way = np.sqrt(np.square(corners - corners[at]).sum(axis=2)).max(axis=1)
+            bound = np.maximum(bound, distance - way)
+        left = np.where(done, np.inf, bound)
+        at = int(np.argmin(left))
+        if not left[at] < (1.0 - _CLOSE) * best.distance:
+            break
+    return best
+
+
+def _corner_ways(pair: Pair) -> tuple[FloatArray, FloatArray | None]:
+    """Times to look at, and (k, 8, 3) where the corners of the slave's box are then, body axes;
+    None, and fewer times, where its points move apart from each other."""
+    if pair.relative is None:
+        return pair.shown_times, None
+    low, high = pair.active_points.min(axis=0), pair.active_points.max(axis=0)
+    pick = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
+    box = np.where(pick == 1, high, low)
+    return pair.times, np.array([pose.apply(X, box) for X in pair.relative])

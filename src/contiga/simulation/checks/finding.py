@@ -1,0 +1,83 @@
+"""A finding: something about a model that its author most likely did not mean."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, NoReturn
+
+from contiga.errors import InputError
+from contiga.io.units import base_factor, derived_units
+
+
+class Finding(NamedTuple):
+    """What is odd about a model, where, and what to do.
+
+    >>> print(Finding("apart", "contact pad-head", "never closer than 3 mm", "Move the pad"))
+    contact pad-head: never closer than 3 mm. Move the pad
+    """
+
+    rule: str
+    """What was looked at: a word of `docs/checks.md`."""
+    where: str
+    """Which part of the model."""
+    text: str
+    """What about it, with the numbers."""
+    remedy: str
+    """What to do."""
+
+    def __str__(self) -> str:
+        return f"{self.where}: {self.text}. {self.remedy}"
+
+
+def together(told: tuple[Finding, ...], shown: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    """What was told beforehand, and what a run has shown beside that."""
+    known = {(one.rule, one.where) for one in told}
+    return told + tuple(one for one in shown if (one.rule, one.where) not in known)
+
+
+def raise_findings(findings: tuple[Finding, ...]) -> NoReturn:
+    """Refuse a model because of its first finding.
+
+    Raises
+    ------
+    InputError
+        Tells that one, and how many there are.
+    """
+    first, more = findings[0], len(findings) - 1
+    also = f" ({more} more like this)" if more else ""
+    raise InputError(f"{first.text}{also}", where=first.where, remedy=first.remedy)
+
+
+class Said:
+    """Quantities as they stand in texts, with the names of their units where these are known.
+
+    Parameters
+    ----------
+    units : names of length, mass and time; empty where not said
+    """
+
+    def __init__(self, units: Sequence[str]) -> None:
+        self.known = all(units)
+        self._units = tuple(units)
+        self._names = derived_units(*units) if self.known else {}
+
+    def __call__(self, value: float, quantity: str = "length") -> str:
+        """`value` in words, of "length", "time", "velocity", "force", "stress", "energy"…"""
+        own = dict(zip(("length", "mass", "time"), self._units, strict=True))
+        unit = own.get(quantity) or self._names.get(quantity, "")
+        return f"{value:.4g} {unit}".rstrip()
+
+    def si(self, length: int, mass: int, time: int) -> float:
+        """How many SI units one of these powers is; 1 where the units are not known."""
+        if not self.known:
+            return 1.0
+        factors = [
+            base_factor(unit, of)
+            for unit, of in zip(self._units, ("length", "mass", "time"), strict=True)
+        ]
+        return float(factors[0] ** length * factors[1] ** mass * factors[2] ** time)
+
+    def unit(self, kind: str) -> str:
+        """The name of a unit, or "units of" it."""
+        own = dict(zip(("length", "mass", "time"), self._units, strict=True))
+        return own.get(kind) or self._names.get(kind, "") or f"units of {kind}"

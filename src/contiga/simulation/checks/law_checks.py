@@ -1,0 +1,124 @@
+"""Checks of laws and of what they are given: stresses, thicknesses, weights."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from contiga.area.nodal import NodalArea
+from contiga.contact.contact import Contact
+from contiga.laws.combined import CombinedLaw
+from contiga.laws.normal import PenaltyLaw
+from contiga.laws.stress import StressLaw
+from contiga.records import FloatArray
+from contiga.simulation.checks.finding import Finding, Said
+from contiga.simulation.checks.layers import layers_of, strength
+from contiga.simulation.checks.scene import Pair, Scene
+
+# A layer that gives way by that strain is foam, rubber or a bed of them; what those carry, in Pa.
+_STRAIN = 0.3
+_SOFT_LAYER = (1.0, 1e9)
+# A layer's thickness over the size of the slave that has it.
+_THICK = 10.0
+# Of the share of the area that a point of a cloud stands for, by its neighbours' distance.
+_ODD_AREA = 20.0
+_MOST_POINTS = 2000
+
+
+def check_laws(scene: Scene) -> Iterator[Finding]:
+    """Laws whose numbers are most likely in another unit, or of another thing."""
+    for pair in scene.pairs:
+        yield from _stress(pair, scene.said)
+        yield from _thickness(pair, scene.said)
+        yield from _weights(pair, scene.said)
+
+
+def _stress(pair: Pair, said: Said) -> Iterator[Finding]:
+    """Tables of soft layers with stresses that none of those has."""
+    if not said.known or isinstance(pair.contact.law, CombinedLaw):
+        return
+    pascal = said.si(-1, 1, -2)
+    for layer in layers_of(pair.contact):
+        curve = layer.curve
+        is_soft = layer.thickness is not None and curve.is_table and len(curve.x) > 2
+        if not is_soft or not curve.x[-1] >= _STRAIN:
+            continue
+        stress = strength(curve, 0.5)
+        if 0.0 < stress * pascal < _SOFT_LAYER[0] or stress * pascal > _SOFT_LAYER[1]:
+            at = min(0.5, float(curve.x[-1]))
+            yield Finding(
+                "stress",
+                pair.where,
+                f"its curve gives {said(stress, 'stress')} at a strain of {at:g}, and no foam or "
+                f"rubber is {'that stiff' if stress * pascal > 1e6 else 'that soft'}: with these "
+                f"units stresses are in {said.unit('stress')}",
+                "Give the curve in that unit, or say which it is in",
+            )
+
+
+def _thickness(pair: Pair, said: Said) -> Iterator[Finding]:
+    """Layers much thicker than what they are a layer of."""
+    for layer in layers_of(pair.contact):
+        size = pair.slave_size if pair.contact.contact_type == "slave" else pair.body.size
+        thickness = layer.thickness
+        if thickness is None or not size > 0.0 or isinstance(pair.contact.law, CombinedLaw):
+            continue
+        if thickness > _THICK * size:
+            yield Finding(
+                "thickness",
+                pair.where,
+                f"its layer is {said(thickness)} thick, and all of {pair.part.slave} "
+                f"{said(size)} large",
+                f"Give the thickness in {said.unit('length')}",
+            )
+
+
+def _weights(pair: Pair, said: Said) -> Iterator[Finding]:
+    """Areas of a cloud's points that have nothing to do with how far apart they are."""
+    contact, slave = pair.contact, pair.slave
+    if slave.facets is not None or not _by_area(contact) or contact.contact_type != "slave":
+        return
+    area = _given_area(pair)
+    points = slave.points[slave.active]
+    if area is None or len(points) < 10:
+        return
+    apart = _apart(points)
+    if not (apart > 0.0 and area > 0.0):
+        return
+    ratio = area / apart**2
+    if ratio > _ODD_AREA or ratio < 1.0 / _ODD_AREA:
+        yield Finding(
+            "weights",
+            pair.where,
+            f"each point of {pair.part.slave} stands for {said(area, 'area')}, and its neighbours "
+            f"are {said(apart)} away: some {said(apart * apart, 'area')} would be its own",
+            'Give the points their share of the surface, or take areas by { kind = "cloud" }; a '
+            "mesh with facets has them by itself",
+        )
+
+
+def _by_area(contact: Contact) -> bool:
+    """Whether a law's force goes with the area of each point."""
+    law = contact.law
+    return isinstance(law, StressLaw) or (isinstance(law, PenaltyLaw) and law.per_area)
+
+
+def _given_area(pair: Pair) -> float | None:
+    """The area of a point that somebody has given; None where it is measured."""
+    method = pair.contact.area
+    if not isinstance(method, NodalArea):
+        return None
+    if method.value is not None:
+        return float(method.value)
+    own = pair.slave.area
+    return None if own is None else float(np.median(own[pair.slave.active]))
+
+
+def _apart(points: FloatArray) -> float:
+    """Median distance from a point to the nearest other one."""
+    tree = cKDTree(points)
+    some = points[np.linspace(0, len(points) - 1, min(len(points), _MOST_POINTS)).astype(np.intp)]
+    apart, _ = tree.query(some, k=2)
+    return float(np.median(apart[:, 1]))

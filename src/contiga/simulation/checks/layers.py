@@ -1,0 +1,75 @@
+"""The layers that the law of a contact deforms: how thick they are, how far their tables go."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.contact.contact import Contact
+from contiga.laws.characteristic import Characteristic
+from contiga.laws.combined import CombinedLaw
+from contiga.laws.force import ForceLaw
+from contiga.laws.stress import StressLaw
+
+_BEYOND = {
+    "linear": "continued straight on",
+    "constant": "held at its last value",
+    "error": "an error that ends the run",
+}
+
+
+class Layer(NamedTuple):
+    """What gives way in a contact."""
+
+    thickness: float | None
+    """Of the layer, the greatest where it differs; None where the law knows of none."""
+    end: float | None
+    """Penetration at which the table of the law ends; None of laws that go on as they are."""
+    beyond: str
+    """What happens beyond that, in words."""
+    curve: Characteristic
+    """Of the law: a stress over strain where there is a thickness, else a force."""
+
+
+def layers_of(contact: Contact) -> list[Layer]:
+    """The layers of one contact: none of laws that have no curve, two of combined ones."""
+    law = contact.law
+    if isinstance(law, CombinedLaw):
+        # What each side takes of the penetration is the law's: together they have both.
+        slave, master = _layer(law.slave, contact), _layer(law.master, contact)
+        if slave is None or master is None or slave.thickness is None or master.thickness is None:
+            return []
+        both = slave.thickness + master.thickness
+        return [Layer(both, None, "", slave.curve)]
+    own = _layer(law, contact)
+    return [] if own is None else [own]
+
+
+def _layer(law: object, contact: Contact) -> Layer | None:
+    if isinstance(law, ForceLaw):
+        return Layer(None, _end(law.curve), _BEYOND[law.curve.extrapolation], law.curve)
+    if not isinstance(law, StressLaw):
+        return None
+    thickness = law.thickness
+    if thickness is None:
+        own = contact.slave.thickness
+        if own is None or not (own[contact.slave.active] > 0.0).any():
+            return None
+        thickness = float(own[contact.slave.active].max())
+    end = _end(law.elastic)
+    beyond = _BEYOND[law.elastic.extrapolation]
+    return Layer(thickness, None if end is None else end * thickness, beyond, law.elastic)
+
+
+def _end(curve: Characteristic) -> float | None:
+    """Where a table ends; None of a straight line, which is the same beyond its rows."""
+    if not curve.is_table or (len(curve.x) == 2 and curve.extrapolation == "linear"):
+        return None
+    return float(curve.x[-1])
+
+
+def strength(curve: Characteristic, strain: float) -> float:
+    """What a curve gives at a strain, or at the end of its table before that."""
+    at = min(strain, float(curve.x[-1])) if curve.is_table else strain
+    return float(np.asarray(curve(at)))

@@ -1,0 +1,104 @@
+"""Checks of what forces move: masses, inertias, velocities, gravity."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from contiga.dynamics.free import Free
+from contiga.masters.protocol import Master
+from contiga.num.ordered import length
+from contiga.num.rigid_lanes import MASS
+from contiga.records import MassProperties
+from contiga.simulation.checks.finding import Finding, Said
+from contiga.simulation.checks.scene import Scene
+
+# kg/m³ of the box around a body: from the lightest foam to more than any metal.
+_DENSITIES = (0.1, 3e4)
+# Radius of gyration over the size of a body: more than any hoop of it has, less than any bar.
+_GYRATION = (0.02, 1.5)
+# m/s and m/s²: beyond what occupant safety, impact and blast have, and beyond any planet.
+_FASTEST = 2e4
+_HEAVIEST = 300.0
+_LIGHTEST = 0.01
+
+
+def check_masses(scene: Scene) -> Iterator[Finding]:
+    """Masses, inertias and velocities that are most likely in another unit."""
+    model, said = scene.model, scene.said
+    if said.known:
+        yield from _gravity(scene)
+    system, names = model.mechanism, list(model.bodies)
+    for k, i in enumerate(system.free):
+        part = model.bodies[names[i]]
+        assert isinstance(part.motion, Free)
+        mass = float(system.fixed[k, MASS])
+        if said.known:
+            yield from _density(names[i], part.body, mass, said)
+            yield from _speed(f"body {names[i]}", part.motion, said)
+        yield from _inertia(names[i], part.body, part.motion, said)
+    for name, slave in model.slaves.items():
+        if isinstance(slave.motion, Free) and said.known:
+            yield from _speed(f"slave {name}", slave.motion, said)
+
+
+def _gravity(scene: Scene) -> Iterator[Finding]:
+    said, g = scene.said, length(scene.model.gravity)
+    metric = g * said.si(1, 0, -2)
+    if g > 0.0 and not _LIGHTEST < metric < _HEAVIEST:
+        earth = 9.80665 / said.si(1, 0, -2)
+        yield Finding(
+            "gravity",
+            "world",
+            f"gravity is {g:.4g} {said.unit('length')}/{said.unit('time')}², which is "
+            f"{metric:.4g} m/s²",
+            f"On earth it is {earth:.4g} in these units",
+        )
+
+
+def _density(name: str, body: Master, mass: float, said: Said) -> Iterator[Finding]:
+    """The mass against that of water in the body's box: orders of magnitude."""
+    volume = float(np.prod(np.ptp(body.bounds(), axis=0)))
+    if not (volume > 0.0 and body.closed):
+        return
+    density = mass / volume * said.si(-3, 1, 0)
+    if not _DENSITIES[0] < density < _DENSITIES[1]:
+        water = 1000.0 / said.si(-3, 1, 0) * volume
+        yield Finding(
+            "mass",
+            f"body {name}",
+            f"its mass is {said(mass, 'mass')}, and its box of water would have "
+            f"{said(water, 'mass')}",
+            f"Give mass in {said.unit('mass')}, or a density in {said.unit('mass')} per "
+            f"{said.unit('length')}³, and look at the unit of its geometry",
+        )
+
+
+def _inertia(name: str, body: Master, motion: Free, said: Said) -> Iterator[Finding]:
+    """Radii of gyration that no body of this size has."""
+    given = motion.inertia
+    if given is None or not isinstance(motion.mass, float | MassProperties):
+        return
+    mass = motion.mass.mass if isinstance(motion.mass, MassProperties) else motion.mass
+    radius = np.sqrt(np.linalg.eigvalsh(given) / mass)
+    if not (radius.max() > _GYRATION[0] * body.size and radius.max() < _GYRATION[1] * body.size):
+        yield Finding(
+            "inertia",
+            f"body {name}",
+            f"its inertia is that of {said(mass, 'mass')} at {said(float(radius.max()))} from its "
+            f"centre, in a body that is {said(body.size)} large",
+            f"Give inertias in {said.unit('mass')}·{said.unit('length')}², about the centre of "
+            "mass",
+        )
+
+
+def _speed(where: str, motion: Free, said: Said) -> Iterator[Finding]:
+    speed = float(np.sqrt(np.square(np.atleast_2d(motion.velocity)).sum(axis=1)).max())
+    if speed * said.si(1, 0, -1) > _FASTEST:
+        yield Finding(
+            "velocity",
+            where,
+            f"it starts at {said(speed, 'velocity')}, which is {speed * said.si(1, 0, -1):.3g} m/s",
+            f"Give velocities in {said.unit('velocity')}",
+        )

@@ -1,0 +1,35 @@
+"""All checks of a model before it is run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from contiga.simulation.checks.depth_checks import check_depth
+from contiga.simulation.checks.finding import Finding
+from contiga.simulation.checks.law_checks import check_laws
+from contiga.simulation.checks.layout_checks import check_layout
+from contiga.simulation.checks.mass_checks import check_masses
+from contiga.simulation.checks.motion_checks import check_motion
+from contiga.simulation.checks.scene import Scene
+from contiga.simulation.checks.size_checks import check_places, check_sizes
+from contiga.simulation.model import Model
+
+_CHECKS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
+    check_layout,
+    check_sizes,
+    check_places,
+    check_motion,
+    check_depth,
+    check_laws,
+    check_masses,
+)
+
+
+def check_model(model: Model) -> tuple[Finding, ...]:
+    """What about `model` its author most likely did not mean.
+
+    The motion is gone through by the search alone, in few steps, as far as it is foretold: wholly
+    where it is prescribed, to the first touch where bodies are free.
+    """
+    scene = Scene(model)
+    return tuple(dict.fromkeys(finding for check in _CHECKS for finding in check(scene)))

@@ -1,0 +1,105 @@
+"""Checks of how the sides of a contact come to each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from contiga.simulation.checks.approach import closest_approach
+from contiga.simulation.checks.finding import Finding, Said
+from contiga.simulation.checks.scene import Pair, Scene
+
+# Share of the body's size that counts as touching.
+_TOUCHING = 1e-6
+
+
+def check_motion(scene: Scene) -> Iterator[Finding]:
+    """Who starts inside, and who never comes near."""
+    for pair in scene.pairs:
+        yield from _starts(pair, scene.said)
+        if pair.foretold and not pair.touches and not _others_touch(scene, pair):
+            yield from _never(pair, scene.said)
+
+
+def _others_touch(scene: Scene, pair: Pair) -> bool:
+    """Whether what is free here is first turned aside by another contact."""
+    return pair.free and any(
+        other is not pair and other.free and other.foretold and other.touches
+        for other in scene.pairs
+    )
+
+
+def _inward(pair: Pair) -> bool:
+    """Whether the normals of a closed body point into it: then all around it counts as inside."""
+    if not pair.body.closed:
+        return False
+    low, high = pair.body.bounds()
+    outside = high + (1.0 + 0.1 * np.arange(1, 4)) * (high - low).max()
+    return bool(pair.body.contains(outside[None, :])[0])
+
+
+def _starts(pair: Pair, said: Said) -> Iterator[Finding]:
+    """Points that are on the contact side from the start."""
+    start = pair.rehearsal[0]
+    rows = start.inside
+    if len(rows) == 0:
+        return
+    slave, body = pair.part.slave, pair.part.master
+    active = min(int(pair.slave.active.sum()), len(start.points_B))
+    deepest = float(start.depth.max())
+    number = f"{len(rows)} of {active} points of {slave}"
+    if _inward(pair):
+        yield Finding(
+            "inward",
+            f"body {body}",
+            f"its normals point inward, so that all around it counts as inside: {number} do at "
+            "the start",
+            "Turn it with flip = true (Python: body.flipped()); leave it if the slave belongs in "
+            "its cavity, and start it there",
+        )
+        return
+    if not pair.body.closed and len(rows) > 0.5 * active:
+        yield Finding(
+            "behind",
+            pair.where,
+            f"{number} start behind {body}, an open face, up to {said(deepest)} from it: contact "
+            "takes what comes in from its free side",
+            "If its free side is to be the other one, turn it with flip = true (Python: "
+            "body.flipped()); else start them on its free side",
+        )
+        return
+    yield Finding(
+        "inside",
+        pair.where,
+        f"{number} start inside {body}, up to {said(deepest)} deep, and make no force: search by "
+        "intersection takes what comes in from the free side",
+        f"Start {said(deepest)} further away, or take them from the start with search = "
+        '"penetration"',
+    )
+
+
+def _never(pair: Pair, said: Said) -> Iterator[Finding]:
+    """Sides that never meet, and how near they come."""
+    if len(pair.rehearsal[0].inside) or not pair.slave.active.any():
+        return
+    found = closest_approach(pair)
+    slave, body = pair.part.slave, pair.part.master
+    when = f"at t = {said(found.time, 'time')}"
+    if found.distance > _TOUCHING * pair.body.size:
+        flight = ", as it flies," if pair.free else ""
+        yield Finding(
+            "apart",
+            pair.where,
+            f"{slave}{flight} never comes closer to {body} than {said(found.distance)}, {when}"
+            + _wide_apart(pair, found.distance, said),
+            "Look at where they are placed, at their units and at the direction of their motion",
+        )
+
+
+def _wide_apart(pair: Pair, distance: float, said: Said) -> str:
+    """Compares a distance with what it lies between."""
+    size = min(pair.body.size, pair.slave_size or np.inf)
+    if not distance > size:
+        return ""
+    return f", {distance / size:.3g} times the size of the smaller of them"

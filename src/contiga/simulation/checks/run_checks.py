@@ -1,0 +1,219 @@
+"""What a run shows of its model: contact that never came, went too deep, or lay on few nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+
+import numpy as np
+
+from contiga.contact.state import State
+from contiga.laws.force import ForceLaw
+from contiga.num.ordered import length
+from contiga.records import FloatArray
+from contiga.simulation.checks.approach import nearest
+from contiga.simulation.checks.depth_checks import deeper_than
+from contiga.simulation.checks.finding import Finding
+from contiga.simulation.checks.layers import layers_of
+from contiga.simulation.checks.scene import Pair, Scene
+from contiga.simulation.model import Model
+from contiga.simulation.system_state import SystemState
+from contiga.triangles.facet_tables import unit_normals, vertex_normals
+
+Columns = Mapping[str, FloatArray]
+# Facets across a region of contact below which its forces depend on where the nodes happen to lie.
+_ACROSS = 2.0
+# Of a layer's thickness: what a step may go in.
+_STEP_OF_LAYER = 0.5
+# Of the largest energy of a contact: what damping may take.
+_DAMPED = 0.75
+# Of the force at a contact's greatest one: what points whose own side faces away may carry.
+_OTHER_SIDE = 0.1
+_SAME_SIDE = 0.9
+# Of the greatest force: what the last step of a free impact may still have.
+_UNFINISHED = 0.5
+# Of its curve's force: what the resultant may lack without a word.
+_APART = 0.02
+
+
+def check_run(model: Model, history: Columns, last: SystemState) -> tuple[Finding, ...]:
+    """What the run shows, by its history and its last state."""
+    scene = Scene(model)
+    found: list[Finding] = []
+    for pair in scene.pairs:
+        own = _columns(model, pair, history)
+        for check in _CHECKS:
+            found += check(scene, pair, own, last)
+    return tuple(found)
+
+
+def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
+    """What the state at the greatest force shows."""
+    scene = Scene(model)
+    found: list[Finding] = []
+    for pair in scene.pairs:
+        contact = state.contacts[pair.part.name]
+        found += _coarse(scene, pair, contact)
+        found += _two_layers(pair, contact)
+    return tuple(found)
+
+
+def notes_on(model: Model, history: Columns) -> list[str]:
+    """What of its numbers a reader may take for something else."""
+    scene = Scene(model)
+    return [
+        text
+        for pair in scene.pairs
+        for text in _resultant(scene, pair, _columns(model, pair, history))
+    ]
+
+
+def _columns(model: Model, pair: Pair, history: Columns) -> dict[str, FloatArray]:
+    """The history of one contact, and the times."""
+    prefix = f"{pair.part.name}." if len(model.contacts) > 1 else ""
+    names = (
+        *("n_contact", "max_penetration", "force", "work"),
+        *("energy_stored", "energy_damping", "energy_hysteresis", "energy_friction"),
+    )
+    return {"time": history["time"]} | {name: history[prefix + name] for name in names}
+
+
+def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
+    """Contacts that nothing ever came to, where that was not foretold."""
+    if own["n_contact"].any():
+        return
+    rows = np.flatnonzero(pair.slave.active).astype(np.int32)
+    points = last.contacts[pair.part.name].points_B
+    finite = np.isfinite(points[rows]).all(axis=1)
+    if not finite.any():
+        return
+    apart, _ = nearest(pair.body.surface, points, rows[finite])
+    yield Finding(
+        "apart",
+        pair.where,
+        f"no point of {pair.part.slave} came into contact in the whole run; at its end they are "
+        f"{scene.said(apart)} from {pair.part.master}",
+        "Look at where they are placed, at their units and at what moves them",
+    )
+
+
+def _deep(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
+    """Penetrations that a law does not know."""
+    at = int(np.nanargmax(own["max_penetration"]))
+    reached = float(own["max_penetration"][at]), float(own["time"][at])
+    for layer in layers_of(pair.contact):
+        yield from deeper_than(layer, pair.where, reached, scene.said)
+
+
+def _fast(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
+    """Steps in which points went in too far at once."""
+    ways = np.diff(own["max_penetration"])
+    layers = [layer.thickness for layer in layers_of(pair.contact) if layer.thickness]
+    if len(ways) == 0 or not layers or not ways.max() > _STEP_OF_LAYER * min(layers):
+        return
+    at = int(np.argmax(ways))
+    yield Finding(
+        "step",
+        pair.where,
+        f"in the one step to t = {scene.said(own['time'][at + 1], 'time')} points went "
+        f"{scene.said(ways[at])} deeper into a layer of {scene.said(min(layers))}",
+        'Take shorter steps, or step = "auto" where forces move the bodies',
+    )
+
+
+def _damped(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
+    """Damping that does most of the work of a contact."""
+    parts = [own[f"energy_{name}"] for name in ("stored", "damping", "hysteresis", "friction")]
+    most = float(np.max(sum(parts)))
+    lost = float(own["energy_damping"][-1])
+    if most > 0.0 and lost > _DAMPED * most:
+        yield Finding(
+            "damping",
+            pair.where,
+            f"its damping takes {100.0 * lost / most:.3g} % of the work done on it, "
+            f"{scene.said(lost, 'energy')}: the curve hardly matters",
+            "Look at the unit of the damping; damping_ratio is a share of the critical one",
+        )
+
+
+def _unfinished(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
+    """Impacts that are cut off before what is free comes back."""
+    force = own["force"]
+    if pair.free and force.max() > 0.0 and int(np.argmax(force)) == len(force) - 1:
+        yield Finding(
+            "unfinished",
+            pair.where,
+            f"the force is at its greatest, {scene.said(float(force[-1]), 'force')}, when the run "
+            "ends: peaks and criteria are those of a part of the impact",
+            "Let the run end later; --resume goes on from here",
+        )
+
+
+_CHECKS: tuple[Callable[[Scene, Pair, Columns, SystemState], Iterator[Finding]], ...] = (
+    _no_contact,
+    _deep,
+    _fast,
+    _damped,
+    _unfinished,
+)
+
+
+def _coarse(scene: Scene, pair: Pair, state: State) -> Iterator[Finding]:
+    """Meshes with few facets across the region of contact."""
+    slave, rows = pair.slave, np.flatnonzero(state.in_contact[: len(pair.slave)])
+    if slave.facets is None or pair.contact.quadrature != "nodes" or len(rows) == 0:
+        return
+    touched = slave.facets[np.isin(slave.facets, rows).any(axis=1)]
+    if len(touched) == 0:
+        return
+    corners = state.points_B[touched]
+    edge = float(np.sqrt(np.square(corners - np.roll(corners, 1, axis=1)).sum(axis=2)).mean())
+    across = length(np.ptp(state.points_B[rows], axis=0)) / edge
+    if across < _ACROSS:
+        yield Finding(
+            "coarse",
+            pair.where,
+            f"at the greatest force {len(rows)} nodes are in contact, {across:.2g} facets of "
+            f"{scene.said(edge)} across: the force depends on where the nodes happen to lie",
+            "Take a finer mesh there, or quadrature = 6, which puts points of contact on facets",
+        )
+
+
+def _two_layers(pair: Pair, state: State) -> Iterator[Finding]:
+    """Slaves both of whose sides are in contact."""
+    slave, rows = pair.slave, np.flatnonzero(state.in_contact[: len(pair.slave)])
+    if slave.facets is None or len(rows) == 0 or pair.contact.quadrature != "nodes":
+        return
+    touched = slave.facets[np.isin(slave.facets, rows).any(axis=1)]
+    corners = state.points_B[touched]
+    normals = vertex_normals(corners, touched, unit_normals(corners), len(slave))
+    faced = (normals[rows] * state.normal_B[rows]).sum(axis=1)
+    carried = state.normal_force[rows]
+    total = float(carried.sum())
+    if not total > 0.0:
+        return
+    away = float(carried[faced > 0.0].sum()) / total
+    if _OTHER_SIDE < away < _SAME_SIDE:
+        less = min(away, 1.0 - away)
+        yield Finding(
+            "layers",
+            pair.where,
+            f"both sides of {pair.part.slave} are in contact: {100.0 * less:.3g} % of the force is "
+            "on facets that face the other way than the rest",
+            "Choose the side that is to touch (parts, sets or a box of the slave), or make sure "
+            "that the layer behind belongs to it",
+        )
+
+
+def _resultant(scene: Scene, pair: Pair, own: Columns) -> Iterator[str]:
+    """What a law sets is a sum of magnitudes, and what is printed is their resultant."""
+    law, at = pair.contact.law, int(np.argmax(own["force"]))
+    if not isinstance(law, ForceLaw) or law.hysteresis is not None:
+        return
+    told = float(law.curve(own["max_penetration"][at]))
+    printed = float(own["force"][at])
+    if printed > 0.0 and told > (1.0 + _APART) * printed and pair.contact.friction is None:
+        yield (
+            f"{pair.part.name}: its curve sets the sum of the nodal forces, "
+            f"{scene.said(told, 'force')} at the peak; printed is their resultant, "
+            f"{scene.said(printed, 'force')}, as they do not all point one way"
+        )

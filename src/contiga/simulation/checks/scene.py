@@ -1,0 +1,188 @@
+"""A model as the checks see it: where everything stands at any time, as far as that is known.
+
+What is prescribed stands where its motion says. What is free flies on from its start, under gravity
+alone: so it goes until it first touches something, where neither springs nor loads act.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from contiga.contact.rehearsed import Rehearsed
+from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.prescribed import Combine, Fixed, Moved, Poses, Rotate, Translate
+from contiga.dynamics.pulses import Accelerated, Velocity
+from contiga.io.mesh.series import MeshSeries
+from contiga.masters.protocol import Master
+from contiga.num import pose
+from contiga.num.ordered import length
+from contiga.num.rigid_lanes import CENTRE
+from contiga.records import FloatArray
+from contiga.simulation.checks.finding import Said
+from contiga.simulation.model import ContactPart, Model
+from contiga.slaves.slave import Slave
+
+# Standings a motion is gone through in, and points of contact that take part in that.
+STANDINGS = 25
+MOST_POINTS = 2_000
+# The same where each standing is read from a file.
+_FEW_STANDINGS = 7
+# Motions that may be asked at any time: a user's own may be live, from a solver.
+_TOLD = (Fixed, Translate, Rotate, Poses, Velocity, Accelerated, MeshSeries)
+# Times that the way of one side past the other is followed at.
+MOST_TIMES = 400
+
+
+class Pair:
+    """One contact of the model: its two sides, and how they stand to each other over time."""
+
+    def __init__(self, model: Model, part: ContactPart) -> None:
+        self.model = model
+        self.part = part
+        self.contact = part.contact
+        self.body: Master = model.bodies[part.master].body
+        self.slave: Slave = model.slaves[part.slave].slave
+        self.where = f"contact {part.name}"
+
+    @cached_property
+    def free(self) -> bool:
+        """Whether forces move one of the sides: only the way to its first touch is known."""
+        system = self.model.mechanism
+        movers = set(system.free)
+        host = system.carried.get(self.part.slave)
+        return (
+            int(system.root[system.index[self.part.master]]) in movers
+            or (host is not None and host in movers)
+            or self.part.slave in system.masses
+        )
+
+    @cached_property
+    def foretold(self) -> bool:
+        """Whether it is known how the sides stand to each other until they touch."""
+        if self.free:
+            return not (self.model.springs or self.model.loads)
+        body, slave = self.model.bodies[self.part.master], self.model.slaves[self.part.slave]
+        return _told(body.motion) and _told(slave.motion)
+
+    @cached_property
+    def times(self) -> FloatArray:
+        """(k,) times of the run, as far as they are planned, spread evenly where they are many."""
+        return _spread(self.model.stepping.planned(), MOST_TIMES)
+
+    def standing(self, time: float) -> tuple[FloatArray, FloatArray]:
+        """Slave points (n, 3), world axes, and the pose (4, 4) of the master."""
+        own = self._slave_pose(time)
+        points = self._moving_points(time) if own is None else pose.apply(own, self.slave.points)
+        return points, self._body_pose(self.part.master, time)
+
+    def _moving_points(self, time: float) -> FloatArray:
+        motion = self.model.slaves[self.part.slave].motion
+        assert not isinstance(motion, Attached)
+        if isinstance(motion, Free):
+            return self.slave.points + self._flight(motion.velocity, time)
+        return motion.points(time)
+
+    def _slave_pose(self, time: float) -> FloatArray | None:
+        """What carries the slave's points from where it was given, None where they move apart."""
+        motion = self.model.slaves[self.part.slave].motion
+        if isinstance(motion, Attached):
+            return self._body_pose(motion.body, time)
+        if isinstance(motion, Free) and motion.velocity.ndim == 1:
+            return pose.translation(self._flight(motion.velocity, time))
+        if isinstance(motion, Moved) and isinstance(motion.base, np.ndarray):
+            same = np.array_equal(motion.base, self.slave.points)
+            return motion.motion.pose(time) if same else None
+        return None
+
+    def _flight(self, velocity: FloatArray, time: float) -> FloatArray:
+        t = time - self.model.stepping.start
+        return velocity * t + 0.5 * t * t * self.model.gravity
+
+    def _body_pose(self, name: str, time: float) -> FloatArray:
+        system = self.model.mechanism
+        i = int(system.root[system.index[name]])
+        motion = self.model.bodies[list(self.model.bodies)[i]].motion
+        if not isinstance(motion, Free | Attached):
+            return motion.pose(time)
+        assert isinstance(motion, Free)
+        t = time - self.model.stepping.start
+        centre = system.start[system.row[i], CENTRE : CENTRE + 3]
+        turn = pose.identity()
+        if motion.spin.any():
+            turn = pose.rotation(motion.spin, length(motion.spin) * t, centre)
+        way = self._flight(motion.velocity, time)
+        if motion.hold:
+            way = way * [axis not in motion.hold for axis in "xyz"]
+        return pose.compose(pose.translation(way), turn)
+
+    @cached_property
+    def relative(self) -> FloatArray | None:
+        """(k, 4, 4) of the slave's points as the master sees them, at `times`; None where the
+        points move apart from each other."""
+        poses = []
+        for time in self.times:
+            own = self._slave_pose(float(time))
+            if own is None:
+                return None
+            poses.append(pose.relative(self._body_pose(self.part.master, float(time)), own))
+        return np.array(poses)
+
+    @cached_property
+    def shown_times(self) -> FloatArray:
+        """(≤ STANDINGS,) times at which the motion is gone through."""
+        read = self.relative is None
+        return _spread(self.times, _FEW_STANDINGS if read else STANDINGS)
+
+    @cached_property
+    def rehearsal(self) -> list[Rehearsed]:
+        """The search at `shown_times`, as far as the way is foretold: to the first touch where
+        forces move a side, the start alone where it is not."""
+        standing = (self.standing(time) for time in self.shown_times.tolist())
+        seen: list[Rehearsed] = []
+        for one in self.contact.rehearse(standing, most=MOST_POINTS):
+            seen.append(one)
+            if not self.foretold or (self.free and len(one.rows)):
+                break
+        return seen
+
+    @cached_property
+    def slave_size(self) -> float:
+        """Length of the diagonal of the box around the slave's active points."""
+        return length(np.ptp(self.active_points, axis=0))
+
+    @property
+    def active_points(self) -> FloatArray:
+        """(k, 3) where the slave's active points are given; all of them where none is."""
+        points = self.slave.points[self.slave.active]
+        return points if len(points) else self.slave.points
+
+    @cached_property
+    def touches(self) -> bool:
+        """Whether any point is seen in contact."""
+        return any(len(seen.rows) for seen in self.rehearsal)
+
+
+class Scene:
+    """All that the checks ask of a model, worked out once."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.said = Said(model.units)
+        self.pairs = [Pair(model, part) for part in model.contacts]
+
+
+def _told(motion: object) -> bool:
+    """Whether a motion may be asked at any time."""
+    if isinstance(motion, Moved):
+        return _told(motion.motion) and (isinstance(motion.base, np.ndarray) or _told(motion.base))
+    if isinstance(motion, Combine):
+        return all(_told(one) for one in motion.motions)
+    return isinstance(motion, _TOLD)
+
+
+def _spread(times: FloatArray, most: int) -> FloatArray:
+    """At most `most` of the times, the first and the last with them."""
+    rows = np.linspace(0, len(times) - 1, min(len(times), most)).astype(np.intp)
+    return np.asarray(times[rows])

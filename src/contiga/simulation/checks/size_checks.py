@@ -1,0 +1,81 @@
+"""Checks of sizes: parts in the wrong unit, places far from what they belong to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from contiga.num.ordered import length
+from contiga.records import FloatArray
+from contiga.simulation.checks.finding import Finding, Said
+from contiga.simulation.checks.scene import Scene
+
+# Sizes of the sides of one contact that are odd, one over the other.
+_ODD_RATIO = 200.0
+# What numbers are too small by where they are in a longer unit than is thought.
+_LONGER = {1000.0: "m where mm are thought", 304.8: "ft where mm are thought"}
+# Sizes of a body that a place on it may be away from its box.
+_FAR = 3.0
+
+
+def check_sizes(scene: Scene) -> Iterator[Finding]:
+    """Sides of a contact so different in size that one is likely in another unit."""
+    for pair in scene.pairs:
+        sizes = {pair.part.master: pair.body.size, pair.part.slave: pair.slave_size}
+        small, large = sorted(sizes, key=lambda name: sizes[name])
+        if not sizes[small] > 0.0 or sizes[large] < _ODD_RATIO * sizes[small]:
+            continue
+        ratio = sizes[large] / sizes[small]
+        factor = min(_LONGER, key=lambda one: abs(np.log(ratio / one)))
+        yield Finding(
+            "sizes",
+            pair.where,
+            f"{large} is {scene.said(sizes[large])} large and {small} {scene.said(sizes[small])}, "
+            f"{ratio:.3g} times less: were its numbers in {_LONGER[factor]}, it would be "
+            f"{scene.said(sizes[small] * factor)}",
+            'Look at the units of both files; unit = "…" beside a file says which it is in',
+        )
+
+
+def check_places(scene: Scene) -> Iterator[Finding]:
+    """Loads, springs and sensors at points far from the body they are on."""
+    model = scene.model
+    for i, load in enumerate(model.loads):
+        if load.at is not None:
+            yield from _far(scene, load.body, load.at, f"load {i}")
+    for name, spring in model.springs.items():
+        for body, at in zip(spring.between, spring.at, strict=True):
+            if body in model.bodies:
+                yield from _far(scene, body, at, f"spring {name}")
+    for sensor in model.sensors:
+        if sensor.at is not None:
+            yield from _far(scene, sensor.body, sensor.at, f"sensor {sensor.name}")
+
+
+def _far(scene: Scene, body: str, at: FloatArray, where: str) -> Iterator[Finding]:
+    model, said = scene.model, scene.said
+    master = model.bodies[body].body
+    X = model.origins[model.mechanism.index[body]]
+    local = X[:3, :3].T @ (np.asarray(at) - X[:3, 3])
+    low, high = master.bounds()
+    away = length(np.maximum(np.maximum(low - local, local - high), 0.0))
+    if away > _FAR * master.size:
+        yield Finding(
+            "far",
+            where,
+            f"its point {_point(at)} is {said(away)} from {body}, which is {said(master.size)} "
+            "large",
+            "Look at the unit of its coordinates, and at where the body is placed",
+        )
+
+
+def _point(at: FloatArray) -> str:
+    return "[" + ", ".join(f"{x:.4g}" for x in at) + "]"
+
+
+def extent_of(said: Said, bounds: FloatArray) -> str:
+    """Size of a box and its corners, in words."""
+    size = " × ".join(f"{x:.4g}" for x in np.ptp(bounds, axis=0))
+    unit = said.unit("length") if said.known else ""
+    return f"{size} {unit}, from {_point(bounds[0])} to {_point(bounds[1])}"
