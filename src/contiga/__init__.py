@@ -44,6 +44,7 @@ _HOME = {
     "Spring": "contiga.dynamics.springs",
     "Simulation": "contiga.simulation.simulation",
     "Sensor": "contiga.simulation.sensor",
+    "Finding": "contiga.simulation.checks.finding",
     "SystemState": "contiga.simulation.system_state",
     "Result": "contiga.simulation.result",
     "Case": "contiga.case.schema",
@@ -127,6 +128,7 @@ if TYPE_CHECKING:
     from contiga.records import Projection as Projection
     from contiga.report import style as style
     from contiga.report.view import View as View
+    from contiga.simulation.checks.finding import Finding as Finding
     from contiga.simulation.clock import Clock as Clock
     from contiga.simulation.result import Result as Result
     from contiga.simulation.sensor import Sensor as Sensor

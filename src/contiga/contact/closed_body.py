@@ -210,6 +210,8 @@ def ask_balls(
     sound = tracked.solved & ~tracked.at_border & (feet.feature == Feature.FACE)
     sound &= np.abs(feet.gap) > options.band
     nearest = np.zeros(len(side), dtype=bool)
+    if not options.balls:
+        return nearest[rows]
     for sign, balls in ((-1, surface.inner_ball), (1, surface.outer_ball)):
         own = rows[sound[rows] & (sign * feet.gap[rows] > 0.0)].astype(np.int32)
         height = np.abs(feet.gap[own])

@@ -61,6 +61,7 @@ def rehearsed(
     body are points behind the inner of a face, no deeper than contact reaches.
     """
     active, most = taking_part
+    options = options._replace(balls=False)
     last, pose = None, np.eye(4)
     for p_W, X_WB in standing:
         p_B = to_body(X_WB, p_W)

@@ -41,6 +41,8 @@ class Options(NamedTuple):
     """Distance below which rounding decides whether a point is inside, length."""
     bounds: FloatArray
     """(2, 3) box of the body."""
+    balls: bool = True
+    """Ask the balls that touch at feet, which take a while to build and save closest points."""
 
 
 class Last(NamedTuple):

@@ -151,7 +151,8 @@ def _reacquired(
     statuses: dict[str, dict[str, int]], proved: dict[str, dict[str, int]]
 ) -> tuple[list[str], list[str]]:
     """Feet that were found again elsewhere: texts where they are few, and where they are many."""
-    few, many = [], []
+    few: list[str] = []
+    many: list[str] = []
     for name, counts in statuses.items():
         told = _told({name: counts}, (ContactStatus.REACQUIRED,))
         rare = counts[ContactStatus.REACQUIRED.name] <= FEW * proved[name]["feet"]

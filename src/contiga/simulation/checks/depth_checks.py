@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from contiga.contact.rehearsed import Rehearsed
 from contiga.num import pose
 from contiga.num.rigid import turn_to_world
-from contiga.records import FloatArray, IntArray
 from contiga.simulation.checks.finding import Finding, Said
 from contiga.simulation.checks.layers import Layer, layers_of
 from contiga.simulation.checks.scene import Pair, Scene
@@ -70,12 +70,10 @@ def _too_fast(pair: Pair, said: Said) -> Iterator[Finding]:
     """Steps in which points go in too far at once."""
     planned = pair.model.stepping.planned()
     worst, at = 0.0, 0.0
-    for time, seen in zip(pair.shown_times.tolist(), pair.rehearsal, strict=True):
-        k = int(np.searchsorted(planned, time, side="right"))
-        nodes = seen.rows < len(pair.slave)
-        if k < len(planned) and nodes.any():
-            touching = seen.rows[nodes], seen.normal_B[nodes]
-            way = _way_in(pair, (time, float(planned[k])), touching)
+    for time, seen in zip(pair.shown_times.tolist(), pair.rehearsal, strict=False):
+        k = int(np.searchsorted(planned, time)) - 1
+        if k >= 0 and len(seen.rows):
+            way = _way_in(pair, (float(planned[k]), time), seen)
             worst, at = max((worst, at), (way, time))
     extent = float(np.ptp(pair.body.bounds(), axis=0).max())
     limits = [(_STEP_OF_BODY * extent, f"a body of {said(extent)}")]
@@ -89,16 +87,16 @@ def _too_fast(pair: Pair, said: Said) -> Iterator[Finding]:
         yield Finding(
             "step",
             pair.where,
-            f"in the one step from t = {said(at, 'time')} points go {said(worst)} deeper into "
-            f"{what}",
+            f"in the one step to t = {said(at, 'time')} points go {said(worst)} deeper into {what}",
             f"Take steps {np.ceil(10.0 * worst / limit):.0f} times shorter",
         )
 
 
-def _way_in(pair: Pair, times: tuple[float, float], touching: tuple[IntArray, FloatArray]) -> float:
-    """The greatest way in, along their normals, that points in contact go between two times."""
-    rows, normals_B = touching
+def _way_in(pair: Pair, times: tuple[float, float], seen: Rehearsed) -> float:
+    """The greatest way in that points have come between two times, along their normals."""
+    nodes = seen.rows < len(pair.slave)
+    rows, deep = seen.rows[nodes], seen.penetration[nodes]
     (before, X), (after, Y) = pair.standing(times[0]), pair.standing(times[1])
     carried = pose.apply(pose.compose(Y, pose.invert(X)), before[rows])
-    ways = ((carried - after[rows]) * turn_to_world(Y, normals_B)).sum(axis=1)
-    return float(ways.max(initial=0.0))
+    ways = ((carried - after[rows]) * turn_to_world(Y, seen.normal_B[nodes])).sum(axis=1)
+    return float(np.minimum(ways, deep).max(initial=0.0))

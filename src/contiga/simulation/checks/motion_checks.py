@@ -44,20 +44,16 @@ def _starts(pair: Pair, said: Said) -> Iterator[Finding]:
     start = pair.rehearsal[0]
     rows = start.inside
     if len(rows) == 0:
+        # Search by penetration has taken what lies inside.
+        if len(start.rows) and _inward(pair):
+            yield _turned(pair, len(start.rows))
         return
     slave, body = pair.part.slave, pair.part.master
     active = min(int(pair.slave.active.sum()), len(start.points_B))
     deepest = float(start.depth.max())
     number = f"{len(rows)} of {active} points of {slave}"
     if _inward(pair):
-        yield Finding(
-            "inward",
-            f"body {body}",
-            f"its normals point inward, so that all around it counts as inside: {number} do at "
-            "the start",
-            "Turn it with flip = true (Python: body.flipped()); leave it if the slave belongs in "
-            "its cavity, and start it there",
-        )
+        yield _turned(pair, len(rows))
         return
     if not pair.body.closed and len(rows) > 0.5 * active:
         yield Finding(
@@ -76,6 +72,17 @@ def _starts(pair: Pair, said: Said) -> Iterator[Finding]:
         "intersection takes what comes in from the free side",
         f"Start {said(deepest)} further away, or take them from the start with search = "
         '"penetration"',
+    )
+
+
+def _turned(pair: Pair, count: int) -> Finding:
+    return Finding(
+        "inward",
+        f"body {pair.part.master}",
+        f"its normals point inward, so that all around it counts as inside: {count} points of "
+        f"{pair.part.slave} do at the start",
+        "Turn it with flip = true (Python: body.flipped()); where the slave belongs in its "
+        "cavity, start it there",
     )
 
 

@@ -1,0 +1,279 @@
+"""Models that are wrong, each in a way that runs: what is said of them, and that right ones are
+told nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import contiga as cg
+from contiga.case.schema import parse_case
+
+PRESSED = """\
+[units]
+length = "mm"
+mass = "g"
+time = "ms"
+[time]
+end = 10.0
+step = 0.25
+[[body]]
+name = "ball"
+geometry = { shape = "sphere", radius = 50.0, centre = [0, 0, 52] }
+motion = { kind = "translate", table = [[0, 0, 0, 0], [5, 0, 0, -9], [10, 0, 0, 0]] }
+[[slave]]
+name = "pad"
+points = { grid = { shape = "plane", width = 120.0, length = 120.0, nu = 25, nv = 25 } }
+thickness = 20.0
+motion = { kind = "fixed" }
+[[contact]]
+master = "ball"
+slave = "pad"
+law = { kind = "stress", elastic = [[0, 0], [0.1, 0.1], [0.6, 0.4], [0.9, 2.0]] }
+"""
+"""A ball pressed 7 mm into a pad of foam and drawn back."""
+
+DROPPED = """\
+[units]
+length = "mm"
+mass = "g"
+time = "ms"
+[time]
+end = 20.0
+step = "auto"
+[[body]]
+name = "ball"
+geometry = { shape = "sphere", radius = 50.0, centre = [0, 0, 52] }
+mass = { total = 1000.0, centre = [0, 0, 52], inertia = [1e6, 1e6, 1e6, 0, 0, 0] }
+motion = { kind = "free", velocity = [0, 0, -3.0] }
+[[slave]]
+name = "pad"
+points = { grid = { shape = "plane", width = 120.0, length = 120.0, nu = 25, nv = 25 } }
+thickness = 40.0
+motion = { kind = "fixed" }
+[[contact]]
+master = "ball"
+slave = "pad"
+law = { kind = "stress", elastic = [[0, 0], [0.1, 0.1], [0.6, 0.4], [0.9, 2.0]] }
+[[sensor]]
+name = "middle"
+body = "ball"
+at = [0, 0, 52]
+"""
+"""A ball of 1 kg that falls on a pad of foam at 3 m/s."""
+
+TABLE = "[[0, 0, 0, 0], [5, 0, 0, -9], [10, 0, 0, 0]]"
+CURVE = "[[0, 0], [0.1, 0.1], [0.6, 0.4], [0.9, 2.0]]"
+GRID = '{ grid = { shape = "plane", width = 120.0, length = 120.0, nu = 25, nv = 25 } }'
+SPHERE = '{ shape = "sphere", radius = 50.0, centre = [0, 0, 52] }'
+PLANE = '{ shape = "plane", width = 200.0, length = 200.0, centre = [0, 0, 0] }'
+MASS = "mass = { total = 1000.0, centre = [0, 0, 52], inertia = [1e6, 1e6, 1e6, 0, 0, 0] }"
+BOX = "{ random = { box = [[-50, -50, 1], [50, 50, 1.001]], n = 500 } }"
+
+
+def wrong(name: str, base: str, rule: str, *words: str, **swaps: str):
+    return pytest.param(base, swaps, rule, words, id=name)
+
+
+SWAPPED = {
+    "ball": SPHERE,
+    "table": TABLE,
+    "curve": CURVE,
+    "grid": GRID,
+    "mass": MASS,
+    "thickness": "thickness = 20.0",
+    "thick": "thickness = 40.0",
+    "step": "step = 0.25",
+    "auto": 'step = "auto"',
+    "end": "end = 20.0",
+    "law": f'law = {{ kind = "stress", elastic = {CURVE} }}',
+    "units": 'mass = "g"',
+    "velocity": "velocity = [0, 0, -3.0]",
+    "sensor": "at = [0, 0, 52]\n",
+    "fixed": 'motion = { kind = "fixed" }',
+    "world": "[time]",
+    "nodal": "thickness = 20.0\n",
+    "last": '[[sensor]]\nname = "middle"\nbody = "ball"\n',
+    "slave": "[[contact]]",
+}
+"""What is swapped, by the name of its piece."""
+
+
+def case_of(base: str, swaps: dict[str, str]) -> cg.Simulation:
+    text = base
+    for piece, new in swaps.items():
+        assert SWAPPED[piece] in text, piece
+        text = text.replace(SWAPPED[piece], new, 1)
+    return cg.build(parse_case(text))
+
+
+def sphere(radius: float, z: float, more: str = "") -> str:
+    return f'{{ shape = "sphere", radius = {radius}, centre = [0, 0, {z}]{more} }}'
+
+
+def moved(z: float) -> str:
+    return f"[[0, 0, 0, 0], [5, 0, 0, {z}], [10, 0, 0, 0]]"
+
+
+BEFORE = [
+    wrong("a larger ball", PRESSED, "inside", "of 625 points of pad start inside ball",
+          "8 mm deep", 'search = "penetration"', ball=sphere(60.0, 52)),
+    wrong("a start inside", PRESSED, "inside", "28 mm deep", ball=sphere(50.0, 22)),
+    wrong("a drop from inside", DROPPED, "inside", "12 mm deep", ball=sphere(50.0, 38)),
+    wrong("inside a little", PRESSED, "inside", "1 of 625 points", "0.01 mm",
+          ball=sphere(50, 49.99)),
+    wrong("a ball in metres", PRESSED, "sizes", "980 times less", "m where mm are thought",
+          ball=sphere(0.05, 0.052)),
+    wrong("a ball in metres stays away", PRESSED, "apart", "never comes closer",
+          ball=sphere(0.05, 20)),
+    wrong("a pad in metres", PRESSED, "sizes", "pad",
+          grid=GRID.replace("120.0", "0.12")),
+    wrong("far away", PRESSED, "apart", "never comes closer to ball than 1193 mm", "at t = 5 ms",
+          ball=sphere(50.0, 1252)),
+    wrong("just short", PRESSED, "apart", "than 0.5 mm", table=moved(-1.5)),
+    wrong("the wrong way", PRESSED, "apart", "than 2 mm", "at t = 0 ms", table=moved(9)),
+    wrong("beside it", PRESSED, "apart",
+          ball='{ shape = "sphere", radius = 50.0, centre = [150, 0, 52] }'),
+    wrong("flies the wrong way", DROPPED, "apart", "as it flies",
+          velocity="velocity = [0, 0, 3.0]"),
+    wrong("flies past", DROPPED, "apart", "as it flies", velocity="velocity = [30.0, 0, -3.0]",
+          ball='{ shape = "sphere", radius = 50.0, centre = [70, 0, 58] }'),
+    wrong("stops before", DROPPED, "apart", velocity="velocity = [0, 0, -0.05]"),
+    wrong("does not move", PRESSED, "still", "neither ball nor pad moves", table=moved(0)),
+    wrong("normals point inward", PRESSED, "inward", "flip = true",
+          ball=SPHERE.replace(" }", ", flip = true }")),
+    wrong("inward, by penetration", PRESSED, "inward", ball=SPHERE.replace(" }", ", flip = true }"),
+          law=f'law = {{ kind = "stress", elastic = {CURVE} }}\nsearch = "penetration"'),
+    wrong("a face turned away", PRESSED, "behind", "an open face", "flip = true",
+          ball=PLANE.replace("0] }", "3], flip = false }")),
+    wrong("a cap upside down", PRESSED, "behind",
+          ball='{ shape = "plane", width = 200.0, length = 200.0, centre = [0, 0, 1] }'),
+    wrong("deeper than the pad", PRESSED, "thickness", "reaches 23 mm", "20 mm thick",
+          table=moved(-25)),
+    wrong("a thin pad", PRESSED, "thickness", "reaches 7 mm", "2 mm thick",
+          thickness="thickness = 2.0"),
+    wrong("a thickness in metres", PRESSED, "thickness", "0.02 mm", thickness="thickness = 0.02"),
+    wrong("a thickness in micrometres", PRESSED, "thickness", "layer is 2e+04 mm thick",
+          thickness="thickness = 20000.0"),
+    wrong("beyond the table", PRESSED, "table", "strain reaches 0.35", "ends at 0.2",
+          "continued straight on", curve="[[0, 0], [0.1, 0.1], [0.2, 0.2]]"),
+    wrong("beyond the table, held",
+        PRESSED,
+        "table",
+        "held at its last value",
+        curve='{ points = [[0, 0], [0.1, 0.1], [0.2, 0.2]], extrapolation = "constant" }',
+    ),
+    wrong("beyond a table of forces", PRESSED, "table", "penetration reaches 7 mm", "at 3 mm",
+          law='law = { kind = "force", curve = [[0, 0], [1, 100], [3, 900]] }'),
+    wrong("MPa where stresses are GPa", PRESSED, "stress", "0.34 GPa", "stresses are in GPa",
+          units='mass = "kg"'),
+    wrong("Pa where stresses are MPa", PRESSED, "stress", "MPa",
+          curve="[[0, 0], [0.1, 1e5], [0.6, 4e5], [0.9, 2e6]]"),
+    wrong("a curve far too soft", PRESSED, "stress", "that soft",
+          curve="[[0, 0], [0.1, 1e-8], [0.6, 4e-8], [0.9, 2e-7]]"),
+    wrong("a cloud of unit areas", PRESSED, "weights", "stands for 1e+04 mm²",
+          grid=BOX, nodal="thickness = 20.0\narea = 10000.0\n"),
+    wrong("a cloud with areas in m²", PRESSED, "weights",
+          grid=BOX, nodal="thickness = 20.0\narea = 2e-5\n"),
+    wrong("one step right in", PRESSED, "step", "in the one step to t = 5", "shorter",
+          step="step = 5.0", table="[[0, 0, 0, 0], [5, 0, 0, -14.9], [10, 0, 0, -19]]",
+          ball=sphere(50.0, 50.1)),
+    wrong("a body nobody touches", PRESSED, "unused", "no contact, spring, load or sensor",
+          slave='[[body]]\nname = "wall"\ngeometry = { shape = "plane", width = 1.0, '
+          'length = 1.0 }\n[[contact]]'),
+    wrong("a slave nobody touches", PRESSED, "unused", "slave dust",
+          slave=f'[[slave]]\nname = "dust"\npoints = {BOX}\n[[contact]]'),
+    wrong("the same contact twice", PRESSED, "twice", "both push",
+          slave=f'[[contact]]\nname = "again"\nmaster = "ball"\nslave = "pad"\n'
+          f'law = {{ kind = "stress", elastic = {CURVE} }}\n[[contact]]'),
+    wrong("a mass in kg", DROPPED, "mass", "its mass is 0.001 g",
+          mass="mass = { total = 0.001 }"),
+    wrong("a mass in mg", DROPPED, "mass", "1e+09 g", mass="mass = { total = 1e9 }"),
+    wrong("an inertia in kg m²", DROPPED, "inertia", "g·mm²",
+          mass="mass = { total = 1000.0, inertia = [1e-3, 1e-3, 1e-3, 0, 0, 0] }"),
+    wrong("an inertia of another body", DROPPED, "inertia",
+          mass="mass = { total = 1000.0, inertia = [1e10, 1e10, 1e10, 0, 0, 0] }"),
+    wrong("gravity in m/s²", DROPPED, "gravity", "9810 m/s²", "0.009807",
+          world="[world]\ngravity = [0, 0, -9.81]\n[time]"),
+    wrong("gravity in mm/s²", DROPPED, "gravity", world="[world]\ngravity = [0, 0, -9810]\n[time]"),
+    wrong("a velocity in km/h and s", DROPPED, "velocity", "mm/ms",
+          velocity="velocity = [0, 0, -300000.0]"),
+    wrong("a sensor in metres away", DROPPED, "far", "sensor middle",
+          sensor="at = [0, 0, 52000]\n"),
+    wrong("a load far off", DROPPED, "far", "load 0",
+          last='[[load]]\nbody = "ball"\nforce = [1.0, 0, 0]\nat = [5000, 0, 0]\n'
+          '[[sensor]]\nname = "middle"\nbody = "ball"\n'),
+    wrong("a spring far off", DROPPED, "far", "spring ball-ground",
+          last='[[spring]]\nbetween = ["ball", "ground"]\nat = [[0, 9000, 0], [0, 0, 0]]\n'
+          'curve = 1.0\n[[sensor]]\nname = "middle"\nbody = "ball"\n'),
+]  # fmt: skip
+"""Told before a run."""
+
+AFTER = [
+    wrong("stopped before the peak", DROPPED, "unfinished", "when the run ends", end="end = 6.0"),
+    wrong("a drop through the pad", DROPPED, "thickness", "4 mm thick", thick="thickness = 4.0"),
+    wrong("a drop beyond the table", DROPPED, "table", curve="[[0, 0], [0.1, 0.1], [0.3, 0.2]]",
+          thick="thickness = 40.0"),
+    wrong("damping that does it all", DROPPED, "damping", "% of the work",
+          law=f'law = {{ kind = "stress", elastic = {CURVE}, damping = 20.0 }}'),
+    wrong("a mesh too coarse", PRESSED, "coarse", "nodes are in contact", "quadrature",
+          grid=GRID.replace("25", "5")),
+    wrong("a spring pulls it back", DROPPED, "apart", "in the whole run",
+          last='[[spring]]\nbetween = ["ball", "ground"]\nat = [[0, 0, 52], [0, 0, 152]]\n'
+          'curve = 5000.0\n[[sensor]]\nname = "middle"\nbody = "ball"\n'),
+    wrong("both sides of a shell",
+        PRESSED,
+        "layers",
+        "both sides of pad",
+        grid='{ grid = { shape = "cylinder", radius = 3.0, height = 40.0, axis = "x", nu = 31, '
+        "nv = 21 }, transform = [{ translate = [0, 0, -2] }] }",
+        table=moved(-14.5),
+    ),
+]  # fmt: skip
+"""Told after it."""
+
+
+@pytest.mark.parametrize(("base", "swaps", "rule", "words"), BEFORE)
+def test_a_wrong_model_is_told_before_it_runs(base, swaps, rule, words) -> None:
+    found = case_of(base, swaps).check()
+    texts = [str(finding) for finding in found if finding.rule == rule]
+    assert texts, [finding.rule for finding in found]
+    for word in words:
+        assert any(word in text for text in texts), texts
+
+
+@pytest.mark.parametrize(("base", "swaps", "rule", "words"), AFTER)
+def test_a_run_tells_what_is_wrong_with_its_model(base, swaps, rule, words) -> None:
+    simulation = case_of(base, swaps)
+    assert rule not in [finding.rule for finding in simulation.check()]
+    summary = simulation.run().summary
+    texts = [str(cg.Finding(**f)) for f in summary["findings"] if f["rule"] == rule]
+    assert texts, [finding["rule"] for finding in summary["findings"]]
+    assert set(texts) <= set(summary["warnings"])
+    for word in words:
+        assert any(word in text for text in texts), texts
+
+
+@pytest.mark.parametrize("base", [PRESSED, DROPPED], ids=["pressed", "dropped"])
+def test_the_right_models_they_come_from_are_told_nothing(base: str) -> None:
+    simulation = case_of(base, {})
+    assert simulation.check() == ()
+    result = simulation.run()
+    assert result.summary["warnings"] == []
+    assert result.history["max_penetration"].max() > 5.0
+
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("0[2-9]*.toml"))
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_are_told_nothing(path: Path) -> None:
+    assert cg.build(cg.load_case(path)).run().summary["warnings"] == []
+
+
+def test_strict_refuses_a_wrong_model_before_its_first_step(tmp_path: Path) -> None:
+    simulation = case_of(PRESSED, {"table": moved(-1.5)})
+    with pytest.raises(cg.errors.InputError, match=r"contact ball-pad: pad never comes closer"):
+        simulation.run(tmp_path / "out", strict=True)
+    assert not (tmp_path / "out").exists()
