@@ -7,9 +7,15 @@ import numpy as np
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.schema import Case
 from contiga.dynamics.stepping import EqualSteps
+from contiga.masters.protocol import Master
+from contiga.num.ordered import length
 from contiga.simulation.checks.finding import Said
 from contiga.simulation.checks.size_checks import extent_of
 from contiga.simulation.simulation import Simulation
+
+# Of a body's size: triangles that tell which way it faces; and of its area the share that must.
+_ROUGH = 0.02
+_EVEN = 0.05
 
 
 def describe(case: Case) -> list[tuple[str, str]]:
@@ -56,7 +62,8 @@ def placed_parts(simulation: Simulation) -> list[tuple[str, str]]:
     said = Said(simulation.units)
     rows = []
     for name, body in simulation.bodies.items():
-        rows.append((f"body {name}", extent_of(said, body.body.bounds())))
+        open_side = "" if body.body.closed else f"; {_free_side(body.body)}"
+        rows.append((f"body {name}", extent_of(said, body.body.bounds()) + open_side))
     for name, part in simulation.slaves.items():
         slave = part.slave
         points = slave.points[slave.active] if slave.active.any() else slave.points
@@ -65,6 +72,17 @@ def placed_parts(simulation: Simulation) -> list[tuple[str, str]]:
         idle = "" if active == len(slave) else f", {active} of {len(slave)} points active"
         rows.append((f"slave {name}", extent_of(said, bounds) + idle))
     return rows
+
+
+def _free_side(body: Master) -> str:
+    """Which way an open body faces, on the whole."""
+    mesh = body.tessellate(_ROUGH * body.size)
+    p = mesh.vertices[mesh.triangles]
+    vectors = 0.5 * np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    area, way = np.sqrt(np.square(vectors).sum(axis=1)).sum(), vectors.sum(axis=0)
+    if not length(way) > _EVEN * area:
+        return "open, its free sides face all ways"
+    return "open, its free side faces [" + ", ".join(f"{x:.2g}" for x in way / length(way)) + "]"
 
 
 def _times(case: Case) -> str:
