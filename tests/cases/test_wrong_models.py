@@ -208,6 +208,15 @@ BEFORE = [
     wrong("a spring far off", DROPPED, "far", "spring ball-ground",
           last='[[spring]]\nbetween = ["ball", "ground"]\nat = [[0, 9000, 0], [0, 0, 0]]\n'
           'curve = 1.0\n[[sensor]]\nname = "middle"\nbody = "ball"\n'),
+    wrong("a case in km", PRESSED.replace('"mm"', '"km"'), "sizes", "1.73e+05 m"),
+    wrong("friction in percents", PRESSED, "friction", "is 30",
+          law=f'law = {{ kind = "stress", elastic = {CURVE} }}\n'
+          'friction = { kind = "coulomb", static = 30.0 }'),
+    wrong("damping in percents", PRESSED, "damping", "10 times the critical",
+          law='law = { kind = "penalty", stiffness = 10.0, damping_ratio = 10.0 }',
+          nodal="thickness = 20.0\nmass = 1.0\n"),
+    wrong("times in seconds", PRESSED, "span", "from t = 0 to 0.01 ms", "Give times in ms",
+          table="[[0, 0, 0, 0], [0.005, 0, 0, -9], [0.01, 0, 0, 0]]"),
 ]  # fmt: skip
 """Told before a run."""
 

@@ -36,10 +36,12 @@ from contiga.io.units import length_factor
 from contiga.laws.normal import StressLaw
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
+from contiga.simulation.checks.finding import Finding
 from contiga.simulation.clock import Clock
 from contiga.simulation.model import BodyPart, ContactPart, OutputOptions, SlavePart
 from contiga.simulation.output_folder import keep_case_file
 from contiga.simulation.result import Result
+from contiga.simulation.run import RunOptions, carry_out
 from contiga.simulation.simulation import Simulation
 from contiga.slaves.slave import Slave
 
@@ -96,6 +98,7 @@ def run(
     strict: bool = False,
     keep: int | None = None,
     progress: Callable[[int, int, int], None] | None = None,
+    on_check: Callable[[tuple[Finding, ...]], Any] | None = None,
     on_finish: Callable[[Path], Any] | None = None,
 ) -> Result:
     """Build a case and run it.
@@ -104,9 +107,10 @@ def run(
     ----------
     out : folder for the results; None keeps them in memory only
     resume : go on from the checkpoint in `out`
-    strict : stop at the first point that is not certified
+    strict : refuse a model that looks wrong; stop at the first point that is not certified
     keep : as `Simulation.run`
     progress : called with steps done, steps in all, points in contact
+    on_check : called before the first step with what looks wrong about the model
     on_finish : called with `out` after a run that is to have a report
 
     Raises
@@ -119,12 +123,9 @@ def run(
         simulation = build(case)
         if out is not None:
             keep_case_file(Path(out), case.file, simulation.case_text)
-    result = simulation.run(
-        out, resume=resume, strict=strict, keep=keep, progress=progress, clock=clock
-    )
-    if on_finish is not None and out is not None and case.output.report:
-        on_finish(Path(out))
-    return result
+    wanted = on_finish if case.output.report else None
+    options = RunOptions(resume, strict, keep, progress, on_check, None, wanted, clock)
+    return carry_out(simulation, out, options)
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ from contiga.errors import InputError
 
 if TYPE_CHECKING:
     from contiga.case.schema import Case
+    from contiga.simulation.checks.finding import Finding
     from contiga.simulation.result import Result
 
 
@@ -31,7 +33,7 @@ def run(
     case : a `Case`, or the path of its file
     out : folder for the results; None keeps them in memory only
     resume : go on from the checkpoint in `out`
-    strict : stop at the first point whose foot or side is not proved
+    strict : refuse a model that looks wrong; stop at the first point that is not certified
     keep : keep the states of every so many steps in the result, the start counted; None none
     quiet : no progress bar
 
@@ -68,8 +70,15 @@ def run(
             strict=strict,
             keep=keep,
             progress=_progress(show, stopped),
+            on_check=None if quiet else _tell,
             on_finish=write_report,
         )
+
+
+def _tell(findings: tuple[Finding, ...]) -> None:
+    """Warn before the first step: a wrong model is not to be waited for."""
+    for finding in findings:
+        print(f"warning: {finding}", file=sys.stderr, flush=True)
 
 
 def _progress(show: Show, stopped: Callable[[], bool]) -> Callable[[int, int, int], None]:

@@ -39,7 +39,7 @@ from contiga.contact.respond import (
     scattered,
 )
 from contiga.contact.state import State
-from contiga.contact.tracked import Detected, Last, Options
+from contiga.contact.tracked import Detected, Last, Options, options_of
 from contiga.errors import InputError
 from contiga.laws.friction import Friction
 from contiga.laws.normal import Law, StressLaw
@@ -57,14 +57,6 @@ TYPES = ("slave", "master", "combined")
 EDGES = ("release", "hold")
 WEIGHTS = ("rest", "area")
 THROUGH = ("release", "hold")
-
-# Share of its size an open body reaches behind its faces when nothing else is said.
-OPEN_DEPTH = 0.1
-# Distance from the surface below which a point counts as on it: a share of the body's size (feet
-# are that exact) and one of its coordinates (they are rounded).
-SAME_PLACE = 4e-12
-ROUNDING = 32.0 * np.finfo(np.float64).eps
-
 
 StageClock = Callable[[str], AbstractContextManager[None]]
 """Called with the name of a stage, gives a context that times it."""
@@ -193,14 +185,8 @@ class Contact(Shown):
     @cached_property
     def _options(self) -> Options:
         # Kept: size and borders of a mesh cost as much as a small step.
-        closed, size, bounds = self._surface.closed, self.master.size, self.master.bounds()
-        depth = self.depth
-        if depth is None:
-            depth = np.inf if closed else OPEN_DEPTH * size
-        band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())
-        hold, through = self.on_edge == "hold", self.through == "hold"
-        inside = self.search == "penetration"
-        return Options(inside, hold, through, depth, closed, size, band, bounds)
+        how = self.search == "penetration", self.on_edge == "hold", self.through == "hold"
+        return options_of(how, self.depth, self._surface.closed, self.master)
 
     def start(
         self, points: ArrayLike, pose: ArrayLike | None = None, *, clock: StageClock = _untimed
@@ -274,7 +260,7 @@ class Contact(Shown):
     def rehearse(
         self, standing: Iterable[tuple[ArrayLike, ArrayLike | None]], *, most: int | None = None
     ) -> Iterator[Rehearsed]:
-        """The search alone, from one standing to the next: no forces, no areas.
+        """The search alone, from one standing to the next. Raises as `start` does.
 
         Parameters
         ----------
@@ -282,11 +268,6 @@ class Contact(Shown):
             that of the start
         most : points of contact that are followed at most, spread evenly over them; all if
             omitted. At the start all are looked at
-
-        Raises
-        ------
-        InputError
-            As `start` and `step`.
         """
         checked = (self._checked(points, pose) for points, pose in standing)
         return rehearsed(self._surface, checked, (self._sampling.active, most), self._options)

@@ -17,17 +17,17 @@ from contiga.statuses import Status
 
 # Share of the body's size below which a point lies on the surface, as people build models.
 ON_IT = 1e-6
+# Points inside whose depth is asked for, at most.
+_MOST_DEPTHS = 20_000
 
 
 class Rehearsed(NamedTuple):
     """What the search finds where the points of contact and the master stand."""
 
-    points_B: FloatArray
-    """(m, 3) points of contact, body axes."""
     pose: FloatArray
     """(4, 4) X_WB of the master."""
     rows: IntArray
-    """(k,) points in contact."""
+    """(k,) points in contact, of those that are followed."""
     penetration: FloatArray
     """(k,) of them."""
     normal_B: FloatArray
@@ -35,18 +35,8 @@ class Rehearsed(NamedTuple):
     inside: IntArray
     """(j,) points that lie on the contact side and are not taken, as they never came in; told of
     the start only."""
-    depth: FloatArray
-    """(j,) how deep they lie."""
-
-
-def _thinned(active: BoolArray, most: int | None) -> BoolArray:
-    """At most `most` of the active points, spread evenly over them."""
-    rows = np.flatnonzero(active)
-    if most is None or len(rows) <= most:
-        return active
-    kept = np.zeros_like(active)
-    kept[rows[np.linspace(0, len(rows) - 1, most).astype(np.intp)]] = True
-    return kept
+    deepest: float
+    """How deep the deepest of them lies."""
 
 
 def rehearsed(
@@ -57,39 +47,63 @@ def rehearsed(
 ) -> Iterator[Rehearsed]:
     """The search from one of `standing`, points (m, 3) and pose, to the next; the first the start.
 
-    `taking_part` are the active points, and how many of them are followed at most. Inside an open
-    body are points behind the inner of a face, no deeper than contact reaches.
+    `taking_part` are the active points, and how many of them are followed at most, spread evenly
+    over them. At the start all are looked at. Inside an open body are points behind the inner of a
+    face, no deeper than contact reaches.
     """
     active, most = taking_part
     options = options._replace(balls=False)
+    followed = _spread(np.flatnonzero(active).astype(np.int32), most)
+    all_of_them = np.ones(len(followed), dtype=bool)
     last, pose = None, np.eye(4)
     for p_W, X_WB in standing:
-        p_B = to_body(X_WB, p_W)
-        inside, depth = np.zeros(0, np.int32), np.zeros(0)
+        own_W = np.ascontiguousarray(p_W[followed])
+        p_B = to_body(X_WB, own_W)
+        inside, deepest = np.zeros(0, np.int32), 0.0
         if last is None:
-            found = detect_at_start(surface, p_B, active, options)
+            found = detect_at_start(surface, p_B, all_of_them, options)
             if not options.penetration:
-                inside, depth = _inside(surface, p_B, active, options)
-            active = _thinned(active, most)
+                inside, deepest = _inside(surface, to_body(X_WB, p_W), active, options)
         else:
-            found = detect_on_curves(surface, p_B, last, active, options, (pose, X_WB))
+            poses = pose, X_WB
+            found = detect_on_curves(surface, p_B, last, all_of_them, options, poses)
         rows = np.flatnonzero(found.feet.patch >= 0).astype(np.int32)
         feet = rows_of(found.feet, rows)
-        yield Rehearsed(p_B, X_WB, rows, np.maximum(-feet.gap, 0.0), feet.normal, inside, depth)
+        depth = np.maximum(-feet.gap, 0.0)
+        yield Rehearsed(X_WB, followed[rows], depth, feet.normal, inside, deepest)
         last = Last(p_B, found.feet.patch, found.uv, found.near, found.safe_distance)
         pose = X_WB
 
 
+def _spread(rows: IntArray, most: int | None) -> IntArray:
+    """At most `most` of the rows, evenly spread."""
+    if most is None or len(rows) <= most:
+        return rows
+    return rows[np.linspace(0, len(rows) - 1, most).astype(np.intp)]
+
+
 def _inside(
     surface: Surface, p_B: FloatArray, active: BoolArray, options: Options
-) -> tuple[IntArray, FloatArray]:
-    """Points on the contact side, and how deep."""
+) -> tuple[IntArray, float]:
+    """Points on the contact side, and how deep the deepest of them lies."""
     rows = np.flatnonzero(active & np.isfinite(p_B).all(axis=1)).astype(np.int32)
-    if options.closed:
-        side, _ = surface.sides(p_B, rows)
-        rows = rows[side <= 0]
+    if not options.closed:
+        away = np.zeros(len(p_B))
+        surface.safe_distance(p_B, rows, away)
+        behind, gap = _behind(surface, p_B, rows[away[rows] <= options.depth], options)
+        near = gap >= -options.depth
+        return behind[near], float(-gap[near].min(initial=0.0))
+    side, _ = surface.sides(p_B, rows)
+    doubtful, _ = _behind(surface, p_B, rows[side == 0], options)
+    within, gap = _behind(surface, p_B, _spread(rows[side < 0], _MOST_DEPTHS), options)
+    told = rows[side < 0] if len(within) else within
+    return np.union1d(told, doubtful).astype(np.int32), float(-gap.min(initial=0.0))
+
+
+def _behind(
+    surface: Surface, p_B: FloatArray, rows: IntArray, options: Options
+) -> tuple[IntArray, FloatArray]:
+    """Those of `rows` whose foot is one and lies above them, and their gaps."""
     feet = closest(surface, p_B, rows)
     behind = (feet.gap < -ON_IT * options.size) & (feet.status == Status.OK)
-    if not options.closed:
-        behind &= feet.gap > -options.depth
-    return rows[behind], -feet.gap[behind]
+    return rows[behind], feet.gap[behind]

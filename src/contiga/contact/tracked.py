@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.masters.protocol import Surface
+from contiga.masters.protocol import Master, Surface
 from contiga.records import (
     ByteArray,
     ContactStatus,
@@ -20,6 +20,13 @@ from contiga.records import (
 from contiga.statuses import Status
 
 BoolArray = NDArray[np.bool_]
+
+# Share of its size an open body reaches behind its faces when nothing else is said.
+OPEN_DEPTH = 0.1
+# Distance from the surface below which a point counts as on it: a share of the body's size (feet
+# are that exact) and one of its coordinates (they are rounded).
+SAME_PLACE = 4e-12
+ROUNDING = 32.0 * np.finfo(np.float64).eps
 
 
 class Options(NamedTuple):
@@ -43,6 +50,17 @@ class Options(NamedTuple):
     """(2, 3) box of the body."""
     balls: bool = True
     """Ask the balls that touch at feet, which take a while to build and save closest points."""
+
+
+def options_of(
+    how: tuple[bool, bool, bool], depth: float | None, closed: bool, master: Master
+) -> Options:
+    """The options of a contact with `master`; `how` are the first three of them."""
+    size, bounds = master.size, master.bounds()
+    if depth is None:
+        depth = np.inf if closed else OPEN_DEPTH * size
+    band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())
+    return Options(*how, depth, closed, size, band, bounds)
 
 
 class Last(NamedTuple):

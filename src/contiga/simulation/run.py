@@ -6,7 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from contiga.simulation.checks.finding import raise_findings, together
+from contiga.errors import InputError
+from contiga.simulation.checks.finding import Finding, raise_findings, together
 from contiga.simulation.checks.model_checks import check_model
 from contiga.simulation.checks.run_checks import check_run
 from contiga.simulation.clock import Clock
@@ -28,7 +29,10 @@ class RunOptions(NamedTuple):
     strict: bool = False
     keep: int | None = None
     progress: Progress | None = None
+    on_check: Callable[[tuple[Finding, ...]], Any] | None = None
     on_step: Callable[[SystemState], Any] | None = None
+    on_finish: Callable[[Path], Any] | None = None
+    """Called with the output folder once all is written, before a strict run is refused."""
     clock: Clock | None = None
 
 
@@ -38,6 +42,9 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
     When the run is stopped (an exception, Ctrl-C) a checkpoint of the last whole step is left;
     before the first one nothing is.
     """
+    keep = options.keep
+    if keep is not None and (isinstance(keep, bool) or not isinstance(keep, int) or keep < 1):
+        raise InputError("must be a whole number", where="keep", found=keep, allowed=">= 1")
     clock = Clock() if options.clock is None else options.clock
     kept: list[SystemState] = []
     with clock.watching(), clock("total"):
@@ -45,6 +52,8 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
             told = check_model(model)
         if options.strict and told:
             raise_findings(told)
+        if options.on_check is not None:
+            options.on_check(told)
         recorder = Recorder(model, clock, options.progress)
         try:
             if out is not None:
@@ -72,6 +81,8 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
     shown = (*check_run(model, history, state), *recorder.crest())
     summary = summarise(model, history, clock, together(told, shown))
     recorder.finish(summary, history)
+    if options.on_finish is not None and recorder.folder is not None:
+        options.on_finish(recorder.folder)
     if options.strict and shown:
         raise_findings(shown)
     return Result(history, recorder.folder, state, tuple(kept), summary)

@@ -197,6 +197,7 @@ class Simulation(Model):
         strict: bool = False,
         keep: int | None = None,
         progress: Progress | None = None,
+        on_check: Callable[[tuple[Finding, ...]], Any] | None = None,
         on_step: Callable[[SystemState], Any] | None = None,
         clock: Clock | None = None,
     ) -> Result:
@@ -206,9 +207,11 @@ class Simulation(Model):
         ----------
         out : folder for history, fields, checkpoint and summary; None keeps all in memory
         resume : go on from the checkpoint in `out`; the results are the same bits as of one run
-        strict : stop at the first point whose foot or side is not proved
+        strict : refuse a model that looks wrong (see `check`); stop at the first point whose foot
+            or side is not proved
         keep : keep the states of every so many steps in the result, the start counted; None none
         progress : called with steps done, steps in all, points in contact
+        on_check : called before the first step with what looks wrong about the model
         on_step : called with the state of every step
         clock : goes on counting from what was spent before (reading, building)
 
@@ -220,6 +223,8 @@ class Simulation(Model):
             Nothing to resume, or the checkpoint is of another case.
         MissingPackageError
             An output folder is asked for, and h5py is not installed.
+        InputError
+            With `strict`, a model that looks wrong, before its first step or by what it has shown.
         RunError
             With `strict`, a point that is not certified.
 
@@ -228,9 +233,8 @@ class Simulation(Model):
         When the run is stopped (an exception, Ctrl-C) a checkpoint of the last whole step is left;
         before the first one nothing is.
         """
-        if keep is not None and (isinstance(keep, bool) or not isinstance(keep, int) or keep < 1):
-            raise InputError("must be a whole number", where="keep", found=keep, allowed=">= 1")
-        return carry_out(self, out, RunOptions(resume, strict, keep, progress, on_step, clock))
+        options = RunOptions(resume, strict, keep, progress, on_check, on_step, None, clock)
+        return carry_out(self, out, options)
 
 
 def _stepping(

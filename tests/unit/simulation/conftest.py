@@ -29,7 +29,7 @@ def make_simulation(**changes: object) -> Simulation:
     law = cg.StressLaw([[0, 0], [0.1, 1.0], [1.0, 3.0]], damping=0.2)
     values: dict[str, object] = {
         "title": "A ball dips into a sheet",
-        "units": ("mm", "kg", "ms"),
+        "units": ("mm", "g", "ms"),
         "stepping": GivenTimes(12.0 * np.linspace(0.0, 1.0, STEPS + 1) ** 1.1),
         "bodies": {"ball": BodyPart(ball, Combine([roll, dip]))},
         "slaves": {"sheet": SlavePart(sheet, Moved(sheet.points, Fixed()))},

@@ -236,7 +236,7 @@ def test_the_summary_counts_and_times(simulation: Simulation, tmp_path: Path) ->
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary == json.loads(json.dumps(result.summary))
     assert summary["title"] == simulation.title
-    assert summary["units"] == {"length": "mm", "mass": "kg", "time": "ms"}
+    assert summary["units"] == {"length": "mm", "mass": "g", "time": "ms"}
     assert (summary["steps"], summary["n_points"]) == (13, 225)
     assert summary["statuses"]["dip"]["NEW"] == result.history["n_new"].sum()
     assert summary["inputs"]["ball"]["patches"] == 1

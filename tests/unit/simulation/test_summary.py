@@ -10,7 +10,7 @@ from contiga.cli.commands import _print_result
 from contiga.records import ContactStatus as Is
 from contiga.simulation.clock import Clock
 from contiga.simulation.simulation import Simulation
-from contiga.simulation.summary import NOTED, WARNED, summarise
+from contiga.simulation.summary import NOTED, WARNED, _reacquired, summarise
 
 
 def test_what_was_counted_is_told_with_its_advice(
@@ -31,4 +31,11 @@ def test_what_was_counted_is_told_with_its_advice(
 
 
 def test_every_status_that_asks_for_something_is_told() -> None:
-    assert {*NOTED, *WARNED, Is.FREE, Is.NEW, Is.OLD, Is.RELEASED} == set(Is)
+    assert {*NOTED, *WARNED, Is.REACQUIRED, Is.FREE, Is.NEW, Is.OLD, Is.RELEASED} == set(Is)
+
+
+@pytest.mark.parametrize(("feet", "warned"), [(2000, False), (1999, True)])
+def test_feet_found_again_are_warned_of_where_they_are_many(feet: int, warned: bool) -> None:
+    few, many = _reacquired({"dip": {"REACQUIRED": 2}}, {"dip": {"feet": feet, "unproved": 0}})
+    told = [f"dip: 2 times REACQUIRED. {Is.REACQUIRED.advice}"]
+    assert (few, many) == (([], told) if warned else (told, []))

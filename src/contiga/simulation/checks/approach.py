@@ -34,8 +34,37 @@ class Approach(NamedTuple):
     time: float
 
 
-def nearest(surface: Surface, p_B: FloatArray, rows: IntArray) -> tuple[float, int]:
-    """Least distance of p_B[rows] to the surface, and the row that has it."""
+class _Nearest:
+    """The least distance of a slave's active points, at one time after the other."""
+
+    def __init__(self, pair: Pair) -> None:
+        self._pair = pair
+        self._rows = np.flatnonzero(pair.slave.active).astype(np.int32)
+        self._bounds = np.zeros(0)
+
+    def at(self, time: float, way: float, best: float) -> tuple[float, int]:
+        """Distance and point at `time`, of those that may be nearer than `best`; `way` is how far
+        points have gone since the first time that was asked for."""
+        points, X_WB = self._pair.standing(time)
+        p_B = to_body(X_WB, points)
+        rows = self._rows
+        if len(self._bounds):
+            rows = rows[self._bounds[rows] - way < best]
+        if len(rows) == 0:
+            return best, -1
+        distance, point, bounds = _nearest(self._pair.body.surface, p_B, rows)
+        if len(self._bounds) == 0:
+            self._bounds = bounds
+        return distance, point
+
+
+def nearest(surface: Surface, p_B: FloatArray, rows: IntArray) -> float:
+    """Least distance of p_B[rows] to the surface."""
+    return _nearest(surface, p_B, rows)[0]
+
+
+def _nearest(surface: Surface, p_B: FloatArray, rows: IntArray) -> tuple[float, int, FloatArray]:
+    """Least distance, the row that has it, and lower bounds (n,) of those of `rows`."""
     bounds = np.zeros(len(p_B))
     surface.safe_distance(p_B, rows, bounds)
     order = rows[np.argsort(bounds[rows], kind="stable")]
@@ -46,30 +75,31 @@ def nearest(surface: Surface, p_B: FloatArray, rows: IntArray) -> tuple[float, i
             break
         feet = closest(surface, p_B, block)
         away = np.sqrt(np.square(p_B[block] - feet.point).sum(axis=1))
-        k = int(np.nanargmin(np.where(np.isfinite(away), away, np.inf)))
+        k = int(np.argmin(np.where(np.isfinite(away), away, np.inf)))
         if away[k] < best:
             best, point = float(away[k]), int(block[k])
-    return best, point
+    return best, point, bounds
 
 
 def closest_approach(pair: Pair) -> Approach:
     """Where the slave's active points are nearest to the body, over the planned times."""
-    rows = np.flatnonzero(pair.slave.active).astype(np.int32)
-    surface = pair.body.surface
     times, corners = _corner_ways(pair)
+    ways = np.full(len(times), np.inf)
     bound = np.full(len(times), -np.inf)
     done = np.zeros(len(times), dtype=bool)
-    best = Approach(np.inf, int(rows[0]), float(times[0]))
+    least = _Nearest(pair)
+    best = Approach(np.inf, 0, float(times[0]))
     at = 0
     for _ in range(min(_MOST, len(times))):
-        points, X_WB = pair.standing(float(times[at]))
-        distance, point = nearest(surface, to_body(X_WB, points), rows)
+        distance, point = least.at(float(times[at]), float(ways[at]), best.distance)
         if distance < best.distance:
             best = Approach(distance, point, float(times[at]))
         done[at] = True
         if corners is not None:
             way = np.sqrt(np.square(corners - corners[at]).sum(axis=2)).max(axis=1)
-            bound = np.maximum(bound, distance - way)
+            ways = np.minimum(ways, way) if at == 0 else ways
+            # No point is nearer than the best: those left out cannot be.
+            bound = np.maximum(bound, best.distance - way)
         left = np.where(done, np.inf, bound)
         at = int(np.argmin(left))
         if not left[at] < (1.0 - _CLOSE) * best.distance:

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from contiga.area.nodal import NodalArea
 from contiga.contact.contact import Contact
 from contiga.laws.combined import CombinedLaw
+from contiga.laws.friction import Coulomb
 from contiga.laws.normal import PenaltyLaw
 from contiga.laws.stress import StressLaw
 from contiga.records import FloatArray
@@ -26,6 +27,9 @@ _THICK = 10.0
 # Of the share of the area that a point of a cloud stands for, by its neighbours' distance.
 _ODD_AREA = 20.0
 _MOST_POINTS = 2000
+# Coefficients and ratios above which percents are meant.
+_ROUGHEST = 2.0
+_OVERDAMPED = 2.0
 
 
 def check_laws(scene: Scene) -> Iterator[Finding]:
@@ -34,6 +38,7 @@ def check_laws(scene: Scene) -> Iterator[Finding]:
         yield from _stress(pair, scene.said)
         yield from _thickness(pair, scene.said)
         yield from _weights(pair, scene.said)
+        yield from _shares(pair)
 
 
 def _stress(pair: Pair, said: Said) -> Iterator[Finding]:
@@ -97,6 +102,26 @@ def _weights(pair: Pair, said: Said) -> Iterator[Finding]:
             f"are {said(apart)} away: some {said(apart * apart, 'area')} would be its own",
             'Give the points their share of the surface, or take areas by { kind = "cloud" }; a '
             "mesh with facets has them by itself",
+        )
+
+
+def _shares(pair: Pair) -> Iterator[Finding]:
+    """Coefficients that look like percents."""
+    friction, ratio = pair.contact.friction, getattr(pair.contact.law, "damping_ratio", 0.0)
+    if isinstance(friction, Coulomb) and friction.static > _ROUGHEST:
+        yield Finding(
+            "friction",
+            pair.where,
+            f"its coefficient of friction is {friction.static:g}, and rubber on dry asphalt has "
+            "about 1",
+            "Give a coefficient, not percents",
+        )
+    if ratio > _OVERDAMPED:
+        yield Finding(
+            "damping",
+            pair.where,
+            f"its damping ratio is {ratio:g} times the critical damping",
+            "Give a share, not percents: 0.1 is one tenth of the critical damping",
         )
 
 

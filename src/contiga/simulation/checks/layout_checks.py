@@ -7,8 +7,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.prescribed import Moved, Poses, Rotate, Translate
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Pair, Scene
+
+# Of the run: a table of motion that covers less is most likely in another unit.
+_SHORT = 0.05
 
 
 def check_layout(scene: Scene) -> Iterator[Finding]:
@@ -31,6 +35,7 @@ def check_layout(scene: Scene) -> Iterator[Finding]:
                 "Choose parts that have facets, or take its points as a cloud",
             )
     yield from _bodies(scene)
+    yield from _spans(scene)
     seen: dict[tuple[str, str], str] = {}
     for pair in scene.pairs:
         key = pair.part.master, pair.part.slave
@@ -66,6 +71,30 @@ def _bodies(scene: Scene) -> Iterator[Finding]:
                 f"body {name}",
                 "no contact, spring, load or sensor has it",
                 f'Give it a [[contact]] with master = "{name}", or take it out',
+            )
+
+
+def _spans(scene: Scene) -> Iterator[Finding]:
+    """Tables of motion that are over, or not begun, in most of the run."""
+    model, said = scene.model, scene.said
+    start, end = model.stepping.start, model.stepping.end
+    motions = [(f"body {name}", part.motion) for name, part in model.bodies.items()]
+    motions += [
+        (f"slave {name}", part.motion.motion)
+        for name, part in model.slaves.items()
+        if isinstance(part.motion, Moved)
+    ]
+    for where, motion in motions:
+        if not isinstance(motion, Translate | Rotate | Poses):
+            continue
+        first, last = float(motion.times[0]), float(motion.times[-1])
+        if min(last, end) - max(first, start) < _SHORT * (end - start):
+            yield Finding(
+                "span",
+                where,
+                f"its table goes from t = {first:.4g} to {said(last, 'time')}, and the run from "
+                f"{start:.4g} to {said(end, 'time')}: outside the table it stands still",
+                f"Give times in {said.unit('time')}, or let the run end with the table",
             )
 
 

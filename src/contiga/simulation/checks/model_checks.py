@@ -13,6 +13,7 @@ from contiga.simulation.checks.motion_checks import check_motion
 from contiga.simulation.checks.scene import Scene
 from contiga.simulation.checks.size_checks import check_places, check_sizes
 from contiga.simulation.model import Model
+from contiga.simulation.place import place
 
 _CHECKS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
     check_layout,
@@ -31,5 +32,7 @@ def check_model(model: Model) -> tuple[Finding, ...]:
     The motion is gone through by the search alone, in few steps, as far as it is foretold: wholly
     where it is prescribed, to the first touch where bodies are free.
     """
+    # What answers wrongly is refused here as it would be by the first step.
+    place(model, None, model.stepping.start)
     scene = Scene(model)
     return tuple(dict.fromkeys(finding for check in _CHECKS for finding in check(scene)))

@@ -49,8 +49,8 @@ def _starts(pair: Pair, said: Said) -> Iterator[Finding]:
             yield _turned(pair, len(start.rows))
         return
     slave, body = pair.part.slave, pair.part.master
-    active = min(int(pair.slave.active.sum()), len(start.points_B))
-    deepest = float(start.depth.max())
+    active = max(int(pair.slave.active.sum()), len(rows))
+    deepest = start.deepest
     number = f"{len(rows)} of {active} points of {slave}"
     if _inward(pair):
         yield _turned(pair, len(rows))
@@ -100,8 +100,21 @@ def _never(pair: Pair, said: Said) -> Iterator[Finding]:
             pair.where,
             f"{slave}{flight} never comes closer to {body} than {said(found.distance)}, {when}"
             + _wide_apart(pair, found.distance, said),
-            "Look at where they are placed, at their units and at the direction of their motion",
+            "Look at where they are placed, at their units and at the direction of their motion"
+            + _between_nodes(pair, found.distance),
         )
+
+
+def _between_nodes(pair: Pair, distance: float) -> str:
+    """A hint where facets are so large that the body goes in between their nodes."""
+    slave = pair.slave
+    if slave.facets is None or len(slave.facets) == 0 or pair.contact.quadrature != "nodes":
+        return ""
+    corners = slave.points[slave.facets[:, :2]]
+    edges = np.sqrt(np.square(corners[:, 1] - corners[:, 0]).sum(axis=1))
+    if not np.median(edges) > distance:
+        return ""
+    return "; facets are larger than that: quadrature = 6 puts points of contact on them"
 
 
 def _wide_apart(pair: Pair, distance: float, said: Said) -> str:

@@ -86,7 +86,7 @@ def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> It
     finite = np.isfinite(points[rows]).all(axis=1)
     if not finite.any():
         return
-    apart, _ = nearest(pair.body.surface, points, rows[finite])
+    apart = nearest(pair.body.surface, points, rows[finite])
     yield Finding(
         "apart",
         pair.where,

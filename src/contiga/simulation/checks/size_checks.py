@@ -15,12 +15,17 @@ from contiga.simulation.checks.scene import Scene
 _ODD_RATIO = 200.0
 # What numbers are too small by where they are in a longer unit than is thought.
 _LONGER = {1000.0: "m where mm are thought", 304.8: "ft where mm are thought"}
+# m: what nobody strikes with, or looks at by contact.
+_LARGEST = 200.0
+_SMALLEST = 1e-7
 # Sizes of a body that a place on it may be away from its box.
 _FAR = 3.0
 
 
 def check_sizes(scene: Scene) -> Iterator[Finding]:
-    """Sides of a contact so different in size that one is likely in another unit."""
+    """Sides of a contact so different in size that one is likely in another unit, or both."""
+    if scene.said.known:
+        yield from _absolute(scene)
     for pair in scene.pairs:
         sizes = {pair.part.master: pair.body.size, pair.part.slave: pair.slave_size}
         small, large = sorted(sizes, key=lambda name: sizes[name])
@@ -36,6 +41,23 @@ def check_sizes(scene: Scene) -> Iterator[Finding]:
             f"{scene.said(sizes[small] * factor)}",
             'Look at the units of both files; unit = "…" beside a file says which it is in',
         )
+
+
+def _absolute(scene: Scene) -> Iterator[Finding]:
+    metre = scene.said.si(1, 0, 0)
+    for pair in scene.pairs:
+        name, size = max(
+            (pair.part.master, pair.body.size),
+            (pair.part.slave, pair.slave_size),
+            key=lambda side: side[1],
+        )
+        if not _SMALLEST < size * metre < _LARGEST:
+            yield Finding(
+                "sizes",
+                pair.where,
+                f"{name}, the larger side, is {scene.said(size)} large, {size * metre:.3g} m",
+                "Look at the length unit of the case, and of the files",
+            )
 
 
 def check_places(scene: Scene) -> Iterator[Finding]:
