@@ -13,10 +13,12 @@ from contiga.case.spec import (
     ExistingFile,
     LengthUnit,
     Name,
+    Parts,
     Positive,
     Spec,
     Vector,
     by_key,
+    listed_choice,
 )
 from contiga.geometry import clouds
 from contiga.masters.protocol import Master
@@ -43,7 +45,7 @@ class FilePoints(_Points):
 
     file: ExistingFile
     unit: LengthUnit | None = None
-    parts: list[str | int] | None = None
+    parts: Parts | None = None
     """Parts, sets or groups of the file that take part; all if omitted."""
 
     def raw(self, name: str, unit: str) -> Slave:
@@ -54,8 +56,7 @@ class FilePoints(_Points):
 
     def describe(self) -> str:
         """In words."""
-        chosen = "" if self.parts is None else f", parts {', '.join(map(str, self.parts))}"
-        return f"{self.file}{chosen}"
+        return self.file + listed_choice("parts", self.parts)
 
 
 class SampleValues(_ShapeSpec):

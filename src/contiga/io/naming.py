@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
-from numbers import Integral
+
+import numpy as np
 
 PartKeys = str | int | Sequence[str | int]
 """One name or number, or several."""
@@ -15,7 +16,7 @@ SHOWN = 40
 
 def as_keys(keys: PartKeys) -> list[str | int]:
     """The names and numbers, one or several, as a list."""
-    return [keys] if isinstance(keys, str | Integral) else list(keys)
+    return [keys] if isinstance(keys, str | int | np.integer) else list(keys)
 
 
 def listed(labels: Iterable[str]) -> str:
@@ -28,7 +29,7 @@ def listed(labels: Iterable[str]) -> str:
 def closest(key: object, names: Iterable[str]) -> str | None:
     """A question after the closest of `names`, None where nothing is close.
 
-    >>> closest("boks", ["box", "pin"])
+    >>> closest("Boxx", ["box", "pin"])
     "Did you mean 'box'?"
     """
     by_fold = {name.casefold(): name for name in names}

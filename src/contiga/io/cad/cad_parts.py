@@ -19,8 +19,9 @@ class CadPart(NamedTuple):
     """A part of a CAD file: what the file says of it, and its faces as a body.
 
     >>> import contiga as cg
-    >>> cg.cad_parts("part.step")[0]
-    CadPart('part', number 1, solid of 6 faces)
+    >>> part = cg.cad_parts("part.step")[0]
+    >>> part.number, part.kind, part.faces[0].kind, part.body.closed
+    (1, 'solid', 'plane', True)
     """
 
     number: int
@@ -40,7 +41,7 @@ class CadPart(NamedTuple):
 
     def _facts(self) -> Facts:
         where = [("in", self.place)] if self.place else []
-        return [("number", self.number), *where, (f"{self.kind} of", f"{len(self.faces)} faces")]
+        return [("number", self.number), *where, ("kind", self.kind), ("faces", len(self.faces))]
 
     def __repr__(self) -> str:
         return line_of("CadPart", self._facts(), self.name or "")

@@ -2,7 +2,7 @@
 
 Products stand in assemblies by references with a placement; a product may hold several solids,
 shells and faces. Each of them, where it stands, is a piece here; loose faces that share edges make
-one part.
+one part, whatever each is called.
 """
 
 from __future__ import annotations
@@ -42,8 +42,6 @@ class Piece(NamedTuple):
     face_called: list[_Called]
     place: tuple[str, ...]
     others: tuple[str, ...]
-    product: int
-    """Counts the products as they stand: loose faces of one may make a part."""
 
 
 class _Called(NamedTuple):
@@ -93,7 +91,6 @@ class _Walk:
         from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
         self.shapes = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
-        self._products = 0
 
     def under(self, label: Any, way: _Way) -> Iterator[Piece]:
         """Pieces of a label that may refer to a product which stands elsewhere."""
@@ -128,7 +125,6 @@ class _Walk:
     def _leaf(self, product: Any, way: _Way, called: _Called) -> Iterator[Piece]:
         from OCP.TopoDS import TopoDS
 
-        self._products += 1
         inner = _Inner(self.shapes, product)
         for kind, shape in _split(self.shapes.GetShape_s(product)):
             own = inner.called(shape)
@@ -150,7 +146,6 @@ class _Walk:
                 face_called,
                 way.place,
                 others,
-                self._products,
             )
 
 
@@ -254,7 +249,7 @@ def _joined(part: PartLabel, piece: Piece, faces: list[FaceLabel]) -> PartLabel:
 
 
 def _groups(pieces: Sequence[Piece], edges: Sewn) -> Iterable[int]:
-    """For each piece a number; loose faces of one product that share an edge have the same."""
+    """For each piece a number; loose faces of one place that share an edge have the same."""
     loose = [k for k, piece in enumerate(pieces) if piece.kind == "face"]
     groups = np.arange(len(pieces))
     if len(loose) < 2:
@@ -262,9 +257,9 @@ def _groups(pieces: Sequence[Piece], edges: Sewn) -> Iterable[int]:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    ends: dict[tuple[int, int], int] = {}
+    ends: dict[tuple[tuple[str, ...], int], int] = {}
     pairs = [
-        (row, ends.setdefault((pieces[k].product, edges.add(edge)[0]), len(ends)))
+        (row, ends.setdefault((pieces[k].place, edges.add(edge)[0]), len(ends)))
         for row, k in enumerate(loose)
         for edge in subshapes(pieces[k].shape, "EDGE")
     ]

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from contiga.errors import FileError
 from contiga.io.cad.assemble import warn
-from contiga.io.cad.occ_parts import Piece, joined, new_document, pieces_of
+from contiga.io.cad.occ_parts import Piece, new_document, pieces_of
 
 _UNCERTAINTY = re.compile(
     rb"UNCERTAINTY_MEASURE_WITH_UNIT\s*\(\s*LENGTH_MEASURE\s*\(\s*([\d.+\-Ee]+)\s*\)"
@@ -27,11 +27,6 @@ class Transferred(NamedTuple):
     """Length unit the file states, None if it states none."""
     accuracy: float
     """How near points must be to be one, as the file states it, its unit; 0 if it states none."""
-
-    @property
-    def shape(self) -> Any:
-        """All of it as one TopoDS_Shape."""
-        return joined(self.pieces, None)
 
 
 def transferred(path: Path) -> Transferred:

@@ -7,9 +7,10 @@ numbered from 1 in the order of the file.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from numbers import Integral
 from operator import index
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from contiga.errors import GeometryError
 from contiga.io.naming import PartKeys, as_keys, closest, listed
@@ -93,7 +94,7 @@ def choice_of(parts: PartKeys | None, faces: int | Iterable[int] | None) -> Choi
     names = None if parts is None else tuple(_key(key) for key in _some(as_keys(parts), "parts"))
     if faces is None:
         return Choice(names, None)
-    numbers = _some([faces] if isinstance(faces, Integral) else list(faces), "faces")
+    numbers = _some([faces] if isinstance(faces, int | np.integer) else list(faces), "faces")
     return Choice(names, tuple(_number(number, "faces") for number in numbers))
 
 
@@ -145,7 +146,7 @@ def chosen_faces(parts: Sequence[PartLabel], choice: Choice, where: str) -> set[
         A name or a number that fits nothing; the message lists what there is.
     """
     known = {face.number for part in parts for face in part.faces}
-    if choice.everything:
+    if choice.everything or not known:
         return known
     wanted = {face.number for key in choice.parts or () for face in _faces_of(parts, key, where)}
     for number in choice.faces or ():
@@ -185,5 +186,5 @@ def _labels(parts: Sequence[PartLabel]) -> list[str]:
     unnamed = all(not part.answers for part in parts)
     if unnamed:
         numbers = "1" if len(parts) == 1 else f"1 to {len(parts)}"
-        return [f"{numbers}: the file names no parts"]
+        return [f"{numbers} (the file names no parts)"]
     return [f"{part.number} {part.title}" for part in parts]

@@ -14,7 +14,8 @@ from contiga.errors import FileError, MeshError
 from contiga.extras import require
 from contiga.io.apart import read_apart
 from contiga.io.mesh import cloud_files, lsdyna
-from contiga.io.mesh.raw import PartKeys, RawMesh, Selection, part_of, select
+from contiga.io.mesh.raw import RawMesh, Selection, part_of, select
+from contiga.io.naming import PartKeys
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import SHELLS
 from contiga.slaves.skin import CellBlock, mend_degenerate, skin
