@@ -68,10 +68,9 @@ def _part(part: CadPart) -> Iterator[Row]:
     volume = body.volume() if closed else 0.0
     side = "inward, around a cavity" if volume < 0.0 else "outward"
     numbers = [face.number for face in part.faces]
-    named = [] if part.name is None and not part.place else [body.name]
     faces = f"face{'' if len(numbers) == 1 else 's'} {_ranges(numbers)}"
     texts = [
-        *named,
+        *([part.title] if part.title else []),
         *([f"loose {faces}"] if part.kind == "faces" else [part.kind, faces]),
         f"closed, normals {side}, volume {abs(volume):.6g}" if closed else "open",
         f"area {body.area():.6g}",

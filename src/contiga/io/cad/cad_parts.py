@@ -6,13 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from contiga.io.apart import read_apart
-from contiga.io.cad.parts import FaceLabel
+from contiga.io.cad.parts import FaceLabel, titled
 from contiga.io.cad.read_cad import check_read, reader_of
 from contiga.shown import Facts, line_of, table_of
 
 if TYPE_CHECKING:
-    from contiga.io.cad.parts import Inventory
+    from contiga.io.cad.parts import Inventory, PartLabel
     from contiga.masters.body import Body
+
+_LOOKED_AT_WITH = "contiga.masters.body_summary"
 
 
 class CadPart(NamedTuple):
@@ -38,6 +40,11 @@ class CadPart(NamedTuple):
     """What the file says of its faces; one without extent is no patch of `body`."""
     body: Body
     """As `read_cad` makes it of this part alone, where it stands."""
+
+    @property
+    def title(self) -> str:
+        """Its name and where it stands: "bolt (left arm/bolt 2)"; "" where it has neither."""
+        return titled(self.name, self.place)
 
     def _facts(self) -> Facts:
         where = [("in", self.place)] if self.place else []
@@ -97,7 +104,7 @@ def read_cad_file(
     """A whole file with its parts; parameters and errors are those of `read_cad`."""
     file = Path(path)
     reader = reader_of(file, "list", file_unit, unit)
-    found: Inventory = read_apart(reader, file, file_unit, unit, needs="contiga.masters.body")
+    found: Inventory = read_apart(reader, file, file_unit, unit, needs=_LOOKED_AT_WITH)
     check_read(found.body, file)
     return CadFile(found.body, found.numbers, _parts(found))
 
@@ -106,6 +113,9 @@ def _parts(found: Inventory) -> tuple[CadPart, ...]:
     """Cut out of the whole, or as the reader made them where others are joined to them."""
     from contiga.io.cad.assemble import cut_out
 
+    if len(found.parts) == 1:
+        (said,) = found.parts
+        return (_part(said, found.body),)
     owner = {face.number: part.number for part in found.parts for face in part.faces}
     patches: dict[int, list[int]] = {part.number: [] for part in found.parts}
     for k, number in enumerate(found.numbers):
@@ -115,7 +125,10 @@ def _parts(found: Inventory) -> tuple[CadPart, ...]:
         mine = patches[said.number]
         if mine:
             body = found.apart.get(said.number) or cut_out(found.body, mine)
-            place, body = "/".join(said.place), body.renamed(said.title)
-            one = CadPart(said.number, said.name, place, said.kind, said.colour, said.faces, body)
-            parts.append(one)
+            parts.append(_part(said, body.renamed(said.title)))
     return tuple(parts)
+
+
+def _part(said: PartLabel, body: Body) -> CadPart:
+    place = "/".join(said.place)
+    return CadPart(said.number, said.name, place, said.kind, said.colour, said.faces, body)

@@ -58,11 +58,15 @@ class PartLabel(NamedTuple):
 
     @property
     def title(self) -> str:
-        """Its name and where it stands: "bolt (left arm/bolt 2)", or its number."""
-        where = "/".join(self.place)
-        if self.name is None:
-            return where or f"part {self.number}"
-        return self.name if where in ("", self.name) else f"{self.name} ({where})"
+        """What to call it: its name and where it stands, or its number."""
+        return titled(self.name, "/".join(self.place)) or f"part {self.number}"
+
+
+def titled(name: str | None, place: str) -> str:
+    """A part by its name and where it stands: "bolt (left arm/bolt 2)"."""
+    if name is None or place in ("", name):
+        return name or place
+    return f"{name} ({place})"
 
 
 class Choice(NamedTuple):

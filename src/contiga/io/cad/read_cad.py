@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from contiga.errors import ContigaWarning, FileError
 from contiga.extras import require
-from contiga.geometry.slits import ROUNDING
 from contiga.io.apart import read_apart
 from contiga.io.cad.parts import choice_of
 from contiga.io.naming import PartKeys
@@ -129,6 +128,8 @@ def check_read(body: Body, file: Path) -> None:
     FileError
         A control point whose square is no number any more.
     """
+    from contiga.geometry.slits import ROUNDING
+
     _check_reach(body, file)
     size = body.size
     if any(len(edge.uses) > 1 and edge.gap > ROUNDING * size for edge in body.edges):
