@@ -41,7 +41,7 @@ def rows_of(file: Path, *, faces: bool = False) -> Iterator[Row]:
 def _mesh(file: Path) -> Iterator[Row]:
     from contiga.io.mesh.read_master import master_of
     from contiga.io.mesh.read_mesh import read_mesh
-    from contiga.slaves.slave import mesh_summary
+    from contiga.slaves.mesh_summary import mesh_summary
 
     mesh = read_mesh(file)
     yield from _summary(mesh_summary(mesh))

@@ -91,6 +91,23 @@ def select(mesh: RawMesh, keys: PartKeys | None, where: str) -> Selection:
     return Selection(tuple(masks), nodes)
 
 
+def nodes_of(mesh: RawMesh, key: str | int, where: str) -> NDArray[np.bool_]:
+    """(n,) nodes of a set, part or group.
+
+    Raises
+    ------
+    MeshError
+        As `select`.
+    """
+    nodes = np.zeros(len(mesh.points), dtype=bool)
+    for group in _find(mesh.groups, key, where):
+        if group.nodes is not None:
+            nodes[group.nodes] = True
+        for block, rows in zip(mesh.blocks, group.cells or (), strict=False):
+            nodes[block.nodes[rows]] = True
+    return nodes
+
+
 def _find(groups: Sequence[Group], key: str | int, where: str) -> list[Group]:
     text = str(key).strip()
     found = [group for group in groups if group.name == text]

@@ -14,12 +14,14 @@ from contiga.errors import FileError, MeshError
 from contiga.extras import require
 from contiga.io.apart import read_apart
 from contiga.io.mesh import cloud_files, lsdyna
-from contiga.io.mesh.raw import RawMesh, Selection, part_of, select
-from contiga.io.naming import PartKeys
+from contiga.io.mesh.layers import Layer, check_layer, peeled, with_middles
+from contiga.io.mesh.raw import RawMesh, Selection, nodes_of, part_of, select
+from contiga.io.naming import PartKeys, as_keys
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import SHELLS
+from contiga.slaves.mesh_summary import mesh_summary
 from contiga.slaves.skin import CellBlock, mend_degenerate, skin
-from contiga.slaves.slave import MeshPart, Slave, check_points, mesh_summary
+from contiga.slaves.slave import MeshPart, Slave, check_points
 
 __all__ = ["MeshPart", "Slave", "mesh_summary", "read_mesh", "read_raw"]
 
@@ -30,6 +32,8 @@ def read_mesh(
     unit: str | None = None,
     file_unit: str | None = None,
     parts: PartKeys | None = None,
+    sets: PartKeys | None = None,
+    layer: Layer = "skin",
 ) -> Slave:
     """Read a mesh or a cloud as a slave.
 
@@ -43,7 +47,13 @@ def read_mesh(
     file_unit : that of the file, which does not say it; without, its numbers are in `unit`
     parts : names or numbers of LS-DYNA parts, Abaqus sets, Gmsh physical groups or the like.
         The facets are the skin of the cells chosen. Of a set of nodes, all are active and the
-        facets are those whose corners all belong to it.
+        facets are those whose corners all belong to it. Mid-side nodes between nodes of a set
+        belong to it.
+    sets : names or numbers of the same kind; of the facets that `parts` gives, only those stay
+        whose corners all belong to one of these sets
+    layer : "skin", or 1, the surface of solids; 2 the surface of what is left when all cells with
+        a node on the skin are taken off, and so on; "all" makes the nodes inside active, too,
+        which have no area of their own
 
     Returns
     -------
@@ -56,7 +66,8 @@ def read_mesh(
     FileError, MissingPackageError
         The file is missing, unreadable or of no known kind; what reads it is not installed.
     MeshError
-        No nodes, a coordinate that is not finite, cells that do not fit, a part that is not there.
+        No nodes, a coordinate that is not finite, cells that do not fit, a part or a layer that is
+        not there, sets that leave no facet.
     UnitError
         A unit that is none.
 
@@ -67,10 +78,19 @@ def read_mesh(
     (8, 12, 1000.0, {'hexahedron': 1})
     """
     path = Path(path)
+    check_layer(layer)
     mesh, where = read_raw(path), str(path)
     check_points(mesh.points, where=where, ids=mesh.node_ids)
     selection = select(mesh, parts, where)
-    facets, active = _surface(mesh, selection, restricted=parts is not None, where=where)
+    blocks = _chosen(mesh, selection)
+    if isinstance(layer, int):
+        blocks = peeled(mesh.points, blocks, layer, where)
+    facets, active = _surface(mesh, blocks, selection, restricted=parts is not None, where=where)
+    if sets is not None:
+        masks = [with_middles(blocks, nodes_of(mesh, key, where)) for key in as_keys(sets)]
+        facets, active = _within(facets, active, np.array(masks), where)
+    if layer == "all":
+        active = _all_nodes(blocks, active, len(mesh.points))
     slave = Slave(
         mesh.points,
         facets,
@@ -120,23 +140,60 @@ def _unit_factor(unit: str | None, file_unit: str | None) -> float:
     return length_factor(file_unit, unit)
 
 
-def _surface(
-    mesh: RawMesh, selection: Selection, *, restricted: bool, where: str
-) -> tuple[IntArray | None, np.ndarray | None]:
-    blocks = [
+def _chosen(mesh: RawMesh, selection: Selection) -> list[CellBlock]:
+    """The cells of a selection."""
+    return [
         piece
         for block, mask in zip(mesh.blocks, selection.cells, strict=True)
         for piece in mend_degenerate(CellBlock(block.kind, block.nodes[mask]))
     ]
+
+
+def _surface(
+    mesh: RawMesh,
+    blocks: list[CellBlock],
+    selection: Selection,
+    *,
+    restricted: bool,
+    where: str,
+) -> tuple[IntArray | None, np.ndarray | None]:
     facets = skin(mesh.points, blocks)
     if selection.nodes is not None:
-        facets = facets[selection.nodes[facets].all(axis=1)]
-        return (facets if len(facets) else None), selection.nodes
+        nodes = with_middles(blocks, selection.nodes)
+        facets = facets[nodes[facets].all(axis=1)]
+        return (facets if len(facets) else None), nodes
     if len(facets):
         return facets, None
     if restricted or any(len(block.nodes) for block in mesh.blocks):
         raise MeshError("the cells chosen have no surface", where=where, allowed="shells or solids")
     return None, None
+
+
+def _within(
+    facets: IntArray | None, active: np.ndarray | None, masks: np.ndarray, where: str
+) -> tuple[IntArray | None, np.ndarray | None]:
+    """Facets with all corners in one of some sets of nodes (k, n); of a cloud its points in one."""
+    if facets is None:
+        inside: np.ndarray = np.any(masks, axis=0)
+        return None, inside if active is None else np.logical_and(active, inside)
+    facets = facets[masks[:, facets].all(axis=2).any(axis=0)]
+    if not len(facets):
+        raise MeshError(
+            "no facet has all its corners in one of the sets",
+            where=f"{where}, sets",
+            allowed="sets of nodes or cells on the surface of the parts chosen",
+        )
+    return facets, None
+
+
+def _all_nodes(blocks: list[CellBlock], active: np.ndarray | None, count: int) -> np.ndarray | None:
+    """The nodes of the cells, those inside, too; of a cloud or a set of nodes what it was."""
+    if active is not None or not blocks:
+        return active
+    nodes = np.zeros(count, dtype=bool)
+    for block in blocks:
+        nodes[block.nodes] = True
+    return nodes
 
 
 def _nodal_thickness(mesh: RawMesh, selection: Selection) -> FloatArray | None:
