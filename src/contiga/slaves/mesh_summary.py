@@ -7,6 +7,12 @@ from typing import Any
 from contiga.slaves.skin import facet_areas
 from contiga.slaves.slave import Slave
 
+_SECOND_ORDER = "facets are split through mid-side nodes, which take part as corners do"
+
+
+def _has_middles(slave: Slave) -> bool:
+    return any(kind[-1].isdigit() for kind in slave.cells)
+
 
 def _whole_area(slave: Slave) -> float | None:
     """Of the facets, or the sum of what the points were given; None if neither."""
@@ -20,7 +26,8 @@ def mesh_summary(slave: Slave) -> dict[str, Any]:
 
     Returns
     -------
-    dict with name, nodes, active_nodes, facets, cells (count by kind), area (of the facets, or
+    dict with name, nodes, active_nodes, facets, cells (count by kind), second_order (what is done
+    with mid-side nodes, None where there are none), area (of the facets, or
     the sum of what the points were given; None if neither), thickness (lowest and highest over
     the active nodes, or None), mass (total or None), bounds (of the active nodes), parts (label,
     cells, nodes), unit
@@ -36,6 +43,7 @@ def mesh_summary(slave: Slave) -> dict[str, Any]:
         "active_nodes": int(active.sum()),
         "facets": 0 if slave.facets is None else len(slave.facets),
         "cells": dict(slave.cells),
+        "second_order": _SECOND_ORDER if _has_middles(slave) else None,
         "area": _whole_area(slave),
         "thickness": thickness,
         "mass": None if slave.mass is None else float(slave.mass.sum()),

@@ -13,7 +13,7 @@ import numpy as np
 from contiga.errors import FileError, MeshError
 from contiga.extras import require
 from contiga.io.apart import read_apart
-from contiga.io.mesh import cloud_files, lsdyna
+from contiga.io.mesh import cloud_files, lsdyna, polygon_files
 from contiga.io.mesh.layers import Layer, check_layer, peeled, with_middles
 from contiga.io.mesh.raw import RawMesh, Selection, nodes_of, part_of, select
 from contiga.io.naming import PartKeys, as_keys
@@ -37,8 +37,10 @@ def read_mesh(
 ) -> Slave:
     """Read a mesh or a cloud as a slave.
 
-    Meshes: what meshio reads (VTU, VTK, Abaqus, Gmsh, Nastran, STL, PLY, OFF, OBJ …) and LS-DYNA
-    keyword decks. Clouds: three columns in .csv, .xyz, .txt or .npy.
+    Meshes: OFF, OBJ, LS-DYNA keyword decks and what meshio reads (VTU, VTK, Abaqus, Gmsh, Nastran,
+    STL, PLY …). Facets of second-order cells are split through their mid-side nodes, which take
+    part as corners do; polygons of more than four corners are split. Clouds: three columns in
+    .csv, .xyz, .txt or .npy.
 
     Parameters
     ----------
@@ -70,6 +72,11 @@ def read_mesh(
         not there, sets that leave no facet.
     UnitError
         A unit that is none.
+
+    Warns
+    -----
+    ContigaWarning
+        Polygons of more than four corners were split.
 
     Examples
     --------
@@ -122,12 +129,19 @@ def read_raw(path: Path) -> RawMesh:
         raise FileError("the file is empty", where=str(path), allowed="a mesh or cloud file")
     if path.suffix.lower() in cloud_files.SUFFIXES:
         return RawMesh(cloud_files.read_cloud(path))
-    deck = path.suffix.lower() in lsdyna.SUFFIXES
-    if not deck:
-        require(f"reading {path.suffix} files", "meshio")
-    reader = "lsdyna:read_lsdyna" if deck else "meshio_files:read_with_meshio"
-    mesh: RawMesh = read_apart(f"contiga.io.mesh.{reader}", path)
+    mesh: RawMesh = read_apart(f"contiga.io.mesh.{_reader(path)}", path)
     return mesh
+
+
+def _reader(path: Path) -> str:
+    """The module and function that read a suffix."""
+    suffix = path.suffix.lower()
+    if suffix in lsdyna.SUFFIXES:
+        return "lsdyna:read_lsdyna"
+    if suffix in polygon_files.SUFFIXES:
+        return "polygon_files:read_polygons"
+    require(f"reading {path.suffix} files", "meshio")
+    return "meshio_files:read_with_meshio"
 
 
 def _unit_factor(unit: str | None, file_unit: str | None) -> float:
