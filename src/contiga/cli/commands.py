@@ -234,6 +234,10 @@ def mesh(
     unit: Annotated[
         str | None, typer.Option("--unit", help="Length unit to write; the file's own if left out.")
     ] = None,
+    part: Annotated[
+        list[str] | None,
+        typer.Option("--part", help="Name or number of a part, once for each; all if left out."),
+    ] = None,
 ) -> None:
     """Write triangles of a CAD file, without cracks where its faces share edges."""
     from contiga.geometry.tessellate import check_request
@@ -244,7 +248,8 @@ def mesh(
     check_request(tol, method)
     if not cad.exists():
         raise FileError("no such file", where=str(cad))
-    triangles = read_cad(cad, unit=unit).tessellate(tol, method=method)
+    parts = None if part is None else [int(key) if key.isdecimal() else key for key in part]
+    triangles = read_cad(cad, unit=unit, parts=parts).tessellate(tol, method=method)
     write_mesh(out, triangles)
     open_edges = len(triangles.open_edges())
     closed = f"{open_edges} open edges" if open_edges else "closed"

@@ -328,6 +328,16 @@ def test_info_lists_the_parts_of_an_assembly(command: Command, tmp_path: Path) -
     assert "face 35 plane, area 8, part 6, x 198 to 200" in " ".join(out.split())
 
 
+def test_mesh_of_some_parts_of_an_assembly(command: Command, tmp_path: Path) -> None:
+    path, out = occ_rig.rig(tmp_path / "rig.step"), tmp_path / "some.stl"
+    code, said, _ = command("mesh", path, "--tol", 1, "--part", "box", "--part", 3, "-o", out)
+    assert code == 0
+    assert "24 triangles, 16 vertices in mm, area 80, closed" in said  # 52 + 28
+    code, _, err = command("mesh", path, "--tol", 1, "--part", "boxx", "-o", out)
+    assert code == 2
+    assert "Did you mean 'box'?" in one_message(err)
+
+
 def test_info_has_no_faces_of_a_mesh(command: Command, tmp_path: Path) -> None:
     path = tmp_path / "points.csv"
     path.write_text("0,0,0\n1,0,0\n")

@@ -38,9 +38,8 @@ def read_mesh(
     """Read a mesh or a cloud as a slave.
 
     Meshes: OFF, OBJ, LS-DYNA keyword decks and what meshio reads (VTU, VTK, Abaqus, Gmsh, Nastran,
-    STL, PLY …). Facets of second-order cells are split through their mid-side nodes, which take
-    part as corners do; polygons of more than four corners are split. Clouds: three columns in
-    .csv, .xyz, .txt or .npy.
+    STL, PLY …). Facets of second-order cells are split through mid-side nodes; polygons of more
+    than four corners are split, with a warning. Clouds: three columns in .csv, .xyz, .txt or .npy.
 
     Parameters
     ----------
@@ -49,13 +48,10 @@ def read_mesh(
     file_unit : that of the file, which does not say it; without, its numbers are in `unit`
     parts : names or numbers of LS-DYNA parts, Abaqus sets, Gmsh physical groups or the like.
         The facets are the skin of the cells chosen. Of a set of nodes, all are active and the
-        facets are those whose corners all belong to it. Mid-side nodes between nodes of a set
-        belong to it.
-    sets : names or numbers of the same kind; of the facets that `parts` gives, only those stay
-        whose corners all belong to one of these sets
-    layer : "skin", or 1, the surface of solids; 2 the surface of what is left when all cells with
-        a node on the skin are taken off, and so on; "all" makes the nodes inside active, too,
-        which have no area of their own
+        facets are those whose corners all belong to it, with the mid-side nodes between them.
+    sets : the same; of the facets of `parts` those stay with all corners in one of these sets
+    layer : "skin", or 1, the surface of solids; 2 that of what is left when all cells with a node
+        on the skin are off, and so on; "all" makes nodes inside active too, which have no area
 
     Returns
     -------
@@ -65,18 +61,12 @@ def read_mesh(
 
     Raises
     ------
-    FileError, MissingPackageError
-        The file is missing, unreadable or of no known kind; what reads it is not installed.
+    FileError, MissingPackageError, UnitError
+        The file is missing, unreadable or of no known kind; what reads it is not installed; a
+        unit that is none.
     MeshError
-        No nodes, a coordinate that is not finite, cells that do not fit, a part or a layer that is
-        not there, sets that leave no facet.
-    UnitError
-        A unit that is none.
-
-    Warns
-    -----
-    ContigaWarning
-        Polygons of more than four corners were split.
+        No nodes, a coordinate that is not finite, cells that do not fit, a part, set or layer that
+        is not there or leaves nothing.
 
     Examples
     --------
@@ -86,31 +76,42 @@ def read_mesh(
     """
     path = Path(path)
     check_layer(layer)
-    mesh, where = read_raw(path), str(path)
+    slave = _slave(read_raw(path), path, unit or file_unit, (parts, sets, layer))
+    factor = _unit_factor(unit, file_unit)
+    return slave if factor == 1.0 else slave.scaled(factor)
+
+
+def _slave(
+    mesh: RawMesh,
+    path: Path,
+    unit: str | None,
+    chosen: tuple[PartKeys | None, PartKeys | None, Layer],
+) -> Slave:
+    """The mesh as a slave; `chosen` are the parts, the sets and the layer of `read_mesh`."""
+    where = str(path)
+    parts, sets, layer = chosen
     check_points(mesh.points, where=where, ids=mesh.node_ids)
     selection = select(mesh, parts, where)
     blocks = _chosen(mesh, selection)
     if isinstance(layer, int):
         blocks = peeled(mesh.points, blocks, layer, where)
     facets, active = _surface(mesh, blocks, selection, restricted=parts is not None, where=where)
+    if layer == "all":
+        active = _all_nodes(blocks, active, len(mesh.points))
     if sets is not None:
         masks = [with_middles(blocks, nodes_of(mesh, key, where)) for key in as_keys(sets)]
         facets, active = _within(facets, active, np.array(masks), where)
-    if layer == "all":
-        active = _all_nodes(blocks, active, len(mesh.points))
-    slave = Slave(
+    return Slave(
         mesh.points,
         facets,
         thickness=_nodal_thickness(mesh, selection),
         mass=mesh.mass,
         active=active,
         name=path.stem,
-        unit=unit or file_unit,
+        unit=unit,
         cells=_counts(mesh.blocks),
         parts=[part_of(group, mesh.blocks) for group in mesh.groups],
     )
-    factor = _unit_factor(unit, file_unit)
-    return slave if factor == 1.0 else slave.scaled(factor)
 
 
 def read_raw(path: Path) -> RawMesh:
@@ -186,10 +187,12 @@ def _surface(
 def _within(
     facets: IntArray | None, active: np.ndarray | None, masks: np.ndarray, where: str
 ) -> tuple[IntArray | None, np.ndarray | None]:
-    """Facets with all corners in one of some sets of nodes (k, n); of a cloud its points in one."""
+    """Facets with all corners in one of some sets of nodes (k, n), and of active points those."""
+    inside: np.ndarray = np.any(masks, axis=0)
+    if active is not None:
+        active = np.logical_and(active, inside)
     if facets is None:
-        inside: np.ndarray = np.any(masks, axis=0)
-        return None, inside if active is None else np.logical_and(active, inside)
+        return None, inside if active is None else active
     facets = facets[masks[:, facets].all(axis=2).any(axis=0)]
     if not len(facets):
         raise MeshError(
@@ -197,7 +200,7 @@ def _within(
             where=f"{where}, sets",
             allowed="sets of nodes or cells on the surface of the parts chosen",
         )
-    return facets, None
+    return facets, active
 
 
 def _all_nodes(blocks: list[CellBlock], active: np.ndarray | None, count: int) -> np.ndarray | None:
