@@ -194,10 +194,8 @@ def rim(face: Any) -> float:
     return float(total.Mass())
 
 
-def sewn_shape(path: Path) -> Any:
-    """The shape of a STEP or IGES file, its loose faces sewn together."""
-    from OCP.Bnd import Bnd_Box
-    from OCP.BRepBndLib import BRepBndLib
+def plain_shape(path: Path) -> Any:
+    """The shape of a STEP or IGES file, in millimetres, without a document of names."""
     from OCP.IGESControl import IGESControl_Reader
     from OCP.STEPControl import STEPControl_Reader
 
@@ -206,7 +204,15 @@ def sewn_shape(path: Path) -> Any:
     with quiet():
         reader.ReadFile(str(path))
         reader.TransferRoots()
-    shape = reader.OneShape()
+    return reader.OneShape()
+
+
+def sewn_shape(path: Path) -> Any:
+    """The shape of a STEP or IGES file, its loose faces sewn together."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+
+    shape = plain_shape(path)
     box = Bnd_Box()
     BRepBndLib.Add_s(shape, box)
     size = box.CornerMin().Distance(box.CornerMax())

@@ -17,6 +17,8 @@ _HOME = {
     "Body": "contiga.masters.body",
     "Master": "contiga.masters.protocol",
     "read_cad": "contiga.io.cad.read_cad",
+    "cad_parts": "contiga.io.cad.cad_parts",
+    "CadPart": "contiga.io.cad.cad_parts",
     "read_mesh": "contiga.io.mesh.read_mesh",
     "read_master": "contiga.io.mesh.read_master",
     "write_mesh": "contiga.io.out.write_mesh",
@@ -103,6 +105,8 @@ if TYPE_CHECKING:
     from contiga.geometry import shapes as shapes
     from contiga.geometry.curve import NurbsCurve as NurbsCurve
     from contiga.geometry.surface import NurbsSurface as NurbsSurface
+    from contiga.io.cad.cad_parts import CadPart as CadPart
+    from contiga.io.cad.cad_parts import cad_parts as cad_parts
     from contiga.io.cad.read_cad import read_cad as read_cad
     from contiga.io.mesh.read_master import read_master as read_master
     from contiga.io.mesh.read_mesh import read_mesh as read_mesh

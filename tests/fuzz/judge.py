@@ -39,7 +39,7 @@ def read_points(path: Path) -> None:
     """As ``contiga info`` of a mesh."""
     from contiga.io.mesh.read_master import master_of
     from contiga.io.mesh.read_mesh import read_mesh
-    from contiga.slaves.slave import mesh_summary
+    from contiga.slaves.mesh_summary import mesh_summary
 
     mesh = read_mesh(path)
     _check_finite(mesh.points)

@@ -8,12 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from tests import occ_solids
 
 import contiga as cg
 from contiga.geometry.kernels.trim_nb import points_in_trim
 from contiga.geometry.trim_area import patch_areas, patch_volumes
-from contiga.io.cad.occ_geometry import quiet
-from contiga.io.cad.step_iges import _transfer_iges, _transfer_step, is_iges
 
 
 class Known(NamedTuple):
@@ -52,8 +51,7 @@ def faces_of(path: Path) -> tuple[Any, ...]:
     from OCP.TopExp import TopExp_Explorer
     from OCP.TopoDS import TopoDS
 
-    with quiet():
-        shape = (_transfer_iges if is_iges(path) else _transfer_step)(path).shape
+    shape = occ_solids.plain_shape(path)
     faces = []
     explorer = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
     while explorer.More():

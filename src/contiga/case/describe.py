@@ -38,7 +38,7 @@ def describe(case: Case) -> list[tuple[str, str]]:
             rows.append(("  mass", body.mass.describe()))
         rows.append(("  motion", body.motion.describe()))
     for slave in case.slave:
-        rows.append((f"slave {slave.name}", _placed(slave.points.describe(), slave.points)))
+        rows.append((f"slave {slave.name}", _placed(slave.points.what(), slave.points)))
         rows.append(("  motion", slave.motion.describe()))
         given = [f"{k} {v:g}" for k in ("thickness", "area", "mass") if (v := getattr(slave, k))]
         if given:

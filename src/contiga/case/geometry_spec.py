@@ -22,12 +22,15 @@ from pydantic import (
 from contiga.case.problems import first_problem
 from contiga.case.spec import (
     Axis,
+    Count,
     ExistingFile,
     LengthUnit,
+    Parts,
     Positive,
     Spec,
     Vector,
     by_key,
+    listed_choice,
     suggest,
 )
 from contiga.errors import CaseError
@@ -222,10 +225,14 @@ class _Geometry(Placed):
 
 
 class FileGeometry(_Geometry):
-    """`{ file, unit }`; `unit` is the file's own where it says none, or says it wrong."""
+    """`{ file, unit, parts, faces }`; `unit` is the file's own where it says none, or it wrong."""
 
     file: ExistingFile
     unit: LengthUnit | None = None
+    parts: Parts | None = None
+    """Names or numbers of parts; with `faces` left out too, all."""
+    faces: Annotated[list[Count], Field(min_length=1)] | None = None
+    """Numbers of single faces, beside `parts`."""
 
     def raw(self, name: str, unit: str) -> Body:
         """The faces of the file."""
@@ -239,11 +246,14 @@ class FileGeometry(_Geometry):
                 allowed=" ".join(SUFFIXES),
                 remedy="For a mesh write geometry = { mesh = … }",
             )
-        return read_cad(self.file, unit=unit, file_unit=self.unit).renamed(name)
+        body = read_cad(
+            self.file, unit=unit, file_unit=self.unit, parts=self.parts, faces=self.faces
+        )
+        return body.renamed(name)
 
     def describe(self) -> str:
         """In words."""
-        return self.file
+        return self.file + listed_choice("parts", self.parts) + listed_choice("faces", self.faces)
 
 
 class MeshGeometry(_Geometry):
@@ -253,7 +263,7 @@ class MeshGeometry(_Geometry):
     normals: Literal["facet", "vertex"] = "facet"
     unit: LengthUnit | None = None
     """The file's own; the case's if omitted."""
-    parts: Annotated[list[str | int], Field(min_length=1)] | None = None
+    parts: Parts | None = None
     orient: bool = False
     """Turns triangles that face other ways than their neighbours."""
 
@@ -280,7 +290,8 @@ class MeshGeometry(_Geometry):
 
     def describe(self) -> str:
         """In words."""
-        return f"triangles of {self.mesh}, {self.normals} normals"
+        chosen = listed_choice("parts", self.parts)
+        return f"triangles of {self.mesh}{chosen}, {self.normals} normals"
 
 
 class ShapeGeometry(_Geometry, _ShapeSpec):

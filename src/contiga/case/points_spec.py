@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -13,10 +13,12 @@ from contiga.case.spec import (
     ExistingFile,
     LengthUnit,
     Name,
+    Parts,
     Positive,
     Spec,
     Vector,
     by_key,
+    listed_choice,
 )
 from contiga.geometry import clouds
 from contiga.masters.protocol import Master
@@ -27,11 +29,43 @@ Corner = Annotated[int, Field(ge=2)]
 Seed = Annotated[int, Field(ge=0)]
 
 
+class SideSpec(Spec):
+    """`side = { direction, angle }`: facets whose normals are near a direction."""
+
+    direction: Vector
+    angle: Annotated[float, Field(gt=0.0, le=180.0)] = 60.0
+    """Degrees."""
+
+
 class _Points(Placed):
+    box: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = None
+    """Two corners; of the placed points only those within take part."""
+    side: SideSpec | None = None
+    """Of the placed facets only those that face this way take part."""
+
     def slave(self, name: str, unit: str) -> Slave:
-        """The slave, placed, lengths in `unit`."""
-        slave = self.raw(name, unit)
-        return slave.transformed(self.matrix) if self.transform else slave
+        """The slave, placed and selected, lengths in `unit`."""
+        return self.chosen(self.raw(name, unit))
+
+    def chosen(self, slave: Slave) -> Slave:
+        """The slave moved by the transform, with what `box` and `side` leave active."""
+        if self.transform:
+            slave = slave.transformed(self.matrix)
+        if self.box is None and self.side is None:
+            return slave
+        side = None if self.side is None else (self.side.direction, self.side.angle)
+        return slave.selected(box=self.box, side=side)
+
+    def what(self) -> str:
+        """In words, with what is selected."""
+        chosen = "" if self.box is None else f", in the box {self.box[0]} to {self.box[1]}"
+        if self.side is not None:
+            chosen += f", within {self.side.angle:g}° of {self.side.direction}"
+        return self.describe() + chosen
+
+    def describe(self) -> str:
+        """In words, without what is selected."""
+        raise NotImplementedError
 
     def raw(self, name: str, unit: str) -> Slave:
         """The slave before it is placed."""
@@ -39,23 +73,35 @@ class _Points(Placed):
 
 
 class FilePoints(_Points):
-    """`{ file, unit, parts }`; `unit` is the file's own, the case's if omitted."""
+    """`{ file, unit, parts, sets, layer }`; `unit` is the file's own, the case's if omitted."""
 
     file: ExistingFile
     unit: LengthUnit | None = None
-    parts: list[str | int] | None = None
+    parts: Parts | None = None
     """Parts, sets or groups of the file that take part; all if omitted."""
+    sets: Parts | None = None
+    """Of these, facets with all corners in these sets."""
+    layer: Literal["skin", "all"] | Count = "skin"
+    """Of solids the skin, a layer below it, or all nodes."""
 
     def raw(self, name: str, unit: str) -> Slave:
         """The nodes of the file."""
         from contiga.io.mesh.read_mesh import read_mesh
 
-        return read_mesh(self.file, unit=unit, file_unit=self.unit, parts=self.parts)
+        return read_mesh(
+            self.file,
+            unit=unit,
+            file_unit=self.unit,
+            parts=self.parts,
+            sets=self.sets,
+            layer=self.layer,
+        )
 
     def describe(self) -> str:
         """In words."""
-        chosen = "" if self.parts is None else f", parts {', '.join(map(str, self.parts))}"
-        return f"{self.file}{chosen}"
+        chosen = listed_choice("parts", self.parts) + listed_choice("sets", self.sets)
+        layer = "" if self.layer == "skin" else f", layer {self.layer}"
+        return f"{self.file}{chosen}{layer}"
 
 
 class SampleValues(_ShapeSpec):
@@ -186,8 +232,7 @@ class BodyPoints(_Points):
     def sampled(self, body: Master) -> Slave:
         """Points and triangles of the placed body, moved by the transform."""
         mesh = body.tessellate(self.tolerance or 1e-3 * body.size)
-        slave = Slave(mesh.vertices, mesh.triangles)
-        return slave.transformed(self.matrix) if self.transform else slave
+        return self.chosen(Slave(mesh.vertices, mesh.triangles))
 
     def describe(self) -> str:
         """In words."""

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable
-from difflib import get_close_matches
+from collections.abc import Callable, Iterable, Sequence
 from functools import reduce
 from pathlib import Path
 from typing import Annotated, Any
@@ -22,6 +21,7 @@ from pydantic import (
 )
 
 from contiga.errors import CaseError, FileError
+from contiga.io.naming import closest
 
 
 class Spec(BaseModel):
@@ -54,8 +54,12 @@ def check_keys(data: dict[str, Any], known: Iterable[str]) -> None:
 
 def suggest(found: object, allowed: Iterable[str]) -> str | None:
     """A question after the closest of `allowed`, None where nothing is close."""
-    close = get_close_matches(str(found).lower(), list(allowed), n=1, cutoff=0.6)
-    return f"Did you mean {close[0]!r}?" if close else None
+    return closest(found, allowed)
+
+
+def listed_choice(what: str, chosen: Sequence[str | int] | None) -> str:
+    """How a description ends that says what of a file is chosen; "" for all of it."""
+    return "" if chosen is None else f", {what} {', '.join(map(str, chosen))}"
 
 
 def by_kind(*models: type[Spec]) -> Any:
@@ -182,6 +186,8 @@ FilePattern = Annotated[str, AfterValidator(_pattern)]
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Count = Annotated[int, Field(ge=1)]
+Parts = Annotated[list[str | int], Field(min_length=1)]
+"""Names or numbers of parts of a file."""
 Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
 Axis = str | Vector
 Name = Annotated[str, Field(pattern=r"^\w[\w \-]*$")]

@@ -205,51 +205,18 @@ def check(
 
 
 @app.command()
-def info(file: Annotated[Path, typer.Argument(metavar="FILE", help="CAD file or mesh.")]) -> None:
-    """Say what is in a CAD file (patches, degrees, trims, size) or in a mesh (counts)."""
-    from contiga.io.cad.read_cad import SUFFIXES, read_cad
-    from contiga.io.mesh.read_master import master_of
-    from contiga.io.mesh.read_mesh import read_mesh
-    from contiga.masters.body_summary import body_summary
-    from contiga.slaves.slave import mesh_summary
+def info(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="CAD file or mesh.")],
+    faces: Annotated[
+        bool, typer.Option("--faces", help="List the faces of CAD with their numbers, too.")
+    ] = False,
+) -> None:
+    """Say what is in a CAD file (parts, patches, trims, size) or in a mesh (counts)."""
+    from contiga.cli.info import rows_of
 
     if not file.exists():
         raise FileError("no such file", where=str(file))
-    if file.suffix.lower() in SUFFIXES:
-        body = read_cad(file)
-        _table([*_summary_rows(body_summary(body)), *body.condition_rows()])
-        return
-    mesh = read_mesh(file)
-    rows = list(_summary_rows(mesh_summary(mesh)))
-    if mesh.facets is not None and len(mesh.facets):
-        rows += master_of(mesh, where=str(file)).condition_rows()
-    _table(rows)
-
-
-def _summary_rows(summary: dict[str, Any]) -> Iterable[tuple[str, str]]:
-    """Rows of a summary: what is not known or empty is left out."""
-    # A patch stays inside the box of its control points and seldom fills it.
-    within = " (control points)" if "patches" in summary else ""
-    for key, value in summary.items():
-        label = key.replace("_", " ")
-        if key == "bounds":
-            for axis, low, high in zip("xyz", *value, strict=True):
-                yield axis + within, f"{low:.6g} to {high:.6g}, {high - low:.6g} long"
-        elif isinstance(value, list) and value and isinstance(value[0], dict):
-            for k, entry in enumerate(value):
-                yield (label if k == 0 else ""), _in_words(entry)
-        elif value is not None and value not in ([], {}, ""):
-            yield label, _in_words(value)
-
-
-def _in_words(value: Any) -> str:
-    if isinstance(value, dict):
-        return ", ".join(f"{str(k).replace('_', ' ')}: {_in_words(v)}" for k, v in value.items())
-    if isinstance(value, list | tuple):
-        return ", ".join(_in_words(v) for v in value)
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    return str(value)
+    _table(rows_of(file, faces=faces))
 
 
 def _table(rows: Iterable[tuple[str, str]]) -> None:
@@ -284,6 +251,10 @@ def mesh(
     unit: Annotated[
         str | None, typer.Option("--unit", help="Length unit to write; the file's own if left out.")
     ] = None,
+    part: Annotated[
+        list[str] | None,
+        typer.Option("--part", help="Name or number of a part, once for each; all if left out."),
+    ] = None,
 ) -> None:
     """Write triangles of a CAD file, without cracks where its faces share edges."""
     from contiga.geometry.tessellate import check_request
@@ -294,7 +265,8 @@ def mesh(
     check_request(tol, method)
     if not cad.exists():
         raise FileError("no such file", where=str(cad))
-    triangles = read_cad(cad, unit=unit).tessellate(tol, method=method)
+    parts = None if part is None else [int(key) if key.isdecimal() else key for key in part]
+    triangles = read_cad(cad, unit=unit, parts=parts).tessellate(tol, method=method)
     write_mesh(out, triangles)
     open_edges = len(triangles.open_edges())
     closed = f"{open_edges} open edges" if open_edges else "closed"

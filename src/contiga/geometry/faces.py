@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError
 from contiga.geometry.bezier import extract
-from contiga.geometry.body_mesh import body_mesh
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import measured
 from contiga.geometry.edges import (
@@ -29,7 +28,9 @@ from contiga.num.arrays import as_points, read_only
 from contiga.num.ordered import length
 from contiga.records import FloatArray
 from contiga.shown import Facts, Shown
-from contiga.triangles.trimesh import TriMesh
+
+if TYPE_CHECKING:
+    from contiga.triangles.trimesh import TriMesh
 
 Trims = tuple[tuple[Loop, ...] | None, ...]
 
@@ -193,6 +194,8 @@ class Faces(Shown):
         """Triangles of the faces, trims obeyed, without cracks at shared edges.
 
         `tol` is a length for "chord" and an area by patch for "net", as for patches."""
+        from contiga.geometry.body_mesh import body_mesh  # its kernels are not few
+
         return body_mesh(self, tol, method).like(self.name, self.unit, self.reference_point)
 
     def _with(

@@ -107,7 +107,7 @@ class _Child:
         """
         content = pickle.dumps(request)
         self._write(child_process.HEADER.pack(b"q", len(content)) + content)
-        import_module(needs)  # while the child is at work
+        getattr(import_module(needs), "warm_up", lambda: None)()  # while the child is at work
         with self._ended_after(_LOAD_SECONDS):
             kind, content = self._frame()
         if kind == child_process.RESULT:
@@ -242,7 +242,8 @@ def read_apart(target: str, path: Path, *args: object, needs: str = "numpy") -> 
     target : "module:function", called with `path` and `args`; its module may have a `warm_up`,
         which loads what it needs
     path : the file
-    needs : module that the result is made of, imported while the file is read
+    needs : module that the result is made of or looked at with, imported while the file is read;
+        its `warm_up` is called if it has one
 
     Raises
     ------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import chain
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,12 +18,12 @@ from contiga.num.arrays import as_points, positive
 from contiga.num.digest import Digest
 from contiga.num.inertia import of_volume
 from contiga.records import Hit, MassProperties, Projection
-from contiga.search.exact_surface import ExactSurface, exact_surface
-from contiga.search.first_hit import first_hit
-from contiga.search.inside import contains
-from contiga.search.openings import Openings, openings_of
-from contiga.search.project import project
-from contiga.search.tables import check_size
+
+if TYPE_CHECKING:
+    from contiga.search.exact_surface import ExactSurface
+    from contiga.search.openings import Openings
+
+# The search is imported when it is first asked for: it takes longer than reading a small file.
 
 
 class Body(Faces):
@@ -89,6 +89,8 @@ class Body(Faces):
     @property
     def openings(self) -> Openings:
         """Where the surface ends, where faces gape or disagree; found when first asked for."""
+        from contiga.search.openings import openings_of
+
         return openings_of(self)
 
     @property
@@ -136,19 +138,27 @@ class Body(Faces):
         self, points: ArrayLike, *, start: Projection | None = None, mode: str = "global"
     ) -> Projection:
         """Feet of `points` (n, 3) on the body; see `contiga.search.project.project`."""
+        from contiga.search.project import project
+
         return project(self, as_points(points), start=start, mode=mode)
 
     def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
         """First entry of points moving from `p0` to `p1`; see `search.first_hit.first_hit`."""
+        from contiga.search.first_hit import first_hit
+
         return first_hit(self, as_points(p0, "p0"), as_points(p1, "p1"))
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """(n,) bool: on the contact side of the closest face; see `contiga.search.inside`."""
+        from contiga.search.inside import contains
+
         return contains(self, as_points(points))
 
     @property
     def surface(self) -> ExactSurface:
         """The search on the body, as contact asks for it; built when first asked for and kept."""
+        from contiga.search.exact_surface import exact_surface
+
         return exact_surface(self)
 
     @property
@@ -174,6 +184,8 @@ class Body(Faces):
         GeometryError
             As said.
         """
+        from contiga.search.tables import check_size
+
         check_size(self)
 
     def digest(self, digest: Digest) -> None:

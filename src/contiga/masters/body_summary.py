@@ -5,7 +5,23 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
+from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.edges import BodyEdge, EdgeUse
+from contiga.geometry.surface import NurbsSurface
 from contiga.masters.body import Body
+
+
+def warm_up() -> None:
+    """Load the kernels that measure bodies, while the file of one is being read."""
+    lines = [NurbsCurve(1, [0, 0, 1, 1], ends) for ends in ([[0, 0], [1, 0]], [[1, 0], [0, 1]])]
+    lines.append(NurbsCurve(1, [0, 0, 1, 1], [[0, 1], [0, 0]]))
+    corners = [[[-1, -1, 0], [-1, 1, 0]], [[1, -1, 0], [1, 1, 0]]]
+    patch = NurbsSurface((1, 1), ([-1, -1, 1, 1], [-1, -1, 1, 1]), corners)
+    rim = NurbsCurve(1, [0, 0, 1, 1], [[0, 0, 0], [1, 0, 0]])
+    body = Body([patch], trims=[[lines]], edges=[BodyEdge(rim, 0.0, (EdgeUse(0, 0, 0, False),))])
+    body_summary(body)
+    body.condition_rows()
+    body.volume()
 
 
 def body_summary(body: Body) -> dict[str, Any]:

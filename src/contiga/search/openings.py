@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from contiga.elements.element_arrays import Records
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import image_of
 from contiga.geometry.edges import UNTRIMMED
@@ -25,7 +24,9 @@ from contiga.geometry.slits import (
 )
 from contiga.num.codes import BORDER, CREASE
 from contiga.records import FloatArray, IntArray
-from contiga.search.tables import tables_of
+
+if TYPE_CHECKING:
+    from contiga.elements.element_arrays import Records
 
 SAMPLES = 33
 """Points of each knot span of a free edge its length is measured with."""
@@ -196,6 +197,8 @@ def _unnamed_sides(body: Faces) -> tuple[list[float], list[Joint]]:
     ]
     if not unnamed:
         return [], []
+    from contiga.search.tables import tables_of
+
     table = tables_of(body).elements.table
     lengths = []
     joints: dict[Joint, None] = {}

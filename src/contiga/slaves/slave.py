@@ -14,7 +14,8 @@ from contiga.num.arrays import as_points, read_only
 from contiga.records import FloatArray, IntArray
 from contiga.shown import Facts, Shown
 from contiga.slaves.cells import split_shells
-from contiga.slaves.skin import facet_areas, tributary_area
+from contiga.slaves.selection import Criteria, select
+from contiga.slaves.skin import tributary_area
 
 _RIGID_TOLERANCE = 1e-9
 
@@ -147,8 +148,54 @@ class Slave(Shown):
         return _rebuild, ({key: _plain(getattr(self, key)) for key in _FIELDS},)
 
     def bounds(self) -> FloatArray:
-        """(2, 3) lowest and highest coordinates of the points."""
-        return np.stack([self.points.min(axis=0), self.points.max(axis=0)])
+        """(2, 3) lowest and highest coordinates of the active points; of all, if none is active."""
+        points = self.points[self.active] if self.active.any() else self.points
+        return np.stack([points.min(axis=0), points.max(axis=0)])
+
+    def selected(
+        self,
+        *,
+        nodes: ArrayLike | None = None,
+        box: ArrayLike | None = None,
+        side: tuple[ArrayLike, float] | None = None,
+    ) -> Slave:
+        """A copy with fewer active points; all points stay, so that results line up with the mesh.
+
+        Facets stay whose corners are all chosen, and of points on facets their corners are active.
+        What is given is to be fulfilled together. Areas that are the points' shares of the facets
+        become shares of those that stay; others are kept.
+
+        Parameters
+        ----------
+        nodes : (n,) bool, or rows of points
+        box : (2, 3) lowest and highest corner, length; points on its border are in
+        side : direction (3,) and an angle in degrees that normals of facets may be off it
+
+        Raises
+        ------
+        MeshError
+            A criterion that is none of these; nothing is left.
+
+        Examples
+        --------
+        >>> import contiga as cg
+        >>> pad = cg.read_mesh("pad.vtu")  # a cube of side 1
+        >>> top = pad.selected(side=([0, 0, 1], 30.0))
+        >>> len(top), int(top.active.sum()), top.bounds()[:, 2].tolist(), float(top.area.sum())
+        (8, 4, [1.0, 1.0], 1.0)
+        """
+        criteria = Criteria(nodes, box, side)
+        facets, active = select(self.points, self.facets, self.active, criteria, self.name)
+        fields = {key: _plain(getattr(self, key)) for key in _FIELDS}
+        if facets is not None and self._shares_its_facets():
+            fields["area"] = tributary_area(self.points, facets)
+        return Slave(**(fields | {"facets": facets, "active": active}))
+
+    def _shares_its_facets(self) -> bool:
+        """Whether the areas are the points' shares of the facets, and not given otherwise."""
+        if self.area is None or self.facets is None:
+            return False
+        return np.array_equal(self.area, tributary_area(self.points, self.facets))
 
     def transformed(self, transform: ArrayLike) -> Slave:
         """A copy moved by a (4, 4) similarity: rotation, translation, uniform scale, mirror.
@@ -196,45 +243,6 @@ class Slave(Shown):
 
 
 _FIELDS = tuple(key for key in Slave.__slots__ if key != "__weakref__")
-
-
-def _whole_area(slave: Slave) -> float | None:
-    """Of the facets, or the sum of what the points were given; None if neither."""
-    if slave.facets is not None:
-        return float(facet_areas(slave.points, slave.facets).sum())
-    return None if slave.area is None else float(slave.area.sum())
-
-
-def mesh_summary(slave: Slave) -> dict[str, Any]:
-    """What a person wants to know of a mesh: plain numbers and strings, ready to print or dump.
-
-    Returns
-    -------
-    dict with name, nodes, active_nodes, facets, cells (count by kind), area (of the facets, or
-    the sum of what the points were given; None if neither), thickness (lowest and highest over
-    the active nodes, or None), mass (total or None), bounds, parts (label, cells, nodes), unit
-    """
-    active = slave.active
-    thickness = None
-    if slave.thickness is not None and active.any():
-        values = slave.thickness[active]
-        thickness = [float(values.min()), float(values.max())]
-    return {
-        "name": slave.name,
-        "nodes": len(slave),
-        "active_nodes": int(active.sum()),
-        "facets": 0 if slave.facets is None else len(slave.facets),
-        "cells": dict(slave.cells),
-        "area": _whole_area(slave),
-        "thickness": thickness,
-        "mass": None if slave.mass is None else float(slave.mass.sum()),
-        "bounds": slave.bounds().tolist(),
-        "parts": [
-            {"label": part.label, "cells": part.n_cells, "nodes": part.n_nodes}
-            for part in slave.parts
-        ],
-        "unit": slave.unit,
-    }
 
 
 def check_points(points: FloatArray, *, where: str, ids: NDArray[Any] | None = None) -> None:

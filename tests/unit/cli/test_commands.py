@@ -8,6 +8,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from tests import occ_rig
 
 import contiga
 import contiga.cli.run_case
@@ -308,6 +309,41 @@ def test_info_of_cad_names_patches_and_area(command: Command, tmp_path: Path) ->
     facts = dict(line.split(maxsplit=1) for line in out.splitlines() if " " in line.strip())
     assert facts["patches"].strip() == "1"
     assert float(facts["area"].split()[0]) == pytest.approx(6.0)
+
+
+def test_info_lists_the_parts_of_an_assembly(command: Command, tmp_path: Path) -> None:
+    path = occ_rig.rig(tmp_path / "rig.step")
+    code, out, _ = command("info", path)
+    said = " ".join(out.split())
+    assert code == 0
+    assert (
+        "part 1 box (box 1), solid, faces 1-6, closed, normals outward, volume 24, area 52, "
+        "#ff0000 x 0 to 2, y 0 to 3, z 0 to 4" in said
+    )
+    assert "part 2 cup (cup 1), shell, faces 7-11, open, area 5" in said
+    assert "part 6 block (right arm/back)" in said
+    assert "x 198 to 200, y 50 to 54, z 0 to 1" in said
+    assert "face 1 " not in said
+    _, out, _ = command("info", path, "--faces")
+    assert "face 35 plane, area 8, part 6, x 198 to 200" in " ".join(out.split())
+
+
+def test_mesh_of_some_parts_of_an_assembly(command: Command, tmp_path: Path) -> None:
+    path, out = occ_rig.rig(tmp_path / "rig.step"), tmp_path / "some.stl"
+    code, said, _ = command("mesh", path, "--tol", 1, "--part", "box", "--part", 3, "-o", out)
+    assert code == 0
+    assert "24 triangles, 16 vertices in mm, area 80, closed" in said  # 52 + 28
+    code, _, err = command("mesh", path, "--tol", 1, "--part", "boxx", "-o", out)
+    assert code == 2
+    assert "Did you mean 'box'?" in one_message(err)
+
+
+def test_info_has_no_faces_of_a_mesh(command: Command, tmp_path: Path) -> None:
+    path = tmp_path / "points.csv"
+    path.write_text("0,0,0\n1,0,0\n")
+    code, out, err = command("info", path, "--faces")
+    assert (code, out) == (2, "")
+    assert "only CAD has faces" in one_message(err)
 
 
 def test_info_says_how_far_a_surface_is_open(command: Command, tmp_path: Path) -> None:

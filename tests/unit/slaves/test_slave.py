@@ -128,8 +128,11 @@ def test_a_scale_that_is_not_positive_is_refused(factor):
         Slave(SQUARE).scaled(factor)
 
 
-def test_bounds_are_of_all_points():
-    assert Slave(SQUARE).bounds().tolist() == [[0, 0, 0], [5, 5, 5]]
+def test_bounds_are_of_the_active_points():
+    assert Slave(SQUARE).bounds().tolist() == [[0, 0, 0], [5, 5, 5]]  # all of a cloud
+    assert Slave(SQUARE, FACETS).bounds().tolist() == [[0, 0, 0], [1, 1, 0]]
+    nothing = Slave(SQUARE, active=np.zeros(5, dtype=bool))
+    assert nothing.bounds().tolist() == [[0, 0, 0], [5, 5, 5]]
 
 
 def test_a_slave_survives_pickling():
@@ -149,6 +152,6 @@ def test_summary_counts_and_measures():
     assert summary["area"] == pytest.approx(1.0)
     assert summary["thickness"] == [1.0, 4.0]  # of the active nodes
     assert summary["mass"] == 5.0
-    assert summary["bounds"] == [[0, 0, 0], [5, 5, 5]]
+    assert summary["bounds"] == [[0, 0, 0], [1, 1, 0]]  # of the active nodes
     assert summary["unit"] == "m"
     assert mesh_summary(Slave(SQUARE))["area"] is None

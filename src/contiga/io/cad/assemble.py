@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -53,9 +53,12 @@ class Assembly:
     def __len__(self) -> int:
         return len(self._patches)
 
-    def add_trimmed(self, surface: NurbsSurface, loops: list[Loop], *, flip: bool = False) -> None:
+    def add_trimmed(
+        self, surface: NurbsSurface, loops: list[Loop], where: str, *, flip: bool = False
+    ) -> None:
         """A face cut out by `loops`; `flip` reverses its free side and mirrors the loops.
 
+        `where` is the face's name in messages.
         A face whose loops do not fit is kept whole, with a warning: one bad face is no reason to
         refuse a file.
         """
@@ -64,7 +67,7 @@ class Assembly:
         closed = [bridged(loop, surface) for loop in loops]
         try:
             curves = tuple(tuple(strand.curve for strand in loop) for loop in closed)
-            check_loops(curves, surface.domain, f"{self.where}, face {patch}")
+            check_loops(curves, surface.domain, where)
         except GeometryError as error:
             warn(f"{error}. The face is kept whole")
             self.add_whole(surface, flip=flip)
@@ -106,6 +109,15 @@ class Assembly:
     def _note(self, edge: int, use: _Use) -> None:
         if edge >= 0:
             self._uses.setdefault(edge, []).append(use)
+
+    def entangled(self, owner: Sequence[int]) -> list[int]:
+        """Which owners of patches share an edge with another, ascending; `owner` by patch."""
+        found: set[int] = set()
+        for uses in self._uses.values():
+            owners = {owner[item.use.patch] for item in uses}
+            if len(owners) > 1:
+                found |= owners
+        return sorted(found)
 
     def body(self, name: str, edge_of: Callable[[int], Edge | None], unit: str | None) -> Body:
         """The body; `edge_of` gives the curve of an edge by its number in the file.
@@ -176,6 +188,23 @@ def merged(bodies: list[Body], path: Path, unit: str | None) -> Body:
             uses = tuple(use._replace(patch=use.patch + first) for use in edge.uses)
             edges.append(edge._replace(uses=uses))
     return Body(patches, name=path.stem, trims=trims, edges=edges, unit=unit)
+
+
+def cut_out(body: Body, patches: Sequence[int]) -> Body:
+    """The faces `patches` of `body` as one of their own, with the edges that only they use."""
+    place = {patch: k for k, patch in enumerate(patches)}
+    edges = []
+    for edge in body.edges:
+        if all(use.patch in place for use in edge.uses):
+            uses = tuple(use._replace(patch=place[use.patch]) for use in edge.uses)
+            edges.append(edge._replace(uses=uses))
+    return Body(
+        [body.patches[k] for k in patches],
+        name=body.name,
+        trims=[body.trims[k] for k in patches],
+        edges=edges,
+        unit=body.unit,
+    )
 
 
 def warn(message: str) -> None:

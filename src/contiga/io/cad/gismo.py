@@ -14,6 +14,7 @@ import numpy as np
 from contiga.errors import FileError, GeometryError
 from contiga.geometry.surface import NurbsSurface
 from contiga.io.cad.assemble import Assembly, Edge, warn
+from contiga.io.cad.parts import ALL, Choice, FaceLabel, Inventory, PartLabel, chosen_faces
 from contiga.io.cad.stitch import coincident_sides
 from contiga.io.units import length_factor, short_name
 from contiga.masters.body import Body
@@ -22,8 +23,8 @@ from contiga.records import FloatArray
 SURFACES = ("TensorBSpline2", "TensorNurbs2")
 
 
-def read_gismo(path: Path, file_unit: str | None, unit: str | None) -> Body:
-    """All surfaces of a G+Smo file as one body; see `contiga.io.cad.read_cad.read_cad`.
+def read_gismo(path: Path, file_unit: str | None, unit: str | None, choice: Choice = ALL) -> Body:
+    """The surfaces of a G+Smo file as one body; see `contiga.io.cad.read_cad.read_cad`.
 
     Patches that share a whole side, with the same parameters up to direction, share an edge.
 
@@ -32,6 +33,18 @@ def read_gismo(path: Path, file_unit: str | None, unit: str | None) -> Body:
     FileError
         Not XML, not G+Smo, no surface, a coefficient that is no number.
     """
+    return _gathered(path, file_unit, unit, choice)[0]
+
+
+def list_gismo(path: Path, file_unit: str | None, unit: str | None) -> Inventory:
+    """All of a G+Smo file, which is one part: the format names none."""
+    body, label = _gathered(path, file_unit, unit, ALL)
+    return Inventory(body, [face.number for face in label.faces], [label], {})
+
+
+def _gathered(
+    path: Path, file_unit: str | None, unit: str | None, choice: Choice
+) -> tuple[Body, PartLabel]:
     root = _root(path)
     scale = 1.0
     if file_unit is not None and unit is not None:
@@ -46,6 +59,10 @@ def read_gismo(path: Path, file_unit: str | None, unit: str | None) -> Body:
             other.add(kind)
     if other:
         warn(f"{path}: geometry of type {', '.join(sorted(other))} was left out")
+    faces = tuple(FaceLabel(k + 1, "NURBS") for k in range(len(surfaces)))
+    label = PartLabel(1, "faces", faces)
+    chosen = chosen_faces([label], choice, str(path))
+    surfaces = [surface for k, surface in enumerate(surfaces, start=1) if k in chosen]
     assembly = Assembly(str(path))
     sides, edges = coincident_sides(surfaces)
     for surface, (loop, found) in zip(surfaces, sides, strict=True):
@@ -54,7 +71,8 @@ def read_gismo(path: Path, file_unit: str | None, unit: str | None) -> Body:
     def edge_of(number: int) -> Edge | None:
         return edges[number]
 
-    return assembly.body(path.stem, edge_of, short_name(unit or file_unit) if file_unit else None)
+    told = short_name(unit or file_unit) if file_unit else None
+    return assembly.body(path.stem, edge_of, told), label
 
 
 def _root(path: Path) -> ElementTree.Element:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from contiga.errors import ContigaWarning, FileError
 from contiga.extras import require
-from contiga.geometry.slits import ROUNDING
 from contiga.io.apart import read_apart
+from contiga.io.cad.parts import choice_of
+from contiga.io.naming import PartKeys
 from contiga.io.units import base_factor
 
 if TYPE_CHECKING:
@@ -22,28 +24,35 @@ __all__ = ["SUFFIXES", "body_summary", "read_cad"]
 SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
 FARTHEST = 1e100
 """Largest coordinate that is read."""
-_OPENCASCADE = "contiga.io.cad.step_iges:read_step_iges"
 _PACKAGES = dict.fromkeys(SUFFIXES[:4], ("OCP",)) | {".3dm": ("OCP", "rhino3dm"), ".xml": ()}
-_READERS = dict.fromkeys(SUFFIXES[:4], _OPENCASCADE) | {
-    ".3dm": "contiga.io.cad.rhino:read_rhino",
-    ".xml": "contiga.io.cad.gismo:read_gismo",
-}
+_READERS = dict.fromkeys(SUFFIXES[:4], "step_iges") | {".3dm": "rhino", ".xml": "gismo"}
+"""Modules beside this one, with functions `read_<module>` and `list_<module>`."""
 
 
-def read_cad(path: str | Path, *, unit: str | None = None, file_unit: str | None = None) -> Body:
-    """Read the faces of a CAD file as a body.
+def read_cad(
+    path: str | Path,
+    *,
+    unit: str | None = None,
+    file_unit: str | None = None,
+    parts: PartKeys | None = None,
+    faces: int | Iterable[int] | None = None,
+) -> Body:
+    """Read the faces of a CAD file, or of some of its parts, as a body.
 
-    STEP and IGES (OpenCASCADE), 3DM (rhino3dm) and G+Smo XML. Every face becomes a NURBS patch
-    with its trimming loops as p-curves, in the file's order of faces, oriented as the file says
-    (solids outward), placed as the assembly says. A face whose loops are the borders of a
-    rectangle in (u, v) becomes an untrimmed patch cut down to it. Which faces share an edge is
-    kept in ``Body.edges``.
+    STEP, IGES, 3DM and G+Smo XML. Every face becomes a NURBS patch with its trimming loops as
+    p-curves, in the file's order, oriented as the file says (solids outward), placed as the
+    assembly says. A face whose loops are the borders of a rectangle in (u, v) becomes an untrimmed
+    patch cut down to it. Which faces share an edge is kept in ``Body.edges``.
 
     Parameters
     ----------
     path : the file; its suffix tells the format
     unit : length unit wanted, such as "mm"; None keeps the file's own
     file_unit : length unit of the file's numbers, where the file says none or the wrong one
+    parts : names or numbers (int, from 1) of parts, as `cad_parts` and ``contiga info`` list them.
+        A name is that of a part, its product or instance, or an assembly for all in it; "arm/bolt"
+        is the bolt of the arm. A name that several share takes them all.
+    faces : numbers of faces, from 1 in the file's order, beside those of `parts`
 
     Returns
     -------
@@ -54,28 +63,44 @@ def read_cad(path: str | Path, *, unit: str | None = None, file_unit: str | None
     Raises
     ------
     FileError
-        Missing, empty, damaged, of another format, without faces, of an unknown suffix. Files are
-        read in a process of their own: one that crashes its reader, or takes more than the time
-        or memory of `contiga.io.limits`, ends in this error too.
-    MissingPackageError
-        The package that reads the format is not installed.
-    UnitError
-        `unit`, `file_unit` or the file's own unit is no length unit.
+        Missing, empty, damaged, of another format, without faces, of an unknown suffix; it crashes
+        its reader, or takes more than the time or memory of `contiga.io.limits`.
+    GeometryError
+        `parts` or `faces` choose nothing; the message lists what the file has.
+    MissingPackageError, UnitError
+        What reads the format is not installed; a unit, the file's own too, is no length unit.
 
     Warns
     -----
     ContigaWarning
-        A face without extent is left out; a face whose loops do not close is kept whole; faces
-        that share an edge are apart there by more than 1e-4 of the size: a slit, which the search
-        bridges where the file's tolerances allow it.
+        A face without extent is left out; one whose loops do not close is kept whole; faces that
+        share an edge are more than 1e-4 of the size apart: a slit, bridged within tolerances.
 
     Examples
     --------
     >>> box = read_cad("part.step", unit="cm")  # 20 by 30 by 40 mm
     >>> len(box.patches), len(box.edges), box.closed, box.bounds()[1].round(6).tolist()
     (6, 12, True, [2.0, 3.0, 4.0])
+    >>> lid = read_cad("part.step", faces=6)  # open, as it is alone
     """
     file = Path(path)
+    choice = choice_of(parts, faces)
+    reader = reader_of(file, "read", file_unit, unit)
+    body: Body = read_apart(reader, file, file_unit, unit, choice, needs="contiga.masters.body")
+    check_read(body, file)
+    return body
+
+
+def reader_of(file: Path, verb: str, file_unit: str | None, unit: str | None) -> str:
+    """What `read_apart` is to call for a file, which is there and of a format that can be read.
+
+    `verb` says which function of the reader: "read" makes a `Body`, "list" an `Inventory`.
+
+    Raises
+    ------
+    FileError, MissingPackageError, UnitError
+        As `read_cad`.
+    """
     reader = _reader(file)
     for key, value in (("unit", unit), ("file_unit", file_unit)):
         if value is not None:
@@ -83,23 +108,33 @@ def read_cad(path: str | Path, *, unit: str | None = None, file_unit: str | None
     _check_readable(file)
     suffix = file.suffix.lower()
     require(f"reading {suffix} files", *_PACKAGES[suffix])
-    body: Body = read_apart(reader, file, file_unit, unit, needs="contiga.masters.body")
+    return f"contiga.io.cad.{reader}:{verb}_{reader}"
+
+
+def check_read(body: Body, file: Path) -> None:
+    """Refuse coordinates that cannot be computed with, and warn of slits.
+
+    Raises
+    ------
+    FileError
+        A control point whose square is no number any more.
+    """
+    from contiga.geometry.slits import ROUNDING
+
     _check_reach(body, file)
     size = body.size
     if any(len(edge.uses) > 1 and edge.gap > ROUNDING * size for edge in body.edges):
         text = "; ".join(body.openings.flaws)
-        warnings.warn(f"{file}: {text}", ContigaWarning, stacklevel=2)
-    return body
+        warnings.warn(f"{file}: {text}", ContigaWarning, stacklevel=3)
 
 
 def _check_reach(body: Body, file: Path) -> None:
-    """Refuse coordinates whose squares are no numbers any more."""
     for k, patch in enumerate(body.patches):
         farthest = float(abs(patch.control_points).max())
         if farthest > FARTHEST:
             raise FileError(
                 "a control point lies farther out than can be computed with",
-                where=f"{file}, face {k}",
+                where=f"{file}, patch {k}",
                 found=farthest,
                 allowed=f"coordinates up to {FARTHEST:g}",
             )

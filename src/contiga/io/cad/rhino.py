@@ -19,6 +19,7 @@ from contiga.io.cad import step_iges
 from contiga.io.cad.assemble import Assembly, Edge, merged, warn
 from contiga.io.cad.loops import Loop, Sides, Strand
 from contiga.io.cad.occ_build import OccEdges
+from contiga.io.cad.parts import ALL, Choice, FaceLabel, Inventory, PartLabel, chosen_faces
 from contiga.io.cad.step_iges import add_face
 from contiga.io.cad.stitch import side_curve
 from contiga.io.units import length_factor, short_name
@@ -43,8 +44,12 @@ _UNITS = {
 SAMPLES = 9
 
 
-class _Placed(NamedTuple):
+class _Item(NamedTuple):
+    """An object with faces, where it stands."""
+
+    label: PartLabel
     geometry: Any
+    """A Brep or a NurbsSurface."""
     matrix: FloatArray
     """(4, 4) placement in the file's length unit."""
 
@@ -62,74 +67,131 @@ def warm_up() -> None:
     step_iges.warm_up()
 
 
-def read_rhino(path: Path, file_unit: str | None, unit: str | None) -> Body:
-    """All faces of a 3DM file as one body; see `contiga.io.cad.read_cad.read_cad`.
+def read_rhino(path: Path, file_unit: str | None, unit: str | None, choice: Choice = ALL) -> Body:
+    """The faces of a 3DM file as one body; see `contiga.io.cad.read_cad.read_cad`.
 
     Raises
     ------
     FileError
         Not a 3DM file, or one without surfaces.
     """
-    import rhino3dm
-
-    with path.open("rb") as stream:
-        head = stream.read(32)
-    model = rhino3dm.File3dm.Read(str(path)) if head.startswith(b"3D Geometry File") else None
-    if model is None:
-        raise FileError(
-            "not a 3DM file, or a damaged one",
-            where=str(path),
-            allowed="a file that begins with '3D Geometry File Format'",
-        )
-    own = file_unit or _UNITS.get(model.Settings.ModelUnitSystem.name)
-    scale = length_factor(own, unit, str(path)) if own and unit else 1.0
-    tolerance = max(float(model.Settings.ModelAbsoluteTolerance), 1e-9)
-    bodies: list[Body] = []
-    left_out: set[str] = set()
-    for geometry, matrix in _placed(model):
-        body = _body_of(geometry, tolerance, str(path))
-        if body is None:
-            left_out.add(type(geometry).__name__)
-        else:
-            bodies.append(body.transformed(np.diag([scale, scale, scale, 1.0]) @ matrix))
-    if left_out:
-        warn(f"{path}: objects of type {', '.join(sorted(left_out))} were left out")
-    return merged(bodies, path, short_name(unit or own) if own else None)
+    return _Model(path, file_unit, unit).gathered(choice)[0]
 
 
-def _placed(model: Any) -> list[_Placed]:
-    """Geometry with its placement; instances are followed into their definitions."""
+def list_rhino(path: Path, file_unit: str | None, unit: str | None) -> Inventory:
+    """All of a 3DM file with what it says of its objects."""
+    model = _Model(path, file_unit, unit)
+    return Inventory(*model.gathered(ALL), [item.label for item in model.items], {})
+
+
+class _Model:
+    """A file as rhino3dm has it, to be converted whole or in part."""
+
+    def __init__(self, path: Path, file_unit: str | None, unit: str | None) -> None:
+        import rhino3dm
+
+        with path.open("rb") as stream:
+            head = stream.read(32)
+        model = rhino3dm.File3dm.Read(str(path)) if head.startswith(b"3D Geometry File") else None
+        if model is None:
+            raise FileError(
+                "not a 3DM file, or a damaged one",
+                where=str(path),
+                allowed="a file that begins with '3D Geometry File Format'",
+            )
+        own = file_unit or _UNITS.get(model.Settings.ModelUnitSystem.name)
+        self._path = path
+        self._scale = length_factor(own, unit, str(path)) if own and unit else 1.0
+        self._unit = short_name(unit or own) if own else None
+        self._tolerance = max(float(model.Settings.ModelAbsoluteTolerance), 1e-9)
+        self.items = _items(model, path)
+
+    def gathered(self, choice: Choice) -> tuple[Body, list[int]]:
+        """What is chosen as a body, and the number of the face each patch is."""
+        labels = [item.label for item in self.items]
+        chosen = chosen_faces(labels, choice, str(self._path))
+        bodies, numbers = [], []
+        for item in self.items:
+            wanted = [face.number in chosen for face in item.label.faces]
+            if any(wanted):
+                body, kept = self._body(item, wanted)
+                numbers += [item.label.faces[k].number for k in kept]
+                if body is not None:
+                    scale = np.diag([self._scale, self._scale, self._scale, 1.0])
+                    bodies.append(body.transformed(scale @ item.matrix))
+        return merged(bodies, self._path, self._unit), numbers
+
+    def _body(self, item: _Item, wanted: list[bool]) -> tuple[Body | None, list[int]]:
+        """The faces wanted of an object, unplaced, and which of them have an extent."""
+        import rhino3dm
+
+        if isinstance(item.geometry, rhino3dm.NurbsSurface):
+            return Body(surface_from(item.geometry)), [0]
+        return _brep(item, wanted, self._tolerance, str(self._path))
+
+
+def _items(model: Any, path: Path) -> list[_Item]:
+    """Objects with faces; instances are followed into their definitions."""
     by_id = {str(item.Attributes.Id): item for item in model.Objects}
-    found: list[_Placed] = []
+    found: list[_Item] = []
+    left_out: set[str] = set()
 
-    def follow(item: Any, matrix: FloatArray, depth: int) -> None:
+    def follow(item: Any, matrix: FloatArray, place: tuple[str, ...]) -> None:
         geometry = item.Geometry
         if type(geometry).__name__ != "InstanceReference":
-            found.append(_Placed(geometry, matrix))
-        elif depth < 32:
+            shape = _faced(geometry)
+            if shape is None:
+                left_out.add(type(geometry).__name__)
+            else:
+                found.append(_Item(_label(model, item, shape, place, found), shape, matrix))
+        elif len(place) < 32:
             inner = matrix @ np.array(geometry.Xform.ToFloatArray(True)).reshape(4, 4)
             definition = model.InstanceDefinitions.FindId(geometry.ParentIdefId)
+            name = item.Attributes.Name or definition.Name
             for member in definition.GetObjectIds():
                 if str(member) in by_id:
-                    follow(by_id[str(member)], inner, depth + 1)
+                    follow(by_id[str(member)], inner, (*place, name))
 
     for item in model.Objects:
         if not item.Attributes.IsInstanceDefinitionObject:
-            follow(item, np.eye(4), 0)
+            follow(item, np.eye(4), ())
+    if left_out:
+        warn(f"{path}: objects of type {', '.join(sorted(left_out))} were left out")
     return found
 
 
-def _body_of(geometry: Any, tolerance: float, where: str) -> Body | None:
-    """The faces of one object where it stands, in the file's unit; None if it has none."""
+def _faced(geometry: Any) -> Any:
+    """A Brep or a NurbsSurface of an object; None if it has no faces."""
     import rhino3dm
 
     if isinstance(geometry, rhino3dm.Extrusion):
         geometry = geometry.ToBrep(True)
     if isinstance(geometry, rhino3dm.Brep):
-        return _brep(geometry, tolerance, where)
-    if isinstance(geometry, rhino3dm.Surface):
-        return Body(surface_from(geometry.ToNurbsSurface()))
-    return None
+        return geometry
+    return geometry.ToNurbsSurface() if isinstance(geometry, rhino3dm.Surface) else None
+
+
+def _label(
+    model: Any, item: Any, shape: Any, place: tuple[str, ...], before: list[_Item]
+) -> PartLabel:
+    """What the file says of an object: its name, or its layer, and what it answers to besides."""
+    import rhino3dm
+
+    said = item.Attributes
+    layer = model.Layers.FindIndex(said.LayerIndex) if said.LayerIndex >= 0 else None
+    layers = () if layer is None else tuple(layer.FullPath.split("::"))
+    colour = None if layer is None else layer.Color
+    if said.ColorSource == rhino3dm.ObjectColorSource.ColorFromObject:
+        colour = said.ObjectColor
+    told = None if colour is None else "#{:02x}{:02x}{:02x}".format(*colour[:3])
+    is_brep = isinstance(shape, rhino3dm.Brep)
+    count = len(shape.Faces) if is_brep else 1
+    first = 1 + sum(len(other.label.faces) for other in before)
+    faces = tuple(FaceLabel(first + k, "NURBS", None, told) for k in range(count))
+    solid = is_brep and bool(shape.IsSolid)
+    kind = "solid" if solid else "shell" if count > 1 else "faces"
+    name = said.Name or None
+    return PartLabel(len(before) + 1, kind, faces, name, place, layers, told)
 
 
 def surface_from(surface: Any) -> NurbsSurface:
@@ -161,11 +223,15 @@ def _full(knots: Any) -> FloatArray:
     return np.concatenate([inner[:1], inner, inner[-1:]])
 
 
-def _brep(brep: Any, tolerance: float, where: str) -> Body:
+def _brep(
+    item: _Item, wanted: list[bool], tolerance: float, where: str
+) -> tuple[Body | None, list[int]]:
+    brep = item.geometry
     curves = [curve_from(brep.Edges[i].ToNurbsCurve()) for i in range(len(brep.Edges))]
     edges = OccEdges(curves, tolerance)
     assembly = Assembly(where)
-    for i in range(len(brep.Faces)):
+    kept = []
+    for i in np.flatnonzero(wanted).tolist():
         face = brep.Faces[i]
         surface = surface_from(face.UnderlyingSurface().ToNurbsSurface())
         trims = [_trims(face.Loops[k]) for k in range(len(face.Loops))]
@@ -173,14 +239,16 @@ def _brep(brep: Any, tolerance: float, where: str) -> Body:
         sides = _natural_sides(surface, trims, curves, tolerance)
         if sides is not None:
             assembly.add_whole(surface, *sides, flip=turned)
+            kept.append(i)
         else:
             made = edges.face(surface, trims, turned)
-            add_face(assembly, made, edges, 1.0, f"{where}, face {i}")
+            if add_face(assembly, made, edges, 1.0, f"{where}, face {item.label.faces[i].number}"):
+                kept.append(i)
 
     def edge_of(number: int) -> Edge | None:
         return Edge(curves[number], tolerance)
 
-    return assembly.body("brep", edge_of, None)
+    return (assembly.body("brep", edge_of, None) if kept else None), kept
 
 
 def _trims(loop: Any) -> list[_Trim]:

@@ -59,9 +59,9 @@ class Sewn:
         from OCP.TopoDS import TopoDS
 
         # Numbers of faces follow the file's order.
-        if len({self._number(face) for face in _parts(shape, "FACE")}) < 2:
+        if len({self._number(face) for face in subshapes(shape, "FACE")}) < 2:
             return False
-        edges = [TopoDS.Edge(edge) for edge in _parts(shape, "EDGE")]
+        edges = [TopoDS.Edge(edge) for edge in subshapes(shape, "EDGE")]
         uses = Counter(self._number(e) for e in edges if not BRep_Tool.Degenerated_s(e))
         return 1 in uses.values()
 
@@ -75,11 +75,11 @@ class Sewn:
 
         forward = TopAbs_Orientation.TopAbs_FORWARD
         holders: dict[int, list[tuple[int, bool]]] = defaultdict(list)
-        for edge in _parts(shape, "EDGE"):
+        for edge in subshapes(shape, "EDGE"):
             own = self._number(edge)
             if own not in self._leader:
                 self._leader[own] = own, False
-                for part in _parts(sewing.ModifiedSubShape(edge.Oriented(forward)), "EDGE"):
+                for part in subshapes(sewing.ModifiedSubShape(edge.Oriented(forward)), "EDGE"):
                     holders[self._number(part)].append((own, part.Orientation() != forward))
         for (first, first_against), *others in holders.values():
             root, turned = self._root(first)
@@ -104,11 +104,11 @@ class Sewn:
         its first face does in the file.
         """
         origin = {
-            self._number(sewing.ModifiedSubShape(face)): face for face in _parts(shape, "FACE")
+            self._number(sewing.ModifiedSubShape(face)): face for face in subshapes(shape, "FACE")
         }
-        for shell in _parts(sewing.SewedShape(), "SHELL"):
+        for shell in subshapes(sewing.SewedShape(), "SHELL"):
             faces: list[tuple[int, bool]] = []
-            for face in _parts(_outward(shell), "FACE"):
+            for face in subshapes(_outward(shell), "FACE"):
                 before = origin.get(self._number(face))
                 if before is not None:
                     after = sewing.ModifiedSubShape(before).Orientation()
@@ -136,7 +136,8 @@ def _outward(shell: Any) -> Any:
     return solid
 
 
-def _parts(shape: Any, kind: str) -> list[Any]:
+def subshapes(shape: Any, kind: str) -> list[Any]:
+    """What a shape has of a kind ("SOLID", "SHELL", "FACE", "EDGE"), in its order."""
     from OCP.TopAbs import TopAbs_ShapeEnum
     from OCP.TopExp import TopExp_Explorer
 

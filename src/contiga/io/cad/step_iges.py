@@ -7,13 +7,12 @@ planes as they are, analytic surfaces in their rational form, p-curves along.
 
 from __future__ import annotations
 
-import re
+from collections.abc import Container
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from contiga.errors import FileError
 from contiga.geometry.curve import NurbsCurve
 from contiga.io.cad import occ_geometry as occ
 from contiga.io.cad.assemble import Assembly, Edge, warn
@@ -28,19 +27,17 @@ from contiga.io.cad.loops import (
     gaps,
     rectangle_sides,
 )
+from contiga.io.cad.occ_parts import joined, labelled
+from contiga.io.cad.occ_transfer import transferred
+from contiga.io.cad.parts import ALL, Choice, Inventory, chosen_faces
 from contiga.io.cad.sew import Sewn
 from contiga.io.cad.warp import AngleMap, bent
 from contiga.io.units import length_factor, short_name
 from contiga.masters.body import Body
 from contiga.records import FloatArray
 
-_UNCERTAINTY = re.compile(
-    rb"UNCERTAINTY_MEASURE_WITH_UNIT\s*\(\s*LENGTH_MEASURE\s*\(\s*([\d.+\-Ee]+)\s*\)"
-)
 OCC_UNIT = "mm"
 """OpenCASCADE brings every file to millimetres."""
-_IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 5: "mile", 6: "m", 7: "km", 8: "thou", 9: "um"}
-_IGES_UNITS |= {10: "cm", 11: "microinch"}
 THIN = 1e-10
 """Faces this much longer than wide are lines."""
 ROUNDED = 1e-11
@@ -57,16 +54,6 @@ class Numbers(Protocol):
         """Number of a TopoDS_Edge, and whether it runs against the edge of that number."""
 
 
-class Transferred(NamedTuple):
-    """What OpenCASCADE made of a file."""
-
-    shape: Any
-    unit: str | None
-    """Length unit the file states, None if it states none."""
-    accuracy: float
-    """How near points must be to be one, as the file states it, its unit; 0 if it states none."""
-
-
 class RawFace(NamedTuple):
     """A face in OpenCASCADE's own parameters."""
 
@@ -81,121 +68,91 @@ class RawFace(NamedTuple):
 
 def warm_up() -> None:
     """Load OpenCASCADE, its tables and the kernels in use, before the time of a file counts."""
-    from OCP.IGESControl import IGESControl_Reader
-    from OCP.STEPControl import STEPControl_Reader
+    from OCP.IGESCAFControl import IGESCAFControl_Reader
+    from OCP.STEPCAFControl import STEPCAFControl_Reader
 
     with occ.quiet():
-        STEPControl_Reader()
-        IGESControl_Reader()
+        STEPCAFControl_Reader()
+        IGESCAFControl_Reader()
     slope = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], [[0.0, 0.0], [1.0, 1.0]])
     half = AngleMap(np.array([0.0, 0.5, 1.0]))
     bent(slope, (half, half), np.ones(2))
 
 
-def read_step_iges(path: Path, file_unit: str | None, unit: str | None) -> Body:
+def read_step_iges(
+    path: Path, file_unit: str | None, unit: str | None, choice: Choice = ALL
+) -> Body:
     """The faces of a STEP or IGES file as a body in `unit`; see `io.cad.read_cad`."""
     with occ.quiet():
-        found = _transfer_iges(path) if is_iges(path) else _transfer_step(path)
+        return _Model(path, file_unit, unit).body(choice)
+
+
+def list_step_iges(path: Path, file_unit: str | None, unit: str | None) -> Inventory:
+    """All of a STEP or IGES file with what it says of its parts."""
+    with occ.quiet():
+        return _Model(path, file_unit, unit).inventory()
+
+
+class _Model:
+    """A file as OpenCASCADE has it, to be converted whole or in part."""
+
+    def __init__(self, path: Path, file_unit: str | None, unit: str | None) -> None:
+        found = transferred(path)
         own = file_unit or found.unit
         # OpenCASCADE has multiplied by the unit the file states, which file_unit overrides.
         stated = 1.0 if found.unit is None else length_factor(OCC_UNIT, found.unit, str(path))
         wanted = length_factor(own, unit, str(path)) if own and unit else 1.0
-        result = short_name(unit or own) if own else None
-        scale = _product(stated, wanted)
-        return _body(found, path, scale, result)
+        self._path, self._pieces = path, found.pieces
+        self._scale = _product(stated, wanted)
+        self._unit = short_name(unit or own) if own else None
+        to_occ = 1.0 if found.unit is None else length_factor(found.unit, OCC_UNIT, str(path))
+        self._accuracy = found.accuracy * to_occ
+        self._sewn = Sewn(joined(found.pieces, None))
+        self._parts = labelled(found.pieces, self._sewn)
+
+    def body(self, choice: Choice) -> Body:
+        """What is chosen, as if the file had nothing else."""
+        chosen = chosen_faces(self._parts, choice, str(self._path))
+        sewn = self._sewn if choice.everything else Sewn(joined(self._pieces, chosen))
+        assembly, _ = self._gathered(chosen, sewn)
+        return self._made(assembly, sewn)
+
+    def inventory(self) -> Inventory:
+        """Everything, and parts that share edges with others apart, too."""
+        every = chosen_faces(self._parts, ALL, str(self._path))
+        assembly, numbers = self._gathered(every, self._sewn)
+        owner = {face.number: part.number for part in self._parts for face in part.faces}
+        apart = {
+            number: self.body(Choice(parts=(number,)))
+            for number in assembly.entangled([owner[number] for number in numbers])
+        }
+        return Inventory(self._made(assembly, self._sewn), numbers, self._parts, apart)
+
+    def _gathered(self, chosen: Container[int], sewn: Sewn) -> tuple[Assembly, list[int]]:
+        """The faces chosen, and the number in the file of each patch made of one."""
+        from OCP.TopoDS import TopoDS
+
+        assembly = Assembly(str(self._path))
+        numbers = []
+        faces = (face for piece in self._pieces for face in piece.faces)
+        for number, face in enumerate(faces, start=1):
+            if number in chosen:
+                turned = TopoDS.Face(face.Reversed()) if sewn.turned(face) else face
+                where = f"{self._path}, face {number}"
+                if add_face(assembly, turned, sewn, self._scale, where):
+                    numbers.append(number)
+        return assembly, numbers
+
+    def _made(self, assembly: Assembly, sewn: Sewn) -> Body:
+        def edge_of(index: int) -> Edge | None:
+            return _edge(sewn.edge(index), self._scale, self._accuracy)
+
+        return assembly.body(self._path.stem, edge_of, self._unit)
 
 
 def _product(a: float, b: float) -> float:
     """a · b to the 15 digits that units are known to: 0.001 · 1000 is 1."""
     return float(f"{a * b:.15g}")
-
-
-def is_iges(path: Path) -> bool:
-    """Whether the suffix says IGES."""
-    return path.suffix.lower() in (".igs", ".iges")
-
-
-def _transfer_step(path: Path) -> Transferred:
-    from OCP.collections import Sequence_TCollection_AsciiString
-    from OCP.IFSelect import IFSelect_ReturnStatus
-    from OCP.STEPControl import STEPControl_Reader
-
-    with path.open("rb") as file:
-        head = file.read(4096)
-    if b"ISO-10303-21" not in head:
-        raise FileError(
-            "not a STEP file",
-            where=str(path),
-            found=head[:24].decode("latin-1"),
-            allowed="a file that begins with ISO-10303-21;",
-        )
-    reader = STEPControl_Reader()
-    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
-        raise FileError("the STEP file cannot be read: it is damaged", where=str(path))
-    names = [Sequence_TCollection_AsciiString() for _ in range(3)]
-    reader.FileUnits(*names)
-    units = list(dict.fromkeys(name.ToCString() for name in names[0]))
-    if len(units) > 1:
-        warn(f"{path}: parts in several length units {units}; {units[0]} is taken as the file's")
-    reader.TransferRoots()
-    return Transferred(reader.OneShape(), units[0] if units else None, _uncertainty(path))
-
-
-def _transfer_iges(path: Path) -> Transferred:
-    from OCP.IFSelect import IFSelect_ReturnStatus
-    from OCP.IGESControl import IGESControl_Reader
-
-    with path.open("rb") as file:
-        first = file.readline(200).rstrip(b"\r\n")
-    if len(first) < 73 or first[72:73] not in b"SBC":
-        raise FileError(
-            "not an IGES file",
-            where=str(path),
-            found=first[:24].decode("latin-1"),
-            allowed="80-column lines with S in column 73 of the first",
-        )
-    reader = IGESControl_Reader()
-    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
-        raise FileError("the IGES file cannot be read: it is damaged", where=str(path))
-    header = reader.IGESModel().GlobalSection()
-    unit = _IGES_UNITS.get(header.UnitFlag())
-    if unit is None and header.UnitName() is not None:
-        unit = header.UnitName().ToCString().strip() or None
-    reader.TransferRoots()
-    return Transferred(reader.OneShape(), unit, float(header.Resolution()))
-
-
-def _uncertainty(path: Path) -> float:
-    """The largest uncertainty of lengths a STEP file states."""
-    found = _UNCERTAINTY.findall(path.read_bytes())
-    return max((float(number) for number in found), default=0.0)
-
-
-def _body(found: Transferred, path: Path, scale: float, unit: str | None) -> Body:
-    from OCP.TopAbs import TopAbs_ShapeEnum
-    from OCP.TopExp import TopExp_Explorer
-    from OCP.TopoDS import TopoDS
-
-    assembly = Assembly(str(path))
-    shape, sewn = found.shape, None
-    own = 1.0 if found.unit is None else length_factor(found.unit, OCC_UNIT, str(path))
-    accuracy = found.accuracy * own
-    if shape is not None and not shape.IsNull():
-        sewn = Sewn(shape)
-        explorer = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
-        number = 0
-        while explorer.More():
-            face = TopoDS.Face(explorer.Current())
-            if sewn.turned(face):
-                face = TopoDS.Face(face.Reversed())
-            add_face(assembly, face, sewn, scale, f"{path}, face {number}")
-            explorer.Next()
-            number += 1
-
-    def edge_of(index: int) -> Edge | None:
-        return None if sewn is None else _edge(sewn.edge(index), scale, accuracy)
-
-    return assembly.body(path.stem, edge_of, unit)
 
 
 def _edge(edge: Any, scale: float, accuracy: float) -> Edge | None:
@@ -219,12 +176,12 @@ def _edge(edge: Any, scale: float, accuracy: float) -> Edge | None:
     return Edge(occ.curve3d_from(curve, first, last, scale), tolerance, corner * scale)
 
 
-def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where: str) -> None:
-    """Convert a TopoDS_Face and add it; `edges` numbers its edges."""
+def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where: str) -> bool:
+    """Convert a TopoDS_Face and add it, if it has an extent; `edges` numbers its edges."""
     raw = _raw_face(face, edges)
     if raw is None or _is_thin(raw):
         warn(f"{where}: a face without extent was left out")
-        return
+        return False
     sides = rectangle_sides(raw.loops[0], raw.box, raw.speed) if len(raw.loops) == 1 else None
     closed = _closed(raw, where)
     whole = sides is None and closed
@@ -233,13 +190,14 @@ def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where:
         loop = raw.loops[0] if sides is not None else None
         mapped = None if sides is None else _mapped_sides(sides, patch)
         assembly.add_whole(patch.surface, loop, mapped, flip=raw.reversed)
-        return
+        return True
     span = np.array([np.ptp(interval) for interval in patch.surface.domain])
     loops = [
         [strand._replace(curve=bent(strand.curve, patch.maps, span)) for strand in loop]
         for loop in raw.loops
     ]
-    assembly.add_trimmed(patch.surface, loops, flip=raw.reversed)
+    assembly.add_trimmed(patch.surface, loops, where, flip=raw.reversed)
+    return True
 
 
 def _is_thin(raw: RawFace) -> bool:

@@ -7,13 +7,14 @@ import io
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import FileError, InputError, MeshError
 from contiga.io.mesh.guarded import GuardedFile, GuardedText
+from contiga.io.mesh.polygons import Blocks, blocks_of
 from contiga.io.mesh.raw import Group, RawMesh
 from contiga.records import FloatArray
 from contiga.slaves.cells import N_NODES, SHELLS, SOLIDS
@@ -41,7 +42,7 @@ _MESSAGE_LENGTH = 300
 # tetgen opens its two files itself.
 _NOT_READ = {"wkt", "tetgen"}
 # These ask for line after line at the end of a file cut short, but take an open file.
-_SPINNING = {"off": "r", "tecplot": "r", "mdpa": "rb", "ansys": "rb", "ply": "rb", "nastran": "r"}
+_SPINNING = {"tecplot": "r", "mdpa": "rb", "ansys": "rb", "ply": "rb", "nastran": "r"}
 
 
 def warm_up() -> None:
@@ -120,13 +121,12 @@ def _refuse_assemblies(path: Path) -> None:
 def _converted(mesh: Any, path: Path) -> RawMesh:
     points = _three_columns(np.asarray(mesh.points), path)
     blocks: list[CellBlock] = []
-    place: list[tuple[int, int] | None] = []
+    places: list[_Place] = []
     for block in mesh.cells:
-        piece = _block(block, len(points), path)
-        place.append(None if piece is None else (len(blocks), len(piece.nodes)))
-        if piece is not None:
-            blocks.append(piece)
-    return RawMesh(points, tuple(blocks), tuple(_groups(mesh, place, len(blocks))))
+        found = _blocks(block, points, path)
+        places.append(_Place(len(blocks), found))
+        blocks += found.blocks
+    return RawMesh(points, tuple(blocks), tuple(_groups(mesh, places, len(blocks))))
 
 
 def _read(path: Path) -> Any:
@@ -180,6 +180,7 @@ def _unreadable(path: Path, said: str) -> FileError:
         f"cannot be read as {path.suffix}: {said}" if said else "cannot be read",
         where=str(path),
         allowed="a complete, undamaged mesh file whose content fits its suffix",
+        remedy="What another program opens it can save anew, as .vtu, .msh, .inp or .stl",
     )
 
 
@@ -199,12 +200,34 @@ def _three_columns(points: NDArray[Any], path: Path) -> FloatArray:
     return full
 
 
-def _block(block: Any, n_points: int, path: Path) -> CellBlock | None:
+class _Place(NamedTuple):
+    """Where the cells of one of meshio's blocks are."""
+
+    first: int
+    """Number of the first block made of it."""
+    made: Blocks
+
+    def put(self, cells: NDArray[Any], into: list[NDArray[Any]]) -> None:
+        """Set the rows of the blocks that come from some of the cells."""
+        for k, rows in enumerate(self.made.rows(cells)):
+            into[self.first + k] = rows
+
+
+def _blocks(block: Any, points: FloatArray, path: Path) -> Blocks:
+    """What is made of a block of meshio's: one of ours; of polygons one or two; of lines none."""
     kind = str(block.type)
     if kind.startswith(_PASSED_OVER):
-        return None
+        return Blocks((), ())
     if kind == "polygon":
-        return _polygons(block, path)
+        rows = [np.asarray(row, dtype=np.int64) for row in block.data]
+        for row in rows:
+            check_cells("polygon", row[None, :], len(points), str(path))
+        return blocks_of(points, [row.tolist() for row in rows], str(path))
+    piece = _block(kind, block, len(points), path)
+    return Blocks((piece,), (np.arange(len(piece.nodes)),))
+
+
+def _block(kind: str, block: Any, n_points: int, path: Path) -> CellBlock:
     if kind not in SHELLS and kind not in SOLIDS:
         raise MeshError(
             "cells of a kind that has no facets here",
@@ -238,27 +261,12 @@ def check_cells(kind: str, nodes: NDArray[np.int64], n_points: int, where: str) 
         )
 
 
-def _polygons(block: Any, path: Path) -> CellBlock:
-    """Triangles and quadrilaterals some writers call polygons; larger ones are refused."""
-    rows = [np.asarray(row, dtype=np.int64) for row in block.data]
-    sizes = {len(row) for row in rows}
-    if not sizes <= {3, 4}:
-        raise MeshError(
-            "polygons of more than four corners", where=str(path), found=max(sizes), allowed="3, 4"
-        )
-    if sizes == {3}:
-        return CellBlock("triangle", np.stack(rows))
-    return CellBlock(
-        "quad", np.stack([row if len(row) == 4 else row[[0, 1, 2, 2]] for row in rows])
-    )
-
-
-def _groups(mesh: Any, place: list[tuple[int, int] | None], n_blocks: int) -> Iterator[Group]:
+def _groups(mesh: Any, places: list[_Place], n_blocks: int) -> Iterator[Group]:
     """Physical groups and part numbers, then sets of cells, then sets of nodes."""
     taken: set[str] = set()
     for key in _PART_NUMBERS:
         if key in mesh.cell_data:
-            for group in _numbered(mesh, key, place, n_blocks):
+            for group in _numbered(mesh, key, places, n_blocks):
                 if group.name is not None:
                     taken.add(group.name)
                 yield group
@@ -267,29 +275,27 @@ def _groups(mesh: Any, place: list[tuple[int, int] | None], n_blocks: int) -> It
         if name in taken or name.startswith("gmsh:"):
             continue
         kept: list[NDArray[Any]] = [np.empty(0, dtype=np.int64)] * n_blocks
-        for where, rows in zip(place, per_block, strict=False):
-            if where is not None and rows is not None:
-                kept[where[0]] = np.asarray(rows, dtype=np.int64)
+        for place, rows in zip(places, per_block, strict=False):
+            if rows is not None:
+                place.put(np.asarray(rows, dtype=np.int64), kept)
         yield Group(None, str(name), tuple(kept))
     for name, nodes in mesh.point_sets.items():
         yield Group(None, str(name), None, np.asarray(nodes, dtype=np.int64))
 
 
-def _numbered(
-    mesh: Any, key: str, place: list[tuple[int, int] | None], n_blocks: int
-) -> Iterator[Group]:
+def _numbered(mesh: Any, key: str, places: list[_Place], n_blocks: int) -> Iterator[Group]:
     """Groups from the part number each cell carries; Gmsh numbers them apart by dimension."""
     by_dimension = key == "gmsh:physical"
     found: dict[tuple[int, int], list[NDArray[Any]]] = {}
-    for block, numbers, where in zip(mesh.cells, mesh.cell_data[key], place, strict=True):
-        if where is None:
+    for block, numbers, place in zip(mesh.cells, mesh.cell_data[key], places, strict=True):
+        if not place.made.blocks:
             continue
-        values = np.asarray(numbers).reshape(where[1], -1)[:, 0].astype(np.int64)
+        values = np.asarray(numbers).reshape(len(block.data), -1)[:, 0].astype(np.int64)
         dimension = int(block.dim) if by_dimension else 0
         for value in np.unique(values):
             empty = [np.empty(0, dtype=np.int64)] * n_blocks
             rows = found.setdefault((dimension, int(value)), empty)
-            rows[where[0]] = np.flatnonzero(values == value)
+            place.put(np.flatnonzero(values == value), rows)
     names = {}
     if by_dimension:
         names = {(int(dim), int(n)): str(name) for name, (n, dim) in mesh.field_data.items()}

@@ -9,13 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import MeshError
+from contiga.io.naming import PartKeys, as_keys, closest, listed
 from contiga.records import FloatArray
 from contiga.slaves.skin import CellBlock
 from contiga.slaves.slave import MeshPart
-
-_NAMES_SHOWN = 40
-
-PartKeys = str | int | Sequence[str | int]
 
 
 class Group(NamedTuple):
@@ -75,8 +72,7 @@ def select(mesh: RawMesh, keys: PartKeys | None, where: str) -> Selection:
     """
     if keys is None:
         return Selection(tuple(np.ones(len(b.nodes), dtype=bool) for b in mesh.blocks), None)
-    wanted = [keys] if isinstance(keys, str | int) else list(keys)
-    groups = [group for key in wanted for group in _find(mesh.groups, key, where)]
+    groups = [group for key in as_keys(keys) for group in _find(mesh.groups, key, where)]
     of_cells = [group.cells for group in groups if group.cells is not None]
     of_nodes = [group.nodes for group in groups if group.nodes is not None]
     masks = []
@@ -95,6 +91,23 @@ def select(mesh: RawMesh, keys: PartKeys | None, where: str) -> Selection:
     return Selection(tuple(masks), nodes)
 
 
+def nodes_of(mesh: RawMesh, key: str | int, where: str) -> NDArray[np.bool_]:
+    """(n,) nodes of a set, part or group.
+
+    Raises
+    ------
+    MeshError
+        As `select`.
+    """
+    nodes = np.zeros(len(mesh.points), dtype=bool)
+    for group in _find(mesh.groups, key, where):
+        if group.nodes is not None:
+            nodes[group.nodes] = True
+        for block, rows in zip(mesh.blocks, group.cells or (), strict=False):
+            nodes[block.nodes[rows]] = True
+    return nodes
+
+
 def _find(groups: Sequence[Group], key: str | int, where: str) -> list[Group]:
     text = str(key).strip()
     found = [group for group in groups if group.name == text]
@@ -105,12 +118,10 @@ def _find(groups: Sequence[Group], key: str | int, where: str) -> list[Group]:
     if found:
         return found
     labels = [MeshPart(group.id, group.name, 0, 0).label for group in groups]
-    shown = ", ".join(labels[:_NAMES_SHOWN])
-    if len(labels) > _NAMES_SHOWN:
-        shown += f" and {len(labels) - _NAMES_SHOWN} more"
     raise MeshError(
         "no part, set or group of that name or number",
         where=where,
         found=key,
-        allowed=shown or "nothing: the file names no parts",
+        allowed=listed(labels) or "nothing: the file names no parts",
+        remedy=closest(key, [group.name for group in groups if group.name is not None]),
     )

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from contiga.errors import MeshError
-from contiga.io.mesh.raw import PartKeys
 from contiga.io.mesh.read_mesh import read_mesh
+from contiga.io.naming import PartKeys
 from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
 

@@ -13,12 +13,15 @@ import numpy as np
 from contiga.errors import FileError, MeshError
 from contiga.extras import require
 from contiga.io.apart import read_apart
-from contiga.io.mesh import cloud_files, lsdyna
-from contiga.io.mesh.raw import PartKeys, RawMesh, Selection, part_of, select
+from contiga.io.mesh import cloud_files, lsdyna, polygon_files
+from contiga.io.mesh.layers import Layer, check_layer, peeled, with_middles
+from contiga.io.mesh.raw import RawMesh, Selection, nodes_of, part_of, select
+from contiga.io.naming import PartKeys, as_keys
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import SHELLS
+from contiga.slaves.mesh_summary import mesh_summary
 from contiga.slaves.skin import CellBlock, mend_degenerate, skin
-from contiga.slaves.slave import MeshPart, Slave, check_points, mesh_summary
+from contiga.slaves.slave import MeshPart, Slave, check_points
 
 __all__ = ["MeshPart", "Slave", "mesh_summary", "read_mesh", "read_raw"]
 
@@ -29,11 +32,14 @@ def read_mesh(
     unit: str | None = None,
     file_unit: str | None = None,
     parts: PartKeys | None = None,
+    sets: PartKeys | None = None,
+    layer: Layer = "skin",
 ) -> Slave:
     """Read a mesh or a cloud as a slave.
 
-    Meshes: what meshio reads (VTU, VTK, Abaqus, Gmsh, Nastran, STL, PLY, OFF, OBJ …) and LS-DYNA
-    keyword decks. Clouds: three columns in .csv, .xyz, .txt or .npy.
+    Meshes: OFF, OBJ, LS-DYNA keyword decks and what meshio reads (VTU, VTK, Abaqus, Gmsh, Nastran,
+    STL, PLY …). Facets of second-order cells are split through mid-side nodes; polygons of more
+    than four corners are split, with a warning. Clouds: three columns in .csv, .xyz, .txt or .npy.
 
     Parameters
     ----------
@@ -42,7 +48,10 @@ def read_mesh(
     file_unit : that of the file, which does not say it; without, its numbers are in `unit`
     parts : names or numbers of LS-DYNA parts, Abaqus sets, Gmsh physical groups or the like.
         The facets are the skin of the cells chosen. Of a set of nodes, all are active and the
-        facets are those whose corners all belong to it.
+        facets are those whose corners all belong to it, with the mid-side nodes between them.
+    sets : the same; of the facets of `parts` those stay with all corners in one of these sets
+    layer : "skin", or 1, the surface of solids; 2 that of what is left when all cells with a node
+        on the skin are off, and so on; "all" makes nodes inside active too, which have no area
 
     Returns
     -------
@@ -52,12 +61,12 @@ def read_mesh(
 
     Raises
     ------
-    FileError, MissingPackageError
-        The file is missing, unreadable or of no known kind; what reads it is not installed.
+    FileError, MissingPackageError, UnitError
+        The file is missing, unreadable or of no known kind; what reads it is not installed; a
+        unit that is none.
     MeshError
-        No nodes, a coordinate that is not finite, cells that do not fit, a part that is not there.
-    UnitError
-        A unit that is none.
+        No nodes, a coordinate that is not finite, cells that do not fit, a part, set or layer that
+        is not there or leaves nothing.
 
     Examples
     --------
@@ -66,23 +75,43 @@ def read_mesh(
     (8, 12, 1000.0, {'hexahedron': 1})
     """
     path = Path(path)
-    mesh, where = read_raw(path), str(path)
+    check_layer(layer)
+    slave = _slave(read_raw(path), path, unit or file_unit, (parts, sets, layer))
+    factor = _unit_factor(unit, file_unit)
+    return slave if factor == 1.0 else slave.scaled(factor)
+
+
+def _slave(
+    mesh: RawMesh,
+    path: Path,
+    unit: str | None,
+    chosen: tuple[PartKeys | None, PartKeys | None, Layer],
+) -> Slave:
+    """The mesh as a slave; `chosen` are the parts, the sets and the layer of `read_mesh`."""
+    where = str(path)
+    parts, sets, layer = chosen
     check_points(mesh.points, where=where, ids=mesh.node_ids)
     selection = select(mesh, parts, where)
-    facets, active = _surface(mesh, selection, restricted=parts is not None, where=where)
-    slave = Slave(
+    blocks = _chosen(mesh, selection)
+    if isinstance(layer, int):
+        blocks = peeled(mesh.points, blocks, layer, where)
+    facets, active = _surface(mesh, blocks, selection, restricted=parts is not None, where=where)
+    if layer == "all":
+        active = _all_nodes(blocks, active, len(mesh.points))
+    if sets is not None:
+        masks = [with_middles(blocks, nodes_of(mesh, key, where)) for key in as_keys(sets)]
+        facets, active = _within(facets, active, np.array(masks), where)
+    return Slave(
         mesh.points,
         facets,
         thickness=_nodal_thickness(mesh, selection),
         mass=mesh.mass,
         active=active,
         name=path.stem,
-        unit=unit or file_unit,
+        unit=unit,
         cells=_counts(mesh.blocks),
         parts=[part_of(group, mesh.blocks) for group in mesh.groups],
     )
-    factor = _unit_factor(unit, file_unit)
-    return slave if factor == 1.0 else slave.scaled(factor)
 
 
 def read_raw(path: Path) -> RawMesh:
@@ -101,12 +130,19 @@ def read_raw(path: Path) -> RawMesh:
         raise FileError("the file is empty", where=str(path), allowed="a mesh or cloud file")
     if path.suffix.lower() in cloud_files.SUFFIXES:
         return RawMesh(cloud_files.read_cloud(path))
-    deck = path.suffix.lower() in lsdyna.SUFFIXES
-    if not deck:
-        require(f"reading {path.suffix} files", "meshio")
-    reader = "lsdyna:read_lsdyna" if deck else "meshio_files:read_with_meshio"
-    mesh: RawMesh = read_apart(f"contiga.io.mesh.{reader}", path)
+    mesh: RawMesh = read_apart(f"contiga.io.mesh.{_reader(path)}", path)
     return mesh
+
+
+def _reader(path: Path) -> str:
+    """The module and function that read a suffix."""
+    suffix = path.suffix.lower()
+    if suffix in lsdyna.SUFFIXES:
+        return "lsdyna:read_lsdyna"
+    if suffix in polygon_files.SUFFIXES:
+        return "polygon_files:read_polygons"
+    require(f"reading {path.suffix} files", "meshio")
+    return "meshio_files:read_with_meshio"
 
 
 def _unit_factor(unit: str | None, file_unit: str | None) -> float:
@@ -119,23 +155,62 @@ def _unit_factor(unit: str | None, file_unit: str | None) -> float:
     return length_factor(file_unit, unit)
 
 
-def _surface(
-    mesh: RawMesh, selection: Selection, *, restricted: bool, where: str
-) -> tuple[IntArray | None, np.ndarray | None]:
-    blocks = [
+def _chosen(mesh: RawMesh, selection: Selection) -> list[CellBlock]:
+    """The cells of a selection."""
+    return [
         piece
         for block, mask in zip(mesh.blocks, selection.cells, strict=True)
         for piece in mend_degenerate(CellBlock(block.kind, block.nodes[mask]))
     ]
+
+
+def _surface(
+    mesh: RawMesh,
+    blocks: list[CellBlock],
+    selection: Selection,
+    *,
+    restricted: bool,
+    where: str,
+) -> tuple[IntArray | None, np.ndarray | None]:
     facets = skin(mesh.points, blocks)
     if selection.nodes is not None:
-        facets = facets[selection.nodes[facets].all(axis=1)]
-        return (facets if len(facets) else None), selection.nodes
+        nodes = with_middles(blocks, selection.nodes)
+        facets = facets[nodes[facets].all(axis=1)]
+        return (facets if len(facets) else None), nodes
     if len(facets):
         return facets, None
     if restricted or any(len(block.nodes) for block in mesh.blocks):
         raise MeshError("the cells chosen have no surface", where=where, allowed="shells or solids")
     return None, None
+
+
+def _within(
+    facets: IntArray | None, active: np.ndarray | None, masks: np.ndarray, where: str
+) -> tuple[IntArray | None, np.ndarray | None]:
+    """Facets with all corners in one of some sets of nodes (k, n), and of active points those."""
+    inside: np.ndarray = np.any(masks, axis=0)
+    if active is not None:
+        active = np.logical_and(active, inside)
+    if facets is None:
+        return None, inside if active is None else active
+    facets = facets[masks[:, facets].all(axis=2).any(axis=0)]
+    if not len(facets):
+        raise MeshError(
+            "no facet has all its corners in one of the sets",
+            where=f"{where}, sets",
+            allowed="sets of nodes or cells on the surface of the parts chosen",
+        )
+    return facets, active
+
+
+def _all_nodes(blocks: list[CellBlock], active: np.ndarray | None, count: int) -> np.ndarray | None:
+    """The nodes of the cells, those inside, too; of a cloud or a set of nodes what it was."""
+    if active is not None or not blocks:
+        return active
+    nodes = np.zeros(count, dtype=bool)
+    for block in blocks:
+        nodes[block.nodes] = True
+    return nodes
 
 
 def _nodal_thickness(mesh: RawMesh, selection: Selection) -> FloatArray | None:

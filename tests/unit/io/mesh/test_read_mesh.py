@@ -229,7 +229,7 @@ def test_a_unit_that_is_none_is_refused(abaqus):
         ("a.inp", "*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE=S3\n1, 1, 2, 3\n", FileError, "cannot"),
         ("a.stl", "solid s\nendsolid s\n", ContigaError, "a.stl"),
         ("a.msh", "(0 cut", FileError, "cannot be read as .msh"),
-        ("a.off", "OFF", FileError, "cannot be read as .off"),
+        ("a.off", "OFF", FileError, "the file ends before its counts"),
         ("a.ply", "ply\nformat ascii 1.0\n", FileError, "cannot be read as .ply"),
         ("a.csv", "0,0,0\n0,0\n", FileError, "line 2.*'0,0'"),
         ("a.csv", "0,0,0\nx,y,z\n", FileError, "line 2"),
@@ -274,6 +274,14 @@ def test_nodes_that_are_not_finite_are_named(tmp_path):
 def test_cells_that_name_no_node_are_refused(tmp_path):
     path = tmp_path / "a.off"
     path.write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n")
+    with pytest.raises(MeshError, match=r"line 6: a face names a node.*found 7.*0 to 2"):
+        read_mesh(path)
+    path = tmp_path / "a.ply"
+    path.write_text(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n"
+    )
     with pytest.raises(MeshError, match=r"triangle 0.*\[0, 1, 7\].*0 to 2"):
         read_mesh(path)
 

@@ -1,0 +1,142 @@
+"""What ``contiga info`` says of a file: rows of a label and a text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from contiga.errors import InputError
+
+if TYPE_CHECKING:
+    from contiga.io.cad.cad_parts import CadFile, CadPart
+    from contiga.records import FloatArray
+
+Row = tuple[str, str]
+
+
+def rows_of(file: Path, *, faces: bool = False) -> Iterator[Row]:
+    """What is in a CAD file or a mesh; `faces` adds the faces of CAD, one by one.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read; `faces` of a mesh are asked for.
+    """
+    from contiga.io.cad.read_cad import SUFFIXES
+
+    if file.suffix.lower() in SUFFIXES:
+        yield from _cad(file, faces)
+    elif faces:
+        raise InputError(
+            "only CAD has faces to be listed",
+            where=str(file),
+            found="--faces",
+            allowed=" ".join(SUFFIXES),
+        )
+    else:
+        yield from _mesh(file)
+
+
+def _mesh(file: Path) -> Iterator[Row]:
+    from contiga.io.mesh.read_master import master_of
+    from contiga.io.mesh.read_mesh import read_mesh
+    from contiga.slaves.mesh_summary import mesh_summary
+
+    mesh = read_mesh(file)
+    yield from _summary(mesh_summary(mesh))
+    if mesh.facets is not None and len(mesh.facets):
+        yield from master_of(mesh, where=str(file)).condition_rows()
+
+
+def _cad(file: Path, faces: bool) -> Iterator[Row]:
+    from contiga.io.cad.cad_parts import read_cad_file
+    from contiga.masters.body_summary import body_summary
+
+    found = read_cad_file(file)
+    yield from _summary(body_summary(found.body))
+    yield from found.body.condition_rows()
+    for part in found.parts:
+        yield from _part(part)
+    if faces:
+        yield from _faces(found)
+
+
+def _part(part: CadPart) -> Iterator[Row]:
+    body = part.body
+    closed = body.closed
+    volume = body.volume() if closed else 0.0
+    side = "inward, around a cavity" if volume < 0.0 else "outward"
+    numbers = [face.number for face in part.faces]
+    faces = f"face{'' if len(numbers) == 1 else 's'} {_ranges(numbers)}"
+    texts = [
+        *([part.title] if part.title else []),
+        *([f"loose {faces}"] if part.kind == "faces" else [part.kind, faces]),
+        f"closed, normals {side}, volume {abs(volume):.6g}" if closed else "open",
+        f"area {body.area():.6g}",
+        *([] if part.colour is None else [part.colour]),
+    ]
+    yield f"part {part.number}", ", ".join(texts)
+    yield "", _box(body.bounds())
+
+
+def _faces(found: CadFile) -> Iterator[Row]:
+    from contiga.geometry.faces import face_bounds
+    from contiga.geometry.trim_area import patch_areas
+
+    body = found.body
+    labels = {face.number: (face, part) for part in found.parts for face in part.faces}
+    areas = patch_areas(body)
+    for k, number in enumerate(found.numbers):
+        face, part = labels[number]
+        texts = [
+            face.kind,
+            *(said for said in (face.name, face.colour) if said is not None),
+            f"area {areas[k]:.6g}",
+            f"part {part.number}",
+            _box(face_bounds(body.patches[k], body.trims[k])),
+        ]
+        yield f"face {number}", ", ".join(texts)
+
+
+def _box(bounds: FloatArray) -> str:
+    low, high = bounds.tolist()
+    spans = zip("xyz", low, high, strict=True)
+    return ", ".join(f"{axis} {a:.6g} to {b:.6g}" for axis, a, b in spans)
+
+
+def _ranges(numbers: Sequence[int]) -> str:
+    """Whole numbers, those in a row as "3-7"."""
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1][1:] = [number]
+        else:
+            runs.append([number])
+    return ", ".join("-".join(map(str, run)) for run in runs)
+
+
+def _summary(summary: dict[str, Any]) -> Iterable[Row]:
+    """Rows of a summary: what is not known or empty is left out."""
+    # A patch stays inside the box of its control points and seldom fills it.
+    within = " (control points)" if "patches" in summary else ""
+    for key, value in summary.items():
+        label = key.replace("_", " ")
+        if key == "bounds":
+            for axis, low, high in zip("xyz", *value, strict=True):
+                yield axis + within, f"{low:.6g} to {high:.6g}, {high - low:.6g} long"
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            for k, entry in enumerate(value):
+                yield (label if k == 0 else ""), _in_words(entry)
+        elif value is not None and value not in ([], {}, ""):
+            yield label, _in_words(value)
+
+
+def _in_words(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{str(k).replace('_', ' ')}: {_in_words(v)}" for k, v in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(_in_words(v) for v in value)
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return str(value)

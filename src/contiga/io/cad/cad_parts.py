@@ -1,0 +1,134 @@
+"""`cad_parts`: what a CAD file holds, part by part."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from contiga.io.apart import read_apart
+from contiga.io.cad.parts import FaceLabel, titled
+from contiga.io.cad.read_cad import check_read, reader_of
+from contiga.shown import Facts, line_of, table_of
+
+if TYPE_CHECKING:
+    from contiga.io.cad.parts import Inventory, PartLabel
+    from contiga.masters.body import Body
+
+_LOOKED_AT_WITH = "contiga.masters.body_summary"
+
+
+class CadPart(NamedTuple):
+    """A part of a CAD file: what the file says of it, and its faces as a body.
+
+    >>> import contiga as cg
+    >>> part = cg.cad_parts("part.step")[0]
+    >>> part.number, part.kind, part.faces[0].kind, part.body.closed
+    (1, 'solid', 'plane', True)
+    """
+
+    number: int
+    """From 1, in the file's order."""
+    name: str | None
+    """Its own, or that of its product; None where the file gives none."""
+    place: str
+    """The names of the instances on the way to it, as "left arm/bolt 2"; "" outside assemblies."""
+    kind: str
+    """"solid", "shell", or "faces" that hang together but are no shell."""
+    colour: str | None
+    """"#rrggbb", None where the file gives none."""
+    faces: tuple[FaceLabel, ...]
+    """What the file says of its faces; one without extent is no patch of `body`."""
+    body: Body
+    """As `read_cad` makes it of this part alone, where it stands."""
+
+    @property
+    def title(self) -> str:
+        """Its name and where it stands: "bolt (left arm/bolt 2)"; "" where it has neither."""
+        return titled(self.name, self.place)
+
+    def _facts(self) -> Facts:
+        where = [("in", self.place)] if self.place else []
+        return [("number", self.number), *where, ("kind", self.kind), ("faces", len(self.faces))]
+
+    def __repr__(self) -> str:
+        return line_of("CadPart", self._facts(), self.name or "")
+
+    def _repr_html_(self) -> str:
+        return table_of("CadPart", self._facts(), self.name or "")
+
+
+class CadFile(NamedTuple):
+    """A CAD file as a whole and part by part."""
+
+    body: Body
+    """All of it, as `read_cad` makes it."""
+    numbers: list[int]
+    """Which face of the file each patch of `body` is."""
+    parts: tuple[CadPart, ...]
+
+
+def cad_parts(
+    path: str | Path, *, unit: str | None = None, file_unit: str | None = None
+) -> tuple[CadPart, ...]:
+    """The parts of a CAD file: each solid, each shell that bounds none, and loose faces.
+
+    Parts of an assembly come as often as it has them, where they stand. Loose faces that share
+    edges make one part. A part of faces without extent alone is left out.
+
+    Parameters
+    ----------
+    path, unit, file_unit : as for `read_cad`
+
+    Returns
+    -------
+    tuple of `CadPart`, in the file's order
+
+    Raises
+    ------
+    FileError, MissingPackageError, UnitError
+        As `read_cad`.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> for part in cg.cad_parts("part.step", unit="cm"):
+    ...     print(part.number, part.kind, part.body.closed, round(part.body.volume(), 6))
+    1 solid True 24.0
+    """
+    return read_cad_file(path, unit=unit, file_unit=file_unit).parts
+
+
+def read_cad_file(
+    path: str | Path, *, unit: str | None = None, file_unit: str | None = None
+) -> CadFile:
+    """A whole file with its parts; parameters and errors are those of `read_cad`."""
+    file = Path(path)
+    reader = reader_of(file, "list", file_unit, unit)
+    found: Inventory = read_apart(reader, file, file_unit, unit, needs=_LOOKED_AT_WITH)
+    check_read(found.body, file)
+    return CadFile(found.body, found.numbers, _parts(found))
+
+
+def _parts(found: Inventory) -> tuple[CadPart, ...]:
+    """Cut out of the whole, or as the reader made them where others are joined to them."""
+    from contiga.io.cad.assemble import cut_out
+
+    if len(found.parts) == 1:
+        (said,) = found.parts
+        return (_part(said, found.body),)
+    owner = {face.number: part.number for part in found.parts for face in part.faces}
+    patches: dict[int, list[int]] = {part.number: [] for part in found.parts}
+    for k, number in enumerate(found.numbers):
+        patches[owner[number]].append(k)
+    parts = []
+    for said in found.parts:
+        mine = patches[said.number]
+        if mine:
+            body = found.apart.get(said.number) or cut_out(found.body, mine)
+            parts.append(_part(said, body.renamed(said.title)))
+    return tuple(parts)
+
+
+def _part(said: PartLabel, body: Body) -> CadPart:
+    place = "/".join(said.place)
+    return CadPart(said.number, said.name, place, said.kind, said.colour, said.faces, body)

@@ -1,0 +1,104 @@
+"""STEP and IGES files into OpenCASCADE: shapes with their names and colours, and what unit says."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+from contiga.errors import FileError
+from contiga.io.cad.assemble import warn
+from contiga.io.cad.occ_parts import Piece, new_document, pieces_of
+
+_UNCERTAINTY = re.compile(
+    rb"UNCERTAINTY_MEASURE_WITH_UNIT\s*\(\s*LENGTH_MEASURE\s*\(\s*([\d.+\-Ee]+)\s*\)"
+)
+_IGES_UNITS = {1: "in", 2: "mm", 4: "ft", 5: "mile", 6: "m", 7: "km", 8: "thou", 9: "um"}
+_IGES_UNITS |= {10: "cm", 11: "microinch"}
+_NOT_WANTED = ("Layer", "GDT", "Mat", "Props", "View", "SHUO", "Meta", "ProductMeta")
+"""Modes of a STEP reader: tolerances, materials and views cost time and say nothing here."""
+
+
+class Transferred(NamedTuple):
+    """What OpenCASCADE made of a file."""
+
+    pieces: list[Piece]
+    unit: str | None
+    """Length unit the file states, None if it states none."""
+    accuracy: float
+    """How near points must be to be one, as the file states it, its unit; 0 if it states none."""
+
+
+def transferred(path: Path) -> Transferred:
+    """The pieces of a STEP or IGES file, in millimetres.
+
+    Raises
+    ------
+    FileError
+        Not what its suffix says, or damaged.
+    """
+    iges = path.suffix.lower() in (".igs", ".iges")
+    return _transfer_iges(path) if iges else _transfer_step(path)
+
+
+def _transfer_step(path: Path) -> Transferred:
+    from OCP.collections import Sequence_TCollection_AsciiString
+    from OCP.IFSelect import IFSelect_ReturnStatus
+    from OCP.Interface import Interface_Static
+    from OCP.STEPCAFControl import STEPCAFControl_Reader
+
+    with path.open("rb") as file:
+        head = file.read(4096)
+    if b"ISO-10303-21" not in head:
+        raise FileError(
+            "not a STEP file",
+            where=str(path),
+            found=head[:24].decode("latin-1"),
+            allowed="a file that begins with ISO-10303-21;",
+        )
+    reader = STEPCAFControl_Reader()
+    for mode in _NOT_WANTED:
+        getattr(reader, f"Set{mode}Mode")(False)
+    Interface_Static.SetIVal_s("read.stepcaf.subshapes.name", 1)  # of solids inside a product
+    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise FileError("the STEP file cannot be read: it is damaged", where=str(path))
+    names = [Sequence_TCollection_AsciiString() for _ in range(3)]
+    reader.ChangeReader().FileUnits(*names)
+    units = list(dict.fromkeys(name.ToCString() for name in names[0]))
+    if len(units) > 1:
+        warn(f"{path}: parts in several length units {units}; {units[0]} is taken as the file's")
+    document = new_document()
+    reader.Transfer(document)
+    return Transferred(pieces_of(document), units[0] if units else None, _uncertainty(path))
+
+
+def _transfer_iges(path: Path) -> Transferred:
+    from OCP.IFSelect import IFSelect_ReturnStatus
+    from OCP.IGESCAFControl import IGESCAFControl_Reader
+
+    with path.open("rb") as file:
+        first = file.readline(200).rstrip(b"\r\n")
+    if len(first) < 73 or first[72:73] not in b"SBC":
+        raise FileError(
+            "not an IGES file",
+            where=str(path),
+            found=first[:24].decode("latin-1"),
+            allowed="80-column lines with S in column 73 of the first",
+        )
+    reader = IGESCAFControl_Reader()
+    reader.SetLayerMode(False)
+    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:
+        raise FileError("the IGES file cannot be read: it is damaged", where=str(path))
+    header = reader.IGESModel().GlobalSection()
+    unit = _IGES_UNITS.get(header.UnitFlag())
+    if unit is None and header.UnitName() is not None:
+        unit = header.UnitName().ToCString().strip() or None
+    document = new_document()
+    reader.Transfer(document)
+    return Transferred(pieces_of(document), unit, float(header.Resolution()))
+
+
+def _uncertainty(path: Path) -> float:
+    """The largest uncertainty of lengths a STEP file states."""
+    found = _UNCERTAINTY.findall(path.read_bytes())
+    return max((float(number) for number in found), default=0.0)

@@ -1,0 +1,171 @@
+"""Choosing part of a slave: the facets that take part, and with them the nodes."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contiga.errors import MeshError
+from contiga.records import FloatArray, IntArray
+
+BoolArray = NDArray[np.bool_]
+ROUNDING = 1e-9
+"""Points this share of the slave's extent outside a box count as on its border."""
+
+
+class Selected(NamedTuple):
+    """What is left of a slave's facets and active points."""
+
+    facets: IntArray | None
+    """(k, 3) those with all corners chosen; None for a cloud."""
+    active: BoolArray
+    """(n,) their corners; of what no facet has, the points chosen."""
+
+
+class Criteria(NamedTuple):
+    """What a point or a facet must fulfil; None asks nothing."""
+
+    nodes: ArrayLike | None = None
+    """(n,) bool or rows of the points."""
+    box: ArrayLike | None = None
+    """(2, 3) lowest and highest corner, borders included."""
+    side: tuple[ArrayLike, float] | None = None
+    """Direction (3,), and how many degrees normals may be off it."""
+
+
+def select(
+    points: FloatArray,
+    facets: IntArray | None,
+    active: BoolArray,
+    criteria: Criteria,
+    where: str,
+) -> Selected:
+    """Facets whose corners are all chosen and whose normal points the way asked for.
+
+    Parameters
+    ----------
+    points : (n, 3), length
+    facets : (m, 3) rows of `points`, None for a cloud
+    active : (n,) points that take part so far; others are never chosen
+    where : whose points they are, for messages
+
+    Raises
+    ------
+    MeshError
+        A criterion that is none, or one that leaves nothing.
+    """
+    chosen = active.copy()
+    if criteria.nodes is not None:
+        chosen &= _as_mask(criteria.nodes, len(points), where)
+    if criteria.box is not None and active.any():
+        chosen &= _in_box(points, criteria.box, points[active], where)
+    if facets is None:
+        if criteria.side is not None:
+            raise MeshError("a cloud has no sides: it has no facets", where=f"{where}, side")
+        return _checked(Selected(None, chosen), where)
+    kept = chosen[facets].all(axis=1)
+    if criteria.side is not None:
+        kept &= _faces_to(points, facets, criteria.side, where)
+    on_facets = np.zeros(len(points), dtype=bool)
+    on_facets[facets] = True
+    result = chosen & ~on_facets if criteria.side is None else np.zeros(len(points), dtype=bool)
+    result[facets[kept]] = True
+    return _checked(Selected(np.ascontiguousarray(facets[kept]), result), where)
+
+
+def _checked(selected: Selected, where: str) -> Selected:
+    if not selected.active.any():
+        what = "points" if selected.facets is None else "whole facet"
+        raise MeshError(
+            f"no {what} of it is chosen",
+            where=where,
+            remedy="Choose more: contiga info shows the bounds of a mesh and its parts",
+        )
+    return selected
+
+
+def _as_mask(nodes: ArrayLike, count: int, where: str) -> BoolArray:
+    given = np.asarray(nodes)
+    if given.dtype == np.bool_ and given.shape == (count,):
+        return given
+    if given.dtype.kind in "iu" and given.ndim == 1 and ((given >= 0) & (given < count)).all():
+        mask = np.zeros(count, dtype=bool)
+        mask[given] = True
+        return mask
+    raise MeshError(
+        "nodes must be one truth value a point, or rows of points",
+        where=where,
+        found=f"shape {given.shape} of {given.dtype}",
+        allowed=f"({count},) of bool, or whole numbers from 0 to {count - 1}",
+    )
+
+
+def _in_box(points: FloatArray, box: ArrayLike, active: FloatArray, where: str) -> BoolArray:
+    corners = _numbers(box)
+    if corners is None or corners.shape != (2, 3) or not (corners[0] <= corners[1]).all():
+        raise MeshError(
+            "a box is its lowest and its highest corner",
+            where=f"{where}, box",
+            found=box,
+            allowed="[[x, y, z], [x, y, z]], the first nowhere above the second",
+        )
+    near = ROUNDING * float(np.ptp(active, axis=0).max(initial=0.0))
+    low, high = corners[0] - near, corners[1] + near
+    if not ((active >= low) & (active <= high)).all(axis=1).any():
+        raise MeshError(
+            "no point lies in the box",
+            where=f"{where}, box",
+            found=corners.tolist(),
+            allowed=f"a box about some of {_rounded(active.min(axis=0))} to "
+            f"{_rounded(active.max(axis=0))}",
+        )
+    inside: BoolArray = ((points >= low) & (points <= high)).all(axis=1)
+    return inside
+
+
+def _rounded(corner: FloatArray) -> list[float]:
+    return [float(f"{x:.6g}") for x in corner]
+
+
+def _faces_to(
+    points: FloatArray, facets: IntArray, side: tuple[ArrayLike, float], where: str
+) -> BoolArray:
+    """Facets whose normal is within an angle of a direction."""
+    way, angle = _numbers(side[0]), float(side[1])
+    length = 0.0 if way is None or way.shape != (3,) else float(np.sqrt((way * way).sum()))
+    if way is None or not (0.0 < length < np.inf):
+        raise MeshError(
+            "a direction is three numbers that are not all 0",
+            where=f"{where}, side",
+            found=side[0],
+        )
+    if not 0.0 < angle <= 180.0:
+        raise MeshError(
+            "an angle off a direction is in degrees",
+            where=f"{where}, side",
+            found=angle,
+            allowed="above 0, up to 180",
+        )
+    a, b, c = (points[facets[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    lengths = np.sqrt((normals * normals).sum(axis=1))
+    along = (normals * (way / length)).sum(axis=1)
+    kept: BoolArray = (lengths > 0.0) & (along >= np.cos(np.radians(angle)) * lengths)
+    if not kept.any():
+        raise MeshError(
+            f"no facet faces that way to {angle:g} degrees",
+            where=f"{where}, side",
+            found=way.tolist(),
+            remedy="Normals are those of the facets: of shells as the file turns them",
+        )
+    return kept
+
+
+def _numbers(values: Any) -> FloatArray | None:
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        return None
+    return None if np.isnan(array).any() else array
