@@ -62,6 +62,6 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
         recorder.save()
     history = recorder.columns()
     history |= filtered_columns(model, history)
-    summary = summarise(model, history, clock)
+    summary = summarise(model, history, clock, recorder.ends)
     recorder.finish(summary, history)
     return Result(history, recorder.folder, state, tuple(kept), summary)

@@ -30,8 +30,12 @@ def summarise(
     model: Model,
     history: dict[str, FloatArray],
     clock: Clock,
+    ends: tuple[float, ...] = (),
 ) -> dict[str, Any]:
-    """The summary of a finished run."""
+    """The summary of a finished run.
+
+    `ends` are times at which it had ended before, by steps that are not those of one run.
+    """
     several = len(model.contacts) > 1
     statuses = {
         part.name: _statuses(history, f"{part.name}." if several else "") for part in model.contacts
@@ -55,7 +59,7 @@ def summarise(
         "energy": energy_summary(model, history),
         "sensors": sensor_summary(model, history),
         "inputs": _inputs(model),
-        "notes": _told(statuses, NOTED),
+        "notes": _told(statuses, NOTED) + [_gone_on(end, model) for end in ends],
         "warnings": _told(statuses, WARNED)
         + _not_finite(model, history)
         + _flaws(model)
@@ -136,6 +140,14 @@ def _told(statuses: dict[str, dict[str, int]], which: tuple[ContactStatus, ...])
         for status in which
         if counts[status.name]
     ]
+
+
+def _gone_on(end: float, model: Model) -> str:
+    """That the steps are others than those of one run."""
+    return (
+        f"the run went on from one to t = {end:g}, and took its steps until then for that end: "
+        f"its numbers are not bit for bit those of one run to t = {model.stepping.end:g}"
+    )
 
 
 def _advice(statuses: dict[str, dict[str, int]]) -> dict[str, str]:

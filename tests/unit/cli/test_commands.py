@@ -71,7 +71,7 @@ def test_finished_run_resumes_to_the_same_history(command: Command, case: Path) 
     before = history.read_text(encoding="utf-8").splitlines()
     assert command("run", case, "--quiet", "--resume")[0] == 0
     after = history.read_text(encoding="utf-8").splitlines()
-    clock = before[0].split(",").index("wall_time")
+    clock = before[0].split(",").index("wall_time [s]")
     for one, two in zip(before, after, strict=True):
         first, second = one.split(","), two.split(",")
         assert first[:clock] + first[clock + 1 :] == second[:clock] + second[clock + 1 :]
