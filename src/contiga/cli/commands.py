@@ -1,4 +1,4 @@
-"""The commands: ``contiga run | check | info | mesh | report | reproduce | verify``."""
+"""The commands: ``contiga run | check | info | mesh | report | compare | reproduce | verify``."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from contiga.cli.compare import compare
 from contiga.cli.help_pages import Command, Group, epilog
 from contiga.cli.options import CaseFile, Settings, load
 from contiga.cli.progress import progress_bar
@@ -373,3 +374,6 @@ def verify(
         print(f"report: {page}")
     if broken:
         raise RunError("not every case holds: " + "; ".join(broken))
+
+
+app.command(cls=Command, epilog=epilog("compare"))(compare)

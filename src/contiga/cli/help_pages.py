@@ -31,6 +31,7 @@ _TEXTS: dict[str, tuple[str, tuple[str, ...]]] = {
         ),
     ),
     "report": ("report.md", ("contiga report out",)),
+    "compare": ("report.md", ("contiga compare out_1 out_2 -o compare.html",)),
     "reproduce": ("reproduce.md", ("contiga reproduce --only 5.1,5.4 -o reproduction",)),
     "verify": ("verify.md", ("contiga verify --only spring,mass -o verification",)),
 }
