@@ -317,8 +317,9 @@ def parse_case(
         raise CaseError("is not valid TOML: nested too deeply", where=str(path)) from error
     if set:
         data = with_settings(data, set)
+    context = {"folder": path.parent, "units": data.get("units")}
     try:
-        case = Case.model_validate(data, context={"folder": path.parent})
+        case = Case.model_validate(data, context=context)
     except ValidationError as error:
         raise case_error(error, data, str(path)) from error
     case._file = path
