@@ -1,4 +1,4 @@
-"""The commands: ``contiga run | check | info | mesh | report | compare | reproduce | verify``."""
+"""The commands: ``contiga run | check | info | mesh | report | compare | convert | …``."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from contiga.cli.compare import compare
+from contiga.cli.convert import convert
 from contiga.cli.help_pages import Command, Group, epilog
 from contiga.cli.options import CaseFile, Settings, load
 from contiga.cli.progress import progress_bar
@@ -377,3 +378,4 @@ def verify(
 
 
 app.command(cls=Command, epilog=epilog("compare"))(compare)
+app.command(cls=Command, epilog=epilog("convert"))(convert)
