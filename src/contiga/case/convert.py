@@ -110,7 +110,7 @@ def _members(side: tuple[int, int], model: DeckModel, parts: DeckParts) -> list[
     if kind == _NODES:
         return None
     every = list(parts.groups)
-    if kind == 5 or (number == 0 and kind in (2, 3)):
+    if kind == 5 or number == 0:
         return every
     named = model.part_sets.get(number, []) if kind in (2, 6) else [number] * (kind == 3)
     return [part for part in every if (part in named) != (kind == 6)] if kind in (2, 3, 6) else []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from functools import cached_property
 from pathlib import Path
@@ -113,7 +114,9 @@ class DeckParts:
                 at = np.flatnonzero(self.mesh.node_ids == told.node)
                 centre = self.mesh.points[at[0]].tolist() if len(at) else centre
             entries = [xx, yy, zz, xy, yz, xz]
-            return {"total": told.mass, "centre": centre, "inertia": entries}, "*PART_INERTIA"
+            own = ", its own axes taken for those of the world" if told.local else ""
+            mass = {"total": told.mass, "centre": centre, "inertia": entries}
+            return mass, f"*PART_INERTIA{own}"
         if not self._is_shell(part):
             return {"density": material.density}, f"density of the *{material.keyword}"
         return self._mass_of_shells(part, material.density), "its shells at their thickness"
@@ -160,11 +163,11 @@ class DeckParts:
 
     def prescribed(self, part: int, end: float) -> dict[str, Any] | None:
         """The `motion` of a part whose motion the deck tells; None where it tells none."""
-        told = [m for m in self.model.motions if m.part == part and m.curve in self.model.curves]
+        told = [m for m in self.model.motions if m.part == part]
         if not told:
             return None
         kind = told[0].kind
-        rows = self._over_time([m for m in told if m.kind == kind], end)
+        rows = self._over_time(told, end)
         if kind == 2:
             return {"kind": "translate", "table": rows.tolist()}
         return {"kind": ("velocity", "acceleration")[kind], "table": rows.tolist()}
@@ -211,6 +214,6 @@ class DeckParts:
 def case_name(path: Path, folder: Path) -> str:
     """A file as a case in `folder` calls it."""
     try:
-        return path.resolve().relative_to(folder.resolve()).as_posix()
-    except ValueError:
+        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
+    except ValueError:  # on another drive
         return path.resolve().as_posix()

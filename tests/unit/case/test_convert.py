@@ -122,6 +122,21 @@ def test_prescribed_ways_go_into_one_table(tmp_path: Path, kind: int, name: str)
     assert "other ways stand still" in text
 
 
+def test_motions_without_their_curve_or_of_two_kinds_are_listed(tmp_path: Path) -> None:
+    lost = [*PUSH[:3], card(1, 2, 0, 8), card(1, 2, 2, 77), *PUSH[3:]]
+    case, text = converted(tmp_path, deck(RIGID, FOAM, CONTACT, END, lost))
+    assert case.body[0].motion.table == [[0, 0, 0, 0], [2, 0.5, 0, -1.5], [4, 0.5, 0, -3.0]]
+    assert "(part 1, there is no curve 77), line" in text
+    assert "(part 1, VAD 0 beside VAD 2), line" in text
+
+
+def test_a_case_elsewhere_finds_its_deck(tmp_path: Path) -> None:
+    (tmp_path / "cases").mkdir()
+    (tmp_path / "deck.k").write_text(FULL, encoding="utf-8")
+    found = convert(tmp_path / "deck.k", UNITS, tmp_path / "cases")
+    assert 'mesh = "../deck.k"' in found.text
+
+
 def test_gravity_acts_against_the_acceleration_of_the_base(tmp_path: Path) -> None:
     gravity = ["*LOAD_BODY_Z", card(7, 9.81e-3), "*DEFINE_CURVE", "7", "0,1", "100,1"]
     case, _ = converted(tmp_path, deck(RIGID, FOAM, CONTACT, END, gravity))
@@ -211,6 +226,7 @@ def test_the_long_format_says_the_same(tmp_path: Path) -> None:
         (deck(RIGID, FOAM, END), FileError, r"no contact with a rigid part.*no \*CONTACT"),
         (deck(FOAM, CONTACT, END), FileError, r"1 \*CONTACT_.*\(no rigid part on either side"),
         ("hello\n", FileError, "not an LS-DYNA keyword deck"),
+        (FULL.replace("AUTOMATIC_SURFACE", "TIED_SURFACE"), FileError, r"1 \*CONTACT_TIED"),
         (FULL.replace(card(4.0), card("late")), MeshError, r"\*CONTROL_TERMINATION.*not a number"),
     ],
 )

@@ -6,7 +6,7 @@ Keyword User's Manual, volumes I and II.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -39,6 +39,7 @@ _ELASTIC = {
     "083": False,
 }
 _RIGID = ("RIGID", "020")
+_OTHER_CONTACTS = ("TIED", "TIEBREAK", "2D", "DRAWBEAD")
 
 
 class Material(NamedTuple):
@@ -125,7 +126,24 @@ def read_model(path: Path) -> DeckModel:
     model = DeckModel(path, read_parts(blocks), read_curves(blocks), read_sets(blocks, "PART"))
     for block in blocks:
         _take(block, model)
+    model.motions = list(_possible(model))
     return model
+
+
+def _possible(model: DeckModel) -> Iterator[Prescribed]:
+    """Motions whose curve is there, of one kind for each part; others are noted."""
+    kinds: dict[int, int] = {}
+    for one in model.motions:
+        why = ""
+        if one.curve not in model.curves:
+            why = f"part {one.part}, there is no curve {one.curve}"
+        elif kinds.setdefault(one.part, one.kind) != one.kind:
+            why = f"part {one.part}, VAD {one.kind} beside VAD {kinds[one.part]}"
+        if why:
+            told = f"*{_PRESCRIBED[0]} ({why})"
+            model.unknown.setdefault(told, []).append(one.line)
+        else:
+            yield one
 
 
 def _take(block: Block, model: DeckModel) -> None:
@@ -184,7 +202,7 @@ def _contact(block: Block, model: DeckModel) -> None:
         if words.endswith(option):
             words, rows = words.removesuffix(option), rows[1:]
     known = words.endswith(("SURFACE_TO_SURFACE", "NODES_TO_SURFACE", "SINGLE_SURFACE"))
-    if not known or len(rows) < 2:
+    if not known or any(word in words for word in _OTHER_CONTACTS) or len(rows) < 2:
         model.leave(block)
         return
     (first, who), (second, rub) = rows[:2]
