@@ -54,6 +54,8 @@ _HOME = {
     "load_case": "contiga.case.schema",
     "build": "contiga.case.build",
     "run": "contiga.cli.run_case",
+    "compare": "contiga.report.comparison",
+    "Comparison": "contiga.report.comparison",
     "View": "contiga.report.view",
     "Feature": "contiga.statuses",
     "Status": "contiga.statuses",
@@ -131,6 +133,8 @@ if TYPE_CHECKING:
     from contiga.records import MassProperties as MassProperties
     from contiga.records import Projection as Projection
     from contiga.report import style as style
+    from contiga.report.comparison import Comparison as Comparison
+    from contiga.report.comparison import compare as compare
     from contiga.report.view import View as View
     from contiga.simulation.checks.finding import Finding as Finding
     from contiga.simulation.clock import Clock as Clock

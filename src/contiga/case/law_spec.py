@@ -1,54 +1,27 @@
-"""The laws of a contact in a case: curves, laws of normal force, friction."""
+"""The laws of a contact in a case: laws of normal force, friction."""
 
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Literal, Self
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import model_validator
 
+from contiga.case.curve_spec import (
+    Amplification,
+    CurveTable,
+    DampingCurve,
+    ForceCurve,
+    StressCurve,
+    characteristic_of,
+    if_given,
+)
 from contiga.case.spec import NotNegative, Positive, Spec, by_kind
-from contiga.errors import CaseError
-from contiga.laws.characteristic import Characteristic
 from contiga.laws.force import ForceLaw
 from contiga.laws.friction import Coulomb, Friction, ViscousFriction
 from contiga.laws.law import Law
 from contiga.laws.normal import AdaptiveLaw, PenaltyLaw
 from contiga.laws.stress import StressLaw
-
-
-class CurveTable(Spec):
-    """`{ points = [[x, y], …], extrapolation = "linear" }`."""
-
-    points: list[list[float]]
-    extrapolation: Literal["linear", "constant", "error"] = "linear"
-
-    def describe(self) -> str:
-        """In words."""
-        (x0, _), (x1, y1) = self.points[0], self.points[-1]
-        beyond = {"linear": "goes on straight", "constant": "held", "error": "the run stops"}
-        return (
-            f"{len(self.points)} points from x = {x0:g} to ({x1:g}, {y1:g}), "
-            f"{beyond[self.extrapolation]} beyond"
-        )
-
-
-def _as_curve_table(value: Any) -> Any:
-    # Numbers and plain tables are short forms: a line through the origin, and linear ends.
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        return {"points": [[0.0, 0.0], [1.0, value]]}
-    if isinstance(value, list):
-        return {"points": value}
-    if isinstance(value, dict | CurveTable):
-        return value
-    raise CaseError(
-        "must be a curve",
-        found=value,
-        allowed='a number, [[x, y], …] or { points = [[x, y], …], extrapolation = "linear" }',
-    )
-
-
-Curve = Annotated[CurveTable, BeforeValidator(_as_curve_table)]
 
 
 class _KindSpec(Spec):
@@ -78,23 +51,13 @@ class _LawSpec(_KindSpec):
         return self
 
 
-def characteristic_of(curve: CurveTable, name: str) -> Characteristic:
-    """The curve, called `name` in errors."""
-    return Characteristic(curve.points, extrapolation=curve.extrapolation, name=name)
-
-
-def if_given(curve: CurveTable | None, name: str) -> Characteristic | None:
-    """The same of a key that may be left out."""
-    return None if curve is None else characteristic_of(curve, name)
-
-
 class ForceSpec(_LawSpec):
     """`{ kind = "force", curve, unloading, hysteresis_slope, share }`: `ForceLaw`."""
 
     kind: Literal["force"] = "force"
-    curve: Curve
+    curve: ForceCurve
     """Force over greatest penetration."""
-    unloading: Curve | None = None
+    unloading: ForceCurve | None = None
     hysteresis_slope: Positive | None = None
     share: Literal["penetration", "deepest"] = "penetration"
 
@@ -113,13 +76,13 @@ class StressSpec(_LawSpec):
     """`{ kind = "stress", elastic, thickness, damping, … }`: `StressLaw`, with all its options."""
 
     kind: Literal["stress"] = "stress"
-    elastic: Curve
+    elastic: StressCurve
     thickness: Positive | None = None
     damping: NotNegative = 0.0
     damping_ratio: NotNegative = 0.0
-    damping_curve: Curve | None = None
-    amplification: Curve | None = None
-    unloading: Curve | None = None
+    damping_curve: DampingCurve | None = None
+    amplification: Amplification | None = None
+    unloading: StressCurve | None = None
     hysteresis_slope: Positive | None = None
 
     @cached_property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Literal, Self
 
 from pydantic import Field, model_validator
@@ -11,6 +12,9 @@ from contiga.dynamics.prescribed import BodyMotion
 from contiga.dynamics.pulse_files import read_pulse
 from contiga.dynamics.pulses import Accelerated, Velocity
 from contiga.errors import CaseError
+from contiga.io.curves import read_curve
+from contiga.io.mesh.lsdyna import SUFFIXES
+from contiga.io.quantities import Quantity
 from contiga.io.units import acceleration_factor, time_factor, velocity_factor
 from contiga.records import FloatArray
 
@@ -27,6 +31,8 @@ class _PulseSpec(Spec):
     file: ExistingFile | None = None
     columns: list[str] | None = None
     """Of the file: the time's and one or three others."""
+    curve: int | None = None
+    """Of a keyword deck: the number of its curve."""
     unit: str | None = None
     """Of the values, if it is not the case's; the header of a file may say it, too."""
     time_unit: TimeUnit | None = None
@@ -43,8 +49,19 @@ class _PulseSpec(Spec):
             raise CaseError("must have exactly one of the keys table or file")
         if self.columns is not None and self.file is None:
             raise CaseError("only a file has columns", where="columns", found=self.columns)
+        if self.curve is not None and not self._is_deck:
+            raise CaseError(
+                "only a keyword deck has numbered curves",
+                where="curve",
+                found=self.curve,
+                allowed="a file that ends in " + ", ".join(SUFFIXES),
+            )
         assert self.motion_in(_ANY_UNITS) is not None
         return self
+
+    @property
+    def _is_deck(self) -> bool:
+        return self.file is not None and Path(self.file).suffix.lower() in SUFFIXES
 
     def _rows(
         self, units: Units, quantity: Literal["velocity", "acceleration"]
@@ -53,6 +70,8 @@ class _PulseSpec(Spec):
         length, _, time = units
         factor_of = velocity_factor if quantity == "velocity" else acceleration_factor
         factor = 1.0 if self.unit is None else factor_of(self.unit, length, time, "unit")
+        if self.file is not None and self._is_deck:
+            return self._rows_of_deck(self.file, units, quantity)
         if self.file is not None:
             return read_pulse(
                 self.file,
@@ -66,10 +85,20 @@ class _PulseSpec(Spec):
         rows = self.table or []
         return [[later * t for t in row[:1]] + [factor * v for v in row[1:]] for row in rows]
 
+    def _rows_of_deck(
+        self, file: str, units: Units, quantity: Literal["velocity", "acceleration"]
+    ) -> FloatArray:
+        length, _, time = units
+        own = f"{length}/{time}" if quantity == "velocity" else f"{length}/{time}^2"
+        given = [self.time_unit or time, self.unit or own]
+        kinds: tuple[Quantity, Quantity] = ("time", quantity)
+        return read_curve(file, kinds, units, columns=self.columns, curve=self.curve, units=given)
+
     def describe(self) -> str:
         """In words."""
         if self.table is None:
-            source = f"the file {self.file}"
+            which = "" if self.curve is None else f"curve {self.curve} of "
+            source = f"{which}the file {self.file}"
         else:
             span = f"t = {self.table[0][0]:g} to {self.table[-1][0]:g}"
             source = f"a table of {len(self.table)} rows, {span} {self.time_unit or ''}".strip()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -28,6 +28,7 @@ from contiga.case.motion_spec import (
 from contiga.case.points_spec import BodyPoints, PointsSpec
 from contiga.case.problems import case_error
 from contiga.case.sensor_spec import SensorSpec
+from contiga.case.settings import with_settings
 from contiga.case.spec import (
     Count,
     LengthUnit,
@@ -248,8 +249,14 @@ class Case(Spec):
         return self
 
 
-def load_case(path: str | Path) -> Case:
+def load_case(path: str | Path, *, set: Mapping[str, Any] | None = None) -> Case:
     """Read and check a case file.
+
+    Parameters
+    ----------
+    path : of the file
+    set : values that stand in place of the file's, by key: places or names lead into lists, such
+        as ``"contact[0].law.damping"`` and ``"body.head.motion.velocity"``
 
     Raises
     ------
@@ -257,7 +264,7 @@ def load_case(path: str | Path) -> Case:
         The case file, or a file it names, is missing or cannot be read.
     CaseError
         It is not TOML, or something in it is wrong; the message says the key, what was found and
-        what is allowed, and tells everything wrong at once.
+        what is allowed, and tells everything wrong at once. Or a key of `set` leads nowhere.
     UnitError
         A unit is none.
 
@@ -267,6 +274,9 @@ def load_case(path: str | Path) -> Case:
     >>> case = cg.load_case("case.toml")
     >>> case.title, [body.name for body in case.body]
     ('Head of 4.54 kg into foam at 6.7 m/s', ['head'])
+    >>> slower = cg.load_case("case.toml", set={"body.head.motion.velocity": [0, 0, -5]})
+    >>> slower.body[0].motion.velocity
+    [0.0, 0.0, -5.0]
     """
     path = Path(path)
     try:
@@ -285,10 +295,12 @@ def load_case(path: str | Path) -> Case:
         raise FileError("is not UTF-8 text", where=str(path), allowed="a case file") from error
     except OSError as error:
         raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
-    return parse_case(text, path)
+    return parse_case(text, path, set=set)
 
 
-def parse_case(text: str, path: str | Path = "case.toml") -> Case:
+def parse_case(
+    text: str, path: str | Path = "case.toml", *, set: Mapping[str, Any] | None = None
+) -> Case:
     """The case in `text`; relative file names in it start from the folder of `path`.
 
     Raises
@@ -303,8 +315,11 @@ def parse_case(text: str, path: str | Path = "case.toml") -> Case:
         raise CaseError(f"is not valid TOML: {error}", where=str(path)) from error
     except RecursionError as error:
         raise CaseError("is not valid TOML: nested too deeply", where=str(path)) from error
+    if set:
+        data = with_settings(data, set)
+    context = {"folder": path.parent, "units": data.get("units")}
     try:
-        case = Case.model_validate(data, context={"folder": path.parent})
+        case = Case.model_validate(data, context=context)
     except ValidationError as error:
         raise case_error(error, data, str(path)) from error
     case._file = path

@@ -7,7 +7,7 @@ from typing import Self
 
 from pydantic import model_validator
 
-from contiga.case.law_spec import Curve, if_given
+from contiga.case.curve_spec import ForceCurve, if_given
 from contiga.case.spec import Name, NotNegative, Positive, Spec
 from contiga.dynamics.springs import Spring
 
@@ -19,9 +19,9 @@ class SpringSpec(Spec):
     """How results call it; "<first>-<second>" if omitted."""
     between: list[str]
     at: list[list[float]]
-    curve: Curve | None = None
+    curve: ForceCurve | None = None
     """Force over elongation, tension positive."""
-    unloading: Curve | None = None
+    unloading: ForceCurve | None = None
     hysteresis_slope: Positive | None = None
     damping: NotNegative = 0.0
     length: NotNegative | None = None

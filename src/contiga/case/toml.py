@@ -27,7 +27,7 @@ def resolved_toml(case: Case) -> str:
             for table in value:
                 lines += ["", f"[[{key}]]", *_pairs(table)]
         else:
-            lines.append(f"{key} = {_value(value)}")
+            lines.append(f"{key} = {value_text(value)}")
     return "\n".join(lines) + "\n"
 
 
@@ -39,10 +39,10 @@ def _is_table(value: Any) -> bool:
 
 
 def _pairs(table: Mapping[str, Any]) -> list[str]:
-    return [f"{_key(key)} = {_value(value)}" for key, value in table.items()]
+    return [f"{_key(key)} = {value_text(value)}" for key, value in table.items()]
 
 
-def _value(value: Any) -> str:
+def value_text(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -52,7 +52,7 @@ def _value(value: Any) -> str:
         return repr(value)
     if isinstance(value, Mapping):
         return "{ " + ", ".join(_pairs(value)) + " }" if value else "{}"
-    items = [_value(item) for item in value]
+    items = [value_text(item) for item in value]
     flat = "[" + ", ".join(items) + "]"
     nested = any(isinstance(item, list) for item in value)
     if nested and len(flat) > _LONG:
@@ -62,4 +62,4 @@ def _value(value: Any) -> str:
 
 def _key(key: str) -> str:
     bare = key.replace("-", "_").isidentifier() and key.isascii()
-    return key if bare else _value(key)
+    return key if bare else value_text(key)

@@ -1,14 +1,19 @@
-"""The commands: ``contiga run | check | info | mesh | report | reproduce | verify``."""
+"""The commands: ``contiga run | check | info | mesh | report | compare | convert | …``."""
 
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from contiga.cli.compare import compare
+from contiga.cli.convert import convert
+from contiga.cli.help_pages import Command, Group, epilog
+from contiga.cli.options import CaseFile, Settings, load
 from contiga.cli.progress import progress_bar
 from contiga.errors import ContigaError, FileError, RunError
 from contiga.version import __version__
@@ -21,14 +26,13 @@ _INTERRUPTED = 130
 """What a shell expects of a command stopped by Ctrl-C."""
 
 app = typer.Typer(
-    add_completion=False,
+    cls=Group,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     help="Contact between exact CAD surfaces and deformable meshes.",
+    epilog=epilog(""),
 )
-
-CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="The case file.")]
 
 
 def main() -> None:
@@ -94,9 +98,10 @@ def tell_of_compiling() -> None:
     event.register("numba:compile", Teller())
 
 
-@app.command()
+@app.command(cls=Command, epilog=epilog("run"))
 def run(
     case: CaseFile,
+    settings: Settings = None,
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", help="Output folder; CASE_out beside the case if left out."),
@@ -113,17 +118,18 @@ def run(
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
 ) -> None:
     """Run a case: forces, fields and a report into the output folder."""
-    from contiga.case.schema import load_case
     from contiga.cli import run_case
 
-    loaded = load_case(case)
+    loaded = load(case, settings)
     folder = out if out is not None else case.parent / f"{case.stem}_out"
     try:
         result = run_case.run(loaded, out=folder, resume=resume, strict=strict, quiet=quiet)
     except KeyboardInterrupt:
         from contiga.simulation.output_folder import CHECKPOINT
 
-        how = f"; contiga run {case} -o {folder} --resume goes on from the last checkpoint"
+        again = shlex.join(f"--set={one}" for one in settings or ())
+        line = " ".join(filter(None, (f"contiga run {case} -o {folder}", again, "--resume")))
+        how = f"; {line} goes on from the last checkpoint"
         print(
             f"\ncontiga: stopped{how if (folder / CHECKPOINT).is_file() else ''}", file=sys.stderr
         )
@@ -174,9 +180,10 @@ def _print_energy(summary: dict[str, Any]) -> None:
             print(f"{name}: {criterion} {number(found['value'])}, {span}")
 
 
-@app.command()
+@app.command(cls=Command, epilog=epilog("check"))
 def check(
     case: CaseFile,
+    settings: Settings = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Fail with exit code 2 where there is a warning.")
     ] = False,
@@ -184,10 +191,9 @@ def check(
     """Read a case and all its files, say what a run would do, and warn of what looks wrong."""
     from contiga.case.build import build
     from contiga.case.describe import describe, placed_parts
-    from contiga.case.schema import load_case
     from contiga.simulation.checks.finding import raise_findings
 
-    loaded = load_case(case)
+    loaded = load(case, settings)
     simulation = build(loaded)
     _table(describe(loaded))
     print()
@@ -204,7 +210,7 @@ def check(
     print(f"{case} is ready to run{ready}")
 
 
-@app.command()
+@app.command(cls=Command, epilog=epilog("info"))
 def info(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="CAD file or mesh.")],
     faces: Annotated[
@@ -232,7 +238,7 @@ def _table(rows: Iterable[tuple[str, str]]) -> None:
     Console(highlight=False).print(grid)
 
 
-@app.command()
+@app.command(cls=Command, epilog=epilog("mesh"))
 def mesh(
     cad: Annotated[Path, typer.Argument(metavar="CAD", help="STEP, IGES, 3DM or G+Smo XML.")],
     tol: Annotated[
@@ -279,7 +285,7 @@ def mesh(
     )
 
 
-@app.command()
+@app.command(cls=Command, epilog=epilog("report"))
 def report(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Output folder of a run.")],
 ) -> None:
@@ -289,7 +295,7 @@ def report(
     print(f"report: {write_report(folder)}")
 
 
-@app.command()
+@app.command(cls=Command, epilog=epilog("reproduce"))
 def reproduce(
     out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Output folder.")] = Path(
         "reproduction"
@@ -332,7 +338,7 @@ def reproduce(
         raise RunError("not every statement held: " + "; ".join(broken))
 
 
-@app.command()
+@app.command(cls=Command, epilog=epilog("verify"))
 def verify(
     out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Output folder.")] = Path(
         "verification"
@@ -359,3 +365,7 @@ def verify(
         print(f"report: {page}")
     if broken:
         raise RunError("not every case holds: " + "; ".join(broken))
+
+
+app.command(cls=Command, epilog=epilog("compare"))(compare)
+app.command(cls=Command, epilog=epilog("convert"))(convert)

@@ -34,7 +34,8 @@ def run(
     out : folder for the results; None keeps them in memory only
     resume : go on from the checkpoint in `out`
     strict : refuse a model that looks wrong; stop at the first point that is not certified
-    keep : keep the states of every so many steps in the result, the start counted; None none
+    keep : keep the states of every so many steps in the result, the start counted; None none.
+        Of a run that was resumed only those since
     quiet : no progress bar
 
     Returns
@@ -52,9 +53,13 @@ def run(
 
     Examples
     --------
+    >>> import contiga as cg
     >>> result = run("case.toml", out="out")
     >>> round(result.summary["sensors"]["head_cg"]["criteria"]["HIC15"]["value"], -1)
     1090.0
+    >>> few = cg.load_case("case.toml", set={"time.end": 2.0, "time.step": 0.5})
+    >>> [state.time for state in cg.run(few, keep=2).states]
+    [0.0, 1.0, 2.0]
     """
     from contiga.case import build
     from contiga.report import require_packages, write_report

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from contiga.dynamics.tables import Sheet, read_sheet
-from contiga.errors import FileError, InputError
+from contiga.errors import FileError
+from contiga.io.sheet import Sheet, read_sheet, unit_of
 from contiga.io.units import acceleration_factor, time_factor, velocity_factor
 from contiga.records import FloatArray
 
 _HEADER = "t [ms], a [g]"
-_HEAD = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<square>.*)\]|\((?P<round>.*)\))$")
 
 
 def read_pulse(
@@ -56,14 +54,13 @@ def read_pulse(
         `columns` are not two or four.
     """
     sheet = read_sheet(Path(path), _HEADER)
-    heads = [_head_of(name) for name in sheet.names]
-    _check_header(sheet)
-    order = _order(sheet, [name for name, _ in heads], columns)
+    sheet.check_header(_HEADER)
+    order = sheet.order(columns, (2, 4), "a time and one or three values")
     where = f"{path}:{sheet.line}"
     length, time = units
     factors = [1.0] * len(order)
     for i, k in enumerate(order):
-        found = _unit_of(heads[k][1], time_unit if i == 0 else unit, where)
+        found = unit_of(sheet.head(k)[1], time_unit if i == 0 else unit, where)
         if found is None:
             continue
         if i == 0:
@@ -75,75 +72,6 @@ def read_pulse(
     table = sheet.numbers(order, "a number in each of " + ", ".join(sheet.names[k] for k in order))
     _check_rows(table, sheet)
     return np.asarray(table * factors)
-
-
-def _head_of(text: str) -> tuple[str, str | None]:
-    """Name and unit of a column from its head, such as ``a [g]``."""
-    found = _HEAD.match(text)
-    if found is None:
-        return text, None
-    return found["name"], (found["square"] or found["round"] or "").strip()
-
-
-def _check_header(sheet: Sheet) -> None:
-    try:
-        [float(name) for name in sheet.names]
-    except ValueError:
-        return
-    raise FileError(
-        "the first line must name the columns",
-        where=f"{sheet.path}:{sheet.line}",
-        found=sheet.mark.join(sheet.names),
-        allowed=f"a header such as {_HEADER}",
-    )
-
-
-def _order(sheet: Sheet, names: list[str], columns: Sequence[str] | None) -> list[int]:
-    """Which columns of the file are the pulse."""
-    where, found = f"{sheet.path}:{sheet.line}", ", ".join(sheet.names)
-    if columns is None:
-        if len(names) in (2, 4):
-            return list(range(len(names)))
-        raise FileError(
-            "which columns are the pulse? There are not two or four",
-            where=where,
-            found=found,
-            allowed="a time and one or three values",
-            remedy="Name them as columns",
-        )
-    wanted = [columns] if isinstance(columns, str) else list(columns)
-    if len(wanted) not in (2, 4):
-        raise InputError(
-            "must name the time and one or three values",
-            where="columns",
-            found=wanted,
-            allowed="2 or 4 names",
-        )
-    order = []
-    for name in wanted:
-        at = [k for k, both in enumerate(zip(sheet.names, names, strict=True)) if name in both]
-        if len(at) != 1:
-            what = "is missing" if not at else f"is there {len(at)} times"
-            raise FileError(
-                f"the column {name!r} {what}",
-                where=where,
-                found=found,
-                remedy="Name it with its unit, as the header does" if at else None,
-            )
-        order.append(at[0])
-    return order
-
-
-def _unit_of(said: str | None, given: str | None, where: str) -> str | None:
-    if said is not None and given is not None and said != given.strip():
-        raise FileError(
-            "the header says another unit than was given",
-            where=where,
-            found=said,
-            allowed=f"{given!r}, or none in the header",
-            remedy="Leave out the unit: the header's holds",
-        )
-    return given if said is None else said
 
 
 def _check_rows(table: FloatArray, sheet: Sheet) -> None:

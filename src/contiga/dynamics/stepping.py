@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -211,3 +211,16 @@ class GivenTimes:
     def planned(self) -> FloatArray:
         """The list."""
         return self.times
+
+
+def ended(stepping: Stepping, end: float) -> Stepping:
+    """The same steps to another end; of a list, those of its times that are no later.
+
+    >>> ended(EqualSteps(0.0, 4.0, 1.0), 2.0).planned()
+    array([0., 1., 2.])
+    """
+    if isinstance(stepping, EqualSteps | AutoSteps):
+        return replace(stepping, end=end)
+    if isinstance(stepping, GivenTimes):
+        return GivenTimes(stepping.times[stepping.times <= end])
+    return stepping

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import FileError, InputError
+from contiga.io.sheet import read_sheet
 from contiga.records import FloatArray
 
 
@@ -74,51 +73,3 @@ def read_columns(path: Path, columns: tuple[str, ...]) -> FloatArray:
             allowed=f"a header with {header}",
         )
     return sheet.numbers([sheet.names.index(name) for name in columns], header)
-
-
-@dataclass(frozen=True)
-class Sheet:
-    """A CSV file that has been read, its cells still text."""
-
-    path: Path
-    line: int
-    """Line of the header."""
-    names: list[str]
-    rows: list[tuple[int, str]]
-    """Lines behind the header that are not empty, with their numbers."""
-    mark: str
-    """What parts the columns."""
-
-    def numbers(self, order: Sequence[int], allowed: str) -> FloatArray:
-        """The columns `order` (n, k)."""
-        values = []
-        for number, line in self.rows:
-            cells = line.split(self.mark)
-            try:
-                values.append([float(cells[i]) for i in order])
-            except (ValueError, IndexError) as error:
-                raise FileError(
-                    "a row does not have a number for every column",
-                    where=f"{self.path}:{number}",
-                    found=line,
-                    allowed=allowed,
-                ) from error
-        return np.array(values).reshape(-1, len(order))
-
-
-def read_sheet(path: Path, header: str) -> Sheet:
-    """The lines of a CSV file, whose columns are parted by commas, semicolons or tabs.
-
-    The header tells by which: a comma if it has one. Errors say that it should be `header`.
-    """
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileError(
-            f"the file cannot be read ({error})", where=str(path), allowed=f"CSV, header {header}"
-        ) from error
-    rows = [(i, line) for i, line in enumerate(lines, start=1) if line.strip()]
-    line, text = rows[0] if rows else (1, "")
-    mark = next((mark for mark in ",;\t" if mark in text), ",")
-    names = [name.strip() for name in text.split(mark)] if rows else []
-    return Sheet(path, line, names, rows[1:], mark)

@@ -260,6 +260,29 @@ def derived_units(length: str, mass: str, time: str) -> dict[str, str]:
     }
 
 
+def force_size(unit: str) -> float | None:
+    """How many N one `unit` is; None where it is no unit of force.
+
+    >>> force_size("kN"), force_size("mm")
+    (1000.0, None)
+    """
+    return _size(unit, _FORCES, "[force]", "N")
+
+
+def stress_size(unit: str) -> float | None:
+    """How many Pa one `unit` is, such as MPa or N/mm^2; None where it is no unit of stress."""
+    return _size(unit, _STRESSES, "[pressure]", "Pa")
+
+
+def _size(unit: str, known: dict[str, float], dimension: str, base: str) -> float | None:
+    if unit.strip() in known:
+        return known[unit.strip()]
+    for quantity in _readings(unit.strip()):
+        if quantity.check(dimension):
+            return float(quantity.to(base).magnitude)
+    return None
+
+
 def _named(value: float, names: dict[str, float]) -> str | None:
     for name, size in names.items():
         if math.isclose(value, size, rel_tol=1e-12):

@@ -8,7 +8,7 @@ from typing import Any
 from contiga.report.run_folder import Run
 from contiga.report.style import number
 
-_STAGES = {
+STAGES = {
     "import": "Loading packages",
     "build": "Reading files, building tables",
     "compile": "Compiling kernels (first run on a machine only)",
@@ -18,6 +18,7 @@ _STAGES = {
     "forces": "Forces",
     "output": "Writing output",
 }
+"""What the stages of a run are called."""
 _APART = ("compile",)
 """Stages that say nothing about the method: shown, but apart."""
 
@@ -117,7 +118,7 @@ def timings_table(run: Run) -> str:
         return ""
     rest = total - sum(timings.values())
     rows = [
-        _timing_row(_STAGES.get(key, key.replace("_", " ")), value, total, key in _APART)
+        _timing_row(STAGES.get(key, key.replace("_", " ")), value, total, key in _APART)
         for key, value in timings.items()
     ]
     if rest > 0.005 * total:

@@ -11,15 +11,27 @@ import numpy as np
 
 from contiga.contact.state import State
 from contiga.dynamics.springs import SpringState
-from contiga.errors import CheckpointError
+from contiga.errors import CheckpointError, InputError
 from contiga.io.out.files import atomic_write
 from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Finding
-from contiga.simulation.model import ContactPart
+from contiga.simulation.fingerprint import fingerprint_of
+from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.peak import Peak
 from contiga.simulation.system_state import BodyStates, Energy, SlaveState, SystemState
 
 FORMAT = 7
+
+
+class Onward(NamedTuple):
+    """What is other where a run goes on for longer than it was to: it does not stand at its end."""
+
+    written: int
+    """Steps in the fields file: the last is written for being the last."""
+    peak: Peak
+    """The greatest force so far, which may wait to be written."""
+    unmeasured: tuple[int, ...]
+    """Rows of the history that were measured because they were written so."""
 
 
 class Checkpoint(NamedTuple):
@@ -27,6 +39,10 @@ class Checkpoint(NamedTuple):
 
     fingerprint: str
     """Of the case and everything read for it."""
+    end: float
+    """When the run was to end."""
+    ends: tuple[float, ...]
+    """When it had ended before, by steps that are not those of one run."""
     done: int
     """Steps carried out, the start counted."""
     written: int
@@ -39,6 +55,8 @@ class Checkpoint(NamedTuple):
     """The greatest force so far."""
     crest: tuple[Finding, ...]
     """What the step of that showed of the model."""
+    onward: Onward | None = None
+    """None where it makes no difference."""
 
 
 def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
@@ -48,6 +66,8 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
     with atomic_write(path) as temporary, h5py.File(temporary, "w") as file:
         file.attrs["format"] = FORMAT
         file.attrs["fingerprint"] = checkpoint.fingerprint
+        file.attrs["end"] = checkpoint.end
+        file.attrs["ends"] = np.array(checkpoint.ends, np.float64)
         file.attrs["done"] = checkpoint.done
         file.attrs["written"] = checkpoint.written
         _write_state(file, checkpoint.state)
@@ -55,11 +75,19 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
         history = file.create_group("history", track_order=True)
         for name, column in checkpoint.history.items():
             history.create_dataset(name, data=column)
-        peak = file.create_group("peak")
-        peak.attrs["force"], peak.attrs["row"] = checkpoint.peak.force, checkpoint.peak.row
         file.attrs["crest"] = json.dumps(checkpoint.crest)
-        if checkpoint.peak.state is not None:
-            _write_state(peak.create_group("state"), checkpoint.peak.state)
+        _write_peak(file.create_group("peak"), checkpoint.peak)
+        if checkpoint.onward is not None:
+            onward = file.create_group("onward")
+            onward.attrs["written"] = checkpoint.onward.written
+            onward.attrs["unmeasured"] = np.array(checkpoint.onward.unmeasured, np.int64)
+            _write_peak(onward.create_group("peak"), checkpoint.onward.peak)
+
+
+def _write_peak(group: Any, peak: Peak) -> None:
+    group.attrs["force"], group.attrs["row"] = peak.force, peak.row
+    if peak.state is not None:
+        _write_state(group.create_group("state"), peak.state)
 
 
 def _write_state(file: Any, state: SystemState) -> None:
@@ -121,13 +149,13 @@ def _spring(group: Any) -> SpringState:
     return SpringState(ends, *map(float, numbers))
 
 
-def read_checkpoint(path: Path, fingerprint: str, contacts: Iterable[ContactPart]) -> Checkpoint:
-    """Read a checkpoint and check that it belongs to the case.
+def read_checkpoint(path: Path, model: Model) -> Checkpoint:
+    """Read a checkpoint and check that `model` can go on from it.
 
     Raises
     ------
     CheckpointError
-        Missing, damaged, of another format, or of another case.
+        Missing, damaged, of another format, of another case, or of a run to a later end.
     """
     if not path.is_file():
         raise CheckpointError(
@@ -136,20 +164,36 @@ def read_checkpoint(path: Path, fingerprint: str, contacts: Iterable[ContactPart
             remedy="Run the case without --resume",
         )
     try:
-        checkpoint = _read(path, contacts)
+        checkpoint = _read(path, model.contacts)
     except (OSError, KeyError, TypeError, ValueError) as error:
         raise CheckpointError(
             "the checkpoint cannot be read",
             where=str(path),
             remedy="Run the case again without --resume",
         ) from error
-    if checkpoint.fingerprint != fingerprint:
+    if not _is_of(checkpoint, model):
         raise CheckpointError(
             "the checkpoint is of another case, or its files have changed since",
             where=str(path),
             remedy="Go on with the case it was made from, or run this one without --resume",
         )
+    if checkpoint.end > model.stepping.end:
+        raise CheckpointError(
+            f"the checkpoint is of a run to t = {checkpoint.end:g}, and the case ends before",
+            where=str(path),
+            found=model.stepping.end,
+            allowed=f"an end of {checkpoint.end:g} or later",
+            remedy="Set such an end, or run the case without --resume",
+        )
     return checkpoint
+
+
+def _is_of(checkpoint: Checkpoint, model: Model) -> bool:
+    """Whether the steps so far are those of `model`, whenever it ends."""
+    try:
+        return checkpoint.fingerprint == fingerprint_of(model, checkpoint.end)
+    except InputError:  # its steps would not have fitted into the time until then
+        return False
 
 
 def _read(path: Path, contacts: Iterable[ContactPart]) -> Checkpoint:
@@ -159,14 +203,23 @@ def _read(path: Path, contacts: Iterable[ContactPart]) -> Checkpoint:
         if int(file.attrs["format"]) != FORMAT:
             raise ValueError("format")
         history = {name: np.asarray(column) for name, column in file["history"].items()}
+        onward = None
+        if "onward" in file:
+            group = file["onward"]
+            rows = tuple(map(int, group.attrs["unmeasured"]))
+            peak = _read_peak(group["peak"], contacts)
+            onward = Onward(int(group.attrs["written"]), peak, rows)
         return Checkpoint(
             str(file.attrs["fingerprint"]),
+            float(file.attrs["end"]),
+            tuple(map(float, file.attrs["ends"])),
             int(file.attrs["done"]),
             int(file.attrs["written"]),
             _read_state(file, contacts),
             history,
             _read_peak(file["peak"], contacts),
             tuple(Finding(*texts) for texts in json.loads(file.attrs["crest"])),
+            onward,
         )
 
 

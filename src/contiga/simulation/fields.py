@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from contiga.contact.state import State
 from contiga.io.out.vtkhdf import FieldsWriter, Part
+from contiga.io.units import derived_units
 from contiga.num.rigid import to_world
 from contiga.simulation.model import Model
 from contiga.simulation.outlines_file import OutlinesFile
@@ -49,7 +50,9 @@ class Fields:
         ]
         self._part = np.repeat(np.arange(len(parts), dtype=np.int32), [p.n_points for p in parts])
         self._writer = (
-            FieldsWriter(path, parts) if written is None else FieldsWriter.reopen(path, written)
+            FieldsWriter(path, parts, _units(model.units))
+            if written is None
+            else FieldsWriter.reopen(path, written)
         )
         self._outlines = OutlinesFile(outlines, written) if has_outlines(model) else None
 
@@ -98,6 +101,19 @@ class Fields:
     def close(self) -> None:
         """End writing."""
         self._writer.close()
+
+
+def _units(units: tuple[str, str, str]) -> dict[str, str]:
+    """Of points and fields, none where units are not named."""
+    if not all(units):
+        return {}
+    derived = derived_units(*units)
+    lengths = dict.fromkeys(("Points", "penetration", "gap"), units[0])
+    return lengths | {
+        "force": derived["force"],
+        "area": derived["area"],
+        "pressure": derived["stress"],
+    }
 
 
 def has_outlines(model: Model) -> bool:

@@ -7,6 +7,7 @@ are taken relative to the folder of the case: a folder that was moved is still t
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
@@ -17,6 +18,7 @@ import numpy as np
 from contiga.contact.contact import Contact
 from contiga.dynamics.free import Attached, Free
 from contiga.dynamics.prescribed import Moved, SlaveMotion
+from contiga.dynamics.stepping import ended
 from contiga.num.digest import Digest
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
@@ -29,13 +31,18 @@ INSTANTS = 64
 _TRIED = np.array([0.0, 1e-6, 1e-3, 0.03, 0.3])
 # Objects inside objects, inside objects…: beyond this a law says nothing more about itself.
 _DEEPEST = 8
+# The end of a run does not tell a case from another: the times do, as far as they go.
+_END = re.compile(r"^(\[time\]\n(?:(?!\[).*\n)*?)end = .*\n", re.M)
 
 
-def fingerprint_of(model: Model) -> str:
-    """Of case, times, geometry, slaves, motions, contacts and what is written."""
+def fingerprint_of(model: Model, end: float | None = None) -> str:
+    """Of case, times, geometry, slaves, motions, contacts and what is written.
+
+    `end` is taken for that of the run: a case that goes on for longer is the same until then.
+    """
     digest = _Digest()
-    times = model.stepping.planned()
-    digest.text(_without_folder(model))
+    times = (model.stepping if end is None else ended(model.stepping, end)).planned()
+    digest.text(_END.sub(r"\1", _without_folder(model)))
     digest.arrays("times", times)
     digest.text(repr((model.output.every, tuple(model.output.formats))))
     digest.arrays("gravity", model.gravity)

@@ -64,6 +64,16 @@ def measured_columns(model: Model, state: SystemState) -> dict[str, float]:
     }
 
 
+def unmeasured_names(model: Model) -> list[str]:
+    """Columns that are NaN in a row that was not measured."""
+    return [
+        prefix + name
+        for part, prefix in zip(model.contacts, _prefixes(model).values(), strict=True)
+        if part.contact.weights != "area"
+        for name in _MEASURED
+    ]
+
+
 def total_force(model: Model, row: dict[str, float]) -> float:
     """Sum of the magnitudes of all contacts' forces in a row."""
     return sum(row[prefix + "force"] for prefix in _prefixes(model).values())

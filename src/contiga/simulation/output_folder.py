@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterable
 from pathlib import Path
 
-from contiga.errors import OutputError
+from contiga.errors import CheckpointError, OutputError
+from contiga.io.out.files import atomic_write
 
 HISTORY, FIELDS, CASE = "history.csv", "fields.vtkhdf", "case.toml"
 SUMMARY, CHECKPOINT = "summary.json", "checkpoint.h5"
@@ -20,6 +22,29 @@ def clear_last_run(folder: Path) -> None:
     """Remove what would be taken for a part of the new run."""
     for name in (CHECKPOINT, UNFINISHED, UNFINISHED_OUTLINES):
         (folder / name).unlink(missing_ok=True)
+
+
+def take_up_fields(folder: Path) -> None:
+    """Have the unfinished fields and outlines of a run there, to go on with.
+
+    Where it had gone through these are copies of the finished ones, which stay until it has again.
+
+    Raises
+    ------
+    CheckpointError
+        The fields are gone.
+    """
+    if not (folder / UNFINISHED).is_file():
+        for finished, unfinished in ((OUTLINES, UNFINISHED_OUTLINES), (FIELDS, UNFINISHED)):
+            if (folder / finished).is_file():
+                with atomic_write(folder / unfinished) as temporary:
+                    shutil.copyfile(folder / finished, temporary)
+    if not (folder / UNFINISHED).is_file():
+        raise CheckpointError(
+            "the fields of the run that is to go on are not there",
+            where=str(folder / FIELDS),
+            remedy="Put the file back, or run the case without --resume",
+        )
 
 
 def clear_stale(folder: Path, formats: Iterable[str]) -> None:

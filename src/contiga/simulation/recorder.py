@@ -16,13 +16,23 @@ from contiga.io.out.files import open_folder, write_json, write_text
 from contiga.io.out.history import write_history
 from contiga.records import FloatArray
 from contiga.simulation import output_folder as names
-from contiga.simulation.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
+from contiga.simulation.checkpoint import (
+    Checkpoint,
+    Onward,
+    read_checkpoint,
+    write_checkpoint,
+)
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.run_checks import check_crest
 from contiga.simulation.clock import Clock
 from contiga.simulation.fields import Fields, has_outlines
 from contiga.simulation.fingerprint import fingerprint_of
-from contiga.simulation.history import history_row, measured_columns, total_force
+from contiga.simulation.history import (
+    history_row,
+    measured_columns,
+    total_force,
+    unmeasured_names,
+)
 from contiga.simulation.model import Model
 from contiga.simulation.peak import Peak
 from contiga.simulation.step import Stepped
@@ -47,6 +57,8 @@ class _Stand(NamedTuple):
     """The greatest force so far."""
     crest: SystemState | None = None
     """When that was, if it was in this session of the run."""
+    onward: Onward | None = None
+    """At the end: what would be other if it were none."""
 
 
 class Recorder:
@@ -66,6 +78,7 @@ class Recorder:
         self._stand = _Stand(0, 0, None)
         self._rows: dict[str, list[float]] = {}
         self._told: tuple[Finding, ...] = ()
+        self._ends: tuple[float, ...] = ()
         self._fields: Fields | None = None
         self._made = False
         self._fingerprint = ""
@@ -83,32 +96,53 @@ class Recorder:
         """After the last step recorded."""
         return self._stand.state
 
+    @property
+    def ends(self) -> tuple[float, ...]:
+        """When the run had ended before, by steps that are not those of one run."""
+        return self._ends
+
     def open(self, folder: Path, *, resume: bool) -> None:
         """Write to `folder` from now on, or go on from what is there."""
         require("an output folder", "h5py")
         self._fingerprint = fingerprint_of(self.model)
         checkpoint = None
         if resume:
-            checkpoint = read_checkpoint(
-                folder / names.CHECKPOINT, self._fingerprint, self.model.contacts
-            )
+            checkpoint = read_checkpoint(folder / names.CHECKPOINT, self.model)
         self._made = open_folder(folder, names.OURS, "run")
         self.folder = folder
-        written = None
         if checkpoint is None:
             names.clear_last_run(folder)
         else:
-            self._stand = _Stand(
-                checkpoint.done, checkpoint.written, checkpoint.state, checkpoint.peak
-            )
-            self._told = checkpoint.crest
-            self._rows = {name: list(column) for name, column in checkpoint.history.items()}
-            written = checkpoint.written
+            self._take_up(checkpoint)
         finished = self.state is not None and self._is_last(self.state)
         if "vtkhdf" in self.model.output.formats and not finished:
             with self._clock("output"):
+                if checkpoint is not None:
+                    names.take_up_fields(folder)
                 files = folder / names.UNFINISHED, folder / names.UNFINISHED_OUTLINES
+                written = None if checkpoint is None else self._stand.written
                 self._fields = Fields(self.model, *files, written)
+        if checkpoint is not None and checkpoint.end < self.model.stepping.end:
+            # The fields may be of fewer steps now than the old checkpoint says.
+            self._checkpoint()
+
+    def _take_up(self, checkpoint: Checkpoint) -> None:
+        """Stand where a checkpoint does; behind the end of its run, as if that were none."""
+        done, stepping = checkpoint.done, self.model.stepping
+        self._rows = {name: list(column) for name, column in checkpoint.history.items()}
+        self._ends, self._told = checkpoint.ends, checkpoint.crest
+        written, peak, onward = checkpoint.written, checkpoint.peak, checkpoint.onward
+        if checkpoint.end < stepping.end:
+            same = stepping.planned()[done - 1 : done] == checkpoint.state.time
+            if isinstance(stepping, AutoSteps) or not same.all():
+                self._ends += (checkpoint.end,)
+            if onward is not None:
+                written, peak, unmeasured = onward
+                onward = None
+                for name in unmeasured_names(self.model):
+                    for row in unmeasured:
+                        self._rows[name][row] = np.nan
+        self._stand = _Stand(done, written, checkpoint.state, peak, None, onward)
 
     def _is_last(self, state: SystemState) -> bool:
         return state.time >= self.model.stepping.end
@@ -116,11 +150,18 @@ class Recorder:
     def take(self, stepped: Stepped) -> None:
         """Record one step; before one that is written, that of the greatest force."""
         state = stepped.state
-        done, written, _, peak, crest = self._stand
-        recorded = self._is_last(state) or done % self.model.output.every == 0
+        done, written, _, peak, crest, _ = self._stand
+        due = done % self.model.output.every == 0
+        recorded = self._is_last(state) or due
         with self._clock("area"):
             row = history_row(self.model, stepped, self.state, measured=recorded)
-        peak = peak.after(state, total_force(self.model, row), done, written=recorded)
+        force = total_force(self.model, row)
+        onward = None
+        if recorded and not due:
+            waiting = peak.after(state, force, done, written=False)
+            rows = (done,) if waiting.state is None else (waiting.row, done)
+            onward = Onward(written, waiting, rows)
+        peak = peak.after(state, force, done, written=recorded)
         crest = state if peak.row == done else crest
         if recorded:
             if peak.state is not None:
@@ -132,7 +173,7 @@ class Recorder:
             column = self._rows.setdefault(name, [])
             del column[done:]
             column.append(value)
-        self._stand = _Stand(done + 1, written, state, peak, crest)
+        self._stand = _Stand(done + 1, written, state, peak, crest, onward)
         if perf_counter() - self._saved > CHECKPOINT_SECONDS:
             self._checkpoint()
         if self._progress is not None:
@@ -188,7 +229,7 @@ class Recorder:
             return
         names.clear_stale(self.folder, self.model.output.formats)
         if "csv" in self.model.output.formats:
-            write_history(self.folder / names.HISTORY, history)
+            write_history(self.folder / names.HISTORY, history, summary["columns"])
         if self.model.case_text:
             write_text(self.folder / names.CASE, self.model.case_text)
         # Also there where a run was stopped after its last step and goes on from it.
@@ -211,12 +252,15 @@ class Recorder:
                 self.folder / names.CHECKPOINT,
                 Checkpoint(
                     self._fingerprint,
+                    self.model.stepping.end,
+                    self._ends,
                     self.done,
                     self._stand.written,
                     self.state,
                     self.columns(),
                     self._stand.peak,
                     self.crest(),
+                    self._stand.onward,
                 ),
             )
             self._saved = perf_counter()

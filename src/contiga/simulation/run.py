@@ -79,7 +79,7 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
     history = recorder.columns()
     history |= filtered_columns(model, history)
     shown = (*check_run(model, history, state), *recorder.crest())
-    summary = summarise(model, history, clock, together(told, shown))
+    summary = summarise(model, history, clock, together(told, shown), recorder.ends)
     recorder.finish(summary, history)
     if options.on_finish is not None and recorder.folder is not None:
         options.on_finish(recorder.folder)

@@ -35,8 +35,12 @@ def summarise(
     history: dict[str, FloatArray],
     clock: Clock,
     findings: tuple[Finding, ...] = (),
+    ends: tuple[float, ...] = (),
 ) -> dict[str, Any]:
-    """The summary of a finished run, of whose model there are `findings`."""
+    """The summary of a finished run, of whose model there are `findings`.
+
+    `ends` are times at which it had ended before, by steps that are not those of one run.
+    """
     several = len(model.contacts) > 1
     statuses = {
         part.name: _statuses(history, f"{part.name}." if several else "") for part in model.contacts
@@ -61,7 +65,10 @@ def summarise(
         "energy": energy_summary(model, history),
         "sensors": sensor_summary(model, history),
         "inputs": _inputs(model),
-        "notes": _told(statuses, NOTED) + few + notes_on(model, history),
+        "notes": _told(statuses, NOTED)
+        + few
+        + notes_on(model, history)
+        + [_gone_on(end, model) for end in ends],
         "findings": [finding._asdict() for finding in findings],
         "warnings": [str(finding) for finding in findings]
         + _told(statuses, WARNED)
@@ -158,6 +165,14 @@ def _reacquired(
         rare = counts[ContactStatus.REACQUIRED.name] <= FEW * proved[name]["feet"]
         (few if rare else many).extend(told)
     return few, many
+
+
+def _gone_on(end: float, model: Model) -> str:
+    """That the steps are others than those of one run."""
+    return (
+        f"the run went on from one to t = {end:g}, and took its steps until then for that end: "
+        f"its numbers are not bit for bit those of one run to t = {model.stepping.end:g}"
+    )
 
 
 def _advice(statuses: dict[str, dict[str, int]]) -> dict[str, str]:

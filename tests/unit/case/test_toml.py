@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from contiga.case.schema import parse_case
-from contiga.case.toml import _value, resolved_toml
+from contiga.case.toml import resolved_toml, value_text
 
 FULL = """\
 title = "quoted \\"title\\" \\u007f with ümlaut \\\\ and\\nline"
@@ -79,4 +79,4 @@ plain = st.recursive(
 
 @given(plain)
 def test_every_value_reads_back(value: object) -> None:
-    assert tomllib.loads(f"x = {_value(value)}")["x"] == value
+    assert tomllib.loads(f"x = {value_text(value)}")["x"] == value

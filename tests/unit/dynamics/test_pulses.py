@@ -197,14 +197,14 @@ def test_a_file_says_its_units(tmp_path: Path, text, given, expected) -> None:
     [
         ("0,0\n1,2\n", {}, FileError, r"csv:1: the first line must name the columns; found '0,0'"),
         ("", {}, FileError, "first line must name the columns"),
-        ("t,a,b\n0,1,2\n", {}, FileError, r"csv:1: which columns are the pulse.*as columns"),
+        ("t,a,b\n0,1,2\n", {}, FileError, r"csv:1: which columns are meant.*as columns"),
         (
             "t,a\n0,1\n",
             {"columns": ["t", "c"]},
             FileError,
             "the column 'c' is missing; found 't, a'",
         ),
-        ("t,a\n0,1\n", {"columns": ["t"]}, InputError, "columns: must name the time"),
+        ("t,a\n0,1\n", {"columns": ["t"]}, InputError, "columns: must name a time"),
         ("t,a [g],a [V]\n0,1,1\n", {"columns": ["t", "a"]}, FileError, "'a' is there 2 times"),
         ("\nt,a\n0,1\n\n1,one\n", {}, FileError, r"csv:5: a row does not have a number"),
         ("t,a\n0,1\n1\n", {}, FileError, r"csv:3: a row does not have a number"),

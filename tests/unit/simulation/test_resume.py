@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields as fields_of
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,67 +11,19 @@ import pytest
 
 import contiga as cg
 from contiga import Simulation
-from contiga.contact.state import State
 from contiga.dynamics.prescribed import Moved, Translate
 from contiga.dynamics.stepping import GivenTimes
 from contiga.errors import CheckpointError
-from contiga.io.out.outlines import read_outlines
-from contiga.io.out.vtkhdf import FieldSeries, read_fields
+from contiga.io.out.vtkhdf import read_fields
 from contiga.masters.body import Body
 from contiga.simulation import fields as fields_module
 from contiga.simulation.checkpoint import read_checkpoint
 from contiga.simulation.model import ContactPart, OutputOptions
-from contiga.simulation.system_state import BodyState, SystemState
+
+from .sameness import same_history, same_output, same_states
 
 Make = Callable[..., Simulation]
 StopAfter = Callable[[int], Callable[[int, int, int], None]]
-
-
-def _same_fields(a: FieldSeries, b: FieldSeries) -> None:
-    np.testing.assert_array_equal(a.times, b.times)
-    assert (a.names, [p.name for p in a.parts]) == (b.names, [p.name for p in b.parts])
-    for k in range(len(a.times)):
-        np.testing.assert_array_equal(a.points(k), b.points(k))
-        for name in a.names:
-            assert a.data(k, name).tobytes() == b.data(k, name).tobytes()
-
-
-def _same_states(a: SystemState, b: SystemState) -> None:
-    assert (a.time, a.energy) == (b.time, b.energy)
-    for kind in ("bodies", "slaves", "contacts"):
-        assert list(getattr(a, kind)) == list(getattr(b, kind))
-    for name, body in a.bodies.items():
-        for one, other in zip(_flat(body), _flat(b.bodies[name]), strict=True):
-            assert one.tobytes() == other.tobytes()
-    for name, slave in a.slaves.items():
-        for one, other in zip(slave, b.slaves[name], strict=True):
-            assert one.tobytes() == other.tobytes()
-    for name, state in a.contacts.items():
-        for field in fields_of(State):
-            one, other = getattr(state, field.name), getattr(b.contacts[name], field.name)
-            assert one.dtype == other.dtype
-            assert one.tobytes() == other.tobytes()
-
-
-def _flat(body: BodyState) -> tuple[np.ndarray, ...]:
-    return (body.pose, *body.twist)
-
-
-def _same_output(path: Path) -> None:
-    _same_fields(*(read_fields(path / k / "fields.vtkhdf") for k in ("whole", "parts")))
-    one, other = (read_outlines(path / k / "outlines.vtkhdf") for k in ("whole", "parts"))
-    assert one.times.tobytes() == other.times.tobytes()
-    for i in range(len(one.times)):
-        for a, b in zip(one.loops(i), other.loops(i), strict=True):
-            assert a.tobytes() == b.tobytes()
-
-
-def _same_history(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> None:
-    assert list(a) == list(b)
-    for name in a:
-        assert a[name].dtype == b[name].dtype
-        if not name.endswith("wall_time"):
-            assert a[name].tobytes() == b[name].tobytes(), name
 
 
 @pytest.mark.parametrize("every", [1, 4])
@@ -86,9 +37,9 @@ def test_stopped_and_resumed_is_uninterrupted(
         simulation.run(tmp_path / "parts", progress=stop_after(steps))
     assert not (tmp_path / "parts" / "history.csv").exists()
     resumed = make(output=OutputOptions(every=every)).run(tmp_path / "parts", resume=True)
-    _same_history(whole.history, resumed.history)
-    _same_states(whole.state, resumed.state)
-    _same_output(tmp_path)
+    same_history(whole.history, resumed.history)
+    same_states(whole.state, resumed.state)
+    same_output(tmp_path)
     names = [sorted(p.name for p in (tmp_path / k).iterdir()) for k in ("whole", "parts")]
     assert names[0] == names[1]
     headers = [
@@ -109,17 +60,15 @@ def test_the_peak_is_written_wherever_a_run_was_stopped(
     for steps in range(1, len(times)):
         with pytest.raises(stop):
             simulation.run(tmp_path / "parts", progress=stop_after(steps))
-        read = read_checkpoint(
-            tmp_path / "parts" / "checkpoint.h5", simulation.fingerprint(), simulation.contacts
-        )
+        read = read_checkpoint(tmp_path / "parts" / "checkpoint.h5", simulation)
         if read.peak.state is not None:
             kept.append(steps)
             assert (
                 read.peak.state.time == times[read.peak.row] > times[(steps - 1) // every * every]
             )
         resumed = simulation.run(tmp_path / "parts", resume=True)
-        _same_history(whole.history, resumed.history)
-        _same_output(tmp_path)
+        same_history(whole.history, resumed.history)
+        same_output(tmp_path)
     # Contact begins in row 2, and row 6 has the peak: where `every` misses it, it waits for row 8.
     assert kept == {3: [3, 5, 6], 4: [3, 4, 6, 7, 8]}[every]
     assert times[peak] in read_fields(tmp_path / "parts" / "fields.vtkhdf").times
@@ -133,8 +82,8 @@ def test_a_run_can_be_stopped_again_and_again(
         with pytest.raises(stop):
             make().run(tmp_path / "parts", progress=stop_after(steps), resume=steps > 2)
     resumed = make().run(tmp_path / "parts", resume=True)
-    _same_history(whole.history, resumed.history)
-    _same_output(tmp_path)
+    same_history(whole.history, resumed.history)
+    same_output(tmp_path)
 
 
 @pytest.mark.parametrize("after", [False, True])
@@ -157,8 +106,8 @@ def test_a_stop_while_fields_are_written_leaves_whole_steps(
         with pytest.raises(KeyboardInterrupt):
             make().run(tmp_path / "parts")
     resumed = make().run(tmp_path / "parts", resume=True)
-    _same_history(whole.history, resumed.history)
-    _same_output(tmp_path)
+    same_history(whole.history, resumed.history)
+    same_output(tmp_path)
 
 
 def test_a_finished_run_is_resumed_without_a_step(simulation: Simulation, tmp_path: Path) -> None:
@@ -168,8 +117,8 @@ def test_a_finished_run_is_resumed_without_a_step(simulation: Simulation, tmp_pa
     again = simulation.run(
         tmp_path, resume=True, progress=lambda *_: pytest.fail("a step was taken")
     )
-    _same_history(whole.history, again.history)
-    _same_states(whole.state, again.state)
+    same_history(whole.history, again.history)
+    same_states(whole.state, again.state)
     assert (tmp_path / "fields.vtkhdf").read_bytes() == content
     assert len(before.times) == 13
 
@@ -370,10 +319,8 @@ def test_a_folder_that_was_moved_is_the_same_case(make: Make, tmp_path: Path) ->
 
 def test_a_checkpoint_keeps_every_bit(simulation: Simulation, tmp_path: Path) -> None:
     result = simulation.run(tmp_path)
-    read = read_checkpoint(
-        tmp_path / "checkpoint.h5", simulation.fingerprint(), simulation.contacts
-    )
+    read = read_checkpoint(tmp_path / "checkpoint.h5", simulation)
     assert (read.done, read.written) == (13, 13)
     assert read.peak == (result.history["force"].max(), np.argmax(result.history["force"]), None)
-    _same_states(read.state, result.state)
-    _same_history(read.history, result.history)
+    same_states(read.state, result.state)
+    same_history(read.history, result.history)

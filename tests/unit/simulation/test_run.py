@@ -190,7 +190,7 @@ def test_areas_are_measured_at_the_steps_that_are_written(make: Make, tmp_path: 
     for name in ("force", "max_pressure", "work", "n_contact"):
         np.testing.assert_array_equal(history[name], every[name])
     rows = (tmp_path / "history.csv").read_text().splitlines()
-    assert rows[2].split(",")[rows[0].split(",").index("area")] == "nan"
+    assert rows[2].split(",")[rows[0].split(",").index("area [mm^2]")] == "nan"
 
 
 def test_measured_areas_as_weights_are_told_and_warned_of(make: Make) -> None:

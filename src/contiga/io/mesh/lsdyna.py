@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from contiga.errors import FileError, MeshError
 from contiga.io.mesh.lsdyna_cards import Block, Card, fields, read_blocks, real, whole
 from contiga.io.mesh.lsdyna_parts import Parts, read_parts
+from contiga.io.mesh.lsdyna_sets import read_sets, set_name
 from contiga.io.mesh.raw import Group, RawMesh
 from contiga.records import FloatArray
 from contiga.slaves.skin import CellBlock
@@ -69,7 +70,7 @@ def read_lsdyna(path: Path) -> RawMesh:
     return RawMesh(
         points,
         tuple(cells),
-        tuple(_groups(part_numbers, parts)),
+        (*_groups(part_numbers, parts), *_sets(blocks, rows)),
         node_ids,
         tuple(thickness) if any(values is not None for values in thickness) else None,
         _mass(blocks, rows, len(points)),
@@ -343,6 +344,13 @@ def _groups(part_numbers: list[Int64Array], parts: Parts) -> list[Group]:
         )
         for number in present
     ]
+
+
+def _sets(blocks: Iterable[Block], rows: _Rows) -> Iterable[Group]:
+    """Sets of nodes: by name alone, as their numbers are those of parts, too."""
+    for number, nodes in read_sets(blocks, "NODE").items():
+        own = rows(np.array(nodes, dtype=np.int64))
+        yield Group(None, set_name(number), None, own)
 
 
 def _mass(blocks: Iterable[Block], rows: _Rows, count: int) -> FloatArray | None:

@@ -37,6 +37,8 @@ class Block(NamedTuple):
     long: bool
     """In the long format, fields 20 wide."""
     path: Path
+    line: int = 0
+    """Of the keyword."""
 
     def where(self, card: Card | None = None) -> str:
         """File, line and keyword, for messages."""
@@ -86,7 +88,7 @@ def _split(lines: list[str], path: Path, long: bool) -> Iterator[Block]:
         if word == "KEYWORD":
             long = long or re.search(r"LONG\s*=\s*Y", rest) is not None
         this_long = (long or word.endswith("+")) and not word.endswith("-")
-        block = Block(word.rstrip("+-"), [], this_long, path)
+        block = Block(word.rstrip("+-"), [], this_long, path, number)
     if block is not None:
         yield block
 

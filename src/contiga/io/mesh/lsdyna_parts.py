@@ -22,14 +22,33 @@ _PART_OPTIONS = {"INERTIA": 3, "REPOSITION": 1, "CONTACT": 1, "PRINT": 1, "FIELD
 _ANGLES_A_CARD = 8
 
 
+class Inertia(NamedTuple):
+    """What *PART_INERTIA says of a rigid part."""
+
+    mass: float
+    centre: tuple[float, float, float]
+    node: int
+    """Whose place is the centre; 0 where it is given."""
+    tensor: tuple[float, float, float, float, float, float]
+    """Ixx, Ixy, Ixz, Iyy, Iyz, Izz about the centre."""
+    velocity: tuple[float, float, float]
+    spin: tuple[float, float, float]
+    local: bool
+    """Whether the tensor is in axes of its own."""
+
+
 class Parts(NamedTuple):
-    """Titles of parts and the thicknesses of their shells."""
+    """Titles of parts, the thicknesses of their shells, and what rigid ones weigh."""
 
     titles: dict[int, str]
     sections: dict[int, int]
     """Section of each part."""
     thickness: dict[int, tuple[float, float, float, float]]
     """Of each shell section, at the four corners."""
+    materials: dict[int, int]
+    """Material of each part."""
+    inertia: dict[int, Inertia]
+    """Of the parts that say it."""
 
     def shell_thickness(self, part: NDArray[np.int64]) -> FloatArray:
         """(m, 4) thickness at the corners of shells of these parts; 0 where the deck says none."""
@@ -47,7 +66,7 @@ def read_parts(blocks: Iterable[Block]) -> Parts:
     MeshError
         A field that should be a number is none.
     """
-    parts = Parts({}, {}, {})
+    parts = Parts({}, {}, {}, {}, {})
     for block in blocks:
         if block.keyword == "PART" or block.keyword.startswith("PART_"):
             _read_part(block, parts)
@@ -64,7 +83,8 @@ def _read_part(block: Block, parts: Parts) -> None:
         card = next(cards, None)
         if card is None:
             return
-        number, section = (whole(f, block, card) for f in fields(card, block, _TEN)[:2])
+        number, section, material = (whole(f, block, card) for f in fields(card, block, _TEN)[:3])
+        parts.materials[number] = material
         parts.titles[number] = heading.text.strip()
         parts.sections[number] = section
         if not plain:
@@ -72,8 +92,28 @@ def _read_part(block: Block, parts: Parts) -> None:
             return
         for option in options:
             extra = [next(cards, None) for _ in range(_PART_OPTIONS[option])]
-            if option == "INERTIA" and extra[0] is not None and _has_local_axes(extra[0], block):
-                next(cards, None)
+            if option == "INERTIA" and extra[0] is not None:
+                if _has_local_axes(extra[0], block):
+                    next(cards, None)
+                told = [card for card in extra if card is not None]
+                if len(told) == _PART_OPTIONS["INERTIA"]:
+                    parts.inertia[number] = _inertia(told, block)
+
+
+def _inertia(cards: list[Card], block: Block) -> Inertia:
+    first, tensor, rates = (fields(card, block, _TEN) for card in cards)
+    x, y, z, mass = (real(text, block, cards[0]) for text in first[:4])
+    xx, xy, xz, yy, yz, zz = (real(text, block, cards[1]) for text in tensor[:6])
+    vx, vy, vz, wx, wy, wz = (real(text, block, cards[2]) for text in rates[:6])
+    return Inertia(
+        mass,
+        (x, y, z),
+        whole(first[5], block, cards[0]),
+        (xx, xy, xz, yy, yz, zz),
+        (vx, vy, vz),
+        (wx, wy, wz),
+        _has_local_axes(cards[0], block),
+    )
 
 
 def _has_local_axes(card: Card, block: Block) -> bool:

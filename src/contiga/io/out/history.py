@@ -1,8 +1,12 @@
-"""History tables: CSV with a header, one row a step, numbers that come back exactly."""
+"""History tables: CSV with a header, one row a step, numbers that come back exactly.
+
+Heads say name and unit, ``force [N]``, as those of pulses do: a history can be one.
+"""
 
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,9 +17,22 @@ from numpy.typing import ArrayLike, NDArray
 from contiga.errors import FileError, InputError
 from contiga.io.out.files import atomic_write
 
+_HEAD = re.compile(r"(.+) \[[^\[\]]+\]")
+# Spreadsheets take a file for one of their own code page.
+_ASCII = str.maketrans({"²": "^2", "³": "^3", "·": "*"})
 
-def write_history(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
+
+def write_history(
+    path: str | Path,
+    columns: Mapping[str, ArrayLike],
+    units: Mapping[str, str] | None = None,
+) -> None:
     """Write columns of equal length, whole or not at all.
+
+    Parameters
+    ----------
+    columns : (n,) numbers by name
+    units : of columns by name, for the header; those without one, or with "", have the name alone
 
     Floats are written with the fewest digits that read back as the same number, integers and
     truth values as integers.
@@ -38,12 +55,12 @@ def write_history(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
         temporary.open("w", newline="", encoding="utf-8") as file,
     ):
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(arrays)
+        writer.writerow(_head(name, (units or {}).get(name, "")) for name in arrays)
         writer.writerows(zip(*texts, strict=True))
 
 
 def read_history(path: str | Path) -> dict[str, NDArray[Any]]:
-    """Columns by name: int64 where every entry is a whole number, else float64.
+    """Columns by name, without its unit: int64 where every entry is a whole number, else float64.
 
     Raises
     ------
@@ -60,7 +77,8 @@ def read_history(path: str | Path) -> dict[str, NDArray[Any]]:
         raise FileError("not a CSV file", where=str(path)) from error
     if not rows or not rows[0]:
         raise FileError("a history starts with a row of names", where=str(path))
-    names, body = rows[0], rows[1:]
+    names = [found[1] if (found := _HEAD.fullmatch(head)) else head for head in rows[0]]
+    body = rows[1:]
     if len(set(names)) < len(names):
         raise FileError("column names must differ", where=str(path), found=names)
     for number, row in enumerate(body, start=2):
@@ -73,6 +91,10 @@ def read_history(path: str | Path) -> dict[str, NDArray[Any]]:
             )
     columns = zip(*body, strict=True) if body else [()] * len(names)
     return {name: _parse(name, texts, path) for name, texts in zip(names, columns, strict=True)}
+
+
+def _head(name: str, unit: str) -> str:
+    return f"{name} [{unit.translate(_ASCII)}]" if unit else name
 
 
 def _as_column(name: str, values: ArrayLike) -> NDArray[Any]:

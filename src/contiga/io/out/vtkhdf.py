@@ -48,6 +48,7 @@ class FieldsWriter:
     ----------
     path : the file, replaced if it exists
     parts : what the rows of the stacked points are, in order
+    units : of "Points" and of point data by name, kept beside the values
 
     Raises
     ------
@@ -57,8 +58,11 @@ class FieldsWriter:
         The file cannot be written.
     """
 
-    def __init__(self, path: str | Path, parts: Sequence[Part]) -> None:
+    def __init__(
+        self, path: str | Path, parts: Sequence[Part], units: Mapping[str, str] | None = None
+    ) -> None:
         self.path = Path(path)
+        self._units = dict(units or {})
         self.parts = tuple(checked_part(part) for part in parts)
         self.n_points = sum(part.n_points for part in self.parts)
         self.n_steps = 0
@@ -85,6 +89,7 @@ class FieldsWriter:
             )
         writer = cls.__new__(cls)
         writer.path = Path(path)
+        writer._units = series.units
         writer.parts = series.parts
         writer.n_points = sum(part.n_points for part in series.parts)
         writer.n_steps = n_steps
@@ -155,6 +160,8 @@ class FieldsWriter:
         if self.n_steps == 0:
             for name, values in arrays.items():
                 create_array(root, name, values)
+                if unit := self._units.get(name.rpartition("/")[2]):
+                    root[name].attrs["units"] = unit
             return
         last = float(root["Steps/Values"][self.n_steps - 1])
         if not time > last:
@@ -199,14 +206,21 @@ class FieldSeries:
     parts: tuple[Part, ...]
     names: tuple[str, ...]
     """Names of the point data."""
+    units: dict[str, str]
+    """Of "Points" and of point data by name, where the file says them."""
 
     def __init__(
-        self, path: Path, times: FloatArray, parts: tuple[Part, ...], names: tuple[str, ...]
+        self,
+        path: Path,
+        times: FloatArray,
+        parts: tuple[Part, ...],
+        units: Mapping[str, str | None],
     ) -> None:
         self.path = path
+        self.names = tuple(name for name in units if name != "Points")
+        self.units = {name: unit for name, unit in units.items() if unit}
         self.times = times
         self.parts = parts
-        self.names = names
 
     def points(self, i: int) -> FloatArray:
         """(N, 3) points of all parts at step `i`, stacked."""
@@ -275,7 +289,10 @@ def read_fields(path: str | Path) -> FieldSeries:
             root, own = file["VTKHDF"], file["contiga"]
             count = int(root["Steps"].attrs["NSteps"])
             times = np.array(root["Steps/Values"][:count], dtype=np.float64)
-            names = tuple(name[len("PointData/") :] for name, *_ in arrays_of(root) if "/" in name)
+            units = {
+                name.removeprefix("PointData/"): values.attrs.get("units")
+                for name, values, _ in arrays_of(root)
+            }
             parts = read_parts(root, own)
         except (KeyError, ValueError) as error:
             raise FileError(
@@ -283,7 +300,7 @@ def read_fields(path: str | Path) -> FieldSeries:
                 where=str(path),
                 allowed="fields.vtkhdf of an output folder",
             ) from error
-    return FieldSeries(path, times, parts, names)
+    return FieldSeries(path, times, parts, units)
 
 
 def _as_rows(name: str, values: ArrayLike, count: int, columns: int | None) -> NDArray[Any]:

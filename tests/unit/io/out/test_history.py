@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from contiga.dynamics.pulse_files import read_pulse
 from contiga.errors import FileError, InputError, OutputError
 from contiga.io.out.history import read_history, write_history
 
@@ -41,6 +42,24 @@ def test_integers_stay_integers_and_whole_floats_stay_floats(tmp_path):
     assert [again[n].dtype.kind for n in columns] == ["i", "i", "f", "f", "i", "f"]
     header = path.read_text().splitlines()[0]
     assert header == 'n,small,time,single,flag,"odd, ""name"""'
+
+
+def test_heads_say_units_and_columns_are_called_without_them(tmp_path):
+    path = tmp_path / "h.csv"
+    columns = {"time": [0.0], "n": [3], "a b.ax": [1.5], "area": [2.0], "m": [0.5]}
+    units = {"time": "ms", "n": "", "a b.ax": "mm/ms²", "m": "N·mm", "other": "m"}
+    write_history(path, columns, units)
+    header = path.read_bytes().splitlines()[0]
+    assert header == b"time [ms],n,a b.ax [mm/ms^2],area,m [N*mm]", "ASCII, for spreadsheets"
+    assert {name: list(values) for name, values in read_history(path).items()} == columns
+
+
+def test_a_history_is_a_pulse(tmp_path):
+    path = tmp_path / "h.csv"
+    columns = {"time": [0.0, 1.0], "sled.ax": [0.0, 2.0], "n": [0, 1]}
+    write_history(path, columns, {"time": "ms", "sled.ax": "mm/ms²"})
+    pulse = read_pulse(path, units=("m", "s"), columns=["time", "sled.ax"])
+    np.testing.assert_allclose(pulse, [[0.0, 0.0], [1e-3, 2000.0]], rtol=1e-14)
 
 
 def test_a_table_without_rows_keeps_its_names(tmp_path):

@@ -42,6 +42,19 @@ def write(path, n=6):
     return path
 
 
+def test_units_stand_beside_the_values_and_stay(tmp_path):
+    path = tmp_path / "f.vtkhdf"
+    units = {"Points": "mm", "force": "N", "part": ""}
+    writer = FieldsWriter(path, PARTS, units)
+    for i in range(2):
+        writer.append(0.25 * i, *step(i))
+    FieldsWriter.reopen(path, 1).append(0.25, *step(1))
+    assert read_fields(path).units == {"Points": "mm", "force": "N"}
+    with h5py.File(path) as file:
+        assert file["VTKHDF/PointData/force"].attrs["units"] == "N"
+    assert_vtk_reads(path, [0, 1])
+
+
 def vtk_reader(path):
     pytest.importorskip("vtk")
     from vtkmodules.vtkIOHDF import vtkHDFReader

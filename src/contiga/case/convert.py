@@ -1,0 +1,288 @@
+"""LS-DYNA keyword decks as cases: rigid parts as masters, what they touch as slaves.
+
+What is written can be read and changed by hand; what is not understood is listed, not guessed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.case.deck_parts import DeckParts, case_name
+from contiga.case.schema import parse_case
+from contiga.case.toml import value_text
+from contiga.errors import FileError, InputError
+from contiga.io.mesh.lsdyna_model import DeckContact, DeckModel, read_model
+from contiga.io.mesh.lsdyna_sets import set_name
+from contiga.io.units import base_factor
+
+_NODES = 4
+"""Kind of a side that is a set of nodes."""
+
+
+class Converted(NamedTuple):
+    """A case made of a deck."""
+
+    text: str
+    """TOML with comments."""
+    contacts: int
+    bodies: int
+    unknown: dict[str, list[int]]
+    """What was not understood: keywords, and the lines they stand in."""
+
+
+class _Pair(NamedTuple):
+    """One contact of the case: a rigid part and what may touch it."""
+
+    master: int
+    parts: tuple[int, ...]
+    """Of the slave; of a set of nodes none, or the rigid one they belong to."""
+    nodes: int
+    """The set of nodes, 0 where the slave is parts."""
+    of: DeckContact
+    swapped: bool
+
+
+def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -> Converted:
+    """A case made of a keyword deck.
+
+    Parameters
+    ----------
+    deck : the keyword file
+    units : length, mass and time unit of its numbers; decks name none
+    folder : where the case will stand, so that it finds the deck
+
+    Raises
+    ------
+    FileError, MeshError
+        The deck cannot be read, or no contact in it is one with a rigid part.
+    UnitError
+        A unit is none.
+    """
+    for unit, dimension in zip(units, ("length", "mass", "time"), strict=True):
+        base_factor(unit, dimension, "--units")
+    model = read_model(Path(deck))
+    parts = DeckParts(model, case_name(Path(deck), Path(folder)))
+    pairs = _pairs(model, parts)
+    if not pairs:
+        raise FileError(
+            "there is no contact with a rigid part that is understood",
+            where=str(deck),
+            found=_told(model.unknown) or "no *CONTACT",
+            allowed="*CONTACT_…SURFACE_TO_SURFACE, …NODES_TO_SURFACE or …SINGLE_SURFACE between "
+            "parts, sets of parts or of nodes, one side of *MAT_RIGID",
+        )
+    bodies = sorted({part for pair in pairs for part in (pair.master, *_owners(pair, parts))})
+    text = "\n".join([*_head(model, units), *_bodies(bodies, parts), *_contacts(pairs, parts)])
+    text += "\n" + "\n".join(_foot(model))
+    parse_case(text, Path(folder) / "case.toml")
+    return Converted(text, len(pairs), len(bodies), model.unknown)
+
+
+def _told(unknown: dict[str, list[int]]) -> str:
+    return ", ".join(f"{len(lines)} {name}" for name, lines in sorted(unknown.items()))
+
+
+def _owners(pair: _Pair, parts: DeckParts) -> list[int]:
+    """Rigid parts that the points of a slave go with."""
+    return [part for part in pair.parts if parts.is_rigid(part)]
+
+
+def _pairs(model: DeckModel, parts: DeckParts) -> list[_Pair]:
+    found: list[_Pair] = []
+    for contact in model.contacts:
+        sides = [_members(side, model, parts) for side in contact.sides]
+        own = list(_of_contact(contact, sides, parts))
+        if not own:
+            why = "no rigid part on either side, or sides that are not understood"
+            model.unknown.setdefault(f"*{contact.keyword} ({why})", []).append(contact.line)
+        found += own
+    return found
+
+
+def _members(side: tuple[int, int], model: DeckModel, parts: DeckParts) -> list[int] | None:
+    """Parts on a side that have elements; None of a set of nodes."""
+    kind, number = side
+    if kind == _NODES:
+        return None
+    every = list(parts.groups)
+    if kind == 5 or number == 0:
+        return every
+    named = model.part_sets.get(number, []) if kind in (2, 6) else [number] * (kind == 3)
+    return [part for part in every if (part in named) != (kind == 6)] if kind in (2, 3, 6) else []
+
+
+def _of_contact(
+    contact: DeckContact, sides: list[list[int] | None], parts: DeckParts
+) -> Iterator[_Pair]:
+    """A contact for each rigid master: with all that deforms, and with each other rigid part."""
+    a, b = sides
+    if a is None or b is None:
+        nodes, others = (contact.sides[0][1], b) if a is None else (contact.sides[1][1], a)
+        owner = parts.owner(nodes)
+        for master in others or ():
+            if parts.is_rigid(master) and master != owner:
+                owners = () if owner is None else (owner,)
+                yield _Pair(master, owners, nodes, contact, a is not None)
+        return
+    swapped = not any(map(parts.is_rigid, b))
+    slaves, masters = (b, a) if swapped else (a, b)
+    soft = tuple(part for part in slaves if not parts.is_rigid(part))
+    rigid = [part for part in masters if parts.is_rigid(part)]
+    for master in rigid:
+        if soft:
+            yield _Pair(master, soft, 0, contact, swapped)
+    if a == b:
+        pairs = list(combinations(rigid, 2))
+    else:
+        pairs = [(m, s) for m in rigid for s in slaves if parts.is_rigid(s) and s != m]
+    for master, slave in pairs:
+        yield _Pair(master, (slave,), 0, contact, swapped)
+
+
+def _head(model: DeckModel, units: tuple[str, str, str]) -> list[str]:
+    length, mass, time = map(value_text, units)
+    lines = [
+        f"# Made of {model.path.name} by contiga convert; the units are those that were given.",
+        f"title = {value_text(model.title or model.path.stem)}",
+        f"units = {{ length = {length}, mass = {mass}, time = {time} }}",
+        "",
+        "[time]",
+    ]
+    if model.end > 0.0:
+        lines.append(f"end = {value_text(model.end)}  # *CONTROL_TERMINATION")
+    else:
+        model.end = 1.0
+        lines.append("end = 1.0  # the deck has no *CONTROL_TERMINATION: set it")
+    lines += ['step = "auto"', *_gravity(model)]
+    return lines
+
+
+def _gravity(model: DeckModel) -> list[str]:
+    gravity, lines = [0.0, 0.0, 0.0], []
+    for axis, (curve, scale, line) in sorted(model.gravity.items()):
+        keyword = f"*LOAD_BODY_{'XYZ'[axis]}"
+        table = model.curves[curve].table if curve in model.curves else np.zeros((0, 2))
+        if len(table) == 0 or np.ptp(table[:, 1]) > 0.0:
+            why = "its curve is missing" if len(table) == 0 else "its curve is not constant"
+            model.unknown.setdefault(f"{keyword} ({why})", []).append(line)
+            continue
+        gravity[axis] = -scale * float(table[0, 1])
+        lines.append(f"# {keyword}, line {line}: the base accelerates the other way")
+    return ["", "[world]", *lines, f"gravity = {value_text(gravity)}"] if lines else []
+
+
+def _bodies(numbers: list[int], parts: DeckParts) -> Iterator[str]:
+    model = parts.model
+    for part in numbers:
+        material = parts.material(part)
+        assert material is not None
+        yield from ("", "[[body]]")
+        yield f"# *PART {part}, *{material.keyword} in line {material.line}"
+        yield f"name = {value_text(parts.name(part))}"
+        yield f"geometry = {value_text(parts.geometry(part))}"
+        if "orient" in parts.geometry(part):
+            yield "# Shells at their middle surface; flip = true where the other side is free."
+        motion = parts.prescribed(part, model.end)
+        if motion is not None:
+            lines = [str(m.line) for m in model.motions if m.part == part]
+            told = f"*BOUNDARY_PRESCRIBED_MOTION_RIGID, line {', '.join(lines)}"
+            yield f"# {told}; its other ways stand still"
+            yield f"motion = {value_text(motion)}"
+            continue
+        motion = parts.free_motion(part)
+        if motion is None:
+            yield "# CON1 and CON2 of its material hold it."
+            continue
+        mass, told = parts.mass(part)
+        yield f"mass = {value_text(mass)}  # {told}"
+        yield f"motion = {value_text(motion)}"
+
+
+def _contacts(pairs: list[_Pair], parts: DeckParts) -> Iterator[str]:
+    written: set[str] = set()
+    names: set[str] = set()
+    for pair in pairs:
+        slave, chosen, owner = _slave(pair, parts)
+        if slave not in written:
+            written.add(slave)
+            yield from _slave_table(slave, chosen, owner, parts)
+        yield from ("", "[[contact]]")
+        swap = "; its sides are swapped, as masters are rigid" if pair.swapped else ""
+        yield f"# *{pair.of.keyword}, line {pair.of.line}{swap}"
+        title = f"{parts.name(pair.master)}-{slave}"
+        if title in names:
+            yield f"name = {value_text(f'{title} {len(names)}')}"
+        names.add(title)
+        yield f"master = {value_text(parts.name(pair.master))}"
+        yield f"slave = {value_text(slave)}"
+        inner = pair.parts[0] if pair.parts else pair.master
+        yield parts.law(chosen, parts.material(inner), pair.of.scale)
+        if not parts.has_facets(chosen):
+            yield 'area = { kind = "constant", value = 1.0 }  # of each node: set it'
+        yield from _friction(pair.of)
+
+
+def _slave(pair: _Pair, parts: DeckParts) -> tuple[str, list[str | int], int | None]:
+    """Name of a slave, what it is of the mesh, and the rigid part it goes with."""
+    owner = next(iter(_owners(pair, parts)), None)
+    if pair.nodes:
+        return parts.nodes_name(pair.nodes), [set_name(pair.nodes)], owner
+    if owner is not None:
+        return f"{parts.name(owner)} points", [owner], owner
+    return parts.slave_name(pair.parts), list(pair.parts), None
+
+
+def _slave_table(
+    name: str, chosen: list[str | int], owner: int | None, parts: DeckParts
+) -> Iterator[str]:
+    yield from ("", "[[slave]]", f"name = {value_text(name)}")
+    yield f"points = {value_text({'file': parts.file, 'parts': chosen})}"
+    if owner is None:
+        yield "# Deforms in the deck; here its points rest, and give way by the law of the contact."
+    else:
+        motion: dict[str, Any] = {"kind": "attached", "body": parts.name(owner)}
+        yield f"motion = {value_text(motion)}"
+
+
+def _friction(contact: DeckContact) -> Iterator[str]:
+    static, dynamic, decay = contact.friction
+    if static <= 0.0:
+        return
+    friction: dict[str, Any] = {"kind": "coulomb", "static": static}
+    if decay > 0.0 and 0.0 <= dynamic <= static:
+        friction |= {"dynamic": dynamic, "decay": decay}
+    yield f"friction = {value_text(friction)}  # FS, FD, DC"
+
+
+def _foot(model: DeckModel) -> list[str]:
+    if not model.unknown:
+        return []
+    listed = [
+        f"# {len(lines):4d} {name}, line {', '.join(map(str, lines[:5]))}{', …' * (len(lines) > 5)}"
+        for name, lines in sorted(model.unknown.items())
+    ]
+    return ["", "# Not understood, and left out:", *listed, ""]
+
+
+def parse_units(text: str) -> tuple[str, str, str]:
+    """Length, mass and time unit of a text such as ``mm,kg,ms``.
+
+    Raises
+    ------
+    InputError
+        They are not three.
+
+    >>> parse_units("mm, kg, ms")
+    ('mm', 'kg', 'ms')
+    """
+    units = tuple(unit.strip() for unit in text.split(","))
+    if len(units) != 3 or not all(units):
+        raise InputError(
+            "must be three units", where="--units", found=text, allowed="length,mass,time: mm,kg,ms"
+        )
+    return units[0], units[1], units[2]

@@ -1,0 +1,126 @@
+"""The curves of a case: tables, numbers, CSV files and curves of LS-DYNA keyword decks.
+
+A file is read when the case is: from then on the case has its points, in its own units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import BeforeValidator, ValidationError, ValidationInfo
+
+from contiga.case.problems import first_problem
+from contiga.case.spec import ExistingFile, Spec
+from contiga.errors import CaseError, InputError
+from contiga.io.curves import read_curve
+from contiga.io.quantities import Quantity, Units
+from contiga.io.units import base_factor
+from contiga.laws.characteristic import Characteristic
+
+Extrapolation = Literal["linear", "constant", "error"]
+
+
+class CurveTable(Spec):
+    """`{ points = [[x, y], …], extrapolation = "linear" }`."""
+
+    points: list[list[float]]
+    extrapolation: Extrapolation = "linear"
+
+    def describe(self) -> str:
+        """In words."""
+        (x0, _), (x1, y1) = self.points[0], self.points[-1]
+        beyond = {"linear": "goes on straight", "constant": "held", "error": "the run stops"}
+        return (
+            f"{len(self.points)} points from x = {x0:g} to ({x1:g}, {y1:g}), "
+            f"{beyond[self.extrapolation]} beyond"
+        )
+
+
+class CurveFile(Spec):
+    """`{ file, columns | curve, units, extrapolation }`: a CSV file, or a deck with curves."""
+
+    file: ExistingFile
+    columns: list[str] | None = None
+    curve: int | None = None
+    units: list[str] | None = None
+    extrapolation: Extrapolation = "linear"
+
+
+def _curve_of(x: Quantity, y: Quantity) -> Any:
+    """A curve between two quantities."""
+    return Annotated[CurveTable, BeforeValidator(_as_table((x, y)))]
+
+
+def _as_table(kinds: tuple[Quantity, Quantity]) -> Callable[[Any, ValidationInfo], Any]:
+    def check(value: Any, info: ValidationInfo) -> Any:
+        # Numbers and plain tables are short forms: a line through the origin, and linear ends.
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            return {"points": [[0.0, 0.0], [1.0, value]]}
+        if isinstance(value, list):
+            return {"points": value}
+        if isinstance(value, dict) and "file" in value:
+            return _points_of_file(value, kinds, info)
+        if isinstance(value, dict | CurveTable):
+            return value
+        raise CaseError(
+            "must be a curve",
+            found=value,
+            allowed="a number, [[x, y], …], "
+            '{ points = [[x, y], …], extrapolation = "linear" } or { file = "foam.csv" }',
+        )
+
+    return check
+
+
+def _points_of_file(
+    value: dict[str, Any], kinds: tuple[Quantity, Quantity], info: ValidationInfo
+) -> dict[str, Any]:
+    try:
+        spec = CurveFile.model_validate(value, context=info.context)
+    except ValidationError as error:
+        raise first_problem(error, value, "") from error
+    table = read_curve(
+        spec.file,
+        kinds,
+        _units_of_case(info),
+        columns=spec.columns,
+        curve=spec.curve,
+        units=spec.units,
+    )
+    return {"points": table.tolist(), "extrapolation": spec.extrapolation}
+
+
+def _units_of_case(info: ValidationInfo) -> Units:
+    """The units of the case that is being read; any where they are wrong, which is told apart."""
+    said = (info.context or {}).get("units")
+    dimensions = ("length", "mass", "time")
+    try:
+        length, mass, time = (said[dimension] for dimension in dimensions)  # type: ignore[index]
+        for unit, dimension in zip((length, mass, time), dimensions, strict=True):
+            base_factor(unit, dimension)
+    except (TypeError, KeyError, InputError):
+        return ("m", "kg", "s")
+    return (length, mass, time)
+
+
+if TYPE_CHECKING:
+    ForceCurve = CurveTable
+    StressCurve = CurveTable
+    DampingCurve = CurveTable
+    Amplification = CurveTable
+else:
+    ForceCurve = _curve_of("length", "force")
+    StressCurve = _curve_of("ratio", "stress")
+    DampingCurve = _curve_of("rate", "stress")
+    Amplification = _curve_of("rate", "ratio")
+
+
+def characteristic_of(curve: CurveTable, name: str) -> Characteristic:
+    """The curve, called `name` in errors."""
+    return Characteristic(curve.points, extrapolation=curve.extrapolation, name=name)
+
+
+def if_given(curve: CurveTable | None, name: str) -> Characteristic | None:
+    """The same of a key that may be left out."""
+    return None if curve is None else characteristic_of(curve, name)

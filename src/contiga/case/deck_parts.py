@@ -1,0 +1,219 @@
+"""The parts of an LS-DYNA deck as tables of a case: names, masses, motions, laws."""
+
+from __future__ import annotations
+
+import os
+import re
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from contiga.io.mesh.lsdyna_model import DeckModel, Material, Prescribed
+from contiga.io.mesh.lsdyna_sets import set_name
+from contiga.io.mesh.raw import Group, RawMesh
+from contiga.io.mesh.read_master import read_master
+from contiga.io.mesh.read_mesh import read_mesh, read_raw
+from contiga.records import FloatArray
+
+_AXES = "xyz"
+_WAYS = {1: "x", 2: "y", 3: "z", 4: "xy", 5: "yz", 6: "zx", 7: "xyz"}
+"""What CON1 and CON2 of a *MAT_RIGID hold."""
+_PENALTY = 0.1
+"""Share of the bulk modulus that LS-DYNA's penalty takes by default, SLSFAC."""
+
+
+class DeckParts:
+    """Parts of a deck and what a case says of them.
+
+    Parameters
+    ----------
+    model : what the deck says beside its mesh
+    file : the deck, as the case is to call it
+    """
+
+    def __init__(self, model: DeckModel, file: str) -> None:
+        self.model = model
+        self.file = file
+        self._names: dict[str, str] = {}
+
+    @cached_property
+    def mesh(self) -> RawMesh:
+        """Nodes and elements."""
+        return read_raw(self.model.path)
+
+    @cached_property
+    def groups(self) -> dict[int, Group]:
+        """Parts that have elements, by number."""
+        return {group.id: group for group in self.mesh.groups if group.id is not None}
+
+    def material(self, part: int) -> Material | None:
+        """The material of a part, if it is understood."""
+        return self.model.materials.get(self.model.parts.materials.get(part, -1))
+
+    def is_rigid(self, part: int) -> bool:
+        """Whether a part is rigid."""
+        material = self.material(part)
+        return material is not None and material.rigid
+
+    def name(self, part: int) -> str:
+        """What the case calls a part: by its title where that is a name nobody else has."""
+        return self._own_name(f"part {part}", self.model.parts.titles.get(part, ""))
+
+    def _own_name(self, key: str, title: str) -> str:
+        if key not in self._names:
+            plain = re.sub(r"[^\w -]+", " ", title, flags=re.ASCII).strip(" -")
+            taken = {*self._names.values(), "ground", ""}
+            self._names[key] = plain if plain not in taken else key
+        return self._names[key]
+
+    def slave_name(self, parts: tuple[int, ...]) -> str:
+        """What the case calls several parts together."""
+        if len(parts) == 1:
+            return self.name(parts[0])
+        return self._own_name(f"parts {' '.join(map(str, parts))}"[:60], "")
+
+    def nodes_name(self, number: int) -> str:
+        """What the case calls a set of nodes."""
+        return self._own_name(set_name(number), "")
+
+    def owner(self, number: int) -> int | None:
+        """The rigid part that all nodes of a set belong to."""
+        chosen = next((g.nodes for g in self.mesh.groups if g.name == set_name(number)), None)
+        if chosen is None:
+            return None
+        for part, group in self.groups.items():
+            if self.is_rigid(part) and np.isin(chosen, self._nodes(group)).all():
+                return part
+        return None
+
+    def _nodes(self, group: Group) -> Any:
+        used = [
+            block.nodes[rows].ravel()
+            for block, rows in zip(self.mesh.blocks, group.cells or (), strict=True)
+        ]
+        return np.unique(np.concatenate(used))
+
+    def geometry(self, part: int) -> dict[str, Any]:
+        """The `geometry` of a rigid part; shells are turned one way."""
+        shells = self._is_shell(part)
+        return {"mesh": self.file, "parts": [part], **({"orient": True} if shells else {})}
+
+    def _is_shell(self, part: int) -> bool:
+        return self.model.parts.sections.get(part, -1) in self.model.parts.thickness
+
+    def mass(self, part: int) -> tuple[dict[str, Any], str]:
+        """The `mass` of a rigid part, and where it comes from."""
+        told, material = self.model.parts.inertia.get(part), self.material(part)
+        assert material is not None
+        if told is not None and told.mass > 0.0:
+            xx, xy, xz, yy, yz, zz = told.tensor
+            centre = list(told.centre)
+            if told.node and self.mesh.node_ids is not None:
+                at = np.flatnonzero(self.mesh.node_ids == told.node)
+                centre = self.mesh.points[at[0]].tolist() if len(at) else centre
+            entries = [xx, yy, zz, xy, yz, xz]
+            own = ", its own axes taken for those of the world" if told.local else ""
+            mass = {"total": told.mass, "centre": centre, "inertia": entries}
+            return mass, f"*PART_INERTIA{own}"
+        if not self._is_shell(part):
+            return {"density": material.density}, f"density of the *{material.keyword}"
+        return self._mass_of_shells(part, material.density), "its shells at their thickness"
+
+    def _mass_of_shells(self, part: int, density: float) -> dict[str, Any]:
+        """Mass, centre and inertia of shells: three points an element are exact for each facet."""
+        mesh = read_master(self.model.path, parts=[part])
+        corners = mesh.vertices[mesh.triangles]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        thickness = float(np.mean(self.model.parts.shell_thickness(np.array([part]))))
+        weight = 0.5 * np.linalg.norm(normals, axis=1) * density * (thickness or 1.0) / 3.0
+        middles = 0.5 * (corners + np.roll(corners, 1, axis=1)).reshape(-1, 3)
+        weights = np.repeat(weight, 3)
+        total = float(weights.sum())
+        centre = weights @ middles / total
+        r = middles - centre
+        second = (weights[:, None, None] * r[:, :, None] * r[:, None, :]).sum(axis=0)
+        tensor = np.trace(second) * np.eye(3) - second
+        entries = [tensor[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))]
+        return {
+            "total": total,
+            "centre": centre.tolist(),
+            "inertia": [float(entry) for entry in entries],
+        }
+
+    def free_motion(self, part: int) -> dict[str, Any] | None:
+        """The `motion` of a rigid part that forces move; None where all its ways are held."""
+        material = self.material(part)
+        assert material is not None
+        ways, turns = (_WAYS.get(code, "") for code in material.held)
+        if len(ways) == len(turns) == len(_AXES):
+            return None
+        told = self.model.parts.inertia.get(part)
+        started = self.model.velocities.get(part, self.model.velocities.get(0))
+        if started is None and told is not None:
+            started = (*told.velocity, *told.spin)
+        motion: dict[str, Any] = {"kind": "free"}
+        for key, values in (("velocity", (started or ())[:3]), ("spin", (started or ())[3:])):
+            if any(values):
+                motion[key] = list(values)
+        if ways or turns:
+            motion["hold"] = [*ways, *(f"r{axis}" for axis in turns)]
+        return motion
+
+    def prescribed(self, part: int, end: float) -> dict[str, Any] | None:
+        """The `motion` of a part whose motion the deck tells; None where it tells none."""
+        told = [m for m in self.model.motions if m.part == part]
+        if not told:
+            return None
+        kind = told[0].kind
+        rows = self._over_time(told, end)
+        if kind == 2:
+            return {"kind": "translate", "table": rows.tolist()}
+        return {"kind": ("velocity", "acceleration")[kind], "table": rows.tolist()}
+
+    def _over_time(self, told: list[Prescribed], end: float) -> FloatArray:
+        """(n, 4) rows t, x, y, z from the start to the end, the last value held."""
+        tables = [self.model.curves[one.curve].table for one in told]
+        times = np.unique(np.concatenate([[0.0, end], *(table[:, 0] for table in tables)]))
+        times = times[(times >= 0.0) & (times <= end)]
+        rows = np.zeros((len(times), 4))
+        rows[:, 0] = times
+        for one, table in zip(told, tables, strict=True):
+            rows[:, one.way] = one.scale * np.interp(times, table[:, 0], table[:, 1])
+        return rows
+
+    def law(self, parts: list[str | int], material: Material | None, scale: float) -> str:
+        """The `law` of a contact on a slave, a penalty over its area as LS-DYNA takes it."""
+        size = self._size_of_facets(parts)
+        bulk = 0.0
+        if material is not None and material.poisson < 0.5:
+            bulk = material.modulus / (3.0 * (1.0 - 2.0 * material.poisson))
+        stiffness = _PENALTY * scale * bulk / size if bulk else 1.0
+        where = f"0.1 × {scale:g} × bulk modulus {bulk:.4g} / facets of {size:.4g}"
+        told = where if bulk else "the deck has no modulus that is understood: set it"
+        return (
+            f"# stiffness, a stress over a penetration: {told}\n"
+            f'law = {{ kind = "penalty", stiffness = {stiffness:.6g}, per_area = true }}'
+        )
+
+    def _size_of_facets(self, parts: list[str | int]) -> float:
+        slave = read_mesh(self.model.path, parts=parts)
+        if slave.facets is None or not len(slave.facets):
+            return 1.0
+        corners = slave.points[slave.facets]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        return float(np.sqrt(np.linalg.norm(normals, axis=1).mean()))
+
+    def has_facets(self, parts: list[str | int]) -> bool:
+        """Whether a contact has areas to weigh forces with."""
+        facets = read_mesh(self.model.path, parts=parts).facets
+        return facets is not None and len(facets) > 0
+
+
+def case_name(path: Path, folder: Path) -> str:
+    """A file as a case in `folder` calls it."""
+    try:
+        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
+    except ValueError:  # on another drive
+        return path.resolve().as_posix()

@@ -1,0 +1,68 @@
+"""The help of each command: flags without values, examples, and the page that says more."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from typer.core import TyperCommand, TyperGroup
+
+_PAGES = "https://github.com/contiga/contiga/blob/main/docs/"
+
+_TEXTS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "": ("command-line.md", ("contiga run case.toml -o out", "contiga COMMAND --help")),
+    "run": (
+        "command-line.md",
+        (
+            "contiga run case.toml -o out",
+            "contiga run case.toml --set time.end=20 --set contact[0].law.damping=0.2",
+            "contiga run case.toml -o out --set time.end=40 --resume",
+        ),
+    ),
+    "check": (
+        "case.md",
+        ("contiga check case.toml", "contiga check case.toml --set contact[0].law.damping=0.2"),
+    ),
+    "info": ("meshes.md", ("contiga info part.step", "contiga info pad.k")),
+    "mesh": (
+        "meshes.md",
+        (
+            "contiga mesh part.step --tol 0.05 -o part.stl",
+            "contiga mesh part.step --tol 0.001 --unit m -o part.msh",
+        ),
+    ),
+    "report": ("report.md", ("contiga report out",)),
+    "compare": ("report.md", ("contiga compare out_1 out_2 -o compare.html",)),
+    "convert": ("convert.md", ("contiga convert deck.k --units mm,kg,ms -o case.toml",)),
+    "reproduce": ("reproduce.md", ("contiga reproduce --only 5.1,5.4 -o reproduction",)),
+    "verify": ("verify.md", ("contiga verify --only spring,mass -o verification",)),
+}
+
+
+def epilog(command: str) -> str:
+    """Examples of a command, "" for the program, each in a line, and where more is said."""
+    page, examples = _TEXTS[command]
+    # A blank line between two keeps each in a line of its own.
+    return "\n\n".join(["Examples:", *examples, f"More: {_PAGES}{page}"])
+
+
+class Command(TyperCommand):
+    """A command whose help shows flags without the value they do not take."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Arguments and options."""
+        return _without_values(super().get_params(ctx))
+
+
+class Group(TyperGroup):
+    """The program, the same way."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Options."""
+        return _without_values(super().get_params(ctx))
+
+
+def _without_values(params: list[Any]) -> list[Any]:
+    for param in params:
+        if getattr(param, "is_flag", False) and param.metavar is None:
+            param.metavar = ""
+    return params

@@ -1,0 +1,31 @@
+"""Arguments and options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from contiga.case.schema import Case
+
+CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="The case file.")]
+
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="A value in place of the case's: body.head.motion.velocity=[0,0,-5]. Repeatable.",
+    ),
+]
+"""What `load` takes."""
+
+
+def load(case: Path, settings: list[str] | None) -> Case:
+    """The case of a file, with the settings of the command line over it."""
+    from contiga.case.schema import load_case
+    from contiga.case.settings import parse_settings
+
+    return load_case(case, set=parse_settings(settings or ()))

@@ -1,0 +1,103 @@
+"""Curves where they are: columns of CSV files, and ``*DEFINE_CURVE`` of LS-DYNA keyword decks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from contiga.errors import FileError, InputError
+from contiga.io.mesh.lsdyna import SUFFIXES
+from contiga.io.mesh.lsdyna_curves import read_curve_of_deck
+from contiga.io.quantities import Quantity, Units, quantity_factor
+from contiga.io.sheet import read_sheet, unit_of
+from contiga.records import FloatArray
+
+_HEADER = "strain [1], stress [MPa]"
+
+
+def read_curve(
+    path: str | Path,
+    kinds: tuple[Quantity, Quantity],
+    case: Units,
+    *,
+    columns: Sequence[str] | None = None,
+    curve: int | None = None,
+    units: Sequence[str] | None = None,
+) -> FloatArray:
+    """A curve of a file, in the units of a case.
+
+    Parameters
+    ----------
+    path : a CSV file, whose first line names the columns, or a keyword deck (.k, .key, .dyn)
+    kinds : what abscissa and ordinate are
+    case : length, mass and time unit of the case
+    columns : of a CSV file that has not two: names of abscissa and ordinate
+    curve : of a deck with several: the number of its ``*DEFINE_CURVE``
+    units : of abscissa and ordinate; those of the case if omitted. A header may say its own
+
+    Returns
+    -------
+    (n, 2) float64
+
+    Raises
+    ------
+    FileError
+        The file cannot be read, or has no such columns or curve.
+    UnitError
+        A unit is not one of its quantity.
+    InputError
+        What is for CSV was said of a deck, or the other way round; not two units.
+    """
+    path = Path(path)
+    given: Sequence[str | None] = (None, None) if units is None else units
+    if len(given) != 2:
+        raise InputError(
+            "must name two units", where="units", found=units, allowed='such as ["1", "MPa"]'
+        )
+    if path.suffix.lower() in SUFFIXES:
+        if columns is not None:
+            raise InputError(
+                "only a CSV file has columns", where="columns", found=columns, allowed="curve = …"
+            )
+        found = read_curve_of_deck(path, curve)
+        factors = [
+            1.0 if unit is None else quantity_factor(unit, kind, case, "units")
+            for unit, kind in zip(given, kinds, strict=True)
+        ]
+        return np.asarray(_checked(found.table, found.where) * factors)
+    if curve is not None:
+        raise InputError(
+            "only a keyword deck has numbered curves",
+            where="curve",
+            found=curve,
+            allowed="a file that ends in " + ", ".join(SUFFIXES),
+        )
+    return _of_sheet(path, kinds, case, columns, given)
+
+
+def _of_sheet(
+    path: Path,
+    kinds: tuple[Quantity, Quantity],
+    case: Units,
+    columns: Sequence[str] | None,
+    given: Sequence[str | None],
+) -> FloatArray:
+    sheet = read_sheet(path, _HEADER)
+    sheet.check_header(_HEADER)
+    order = sheet.order(columns, (2,), "abscissa and ordinate")
+    where, factors = f"{path}:{sheet.line}", []
+    for k, unit, kind in zip(order, given, kinds, strict=True):
+        said = unit_of(sheet.head(k)[1], unit, where)
+        factors.append(1.0 if said is None else quantity_factor(said, kind, case, where))
+    named = " and ".join(sheet.names[k] for k in order)
+    return np.asarray(_checked(sheet.numbers(order, f"a number for {named}"), str(path)) * factors)
+
+
+def _checked(table: FloatArray, where: str) -> FloatArray:
+    if len(table) < 2 or not np.isfinite(table).all():
+        raise FileError(
+            "a curve needs two finite points or more", where=where, found=f"{len(table)} rows"
+        )
+    return table

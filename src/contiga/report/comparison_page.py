@@ -1,0 +1,193 @@
+"""The page that shows two runs beside each other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from contiga.io.out.files import write_text
+from contiga.records import FloatArray
+from contiga.report import require_packages
+from contiga.report.comparison import Comparison, Pair, columns_of
+from contiga.report.html_tables import STAGES
+from contiga.report.lines import PLOT_CONFIG, add_line, finish, largest, with_unit
+from contiga.report.run_folder import Run
+from contiga.report.style import LINES, number
+from contiga.report.style import page as styled
+
+_PANELS = (
+    ("force", "Force", "force"),
+    ("max_penetration", "Deepest penetration", "length"),
+    ("area", "Contact area", "area"),
+    ("work", "Work on the contact", "energy"),
+    ("a", "Acceleration", "acceleration"),
+    ("filtered_a", "Acceleration, filtered", "acceleration"),
+    ("x", "Centre along x", "length"),
+    ("y", "Centre along y", "length"),
+    ("z", "Centre along z", "length"),
+    ("kinetic", "Kinetic energy", "energy"),
+    ("total", "Total energy", "energy"),
+    ("error", "Energy that is nowhere", "energy"),
+)
+"""Columns that are drawn: name, label, and what unit they have."""
+_LONGEST = 60
+
+
+def write_comparison(found: Comparison, path: str | Path) -> Path:
+    """Write the page of a comparison, one file that reads offline; whole or not at all.
+
+    Raises
+    ------
+    OutputError
+        It cannot be written.
+    MissingPackageError
+        A package that it is drawn with is not installed.
+    """
+    require_packages("a comparison")
+    write_text(Path(path), page_of(found))
+    return Path(path)
+
+
+def names_of(found: Comparison) -> tuple[str, str]:
+    """What the two runs are called: the names of their folders, where these tell them apart."""
+    a, b = (folder.resolve() for folder in found.folders)
+    return (a.name, b.name) if a.name != b.name else (str(a), str(b))
+
+
+def page_of(found: Comparison) -> str:
+    """The page as one text."""
+    from plotly.offline import get_plotlyjs
+
+    one, two = names_of(found)
+    unit = found.runs[0].units.time
+    span = f"t = {number(found.span[0])} to {number(found.span[1])} {unit}".strip()
+    titles = " · ".join(
+        f"{escape(name)}: {escape(str(run.summary.get('title') or 'a run'))}"
+        for name, run in zip((one, two), found.runs, strict=True)
+    )
+    parts = [
+        '<div class="maker"><b>contiga</b> · two runs beside each other</div>'
+        f"<h1>{escape(one)} and {escape(two)}</h1>"
+        f'<p class="under">{titles} · in common {escape(span)}</p>',
+        _section("Settings that differ", _settings(found)),
+        _section("Histories", _differences(found)),
+        f'<div class="panels">{"".join(_panels(found))}</div>',
+        _section("Criteria", _pairs(found, found.criteria)),
+        _section("Energy that is nowhere", _pairs(found, found.energies)),
+        _section("Time taken", _timings(found)),
+    ]
+    return styled(f"{one} and {two}", "\n".join(parts), script=get_plotlyjs())
+
+
+def _section(title: str, table: str) -> str:
+    return f'<h2>{title}</h2><div class="wide">{table}</div>' if table else ""
+
+
+def _settings(found: Comparison) -> str:
+    if not found.settings:
+        return "<p>None.</p>"
+    rows = ((key, *map(in_short, pair)) for key, pair in found.settings.items())
+    return _table(("Key", *names_of(found)), rows, numbers=0)
+
+
+def in_short(value: Any) -> str:
+    """A value of a case, cut where it is long."""
+    text = "–" if value is None else str(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
+
+
+def _differences(found: Comparison) -> str:
+    one, two = names_of(found)
+    heads = ("Column", f"Peak of {one}", f"Peak of {two}", "Largest difference", "At", "Share")
+    rows = (
+        (
+            name,
+            *map(number, d.peaks),
+            number(d.largest),
+            number(d.at),
+            f"{number(100.0 * d.relative, 3)} %",
+        )
+        for name, d in found.differences.items()
+        if d.largest > 0.0 and not name.endswith(".wall_time")
+    )
+    table = _table(heads, rows, numbers=5)
+    same = sum(d.largest == 0.0 for d in found.differences.values())
+    only = [
+        f"only in {escape(name)}: {escape(', '.join(columns))}"
+        for name, columns in zip((one, two), found.only, strict=True)
+        if columns
+    ]
+    facts = [f"{same} of {len(found.differences)} columns are equal at all times", *only]
+    return f'{table}<p class="caption">{"; ".join(facts)}.</p>'
+
+
+def _panels(found: Comparison) -> Iterator[str]:
+    """Figures of the columns that both have, one line a run."""
+    columns = tuple(columns_of(run) for run in found.runs)
+    shown = 0
+    for label in found.differences:
+        owner, _, name = label.rpartition(".")
+        panel = next((p for p in _PANELS if p[0] == name), None)
+        pair = columns[0][label], columns[1][label]
+        if panel is None or max(map(largest, pair)) == 0.0:
+            continue
+        unit = getattr(found.runs[0].units, panel[2])
+        figure = _figure(found, pair, (f"{owner}: {panel[1].lower()}", unit))
+        html = figure.to_html(
+            full_html=False, include_plotlyjs=False, div_id=f"both-{shown}", config=PLOT_CONFIG
+        )
+        shown += 1
+        yield f'<div class="frame">{html}</div>'
+
+
+def _figure(found: Comparison, pair: tuple[FloatArray, FloatArray], labels: tuple[str, str]) -> Any:
+    import plotly.graph_objects as go
+
+    figure = go.Figure()
+    looks = ({"width": 2.2}, {"width": 1.6, "dash": "dash"})
+    runs: Iterable[tuple[Run, str, FloatArray, dict[str, Any], str]] = zip(
+        found.runs, names_of(found), pair, looks, LINES, strict=False
+    )
+    for run, name, values, look, colour in runs:
+        add_line(figure, run.times, values, name, labels[1], color=colour, **look)
+    finish(figure, found.runs[0], with_unit(*labels), None)
+    return figure
+
+
+def _pairs(found: Comparison, pairs: dict[str, Pair]) -> str:
+    if not pairs:
+        return ""
+    rows = ((key, *map(_number, pair), _change(pair)) for key, pair in pairs.items())
+    return _table(("", *names_of(found), "Change"), rows, numbers=3)
+
+
+def _timings(found: Comparison) -> str:
+    words = {"total": "Seconds in all", "steps": "Steps", **STAGES}
+    return _pairs(found, {words.get(key, key): pair for key, pair in found.timings.items()})
+
+
+def _number(value: float | None) -> str:
+    return "–" if value is None else number(value)
+
+
+def _change(pair: Pair) -> str:
+    one, two = pair
+    if one is None or two is None or one == 0.0:
+        return "–"
+    return f"{100.0 * (two - one) / abs(one):+.3g} %"
+
+
+def _table(heads: Iterable[str], rows: Iterable[tuple[str, ...]], *, numbers: int) -> str:
+    """A table whose last `numbers` columns are numbers."""
+    heads = tuple(heads)
+    kinds = ("",) * (len(heads) - numbers) + (' class="number"',) * numbers
+    head = "".join(f"<th{k}>{escape(h)}</th>" for k, h in zip(kinds, heads, strict=True))
+    body = "".join(
+        "<tr>"
+        + "".join(f"<td{k}>{escape(cell)}</td>" for k, cell in zip(kinds, row, strict=True))
+        + "</tr>"
+        for row in rows
+    )
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>" if body else ""

@@ -1,0 +1,39 @@
+"""``contiga compare``: what it prints, and its page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from .conftest import NO_REPORT, Command, one_message
+
+
+def test_two_runs_are_set_beside_each_other(command: Command, case: Path, tmp_path: Path) -> None:
+    case.write_text(case.read_text(encoding="utf-8") + NO_REPORT, encoding="utf-8")
+    law = "contact[0].law.curve.1=[1, 20]"
+    command("run", case, "-o", tmp_path / "a", "--quiet")
+    command("run", case, "-o", tmp_path / "b", "--set", law, "--quiet")
+    page = tmp_path / "both.html"
+    code, out, err = command("compare", tmp_path / "a", tmp_path / "b", "-o", page)
+    assert (code, err) == (0, "")
+    assert (
+        "contact[0].law.curve.points: [[0.0, 0.0], [1.0, 10.0]] → [[0.0, 0.0], [1.0, 20.0]]" in out
+    )
+    assert "ball-sheet.force: peak 9.621 → 19.24, largest difference 50 % at t = 1" in out
+    assert "steps: 5 → 5" in out
+    assert f"page: {page}" in out
+    assert page.is_file()
+    code, out, _ = command("compare", tmp_path / "a", tmp_path / "a")
+    assert code == 0
+    assert "the cases say the same" in out
+    assert "largest difference none" in out
+
+
+@pytest.mark.parametrize("name", ["nowhere", "empty"])
+def test_a_wrong_folder_is_one_message(command: Command, tmp_path: Path, name: str) -> None:
+    (tmp_path / "empty").mkdir()
+    code, out, err = command("compare", tmp_path / name, tmp_path / name, "-o", tmp_path / "p.html")
+    assert (code, out) == (2, "")
+    assert name in one_message(err)
+    assert not (tmp_path / "p.html").exists()
