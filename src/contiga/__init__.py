@@ -50,6 +50,8 @@ _HOME = {
     "Clock": "contiga.simulation.clock",
     "load_case": "contiga.case.schema",
     "build": "contiga.case.build",
+    "place": "contiga.placement.place",
+    "align": "contiga.placement.align",
     "run": "contiga.cli.run_case",
     "View": "contiga.report.view",
     "Feature": "contiga.statuses",
@@ -119,6 +121,8 @@ if TYPE_CHECKING:
     from contiga.masters.body import Body as Body
     from contiga.masters.protocol import Master as Master
     from contiga.num.threads import thread_count as thread_count
+    from contiga.placement.align import align as align
+    from contiga.placement.place import place as place
     from contiga.records import ContactStatus as ContactStatus
     from contiga.records import Hit as Hit
     from contiga.records import LawInput as LawInput

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from contiga.case.contact_spec import ContactSpec
-from contiga.case.schema import Case
+from contiga.case.schema import BodySpec, Case
 from contiga.dynamics.stepping import EqualSteps
+from contiga.placement.sample import extent
+from contiga.simulation.simulation import Simulation
 
 
 def describe(case: Case) -> list[tuple[str, str]]:
@@ -46,6 +48,21 @@ def describe(case: Case) -> list[tuple[str, str]]:
     return rows
 
 
+def stands(case: Case, simulation: Simulation) -> list[tuple[str, str]]:
+    """Rows (which, from where to where) of what `align` and `place` have moved."""
+    rows = []
+    for name, spec in case.parts.items():
+        is_body = isinstance(spec, BodySpec)
+        placed = spec.geometry if isinstance(spec, BodySpec) else spec.points
+        if placed.align is None and placed.place is None:
+            continue
+        part = simulation.bodies[name].body if is_body else simulation.slaves[name].slave
+        spans = zip("xyz", *extent(part), strict=True)
+        text = ", ".join(f"{axis} {low:.6g} to {high:.6g}" for axis, low, high in spans)
+        rows.append((f"{name} stands", f"{text} {case.units.length}"))
+    return rows
+
+
 def _times(case: Case) -> str:
     steps, unit = case.time.stepping(), case.units.time
     span = f"{steps.start:g} to {steps.end:g} {unit}"
@@ -64,7 +81,9 @@ def description(case: Case) -> str:
 def _placed(text: str, spec: object) -> str:
     steps = len(getattr(spec, "transform", []))
     moved = f", placed by {steps} transforms" if steps else ""
-    return text + moved + (", flipped" if getattr(spec, "flip", False) else "")
+    flipped = ", flipped" if getattr(spec, "flip", False) else ""
+    told = [entry.describe() for key in ("align", "place") if (entry := getattr(spec, key, None))]
+    return ", ".join([text + moved + flipped, *told])
 
 
 _DEFAULT_AREA = "facets cut where contact ends, else tributary"

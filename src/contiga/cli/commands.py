@@ -175,13 +175,13 @@ def _print_energy(summary: dict[str, Any]) -> None:
 def check(case: CaseFile) -> None:
     """Read a case and all its files, and say what a run would do."""
     from contiga.case.build import build
-    from contiga.case.describe import describe
+    from contiga.case.describe import describe, stands
     from contiga.case.schema import load_case
 
     loaded = load_case(case)
-    bodies = build(loaded).bodies
-    _table(describe(loaded))
-    for name, part in bodies.items():
+    simulation = build(loaded)
+    _table([*describe(loaded), *stands(loaded, simulation)])
+    for name, part in simulation.bodies.items():
         print(f"\n{name}")
         _table(part.body.condition_rows())
     print(f"{case} is ready to run")
