@@ -20,7 +20,7 @@ from pydantic import (
 )
 
 from contiga.case.place_spec import AlignSpec, PlaceSpec
-from contiga.case.problems import first_problem
+from contiga.case.problems import first_problem, relocated
 from contiga.case.spec import (
     Axis,
     ExistingFile,
@@ -31,7 +31,7 @@ from contiga.case.spec import (
     by_key,
     suggest,
 )
-from contiga.errors import CaseError
+from contiga.errors import CaseError, InputError
 from contiga.geometry import shapes
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
@@ -103,8 +103,11 @@ class Placed(Spec):
 
     def standing(self, part: Part, parts: Mapping[str, Master | Slave]) -> Part:
         """`part` where it is to stand among those that stand already."""
-        for entry in (self.align, self.place):
-            part = part if entry is None else entry.moved(part, parts)
+        for key, entry in (("align", self.align), ("place", self.place)):
+            try:
+                part = part if entry is None else entry.moved(part, parts)
+            except InputError as error:
+                raise relocated(error, key, "") from error
         return part
 
 

@@ -133,10 +133,10 @@ def test_what_is_wrong_is_told_in_one_message(name: str) -> None:
 
 def test_a_way_that_leads_past_is_told_with_its_key() -> None:
     away = HEAD.replace("[0, 0, -2]", "[1, 0, 0]").replace(
-        "radius = 10.0", "radius = 10.0, centre = [0, 0, 40]"
+        "radius = 10.0", "radius = 10.0\ngeometry.centre = [0, 0, 40]"
     )
     with pytest.raises(
-        CaseError, match=r"body\[0\]\.geometry\.direction: head never stands 1\.5 from pad"
+        CaseError, match=r"body\[0\]\.geometry\.place\.direction: head never stands 1\.5 from pad"
     ):
         build(parse_case(text(away, BLOCK, PAD)))
 
