@@ -54,6 +54,8 @@ _HOME = {
     "align": "contiga.placement.align",
     "run": "contiga.cli.run_case",
     "View": "contiga.report.view",
+    "Preview": "contiga.previewing.preview",
+    "preview": "contiga.previewing.preview",
     "Feature": "contiga.statuses",
     "Status": "contiga.statuses",
     "ContactStatus": "contiga.records",
@@ -123,6 +125,8 @@ if TYPE_CHECKING:
     from contiga.num.threads import thread_count as thread_count
     from contiga.placement.align import align as align
     from contiga.placement.place import place as place
+    from contiga.previewing.preview import Preview as Preview
+    from contiga.previewing.preview import preview as preview
     from contiga.records import ContactStatus as ContactStatus
     from contiga.records import Hit as Hit
     from contiga.records import LawInput as LawInput

@@ -1,4 +1,4 @@
-"""The commands: ``contiga run | check | info | mesh | report | reproduce | verify``."""
+"""The commands: ``contiga run | check | preview | info | mesh | report | reproduce | verify``."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from contiga.cli.preview_case import preview_path, write_preview
 from contiga.cli.progress import progress_bar
 from contiga.errors import ContigaError, FileError, RunError
 from contiga.version import __version__
@@ -172,12 +173,19 @@ def _print_energy(summary: dict[str, Any]) -> None:
 
 
 @app.command()
-def check(case: CaseFile) -> None:
+def check(
+    case: CaseFile,
+    picture: Annotated[
+        Path | None,
+        typer.Option("--picture", metavar="x.png|x.html", help="Write a preview, too."),
+    ] = None,
+) -> None:
     """Read a case and all its files, and say what a run would do."""
     from contiga.case.build import build
     from contiga.case.describe import describe, stands
     from contiga.case.schema import load_case
 
+    path = None if picture is None else preview_path(picture)
     loaded = load_case(case)
     simulation = build(loaded)
     _table([*describe(loaded), *stands(loaded, simulation)])
@@ -185,6 +193,24 @@ def check(case: CaseFile) -> None:
         print(f"\n{name}")
         _table(part.body.condition_rows())
     print(f"{case} is ready to run")
+    if path is not None:
+        write_preview(simulation, path)
+
+
+@app.command()
+def preview(
+    case: CaseFile,
+    out: Annotated[
+        Path,
+        typer.Option("-o", "--out", metavar="x.png|x.html", help="Picture or page to write."),
+    ],
+) -> None:
+    """Draw what stands where at the start of a case: free sides, ways, gaps. Nothing is run."""
+    from contiga.case.build import build
+    from contiga.case.schema import load_case
+
+    path = preview_path(out)
+    write_preview(build(load_case(case)), path)
 
 
 @app.command()
