@@ -8,11 +8,11 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.previewing.labels import spread
 from contiga.previewing.stage import CONTACT_SIDE, Drawn, Gap, Stage
 from contiga.previewing.words import gap_text, legend, span_text
 from contiga.records import FloatArray
 from contiga.report.camera import unit
+from contiga.report.labels import spread
 from contiga.report.shading import free_edges
 from contiga.report.style import INK, LINES, MUTED
 from contiga.report.view import View

@@ -42,6 +42,8 @@ class View(NamedTuple):
     """What colours the figure first."""
     outlined: bool
     """Whether the peak has lines around its regions."""
+    touches: bool
+    """Whether a point is in contact at the peak."""
 
 
 def view_of(peak: Peak, frames: Frames, units: Units) -> View:
@@ -68,7 +70,8 @@ def view_of(peak: Peak, frames: Frames, units: Units) -> View:
     data = packed(frames, peak, units)
     data |= {"field": first, "looks": {name: _restyle(*look) for name, look in looks.items()}}
     note = with_unit(fields[first].label, fields[first].unit)
-    return View(figure, data, len(frames.frames), frames.recorded, note, bool(peak.outlines))
+    told = (bool(peak.outlines), bool(peak.in_contact.any()))
+    return View(figure, data, len(frames.frames), frames.recorded, note, *told)
 
 
 def _in_space(figure: Any, peak: Peak, frames: Frames, units: Units) -> None:
@@ -99,7 +102,8 @@ def _in_space(figure: Any, peak: Peak, frames: Frames, units: Units) -> None:
 def _slave_trace(peak: Peak, look: dict[str, Any]) -> Any:
     """The slave's facets as `look` colours them, or the points of a cloud that touch nothing."""
     if not len(peak.slave_triangles):
-        return dots(peak.slave_points[~peak.in_contact], "slave", 2.0, {"color": MUTED})
+        free = ~peak.in_contact if peak.active is None else peak.active & ~peak.in_contact
+        return dots(peak.slave_points[free], "slave", 2.0, {"color": MUTED})
     trace = mesh_trace(peak.slave_points, peak.slave_triangles, "slave", SLAVE, 1.0)
     trace.update(showscale=False, **look)
     return trace

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.previewing.labels import spread
+from contiga.report.labels import spread
 
 
 def test_labels_at_one_place_come_apart_inside_the_picture() -> None:
