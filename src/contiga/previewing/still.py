@@ -21,6 +21,8 @@ from contiga.triangles.trimesh import TriMesh
 RED = LINES[1]
 _SIZE, _DPI = (14.4, 8.8), 100
 _WHOLE, _NEAR = (0.01, 0.17, 0.6, 0.73), (0.63, 0.17, 0.36, 0.73)
+_NAME = 32
+"""Characters of the name of a contact over its picture, at most."""
 _NEAREST = 3
 """Gaps that are shown from near by, at most."""
 _DOTS = 4000
@@ -217,9 +219,13 @@ def _near(axes: Any, stage: Stage, gap: Gap) -> None:
     view.arrow(*gap.ends, color=RED, lw=1.6, arrowstyle="<->", mutation_scale=8)
     view.dots(gap.ends, color=RED, ms=4.5, zorder=6)
     axes.set_title(
-        f"{gap.contact}: {gap_text(gap, stage.units)}", fontsize=11, color=RED, loc="left"
+        f"{_short(gap.contact)}: {gap_text(gap, stage.units)}", fontsize=11, color=RED, loc="left"
     )
     view.show()
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= _NAME else name[: _NAME - 1] + "…"
 
 
 def _square_to(line: FloatArray, towards: FloatArray) -> FloatArray:
