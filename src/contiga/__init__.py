@@ -53,10 +53,14 @@ _HOME = {
     "Clock": "contiga.simulation.clock",
     "load_case": "contiga.case.schema",
     "build": "contiga.case.build",
+    "place": "contiga.placement.place",
+    "align": "contiga.placement.align",
     "run": "contiga.cli.run_case",
     "compare": "contiga.report.comparison",
     "Comparison": "contiga.report.comparison",
     "View": "contiga.report.view",
+    "Preview": "contiga.previewing.preview",
+    "preview": "contiga.previewing.preview",
     "Feature": "contiga.statuses",
     "Status": "contiga.statuses",
     "ContactStatus": "contiga.records",
@@ -126,6 +130,10 @@ if TYPE_CHECKING:
     from contiga.masters.body import Body as Body
     from contiga.masters.protocol import Master as Master
     from contiga.num.threads import thread_count as thread_count
+    from contiga.placement.align import align as align
+    from contiga.placement.place import place as place
+    from contiga.previewing.preview import Preview as Preview
+    from contiga.previewing.preview import preview as preview
     from contiga.records import ContactStatus as ContactStatus
     from contiga.records import Hit as Hit
     from contiga.records import LawInput as LawInput

@@ -24,6 +24,7 @@ from contiga.case.points_spec import BodyPoints
 from contiga.case.problems import relocated
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.schema import BodySpec, Case, SlaveSpec
+from contiga.case.standing import order_of
 from contiga.case.toml import resolved_toml
 from contiga.contact.contact import Contact
 from contiga.dynamics.free import Attached, Free
@@ -61,15 +62,18 @@ def build(case: Case) -> Simulation:
     >>> cg.build(cg.load_case("case.toml")).bodies["head"].body.closed
     True
     """
+    parts = _parts(case)
     bodies = {}
     for i, body_spec in enumerate(case.body):
-        with _at(case, f"body[{i}].geometry"):
-            body = _body(body_spec, case.units.length)
+        body = parts[body_spec.name]
+        assert not isinstance(body, Slave)
+        if body_spec.reference_point is not None:
+            body = body.about(body_spec.reference_point)
         bodies[body_spec.name] = BodyPart(body, _body_motion(case, i, body))
     slaves = {}
     for i, slave_spec in enumerate(case.slave):
-        with _at(case, f"slave[{i}].points"):
-            slave = _slave(slave_spec, case.units.length, bodies)
+        slave = parts[slave_spec.name]
+        assert isinstance(slave, Slave)
         with _at(case, f"slave[{i}].motion"):
             slaves[slave_spec.name] = SlavePart(slave, _slave_motion(slave_spec, slave, case))
     return Simulation(
@@ -148,10 +152,21 @@ def _contacts(
         yield ContactPart(spec.title, spec.master, spec.slave, contact)
 
 
-def _body(spec: BodySpec, unit: str) -> Master:
-    body = spec.geometry.body(spec.name, unit)
-    body.check()
-    return body if spec.reference_point is None else body.about(spec.reference_point)
+def _parts(case: Case) -> dict[str, Master | Slave]:
+    """Bodies and slaves where they stand before any motion, by name."""
+    keys = {spec.name: f"body[{i}].geometry" for i, spec in enumerate(case.body)}
+    keys |= {spec.name: f"slave[{i}].points" for i, spec in enumerate(case.slave)}
+    parts: dict[str, Master | Slave] = {}
+    for name in order_of(case.parts):
+        spec = case.parts[name]
+        with _at(case, keys[name]):
+            if isinstance(spec, BodySpec):
+                body = spec.geometry.body(name, case.units.length)
+                body.check()
+                parts[name] = spec.geometry.standing(body, parts)
+            else:
+                parts[name] = _slave(spec, case.units.length, parts)
+    return parts
 
 
 def _body_motion(case: Case, i: int, body: Master) -> BodyMotion | Free | Attached:
@@ -194,12 +209,15 @@ def _springs(case: Case) -> dict[str, Spring]:
     return springs
 
 
-def _slave(spec: SlaveSpec, unit: str, bodies: Mapping[str, BodyPart]) -> Slave:
+def _slave(spec: SlaveSpec, unit: str, parts: Mapping[str, Master | Slave]) -> Slave:
     """The slave under its name in the case, with the nodal values the case gives it."""
     if isinstance(spec.points, BodyPoints):
-        slave = spec.points.sampled(bodies[spec.points.body].body)
+        body = parts[spec.points.body]
+        assert not isinstance(body, Slave)
+        slave = spec.points.sampled(body)
     else:
         slave = spec.points.slave(spec.name, unit)
+    slave = spec.points.standing(slave, parts)
 
     def nodal(given: float | None, own: FloatArray | None) -> FloatArray | None:
         return own if given is None else np.full(len(slave), given)

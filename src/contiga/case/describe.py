@@ -9,6 +9,7 @@ from contiga.case.schema import Case
 from contiga.dynamics.stepping import EqualSteps
 from contiga.masters.protocol import Master
 from contiga.num.ordered import length
+from contiga.placement.sample import extent
 from contiga.simulation.checks.finding import Said
 from contiga.simulation.checks.size_checks import extent_of
 from contiga.simulation.simulation import Simulation
@@ -63,14 +64,12 @@ def placed_parts(simulation: Simulation) -> list[tuple[str, str]]:
     rows = []
     for name, body in simulation.bodies.items():
         open_side = "" if body.body.closed else f"; {_free_side(body.body)}"
-        rows.append((f"body {name}", extent_of(said, body.body.bounds()) + open_side))
+        rows.append((f"body {name}", extent_of(said, extent(body.body)) + open_side))
     for name, part in simulation.slaves.items():
         slave = part.slave
-        points = slave.points[slave.active] if slave.active.any() else slave.points
-        bounds = np.stack([points.min(axis=0), points.max(axis=0)])
         active = int(slave.active.sum())
         idle = "" if active == len(slave) else f", {active} of {len(slave)} points active"
-        rows.append((f"slave {name}", extent_of(said, bounds) + idle))
+        rows.append((f"slave {name}", extent_of(said, extent(slave)) + idle))
     return rows
 
 
@@ -103,7 +102,9 @@ def description(case: Case) -> str:
 def _placed(text: str, spec: object) -> str:
     steps = len(getattr(spec, "transform", []))
     moved = f", placed by {steps} transforms" if steps else ""
-    return text + moved + (", flipped" if getattr(spec, "flip", False) else "")
+    flipped = ", flipped" if getattr(spec, "flip", False) else ""
+    told = [entry.describe() for key in ("align", "place") if (entry := getattr(spec, key, None))]
+    return ", ".join([text + moved + flipped, *told])
 
 
 _DEFAULT_AREA = "facets cut where contact ends, else tributary"

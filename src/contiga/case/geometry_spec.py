@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
@@ -19,7 +19,8 @@ from pydantic import (
     model_validator,
 )
 
-from contiga.case.problems import first_problem
+from contiga.case.place_spec import AlignSpec, PlaceSpec
+from contiga.case.problems import first_problem, relocated
 from contiga.case.spec import (
     Axis,
     Count,
@@ -33,14 +34,17 @@ from contiga.case.spec import (
     listed_choice,
     suggest,
 )
-from contiga.errors import CaseError
+from contiga.errors import CaseError, InputError
 from contiga.geometry import shapes
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
 from contiga.masters.body import Body
+from contiga.masters.protocol import Master
 from contiga.num import transform
 from contiga.num.ordered import product
+from contiga.placement.place import Part
 from contiga.records import FloatArray
+from contiga.slaves.slave import Slave
 from contiga.triangles.trimesh import TriMesh
 
 Net = list[list[Vector]]
@@ -86,9 +90,11 @@ class TransformEntry(Spec):
 
 
 class Placed(Spec):
-    """What can be put elsewhere by `transform`, a list of steps applied in their order."""
+    """What can be put elsewhere: by the steps of `transform`, then by `align`, then by `place`."""
 
     transform: list[TransformEntry] = Field(default_factory=list)
+    align: AlignSpec | None = None
+    place: PlaceSpec | None = None
 
     @property
     def matrix(self) -> FloatArray:
@@ -97,6 +103,15 @@ class Placed(Spec):
         for entry in self.transform:
             matrix = product(entry.matrix, matrix)
         return matrix
+
+    def standing(self, part: Part, parts: Mapping[str, Master | Slave]) -> Part:
+        """`part` where it is to stand among those that stand already."""
+        for key, entry in (("align", self.align), ("place", self.place)):
+            try:
+                part = part if entry is None else entry.moved(part, parts)
+            except InputError as error:
+                raise relocated(error, key, "") from error
+        return part
 
 
 class _ShapeSpec(Spec):

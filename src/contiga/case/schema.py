@@ -23,6 +23,7 @@ from contiga.case.motion_spec import (
     BodyMotionSpec,
     FixedSpec,
     FreeSpec,
+    SeriesSpec,
     SlaveMotionSpec,
 )
 from contiga.case.points_spec import BodyPoints, PointsSpec
@@ -42,6 +43,7 @@ from contiga.case.spec import (
     suggest,
 )
 from contiga.case.spring_spec import SpringSpec
+from contiga.case.standing import order_of, references
 from contiga.dynamics.stepping import AutoSteps, EqualSteps
 from contiga.errors import CaseError, FileError
 from contiga.simulation.mechanism import GROUND
@@ -131,6 +133,17 @@ class SlaveSpec(Spec):
     mass: NotNegative | None = None
     """Of every node, in place of the file's."""
 
+    @model_validator(mode="after")
+    def _a_series_says_where_points_are(self) -> Self:
+        placed = [key for key in ("align", "place") if getattr(self.points, key) is not None]
+        if placed and isinstance(self.motion, SeriesSpec):
+            raise CaseError(
+                "does nothing: a series of files says where the points are",
+                where=f"points.{placed[0]}",
+                remedy="Place what it meets instead, or give the series a motion `then`",
+            )
+        return self
+
     @model_validator(mode="before")
     @classmethod
     def _points_of_a_body_go_with_it(cls, data: Any) -> Any:
@@ -182,6 +195,12 @@ class Case(Spec):
     def file(self) -> Path:
         """The file the case was read from."""
         return self._file
+
+    @property
+    def parts(self) -> dict[str, BodySpec | SlaveSpec]:
+        """Bodies and slaves by name."""
+        bodies: dict[str, BodySpec | SlaveSpec] = {part.name: part for part in self.body}
+        return bodies | {part.name: part for part in self.slave}
 
     @model_validator(mode="after")
     def _names_are_told_apart(self) -> Self:
@@ -238,6 +257,25 @@ class Case(Spec):
             for k, end in enumerate(spring.between):
                 if end != GROUND:
                     yield f"spring[{i}].between[{k}]", end
+
+    @model_validator(mode="after")
+    def _places_name_what_is_there(self) -> Self:
+        bodies = [part.name for part in self.body]
+        places = {name: f"body[{i}]" for i, name in enumerate(bodies)}
+        places |= {part.name: f"slave[{i}]" for i, part in enumerate(self.slave)}
+        for name, part in self.parts.items():
+            for key, other in references(part):
+                where = f"{places[name]}.{key}"
+                _check_defined(where, other, "body or slave", [*places], [])
+                if key.endswith("place.on") and not {name, other} & set(bodies):
+                    raise CaseError(
+                        "a slave cannot be placed on a slave: neither has a surface",
+                        where=where,
+                        found=other,
+                        allowed=", ".join(f'"{body}"' for body in bodies),
+                    )
+        order_of(self.parts)
+        return self
 
     @model_validator(mode="after")
     def _contacts_name_what_is_there(self) -> Self:

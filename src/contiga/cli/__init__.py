@@ -1,4 +1,4 @@
-"""The command line: ``contiga run | check | info | mesh | report | compare | convert | …``.
+"""The command line: ``contiga run | check | preview | info | mesh | report | compare | …``.
 
 Exit codes: 0 done, 1 the run failed, 2 the input is wrong. Wrong input gets one message on the
 error stream, never a traceback; ``CONTIGA_DEBUG=1`` shows the traceback of any failure.

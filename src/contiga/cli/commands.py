@@ -1,4 +1,4 @@
-"""The commands: ``contiga run | check | info | mesh | report | compare | convert | …``."""
+"""The commands: ``contiga run | check | preview | info | mesh | report | compare | …``."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from contiga.cli.compare import compare
 from contiga.cli.convert import convert
 from contiga.cli.help_pages import Command, Group, epilog
 from contiga.cli.options import CaseFile, Settings, load
+from contiga.cli.preview_case import preview_path, write_preview
 from contiga.cli.progress import progress_bar
 from contiga.errors import ContigaError, FileError, RunError
 from contiga.version import __version__
@@ -184,6 +185,10 @@ def _print_energy(summary: dict[str, Any]) -> None:
 def check(
     case: CaseFile,
     settings: Settings = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option("--picture", metavar="x.png|x.html", help="Write a preview, too."),
+    ] = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Fail with exit code 2 where there is a warning.")
     ] = False,
@@ -193,6 +198,7 @@ def check(
     from contiga.case.describe import describe, placed_parts
     from contiga.simulation.checks.finding import raise_findings
 
+    path = None if picture is None else preview_path(picture)
     loaded = load(case, settings)
     simulation = build(loaded)
     _table(describe(loaded))
@@ -201,6 +207,8 @@ def check(
     for name, part in simulation.bodies.items():
         print(f"\n{name}")
         _table(part.body.condition_rows())
+    if path is not None:
+        write_preview(simulation, path)
     findings = simulation.check()
     for finding in findings:
         print(f"warning: {finding}")
@@ -208,6 +216,22 @@ def check(
         raise_findings(findings)
     ready = f", with {len(findings)} warnings" if findings else ""
     print(f"{case} is ready to run{ready}")
+
+
+@app.command(cls=Command, epilog=epilog("preview"))
+def preview(
+    case: CaseFile,
+    out: Annotated[
+        Path,
+        typer.Option("-o", "--out", metavar="x.png|x.html", help="Picture or page to write."),
+    ],
+    settings: Settings = None,
+) -> None:
+    """Draw what stands where at the start of a case: free sides, ways, gaps. Nothing is run."""
+    from contiga.case.build import build
+
+    path = preview_path(out)
+    write_preview(build(load(case, settings)), path)
 
 
 @app.command(cls=Command, epilog=epilog("info"))

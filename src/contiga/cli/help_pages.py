@@ -19,9 +19,10 @@ _TEXTS: dict[str, tuple[str, tuple[str, ...]]] = {
         ),
     ),
     "check": (
-        "case.md",
+        "checks.md",
         ("contiga check case.toml", "contiga check case.toml --set contact[0].law.damping=0.2"),
     ),
+    "preview": ("command-line.md", ("contiga preview case.toml -o case.png",)),
     "info": ("meshes.md", ("contiga info part.step", "contiga info pad.k")),
     "mesh": (
         "meshes.md",

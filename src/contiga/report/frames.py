@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.records import FloatArray, IndexArray
-from contiga.report.peak import Outline, Peak, at_frame, rows_of
+from contiga.report.peak import Outline, Peak, at_frame, rows_of, seen_parts
 from contiga.report.run_folder import Units
 from contiga.report.shown import MANY, fields_of, region_colours
 from contiga.report.style import number
@@ -96,7 +96,7 @@ def frames_of(
         points = series.points(int(step))
         places = tuple(place_of(base[rows], points[rows]) for rows in parts)
         frames.append(_frame(scene, places, wanted))
-        ends += _ends(points)
+        ends += _ends(_in_focus(series, int(step), peak))
         # a few nodes at a rim say nothing of the rest, as in a picture of one step
         if scene.in_contact.sum() >= MANY:
             for name, field in fields_of(scene, units).items():
@@ -112,6 +112,14 @@ def frames_of(
         tops=tops,
         spans=spans(np.array(ends)),
     )
+
+
+def _in_focus(series: FieldSeries, step: int, peak: Peak) -> FloatArray:
+    """Where the parts that the peak is framed by are at a step; all that are seen without one."""
+    parts = seen_parts(series, step)
+    if peak.focus is None:
+        return np.concatenate(parts)
+    return np.concatenate([*(parts[k] for k in peak.focus.parts), peak.focus.corners])
 
 
 def _ends(points: FloatArray) -> list[FloatArray]:
@@ -193,6 +201,7 @@ def packed(frames: Frames, peak: Peak, units: Units) -> dict[str, Any]:
         "body": base64(peak.body_points),
         "slave": base64(peak.slave_points),
         "facets": base64(peak.slave_triangles, np.int32),
+        "idle": [] if peak.active is None else np.flatnonzero(~peak.active).tolist(),
         "frames": [_packed_frame(frame, keys) for frame in frames.frames],
     }
 

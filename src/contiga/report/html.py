@@ -16,12 +16,13 @@ from contiga.report.html_tables import (
 )
 from contiga.report.lines import PLOT_CONFIG
 from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
-from contiga.report.plots import energy_figure, history_figures
+from contiga.report.plots import energy_figure, history_figures, touched
 from contiga.report.run_folder import Run
 from contiga.report.space import VIEW_CONFIG, View
 from contiga.report.style import number
 from contiga.report.style import page as styled
 
+_NARROW = ' style="max-width: 640px"'
 _BODY_BUTTONS = """
 <div class="choice" role="group" aria-label="How the body is drawn" data-what="body">
 <button data-opacity="1" aria-pressed="false">Solid body</button>
@@ -51,9 +52,7 @@ def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float |
         _heading(run, escape(title)),
         key_figures(run),
         _pictures(run, still, view, peak_time),
-        "<h2>Over time</h2>",
-        _panels(history_figures(run, peak_time), "history"),
-        _peak_note(peak_time),
+        _over_time(run, peak_time),
         _energy(run, peak_time),
         _bodies(run, peak_time),
         _sensors(run, peak_time),
@@ -89,15 +88,20 @@ def _pictures(run: Run, still: bytes | None, view: View | None, peak_time: float
             'Add <code>"vtkhdf"</code> to <code>formats</code> in <code>[output]</code> '
             "of the case for pictures.</p>"
         )
-    when = f"{peak_time:g} {escape(run.units.time)}".strip() if peak_time is not None else ""
+    when = f"{number(peak_time)} {escape(run.units.time)}".strip() if peak_time is not None else ""
     image = b64encode(still).decode("ascii")
+    head = f"The peak, at t = {when}"
+    said = (
+        "The recorded time of greatest force, framed by what touches. Slave points are drawn "
+        f"where they are, so those in contact lie inside the body. {_still_note(view)}"
+    )
+    if not view.touches:
+        head, said = f"The scene, at t = {when}", "At no recorded time is a point in contact."
     return (
-        f"<h2>The peak, at t = {when}</h2>"
-        f'<figure><img alt="Body, slave and contact at the peak" '
+        f"<h2>{head}</h2>"
+        f'<figure><img alt="Body, slave and contact at the peak"{"" if view.touches else _NARROW} '
         f'src="data:image/png;base64,{image}">'
-        '<figcaption class="caption">The recorded time of greatest force. Slave points are drawn '
-        "where they are, so those in contact lie inside the body. "
-        f"{_still_note(view)}</figcaption></figure>"
+        f'<figcaption class="caption">{said}</figcaption></figure>'
         f"<h2>Turn it about</h2>{_view(view)}"
     )
 
@@ -185,6 +189,20 @@ def _sensors(run: Run, peak_time: float | None) -> str:
     if not panels and not table:
         return ""
     return f'<h2>Sensors</h2><div class="wide">{table}</div>{panels}'
+
+
+def _over_time(run: Run, peak_time: float | None) -> str:
+    """Figures of the contacts; what has nothing to show is said in a sentence instead."""
+    figures = history_figures(run, peak_time)
+    silent = [name for name in run.contacts if not touched(run, name)]
+    note = ""
+    if len(silent) == len(run.contacts):
+        note = "No point came into contact: force, penetration and area are zero throughout."
+    elif silent:
+        note = f"No point came into contact in {escape(', '.join(silent))}."
+    panels = _panels(figures, "history") + _peak_note(peak_time) if figures else ""
+    said = f"<p>{note}</p>" if note else ""
+    return f"<h2>Over time</h2>{panels}{said}" if panels or said else ""
 
 
 def _panels(figures: list[Any], name: str) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.records import IN_CONTACT, FloatArray, IntArray
+from contiga.report.focus import Focus, focus_of
 
 if TYPE_CHECKING:
     from contiga.io.out.outlines import OutlineSeries
@@ -49,6 +50,21 @@ class Peak(NamedTuple):
     """(n_s,) number of the region of contact, −1 outside; None where the run recorded none."""
     outlines: tuple[Outline, ...] = ()
     """Lines around the regions of contact."""
+    active: NDArray[np.bool_] | None = None
+    """(n_s,) points that take part in contact; None where all do."""
+    focus: Focus | None = None
+    """What the pictures are framed by; None for all there is."""
+    framed: FloatArray | None = None
+    """(k, 3) the same as points; None for all there is."""
+
+    @property
+    def seen(self) -> FloatArray:
+        """(k, 3) points that are to be in a picture of the scene."""
+        if self.framed is not None:
+            return self.framed
+        active = slice(None) if self.active is None else self.active
+        points = np.vstack([self.body_points, self.slave_points[active]])
+        return np.asarray(points[np.isfinite(points).all(axis=1)])
 
 
 def stacked(series: FieldSeries, frame: int, kind: str) -> tuple[FloatArray, IntArray, IntArray]:
@@ -91,6 +107,7 @@ def at_frame(series: FieldSeries, frame: int, outlines: OutlineSeries | None = N
     body_points, body_triangles, _ = stacked(series, frame, "body")
     slave_points, slave_triangles, rows = stacked(series, frame, "slave")
     status = np.asarray(series.data(frame, "contact_status"))[rows]
+    active = status >= 0  # bodies, and nodes that take no part, have none
     in_contact = np.isin(status, [int(member) for member in IN_CONTACT])
     penetration = np.where(in_contact, np.asarray(series.data(frame, "penetration"))[rows], 0.0)
     pressure = cluster = None
@@ -102,19 +119,47 @@ def at_frame(series: FieldSeries, frame: int, outlines: OutlineSeries | None = N
     normal = np.where(in_contact[:, None], np.nan_to_num(normal), 0.0)
     mean = normal.sum(axis=0)
     length = float(np.linalg.norm(mean))
+    focus, framed = _focus(
+        series, frame, slave_points[in_contact], float(penetration.max(initial=0.0))
+    )
     return Peak(
         time=float(series.times[frame]),
         body_points=body_points,
         body_triangles=body_triangles,
         slave_points=slave_points,
-        slave_triangles=slave_triangles,
+        slave_triangles=slave_triangles[active[slave_triangles].all(axis=1)],
         in_contact=in_contact,
         penetration=penetration,
         direction=mean / length if length > 0.0 else mean,
         pressure=pressure,
         cluster=cluster,
         outlines=_lines(outlines, frame),
+        active=None if active.all() else active,
+        focus=focus,
+        framed=framed,
     )
+
+
+def seen_parts(series: FieldSeries, frame: int) -> list[FloatArray]:
+    """Points (n, 3) of each part at a recorded time, of slaves those that take part in contact."""
+    points = np.asarray(series.points(frame), dtype=np.float64)
+    status = np.asarray(series.data(frame, "contact_status"))
+    found = []
+    for part in series.parts:
+        rows = series.rows(part.name)
+        found.append(points[rows] if part.kind == "body" else points[rows][status[rows] >= 0])
+    return found
+
+
+def _focus(
+    series: FieldSeries, frame: int, patch: FloatArray, depth: float
+) -> tuple[Focus | None, FloatArray | None]:
+    parts = seen_parts(series, frame)
+    focus = focus_of(parts, patch, depth)
+    if focus is None:
+        return None, None
+    framed = np.concatenate([*(parts[k] for k in focus.parts), focus.corners])
+    return focus, framed[np.isfinite(framed).all(axis=1)]
 
 
 def _lines(outlines: OutlineSeries | None, frame: int) -> tuple[Outline, ...]:

@@ -34,11 +34,24 @@ _OF_SYSTEM = ("kinetic", "strain", "contact", "friction", "damping", "hysteresis
 
 def history_figures(run: Run, peak_time: float | None) -> list[Any]:
     """Force, penetration, area and count over time, a figure each, one line a contact; and where
-    the work done on all contacts went, if no energies of the whole system say it."""
-    figures = [_panel(run, peak_time, *panel) for panel in _PANELS]
+    the work done on all contacts went, if no energies of the whole system say it.
+
+    What is zero throughout has no figure, and a contact that never touches no line.
+    """
+    figures = [_panel(run, peak_time, *panel) for panel in _PANELS if _has(run, panel[0])]
     if not run.energy and (figure := _contact_energies(run, peak_time)) is not None:
         figures.append(figure)
     return figures
+
+
+def _has(run: Run, column: str) -> bool:
+    return any(largest(columns.get(column)) > 0.0 for columns in run.contacts.values())
+
+
+def touched(run: Run, contact: str) -> bool:
+    """Whether a point of a contact ever came into contact."""
+    columns = run.contacts[contact]
+    return any(largest(columns.get(name)) > 0.0 for name in ("n_contact", "force"))
 
 
 def _panel(run: Run, peak_time: float | None, column: str, label: str, kind: str) -> Any:
@@ -49,7 +62,7 @@ def _panel(run: Run, peak_time: float | None, column: str, label: str, kind: str
     alone = len(run.contacts) == 1
     components = alone and column == "force" and _force_components(figure, run)
     for i, (name, columns) in enumerate(run.contacts.items()):
-        if column in columns:
+        if column in columns and (alone or touched(run, name)):
             name = "magnitude" if components else name
             colour = LINES[i % len(LINES)]
             # areas are measured at the written steps: the line goes on between them

@@ -120,7 +120,7 @@ def read_run(folder: Path) -> Run:
         times=history.get("time", np.zeros(0)),
         contacts=owners.contacts,
         case_text=case.read_text(encoding="utf-8") if case.is_file() else "",
-        units=_units(summary.get("units") or {}),
+        units=units_of(summary.get("units") or {}),
         bodies=owners.bodies,
         sensors=owners.sensors,
         energy=owners.energy,
@@ -178,7 +178,8 @@ def read_outlines(run: Run) -> OutlineSeries | None:
     return read(path)
 
 
-def _units(named: dict[str, str]) -> Units:
+def units_of(named: dict[str, str]) -> Units:
+    """All names of units that follow from those of length, mass and time."""
     length, mass, time = (str(named.get(kind) or "") for kind in ("length", "mass", "time"))
     if not (length and mass and time):
         return Units(length, mass, time, "", "", "", "")

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from contiga.records import FloatArray
 from contiga.report import shading
 from contiga.report.camera import Camera, look, project, unit
+from contiga.report.labels import spread
 from contiga.report.peak import Peak
 from contiga.report.run_folder import Units
 from contiga.report.shown import Shown, first_field, region_colours
-from contiga.report.style import colour_map
+from contiga.report.style import colour_map, number
 
 Picture = NDArray[np.float32]
 
@@ -23,6 +24,8 @@ SLAVE = np.array([0.90, 0.88, 0.83])
 INK = np.array([0.13, 0.15, 0.18])
 _SAMPLES = 2
 """Pixels drawn per pixel shown, in each direction."""
+_CHARACTER = np.array([9.0, 18.0])
+"""Width and height of a character of the labels, pixels shown."""
 _LABELS = 12
 """Regions that are named in the picture; more names would hide it."""
 
@@ -47,10 +50,8 @@ def outside_direction(peak: Peak) -> FloatArray:
 
 
 def outside_view(peak: Peak, size: tuple[int, int]) -> Camera:
-    """The whole scene from the side, a little from above and from behind the body."""
-    points = np.vstack([peak.body_points, peak.slave_points])
-    points = points[np.isfinite(points).all(axis=1)]
-    return look(outside_direction(peak), upwards(peak), points, size)
+    """What touches, or all, from the side, a little from above and from behind the body."""
+    return look(outside_direction(peak), upwards(peak), peak.seen, size)
 
 
 def through_view(peak: Peak, size: tuple[int, int]) -> Camera:
@@ -62,7 +63,7 @@ def through_view(peak: Peak, size: tuple[int, int]) -> Camera:
     patch = peak.slave_points[peak.in_contact]
     centre = (patch.min(axis=0) + patch.max(axis=0)) / 2.0
     # enough of the part around the contact to see where on it that is
-    least = 0.06 * float(np.ptp(peak.body_points, axis=0).max())
+    least = 0.06 * float(np.ptp(peak.seen, axis=0).max())
     reach = max(1.7, least / max(float(np.abs(patch - centre).max()), 1e-300))
     return look(towards, up, centre + reach * (patch - centre), size)
 
@@ -70,8 +71,11 @@ def through_view(peak: Peak, size: tuple[int, int]) -> Camera:
 def _slave_layer(camera: Camera, peak: Peak) -> shading.Layer:
     if len(peak.slave_triangles):
         return shading.mesh_layer(camera, peak.slave_points, peak.slave_triangles)
-    radius = float(np.clip(0.35 * camera.size[0] / np.sqrt(len(peak.slave_points) + 1.0), 3, 14))
-    return shading.cloud_layer(camera, peak.slave_points, radius)
+    points = peak.slave_points
+    if peak.active is not None:  # a point that is nowhere is not drawn
+        points = np.where(peak.active[:, None], points, np.nan)
+    radius = float(np.clip(0.35 * camera.size[0] / np.sqrt(len(points) + 1.0), 3, 14))
+    return shading.cloud_layer(camera, points, radius)
 
 
 def slave_colours(layer: shading.Layer, peak: Peak, shown: Shown) -> FloatArray:
@@ -83,7 +87,7 @@ def slave_colours(layer: shading.Layer, peak: Peak, shown: Shown) -> FloatArray:
 
 def render(camera: Camera, peak: Peak, shown: Shown, *, through: bool) -> Picture:
     """(h, w, 3) picture; with `through` the body is only hinted at."""
-    span = float(np.ptp(np.nan_to_num(camera.axes @ peak.body_points.T)))
+    span = float(np.ptp(camera.axes @ peak.seen.T))
     # single precision is plenty for eight bits a colour and halves the memory
     picture = np.ones((*camera.size, 3), dtype=np.float32)
     body = shading.mesh_layer(camera, peak.body_points, peak.body_triangles)
@@ -137,19 +141,24 @@ def _label_outlines(axes: Any, camera: Camera, peak: Peak) -> None:
     from matplotlib.patheffects import withStroke
 
     colours = region_colours(peak.outlines)
-    for key, colour in list(colours.items())[:_LABELS]:
+    several = len({contact for contact, _ in colours}) > 1
+    names, tops = [], np.zeros((0, 2))
+    for key in list(colours)[:_LABELS]:
         lines = [o.points for o in peak.outlines if (o.contact, o.cluster) == key]
         screen = project(camera, np.concatenate(lines)) / _SAMPLES
         top = screen[np.argmin(screen[:, 1])]
-        several = len({contact for contact, _ in colours}) > 1
+        tops = np.concatenate([tops, [[top[0], top[1] - 16.0]]])
+        names.append(f"cluster {key[0]}.{key[1]}" if several else f"cluster {key[1]}")
+    sizes = np.array([[len(name), 1.0] for name in names]).reshape(-1, 2) * _CHARACTER
+    places = spread(tops, sizes, np.array(camera.size[::-1]) / _SAMPLES)
+    for name, at, colour in zip(names, places, colours.values(), strict=False):
         axes.text(
-            top[0],
-            top[1] - 8.0,
-            f"cluster {key[0]}.{key[1]}" if several else f"cluster {key[1]}",
+            *at,
+            name,
             color=colour,
             fontsize=12,
             ha="center",
-            va="bottom",
+            va="center",
             path_effects=[withStroke(linewidth=3.0, foreground="white", alpha=0.85)],
         )
 
@@ -169,22 +178,24 @@ def draw_still(peak: Peak, path: Path, units: Units) -> None:
 
     rows, columns = 720, 760
     size = (rows * _SAMPLES, columns * _SAMPLES)
-    views = (
-        (outside_view(peak, size), False, f"At t = {peak.time:g} {units.time}"),
-        (through_view(peak, size), True, "The contact, seen through the body"),
-    )
+    touches = bool(peak.in_contact.any())
+    when = f"At t = {number(peak.time)} {units.time}".rstrip()
+    views = [(outside_view(peak, size), False, when if touches else f"{when}, nothing touches")]
+    if touches:
+        views.append((through_view(peak, size), True, "The contact, seen through the body"))
     shown = first_field(peak, units)
-    figure = Figure(figsize=(16.4, 8.4), dpi=100, facecolor="white")
+    figure = Figure(figsize=(16.4 if touches else 7.7, 8.4), dpi=100, facecolor="white")
     FigureCanvasAgg(figure)
     for k, (camera, through, title) in enumerate(views):
-        axes = figure.add_axes((0.005 + 0.466 * k, 0.03, 0.4634, 0.857))
+        frame = (0.005 + 0.466 * k, 0.03, 0.4634, 0.857) if touches else (0.005, 0.03, 0.99, 0.857)
+        axes = figure.add_axes(frame)
         picture = render(camera, peak, shown, through=through)
         axes.imshow(shading.shrunk(picture, _SAMPLES))
         axes.set_axis_off()
         axes.text(0.03, 1.03, title, transform=axes.transAxes, fontsize=15, color=INK, va="bottom")
         if through:
             _label_outlines(axes, camera, peak)
-    if peak.in_contact.any():
+    if touches:
         _colour_bar(figure, shown)
     figure.savefig(path, format="png")
 

@@ -42,6 +42,8 @@ class View(NamedTuple):
     """What colours the figure first."""
     outlined: bool
     """Whether the peak has lines around its regions."""
+    touches: bool
+    """Whether a point is in contact at the peak."""
 
 
 def view_of(peak: Peak, frames: Frames, units: Units) -> View:
@@ -49,7 +51,7 @@ def view_of(peak: Peak, frames: Frames, units: Units) -> View:
     import plotly.graph_objects as go
 
     figure = go.Figure()
-    figure.add_trace(_mesh(peak.body_points, peak.body_triangles, "body", BODY, GLASS))
+    figure.add_trace(mesh_trace(peak.body_points, peak.body_triangles, "body", BODY, GLASS))
     fields = {
         name: shown._replace(top=frames.tops[name])
         for name, shown in fields_of(peak, units).items()
@@ -61,14 +63,15 @@ def view_of(peak: Peak, frames: Frames, units: Units) -> View:
     slave, contact = looks[first]
     figure.add_trace(_slave_trace(peak, slave))
     marker = {**contact, "line": {"width": 0.5, "color": INK}}
-    figure.add_trace(_dots(peak.slave_points[peak.in_contact], "in contact", 3.2, marker))
+    figure.add_trace(dots(peak.slave_points[peak.in_contact], "in contact", 3.2, marker))
     for key, colour in region_colours(frames.regions).items():
         figure.add_trace(_outline(peak, frames.regions, key, colour))
     _in_space(figure, peak, frames, units)
     data = packed(frames, peak, units)
     data |= {"field": first, "looks": {name: _restyle(*look) for name, look in looks.items()}}
     note = with_unit(fields[first].label, fields[first].unit)
-    return View(figure, data, len(frames.frames), frames.recorded, note, bool(peak.outlines))
+    told = (bool(peak.outlines), bool(peak.in_contact.any()))
+    return View(figure, data, len(frames.frames), frames.recorded, note, *told)
 
 
 def _in_space(figure: Any, peak: Peak, frames: Frames, units: Units) -> None:
@@ -89,7 +92,7 @@ def _in_space(figure: Any, peak: Peak, frames: Frames, units: Units) -> None:
                 "projection": {"type": "perspective"},
             },
             **{
-                f"{a}axis": _axis(with_unit(a, units.length)) | {"range": span}
+                f"{a}axis": space_axis(with_unit(a, units.length)) | {"range": span}
                 for a, span in zip("xyz", frames.spans, strict=True)
             },
         },
@@ -99,8 +102,9 @@ def _in_space(figure: Any, peak: Peak, frames: Frames, units: Units) -> None:
 def _slave_trace(peak: Peak, look: dict[str, Any]) -> Any:
     """The slave's facets as `look` colours them, or the points of a cloud that touch nothing."""
     if not len(peak.slave_triangles):
-        return _dots(peak.slave_points[~peak.in_contact], "slave", 2.0, {"color": MUTED})
-    trace = _mesh(peak.slave_points, peak.slave_triangles, "slave", SLAVE, 1.0)
+        free = ~peak.in_contact if peak.active is None else peak.active & ~peak.in_contact
+        return dots(peak.slave_points[free], "slave", 2.0, {"color": MUTED})
+    trace = mesh_trace(peak.slave_points, peak.slave_triangles, "slave", SLAVE, 1.0)
     trace.update(showscale=False, **look)
     return trace
 
@@ -194,7 +198,7 @@ def _xyz(vector: Any) -> dict[str, float]:
     return dict(zip("xyz", (float(c) for c in vector), strict=True))
 
 
-def _axis(title: str) -> dict[str, Any]:
+def space_axis(title: str) -> dict[str, Any]:
     return {
         "title": {"text": title, "font": {"size": 11}},
         "showbackground": False,
@@ -204,7 +208,7 @@ def _axis(title: str) -> dict[str, Any]:
     }
 
 
-def _mesh(points: Any, triangles: Any, name: str, colour: str, opacity: float) -> Any:
+def mesh_trace(points: Any, triangles: Any, name: str, colour: str, opacity: float) -> Any:
     import plotly.graph_objects as go
 
     x, y, z = points.astype(np.float32).T
@@ -226,7 +230,7 @@ def _mesh(points: Any, triangles: Any, name: str, colour: str, opacity: float) -
     )
 
 
-def _dots(points: Any, name: str, size: float, marker: dict[str, Any]) -> Any:
+def dots(points: Any, name: str, size: float, marker: dict[str, Any]) -> Any:
     import plotly.graph_objects as go
 
     x, y, z = points.astype(np.float32).T

@@ -53,6 +53,7 @@
   function others(rows, count) {
     var inside = new Uint8Array(count), out = [];
     rows.forEach(function (row) { inside[row] = 1; });
+    data.idle.forEach(function (row) { inside[row] = 1; });
     for (var i = 0; i < count; i++) if (!inside[i]) out.push(i);
     return out;
   }

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from contiga.geometry.surface import NurbsSurface
     from contiga.masters.protocol import Master
+    from contiga.triangles.trimesh import TriMesh
 
 _SAMPLES = 2
 """Pixels drawn per pixel shown, in each direction."""
@@ -71,14 +72,22 @@ class View:
         opacity: float = 1.0,
         *,
         hides: bool = True,
+        back: str | None = None,
     ) -> View:
-        """Shade a surface, with its borders inked; what is behind it is hidden if `hides`."""
+        """Shade a surface, with its borders inked; what is behind it is hidden if `hides`.
+
+        `back` is the colour of the contact side, where the eye sees that one.
+        """
         from matplotlib.colors import to_rgb
 
         mesh = shape.tessellate(_TOLERANCE * self._span)
         layer = shading.mesh_layer(self._camera, mesh.vertices, mesh.triangles)
         front = (layer.buffer.depth < self._depth)[layer.seen]
-        light = shading.lit(layer, np.array(to_rgb(colour)), self._span)
+        colours = np.array(to_rgb(colour))
+        if back is not None:
+            turned = self._turned_away(mesh)[layer.buffer.owner[layer.seen]]
+            colours = np.where(turned[:, None], to_rgb(back), colours)
+        light = shading.lit(layer, colours, self._span)
         under = self._picture[layer.seen]
         cover = np.where(front, opacity, 0.0)[:, None]
         self._picture[layer.seen] = cover * light + (1.0 - cover) * under
@@ -89,6 +98,12 @@ class View:
         if hides:
             self._depth = nearest
         return self
+
+    def _turned_away(self, mesh: TriMesh) -> NDArray[np.bool_]:
+        """(m,) triangles whose contact side the eye sees."""
+        corners = mesh.corners()
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        return np.asarray(((corners[:, 0] - self._camera.eye) * normals).sum(axis=1) > 0.0)
 
     def lines(self, points: ArrayLike, **style: Any) -> View:
         """A polyline through (k, 3) `points`, with matplotlib's line styles."""
@@ -167,6 +182,14 @@ class View:
             x, y = origin + 1.35 * length * axis
             if np.linalg.norm(axis) > 0.2:
                 self._axes.text(x, y, name, ha="center", va="center", fontsize=7.5, color=MUTED)
+
+    def placed(self, points: ArrayLike) -> FloatArray:
+        """(n, 2) where (n, 3) points are in the picture: columns and rows from the upper left."""
+        return self._placed(np.asarray(points, dtype=np.float64).reshape(-1, 3))[0]
+
+    def sees(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """(n,) which of (n, 3) points nothing that has been shaded hides."""
+        return self._placed(np.asarray(points, dtype=np.float64).reshape(-1, 3))[1]
 
     def _placed(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """(n, 2) places in the picture and (n,) whether nothing hides them."""

@@ -65,8 +65,9 @@ class Fields:
         slaves = [state.slaves[name].points for name in self._model.slaves]
         points = np.concatenate(bodies + slaves)
         data = self._blank(len(points), first)
-        for name in self._model.slaves:
+        for name, slave in self._model.slaves.items():
             n = len(state.slaves[name].points)
+            data["contact_status"][first : first + n][~slave.slave.active] = -1
             for part in self._model.contacts:
                 if part.slave == name:
                     _add(data, slice(first, first + n), state.contacts[part.name])

@@ -313,6 +313,29 @@ def test_check_says_of_a_body_whether_it_is_closed(command: Command, case: Path)
     assert re.search(r"surface +(closed|open, \d+ free edges)", out)
 
 
+@pytest.mark.parametrize("suffix", [".png", ".html"])
+def test_preview_and_check_write_what_stands_where(
+    command: Command, case: Path, suffix: str
+) -> None:
+    first, second = (case.with_name(f"{name}{suffix}") for name in ("a", "b"))
+    code, out, err = command("preview", case, "-o", first)
+    assert (code, out, err) == (0, f"preview: {first}\n", "")
+    code, out, _ = command("check", case, "--picture", second)
+    assert code == 0
+    assert out.endswith(f"is ready to run\npreview: {second}\n")
+    assert first.read_bytes()[:4] == (b"\x89PNG" if suffix == ".png" else b"<!do")
+
+
+@pytest.mark.parametrize("name", ["x.pdf", "missing/x.png"])
+def test_a_preview_that_cannot_be_written_is_one_message(
+    command: Command, case: Path, name: str
+) -> None:
+    code, _, err = command("preview", case, "-o", case.parent / name)
+    assert code == 2
+    assert err.count("contiga: error:") == 1
+    assert [*case.parent.iterdir()] == [case]
+
+
 @pytest.mark.parametrize("suffix", [".step", ".iges", ".xml", ".3dm", ".off", ".vtu"])
 def test_info_of_garbage_is_one_message(command: Command, tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"garbage{suffix}"

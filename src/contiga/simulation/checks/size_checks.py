@@ -93,7 +93,7 @@ def _far(scene: Scene, body: str, at: FloatArray, where: str) -> Iterator[Findin
 
 
 def _point(at: FloatArray) -> str:
-    return "[" + ", ".join(f"{x:.4g}" for x in at) + "]"
+    return "[" + ", ".join(f"{x:.6g}" for x in at) + "]"
 
 
 def extent_of(said: Said, bounds: FloatArray) -> str:

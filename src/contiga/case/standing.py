@@ -1,0 +1,52 @@
+"""Which bodies and slaves of a case are placed by which others, and in what order they are made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from contiga.case.points_spec import BodyPoints
+from contiga.errors import CaseError
+
+if TYPE_CHECKING:
+    from contiga.case.schema import BodySpec, SlaveSpec
+
+
+def references(part: BodySpec | SlaveSpec) -> Iterator[tuple[str, str]]:
+    """Keys of a body or slave that name what it is placed by, and the names."""
+    key = "points" if hasattr(part, "points") else "geometry"
+    placed = getattr(part, key)
+    if isinstance(placed, BodyPoints):
+        yield f"{key}.body", placed.body
+    if placed.align is not None and placed.align.to is not None:
+        yield f"{key}.align.to", placed.align.to
+    if placed.place is not None:
+        yield f"{key}.place.on", placed.place.on
+
+
+def order_of(parts: Mapping[str, BodySpec | SlaveSpec]) -> list[str]:
+    """The names so that each comes after those it is placed by, else as they stand in the file.
+
+    Raises
+    ------
+    CaseError
+        Parts are placed by one another in a circle; the message names it.
+    """
+    order: list[str] = []
+
+    def visit(name: str, way: tuple[str, ...]) -> None:
+        if name in way:
+            circle = " by ".join([*way[way.index(name) :], name])
+            raise CaseError(
+                "bodies and slaves are placed by one another in a circle",
+                found=circle,
+                allowed="one of them that stands by itself",
+            )
+        if name not in order:
+            for _, other in references(parts[name]):
+                visit(other, (*way, name))
+            order.append(name)
+
+    for name in parts:
+        visit(name, ())
+    return order

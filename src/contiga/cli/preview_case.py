@@ -1,0 +1,36 @@
+"""Writing the preview of a case: where to, refused early, and the line that says so."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from contiga.extras import require
+
+if TYPE_CHECKING:
+    from contiga.simulation.simulation import Simulation
+
+
+def preview_path(path: Path) -> Path:
+    """Where a preview is to be written, refused before files are read if it cannot be.
+
+    Raises
+    ------
+    FileError
+        Neither a picture nor a page.
+    MissingPackageError
+        What draws it is not installed.
+    """
+    from contiga.previewing.preview import check_suffix
+
+    check_suffix(path)
+    require("a preview", "matplotlib" if path.suffix.lower() == ".png" else "plotly")
+    return path
+
+
+def write_preview(simulation: Simulation, path: Path) -> None:
+    """Write the preview of a simulation and say where it is."""
+    from contiga.previewing.preview import preview
+
+    preview(simulation).save(path)
+    print(f"preview: {path}")

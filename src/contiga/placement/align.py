@@ -1,0 +1,167 @@
+"""Laying a part along another's box, or its principal axes along x, y and z."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from contiga.errors import InputError
+from contiga.masters.protocol import Master
+from contiga.num import transform
+from contiga.num.ordered import principal_axes, product
+from contiga.placement.place import Part, check_part
+from contiga.placement.sample import extent, points_of
+from contiga.records import FloatArray
+from contiga.slaves.slave import Slave
+
+AXES = ("x", "y", "z")
+_ALIKE = 1e-6
+"""Part of the largest second moment within which two are one: no axes between them are told."""
+_HALF_TURNS = np.array(
+    [np.diag(d) for d in ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))], float
+)
+
+
+def align(
+    thing: Part,
+    *,
+    to: Master | Slave | None = None,
+    centres: Iterable[str] = (),
+    lows: Iterable[str] = (),
+    highs: Iterable[str] = (),
+    axes: str | None = None,
+) -> Part:
+    """`thing` turned so that its principal axes lie along x, y, z, then moved box to box.
+
+    The box of a slave is that of its active points; that of a body is the exact one.
+
+    Parameters
+    ----------
+    thing : a body or slave, which stays as it is
+    to : the body or slave whose box counts; the origin if omitted
+    centres : of "x", "y", "z": the middles of both boxes meet there
+    lows, highs : the same for their low and their high ends
+    axes : "principal": the longest of the principal axes along x, the shortest along z, by the
+        smallest turn about the centre, which stays. Of a closed body those of its inertia; of an
+        open one those of its area; of a slave those of its active points. Axes that are alike are
+        not told apart: a ball is not turned at all.
+
+    Returns
+    -------
+    of the kind of `thing`
+
+    Raises
+    ------
+    InputError
+        Nothing to align is named, an axis is none or named twice, `axes` is no known kind.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> rod = cg.Body(cg.shapes.cylinder(radius=1.0, height=8.0))
+    >>> pad = cg.Slave([[0.0, 0.0, 1.0], [10.0, 4.0, 3.0]])
+    >>> laid = cg.align(rod, to=pad, centres="xy", lows="z", axes="principal")
+    >>> laid.bounds().round(9).tolist()
+    [[1.0, 1.0, 1.0], [9.0, 3.0, 3.0]]
+    """
+    check_part(thing, "thing")
+    if to is not None:
+        check_part(to, "to")
+    ends = check_choices(centres, lows, highs, axes)
+    if axes is not None:
+        thing = thing.transformed(_turn_to_axes(thing))
+    if not ends:
+        return thing
+    own = extent(thing)
+    there = np.zeros((2, 3)) if to is None else extent(to)
+    way = np.zeros(3)
+    for axis, weight in ends.items():
+        way[axis] = product(weight, there[:, axis] - own[:, axis])
+    return thing.transformed(transform.translation(way))
+
+
+def check_choices(
+    centres: Iterable[str], lows: Iterable[str], highs: Iterable[str], axes: str | None
+) -> dict[int, tuple[float, float]]:
+    """What of each axis is brought together: shares of the low and the high end of a box.
+
+    Raises
+    ------
+    InputError
+        As `align`.
+    """
+    if axes not in (None, "principal"):
+        raise InputError("unknown axes", where="axes", found=axes, allowed='"principal"')
+    ends: dict[int, tuple[float, float]] = {}
+    named = (
+        ("centres", centres, (0.5, 0.5)),
+        ("lows", lows, (1.0, 0.0)),
+        ("highs", highs, (0.0, 1.0)),
+    )
+    for key, chosen, weight in named:
+        for name in chosen:
+            if name not in AXES:
+                raise InputError("not an axis", where=key, found=name, allowed='"x", "y", "z"')
+            if AXES.index(name) in ends:
+                raise InputError(
+                    "an axis is aligned twice", where=key, found=name, allowed="each axis once"
+                )
+            ends[AXES.index(name)] = weight
+    if not ends and axes is None:
+        raise InputError(
+            "says nothing to align",
+            allowed='centres, lows or highs of "x", "y", "z", or axes = "principal"',
+        )
+    return ends
+
+
+def _turn_to_axes(part: Master | Slave) -> FloatArray:
+    """The smallest turn about its centre that lays the principal axes along x, y and z."""
+    centre, second = _second_moments(part)
+    sizes, rows = principal_axes(second)
+    alike = sizes[:2] - sizes[1:] <= _ALIKE * sizes[0]
+    if alike.all():
+        return np.eye(4)
+    if alike.any():
+        single = 0 if alike[1] else 2
+        turn = _shortest(rows[single], np.eye(3)[single])
+    else:
+        rows[2] = np.cross(rows[0], rows[1])
+        turns = [product(half, rows) for half in _HALF_TURNS]
+        turn = turns[int(np.argmax([np.trace(one) for one in turns]))]
+    matrix = np.eye(4)
+    matrix[:3, :3] = turn
+    matrix[:3, 3] = centre - product(turn, centre)
+    return matrix
+
+
+def _shortest(axis: FloatArray, target: FloatArray) -> FloatArray:
+    """The smallest rotation that lays the line of the unit vector `axis` along `target`."""
+    toward = axis if float((axis * target).sum()) >= 0.0 else -axis
+    normal = np.cross(toward, target)
+    sine = float(np.sqrt(np.square(normal).sum()))
+    if sine == 0.0:
+        return np.eye(3)
+    angle = float(np.arctan2(sine, (toward * target).sum()))
+    return transform.rotation(normal, angle)[:3, :3]
+
+
+def _second_moments(part: Master | Slave) -> tuple[FloatArray, FloatArray]:
+    """Centre (3,) and second moments (3, 3) about it: of volume, of area, or of points."""
+    if isinstance(part, Slave):
+        points = points_of(part)
+        centre = points.mean(axis=0)
+        return centre, np.einsum("ni,nj->ij", points - centre, points - centre)
+    if part.closed:
+        own = part.mass_properties(1.0)
+        return own.centre, 0.5 * np.trace(own.inertia) * np.eye(3) - own.inertia
+    mesh = part.tessellate(1e-4 * part.size)
+    corners, area = mesh.corners(), mesh.areas()
+    centre = np.einsum("m,mi->i", area, corners.mean(axis=1)) / area.sum()
+    arms = corners - centre
+    middle = arms.sum(axis=1)
+    # Of a triangle exactly: a twelfth of its area times the corners' and their sum's squares.
+    second = np.einsum("m,mci,mcj->ij", area, arms, arms)
+    second += np.einsum("m,mi,mj->ij", area, middle, middle)
+    return centre, second / 12.0

@@ -1,0 +1,131 @@
+"""Two parts, the gaps between them, and how these change as one of them is moved along a line."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.errors import InputError
+from contiga.masters.protocol import Master
+from contiga.placement.sample import SPACING, points_of, sharpened
+from contiga.records import FloatArray, IndexArray
+from contiga.slaves.slave import Slave
+
+_STARTS = 12
+"""Places from which the closest ones of two bodies are sharpened, at most."""
+_FIRST = 64
+"""Points that are asked first for the smallest gap."""
+
+
+class _Leg(NamedTuple):
+    """Points of one part before the other, a body."""
+
+    home: Master | Slave
+    master: Master
+    way: FloatArray
+    """(3,) how the points move in the master's frame as the moved part does."""
+
+
+class Pair:
+    """Two parts, the first of which can be moved along a line.
+
+    Between a body and a slave the gap is that of the slave's active points. Between two bodies it
+    is that of a sample of each before the other, among which `sharpen` puts the closest places.
+
+    Parameters
+    ----------
+    moved, other : bodies or slaves, at least one of them a body
+    way : (3,) unit vector of the line
+
+    Raises
+    ------
+    InputError
+        Two slaves: there is no surface to measure a gap from.
+    """
+
+    def __init__(self, moved: Master | Slave, other: Master | Slave, way: FloatArray) -> None:
+        legs = []
+        if not isinstance(other, Slave):
+            legs.append(_Leg(moved, other, way))
+        if not isinstance(moved, Slave):
+            legs.append(_Leg(other, moved, -way))
+        if not legs:
+            raise InputError(
+                "two slaves have no gap: neither has a surface to measure from",
+                where="on",
+                found=other.name,
+                allowed="a body, or a slave for a body to be placed on",
+            )
+        self._legs = legs
+        points = [points_of(leg.home) for leg in legs]
+        self._points = np.concatenate(points)
+        self._leg = np.repeat(np.arange(len(legs)), [len(rows) for rows in points])
+        # What is known of each point: its gap, and at which shift.
+        self._gap = np.zeros(len(self._points))
+        self._at = np.full(len(self._points), np.inf)
+        sizes = [leg.master.size for leg in legs]
+        self.size = min(sizes)
+        """Of the body, the smaller one of two."""
+        self.tolerance = max(1e-10 * min(sizes), 2e-12 * max(sizes))
+        """To which gaps are sought, length."""
+
+    def gaps(self, rows: IndexArray, shift: float) -> FloatArray:
+        """(len(rows),) signed gaps of the points `rows` with the first part moved by `shift`."""
+        gaps = np.empty(len(rows))
+        for k, leg in enumerate(self._legs):
+            own = np.flatnonzero(self._leg[rows] == k)
+            if len(own):
+                gaps[own] = leg.master.project(self._points[rows[own]] + shift * leg.way).gap
+        self._gap[rows] = np.where(np.isfinite(gaps), gaps, np.inf)
+        self._at[rows] = shift
+        return self._gap[rows]
+
+    def bounds(self, shift: float) -> FloatArray:
+        """(n,) what the gap of each point is at least: what is known less the way since."""
+        return self._gap - np.abs(self._at - shift)
+
+    def least(self, shift: float) -> float:
+        """The smallest gap of all points."""
+        least = np.inf
+        while len(rows := np.flatnonzero((self.bounds(shift) < least) & (self._at != shift))):
+            # The likeliest first: most of the others need not be looked at then.
+            if least == np.inf and np.isfinite(self._at).all():
+                rows = rows[np.argsort(self.bounds(shift)[rows], kind="stable")[:_FIRST]]
+            least = min(least, float(self.gaps(rows, shift).min()))
+        return float(self._gap[self._at == shift].min())
+
+    def sharpen(self, shift: float) -> bool:
+        """Put the closest places of two bodies among their points; whether one is closer."""
+        if len(self._legs) == 1:
+            return False
+        least = self.least(shift)
+        added = []
+        for k, leg in enumerate(self._legs):
+            assert not isinstance(leg.home, Slave)
+            spacing = SPACING * leg.home.size
+            near = np.flatnonzero((self._leg == k) & (self.bounds(shift) <= least + spacing))
+            gaps = self.gaps(near, shift)
+
+            def before(at: FloatArray, leg: _Leg = leg) -> FloatArray:
+                return np.asarray(leg.master.project(at + shift * leg.way).gap)
+
+            order = np.argsort(gaps, kind="stable")
+            starts = _apart(self._points[near[order[gaps[order] <= least + spacing]]], spacing)
+            if len(starts):
+                added.append((k, sharpened(leg.home, starts, before)))
+        for k, points in added:
+            self._points = np.concatenate([self._points, points])
+            self._leg = np.concatenate([self._leg, np.full(len(points), k)])
+            self._gap = np.concatenate([self._gap, np.zeros(len(points))])
+            self._at = np.concatenate([self._at, np.full(len(points), np.inf)])
+        return self.least(shift) < least - 0.1 * self.tolerance
+
+
+def _apart(points: FloatArray, spacing: float) -> FloatArray:
+    """The first of `points` and those after it that are not near to one taken already."""
+    taken = points[:0]
+    while len(points) and len(taken) < _STARTS:
+        taken = np.concatenate([taken, points[:1]])
+        points = points[np.square(points - points[0]).sum(axis=1) > (2.0 * spacing) ** 2]
+    return taken

@@ -1,0 +1,192 @@
+"""The page of a preview: the scene to be turned about, with its numbers, in one file."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from contiga.previewing.stage import CONTACT_SIDE, Drawn, Gap, Stage
+from contiga.previewing.words import gap_text, legend, speed_text
+from contiga.records import FloatArray
+from contiga.report.camera import unit
+from contiga.report.lines import CONFIG, FONT, with_unit
+from contiga.report.space import dots, mesh_trace, space_axis
+from contiga.report.style import INK, LINES, MUTED, page
+
+RED = LINES[1]
+_APART = 1e-3
+"""How far the two sides of a surface are drawn from it, in parts of the scene."""
+_DOTS = 20_000
+_CSS = ".swatch { display: inline-block; width: 12px; height: 12px; margin-right: 8px; }"
+
+
+def page_of(stage: Stage) -> str:
+    """The whole page as one text that reads offline."""
+    from plotly.offline import get_plotlyjs
+
+    figure = figure_of(stage)
+    scene = figure.to_html(
+        full_html=False, include_plotlyjs=False, div_id="scene", config=_config()
+    )
+    body = (
+        '<div class="maker"><b>contiga</b> · preview</div>'
+        f'<h1>{escape(stage.title)}</h1><p class="under">Where all stands at the start. '
+        "Nothing has been run.</p>"
+        f'<div class="frame">{scene}</div>'
+        '<p class="caption">Drag to turn, scroll to come closer. Cones point to the free side of '
+        "bodies; dashed lines are the ways that motions prescribe.</p>"
+        f"{_gaps(stage)}{_parts(stage)}"
+    )
+    return page(stage.title, body, css=_CSS, script=get_plotlyjs())
+
+
+def _config() -> dict[str, Any]:
+    buttons = [["toImage", "orbitRotation", "pan3d", "resetCameraDefault3d"]]
+    return {**CONFIG, "scrollZoom": True, "modeBarButtons": buttons}
+
+
+def figure_of(stage: Stage) -> Any:
+    """The scene as a figure of plotly, its traces named by what they show."""
+    import plotly.graph_objects as go
+
+    figure = go.Figure()
+    size = float(np.linalg.norm(np.ptp(stage.box, axis=0)))
+    for part in stage.parts:
+        figure.add_traces(_drawn(part, _APART * size))
+    figure.add_traces(_normals(stage))
+    for k, way in enumerate(stage.ways):
+        look = {"color": LINES[k % len(LINES)], "width": 4, "dash": "dash"}
+        figure.add_traces([_line(f"{way.name}: way", line, look) for line in way.lines])
+    for arrow in stage.velocities:
+        reach = 0.6 * float(np.linalg.norm(np.ptp(stage.part(arrow.name).box, axis=0)))
+        ends = np.stack([arrow.at, arrow.at + reach * unit(arrow.vector)])
+        name = f"{arrow.name}: {speed_text(arrow, stage.units)}"
+        figure.add_trace(_line(name, ends, {"color": INK, "width": 6}))
+        figure.add_trace(_cones(name, ends[1:], 0.12 * reach * unit(arrow.vector)[None], INK))
+    figure.add_traces([_gap(gap, stage) for gap in stage.gaps])
+    _in_space(figure, stage)
+    return figure
+
+
+def _drawn(part: Drawn, apart: float) -> list[Any]:
+    """A body by its two sides, a slave by its facets or points; faint what takes no part."""
+    traces = []
+    if len(part.triangles) and part.is_body:
+        off = apart * _at_points(part)
+        free, other = part.points + off, part.points - off
+        traces.append(mesh_trace(free, part.triangles, part.name, part.colour, 1.0))
+        hidden = mesh_trace(other, part.triangles, part.name, CONTACT_SIDE, 1.0)
+        traces.append(hidden.update(name=f"{part.name}: contact side"))
+    elif len(part.triangles):
+        traces.append(mesh_trace(part.points, part.triangles, part.name, part.colour, 1.0))
+    elif part.active.any():
+        points = part.points[part.active]
+        traces.append(dots(points[:: len(points) // _DOTS + 1], part.name, 2.2, {"color": MUTED}))
+    if not part.active.all():
+        points = part.points[~part.active]
+        look = {"color": MUTED, "opacity": 0.15}
+        name = f"{part.name}: inactive"
+        traces.append(dots(points[:: len(points) // _DOTS + 1], name, 1.6, look))
+    return traces
+
+
+def _at_points(part: Drawn) -> FloatArray:
+    """(n, 3) mean unit normals at the points."""
+    corners = part.points[part.triangles]
+    crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    total = np.zeros_like(part.points)
+    for k in range(3):
+        np.add.at(total, part.triangles[:, k], crosses)
+    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300))
+
+
+def _normals(stage: Stage) -> list[Any]:
+    """Short lines with cones, one pair a body."""
+    traces = []
+    for part in stage.parts:
+        own = [arrow for arrow in stage.normals if arrow.name == part.name]
+        if own:
+            length = 0.13 * float(np.linalg.norm(np.ptp(part.box, axis=0)))
+            at = np.array([arrow.at for arrow in own])
+            tips = at + length * np.array([arrow.vector for arrow in own])
+            gaps = np.full_like(at, np.nan)
+            path = np.stack([at, tips, gaps], axis=1).reshape(-1, 3)
+            name = f"{part.name}: free side"
+            traces.append(_line(name, path, {"color": LINES[0], "width": 3}))
+            traces.append(_cones(name, tips, 0.3 * (tips - at), LINES[0]))
+    return traces
+
+
+def _line(name: str, points: FloatArray, look: dict[str, Any]) -> Any:
+    import plotly.graph_objects as go
+
+    x, y, z = points.astype(np.float32).T
+    return go.Scatter3d(x=x, y=y, z=z, name=name, mode="lines", line=look, hoverinfo="name")
+
+
+def _cones(name: str, tips: FloatArray, vectors: FloatArray, colour: str) -> Any:
+    import plotly.graph_objects as go
+
+    x, y, z = tips.astype(np.float32).T
+    u, v, w = vectors.astype(np.float32).T
+    scale = [[0.0, colour], [1.0, colour]]
+    return go.Cone(
+        x=x, y=y, z=z, u=u, v=v, w=w, name=name, anchor="tip", sizemode="raw", sizeref=1.0,
+        colorscale=scale, showscale=False, hoverinfo="name",
+    )  # fmt: skip
+
+
+def _gap(gap: Gap, stage: Stage) -> Any:
+    text = f"{gap.contact}: {gap_text(gap, stage.units)}"
+    trace = _line(text, gap.ends, {"color": RED, "width": 7})
+    return trace.update(
+        mode="lines+markers+text",
+        marker={"size": 4, "color": RED},
+        text=[text, ""],
+        textposition="top center",
+        textfont={"color": RED, "size": 12},
+    )
+
+
+def _in_space(figure: Any, stage: Stage) -> None:
+    """Axes in one scale that hold all parts."""
+    low, high = stage.box
+    room = 0.08 * float((high - low).max())
+    spans = np.stack([low - room, high + room], axis=1)
+    eye = {"x": 0.0, "y": 0.0, "z": 2.1} if stage.plane else {"x": 1.1, "y": -1.5, "z": 0.9}
+    up = {"x": 0, "y": 1, "z": 0} if stage.plane else {"x": 0, "y": 0, "z": 1}
+    figure.update_layout(
+        height=640,
+        margin={"l": 0, "r": 0, "t": 0, "b": 0},
+        font={"family": FONT, "size": 12, "color": INK},
+        showlegend=False,
+        paper_bgcolor="white",
+        scene={
+            "aspectmode": "data",
+            "camera": {"eye": eye, "up": up},
+            **{
+                f"{name}axis": space_axis(with_unit(name, stage.units.length)) | {"range": [*span]}
+                for name, span in zip("xyz", spans.tolist(), strict=True)
+            },
+        },
+    )
+
+
+def _gaps(stage: Stage) -> str:
+    rows = "".join(
+        f"<tr><td>{escape(gap.contact)}</td><td>{escape(gap.slave)} against {escape(gap.master)}"
+        f"</td><td>{escape(gap_text(gap, stage.units))}</td></tr>"
+        for gap in stage.gaps
+    )
+    head = "<thead><tr><th>Contact</th><th>Between</th><th>At the start</th></tr></thead>"
+    return f"<h2>Gaps</h2><table>{head}{rows}</table>" if rows else ""
+
+
+def _parts(stage: Stage) -> str:
+    rows = "".join(
+        f'<tr><td><span class="swatch" style="background:{colour}"></span>{escape(text)}</td></tr>'
+        for text, colour in (*legend(stage), ("the contact side of bodies", CONTACT_SIDE))
+    )
+    return f"<h2>Parts</h2><table>{rows}</table>"

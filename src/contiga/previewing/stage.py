@@ -1,0 +1,223 @@
+"""What a preview shows: parts as they stand at the start, ways they are to go, gaps of contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.dynamics.free import Attached, Free
+from contiga.num.rigid import to_body, to_world
+from contiga.records import FloatArray, IntArray
+from contiga.report.run_folder import Units, units_of
+from contiga.simulation.model import Model
+from contiga.simulation.place import Standing, place
+
+COLOURS = ("#8fa3bd", "#9db89a", "#b8a0c4", "#d2b27c", "#88b4b4", "#a9a9b4")
+"""Of the free sides of bodies, in turn."""
+CONTACT_SIDE = "#c9806a"
+SLAVES = ("#ded6bf", "#cfd8c4", "#e2cbb8")
+_DRAWN = 5e-4
+"""Largest departure of the drawn triangles from a body, relative to its size."""
+_TRIED = 200
+_ARROWS = 9
+"""Normals shown on each body."""
+_TIMES = 61
+"""Places that a way is drawn through."""
+
+
+class Drawn(NamedTuple):
+    """A part where it stands at the start."""
+
+    name: str
+    is_body: bool
+    points: FloatArray
+    """(n, 3), world axes."""
+    triangles: IntArray
+    """(m, 3) rows of them, none of a bare cloud."""
+    active: NDArray[np.bool_]
+    """(n,) points that take part in contact."""
+    colour: str
+
+    @property
+    def box(self) -> FloatArray:
+        """(2, 3) of what is drawn in full: of a slave its active points, where it has some."""
+        points = self.points[self.active] if self.active.any() else self.points
+        return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+class Arrow(NamedTuple):
+    """A direction at a place: a normal, or the velocity of what is free."""
+
+    name: str
+    at: FloatArray
+    """(3,)."""
+    vector: FloatArray
+    """(3,) of length one, or a velocity."""
+
+
+class Way(NamedTuple):
+    """Where a few points of a part go in the run, as its motion prescribes."""
+
+    name: str
+    lines: FloatArray
+    """(k, times, 3)."""
+
+
+class Gap(NamedTuple):
+    """The closest point of a slave and its foot at the start."""
+
+    contact: str
+    master: str
+    slave: str
+    value: float
+    """Negative where the slave begins inside."""
+    ends: FloatArray
+    """(2, 3) the point and its foot."""
+
+
+class Stage(NamedTuple):
+    """All a preview shows."""
+
+    title: str
+    units: Units
+    parts: tuple[Drawn, ...]
+    normals: tuple[Arrow, ...]
+    ways: tuple[Way, ...]
+    velocities: tuple[Arrow, ...]
+    gaps: tuple[Gap, ...]
+
+    @property
+    def box(self) -> FloatArray:
+        """(2, 3) of all parts."""
+        boxes = np.array([part.box for part in self.parts])
+        return np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+
+    @property
+    def plane(self) -> bool:
+        """Whether it is a plane problem: points in z = const before walls along z."""
+        z = np.concatenate([part.points[:, 2] for part in self.parts if not part.is_body])
+        flat = np.ptp(z) <= 1e-9 * float(np.ptp(self.box))
+        return bool(flat and all(abs(arrow.vector[2]) < 1e-6 for arrow in self.normals))
+
+    def part(self, name: str) -> Drawn:
+        """The part of this name."""
+        return next(part for part in self.parts if part.name == name)
+
+
+def stage_of(model: Model) -> Stage:
+    """What a model looks like at its start."""
+    start = place(model, None, model.stepping.start)
+    parts = tuple(_parts(model, start))
+    return Stage(
+        title=model.title or "Preview",
+        units=units_of(dict(zip(("length", "mass", "time"), model.units, strict=True))),
+        parts=parts,
+        normals=tuple(arrow for part in parts if part.is_body for arrow in _normals(part)),
+        ways=tuple(_ways(model, parts)),
+        velocities=tuple(_velocities(model, parts)),
+        gaps=tuple(_gaps(model, start)),
+    )
+
+
+def _parts(model: Model, start: Standing) -> Iterator[Drawn]:
+    for k, (name, body) in enumerate(model.bodies.items()):
+        mesh = body.body.tessellate(_DRAWN * body.body.size)
+        points = to_world(start.bodies[name].pose, mesh.vertices)
+        every = np.ones(len(points), np.bool_)
+        yield Drawn(name, True, points, mesh.triangles, every, COLOURS[k % len(COLOURS)])
+    for k, (name, slave) in enumerate(model.slaves.items()):
+        facets = slave.slave.facets
+        triangles = np.zeros((0, 3), np.int32) if facets is None else facets
+        points, active = np.asarray(start.slaves[name].points), slave.slave.active
+        shown = triangles[active[triangles].all(axis=1)]
+        if _is_skin(model, name):
+            shown = shown[:0]
+        yield Drawn(name, False, points, shown, active, SLAVES[k % len(SLAVES)])
+
+
+def _is_skin(model: Model, slave: str) -> bool:
+    """Whether a slave lies on the body it is attached to, which shows its surface already."""
+    host = model.mechanism.carried.get(slave)
+    if host is None:
+        return False
+    body = [*model.bodies.values()][host].body
+    points = model.slaves[slave].slave.points
+    gaps = body.project(points[:: len(points) // _TRIED + 1]).gap
+    return bool(np.nanmax(np.abs(gaps)) <= 4.0 * _DRAWN * body.size)
+
+
+def _normals(part: Drawn) -> Iterator[Arrow]:
+    """Normals to the free side at triangles far from each other."""
+    corners = part.points[part.triangles]
+    crosses = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    sizes = np.linalg.norm(crosses, axis=1)
+    sound = sizes > 1e-9 * sizes.max(initial=0.0)
+    middles, crosses = corners[sound].mean(axis=1), crosses[sound] / sizes[sound, None]
+    far = np.full(len(middles), np.inf)
+    for _ in range(min(_ARROWS, len(middles))):
+        at = int(far.argmax())
+        yield Arrow(part.name, middles[at], crosses[at])
+        far = np.minimum(far, np.square(middles - middles[at]).sum(axis=1))
+
+
+def _ways(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Way]:
+    """Of the middle of each part that is driven and, where it turns, of two of its ends."""
+    times = np.linspace(model.stepping.start, model.stepping.end, _TIMES)
+    standings = [place(model, None, float(time)) for time in times]
+    for part in parts:
+        own = model.bodies[part.name] if part.is_body else model.slaves[part.name]
+        if isinstance(own.motion, Free | Attached):
+            continue
+        if part.is_body:
+            poses = np.array([standing.bodies[part.name].pose for standing in standings])
+            ends = to_body(poses[0], _spread(part.box))
+            lines = np.array([to_world(pose, ends) for pose in poses]).transpose(1, 0, 2)
+        else:
+            rows = _rows_near(part.points, _spread(part.box))
+            lines = np.array([s.slaves[part.name].points[rows] for s in standings])
+            lines = lines.transpose(1, 0, 2)
+        moved = lines - lines[:, :1]
+        if np.abs(moved).max() <= 1e-9 * max(float(np.ptp(part.box)), 1e-300):
+            continue
+        alike = np.abs(moved - moved[:1]).max() <= 1e-6 * np.abs(moved).max()
+        yield Way(part.name, lines[:1] if alike else lines)
+
+
+def _spread(box: FloatArray) -> FloatArray:
+    """(3, 3) the middle of a box and the two ends of its longest side."""
+    ends = np.tile(box.mean(axis=0), (3, 1))
+    axis = int(np.ptp(box, axis=0).argmax())
+    ends[1:, axis] = box[:, axis]
+    return ends
+
+
+def _rows_near(points: FloatArray, places: FloatArray) -> NDArray[np.intp]:
+    off = np.square(points[:, None] - places[None]).sum(axis=2)
+    return np.asarray(off.argmin(axis=0))
+
+
+def _velocities(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Arrow]:
+    """Of free bodies and nodes at the start."""
+    for part in parts:
+        own = model.bodies[part.name] if part.is_body else model.slaves[part.name]
+        if isinstance(own.motion, Free):
+            velocity = np.reshape(own.motion.velocity, (-1, 3)).mean(axis=0)
+            if velocity.any():
+                yield Arrow(part.name, part.box.mean(axis=0), velocity)
+
+
+def _gaps(model: Model, start: Standing) -> Iterator[Gap]:
+    for part in model.contacts:
+        slave = model.slaves[part.slave].slave
+        rows = np.flatnonzero(slave.active)
+        if len(rows) == 0:
+            continue
+        pose = start.bodies[part.master].pose
+        points = np.asarray(start.slaves[part.slave].points)[rows]
+        feet = model.bodies[part.master].body.project(to_body(pose, points))
+        at = int(np.nanargmin(feet.gap))
+        ends = np.stack([points[at], to_world(pose, feet.point[at : at + 1])[0]])
+        yield Gap(part.name, part.master, part.slave, float(feet.gap[at]), ends)

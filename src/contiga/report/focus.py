@@ -1,0 +1,61 @@
+"""What the pictures are framed by: the parts that touch, not those that are far away."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.records import FloatArray
+
+_LARGE = 4.0
+"""Times the size of the smallest part that touches, from which of another a piece is enough."""
+_AROUND = 1.5
+"""Times the size of the contact that such a piece reaches about it, at least."""
+
+
+class Focus(NamedTuple):
+    """What is to be in the pictures."""
+
+    parts: tuple[int, ...]
+    """Numbers of the parts that are in them whole."""
+    corners: FloatArray
+    """(k, 3) corners of the pieces of larger ones."""
+
+
+def focus_of(parts: list[FloatArray], patch: FloatArray, depth: float) -> Focus | None:
+    """What to look at where points (k, 3) of `patch` are in contact; None where none are.
+
+    Parameters
+    ----------
+    parts : points (n, 3) of each part that can be seen
+    depth : the greatest penetration: how far a point in contact may be from the part it touches
+    """
+    if len(patch) == 0:
+        return None
+    low, high = patch.min(axis=0), patch.max(axis=0)
+    room = 1.01 * depth + 1e-9 * float(np.abs(patch).max())
+    boxes = {k: _box(points) for k, points in enumerate(parts) if len(points)}
+    touching = {
+        k: box
+        for k, box in boxes.items()
+        if (box[0] <= high + room).all() and (box[1] >= low - room).all()
+    }
+    sizes = {k: float(np.linalg.norm(np.ptp(box, axis=0))) for k, box in touching.items()}
+    least = min((size for size in sizes.values() if size > 0.0), default=0.0)
+    reach = max(_AROUND * float(np.linalg.norm(high - low)), least)
+    middle = 0.5 * (low + high)
+    corners = [np.zeros((0, 3))]
+    for k, box in touching.items():
+        if sizes[k] > _LARGE * least:
+            piece = np.clip(box, middle - reach, middle + reach)
+            corners.append(np.stack(np.meshgrid(*piece.T), axis=-1).reshape(-1, 3))
+    whole = tuple(k for k in touching if sizes[k] <= _LARGE * least)
+    return Focus(whole, np.concatenate(corners))
+
+
+def _box(points: FloatArray) -> FloatArray:
+    finite = points[np.isfinite(points).all(axis=1)]
+    if len(finite) == 0:
+        return np.array([[np.inf] * 3, [-np.inf] * 3])
+    return np.array([finite.min(axis=0), finite.max(axis=0)])
