@@ -32,6 +32,7 @@ from contiga.case.spec import (
     Vector,
     by_key,
     listed_choice,
+    numbers_in,
     suggest,
 )
 from contiga.errors import CaseError, InputError
@@ -268,7 +269,8 @@ class FileGeometry(_Geometry):
 
     def describe(self) -> str:
         """In words."""
-        return self.file + listed_choice("parts", self.parts) + listed_choice("faces", self.faces)
+        chosen = listed_choice("parts", self.parts) + listed_choice("faces", self.faces)
+        return f"{self.file}{chosen}, {numbers_in(self.unit, 'its own unit')}"
 
 
 class MeshGeometry(_Geometry):
@@ -306,7 +308,8 @@ class MeshGeometry(_Geometry):
     def describe(self) -> str:
         """In words."""
         chosen = listed_choice("parts", self.parts)
-        return f"triangles of {self.mesh}{chosen}, {self.normals} normals"
+        numbers = numbers_in(self.unit, "the case's unit")
+        return f"triangles of {self.mesh}{chosen}, {self.normals} normals, {numbers}"
 
 
 class ShapeGeometry(_Geometry, _ShapeSpec):

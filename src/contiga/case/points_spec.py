@@ -19,6 +19,7 @@ from contiga.case.spec import (
     Vector,
     by_key,
     listed_choice,
+    numbers_in,
 )
 from contiga.geometry import clouds
 from contiga.masters.protocol import Master
@@ -101,7 +102,7 @@ class FilePoints(_Points):
         """In words."""
         chosen = listed_choice("parts", self.parts) + listed_choice("sets", self.sets)
         layer = "" if self.layer == "skin" else f", layer {self.layer}"
-        return f"{self.file}{chosen}{layer}"
+        return f"{self.file}{chosen}{layer}, " + numbers_in(self.unit, "the case's unit")
 
 
 class SampleValues(_ShapeSpec):

@@ -62,6 +62,11 @@ def listed_choice(what: str, chosen: Sequence[str | int] | None) -> str:
     return "" if chosen is None else f", {what} {', '.join(map(str, chosen))}"
 
 
+def numbers_in(unit: str | None, otherwise: str) -> str:
+    """How a description ends that says which unit the numbers of a file are taken in."""
+    return f"numbers in {otherwise if unit is None else unit}"
+
+
 def by_kind(*models: type[Spec]) -> Any:
     """A union of tables told apart by their `kind`."""
     kinds = {model.model_fields["kind"].default: model for model in models}
