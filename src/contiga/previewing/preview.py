@@ -20,7 +20,19 @@ SUFFIXES = (".png", ".html")
 
 
 class Preview:
-    """A simulation as it stands at its start. A notebook shows it, to be turned about."""
+    """A simulation as it stands at its start. A notebook shows it, to be turned about.
+
+    >>> import contiga as cg
+    >>> ball = cg.Body(cg.shapes.sphere(radius=1.0))
+    >>> pad = cg.Slave([[0.0, 0.0, 0.75]], area=[1.0])
+    >>> press = cg.Contact(ball, pad, law=cg.PenaltyLaw(1.0))
+    >>> parts = {"bodies": {"ball": ball}, "slaves": {"pad": pad}, "contacts": {"press": press}}
+    >>> shown = cg.preview(cg.Simulation(**parts, end=1.0, step=0.5))
+    >>> shown.gaps
+    {'press': -0.25}
+    >>> shown.save("start.png").name
+    'start.png'
+    """
 
     def __init__(self, stage: Stage) -> None:
         self.stage = stage
