@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from contiga.case.geometry_spec import Placed, _ShapeSpec
+from contiga.case.geometry_spec import _ShapeSpec
+from contiga.case.placed_spec import Placed
 from contiga.case.spec import (
     Count,
     ExistingFile,

@@ -1,0 +1,86 @@
+"""What stands elsewhere than it is given: the keys `transform`, `align` and `place`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from contiga.case.place_spec import AlignSpec, PlaceSpec
+from contiga.case.problems import relocated
+from contiga.case.spec import Axis, Positive, Spec, Vector
+from contiga.errors import CaseError, InputError
+from contiga.masters.protocol import Master
+from contiga.num import transform
+from contiga.num.ordered import product
+from contiga.placement.place import Part
+from contiga.records import FloatArray
+from contiga.slaves.slave import Slave
+
+
+class RotateEntry(Spec):
+    """`rotate = { axis, degrees, centre }` of a transform."""
+
+    axis: Axis = "z"
+    degrees: float
+    centre: Vector = Field(default_factory=lambda: [0.0, 0.0, 0.0])
+
+
+class TransformEntry(Spec):
+    """One step of `transform = [ … ]`: translate, rotate or scale (about the origin)."""
+
+    translate: Vector | None = None
+    rotate: RotateEntry | None = None
+    scale: Positive | None = None
+
+    @cached_property
+    def matrix(self) -> FloatArray:
+        """The step as a (4, 4) matrix."""
+        if self.translate is not None:
+            return transform.translation(self.translate)
+        if self.rotate is not None:
+            angle = math.radians(self.rotate.degrees)
+            return transform.rotation(self.rotate.axis, angle, self.rotate.centre)
+        assert self.scale is not None
+        return transform.scaling(self.scale)
+
+    @model_validator(mode="after")
+    def _one_step_an_entry(self) -> Self:
+        given = [name for name in type(self).model_fields if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise CaseError(
+                "must have exactly one of the keys translate, rotate or scale",
+                found=", ".join(given) or "none",
+                remedy="Write one entry for each step, in the order they are applied",
+            )
+        assert self.matrix is not None
+        return self
+
+
+class Placed(Spec):
+    """What can be put elsewhere: by the steps of `transform`, then by `align`, then by `place`."""
+
+    transform: list[TransformEntry] = Field(default_factory=list)
+    align: AlignSpec | None = None
+    place: PlaceSpec | None = None
+
+    @property
+    def matrix(self) -> FloatArray:
+        """All steps as one (4, 4) matrix."""
+        matrix = np.eye(4)
+        for entry in self.transform:
+            matrix = product(entry.matrix, matrix)
+        return matrix
+
+    def standing(self, part: Part, parts: Mapping[str, Master | Slave]) -> Part:
+        """`part` where it is to stand among those that stand already."""
+        for key, entry in (("align", self.align), ("place", self.place)):
+            try:
+                part = part if entry is None else entry.moved(part, parts)
+            except InputError as error:
+                raise relocated(error, key, "") from error
+        return part
