@@ -33,6 +33,8 @@ _TRIED = np.array([0.0, 1e-6, 1e-3, 0.03, 0.3])
 _DEEPEST = 8
 # The end of a run does not tell a case from another: the times do, as far as they go.
 _END = re.compile(r"^(\[time\]\n(?:(?!\[).*\n)*?)end = .*\n", re.M)
+# Nor does what is only told of it.
+_TOLD = re.compile(r"^title = .*\n|^report = (true|false)\n", re.M)
 
 
 def fingerprint_of(model: Model, end: float | None = None) -> str:
@@ -42,7 +44,7 @@ def fingerprint_of(model: Model, end: float | None = None) -> str:
     """
     digest = _Digest()
     times = (model.stepping if end is None else ended(model.stepping, end)).planned()
-    digest.text(_END.sub(r"\1", _without_folder(model)))
+    digest.text(_TOLD.sub("", _END.sub(r"\1", _without_folder(model))))
     digest.arrays("times", times)
     digest.text(repr((model.output.every, tuple(model.output.formats))))
     digest.arrays("gravity", model.gravity)

@@ -294,6 +294,15 @@ def test_equal_cases_built_twice_have_one_fingerprint(make: Make) -> None:
     assert make().fingerprint() == make().fingerprint()
 
 
+def test_what_is_only_told_of_a_case_tells_it_from_no_other(make: Make) -> None:
+    def case(title: str, report: str, every: int) -> str:
+        text = f'title = "{title}"\n\n[output]\nevery = {every}\nreport = {report}\n'
+        return make(case_text=text).fingerprint()
+
+    assert case("one", "true", 1) == case("another", "false", 1)
+    assert case("one", "true", 1) != case("one", "true", 2)
+
+
 def test_functions_are_told_apart_by_what_they_do(make: Make) -> None:
     def law(factor: float) -> cg.StressLaw:
         return cg.StressLaw(lambda x: np.where(x > 0.7, factor, 1.0) * x, thickness=0.5)

@@ -7,6 +7,7 @@ import pytest
 
 import contiga as cg
 from contiga.errors import MeshError
+from contiga.num import pose
 
 GRID = 11
 
@@ -104,6 +105,15 @@ def test_only_what_is_chosen_touches() -> None:
     right = whole.selected(box=[[0, -9, -9], [9, 9, 9]])
     assert force(left) > 0.0
     assert force(left) + force(right) == pytest.approx(force(whole))
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3, 25.4])
+def test_areas_of_a_part_are_those_of_its_facets_wherever_it_was_put(scale: float) -> None:
+    place = pose.compose(pose.translation([0.1, 0.2, -10.1]), pose.rotation([1, 2, 3], 0.7))
+    here = sheet().selected(box=[[0, 0, 0], [4.1, 9, 9]])
+    moved = sheet().transformed(place).scaled(scale).selected(nodes=here.active)
+    assert moved.area.sum() == pytest.approx(here.area.sum() * scale**2, rel=1e-12)
+    assert here.area.sum() < 0.9 * sheet().area.sum()
 
 
 @pytest.mark.parametrize(
