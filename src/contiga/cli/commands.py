@@ -149,12 +149,15 @@ def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path
     total = float(timings.get("total", 0.0))
     apart = f", {number(lost, 2)} s of it compiling kernels" if lost >= 0.05 else ""
     print(f"{summary.get('steps', len(history['time']))} steps in {number(total, 3)} s{apart}")
+    columns = summary.get("columns") or {}
     for name, force in history.items():
         contact, _, column = name.rpartition(".")
         if column == "force" and np.isfinite(force).any():
             at = int(np.nanargmax(force))
             label = f"{contact}: " if contact else ""
-            print(f"{label}peak force {number(float(force[at]))} at t = {history['time'][at]:g}")
+            peak = f"{number(float(force[at]))} {columns.get(name, '')}".rstrip()
+            when = f"{history['time'][at]:g} {columns.get('time', '')}".rstrip()
+            print(f"{label}peak force {peak} at t = {when}")
     _print_energy(summary)
     for text in summary.get("notes") or []:
         print(f"note: {text}")
@@ -214,7 +217,8 @@ def check(
         print(f"warning: {finding}")
     if strict and findings:
         raise_findings(findings)
-    ready = f", with {len(findings)} warnings" if findings else ""
+    many = f"{len(findings)} warnings" if len(findings) > 1 else "a warning"
+    ready = f", with {many}" if findings else ""
     print(f"{case} is ready to run{ready}")
 
 

@@ -94,10 +94,11 @@ def _inside(
         near = gap >= -options.depth
         return behind[near], float(-gap[near].min(initial=0.0))
     side, _ = surface.sides(p_B, rows)
-    doubtful, _ = _behind(surface, p_B, rows[side == 0], options)
+    doubtful, above = _behind(surface, p_B, rows[side == 0], options)
     within, gap = _behind(surface, p_B, _spread(rows[side < 0], _MOST_DEPTHS), options)
     told = rows[side < 0] if len(within) else within
-    return np.union1d(told, doubtful).astype(np.int32), float(-gap.min(initial=0.0))
+    deepest = -min(float(gap.min(initial=0.0)), float(above.min(initial=0.0)))
+    return np.union1d(told, doubtful).astype(np.int32), deepest
 
 
 def _behind(

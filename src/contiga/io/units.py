@@ -96,6 +96,14 @@ def base_factor(unit: str, dimension: str, where: str | None = None) -> float:
     """
     text = unit.strip() if isinstance(unit, str) else ""
     # "Mm" is not "mm", but "MM" is what CAD files write for it.
+    if dimension == "mass" and text.lower() in ("ton", "tons"):
+        raise UnitError(
+            "there are several of that name",
+            where=where,
+            found=unit,
+            allowed="t (1000 kg), short_ton, long_ton",
+            remedy='A system of mm, s and MPa has "t"',
+        )
     plain = _PLAIN[dimension].get(text.lower() if text.isupper() else text)
     if plain is not None:
         return plain

@@ -31,7 +31,7 @@ def way_text(stage: Stage, name: str) -> str:
     """How far the middle of a part goes from where it starts, at most."""
     way = next(way for way in stage.ways if way.name == name)
     far = np.linalg.norm(way.lines[0] - way.lines[0, 0], axis=1).max()
-    return f"goes up to {number(float(far))} {stage.units.length}".strip()
+    return f"goes {number(float(far))} {stage.units.length}".strip()
 
 
 def legend(stage: Stage) -> list[tuple[str, str]]:

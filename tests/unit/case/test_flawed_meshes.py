@@ -102,7 +102,7 @@ def test_flaws_that_can_be_lived_with_are_said_and_served(command: Command, name
     assert name == "nodes of no triangle" or said in out
     code, out, err = command("run", "case.toml", "-o", "out")
     assert (code, "error" in err) == (0, False)
-    assert f"peak force {force:g} at" in out
+    assert f"peak force {force:g} N at" in out
 
 
 REFUSED = {

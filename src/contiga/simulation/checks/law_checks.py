@@ -21,7 +21,11 @@ from contiga.simulation.checks.scene import Pair, Scene
 # A layer that gives way by that strain is foam, rubber or honeycomb; what those carry at half
 # their thickness, in Pa.
 _STRAIN = 0.3
-_SOFT_LAYER = (1.0, 5e7)
+_SOFT_LAYER = (500.0, 5e7)
+# Of the most that a curve gives: what it is to give at its end.
+_FALLEN = 0.25
+# Strain at which tables of layers go on.
+_SHORT_TABLE = 0.02
 # A layer's thickness over the size of the slave that has it.
 _THICK = 10.0
 # Of the share of the area that a point of a cloud stands for, by its neighbours' distance.
@@ -35,10 +39,37 @@ _OVERDAMPED = 2.0
 def check_laws(scene: Scene) -> Iterator[Finding]:
     """Laws whose numbers are most likely in another unit, or of another thing."""
     for pair in scene.pairs:
+        yield from _curve(pair, scene.said)
         yield from _stress(pair, scene.said)
         yield from _thickness(pair, scene.said)
         yield from _weights(pair, scene.said)
         yield from _shares(pair)
+
+
+def _curve(pair: Pair, said: Said) -> Iterator[Finding]:
+    """Curves that hardly push, or tables that end where layers have not begun to give way."""
+    for layer in layers_of(pair.contact):
+        x, y = layer.curve.x, layer.curve.y
+        if not layer.curve.is_table:
+            continue
+        kind = "force" if layer.thickness is None else "stress"
+        most = float(y.max())
+        if not y[-1] > _FALLEN * most:
+            told = "never pushes" if most <= 0.0 else f"falls from {said(most, kind)} at most"
+            yield Finding(
+                "curve",
+                pair.where,
+                f"its curve {told}: at its end it gives {said(float(y[-1]), kind)}, and contact "
+                "only pushes",
+                "Give pressures as positive numbers, over penetrations or strains that are, too",
+            )
+        elif layer.thickness is not None and len(x) > 2 and x[-1] < _SHORT_TABLE:
+            yield Finding(
+                "curve",
+                pair.where,
+                f"its table ends at a strain of {x[-1]:.3g}, before a layer has begun to give way",
+                "Give strains as shares of the thickness: 0.5 is half of it, and 50 %",
+            )
 
 
 def _stress(pair: Pair, said: Said) -> Iterator[Finding]:

@@ -15,7 +15,7 @@ from contiga.simulation.checks.finding import Finding, Said
 from contiga.simulation.checks.scene import Scene
 
 # kg/m³ of the box around a body: from the lightest foam to more than any metal.
-_DENSITIES = (0.1, 3e4)
+_DENSITIES = (5.0, 2.5e4)
 # Radius of gyration over the size of a body: more than any hoop of it has, less than any bar.
 _GYRATION = (0.02, 1.5)
 # m/s and m/s²: beyond what occupant safety, impact and blast have, and beyond any planet.

@@ -94,11 +94,11 @@ def _never(pair: Pair, said: Said) -> Iterator[Finding]:
     slave, body = pair.part.slave, pair.part.master
     when = f"at t = {said(found.time, 'time')}"
     if found.distance > _TOUCHING * pair.body.size:
-        flight = ", as it flies," if pair.free else ""
+        flight = " in free flight" if pair.free else ""
         yield Finding(
             "apart",
             pair.where,
-            f"{slave}{flight} never comes closer to {body} than {said(found.distance)}, {when}"
+            f"{slave} never comes closer to {body} than {said(found.distance)}{flight}, {when}"
             + _wide_apart(pair, found.distance, said),
             "Look at where they are placed, at their units and at the direction of their motion"
             + _between_nodes(pair, found.distance),

@@ -26,6 +26,8 @@ _ACROSS = 2.0
 _STEP_OF_LAYER = 0.5
 # Of the largest energy of a contact: what damping may take.
 _DAMPED = 0.75
+# Of the greatest penetration: what points that are let go have left of it at most.
+_DEEP = 0.4
 # Of the force at a contact's greatest one: what points whose own side faces away may carry.
 _OTHER_SIDE = 0.1
 _SAME_SIDE = 0.9
@@ -71,7 +73,7 @@ def _columns(model: Model, pair: Pair, history: Columns) -> dict[str, FloatArray
     """The history of one contact, and the times."""
     prefix = f"{pair.part.name}." if len(model.contacts) > 1 else ""
     names = (
-        *("n_contact", "max_penetration", "force", "work"),
+        *("n_contact", "n_released", "max_penetration", "force"),
         *("energy_stored", "energy_damping", "energy_hysteresis", "energy_friction"),
     )
     return {"time": history["time"]} | {name: history[prefix + name] for name in names}
@@ -148,11 +150,32 @@ def _unfinished(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> It
         )
 
 
+def _let_go(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
+    """Points that leave all at once from deep inside: by another wall than they came in by."""
+    count, deep = own["n_contact"], own["max_penetration"]
+    lost = (own["n_released"][1:] >= 0.5 * count[:-1]) & (count[:-1] > 0)
+    lost &= (count[1:] <= 0.5 * count[:-1]) & (deep[:-1] > _DEEP * deep.max())
+    if not lost.any():
+        return
+    at = int(np.argmax(lost))
+    yield Finding(
+        "through",
+        pair.where,
+        f"in the one step to t = {scene.said(own['time'][at + 1], 'time')} "
+        f"{int(own['n_released'][at + 1])} of {int(count[at])} points leave "
+        f"{pair.part.master} from up to {scene.said(float(deep[at]))} deep: they went through it, "
+        "to another wall than they came in by",
+        'Take through = "hold" where they are to be pushed back; else a shorter way or a stiffer '
+        "law",
+    )
+
+
 _CHECKS: tuple[Callable[[Scene, Pair, Columns, SystemState], Iterator[Finding]], ...] = (
     _no_contact,
     _deep,
     _fast,
     _damped,
+    _let_go,
     _unfinished,
 )
 
@@ -192,7 +215,9 @@ def _two_layers(pair: Pair, state: State) -> Iterator[Finding]:
     if not total > 0.0:
         return
     away = float(carried[faced > 0.0].sum()) / total
-    if _OTHER_SIDE < away < _SAME_SIDE:
+    own = normals[rows]
+    turned = own[faced > 0.0].sum(axis=0) @ own[faced <= 0.0].sum(axis=0)
+    if turned < 0.0 and _OTHER_SIDE < away < _SAME_SIDE:
         less = min(away, 1.0 - away)
         yield Finding(
             "layers",
