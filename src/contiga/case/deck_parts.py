@@ -6,7 +6,7 @@ import os
 import re
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from contiga.io.mesh.lsdyna_sets import set_name
 from contiga.io.mesh.raw import Group, RawMesh
 from contiga.io.mesh.read_mesh import read_raw, slave_of
 from contiga.records import FloatArray
-from contiga.slaves.slave import Slave
+from contiga.slaves.cells import SHELLS
 
 _AXES = "xyz"
 _RATES = ("vx", "vy", "vz", "a spin about x", "a spin about y", "a spin about z")
@@ -25,6 +25,15 @@ _PENALTY = 0.1
 """Share of the bulk modulus that LS-DYNA's penalty takes by default, SLSFAC."""
 _JUST_BEFORE = 1e-6
 """Share of a run between the two values of a step in a curve."""
+
+
+class _Facets(NamedTuple):
+    """Facets of a skin."""
+
+    corners: FloatArray
+    """(m, 3, 3)"""
+    thickness: FloatArray
+    """(m,) of shells; 0 where the deck says none."""
 
 
 class DeckParts:
@@ -40,7 +49,7 @@ class DeckParts:
         self.model = model
         self.file = file
         self._names: dict[str, str] = {}
-        self._slaves: dict[tuple[str | int, ...], Slave] = {}
+        self._skins: dict[tuple[str | int, ...], _Facets] = {}
 
     @cached_property
     def mesh(self) -> RawMesh:
@@ -52,12 +61,17 @@ class DeckParts:
         """Parts that have elements, by number."""
         return {group.id: group for group in self.mesh.groups if group.id is not None}
 
-    def _slave(self, parts: list[str | int]) -> Slave:
-        """Parts of the mesh as a slave, made once: the deck may be large."""
+    def _facets(self, parts: list[str | int]) -> _Facets:
+        """The skin of parts of the mesh, made once: the deck may be large."""
         key = tuple(parts)
-        if key not in self._slaves:
-            self._slaves[key] = slave_of(self.mesh, self.model.path, chosen=(parts, None, "skin"))
-        return self._slaves[key]
+        if key not in self._skins:
+            slave = slave_of(self.mesh, self.model.path, chosen=(parts, None, "skin"))
+            facets = np.zeros((0, 3), np.int64) if slave.facets is None else slave.facets
+            thickness = slave.thickness
+            if thickness is None:
+                thickness = np.zeros(len(slave.points))
+            self._skins[key] = _Facets(slave.points[facets], thickness[facets].mean(axis=1))
+        return self._skins[key]
 
     def material(self, part: int) -> Material | None:
         """The material of a part, if it is understood."""
@@ -112,7 +126,8 @@ class DeckParts:
         return {"mesh": self.file, "parts": [part], **({"orient": True} if shells else {})}
 
     def _is_shell(self, part: int) -> bool:
-        return self.model.parts.sections.get(part, -1) in self.model.parts.thickness
+        blocks = zip(self.mesh.blocks, self.groups[part].cells or (), strict=True)
+        return any(block.kind in SHELLS and len(rows) > 0 for block, rows in blocks)
 
     def mass(self, part: int) -> tuple[dict[str, Any], str]:
         """The `mass` of a rigid part, and where it comes from."""
@@ -130,7 +145,7 @@ class DeckParts:
             return mass, f"*PART_INERTIA{own}"
         if not self._is_shell(part):
             return {"density": material.density}, f"density of the *{material.block.keyword}"
-        corners, thickness = self._shells(part)
+        corners, thickness = self._facets([part])
         where = "its shells at their thickness"
         if not (thickness > 0.0).all():
             why = f"part {part}, its shells have no thickness: 1 is taken for its mass"
@@ -138,15 +153,6 @@ class DeckParts:
             thickness = np.where(thickness > 0.0, thickness, 1.0)
             where = "its shells at a thickness of 1, as the deck has none: set it"
         return _mass_of_shells(corners, thickness * material.density), where
-
-    def _shells(self, part: int) -> tuple[FloatArray, FloatArray]:
-        """(m, 3, 3) corners and (m,) thickness of the facets of a part; 0 where it has none."""
-        slave = self._slave([part])
-        facets = slave.facets
-        assert facets is not None
-        if slave.thickness is None:
-            return slave.points[facets], np.zeros(len(facets))
-        return slave.points[facets], slave.thickness[facets].mean(axis=1)
 
     def free_motion(self, part: int) -> dict[str, Any] | None:
         """The `motion` of a rigid part that forces move; None where all its ways are held."""
@@ -232,17 +238,15 @@ class DeckParts:
         )
 
     def _size_of_facets(self, parts: list[str | int]) -> float:
-        slave = self._slave(parts)
-        if slave.facets is None or not len(slave.facets):
+        corners = self._facets(parts).corners
+        if not len(corners):
             return 1.0
-        corners = slave.points[slave.facets]
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         return float(np.sqrt(np.linalg.norm(normals, axis=1).mean()))
 
     def has_facets(self, parts: list[str | int]) -> bool:
         """Whether a contact has areas to weigh forces with."""
-        facets = self._slave(parts).facets
-        return facets is not None and len(facets) > 0
+        return len(self._facets(parts).corners) > 0
 
 
 def _mass_of_shells(corners: FloatArray, density: FloatArray) -> dict[str, Any]:

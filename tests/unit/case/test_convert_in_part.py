@@ -236,14 +236,26 @@ def test_a_blank_title_is_a_card(tmp_path: Path) -> None:
     assert case.body[0].motion.table == [[0, 0, 0, 0], [4, 0, 0, 1]]
 
 
-def test_shells_without_thickness_are_told(tmp_path: Path) -> None:
+@pytest.mark.parametrize("section", [[card(11, 2), card(0.0)], [card(19, 2), card(2.0)]])
+def test_shells_without_thickness_are_told(tmp_path: Path, section: list[str]) -> None:
     thick, _ = converted(tmp_path, deck(RIGID, FOAM, CONTACT, END))
-    thin = [*PARTS[:9], card(0.0), *PARTS[10:]]
-    assert "SECTION_SHELL" in PARTS[7]
+    at = PARTS.index("*SECTION_SHELL")
+    thin = [*PARTS[: at + 1], *section, *PARTS[at + 3 :]]
     case, text = converted(tmp_path, deck(RIGID, FOAM, CONTACT, END, parts=thin))
-    assert case.body[0].mass.total == pytest.approx(0.5 * thick.body[0].mass.total, rel=1e-12)
+    assert case.body[0].mass.total == pytest.approx(thick.body[0].mass.total / 2.0, rel=1e-12)
     assert "at a thickness of 1, as the deck has none: set it" in text
     assert "(part 1, its shells have no thickness: 1 is taken for its mass), line" in text
+
+
+def test_shells_may_have_a_thickness_of_their_own(tmp_path: Path) -> None:
+    lines, text = mesh(), deck(RIGID, FOAM, CONTACT, END)
+    thick, _ = converted(tmp_path, text)
+    first, last = lines.index("*ELEMENT_SHELL"), lines.index("*ELEMENT_SOLID")
+    own = ["*ELEMENT_SHELL_THICKNESS"]
+    for shell in lines[first + 1 : last]:
+        own += [shell, "".join(f"{4.0:16}" for _ in range(4))]
+    case, _ = converted(tmp_path, text.replace("\n".join(lines[first:last]), "\n".join(own)))
+    assert case.body[0].mass.total == pytest.approx(2.0 * thick.body[0].mass.total, rel=1e-12)
 
 
 def test_the_mesh_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
