@@ -15,7 +15,8 @@ from contiga.case.deck_parts import DeckParts, case_name
 from contiga.case.schema import parse_case
 from contiga.case.toml import value_text
 from contiga.errors import FileError, InputError
-from contiga.io.mesh.lsdyna_model import DeckContact, DeckModel, read_model
+from contiga.io.mesh.lsdyna_deck import DeckContact, DeckModel
+from contiga.io.mesh.lsdyna_model import read_model
 from contiga.io.mesh.lsdyna_sets import set_name
 from contiga.io.units import base_factor
 

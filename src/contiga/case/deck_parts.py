@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.io.mesh.lsdyna_model import DeckModel, Material, Prescribed, Start
+from contiga.io.mesh.lsdyna_deck import DeckModel, Material, Prescribed, Start
 from contiga.io.mesh.lsdyna_sets import set_name
 from contiga.io.mesh.raw import Group, RawMesh
 from contiga.io.mesh.read_mesh import read_raw, slave_of

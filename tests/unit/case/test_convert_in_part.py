@@ -183,6 +183,8 @@ def test_a_life_is_listed_where_it_is_shorter_than_the_run(
         ((0.2, 0.3, 0.01), (), "(FD 0.3 beside FS 0.2, DC is left out)"),
         ((0.4, 0.3, 0.01, 20.0), (), "(VC and VDC)"),
         ((0.4,), (7,), "(box SBOXID, it is everywhere)"),
+        ((0.4, 0.4, 0.0, 0.0, 0.0, 0, 0.0, 3.0), (), "(BT and DT, it lasts all the time)"),
+        ((0.4, 0.4, 0.0, 0.0, 0.0, 0, 0.0, 1e20), (), ""),
         ((0.4, 0.3, 0.01), (), ""),
     ],
 )
@@ -234,6 +236,9 @@ def test_a_blank_title_is_a_card(tmp_path: Path) -> None:
     side = contact(2, 4, 3, 2)
     case, _ = converted(tmp_path, deck(RIGID, FOAM, sides, side, push(0), titled, END))
     assert case.body[0].motion.table == [[0, 0, 0, 0], [4, 0, 0, 1]]
+    named = [push(0)[0] + "_ID", "", *push(0)[1:]]
+    found, _ = motion(tmp_path, named, RAMP)
+    assert found.table == [[0, 0, 0, 0], [4, 0, 0, 1]]
 
 
 @pytest.mark.parametrize("section", [[card(11, 2), card(0.0)], [card(19, 2), card(2.0)]])

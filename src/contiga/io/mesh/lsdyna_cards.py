@@ -41,7 +41,7 @@ class Block(NamedTuple):
     line: int = 0
     """Of the keyword."""
 
-    def untitled(self) -> tuple[str, list[Card]]:
+    def title_and_cards(self) -> tuple[str, list[Card]]:
         """Title and cards that are not blank; of a keyword in _TITLE the first card is the title.
 
         A blank title is a card, too, so that it goes before blank cards do.

@@ -64,7 +64,7 @@ def is_curve(block: Block) -> bool:
 
 
 def _curve(block: Block) -> DeckCurve | None:
-    title, cards = block.untitled()
+    title, cards = block.title_and_cards()
     if not cards:
         return None
     head, *points = cards
@@ -80,7 +80,7 @@ def _curve(block: Block) -> DeckCurve | None:
 
 def number_of(block: Block) -> int:
     """The number of a curve that is not read; 0 where it has none that can be told."""
-    _, cards = block.untitled()
+    _, cards = block.title_and_cards()
     text = fields(cards[0], block, _TEN)[0] if cards else ""
     return int(text) if text.isdecimal() else 0
 

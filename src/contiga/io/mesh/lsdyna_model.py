@@ -1,4 +1,4 @@
-"""What an LS-DYNA deck says beside its mesh: rigid parts, contacts, motions, times.
+"""Reading what an LS-DYNA deck says beside its mesh: rigid parts, contacts, motions, times.
 
 What is not understood is kept by keyword, with the lines it stands in. Card layouts: LS-DYNA
 Keyword User's Manual, volumes I and II.
@@ -7,9 +7,7 @@ Keyword User's Manual, volumes I and II.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +21,9 @@ from contiga.io.mesh.lsdyna_cards import (
     real,
     whole,
 )
-from contiga.io.mesh.lsdyna_curves import DeckCurve, is_curve, number_of, read_curves
-from contiga.io.mesh.lsdyna_parts import Parts, is_part, read_parts
+from contiga.io.mesh.lsdyna_curves import is_curve, read_curves
+from contiga.io.mesh.lsdyna_deck import DeckContact, DeckModel, Material, Prescribed, Start
+from contiga.io.mesh.lsdyna_parts import is_part, read_parts
 from contiga.io.mesh.lsdyna_sets import is_set, read_sets
 
 _TEN = (10,) * 8
@@ -50,110 +49,6 @@ _ELASTIC = {
 }
 _RIGID = ("RIGID", "020")
 _OTHER_CONTACTS = ("TIED", "TIEBREAK", "2D", "DRAWBEAD")
-_FOREVER = 1e20
-"""A death later than that is none; LS-DYNA's default is 1e28."""
-
-
-class Material(NamedTuple):
-    """What is understood of a *MAT."""
-
-    density: float
-    modulus: float
-    poisson: float
-    rigid: bool
-    held: tuple[int, int]
-    """CON1 and CON2 of a rigid one: which ways and turns are held."""
-    block: Block
-
-
-class DeckContact(NamedTuple):
-    """A *CONTACT between two sides, of a kind (SSTYP) and a number (SSID) each."""
-
-    block: Block
-    sides: tuple[tuple[int, int], tuple[int, int]]
-    """Kind and number of slave and master."""
-    friction: tuple[float, float, float]
-    """FS, FD, DC."""
-    scale: float
-    """Of the slave's penalty, SFS."""
-
-
-class Prescribed(NamedTuple):
-    """A *BOUNDARY_PRESCRIBED_MOTION_RIGID."""
-
-    part: int
-    way: int
-    """1, 2, 3: along x, y, z."""
-    kind: int
-    """0 velocity, 1 acceleration, 2 displacement."""
-    curve: int
-    scale: float
-    block: Block
-    line: int
-
-
-class Start(NamedTuple):
-    """Velocity and spin at the start."""
-
-    rates: tuple[float, ...]
-    """vx, vy, vz, and the spin about x, y, z."""
-    over: tuple[int, ...]
-    """Parts whose own rates of *PART_INERTIA it replaces, IRIGID; 0 stands for all."""
-    block: Block
-
-
-@dataclass
-class DeckModel:
-    """What a deck says, as far as it is understood."""
-
-    path: Path
-    parts: Parts = field(default_factory=lambda: read_parts([]))
-    curves: dict[int, DeckCurve] = field(default_factory=dict)
-    part_sets: dict[int, list[int]] = field(default_factory=dict)
-    title: str = ""
-    end: float = 0.0
-    materials: dict[int, Material] = field(default_factory=dict)
-    contacts: list[DeckContact] = field(default_factory=list)
-    motions: list[Prescribed] = field(default_factory=list)
-    velocities: dict[int, Start] = field(default_factory=dict)
-    """By part; 0 stands for all."""
-    gravity: dict[int, tuple[int, float, Block]] = field(default_factory=dict)
-    """By axis (0 to 2): curve, scale, where it is said."""
-    unread: dict[int, Block] = field(default_factory=dict)
-    """Curves with parameters, by number."""
-    unknown: dict[str, list[int]] = field(default_factory=dict)
-    """Lines of what is not understood, by keyword, in brackets what of it, and included file."""
-
-    def leave(self, block: Block, why: str = "", line: int = 0) -> None:
-        """Note that a keyword, or something of it, is not understood."""
-        told = f"*{block.keyword}{f' ({why})' if why else ''}{self._file_of(block)}"
-        lines = self.unknown.setdefault(told, [])
-        if (line or block.line) not in lines:
-            lines.append(line or block.line)
-
-    def leave_curve(self, block: Block, why: str) -> None:
-        """The same of a curve, whose block is kept: a case that needs it is refused."""
-        self.unread[number_of(block)] = block
-        self.leave(block, why)
-
-    def place(self, block: Block, line: int = 0) -> str:
-        """Where a keyword, or a card of it, stands: its line, and an included file's name."""
-        return f"line {line or block.line}{self._file_of(block)}"
-
-    def _file_of(self, block: Block) -> str:
-        return "" if block.path == self.path else f" of {block.path.name}"
-
-    def curve(self, number: int) -> DeckCurve | None:
-        """A curve; None where there is none.
-
-        Raises
-        ------
-        MeshError
-            It has parameters, which are not worked out.
-        """
-        if number in self.unread:
-            read_curves([self.unread[number]])
-        return self.curves.get(number)
 
 
 def read_model(path: Path) -> DeckModel:
@@ -268,34 +163,46 @@ def _contact(block: Block, model: DeckModel) -> None:
     scale = _reals(block, rows[2][0], rows[2][1][:1])[0] if len(rows) > 2 else 0.0
     if words.endswith("SINGLE_SURFACE"):
         b, kind_b = a, kind_a
-    for name, text in zip(("box SBOXID", "box MBOXID"), who[4:6], strict=True):
-        if whole(text, block, first):
-            model.leave(block, f"{name}, it is everywhere")
-    static, dynamic, decay, *more = _reals(block, second, rub[:5])
-    if static < 0.0:
-        model.leave(block, f"FS {static:g}, friction of parts or by a table")
-    elif decay > 0.0 and not 0.0 <= dynamic <= static:
-        model.leave(block, f"FD {dynamic:g} beside FS {static:g}, DC is left out")
-    if any(more):
-        model.leave(block, "VC and VDC")
+    for why in _left_of_contact(block, rows[:2], model):
+        model.leave(block, why)
+    static, dynamic, decay = _reals(block, second, rub[:3])
     model.contacts.append(
         DeckContact(block, ((kind_a, a), (kind_b, b)), (static, dynamic, decay), scale or 1.0)
     )
+
+
+def _left_of_contact(block: Block, rows: list[_Row], model: DeckModel) -> Iterator[str]:
+    """What the first two cards say that a case has no word for."""
+    (first, who), (second, rub) = rows
+    for name, text in zip(("SBOXID", "MBOXID"), who[4:6], strict=True):
+        if whole(text, block, first):
+            yield f"box {name}, it is everywhere"
+    static, dynamic, decay, viscous, damping, _, birth, death = _reals(block, second, rub)
+    if static < 0.0:
+        yield f"FS {static:g}, friction of parts or by a table"
+    elif decay > 0.0 and not 0.0 <= dynamic <= static:
+        yield f"FD {dynamic:g} beside FS {static:g}, DC is left out"
+    if viscous or damping:
+        yield "VC and VDC"
+    if birth > 0.0 or model.ends_after(death):
+        yield "BT and DT, it lasts all the time"
 
 
 def _prescribed(block: Block, model: DeckModel) -> None:
     if block.keyword not in _PRESCRIBED:
         model.leave(block)
         return
-    rows = [row for row in _rows(block) if row[0].text.strip()]
+    rows = _rows(block)
     for card, texts in rows[1::2] if block.keyword.endswith("_ID") else rows:
+        if not card.text.strip():
+            continue
         part, way, kind, curve = (whole(text, block, card) for text in texts[:4])
         (scale,) = _reals(block, card, texts[4:5])
         if way not in (1, 2, 3) or kind not in (0, 1, 2):
             model.leave(block, f"part {part}, DOF {way}, VAD {kind}")
             continue
         death, birth = _reals(block, card, texts[6:8])
-        if 0.0 < death < (model.end or _FOREVER):
+        if model.ends_after(death):
             model.leave(block, f"part {part}, DEATH {death:g}: the motion goes on", card.line)
         if birth > 0.0:
             model.leave(block, f"part {part}, BIRTH {birth:g}: it moves before, too", card.line)

@@ -40,7 +40,7 @@ def read_sets(
     for block in blocks:
         if not is_set(block, kind):
             continue
-        _, cards = block.untitled()
+        _, cards = block.title_and_cards()
         if not cards:
             continue
         with leaving_parameters(block, leave):
