@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 from itertools import chain
+from pathlib import Path
 
 import numpy as np
+
+from contiga.case.convert import convert
+from contiga.case.schema import Case, load_case
+
+UNITS = ("mm", "kg", "ms")
 
 RADIUS, THICKNESS, DENSITY = 20.0, 2.0, 7.8e-6
 """mm, kg"""
@@ -87,3 +93,11 @@ def deck(*pieces: list[str], parts: list[str] = PARTS) -> str:
 
 
 FULL = deck(RIGID, FOAM, CONTACT, FLIGHT, END)
+
+
+def converted(folder: Path, text: str) -> tuple[Case, str]:
+    """The case of a deck, and its text."""
+    (folder / "deck.k").write_text(text, encoding="utf-8")
+    found = convert(folder / "deck.k", UNITS, folder)
+    (folder / "case.toml").write_text(found.text, encoding="utf-8")
+    return load_case(folder / "case.toml"), found.text

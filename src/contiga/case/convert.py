@@ -6,7 +6,6 @@ What is written can be read and changed by hand; what is not understood is liste
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,7 +15,8 @@ from contiga.case.deck_parts import DeckParts, case_name
 from contiga.case.schema import parse_case
 from contiga.case.toml import value_text
 from contiga.errors import FileError, InputError
-from contiga.io.mesh.lsdyna_model import DeckContact, DeckModel, read_model
+from contiga.io.mesh.lsdyna_deck import DeckContact, DeckModel
+from contiga.io.mesh.lsdyna_model import read_model
 from contiga.io.mesh.lsdyna_sets import set_name
 from contiga.io.units import base_factor
 
@@ -99,7 +99,7 @@ def _pairs(model: DeckModel, parts: DeckParts) -> list[_Pair]:
         own = list(_of_contact(contact, sides, parts))
         if not own:
             why = "no rigid part on either side, or sides that are not understood"
-            model.unknown.setdefault(f"*{contact.keyword} ({why})", []).append(contact.line)
+            model.leave(contact.block, why)
         found += own
     return found
 
@@ -129,19 +129,17 @@ def _of_contact(
                 owners = () if owner is None else (owner,)
                 yield _Pair(master, owners, nodes, contact, a is not None)
         return
-    swapped = not any(map(parts.is_rigid, b))
-    slaves, masters = (b, a) if swapped else (a, b)
-    soft = tuple(part for part in slaves if not parts.is_rigid(part))
-    rigid = [part for part in masters if parts.is_rigid(part)]
-    for master in rigid:
+    for master in filter(parts.is_rigid, dict.fromkeys([*b, *a])):
+        met = {*(a if master in b else ()), *(b if master in a else ())}
+        soft = tuple(part for part in parts.groups if part in met and not parts.is_rigid(part))
         if soft:
-            yield _Pair(master, soft, 0, contact, swapped)
-    if a == b:
-        pairs = list(combinations(rigid, 2))
-    else:
-        pairs = [(m, s) for m in rigid for s in slaves if parts.is_rigid(s) and s != m]
-    for master, slave in pairs:
-        yield _Pair(master, (slave,), 0, contact, swapped)
+            yield _Pair(master, soft, 0, contact, master not in b)
+    paired: set[frozenset[int]] = set()
+    for master in filter(parts.is_rigid, b):
+        for slave in filter(parts.is_rigid, a):
+            if slave != master and frozenset((master, slave)) not in paired:
+                paired.add(frozenset((master, slave)))
+                yield _Pair(master, (slave,), 0, contact, swapped=False)
 
 
 def _head(model: DeckModel, units: tuple[str, str, str]) -> list[str]:
@@ -164,15 +162,16 @@ def _head(model: DeckModel, units: tuple[str, str, str]) -> list[str]:
 
 def _gravity(model: DeckModel) -> list[str]:
     gravity, lines = [0.0, 0.0, 0.0], []
-    for axis, (curve, scale, line) in sorted(model.gravity.items()):
-        keyword = f"*LOAD_BODY_{'XYZ'[axis]}"
-        table = model.curves[curve].table if curve in model.curves else np.zeros((0, 2))
+    for axis, (number, scale, block) in sorted(model.gravity.items()):
+        curve = model.curve(number)
+        table = np.zeros((0, 2)) if curve is None else curve.table
         if len(table) == 0 or np.ptp(table[:, 1]) > 0.0:
             why = "its curve is missing" if len(table) == 0 else "its curve is not constant"
-            model.unknown.setdefault(f"{keyword} ({why})", []).append(line)
+            model.leave(block, why)
             continue
         gravity[axis] = -scale * float(table[0, 1])
-        lines.append(f"# {keyword}, line {line}: the base accelerates the other way")
+        place = f"*{block.keyword}, {model.place(block)}"
+        lines.append(f"# {place}: the base accelerates the other way")
     return ["", "[world]", *lines, f"gravity = {value_text(gravity)}"] if lines else []
 
 
@@ -182,16 +181,17 @@ def _bodies(numbers: list[int], parts: DeckParts) -> Iterator[str]:
         material = parts.material(part)
         assert material is not None
         yield from ("", "[[body]]")
-        yield f"# *PART {part}, *{material.keyword} in line {material.line}"
+        yield f"# *PART {part}, *{material.block.keyword} in {model.place(material.block)}"
         yield f"name = {value_text(parts.name(part))}"
         yield f"geometry = {value_text(parts.geometry(part))}"
         if "orient" in parts.geometry(part):
             yield "# Shells at their middle surface; flip = true where the other side is free."
         motion = parts.prescribed(part, model.end)
         if motion is not None:
-            lines = [str(m.line) for m in model.motions if m.part == part]
-            told = f"*BOUNDARY_PRESCRIBED_MOTION_RIGID, line {', '.join(lines)}"
-            yield f"# {told}; its other ways stand still"
+            places = [model.place(m.block, m.line) for m in model.motions if m.part == part]
+            others = "go on as they start" if "velocity" in motion else "stand still"
+            told = f"*BOUNDARY_PRESCRIBED_MOTION_RIGID, {', '.join(places)}"
+            yield f"# {told}; its other ways {others}"
             yield f"motion = {value_text(motion)}"
             continue
         motion = parts.free_motion(part)
@@ -213,7 +213,7 @@ def _contacts(pairs: list[_Pair], parts: DeckParts) -> Iterator[str]:
             yield from _slave_table(slave, chosen, owner, parts)
         yield from ("", "[[contact]]")
         swap = "; its sides are swapped, as masters are rigid" if pair.swapped else ""
-        yield f"# *{pair.of.keyword}, line {pair.of.line}{swap}"
+        yield f"# *{pair.of.block.keyword}, {parts.model.place(pair.of.block)}{swap}"
         title = f"{parts.name(pair.master)}-{slave}"
         if title in names:
             yield f"name = {value_text(f'{title} {len(names)}')}"

@@ -6,22 +6,34 @@ import os
 import re
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.io.mesh.lsdyna_model import DeckModel, Material, Prescribed
+from contiga.io.mesh.lsdyna_deck import DeckModel, Material, Prescribed, Start
 from contiga.io.mesh.lsdyna_sets import set_name
 from contiga.io.mesh.raw import Group, RawMesh
-from contiga.io.mesh.read_master import read_master
-from contiga.io.mesh.read_mesh import read_mesh, read_raw
+from contiga.io.mesh.read_mesh import read_raw, slave_of
 from contiga.records import FloatArray
+from contiga.slaves.cells import SHELLS
 
 _AXES = "xyz"
+_RATES = ("vx", "vy", "vz", "a spin about x", "a spin about y", "a spin about z")
 _WAYS = {1: "x", 2: "y", 3: "z", 4: "xy", 5: "yz", 6: "zx", 7: "xyz"}
 """What CON1 and CON2 of a *MAT_RIGID hold."""
 _PENALTY = 0.1
 """Share of the bulk modulus that LS-DYNA's penalty takes by default, SLSFAC."""
+_JUST_BEFORE = 1e-6
+"""Share of a run between the two values of a step in a curve."""
+
+
+class _Facets(NamedTuple):
+    """Facets of a skin."""
+
+    corners: FloatArray
+    """(m, 3, 3)"""
+    thickness: FloatArray
+    """(m,) of shells; 0 where the deck says none."""
 
 
 class DeckParts:
@@ -37,6 +49,7 @@ class DeckParts:
         self.model = model
         self.file = file
         self._names: dict[str, str] = {}
+        self._skins: dict[tuple[str | int, ...], _Facets] = {}
 
     @cached_property
     def mesh(self) -> RawMesh:
@@ -47,6 +60,18 @@ class DeckParts:
     def groups(self) -> dict[int, Group]:
         """Parts that have elements, by number."""
         return {group.id: group for group in self.mesh.groups if group.id is not None}
+
+    def _facets(self, parts: list[str | int]) -> _Facets:
+        """The skin of parts of the mesh, made once: the deck may be large."""
+        key = tuple(parts)
+        if key not in self._skins:
+            slave = slave_of(self.mesh, self.model.path, chosen=(parts, None, "skin"))
+            facets = np.zeros((0, 3), np.int64) if slave.facets is None else slave.facets
+            thickness = slave.thickness
+            if thickness is None:
+                thickness = np.zeros(len(slave.points))
+            self._skins[key] = _Facets(slave.points[facets], thickness[facets].mean(axis=1))
+        return self._skins[key]
 
     def material(self, part: int) -> Material | None:
         """The material of a part, if it is understood."""
@@ -101,7 +126,8 @@ class DeckParts:
         return {"mesh": self.file, "parts": [part], **({"orient": True} if shells else {})}
 
     def _is_shell(self, part: int) -> bool:
-        return self.model.parts.sections.get(part, -1) in self.model.parts.thickness
+        blocks = zip(self.mesh.blocks, self.groups[part].cells or (), strict=True)
+        return any(block.kind in SHELLS and len(rows) > 0 for block, rows in blocks)
 
     def mass(self, part: int) -> tuple[dict[str, Any], str]:
         """The `mass` of a rigid part, and where it comes from."""
@@ -118,29 +144,15 @@ class DeckParts:
             mass = {"total": told.mass, "centre": centre, "inertia": entries}
             return mass, f"*PART_INERTIA{own}"
         if not self._is_shell(part):
-            return {"density": material.density}, f"density of the *{material.keyword}"
-        return self._mass_of_shells(part, material.density), "its shells at their thickness"
-
-    def _mass_of_shells(self, part: int, density: float) -> dict[str, Any]:
-        """Mass, centre and inertia of shells: three points an element are exact for each facet."""
-        mesh = read_master(self.model.path, parts=[part])
-        corners = mesh.vertices[mesh.triangles]
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        thickness = float(np.mean(self.model.parts.shell_thickness(np.array([part]))))
-        weight = 0.5 * np.linalg.norm(normals, axis=1) * density * (thickness or 1.0) / 3.0
-        middles = 0.5 * (corners + np.roll(corners, 1, axis=1)).reshape(-1, 3)
-        weights = np.repeat(weight, 3)
-        total = float(weights.sum())
-        centre = weights @ middles / total
-        r = middles - centre
-        second = (weights[:, None, None] * r[:, :, None] * r[:, None, :]).sum(axis=0)
-        tensor = np.trace(second) * np.eye(3) - second
-        entries = [tensor[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))]
-        return {
-            "total": total,
-            "centre": centre.tolist(),
-            "inertia": [float(entry) for entry in entries],
-        }
+            return {"density": material.density}, f"density of the *{material.block.keyword}"
+        corners, thickness = self._facets([part])
+        where = "its shells at their thickness"
+        if not (thickness > 0.0).all():
+            why = f"part {part}, its shells have no thickness: 1 is taken for its mass"
+            self.model.leave(material.block, why)
+            thickness = np.where(thickness > 0.0, thickness, 1.0)
+            where = "its shells at a thickness of 1, as the deck has none: set it"
+        return _mass_of_shells(corners, thickness * material.density), where
 
     def free_motion(self, part: int) -> dict[str, Any] | None:
         """The `motion` of a rigid part that forces move; None where all its ways are held."""
@@ -149,33 +161,61 @@ class DeckParts:
         ways, turns = (_WAYS.get(code, "") for code in material.held)
         if len(ways) == len(turns) == len(_AXES):
             return None
-        told = self.model.parts.inertia.get(part)
-        started = self.model.velocities.get(part, self.model.velocities.get(0))
-        if started is None and told is not None:
-            started = (*told.velocity, *told.spin)
+        started = self._start(part)
         motion: dict[str, Any] = {"kind": "free"}
-        for key, values in (("velocity", (started or ())[:3]), ("spin", (started or ())[3:])):
+        for key, values in (("velocity", started[:3]), ("spin", started[3:])):
             if any(values):
                 motion[key] = list(values)
         if ways or turns:
             motion["hold"] = [*ways, *(f"r{axis}" for axis in turns)]
         return motion
 
+    def _start(self, part: int) -> tuple[float, ...]:
+        """Velocity and spin at the start: those of *PART_INERTIA where nothing replaces them."""
+        told, start = self.model.parts.inertia.get(part), self._start_of_cards(part)
+        if told is None:
+            return (0.0,) * 6 if start is None else start.rates
+        own = (*told.velocity, *told.spin)
+        if start is None:
+            return own
+        if 0 in start.over or part in start.over:
+            return start.rates
+        if start.rates != own:
+            self.model.leave(start.block, f"part {part} has that of its *PART_INERTIA, IRIGID")
+        return own
+
+    def _start_of_cards(self, part: int) -> Start | None:
+        return self.model.velocities.get(part, self.model.velocities.get(0))
+
     def prescribed(self, part: int, end: float) -> dict[str, Any] | None:
         """The `motion` of a part whose motion the deck tells; None where it tells none."""
         told = [m for m in self.model.motions if m.part == part]
         if not told:
             return None
-        kind = told[0].kind
-        rows = self._over_time(told, end)
-        if kind == 2:
-            return {"kind": "translate", "table": rows.tolist()}
-        return {"kind": ("velocity", "acceleration")[kind], "table": rows.tolist()}
+        kind = ("velocity", "acceleration", "translate")[told[0].kind]
+        motion = {"kind": kind, "table": self._over_time(told, end).tolist()}
+        start = list(self._start(part))
+        if kind == "acceleration" and any(start[:3]):
+            motion["velocity"] = start[:3]
+            start[:3] = [0.0] * 3
+        for one in told:
+            start[one.way - 1] = 0.0
+        lost = [name for name, rate in zip(_RATES, start, strict=True) if rate]
+        if lost:
+            why = f"part {part} starts with {', '.join(lost)}, which is left out"
+            self.model.leave(told[0].block, why, told[0].line)
+        return motion
 
     def _over_time(self, told: list[Prescribed], end: float) -> FloatArray:
-        """(n, 4) rows t, x, y, z from the start to the end, the last value held."""
-        tables = [self.model.curves[one.curve].table for one in told]
-        times = np.unique(np.concatenate([[0.0, end], *(table[:, 0] for table in tables)]))
+        """(n, 4) rows t, x, y, z from the start to the end, the last value held.
+
+        Where a curve has two values at a time, the first of them stands just before it.
+        """
+        curves = [self.model.curve(one.curve) for one in told]
+        tables = [curve.table for curve in curves if curve is not None]
+        steps = [table[1:, 0][np.diff(table[:, 0]) == 0.0] for table in tables]
+        before = np.concatenate(steps) - _JUST_BEFORE * end
+        times = np.unique(np.concatenate([[0.0, end], before, *(t[:, 0] for t in tables)]))
         times = times[(times >= 0.0) & (times <= end)]
         rows = np.zeros((len(times), 4))
         rows[:, 0] = times
@@ -198,17 +238,37 @@ class DeckParts:
         )
 
     def _size_of_facets(self, parts: list[str | int]) -> float:
-        slave = read_mesh(self.model.path, parts=parts)
-        if slave.facets is None or not len(slave.facets):
+        corners = self._facets(parts).corners
+        if not len(corners):
             return 1.0
-        corners = slave.points[slave.facets]
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         return float(np.sqrt(np.linalg.norm(normals, axis=1).mean()))
 
     def has_facets(self, parts: list[str | int]) -> bool:
         """Whether a contact has areas to weigh forces with."""
-        facets = read_mesh(self.model.path, parts=parts).facets
-        return facets is not None and len(facets) > 0
+        return len(self._facets(parts).corners) > 0
+
+
+def _mass_of_shells(corners: FloatArray, density: FloatArray) -> dict[str, Any]:
+    """Mass, centre and inertia of (m, 3, 3) facets with (m,) masses an area.
+
+    Three points a facet are exact.
+    """
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    weight = 0.5 * np.linalg.norm(normals, axis=1) * density / 3.0
+    middles = 0.5 * (corners + np.roll(corners, 1, axis=1)).reshape(-1, 3)
+    weights = np.repeat(weight, 3)
+    total = float(weights.sum())
+    centre = weights @ middles / total
+    r = middles - centre
+    second = (weights[:, None, None] * r[:, :, None] * r[:, None, :]).sum(axis=0)
+    tensor = np.trace(second) * np.eye(3) - second
+    entries = [tensor[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))]
+    return {
+        "total": total,
+        "centre": centre.tolist(),
+        "inertia": [float(entry) for entry in entries],
+    }
 
 
 def case_name(path: Path, folder: Path) -> str:

@@ -18,24 +18,15 @@ from tests.decks import (
     RADIUS,
     RIGID,
     THICKNESS,
+    UNITS,
     card,
+    converted,
     deck,
 )
 
 import contiga as cg
 from contiga.case.convert import convert, parse_units
-from contiga.case.schema import Case, load_case
 from contiga.errors import FileError, InputError, MeshError, UnitError
-
-UNITS = ("mm", "kg", "ms")
-
-
-def converted(folder: Path, text: str) -> tuple[Case, str]:
-    """The case of a deck, and its text."""
-    (folder / "deck.k").write_text(text, encoding="utf-8")
-    found = convert(folder / "deck.k", UNITS, folder)
-    (folder / "case.toml").write_text(found.text, encoding="utf-8")
-    return load_case(folder / "case.toml"), found.text
 
 
 def test_a_rigid_part_flies_onto_a_pad(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contiga.errors import FileError, InputError, UnitError
+from contiga.errors import FileError, InputError, MeshError, UnitError
 from contiga.io.curves import read_curve
 from contiga.io.mesh.lsdyna_cards import read_blocks
 from contiga.io.mesh.lsdyna_curves import read_curves
@@ -59,6 +59,31 @@ def test_a_curve_of_a_deck_is_converted(tmp_path: Path) -> None:
     found = read_curve(deck, STRESS, CASE, curve=12, units=["1", "MPa"])
     np.testing.assert_allclose(found, [[0.1, 1e-3], [0.6, 4e-3]], rtol=1e-15)
     assert read_curve(deck, STRESS, CASE, curve=7).tolist() == [[0.0, 0.0], [1.0, 3.0]]
+
+
+def test_a_blank_title_is_a_card(tmp_path: Path) -> None:
+    text = "*DEFINE_CURVE_TITLE\n\n5\n0.0, 0.0\n0.25, 1.0\n0.5, 2.0\n*END\n"
+    found = read_curve(write(tmp_path, "deck.k", text), STRESS, CASE)
+    assert found.tolist() == [[0.0, 0.0], [0.25, 1.0], [0.5, 2.0]]
+
+
+def test_a_negative_scale_turns_the_points_round(tmp_path: Path) -> None:
+    text = "*DEFINE_CURVE\n5, 0, -1.0\n0.0, 3.0\n1.0, 2.0\n1.0, 1.0\n4.0, 0.0\n*END\n"
+    found = read_curve(write(tmp_path, "deck.k", text), STRESS, CASE)
+    assert found.tolist() == [[-4.0, 0.0], [-1.0, 1.0], [-1.0, 2.0], [0.0, 3.0]]
+
+
+def test_parameters_matter_in_the_curve_that_is_asked_for(tmp_path: Path) -> None:
+    text = DECK.replace("*END", "*DEFINE_CURVE\n20, 0, &scale\n0.0, 0.0\n1.0, &top\n*END")
+    deck = write(tmp_path, "deck.k", text)
+    assert read_curve(deck, STRESS, CASE, curve=7).tolist() == [[0.0, 0.0], [1.0, 3.0]]
+    with pytest.raises(MeshError, match=r"\*DEFINE_CURVE: .*found '&scale'"):
+        read_curve(deck, STRESS, CASE, curve=20)
+    with pytest.raises(FileError, match=r"no \*DEFINE_CURVE 9"):
+        read_curve(deck, STRESS, CASE, curve=9)
+    alone = write(tmp_path, "alone.k", text[text.index("*DEFINE_CURVE\n20") :])
+    with pytest.raises(MeshError, match="&scale"):
+        read_curve(alone, STRESS, CASE)
 
 
 def test_columns_say_their_units_or_are_given_them(tmp_path: Path) -> None:

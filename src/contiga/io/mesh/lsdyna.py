@@ -7,6 +7,7 @@ layouts: LS-DYNA Keyword User's Manual, volume I.
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.errors import FileError, MeshError
+from contiga.errors import ContigaWarning, FileError, MeshError
 from contiga.io.mesh.lsdyna_cards import Block, Card, fields, read_blocks, real, whole
 from contiga.io.mesh.lsdyna_parts import Parts, read_parts
 from contiga.io.mesh.lsdyna_sets import read_sets, set_name
@@ -65,7 +66,7 @@ def read_lsdyna(path: Path) -> RawMesh:
     node_ids, points, shells, solids = _nodes_and_elements(blocks)
     node_ids, points = _without_repeats(node_ids, points, path)
     rows = _Rows(node_ids, str(path))
-    parts = read_parts(blocks)
+    parts = read_parts(blocks, _warn_of_parts)
     cells, part_numbers, thickness = _cells(shells, solids, rows, parts)
     return RawMesh(
         points,
@@ -74,6 +75,14 @@ def read_lsdyna(path: Path) -> RawMesh:
         node_ids,
         tuple(thickness) if any(values is not None for values in thickness) else None,
         _mass(blocks, rows, len(points)),
+    )
+
+
+def _warn_of_parts(block: Block, why: str) -> None:
+    warnings.warn(
+        f"{block.where()}, line {block.line}: {why}: titles and thickness it gives are left out",
+        ContigaWarning,
+        stacklevel=2,
     )
 
 
@@ -347,8 +356,11 @@ def _groups(part_numbers: list[Int64Array], parts: Parts) -> list[Group]:
 
 
 def _sets(blocks: Iterable[Block], rows: _Rows) -> Iterable[Group]:
-    """Sets of nodes: by name alone, as their numbers are those of parts, too."""
-    for number, nodes in read_sets(blocks, "NODE").items():
+    """Sets of nodes: by name alone, as their numbers are those of parts, too.
+
+    One with parameters is not there: who asks for it is told.
+    """
+    for number, nodes in read_sets(blocks, "NODE", lambda *_: None).items():
         own = rows(np.array(nodes, dtype=np.int64))
         yield Group(None, set_name(number), None, own)
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -39,6 +40,15 @@ class Block(NamedTuple):
     path: Path
     line: int = 0
     """Of the keyword."""
+
+    def title_and_cards(self) -> tuple[str, list[Card]]:
+        """Title and cards that are not blank; of a keyword in _TITLE the first card is the title.
+
+        A blank title is a card, too, so that it goes before blank cards do.
+        """
+        titled = self.keyword.endswith("_TITLE") and len(self.cards) > 0
+        title = self.cards[0].text.strip() if titled else ""
+        return title, [card for card in self.cards[titled:] if card.text.strip()]
 
     def where(self, card: Card | None = None) -> str:
         """File, line and keyword, for messages."""
@@ -116,6 +126,21 @@ def _included(block: Block, folders: list[Path], open_files: tuple[Path, ...]) -
         if found.resolve() in open_files:
             raise FileError("a file includes itself", where=block.where(card), found=name)
         yield from _blocks_of(found, long=block.long, folders=folders, open_files=open_files)
+
+
+Leave = Callable[[Block, str], None]
+"""Takes a block that is left out, and why."""
+
+
+@contextmanager
+def leaving_parameters(block: Block, leave: Leave | None) -> Iterator[None]:
+    """A field that is no number is no error where `leave` takes blocks with parameters (&)."""
+    try:
+        yield
+    except MeshError:
+        if leave is None or not any("&" in card.text for card in block.cards):
+            raise
+        leave(block, "parameters are not worked out")
 
 
 def fields(card: Card, block: Block, widths: Sequence[int]) -> list[str]:

@@ -12,7 +12,15 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.errors import FileError
-from contiga.io.mesh.lsdyna_cards import Block, fields, read_blocks, real, whole
+from contiga.io.mesh.lsdyna_cards import (
+    Block,
+    Leave,
+    fields,
+    leaving_parameters,
+    read_blocks,
+    real,
+    whole,
+)
 from contiga.records import FloatArray
 
 _TEN = (10,) * 8
@@ -30,18 +38,24 @@ class DeckCurve(NamedTuple):
     """File and line."""
 
 
-def read_curves(blocks: Iterable[Block]) -> dict[int, DeckCurve]:
-    """All curves of a deck by their numbers.
+def read_curves(blocks: Iterable[Block], leave: Leave | None = None) -> dict[int, DeckCurve]:
+    """All curves of a deck by their numbers; those with parameters go to `leave`.
 
-    Abscissae are SFA (a + OFFA), ordinates SFO (o + OFFO); a scale of 0 is 1.
+    Abscissae are SFA (a + OFFA), ordinates SFO (o + OFFO); a scale of 0 is 1. A negative SFA turns
+    the points round, so that abscissae rise as they do in the deck.
 
     Raises
     ------
     MeshError
         A field that should be a number is none.
     """
-    found = (_curve(block) for block in blocks if is_curve(block))
-    return {curve.number: curve for curve in found if curve is not None}
+    curves: dict[int, DeckCurve] = {}
+    for block in filter(is_curve, blocks):
+        with leaving_parameters(block, leave):
+            curve = _curve(block)
+            if curve is not None:
+                curves[curve.number] = curve
+    return curves
 
 
 def is_curve(block: Block) -> bool:
@@ -50,8 +64,7 @@ def is_curve(block: Block) -> bool:
 
 
 def _curve(block: Block) -> DeckCurve | None:
-    cards = [card for card in block.cards if card.text.strip()]
-    title = cards.pop(0).text.strip() if block.keyword.endswith("_TITLE") and cards else ""
+    title, cards = block.title_and_cards()
     if not cards:
         return None
     head, *points = cards
@@ -60,7 +73,16 @@ def _curve(block: Block) -> DeckCurve | None:
     rows = [[real(text, block, card) for text in fields(card, block, _POINT)] for card in points]
     table = np.array(rows, np.float64).reshape(-1, 2)
     table = (table + np.array([offa, offo])) * np.array([sfa or 1.0, sfo or 1.0])
+    if sfa < 0.0:
+        table = table[::-1]
     return DeckCurve(whole(number, block, head), title, table, block.where(head))
+
+
+def number_of(block: Block) -> int:
+    """The number of a curve that is not read; 0 where it has none that can be told."""
+    _, cards = block.title_and_cards()
+    text = fields(cards[0], block, _TEN)[0] if cards else ""
+    return int(text) if text.isdecimal() else 0
 
 
 def read_curve_of_deck(path: Path, number: int | None) -> DeckCurve:
@@ -70,14 +92,21 @@ def read_curve_of_deck(path: Path, number: int | None) -> DeckCurve:
     ------
     FileError
         The deck cannot be read, has no such curve, or several where none is named.
+    MeshError
+        A field of the curve that should be a number is none.
     """
+    left: dict[int, Block] = {}
     try:
-        curves = read_curves(read_blocks(path))
+        curves = read_curves(
+            read_blocks(path), lambda block, _: left.update({number_of(block): block})
+        )
     except OSError as error:
         raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
+    if number in left or (left and not curves):
+        read_curves([left.get(number or 0) or next(iter(left.values()))])
     if not curves:
         raise FileError("there is no *DEFINE_CURVE", where=str(path))
-    if number is None and len(curves) == 1:
+    if number is None and len(curves) == 1 and not left:
         return next(iter(curves.values()))
     if number not in curves:
         raise FileError(

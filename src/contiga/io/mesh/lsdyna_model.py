@@ -1,4 +1,4 @@
-"""What an LS-DYNA deck says beside its mesh: rigid parts, contacts, motions, times.
+"""Reading what an LS-DYNA deck says beside its mesh: rigid parts, contacts, motions, times.
 
 What is not understood is kept by keyword, with the lines it stands in. Card layouts: LS-DYNA
 Keyword User's Manual, volumes I and II.
@@ -7,19 +7,28 @@ Keyword User's Manual, volumes I and II.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
-from contiga.errors import FileError, MeshError
-from contiga.io.mesh.lsdyna_cards import Block, Card, fields, read_blocks, real, whole
-from contiga.io.mesh.lsdyna_curves import DeckCurve, is_curve, read_curves
-from contiga.io.mesh.lsdyna_parts import Parts, read_parts
+import numpy as np
+
+from contiga.errors import FileError
+from contiga.io.mesh.lsdyna_cards import (
+    Block,
+    Card,
+    fields,
+    leaving_parameters,
+    read_blocks,
+    real,
+    whole,
+)
+from contiga.io.mesh.lsdyna_curves import is_curve, read_curves
+from contiga.io.mesh.lsdyna_deck import DeckContact, DeckModel, Material, Prescribed, Start
+from contiga.io.mesh.lsdyna_parts import is_part, read_parts
 from contiga.io.mesh.lsdyna_sets import is_set, read_sets
 
 _TEN = (10,) * 8
 _MESH = ("NODE", "ELEMENT_MASS", "TITLE")
-_MESH_STARTS = ("ELEMENT_SHELL", "ELEMENT_SOLID", "ELEMENT_TSHELL", "PART", "SECTION_")
+_MESH_STARTS = ("ELEMENT_SHELL", "ELEMENT_SOLID", "ELEMENT_TSHELL", "SECTION_")
 # Materials whose first card begins with number, density, modulus; the share says whether Poisson's
 # ratio comes next.
 _ELASTIC = {
@@ -42,71 +51,6 @@ _RIGID = ("RIGID", "020")
 _OTHER_CONTACTS = ("TIED", "TIEBREAK", "2D", "DRAWBEAD")
 
 
-class Material(NamedTuple):
-    """What is understood of a *MAT."""
-
-    density: float
-    modulus: float
-    poisson: float
-    rigid: bool
-    held: tuple[int, int]
-    """CON1 and CON2 of a rigid one: which ways and turns are held."""
-    keyword: str
-    line: int
-
-
-class DeckContact(NamedTuple):
-    """A *CONTACT between two sides, of a kind (SSTYP) and a number (SSID) each."""
-
-    keyword: str
-    line: int
-    sides: tuple[tuple[int, int], tuple[int, int]]
-    """Kind and number of slave and master."""
-    friction: tuple[float, float, float]
-    """FS, FD, DC."""
-    scale: float
-    """Of the slave's penalty, SFS."""
-
-
-class Prescribed(NamedTuple):
-    """A *BOUNDARY_PRESCRIBED_MOTION_RIGID."""
-
-    part: int
-    way: int
-    """1, 2, 3: along x, y, z."""
-    kind: int
-    """0 velocity, 1 acceleration, 2 displacement."""
-    curve: int
-    scale: float
-    line: int
-
-
-@dataclass
-class DeckModel:
-    """What a deck says, as far as it is understood."""
-
-    path: Path
-    parts: Parts
-    curves: dict[int, DeckCurve]
-    part_sets: dict[int, list[int]]
-    title: str = ""
-    end: float = 0.0
-    materials: dict[int, Material] = field(default_factory=dict)
-    contacts: list[DeckContact] = field(default_factory=list)
-    motions: list[Prescribed] = field(default_factory=list)
-    velocities: dict[int, tuple[float, ...]] = field(default_factory=dict)
-    """Velocity and spin at the start by part; 0 stands for all."""
-    gravity: dict[int, tuple[int, float, int]] = field(default_factory=dict)
-    """By axis (0 to 2): curve, scale, line."""
-    unknown: dict[str, list[int]] = field(default_factory=dict)
-    """Lines of what is not understood, by keyword and, in brackets, what of it."""
-
-    def leave(self, block: Block, why: str = "") -> None:
-        """Note that a keyword, or something of it, is not understood."""
-        told = f"*{block.keyword}{f' ({why})' if why else ''}"
-        self.unknown.setdefault(told, []).append(block.line)
-
-
 def read_model(path: Path) -> DeckModel:
     """Read what a deck says beside its mesh.
 
@@ -115,7 +59,7 @@ def read_model(path: Path) -> DeckModel:
     FileError
         Not a keyword deck, or an included file is missing.
     MeshError
-        A field that should be a number is none.
+        A field that should be a number is none; parameters (&) are noted.
     """
     try:
         blocks = list(read_blocks(path))
@@ -123,25 +67,35 @@ def read_model(path: Path) -> DeckModel:
         raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
     if not blocks:
         raise FileError("not an LS-DYNA keyword deck", where=str(path), allowed="a file with *NODE")
-    model = DeckModel(path, read_parts(blocks), read_curves(blocks), read_sets(blocks, "PART"))
-    for block in blocks:
+    model = DeckModel(path)
+    model.parts = read_parts(blocks, model.leave)
+    model.curves = read_curves(blocks, model.leave_curve)
+    model.part_sets = read_sets(blocks, "PART", model.leave)
+    # The mesh has the sets of nodes: here only those that cannot be read are noted.
+    read_sets(blocks, "NODE", model.leave)
+    # The end comes first: what is over before it is told from what is not.
+    for block in sorted(blocks, key=lambda block: not block.keyword.startswith(_TERMINATION)):
         _take(block, model)
     model.motions = list(_possible(model))
     return model
 
 
 def _possible(model: DeckModel) -> Iterator[Prescribed]:
-    """Motions whose curve is there, of one kind for each part; others are noted."""
+    """Motions whose curve can be followed, of one kind for each part; others are noted."""
     kinds: dict[int, int] = {}
     for one in model.motions:
+        curve = model.curves.get(one.curve)
         why = ""
-        if one.curve not in model.curves:
+        if curve is None and one.curve not in model.unread:
             why = f"part {one.part}, there is no curve {one.curve}"
+        elif curve is not None and len(curve.table) == 0:
+            why = f"part {one.part}, curve {one.curve} has no points"
+        elif curve is not None and (np.diff(curve.table[:, 0]) < 0.0).any():
+            why = f"part {one.part}, the times of curve {one.curve} fall"
         elif kinds.setdefault(one.part, one.kind) != one.kind:
             why = f"part {one.part}, VAD {one.kind} beside VAD {kinds[one.part]}"
         if why:
-            told = f"*{_PRESCRIBED[0]} ({why})"
-            model.unknown.setdefault(told, []).append(one.line)
+            model.leave(one.block, why, one.line)
         else:
             yield one
 
@@ -150,7 +104,7 @@ def _take(block: Block, model: DeckModel) -> None:
     name = block.keyword
     if name == "TITLE" and block.cards:
         model.title = block.cards[0].text.strip()
-    if name in _MESH or name.startswith(_MESH_STARTS) or is_curve(block):
+    if name in _MESH or name.startswith(_MESH_STARTS) or is_curve(block) or is_part(block):
         return
     if is_set(block, "NODE") or is_set(block, "PART"):
         return
@@ -158,15 +112,14 @@ def _take(block: Block, model: DeckModel) -> None:
     if reader is None:
         model.leave(block)
         return
-    try:
+    with leaving_parameters(block, model.leave):
         reader(block, model)
-    except MeshError:
-        if not any("&" in card.text for card in block.cards):
-            raise
-        model.leave(block, "parameters are not worked out")
 
 
-def _rows(block: Block) -> list[tuple[Card, list[str]]]:
+_Row = tuple[Card, list[str]]
+
+
+def _rows(block: Block) -> list[_Row]:
     """Cards with their fields; one that is empty in the midst of others has all its defaults."""
     return [(card, fields(card, block, _TEN)) for card in block.cards]
 
@@ -192,7 +145,7 @@ def _material(block: Block, model: DeckModel) -> None:
         elif code < 0:
             model.leave(block, "held in axes of its own")
     model.materials[whole(texts[0], block, card)] = Material(
-        density, modulus, poisson if _ELASTIC[kind] else 0.0, rigid, held, block.keyword, block.line
+        density, modulus, poisson if _ELASTIC[kind] else 0.0, rigid, held, block
     )
 
 
@@ -210,61 +163,107 @@ def _contact(block: Block, model: DeckModel) -> None:
     scale = _reals(block, rows[2][0], rows[2][1][:1])[0] if len(rows) > 2 else 0.0
     if words.endswith("SINGLE_SURFACE"):
         b, kind_b = a, kind_a
-    friction = _reals(block, second, rub[:3])
+    for why in _left_of_contact(block, rows[:2], model):
+        model.leave(block, why)
+    static, dynamic, decay = _reals(block, second, rub[:3])
     model.contacts.append(
-        DeckContact(
-            block.keyword,
-            block.line,
-            ((kind_a, a), (kind_b, b)),
-            (friction[0], friction[1], friction[2]),
-            scale or 1.0,
-        )
+        DeckContact(block, ((kind_a, a), (kind_b, b)), (static, dynamic, decay), scale or 1.0)
     )
+
+
+def _left_of_contact(block: Block, rows: list[_Row], model: DeckModel) -> Iterator[str]:
+    """What the first two cards say that a case has no word for."""
+    (first, who), (second, rub) = rows
+    for name, text in zip(("SBOXID", "MBOXID"), who[4:6], strict=True):
+        if whole(text, block, first):
+            yield f"box {name}, it is everywhere"
+    static, dynamic, decay, viscous, damping, _, birth, death = _reals(block, second, rub)
+    if static < 0.0:
+        yield f"FS {static:g}, friction of parts or by a table"
+    elif decay > 0.0 and not 0.0 <= dynamic <= static:
+        yield f"FD {dynamic:g} beside FS {static:g}, DC is left out"
+    if viscous or damping:
+        yield "VC and VDC"
+    if birth > 0.0 or model.ends_after(death):
+        yield "BT and DT, it lasts all the time"
 
 
 def _prescribed(block: Block, model: DeckModel) -> None:
     if block.keyword not in _PRESCRIBED:
         model.leave(block)
         return
-    rows = [row for row in _rows(block) if row[0].text.strip()]
+    rows = _rows(block)
     for card, texts in rows[1::2] if block.keyword.endswith("_ID") else rows:
+        if not card.text.strip():
+            continue
         part, way, kind, curve = (whole(text, block, card) for text in texts[:4])
         (scale,) = _reals(block, card, texts[4:5])
         if way not in (1, 2, 3) or kind not in (0, 1, 2):
             model.leave(block, f"part {part}, DOF {way}, VAD {kind}")
             continue
-        if any(_reals(block, card, texts[6:8])):
-            model.leave(block, f"part {part}, DEATH and BIRTH")
-        model.motions.append(Prescribed(part, way, kind, curve, scale or 1.0, card.line))
+        death, birth = _reals(block, card, texts[6:8])
+        if model.ends_after(death):
+            model.leave(block, f"part {part}, DEATH {death:g}: the motion goes on", card.line)
+        if birth > 0.0:
+            model.leave(block, f"part {part}, BIRTH {birth:g}: it moves before, too", card.line)
+        model.motions.append(Prescribed(part, way, kind, curve, scale or 1.0, block, card.line))
 
 
 def _initial(block: Block, model: DeckModel) -> None:
     rows = _rows(block)
     if block.keyword == "INITIAL_VELOCITY_RIGID_BODY":
         for card, texts in rows:
-            if part := whole(texts[0], block, card):
-                model.velocities[part] = _reals(block, card, texts[1:7])
+            part = whole(texts[0], block, card)
+            if whole(texts[7], block, card):
+                model.leave(block, f"part {part}, in axes of its own, ICID", card.line)
+            elif part:
+                model.velocities[part] = Start(_reals(block, card, texts[1:7]), (part,), block)
     elif block.keyword == "INITIAL_VELOCITY_GENERATION":
-        for (card, texts), _ in zip(rows[::2], rows[1::2], strict=False):
-            _generated(block, card, texts, model)
+        for head, tail in zip(rows[::2], rows[1::2], strict=False):
+            _generated(block, head, tail, model)
     elif block.keyword == "INITIAL_VELOCITY" and len(rows) > 1:
-        if whole(rows[0][1][0], block, rows[0][0]):
-            model.leave(block, "of a set of nodes")
-            return
-        model.velocities[0] = _reals(block, rows[1][0], rows[1][1][:6])
+        _of_all(block, rows, model)
     else:
         model.leave(block)
 
 
-def _generated(block: Block, card: Card, texts: list[str], model: DeckModel) -> None:
+def _of_all(block: Block, rows: list[_Row], model: DeckModel) -> None:
+    (card, texts), (card_2, rates) = rows[:2]
+    nodes, exempt, box, over, axes = (whole(text, block, card) for text in texts[:5])
+    for said, why in (
+        (nodes, "of a set of nodes"),
+        (box, f"in box {box} only, BOXID"),
+        (axes, "in axes of its own, ICID"),
+    ):
+        if said:
+            model.leave(block, why)
+            return
+    if exempt:
+        model.leave(block, f"all but set of nodes {exempt}, NSIDEX: these, too")
+    replaced = [0] * (over < 0) if over <= 0 else model.part_sets.get(over, [])
+    model.velocities[0] = Start(_reals(block, card_2, rates[:6]), tuple(replaced), block)
+
+
+def _generated(block: Block, head: _Row, tail: _Row, model: DeckModel) -> None:
+    card, texts = head
     number, kind = (whole(text, block, card) for text in texts[:2])
     omega, *velocity = _reals(block, card, texts[2:6])
-    if omega or kind not in (1, 2):
-        model.leave(block, "a turn" if omega else "of a set of nodes")
+    parts = [number] if kind == 2 or number == 0 else model.part_sets.get(number, [])
+    why = ""
+    if omega:
+        why = "a turn"
+    elif number and kind not in (1, 2):
+        why = "of a set of nodes"
+    elif whole(texts[7], block, card):
+        why = "in axes of its own, ICID"
+    elif not parts:
+        why = f"there is no set of parts {number}"
+    if why:
+        model.leave(block, why, card.line)
         return
-    parts = [number] if kind == 2 else model.part_sets.get(number, [])
-    for part in parts or [0]:
-        model.velocities[part] = (*velocity, 0.0, 0.0, 0.0)
+    over = (0,) if whole(tail[1][7], block, tail[0]) == 1 else ()
+    for part in parts:
+        model.velocities[part] = Start((*velocity, 0.0, 0.0, 0.0), over, block)
 
 
 def _gravity(block: Block, model: DeckModel) -> None:
@@ -275,7 +274,7 @@ def _gravity(block: Block, model: DeckModel) -> None:
         return
     card, texts = rows[0]
     (scale,) = _reals(block, card, texts[1:2])
-    model.gravity[axis] = whole(texts[0], block, card), scale or 1.0, block.line
+    model.gravity[axis] = whole(texts[0], block, card), scale or 1.0, block
 
 
 def _termination(block: Block, model: DeckModel) -> None:
@@ -284,6 +283,7 @@ def _termination(block: Block, model: DeckModel) -> None:
         return
 
 
+_TERMINATION = "CONTROL_TERMINATION"
 _PRESCRIBED = ("BOUNDARY_PRESCRIBED_MOTION_RIGID", "BOUNDARY_PRESCRIBED_MOTION_RIGID_ID")
 _READERS: dict[str, Callable[[Block, DeckModel], None]] = {
     "MAT_": _material,
@@ -291,5 +291,5 @@ _READERS: dict[str, Callable[[Block, DeckModel], None]] = {
     "BOUNDARY_PRESCRIBED_MOTION": _prescribed,
     "INITIAL_VELOCITY": _initial,
     "LOAD_BODY": _gravity,
-    "CONTROL_TERMINATION": _termination,
+    _TERMINATION: _termination,
 }

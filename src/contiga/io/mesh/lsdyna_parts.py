@@ -13,7 +13,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.io.mesh.lsdyna_cards import Block, Card, fields, real, whole
+from contiga.io.mesh.lsdyna_cards import (
+    Block,
+    Card,
+    Leave,
+    fields,
+    leaving_parameters,
+    real,
+    whole,
+)
 from contiga.records import FloatArray
 
 _TEN = (10,) * 8
@@ -58,8 +66,14 @@ class Parts(NamedTuple):
         return np.array(rows, dtype=np.float64).reshape(-1, 4)[inverse.ravel()]
 
 
-def read_parts(blocks: Iterable[Block]) -> Parts:
-    """Parts and shell sections of a deck.
+def is_part(block: Block) -> bool:
+    """Whether a keyword is a *PART all of whose cards `read_parts` knows."""
+    first, *options = block.keyword.split("_")
+    return first == "PART" and set(options) <= _PART_OPTIONS.keys()
+
+
+def read_parts(blocks: Iterable[Block], leave: Leave | None = None) -> Parts:
+    """Parts and shell sections of a deck; those with parameters go to `leave`.
 
     Raises
     ------
@@ -69,28 +83,24 @@ def read_parts(blocks: Iterable[Block]) -> Parts:
     parts = Parts({}, {}, {}, {}, {})
     for block in blocks:
         if block.keyword == "PART" or block.keyword.startswith("PART_"):
-            _read_part(block, parts)
+            with leaving_parameters(block, leave):
+                _read_part(block, parts)
         elif block.keyword.startswith("SECTION_SHELL"):
-            _read_section(block, parts)
+            with leaving_parameters(block, leave):
+                _read_section(block, parts)
     return parts
 
 
 def _read_part(block: Block, parts: Parts) -> None:
     options = block.keyword.split("_")[1:]
-    plain = all(option in _PART_OPTIONS for option in options)
     cards = iter(block.cards)
     for heading in cards:
         card = next(cards, None)
         if card is None:
             return
         number, section, material = (whole(f, block, card) for f in fields(card, block, _TEN)[:3])
-        parts.materials[number] = material
-        parts.titles[number] = heading.text.strip()
-        parts.sections[number] = section
-        if not plain:
-            # Unknown cards follow: what comes next cannot be told to be a part.
-            return
-        for option in options:
+        # What can fail comes first: a part is known with all its cards, or not at all.
+        for option in options if is_part(block) else ():
             extra = [next(cards, None) for _ in range(_PART_OPTIONS[option])]
             if option == "INERTIA" and extra[0] is not None:
                 if _has_local_axes(extra[0], block):
@@ -98,6 +108,12 @@ def _read_part(block: Block, parts: Parts) -> None:
                 told = [card for card in extra if card is not None]
                 if len(told) == _PART_OPTIONS["INERTIA"]:
                     parts.inertia[number] = _inertia(told, block)
+        parts.materials[number] = material
+        parts.titles[number] = heading.text.strip()
+        parts.sections[number] = section
+        if not is_part(block):
+            # Unknown cards follow: what comes next cannot be told to be a part.
+            return
 
 
 def _inertia(cards: list[Card], block: Block) -> Inertia:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from contiga.io.mesh.lsdyna_cards import Block, fields, whole
+from contiga.io.mesh.lsdyna_cards import Block, Card, Leave, fields, leaving_parameters, whole
 
 _TEN = (10,) * 8
 _OPTIONS = {"LIST", "GENERATE", "TITLE"}
@@ -24,8 +24,12 @@ def is_set(block: Block, kind: str) -> bool:
     return words[:2] == ["SET", kind] and set(words[2:]) <= _OPTIONS
 
 
-def read_sets(blocks: Iterable[Block], kind: str) -> dict[int, list[int]]:
+def read_sets(
+    blocks: Iterable[Block], kind: str, leave: Leave | None = None
+) -> dict[int, list[int]]:
     """Members of all sets of a kind, by number; a set that is given twice has both.
+
+    Sets with parameters go to `leave`.
 
     Raises
     ------
@@ -34,20 +38,25 @@ def read_sets(blocks: Iterable[Block], kind: str) -> dict[int, list[int]]:
     """
     sets: dict[int, list[int]] = {}
     for block in blocks:
-        cards = [card for card in block.cards if card.text.strip()]
-        if not is_set(block, kind) or not cards:
+        if not is_set(block, kind):
             continue
-        if block.keyword.endswith("_TITLE"):
-            cards.pop(0)
+        _, cards = block.title_and_cards()
         if not cards:
             continue
-        number = whole(fields(cards[0], block, _TEN)[0], block, cards[0])
-        members = sets.setdefault(number, [])
-        for card in cards[1:]:
-            found = [n for text in fields(card, block, _TEN) if (n := whole(text, block, card))]
-            if "GENERATE" in block.keyword:
-                for first, last in zip(found[::2], found[1::2], strict=False):
-                    members += range(first, last + 1)
-            else:
-                members += found
+        with leaving_parameters(block, leave):
+            number = whole(fields(cards[0], block, _TEN)[0], block, cards[0])
+            members = _members(block, cards[1:])
+            sets.setdefault(number, []).extend(members)
     return sets
+
+
+def _members(block: Block, cards: list[Card]) -> list[int]:
+    members: list[int] = []
+    for card in cards:
+        found = [n for text in fields(card, block, _TEN) if (n := whole(text, block, card))]
+        if "GENERATE" in block.keyword:
+            for first, last in zip(found[::2], found[1::2], strict=False):
+                members += range(first, last + 1)
+        else:
+            members += found
+    return members

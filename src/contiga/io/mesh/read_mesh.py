@@ -76,18 +76,24 @@ def read_mesh(
     """
     path = Path(path)
     check_layer(layer)
-    slave = _slave(read_raw(path), path, unit or file_unit, (parts, sets, layer))
+    slave = slave_of(read_raw(path), path, unit or file_unit, (parts, sets, layer))
     factor = _unit_factor(unit, file_unit)
     return slave if factor == 1.0 else slave.scaled(factor)
 
 
-def _slave(
+def slave_of(
     mesh: RawMesh,
     path: Path,
-    unit: str | None,
-    chosen: tuple[PartKeys | None, PartKeys | None, Layer],
+    unit: str | None = None,
+    chosen: tuple[PartKeys | None, PartKeys | None, Layer] = (None, None, "skin"),
 ) -> Slave:
-    """The mesh as a slave; `chosen` are the parts, the sets and the layer of `read_mesh`."""
+    """A mesh already read as a slave; `chosen`: parts, sets and layer as for `read_mesh`.
+
+    Raises
+    ------
+    MeshError
+        As `read_mesh`.
+    """
     where = str(path)
     parts, sets, layer = chosen
     check_points(mesh.points, where=where, ids=mesh.node_ids)
