@@ -16,8 +16,8 @@ from contiga.masters.protocol import Surface
 from contiga.records import FloatArray, IndexArray, IntArray, Projection, empty_projection
 from contiga.statuses import Status
 
-# Points looked at at once, the likeliest first; each time twice as many as before.
-_FIRST = 64
+# Points looked at at once, the likeliest first.
+_BLOCK = 64
 
 
 class Nearest(NamedTuple):
@@ -57,14 +57,16 @@ def least(bounds: FloatArray, gaps: Callable[[IndexArray], FloatArray]) -> tuple
     `gaps` gives those of the rows it is asked for, infinite where there is none.
     """
     order = np.argsort(bounds, kind="stable")
-    best, row, begin, count = np.inf, int(order[0]), 0, _FIRST
+    best, row, begin = np.inf, int(order[0]), 0
+    # Those of which nothing is known are all looked at, whatever the others are.
+    count = max(int(np.count_nonzero(bounds == -np.inf)), _BLOCK)
     while begin < len(order) and bounds[order[begin]] < best:
         block = order[begin : begin + count]
         found = gaps(block)
         k = int(found.argmin())
         if found[k] < best:
             best, row = float(found[k]), int(block[k])
-        begin, count = begin + count, 2 * count
+        begin, count = begin + count, _BLOCK
     return best, row
 
 
@@ -96,6 +98,5 @@ def lower_bounds(
         side, _ = surface.sides(p_B, rows)
         bounds[rows[side <= 0]] = -np.inf
     else:
-        near = rows[bounds[rows] <= depth]
-        bounds[near] = -depth
+        bounds[rows[bounds[rows] <= depth]] = -np.inf
     return bounds
