@@ -8,11 +8,13 @@ from contiga.case.contact_spec import ContactSpec
 from contiga.case.schema import Case
 from contiga.dynamics.stepping import EqualSteps
 from contiga.masters.protocol import Master
-from contiga.num.ordered import length
-from contiga.placement.sample import extent
+from contiga.num.ordered import length, product
+from contiga.placement.sample import extent_at
+from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Said
-from contiga.simulation.checks.size_checks import extent_of
+from contiga.simulation.place import place
 from contiga.simulation.simulation import Simulation
+from contiga.slaves.slave import box_of
 
 # Of a body's size: triangles that tell which way it faces; and of its area the share that must.
 _ROUGH = 0.02
@@ -61,24 +63,38 @@ def describe(case: Case) -> list[tuple[str, str]]:
 def placed_parts(simulation: Simulation) -> list[tuple[str, str]]:
     """Rows (part, how large it is and where it stands at the start) of a built case."""
     said = Said(simulation.units)
+    start = place(simulation, None, simulation.stepping.start)
     rows = []
-    for name, body in simulation.bodies.items():
-        open_side = "" if body.body.closed else f"; {_free_side(body.body)}"
-        rows.append((f"body {name}", extent_of(said, extent(body.body)) + open_side))
-    for name, part in simulation.slaves.items():
-        slave = part.slave
+    for name, (body, _) in simulation.bodies.items():
+        pose = start.bodies[name].pose
+        open_side = "" if body.closed else f"; {_free_side(body, pose)}"
+        rows.append((f"body {name}", _box(said, extent_at(body, pose)) + open_side))
+    for name, (slave, _) in simulation.slaves.items():
         active = int(slave.active.sum())
         idle = "" if active == len(slave) else f", {active} of {len(slave)} points active"
-        rows.append((f"slave {name}", extent_of(said, extent(slave)) + idle))
+        rows.append(
+            (f"slave {name}", _box(said, box_of(start.slaves[name].points, slave.active)) + idle)
+        )
     return rows
 
 
-def _free_side(body: Master) -> str:
-    """Which way an open body faces, on the whole."""
+def _box(said: Said, bounds: FloatArray) -> str:
+    """Size of a box and its corners, in words."""
+    size = " × ".join(f"{x:.4g}" for x in np.ptp(bounds, axis=0))
+    unit = said.unit("length") if said.known else ""
+    low, high = (", ".join(f"{x:.6g}" for x in corner) for corner in bounds)
+    return f"{size} {unit}, from [{low}] to [{high}]"
+
+
+def _free_side(body: Master, pose: FloatArray) -> str:
+    """Which way an open body faces at `pose`, on the whole."""
     mesh = body.tessellate(_ROUGH * body.size)
     p = mesh.vertices[mesh.triangles]
     vectors = 0.5 * np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-    area, way = np.sqrt(np.square(vectors).sum(axis=1)).sum(), vectors.sum(axis=0)
+    area, way = (
+        np.sqrt(np.square(vectors).sum(axis=1)).sum(),
+        product(pose[:3, :3], vectors.sum(axis=0)),
+    )
     if not length(way) > _EVEN * area:
         return "open, its free sides face all ways"
     return "open, its free side faces [" + ", ".join(f"{x:.2g}" for x in way / length(way)) + "]"

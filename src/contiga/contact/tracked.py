@@ -57,10 +57,16 @@ def options_of(
 ) -> Options:
     """The options of a contact with `master`; `how` are the first three of them."""
     size, bounds = master.size, master.bounds()
-    if depth is None:
-        depth = np.inf if closed else OPEN_DEPTH * size
+    depth = reach_of(depth, closed, size)
     band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())
     return Options(*how, depth, closed, size, band, bounds)
+
+
+def reach_of(depth: float | None, closed: bool, size: float) -> float:
+    """How deep contact reaches into a body of this size, length, if `depth` is what was asked."""
+    if depth is not None:
+        return depth
+    return np.inf if closed else OPEN_DEPTH * size
 
 
 class Last(NamedTuple):

@@ -28,7 +28,8 @@ def shift_to_gap(pair: Pair, gap: float, most: tuple[float, float]) -> float | N
     Raises
     ------
     InputError
-        The gap jumps over the one wanted: points come round the border of an open body.
+        The gap jumps over the one wanted: points come round the border of an open body. Or places
+        still nearer are found each time it is reached.
     """
     shift: float | None = 0.0
     for _ in range(_ROUNDS):
@@ -40,7 +41,16 @@ def shift_to_gap(pair: Pair, gap: float, most: tuple[float, float]) -> float | N
             shift = _forward(pair, gap, (shift, most[0]))
         if shift is None or not pair.sharpen(shift):
             return shift
-    return shift
+    assert shift is not None
+    if abs(pair.least(shift) - gap) <= pair.tolerance:
+        return shift
+    raise InputError(
+        f"the gap is not settled: each of {_ROUNDS} rounds found places that are nearer still",
+        where="direction",
+        found=f"a gap of {pair.least(shift):.6g} where {gap:.6g} is sought",
+        allowed=f"within {pair.tolerance:.3g}",
+        remedy="Place it by slaves instead: points that stand for the places meant to touch",
+    )
 
 
 def _forward(pair: Pair, gap: float, span: tuple[float, float]) -> float | None:

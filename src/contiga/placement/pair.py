@@ -5,17 +5,18 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.errors import InputError
+from contiga.masters.nearness import gaps_of, least, lower_bounds
 from contiga.masters.protocol import Master
 from contiga.placement.sample import SPACING, points_of, sharpened
 from contiga.records import FloatArray, IndexArray
 from contiga.slaves.slave import Slave
+from contiga.statuses import Status
 
 _STARTS = 12
 """Places from which the closest ones of two bodies are sharpened, at most."""
-_FIRST = 64
-"""Points that are asked first for the smallest gap."""
 
 
 class _Leg(NamedTuple):
@@ -26,12 +27,21 @@ class _Leg(NamedTuple):
     way: FloatArray
     """(3,) how the points move in the master's frame as the moved part does."""
 
+    def gaps(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Gaps (n,) of points (n, 3), and which lie past a border: these may jump on their way.
+
+        Behind a face of an open body is inside, however deep.
+        """
+        gaps, feet = gaps_of(self.master.surface, points, np.inf)
+        return gaps, (feet.status != Status.OK) & (not self.master.closed)
+
 
 class Pair:
     """Two parts, the first of which can be moved along a line.
 
     Between a body and a slave the gap is that of the slave's active points. Between two bodies it
     is that of a sample of each before the other, among which `sharpen` puts the closest places.
+    Past a border of an open body the distance counts, as `contiga.masters.nearness` says.
 
     Parameters
     ----------
@@ -61,9 +71,12 @@ class Pair:
         points = [points_of(leg.home) for leg in legs]
         self._points = np.concatenate(points)
         self._leg = np.repeat(np.arange(len(legs)), [len(rows) for rows in points])
-        # What is known of each point: its gap, and at which shift.
-        self._gap = np.zeros(len(self._points))
-        self._at = np.full(len(self._points), np.inf)
+        # What is known of each point: at which shift its gap is this, or at least this.
+        self._gap = np.concatenate(
+            [_bounds(leg, rows) for leg, rows in zip(legs, points, strict=True)]
+        )
+        self._at = np.zeros(len(self._points))
+        self._past = np.zeros(len(self._points), dtype=bool)
         sizes = [leg.master.size for leg in legs]
         self.size = min(sizes)
         """Of the body, the smaller one of two."""
@@ -73,13 +86,14 @@ class Pair:
     def gaps(self, rows: IndexArray, shift: float) -> FloatArray:
         """(len(rows),) signed gaps of the points `rows` with the first part moved by `shift`."""
         gaps = np.empty(len(rows))
+        self._at[rows] = shift
         for k, leg in enumerate(self._legs):
             own = np.flatnonzero(self._leg[rows] == k)
             if len(own):
-                gaps[own] = leg.master.project(self._points[rows[own]] + shift * leg.way).gap
-        self._gap[rows] = np.where(np.isfinite(gaps), gaps, np.inf)
-        self._at[rows] = shift
-        return self._gap[rows]
+                at = self._points[rows[own]] + shift * leg.way
+                gaps[own], self._past[rows[own]] = leg.gaps(at)
+        self._gap[rows] = gaps
+        return gaps
 
     def bounds(self, shift: float) -> FloatArray:
         """(n,) what the gap of each point is at least: what is known less the way since."""
@@ -87,39 +101,47 @@ class Pair:
 
     def least(self, shift: float) -> float:
         """The smallest gap of all points."""
-        least = np.inf
-        while len(rows := np.flatnonzero((self.bounds(shift) < least) & (self._at != shift))):
-            # The likeliest first: most of the others need not be looked at then.
-            if least == np.inf and np.isfinite(self._at).all():
-                rows = rows[np.argsort(self.bounds(shift)[rows], kind="stable")[:_FIRST]]
-            least = min(least, float(self.gaps(rows, shift).min()))
-        return float(self._gap[self._at == shift].min())
+        return least(self.bounds(shift), lambda rows: self.gaps(rows, shift))[0]
 
     def sharpen(self, shift: float) -> bool:
-        """Put the closest places of two bodies among their points; whether one is closer."""
-        if len(self._legs) == 1:
-            return False
-        least = self.least(shift)
+        """Look again at points past borders, and put the closest places of two bodies among the
+        points; whether one is closer."""
+        before = self.least(shift)
+        past = np.flatnonzero(self._past & (self._at != shift))
+        if len(past):
+            self.gaps(past, shift)
+        if len(self._legs) > 1:
+            self._add_closest(shift)
+        return self.least(shift) < before - 0.1 * self.tolerance
+
+    def _add_closest(self, shift: float) -> None:
+        closest = self.least(shift)
         added = []
         for k, leg in enumerate(self._legs):
             assert not isinstance(leg.home, Slave)
             spacing = SPACING * leg.home.size
-            near = np.flatnonzero((self._leg == k) & (self.bounds(shift) <= least + spacing))
+            near = np.flatnonzero((self._leg == k) & (self.bounds(shift) <= closest + spacing))
             gaps = self.gaps(near, shift)
 
             def before(at: FloatArray, leg: _Leg = leg) -> FloatArray:
-                return np.asarray(leg.master.project(at + shift * leg.way).gap)
+                return leg.gaps(at + shift * leg.way)[0]
 
             order = np.argsort(gaps, kind="stable")
-            starts = _apart(self._points[near[order[gaps[order] <= least + spacing]]], spacing)
+            starts = _apart(self._points[near[order[gaps[order] <= closest + spacing]]], spacing)
             if len(starts):
                 added.append((k, sharpened(leg.home, starts, before)))
         for k, points in added:
             self._points = np.concatenate([self._points, points])
             self._leg = np.concatenate([self._leg, np.full(len(points), k)])
-            self._gap = np.concatenate([self._gap, np.zeros(len(points))])
-            self._at = np.concatenate([self._at, np.full(len(points), np.inf)])
-        return self.least(shift) < least - 0.1 * self.tolerance
+            self._gap = np.concatenate([self._gap, np.full(len(points), -np.inf)])
+            self._at = np.concatenate([self._at, np.zeros(len(points))])
+            self._past = np.concatenate([self._past, np.zeros(len(points), dtype=bool)])
+
+
+def _bounds(leg: _Leg, points: FloatArray) -> FloatArray:
+    """(n,) what the gaps of points (n, 3) are at least, before any is worked out."""
+    rows = np.arange(len(points), dtype=np.int32)
+    return lower_bounds(leg.master.surface, points, rows, np.inf)
 
 
 def _apart(points: FloatArray, spacing: float) -> FloatArray:

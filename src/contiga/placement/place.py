@@ -29,9 +29,10 @@ def place(thing: Part, *, on: Master | Slave, direction: Axis, gap: float = 0.0)
     Nothing but the way along the line changes.
 
     Between a body and a slave the gap is that of the slave's active points, to 1e-10 of the body's
-    size. Of two bodies samples find where they come closest, 1/25 of their sizes apart, and exact
-    projections sharpen it to the same tolerance: only a feature smaller than that, at which alone
-    they would touch first, can be missed.
+    size; past the border of an open body it is the distance, on both sides. Of two bodies samples
+    find where they come closest, 1/25 of their sizes apart, and exact projections sharpen it to the
+    same tolerance: only a feature smaller than that, at which alone they would touch first, can be
+    missed.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ def place(thing: Part, *, on: Master | Slave, direction: Axis, gap: float = 0.0)
     ------
     InputError
         Two slaves, a gap that is negative, a direction that is zero; or `thing` never comes so
-        near to `on` on this way.
+        near to `on` on this way, comes round a border of it, or the gap is not settled.
 
     Examples
     --------

@@ -8,8 +8,9 @@ import numpy as np
 
 from contiga.errors import InputError
 from contiga.masters.protocol import Master
+from contiga.num.rigid import to_world
 from contiga.records import FloatArray, IntArray
-from contiga.slaves.slave import Slave
+from contiga.slaves.slave import Slave, box_of
 
 SPACING = 0.04
 """Distance of the points of a sample, in parts of a body's size, at most."""
@@ -103,21 +104,41 @@ def sharpened(
 def extent(part: Master | Slave) -> FloatArray:
     """(2, 3) lowest and highest x, y and z that a part reaches: of a slave its active points.
 
+    Raises
+    ------
+    InputError
+        No point of the slave is active.
+
+    Examples
+    --------
     >>> from contiga.geometry import shapes
     >>> from contiga.masters.body import Body
     >>> extent(Body(shapes.torus(major=3.0, minor=1.0))).round(9).tolist()
     [[-4.0, -4.0, -1.0], [4.0, 4.0, 1.0]]
     """
-    points = points_of(part)
-    box = np.array([points.min(axis=0), points.max(axis=0)])
-    if isinstance(part, Slave):
-        return box
+    if not isinstance(part, Slave):
+        return extent_at(part, np.eye(4))
+    return box_of(points_of(part))
+
+
+def extent_at(body: Master, pose: FloatArray) -> FloatArray:
+    """(2, 3) lowest and highest x, y and z that a body reaches where it stands at `pose` (4, 4).
+
+    >>> from contiga.geometry import shapes
+    >>> from contiga.masters.body import Body
+    >>> from contiga.num import transform
+    >>> rod = Body(shapes.cylinder(radius=1.0, height=8.0))
+    >>> extent_at(rod, transform.rotation([1.0, 0.0, 0.0], np.pi / 2)).round(9).tolist()
+    [[-1.0, -4.0, -1.0], [1.0, 4.0, 1.0]]
+    """
+    points = sample(body)
+    box = np.empty((2, 3))
     for axis in range(3):
         for end, sign in enumerate((1.0, -1.0)):
 
             def along(at: FloatArray, axis: int = axis, sign: float = sign) -> FloatArray:
-                return np.asarray(sign * at[:, axis])
+                return np.asarray(sign * to_world(pose, at)[:, axis])
 
             start = points[np.argsort(along(points), kind="stable")[:4]]
-            box[end, axis] = sign * along(sharpened(part, start, along)).min()
+            box[end, axis] = sign * along(sharpened(body, start, along)).min()
     return box

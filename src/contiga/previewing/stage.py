@@ -8,12 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.contact.tracked import reach_of
 from contiga.dynamics.free import Attached, Free
+from contiga.masters.nearness import gaps_of, nearest
 from contiga.num.rigid import to_body, to_world
 from contiga.records import FloatArray, IntArray
 from contiga.report.run_folder import Units, units_of
 from contiga.simulation.model import Model
 from contiga.simulation.place import Standing, place
+from contiga.slaves.slave import box_of
 
 COLOURS = ("#8fa3bd", "#9db89a", "#b8a0c4", "#d2b27c", "#88b4b4", "#a9a9b4")
 """Of the free sides of bodies, in turn."""
@@ -44,8 +47,7 @@ class Drawn(NamedTuple):
     @property
     def box(self) -> FloatArray:
         """(2, 3) of what is drawn in full: of a slave its active points, where it has some."""
-        points = self.points[self.active] if self.active.any() else self.points
-        return np.array([points.min(axis=0), points.max(axis=0)])
+        return box_of(self.points, self.active)
 
 
 class Arrow(NamedTuple):
@@ -67,7 +69,7 @@ class Way(NamedTuple):
 
 
 class Gap(NamedTuple):
-    """The closest point of a slave and its foot at the start."""
+    """The closest point of a slave, or the deepest one inside, and its foot at the start."""
 
     contact: str
     master: str
@@ -211,13 +213,15 @@ def _velocities(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Arrow]:
 
 def _gaps(model: Model, start: Standing) -> Iterator[Gap]:
     for part in model.contacts:
-        slave = model.slaves[part.slave].slave
-        rows = np.flatnonzero(slave.active)
+        points = np.asarray(start.slaves[part.slave].points)
+        active = model.slaves[part.slave].slave.active & np.isfinite(points).all(axis=1)
+        rows = np.flatnonzero(active).astype(np.int32)
         if len(rows) == 0:
             continue
-        pose = start.bodies[part.master].pose
-        points = np.asarray(start.slaves[part.slave].points)[rows]
-        feet = model.bodies[part.master].body.project(to_body(pose, points))
-        at = int(np.nanargmin(feet.gap))
-        ends = np.stack([points[at], to_world(pose, feet.point[at : at + 1])[0]])
-        yield Gap(part.name, part.master, part.slave, float(feet.gap[at]), ends)
+        body, pose = model.bodies[part.master].body, start.bodies[part.master].pose
+        p_B, reach = to_body(pose, points), reach_of(part.contact.depth, body.closed, body.size)
+        found = nearest(body.surface, p_B, rows, depth=reach)
+        own = slice(found.row, found.row + 1)
+        _, feet = gaps_of(body.surface, p_B[own], reach)
+        ends = np.stack([points[found.row], to_world(pose, feet.point)[0]])
+        yield Gap(part.name, part.master, part.slave, found.gap, ends)

@@ -150,8 +150,7 @@ class Slave(Shown):
 
     def bounds(self) -> FloatArray:
         """(2, 3) lowest and highest coordinates of the active points; of all, if none is active."""
-        points = self.points[self.active] if self.active.any() else self.points
-        return np.stack([points.min(axis=0), points.max(axis=0)])
+        return box_of(self.points, self.active)
 
     def selected(
         self,
@@ -246,6 +245,12 @@ class Slave(Shown):
 
 
 _FIELDS = tuple(key for key in Slave.__slots__ if key != "__weakref__")
+
+
+def box_of(points: FloatArray, active: NDArray[np.bool_] | None = None) -> FloatArray:
+    """(2, 3) lowest and highest coordinates of points (n, 3), of the active ones if there are."""
+    own = points[active] if active is not None and active.any() else points
+    return np.stack([own.min(axis=0), own.max(axis=0)])
 
 
 def check_points(points: FloatArray, *, where: str, ids: NDArray[Any] | None = None) -> None:

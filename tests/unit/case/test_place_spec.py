@@ -83,6 +83,36 @@ def test_a_check_says_how_and_where_parts_are_placed() -> None:
     )
 
 
+TURNED = """
+[[body]]
+name = "rod"
+geometry.shape = "cylinder"
+geometry.radius = 1.0
+geometry.height = 8.0
+motion = { kind = "rotate", axis = "x", table = [[0, 90], [1, 100]] }
+[[body]]
+name = "plate"
+geometry.shape = "plane"
+geometry.width = 2.0
+geometry.length = 4.0
+motion = { kind = "rotate", axis = "x", table = [[0, 90], [1, 100]] }
+"""
+LIFTED = 'motion = { kind = "translate", table = [[0, 0, 0, 5], [1, 0, 0, 2]] }'
+
+
+def test_a_check_says_where_parts_stand_at_the_start_of_the_run() -> None:
+    higher = HEAD.replace("[[0, 0, 0, 0]", "[[0, 0, 0, 7]")
+    said = dict(placed_parts(build(parse_case(text(higher, BLOCK, PAD + LIFTED, TURNED)))))
+    assert said["body head"] == "20 × 20 × 20 mm, from [-10, -10, 8.5] to [10, 10, 28.5]"
+    assert said["slave pad"] == "20 × 20 × 0 mm, from [-10, -10, 5] to [10, 10, 5]"
+    assert said["body rod"].startswith("2 × 8 × 2 mm, from [-1, -4, -1] to [1, 4, 1]")
+    # Its free side is turned from z to −y.
+    box, side = said["body plate"].split("; ")
+    assert box.startswith("2 × ")
+    assert "× 4 mm, from [-1, " in box
+    assert [float(x) for x in side.split("[")[1][:-1].split(",")] == pytest.approx([0, -1, 0])
+
+
 WRONG = {
     "circle": (
         BLOCK,

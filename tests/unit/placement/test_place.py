@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import minimize
 
 import contiga as cg
+from contiga.placement import approach
 
 RADIUS = 20.0
 BALL = cg.Body(cg.shapes.sphere(radius=RADIUS), name="ball")
@@ -99,6 +100,39 @@ def test_what_lies_behind_a_sheet_comes_back_to_its_free_side() -> None:
     plate = cg.Body(cg.shapes.plane(width=10.0, length=10.0))
     placed = cg.place(cg.Slave([[0.0, 1.0, -3.0]]), on=plate, direction=DOWN, gap=0.5)
     np.testing.assert_allclose(placed.points, [[0.0, 1.0, 0.5]], rtol=0, atol=1e-9)
+
+
+BESIDE = [[30.0, 0.0, -1.0], [30.0, 0.0, 5.0]]
+"""Past the border of the plate, before and behind its plane."""
+
+
+@pytest.mark.parametrize("start", [0.5, 0.01, -0.5, -3.0])
+def test_points_past_a_border_count_by_their_distance(start: float) -> None:
+    plate = cg.Body(cg.shapes.plane(width=10.0, length=10.0))
+    points = cg.Slave([[0.0, 0.0, start], *BESIDE])
+    placed = cg.place(points, on=plate, direction=DOWN, gap=0.1)
+    assert placed.points[0, 2] == pytest.approx(0.1, abs=1e-9)
+
+
+def test_a_plate_comes_down_on_points_some_of_them_beside_it() -> None:
+    plate = cg.Body(cg.shapes.plane(width=10.0, length=10.0)).flipped().translated([0, 0, 9.0])
+    points = cg.Slave([[0.0, 0.0, 0.0], *BESIDE])
+    assert middle(cg.place(plate, on=points, direction=DOWN, gap=0.1))[2] == pytest.approx(0.1)
+
+
+def test_a_point_that_comes_round_the_border_is_not_left_behind() -> None:
+    # The first point ends 0.6 before the plate when the other, first past its border, is behind it.
+    plate = cg.Body(cg.shapes.plane(width=10.0, length=10.0))
+    points = cg.Slave([[0.0, 0.0, 0.7], [-5.3, 0.0, -6.0]])
+    with pytest.raises(cg.errors.InputError, match="points come round the border of an open body"):
+        cg.place(points, on=plate, direction=[1.0, 0.0, -0.2], gap=0.6)
+
+
+def test_a_gap_that_is_not_settled_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(approach, "_ROUNDS", 1)
+    other = cg.Body(cg.shapes.sphere(radius=5.0, centre=[8.0, -6.0, 60.0]))
+    with pytest.raises(cg.errors.InputError, match=r"the gap is not settled: each of 1 rounds"):
+        cg.place(other, on=BALL, direction=DOWN, gap=1.5)
 
 
 def test_a_part_that_stands_right_stays() -> None:

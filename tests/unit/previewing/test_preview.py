@@ -62,6 +62,34 @@ def test_a_node_that_begins_inside_is_told_so() -> None:
     assert gap_text(sunk.gaps[0], sunk.units) == "starts inside by 1 mm"
 
 
+@pytest.mark.parametrize(
+    ("nodes", "depth", "text", "warned"),
+    [
+        ([[0, 0, 0.5], [30, 0, -1], [30, 0, 5]], None, "gap 0.5 mm", "closer to plate than 0.5 mm"),
+        ([[0, 0, 0.5], [0, 0, -3]], None, "gap 0.5 mm", "closer to plate than 0.5 mm"),
+        ([[8, 0, -4], [0, 0, 7]], None, "gap 5 mm", "closer to plate than 5 mm"),
+        ([[0, 0, 0.5], [0, 0, -1], [30, 0, -1]], None, "starts inside by 1 mm", "up to 1 mm"),
+        ([[0, 0, 0.5], [0, 0, -3]], 4.0, "starts inside by 3 mm", "up to 3 mm"),
+    ],
+)
+def test_past_the_border_of_a_sheet_and_far_behind_it_nothing_is_inside(
+    nodes: list[list[float]], depth: float | None, text: str, warned: str
+) -> None:
+    plate = cg.Body(cg.shapes.plane(width=10.0, length=10.0), name="plate")
+    cloud = cg.Slave(nodes, area=np.ones(len(nodes)), name="cloud")
+    simulation = cg.Simulation(
+        bodies={"plate": plate},
+        slaves={"cloud": cloud},
+        contacts=[cg.Contact(plate, cloud, law=cg.PenaltyLaw(1.0), depth=depth)],
+        end=1.0,
+        step=0.5,
+        units=("mm", "g", "ms"),
+    )
+    shown = stage_of(simulation)
+    assert gap_text(shown.gaps[0], shown.units) == text
+    assert warned in " ".join(str(finding) for finding in simulation.check())
+
+
 def test_ways_end_where_motions_do() -> None:
     (way,) = stage().ways
     assert len(way.lines) == 1

@@ -11,18 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.contact.tracked import closest
-from contiga.masters.protocol import Surface
+from contiga.masters.nearness import nearest
 from contiga.num import pose
 from contiga.num.rigid import to_body
-from contiga.records import FloatArray, IntArray
+from contiga.records import FloatArray
 from contiga.simulation.checks.scene import Pair
 
 # Distances that are worked out at most, and the share of the least by which it may be off.
 _MOST = 40
 _CLOSE = 1e-3
-# Points looked at at once, the nearest ones first.
-_BLOCK = 64
 
 
 class Approach(NamedTuple):
@@ -52,33 +49,10 @@ class _Nearest:
             rows = rows[self._bounds[rows] - way < best]
         if len(rows) == 0:
             return best, -1
-        distance, point, bounds = _nearest(self._pair.body.surface, p_B, rows)
+        found = nearest(self._pair.body.surface, p_B, rows)
         if len(self._bounds) == 0:
-            self._bounds = bounds
-        return distance, point
-
-
-def nearest(surface: Surface, p_B: FloatArray, rows: IntArray) -> float:
-    """Least distance of p_B[rows] to the surface."""
-    return _nearest(surface, p_B, rows)[0]
-
-
-def _nearest(surface: Surface, p_B: FloatArray, rows: IntArray) -> tuple[float, int, FloatArray]:
-    """Least distance, the row that has it, and lower bounds (n,) of those of `rows`."""
-    bounds = np.zeros(len(p_B))
-    surface.safe_distance(p_B, rows, bounds)
-    order = rows[np.argsort(bounds[rows], kind="stable")]
-    best, point = np.inf, int(order[0])
-    for begin in range(0, len(order), _BLOCK):
-        block = order[begin : begin + _BLOCK]
-        if bounds[block[0]] >= best:
-            break
-        feet = closest(surface, p_B, block)
-        away = np.sqrt(np.square(p_B[block] - feet.point).sum(axis=1))
-        k = int(np.argmin(np.where(np.isfinite(away), away, np.inf)))
-        if away[k] < best:
-            best, point = float(away[k]), int(block[k])
-    return best, point, bounds
+            self._bounds = found.bounds
+        return found.gap, found.row
 
 
 def closest_approach(pair: Pair) -> Approach:
@@ -112,7 +86,7 @@ def _corner_ways(pair: Pair) -> tuple[FloatArray, FloatArray | None]:
     None, and fewer times, where its points move apart from each other."""
     if pair.relative is None:
         return pair.shown_times, None
-    low, high = pair.active_points.min(axis=0), pair.active_points.max(axis=0)
+    low, high = pair.slave.bounds()
     pick = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
     box = np.where(pick == 1, high, low)
     return pair.times, np.array([pose.apply(X, box) for X in pair.relative])

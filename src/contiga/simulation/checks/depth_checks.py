@@ -14,7 +14,7 @@ from contiga.simulation.checks.layers import Layer, layers_of
 from contiga.simulation.checks.scene import Pair, Scene
 
 # Of a layer's thickness, and of the largest extent of a body: what one step may go in.
-_STEP_OF_LAYER = 0.5
+STEP_OF_LAYER = 0.5
 _STEP_OF_BODY = 0.25
 
 
@@ -78,7 +78,7 @@ def _too_fast(pair: Pair, said: Said) -> Iterator[Finding]:
     extent = float(np.ptp(pair.body.bounds(), axis=0).max())
     limits = [(_STEP_OF_BODY * extent, f"a body of {said(extent)}")]
     limits += [
-        (_STEP_OF_LAYER * layer.thickness, f"a layer of {said(layer.thickness)}")
+        (STEP_OF_LAYER * layer.thickness, f"a layer of {said(layer.thickness)}")
         for layer in layers_of(pair.contact)
         if layer.thickness is not None
     ]

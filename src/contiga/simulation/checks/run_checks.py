@@ -8,10 +8,10 @@ import numpy as np
 
 from contiga.contact.state import State
 from contiga.laws.force import ForceLaw
+from contiga.masters.nearness import nearest
 from contiga.num.ordered import length
 from contiga.records import FloatArray
-from contiga.simulation.checks.approach import nearest
-from contiga.simulation.checks.depth_checks import deeper_than
+from contiga.simulation.checks.depth_checks import STEP_OF_LAYER, deeper_than
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.layers import layers_of
 from contiga.simulation.checks.scene import Pair, Scene
@@ -22,8 +22,6 @@ from contiga.triangles.facet_tables import unit_normals, vertex_normals
 Columns = Mapping[str, FloatArray]
 # Facets across a region of contact below which its forces depend on where the nodes happen to lie.
 _ACROSS = 2.0
-# Of a layer's thickness: what a step may go in.
-_STEP_OF_LAYER = 0.5
 # Of the largest energy of a contact: what damping may take.
 _DAMPED = 0.75
 # Of the greatest penetration: what points that are let go have left of it at most.
@@ -31,8 +29,6 @@ _DEEP = 0.4
 # Of the force at a contact's greatest one: what points whose own side faces away may carry.
 _OTHER_SIDE = 0.1
 _SAME_SIDE = 0.9
-# Of the greatest force: what the last step of a free impact may still have.
-_UNFINISHED = 0.5
 # Of its curve's force: what the resultant may lack without a word.
 _APART = 0.02
 
@@ -88,7 +84,7 @@ def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> It
     finite = np.isfinite(points[rows]).all(axis=1)
     if not finite.any():
         return
-    apart = nearest(pair.body.surface, points, rows[finite])
+    apart = nearest(pair.body.surface, points, rows[finite]).gap
     yield Finding(
         "apart",
         pair.where,
@@ -110,7 +106,7 @@ def _fast(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator
     """Steps in which points went in too far at once."""
     ways = np.diff(own["max_penetration"])
     layers = [layer.thickness for layer in layers_of(pair.contact) if layer.thickness]
-    if len(ways) == 0 or not layers or not ways.max() > _STEP_OF_LAYER * min(layers):
+    if len(ways) == 0 or not layers or not ways.max() > STEP_OF_LAYER * min(layers):
         return
     at = int(np.argmax(ways))
     yield Finding(

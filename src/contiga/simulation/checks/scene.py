@@ -150,13 +150,7 @@ class Pair:
     @cached_property
     def slave_size(self) -> float:
         """Length of the diagonal of the box around the slave's active points."""
-        return length(np.ptp(self.active_points, axis=0))
-
-    @property
-    def active_points(self) -> FloatArray:
-        """(k, 3) where the slave's active points are given; all of them where none is."""
-        points = self.slave.points[self.slave.active]
-        return points if len(points) else self.slave.points
+        return length(np.ptp(self.slave.bounds(), axis=0))
 
     @cached_property
     def touches(self) -> bool:

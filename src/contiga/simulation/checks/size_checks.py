@@ -8,7 +8,7 @@ import numpy as np
 
 from contiga.num.ordered import length
 from contiga.records import FloatArray
-from contiga.simulation.checks.finding import Finding, Said
+from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Scene
 
 # Sizes of the sides of one contact that are odd, one over the other.
@@ -94,10 +94,3 @@ def _far(scene: Scene, body: str, at: FloatArray, where: str) -> Iterator[Findin
 
 def _point(at: FloatArray) -> str:
     return "[" + ", ".join(f"{x:.6g}" for x in at) + "]"
-
-
-def extent_of(said: Said, bounds: FloatArray) -> str:
-    """Size of a box and its corners, in words."""
-    size = " × ".join(f"{x:.4g}" for x in np.ptp(bounds, axis=0))
-    unit = said.unit("length") if said.known else ""
-    return f"{size} {unit}, from {_point(bounds[0])} to {_point(bounds[1])}"
