@@ -10,6 +10,8 @@ import pytest
 
 import contiga as cg
 from contiga.case.schema import parse_case
+from contiga.simulation.checks.approach import closest_approach
+from contiga.simulation.checks.scene import Pair
 
 PRESSED = """\
 [units]
@@ -345,6 +347,37 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("0[2-9]*.toml"))
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_are_told_nothing(path: Path) -> None:
     assert cg.build(cg.load_case(path)).run().summary["warnings"] == []
+
+
+@pytest.mark.parametrize(
+    ("base", "swaps"),
+    [
+        pytest.param(DROPPED, {"velocity": "velocity = [0, 0, -100.0]"}, id="fast"),
+        pytest.param(DROPPED, {"end": "end = 2000.0"}, id="for long"),
+        pytest.param(PRESSED, {"table": moved(-8000)}, id="far through"),
+        pytest.param(PRESSED, {"table": moved(-150)}, id="once through"),
+    ],
+)
+def test_sides_that_meet_between_two_looks_are_not_said_to_stay_apart(base, swaps) -> None:
+    assert "apart" not in [finding.rule for finding in case_of(base, swaps).check()]
+
+
+def test_the_closest_approach_is_found_between_two_steps() -> None:
+    """A ball that passes a point at a distance of 1, nearest in the middle of a long step."""
+    ball = cg.Body([cg.shapes.sphere(radius=1.0, centre=(-5.0, 0.0, 0.0))])
+    point = cg.Slave([[0.0, 2.0, 0.0]], area=[1.0])
+    by = cg.motion.Translate([[0, 0, 0, 0], [1, 10, 0, 0]])
+    simulation = cg.Simulation(
+        bodies={"ball": (ball, by)},
+        slaves={"point": point},
+        contacts=[cg.Contact(ball, point, law=cg.PenaltyLaw(1.0))],
+        end=1.0,
+        step=1.0,
+    )
+    found = closest_approach(Pair(simulation, simulation.contacts[0]))
+    assert found is not None
+    assert found.distance == pytest.approx(1.0, rel=1e-3)
+    assert found.time == pytest.approx(0.5, abs=0.02)
 
 
 def test_a_slave_without_active_points_is_told() -> None:

@@ -91,6 +91,8 @@ def _never(pair: Pair, said: Said) -> Iterator[Finding]:
     if len(pair.rehearsal[0].inside) or not pair.slave.active.any():
         return
     found = closest_approach(pair)
+    if found is None:
+        return
     slave, body = pair.part.slave, pair.part.master
     when = f"at t = {said(found.time, 'time')}"
     if found.distance > _TOUCHING * pair.body.size:

@@ -117,16 +117,19 @@ class Pair:
             way = way * [axis not in motion.hold for axis in "xyz"]
         return pose.compose(pose.translation(way), turn)
 
+    def relative_at(self, time: float) -> FloatArray | None:
+        """(4, 4) of the slave's points as the master sees them; None where they move apart from
+        each other."""
+        own = self._slave_pose(time)
+        return None if own is None else pose.relative(self._body_pose(self.part.master, time), own)
+
     @cached_property
     def relative(self) -> FloatArray | None:
         """(k, 4, 4) of the slave's points as the master sees them, at `times`; None where the
         points move apart from each other."""
-        poses = []
-        for time in self.times:
-            own = self._slave_pose(float(time))
-            if own is None:
-                return None
-            poses.append(pose.relative(self._body_pose(self.part.master, float(time)), own))
+        poses = [self.relative_at(float(time)) for time in self.times]
+        if poses[0] is None:
+            return None
         return np.array(poses)
 
     @cached_property
