@@ -133,7 +133,7 @@ REFUSED = {
     ),
     "a facet of no point": (
         '{ kind = "facet" }', '{ file = "bad.off" }',
-        "bad.off: triangle 1 (counted from 0) names a node that is not there; found [0, 2, 7]",
+        "bad.off, line 8: a face names a node that is not there; found 7; allowed: 0 to 3",
     ),
     "facets of a cloud": (
         '{ kind = "facet" }', "{ coordinates = [[0, 0, 0], [1, 0, 0], [0, 1, 0]] }",
