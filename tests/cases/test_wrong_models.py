@@ -6,6 +6,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import meshio
+import numpy as np
 import pytest
 
 import contiga as cg
@@ -380,6 +382,30 @@ def test_the_closest_approach_is_found_between_two_steps() -> None:
     assert found.time == pytest.approx(0.5, abs=0.02)
 
 
+@pytest.mark.parametrize(("turn", "told"), [(0.0, False), (180.0, True)])
+def test_a_solid_touched_from_within_is_told(tmp_path: Path, turn: float, told: bool) -> None:
+    """A block of one brick, its upper side chosen, under a ball that comes down or up."""
+    block = tmp_path / "block.vtu"
+    corners = np.array(
+        [[x, y, z] for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], float
+    )
+    meshio.write(block, meshio.Mesh(corners, [("hexahedron", np.arange(8)[None])]))
+    top = cg.read_mesh(block).selected(side=([0, 0, 1], 30.0))
+    ball = cg.Body([cg.shapes.sphere(radius=2.0, centre=(0.5, 0.5, 3.1))])
+    way = -0.5
+    if turn:
+        ball, way = cg.Body([cg.shapes.sphere(radius=2.0, centre=(0.5, 0.5, -1.1))]), 0.5
+    move = cg.motion.Translate([[0, 0, 0, 0], [1, 0, 0, way]])
+    simulation = cg.Simulation(
+        bodies={"ball": (ball, move)},
+        slaves={"top": top},
+        contacts=[cg.Contact(ball, top, law=cg.PenaltyLaw(1.0))],
+        end=1.0,
+        step=0.1,
+    )
+    assert ("side" in [finding.rule for finding in simulation.check()]) == told
+
+
 def test_a_slave_without_active_points_is_told() -> None:
     ball = cg.Body([cg.shapes.sphere(radius=1.0)])
     pad = cg.Slave([[0, 0, 1.1], [0.1, 0, 1.1]], area=[0.01, 0.01], active=[False, False])
@@ -407,6 +433,7 @@ def test_every_rule_of_the_page_has_a_wrong_model_here() -> None:
         for rule, whens in re.findall(r"^\| `(\w+)` \| ([a-z, ]+) \|", page, re.M)
         for when in whens.split(", ")
     }
-    tried = {(case.values[2], "before") for case in BEFORE} | {("inactive", "before")}
+    tried = {(case.values[2], "before") for case in BEFORE}
+    tried |= {("inactive", "before"), ("side", "before")}
     tried |= {(case.values[2], "after") for case in AFTER}
     assert told == tried

@@ -181,7 +181,8 @@ def _print_energy(summary: dict[str, Any]) -> None:
     for name, sensor in (summary.get("sensors") or {}).items():
         for criterion, found in sensor["criteria"].items():
             span = f"t = {number(found['start'])} to {number(found['end'])}"
-            print(f"{name}: {criterion} {number(found['value'])}, {span}")
+            unit = " g" if criterion == "3ms" else ""
+            print(f"{name}: {criterion} {number(found['value'])}{unit}, {span}")
 
 
 @app.command(cls=Command, epilog=epilog("check"))

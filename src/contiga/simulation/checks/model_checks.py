@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 from contiga.simulation.checks.depth_checks import check_depth
+from contiga.simulation.checks.facing import check_facing
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.law_checks import check_laws
 from contiga.simulation.checks.layout_checks import check_layout
@@ -20,6 +21,7 @@ _CHECKS: tuple[Callable[[Scene], Iterator[Finding]], ...] = (
     check_sizes,
     check_places,
     check_motion,
+    check_facing,
     check_depth,
     check_laws,
     check_masses,

@@ -12,12 +12,12 @@ from contiga.masters.nearness import nearest
 from contiga.num.ordered import length
 from contiga.records import FloatArray
 from contiga.simulation.checks.depth_checks import STEP_OF_LAYER, deeper_than
+from contiga.simulation.checks.facing import two_layers
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.layers import layers_of
 from contiga.simulation.checks.scene import Pair, Scene
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
-from contiga.triangles.facet_tables import unit_normals, vertex_normals
 
 Columns = Mapping[str, FloatArray]
 # Facets across a region of contact below which its forces depend on where the nodes happen to lie.
@@ -26,9 +26,6 @@ _ACROSS = 2.0
 _DAMPED = 0.75
 # Of the greatest penetration: what points that are let go have left of it at most.
 _DEEP = 0.4
-# Of the force at a contact's greatest one: what points whose own side faces away may carry.
-_OTHER_SIDE = 0.1
-_SAME_SIDE = 0.9
 # Of its curve's force: what the resultant may lack without a word.
 _APART = 0.02
 
@@ -51,7 +48,7 @@ def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
     for pair in scene.pairs:
         contact = state.contacts[pair.part.name]
         found += _coarse(scene, pair, contact)
-        found += _two_layers(pair, contact)
+        found += two_layers(pair, contact)
     return tuple(found)
 
 
@@ -194,34 +191,6 @@ def _coarse(scene: Scene, pair: Pair, state: State) -> Iterator[Finding]:
             f"at the greatest force {len(rows)} nodes are in contact, {across:.2g} facets of "
             f"{scene.said(edge)} across: the force depends on where the nodes happen to lie",
             "Take a finer mesh there, or quadrature = 6, which puts points of contact on facets",
-        )
-
-
-def _two_layers(pair: Pair, state: State) -> Iterator[Finding]:
-    """Slaves both of whose sides are in contact."""
-    slave, rows = pair.slave, np.flatnonzero(state.in_contact[: len(pair.slave)])
-    if slave.facets is None or len(rows) == 0 or pair.contact.quadrature != "nodes":
-        return
-    touched = slave.facets[np.isin(slave.facets, rows).any(axis=1)]
-    corners = state.points_B[touched]
-    normals = vertex_normals(corners, touched, unit_normals(corners), len(slave))
-    faced = (normals[rows] * state.normal_B[rows]).sum(axis=1)
-    carried = state.normal_force[rows]
-    total = float(carried.sum())
-    if not total > 0.0:
-        return
-    away = float(carried[faced > 0.0].sum()) / total
-    own = normals[rows]
-    turned = own[faced > 0.0].sum(axis=0) @ own[faced <= 0.0].sum(axis=0)
-    if turned < 0.0 and _OTHER_SIDE < away < _SAME_SIDE:
-        less = min(away, 1.0 - away)
-        yield Finding(
-            "layers",
-            pair.where,
-            f"both sides of {pair.part.slave} are in contact: {100.0 * less:.3g} % of the force is "
-            "on facets that face the other way than the rest",
-            "Choose the side that is to touch (parts, sets or a box of the slave), or make sure "
-            "that the layer behind belongs to it",
         )
 
 
