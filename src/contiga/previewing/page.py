@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from contiga.previewing.stage import CONTACT_SIDE, Drawn, Gap, Stage
-from contiga.previewing.words import gap_text, legend, speed_text
+from contiga.previewing.words import gap_text, legend, speed_text, way_in_text
 from contiga.records import FloatArray
 from contiga.report.camera import unit
 from contiga.report.lines import CONFIG, FONT, with_unit
@@ -177,10 +177,10 @@ def _in_space(figure: Any, stage: Stage) -> None:
 def _gaps(stage: Stage) -> str:
     rows = "".join(
         f"<tr><td>{escape(gap.contact)}</td><td>{escape(gap.slave)} against {escape(gap.master)}"
-        f"</td><td>{escape(gap_text(gap, stage.units))}</td></tr>"
+        f"</td><td>{escape(way_in_text(gap, stage.units))}</td></tr>"
         for gap in stage.gaps
     )
-    head = "<thead><tr><th>Contact</th><th>Between</th><th>At the start</th></tr></thead>"
+    head = "<thead><tr><th>Contact</th><th>Between</th><th>At the start, and then</th></tr></thead>"
     return f"<h2>Gaps</h2><table>{head}{rows}</table>" if rows else ""
 
 

@@ -14,7 +14,9 @@ from contiga.masters.nearness import gaps_of, nearest
 from contiga.num.rigid import to_body, to_world
 from contiga.records import FloatArray, IntArray
 from contiga.report.run_folder import Units, units_of
-from contiga.simulation.model import Model
+from contiga.simulation.checks.approach import closest_approach
+from contiga.simulation.checks.scene import Pair
+from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.place import Standing, place
 from contiga.slaves.slave import box_of
 
@@ -78,6 +80,8 @@ class Gap(NamedTuple):
     """Negative where the slave begins inside."""
     ends: FloatArray
     """(2, 3) the point and its foot."""
+    approach: tuple[float, float] | None = None
+    """The least distance of all the time, and when it is, of sides that are known never to meet."""
 
 
 class Stage(NamedTuple):
@@ -224,4 +228,12 @@ def _gaps(model: Model, start: Standing) -> Iterator[Gap]:
         own = slice(found.row, found.row + 1)
         _, feet = gaps_of(body.surface, p_B[own], reach)
         ends = np.stack([points[found.row], to_world(pose, feet.point)[0]])
-        yield Gap(part.name, part.master, part.slave, found.gap, ends)
+        yield Gap(part.name, part.master, part.slave, found.gap, ends, _approach(model, part))
+
+
+def _approach(model: Model, part: ContactPart) -> tuple[float, float] | None:
+    pair = Pair(model, part)
+    if not pair.foretold or pair.touches:
+        return None
+    found = closest_approach(pair)
+    return None if found is None or found.distance <= 0.0 else (found.distance, found.time)

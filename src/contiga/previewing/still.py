@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.previewing.stage import CONTACT_SIDE, Drawn, Gap, Stage
-from contiga.previewing.words import gap_text, legend, span_text
+from contiga.previewing.words import gap_text, legend, span_text, way_in_text
 from contiga.records import FloatArray
 from contiga.report.camera import unit
 from contiga.report.labels import spread
@@ -219,7 +219,10 @@ def _near(axes: Any, stage: Stage, gap: Gap) -> None:
     view.arrow(*gap.ends, color=RED, lw=1.6, arrowstyle="<->", mutation_scale=8)
     view.dots(gap.ends, color=RED, ms=4.5, zorder=6)
     axes.set_title(
-        f"{_short(gap.contact)}: {gap_text(gap, stage.units)}", fontsize=11, color=RED, loc="left"
+        f"{_short(gap.contact)}: {way_in_text(gap, stage.units)}",
+        fontsize=11,
+        color=RED,
+        loc="left",
     )
     view.show()
 

@@ -15,6 +15,15 @@ def gap_text(gap: Gap, units: Units) -> str:
     return f"{kind} {number(abs(gap.value))} {units.length}".strip()
 
 
+def way_in_text(gap: Gap, units: Units) -> str:
+    """``gap 2 mm``, and of sides that never meet how near they come."""
+    if gap.approach is None:
+        return gap_text(gap, units)
+    distance = f"{number(gap.approach[0])} {units.length}".strip()
+    when = f"{number(gap.approach[1])} {units.time}".strip()
+    return f"{gap_text(gap, units)}, never closer than {distance} (t = {when})"
+
+
 def speed_text(arrow: Arrow, units: Units) -> str:
     """``6.7 mm/ms``."""
     return f"{number(float(np.linalg.norm(arrow.vector)))} {units.velocity}".strip()

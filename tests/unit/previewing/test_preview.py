@@ -11,7 +11,7 @@ from matplotlib import image
 import contiga as cg
 from contiga.previewing.page import figure_of, page_of
 from contiga.previewing.stage import CONTACT_SIDE, Stage, stage_of
-from contiga.previewing.words import gap_text, legend
+from contiga.previewing.words import gap_text, legend, way_in_text
 
 ROOT = Path(__file__).resolve().parents[3]
 DOWN = cg.motion.Translate([[0, 0, 0, 0], [1, 0, 0, -4.0]])
@@ -138,6 +138,15 @@ def test_a_page_reads_offline_and_says_the_gap() -> None:
     assert "<td>gap 2 mm</td>" in text
     assert "25 points, 5 of them inactive" in text
     assert "cdn." not in text.split("<script>")[0]
+
+
+@pytest.mark.parametrize(
+    ("down", "said"), [(-1.5, ", never closer than 0.5 mm (t = 1 ms)"), (-3, "")]
+)
+def test_sides_that_never_meet_say_how_near_they_come(down: float, said: str) -> None:
+    seen = stage(motion=cg.motion.Translate([[0, 0, 0, 0], [1, 0, 0, down]]))
+    assert way_in_text(seen.gaps[0], seen.units) == f"gap 2 mm{said}"
+    assert f"<td>gap 2 mm{said}</td>" in page_of(seen)
 
 
 def test_a_preview_is_saved_shown_and_named(tmp_path: Path) -> None:
