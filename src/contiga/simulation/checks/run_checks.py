@@ -26,6 +26,8 @@ _ACROSS = 2.0
 _DAMPED = 0.75
 # Of the greatest penetration: what points that are let go have left of it at most.
 _DEEP = 0.4
+# And of the longest step in.
+_STEPS = 4.0
 # Of its curve's force: what the resultant may lack without a word.
 _APART = 0.02
 
@@ -147,7 +149,9 @@ def _let_go(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterat
     """Points that leave all at once from deep inside: by another wall than they came in by."""
     count, deep = own["n_contact"], own["max_penetration"]
     lost = (own["n_released"][1:] >= 0.5 * count[:-1]) & (count[:-1] > 0)
-    lost &= (count[1:] <= 0.5 * count[:-1]) & (deep[:-1] > _DEEP * deep.max())
+    # What leaves by the wall it came in by comes back as it went in: step by step.
+    steps = np.diff(deep, prepend=0.0).max(initial=0.0)
+    lost &= (count[1:] <= 0.5 * count[:-1]) & (deep[:-1] > max(_DEEP * deep.max(), _STEPS * steps))
     if not lost.any():
         return
     at = int(np.argmax(lost))
