@@ -181,8 +181,8 @@ def _print_energy(summary: dict[str, Any]) -> None:
     for name, sensor in (summary.get("sensors") or {}).items():
         for criterion, found in sensor["criteria"].items():
             span = f"t = {number(found['start'])} to {number(found['end'])}"
-            unit = " g" if criterion == "3ms" else ""
-            print(f"{name}: {criterion} {number(found['value'])}{unit}, {span}")
+            value = number(found["value"]) + (" g" if criterion == "3ms" else "")
+            print(f"{name}: {criterion} {value}, {span}")
 
 
 @app.command(cls=Command, epilog=epilog("check"))
@@ -218,8 +218,7 @@ def check(
         print(f"warning: {finding}")
     if strict and findings:
         raise_findings(findings)
-    many = f"{len(findings)} warnings" if len(findings) > 1 else "a warning"
-    ready = f", with {many}" if findings else ""
+    ready = {0: "", 1: ", with a warning"}.get(len(findings), f", with {len(findings)} warnings")
     print(f"{case} is ready to run{ready}")
 
 

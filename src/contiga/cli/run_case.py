@@ -34,8 +34,7 @@ def run(
     out : folder for the results; None keeps them in memory only
     resume : go on from the checkpoint in `out`
     strict : refuse a model that looks wrong; stop at the first point that is not certified
-    keep : keep the states of every so many steps in the result, the start counted; None none.
-        Of a run that was resumed only those since
+    keep : keep the states of every so many steps (of a resumed run those since); None none
     quiet : no progress bar
 
     Returns
