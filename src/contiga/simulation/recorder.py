@@ -56,7 +56,7 @@ class _Stand(NamedTuple):
     peak: Peak = Peak()
     """The greatest force so far."""
     crest: SystemState | None = None
-    """When that was, if it was in this session of the run."""
+    """When that was, if it was since the run began or was taken up."""
     onward: Onward | None = None
     """At the end: what would be other if it were none."""
 
