@@ -9,116 +9,26 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from tests.cases.models import (
+    BOX,
+    CURVE,
+    DROPPED,
+    GRID,
+    PLANE,
+    PRESSED,
+    SPHERE,
+    case_of,
+    moved,
+    sphere,
+)
 
 import contiga as cg
-from contiga.case.schema import parse_case
 from contiga.simulation.checks.approach import closest_approach
 from contiga.simulation.checks.scene import Pair
-
-PRESSED = """\
-[units]
-length = "mm"
-mass = "g"
-time = "ms"
-[time]
-end = 10.0
-step = 0.25
-[[body]]
-name = "ball"
-geometry = { shape = "sphere", radius = 50.0, centre = [0, 0, 52] }
-motion = { kind = "translate", table = [[0, 0, 0, 0], [5, 0, 0, -9], [10, 0, 0, 0]] }
-[[slave]]
-name = "pad"
-points = { grid = { shape = "plane", width = 120.0, length = 120.0, nu = 25, nv = 25 } }
-thickness = 20.0
-motion = { kind = "fixed" }
-[[contact]]
-master = "ball"
-slave = "pad"
-law = { kind = "stress", elastic = [[0, 0], [0.1, 0.1], [0.6, 0.4], [0.9, 2.0]] }
-"""
-"""A ball pressed 7 mm into a pad of foam and drawn back."""
-
-DROPPED = """\
-[units]
-length = "mm"
-mass = "g"
-time = "ms"
-[time]
-end = 20.0
-step = "auto"
-[[body]]
-name = "ball"
-geometry = { shape = "sphere", radius = 50.0, centre = [0, 0, 52] }
-mass = { total = 1000.0, centre = [0, 0, 52], inertia = [1e6, 1e6, 1e6, 0, 0, 0] }
-motion = { kind = "free", velocity = [0, 0, -3.0] }
-[[slave]]
-name = "pad"
-points = { grid = { shape = "plane", width = 120.0, length = 120.0, nu = 25, nv = 25 } }
-thickness = 40.0
-motion = { kind = "fixed" }
-[[contact]]
-master = "ball"
-slave = "pad"
-law = { kind = "stress", elastic = [[0, 0], [0.1, 0.1], [0.6, 0.4], [0.9, 2.0]] }
-[[sensor]]
-name = "middle"
-body = "ball"
-at = [0, 0, 52]
-"""
-"""A ball of 1 kg that falls on a pad of foam at 3 m/s."""
-
-TABLE = "[[0, 0, 0, 0], [5, 0, 0, -9], [10, 0, 0, 0]]"
-CURVE = "[[0, 0], [0.1, 0.1], [0.6, 0.4], [0.9, 2.0]]"
-GRID = '{ grid = { shape = "plane", width = 120.0, length = 120.0, nu = 25, nv = 25 } }'
-SPHERE = '{ shape = "sphere", radius = 50.0, centre = [0, 0, 52] }'
-PLANE = '{ shape = "plane", width = 200.0, length = 200.0, centre = [0, 0, 0] }'
-MASS = "mass = { total = 1000.0, centre = [0, 0, 52], inertia = [1e6, 1e6, 1e6, 0, 0, 0] }"
-BOX = "{ random = { box = [[-50, -50, 1], [50, 50, 1.001]], n = 500 } }"
 
 
 def wrong(name: str, base: str, rule: str, *words: str, **swaps: str):
     return pytest.param(base, swaps, rule, words, id=name)
-
-
-SWAPPED = {
-    "ball": SPHERE,
-    "table": TABLE,
-    "curve": CURVE,
-    "grid": GRID,
-    "mass": MASS,
-    "thickness": "thickness = 20.0",
-    "thick": "thickness = 40.0",
-    "step": "step = 0.25",
-    "auto": 'step = "auto"',
-    "end": "end = 20.0",
-    "law": f'law = {{ kind = "stress", elastic = {CURVE} }}',
-    "units": 'mass = "g"',
-    "velocity": "velocity = [0, 0, -3.0]",
-    "sensor": "at = [0, 0, 52]\n",
-    "fixed": 'motion = { kind = "fixed" }',
-    "world": "[time]",
-    "nodal": "thickness = 20.0\n",
-    "last": '[[sensor]]\nname = "middle"\nbody = "ball"\n',
-    "slave": "[[contact]]",
-}
-"""What is swapped, by the name of its piece."""
-
-
-def case_of(base: str, swaps: dict[str, str]) -> cg.Simulation:
-    text = base
-    for piece, new in swaps.items():
-        assert SWAPPED[piece] in text, piece
-        text = text.replace(SWAPPED[piece], new, 1)
-    return cg.build(parse_case(text))
-
-
-def sphere(radius: float, z: float, more: str = "") -> str:
-    return f'{{ shape = "sphere", radius = {radius}, centre = [0, 0, {z}]{more} }}'
-
-
-def moved(z: float) -> str:
-    return f"[[0, 0, 0, 0], [5, 0, 0, {z}], [10, 0, 0, 0]]"
 
 
 BEFORE = [
@@ -282,75 +192,6 @@ def test_a_run_tells_what_is_wrong_with_its_model(base, swaps, rule, words) -> N
         assert any(word in text for text in texts), texts
 
 
-def right(name: str, base: str, **swaps: str):
-    return pytest.param(base, swaps, id=name)
-
-
-def law(text: str) -> str:
-    return f"law = {{ {text} }}"
-
-
-MOVE = 'motion = { kind = "translate", table = [[0, 0, 0, 0], [5, 0, 0, 9], [10, 0, 0, 0]] }'
-STRESS = f'kind = "stress", elastic = {CURVE}'
-
-RIGHT = [
-    right("as they are", PRESSED),
-    right("dropped", DROPPED),
-    right("the pad comes", PRESSED, fixed=MOVE, table=moved(0)),
-    right("a cylinder", PRESSED,
-          ball='{ shape = "cylinder", radius = 50.0, height = 80.0, axis = "x", '
-          "centre = [0, 0, 52] }"),
-    right("an ellipsoid", PRESSED, ball='{ shape = "ellipsoid", axes = [60.0, 50.0, 40.0], '
-          "transform = [{ translate = [0, 0, 42] }] }"),
-    right("a torus", PRESSED,
-          ball='{ shape = "torus", major = 40.0, minor = 15.0, centre = [0, 0, 17] }'),
-    right("a plate, an open face", PRESSED, ball='{ shape = "plane", width = 300.0, '
-          'length = 300.0, transform = [{ rotate = { axis = "x", degrees = 180 } }, '
-          "{ translate = [0, 0, 2] }] }"),
-    right("in metres and kg", PRESSED.replace("120.0", "0.12").replace("20.0", "0.02"),
-          units='mass = "kg"', ball=sphere(0.05, 0.052),
-          table="[[0, 0, 0, 0], [5, 0, 0, -0.009], [10, 0, 0, 0]]",
-          curve="[[0, 0], [0.1, 1e-4], [0.6, 4e-4], [0.9, 2e-3]]"),
-    right("by penetration", PRESSED, law=f'{law(STRESS)}\nsearch = "penetration"'),
-    right("starts inside, by penetration", PRESSED, ball=sphere(50.0, 48),
-          law=f'{law(STRESS)}\nsearch = "penetration"'),
-    right("a force over penetration", PRESSED,
-          law=law('kind = "force", curve = [[0, 0], [5, 500], [20, 9000]]')),
-    right("a penalty", PRESSED, law=law('kind = "penalty", stiffness = 10.0')),
-    right("a modulus", PRESSED, curve="2.0"),
-    right("damped", DROPPED, law=law(f"{STRESS}, damping = 0.2")),
-    right("with friction", PRESSED,
-          law=law(STRESS) + '\nfriction = { kind = "coulomb", static = 0.3 }'),
-    right("points on facets", PRESSED, grid=GRID.replace("25", "9"),
-          law=f"{law(STRESS)}\nquadrature = 6"),
-    right("a cloud with its areas", PRESSED, grid=BOX.replace("500", "900"),
-          nodal="thickness = 20.0\narea = 11.0\n"),
-    right("a hand spring", DROPPED,
-          last='[[spring]]\nbetween = ["ball", "ground"]\nat = [[0, 0, 52], [0, 0, 152]]\n'
-          'curve = 5.0\n[[sensor]]\nname = "middle"\nbody = "ball"\n'),
-    right("gravity", DROPPED, world="[world]\ngravity = [0, 0, -9.81e-3]\n[time]"),
-    right("a heavy block", DROPPED, mass="mass = { density = 7.85e-3 }", thick="thickness = 80.0",
-          velocity="velocity = [0, 0, -1.0]", end="end = 60.0"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("base", "swaps"), RIGHT)
-def test_a_right_model_is_told_nothing(base: str, swaps: dict[str, str]) -> None:
-    simulation = case_of(base, swaps)
-    assert simulation.check() == ()
-    result = simulation.run()
-    assert result.summary["warnings"] == []
-    assert result.history["n_contact"].max() > 0
-
-
-EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("0[2-9]*.toml"))
-
-
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_examples_are_told_nothing(path: Path) -> None:
-    assert cg.build(cg.load_case(path)).run().summary["warnings"] == []
-
-
 @pytest.mark.parametrize(
     ("base", "swaps"),
     [
@@ -358,6 +199,9 @@ def test_examples_are_told_nothing(path: Path) -> None:
         pytest.param(DROPPED, {"end": "end = 2000.0"}, id="for long"),
         pytest.param(PRESSED, {"table": moved(-8000)}, id="far through"),
         pytest.param(PRESSED, {"table": moved(-150)}, id="once through"),
+        pytest.param(
+            PRESSED, {"table": moved(-2.001), "step": "step = 0.00625"}, id="for an instant"
+        ),
     ],
 )
 def test_sides_that_meet_between_two_looks_are_not_said_to_stay_apart(base, swaps) -> None:
@@ -404,6 +248,55 @@ def test_a_solid_touched_from_within_is_told(tmp_path: Path, turn: float, told: 
         step=0.1,
     )
     assert ("side" in [finding.rule for finding in simulation.check()]) == told
+
+
+@pytest.mark.parametrize(("way", "told"), [(-0.5, ["apart"]), (-1.5, [])])
+def test_what_is_attached_is_followed_with_its_body(way: float, told: list[str]) -> None:
+    ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    sled = cg.Body([cg.shapes.plane(centre=(0.0, 0.0, 4.0))])
+    pad = cg.Slave([[0.0, 0.0, 2.0]], area=[1.0])
+    simulation = cg.Simulation(
+        bodies={
+            "ball": ball,
+            "sled": (sled, cg.motion.Translate([[0, 0, 0, 0], [1, 0, 0, way]])),
+        },
+        slaves={"pad": (pad, cg.motion.Attached("sled"))},
+        contacts=[cg.Contact(ball, pad, law=cg.PenaltyLaw(1.0))],
+        end=1.0,
+        step=0.01,
+    )
+    assert [finding.rule for finding in simulation.check()] == told
+
+
+class Live:
+    """A motion that comes from a solver: asked for a time it goes there."""
+
+    def __init__(self) -> None:
+        self.asked: list[float] = []
+
+    def pose(self, t: float) -> np.ndarray:
+        self.asked.append(t)
+        return np.eye(4)
+
+    def twist(self, t: float) -> cg.motion.Twist:
+        return cg.motion.Twist(np.zeros(3), np.zeros(3))
+
+
+@pytest.mark.parametrize("free", [False, True])
+def test_a_motion_of_a_user_is_asked_for_its_start_alone(free: bool) -> None:
+    live = Live()
+    ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    dust = cg.Slave([[0.0, 0.0, 2.0]], area=[1.0], mass=[1.0])
+    flying = cg.motion.Free(velocity=[0, 0, -3.0])
+    simulation = cg.Simulation(
+        bodies={"ball": (ball, live)},
+        slaves={"dust": (dust, flying) if free else dust},
+        contacts=[cg.Contact(ball, dust, law=cg.PenaltyLaw(1.0))],
+        end=1.0,
+        step=0.01,
+    )
+    simulation.check()
+    assert set(live.asked) == {0.0}
 
 
 def test_a_slave_without_active_points_is_told() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from contiga.contact.rehearsed import Rehearsed
 from contiga.dynamics.free import Attached, Free
-from contiga.dynamics.prescribed import Combine, Fixed, Moved, Poses, Rotate, Translate
+from contiga.dynamics.prescribed import BodyMotion, Combine, Fixed, Moved, Poses, Rotate, Translate
 from contiga.dynamics.pulses import Accelerated, Velocity
 from contiga.io.mesh.series import MeshSeries
 from contiga.masters.protocol import Master
@@ -61,15 +61,30 @@ class Pair:
     @cached_property
     def foretold(self) -> bool:
         """Whether it is known how the sides stand to each other until they touch."""
-        if self.free:
-            return not (self.model.springs or self.model.loads)
-        body, slave = self.model.bodies[self.part.master], self.model.slaves[self.part.slave]
-        return _told(body.motion) and _told(slave.motion)
+        if self.free and (self.model.springs or self.model.loads):
+            return False
+        return all(isinstance(motion, Free) or _told(motion) for motion in self._motions)
+
+    @cached_property
+    def _motions(self) -> tuple[object, object]:
+        """What moves the body and the slave, or the bodies that they are attached to."""
+        slave: object = self.model.slaves[self.part.slave].motion
+        if isinstance(slave, Attached):
+            slave = self._root_motion(slave.body)
+        return self._root_motion(self.part.master), slave
 
     @cached_property
     def times(self) -> FloatArray:
-        """(k,) times of the run, as far as they are planned, spread evenly where they are many."""
-        return _spread(self.model.stepping.planned(), MOST_TIMES)
+        """(k,) times of the run, as far as they are planned, spread evenly where they are many,
+        and those at which a motion turns."""
+        return np.union1d(_spread(self.model.stepping.planned(), MOST_TIMES), self._turns)
+
+    @cached_property
+    def _turns(self) -> FloatArray:
+        """(k,) times of the run at which a row of the motion's tables stands."""
+        start, end = self.model.stepping.start, self.model.stepping.end
+        rows = np.concatenate([_rows_of(motion) for motion in self._motions])
+        return _spread(np.unique(rows[(rows > start) & (rows < end)]), MOST_TIMES)
 
     def standing(self, time: float) -> tuple[FloatArray, FloatArray]:
         """Slave points (n, 3), world axes, and the pose (4, 4) of the master."""
@@ -100,13 +115,19 @@ class Pair:
         t = time - self.model.stepping.start
         return velocity * t + 0.5 * t * t * self.model.gravity
 
-    def _body_pose(self, name: str, time: float) -> FloatArray:
+    def _root_motion(self, name: str) -> BodyMotion | Free:
+        """What moves a body, or the one it is attached to."""
         system = self.model.mechanism
-        i = int(system.root[system.index[name]])
-        motion = self.model.bodies[list(self.model.bodies)[i]].motion
-        if not isinstance(motion, Free | Attached):
+        root = list(self.model.bodies)[system.root[system.index[name]]]
+        motion = self.model.bodies[root].motion
+        assert not isinstance(motion, Attached)
+        return motion
+
+    def _body_pose(self, name: str, time: float) -> FloatArray:
+        system, motion = self.model.mechanism, self._root_motion(name)
+        if not isinstance(motion, Free):
             return motion.pose(time)
-        assert isinstance(motion, Free)
+        i = int(system.root[system.index[name]])
         t = time - self.model.stepping.start
         centre = system.start[system.row[i], CENTRE : CENTRE + 3]
         turn = pose.identity()
@@ -134,9 +155,10 @@ class Pair:
 
     @cached_property
     def shown_times(self) -> FloatArray:
-        """(≤ STANDINGS,) times at which the motion is gone through."""
-        read = self.relative is None
-        return _spread(self.times, _FEW_STANDINGS if read else STANDINGS)
+        """(k,) times at which the motion is gone through: STANDINGS, and where it turns."""
+        read = self.relative_at(float(self.model.stepping.start)) is None
+        times = _spread(self.model.stepping.planned(), _FEW_STANDINGS if read else STANDINGS)
+        return times if read else np.union1d(times, _spread(self._turns, STANDINGS))
 
     @cached_property
     def rehearsal(self) -> list[Rehearsed]:
@@ -177,6 +199,19 @@ def _told(motion: object) -> bool:
     if isinstance(motion, Combine):
         return all(_told(one) for one in motion.motions)
     return isinstance(motion, _TOLD)
+
+
+def _rows_of(motion: object) -> FloatArray:
+    """(k,) times of the rows of a motion's tables, between which it goes evenly or smoothly."""
+    if isinstance(motion, Moved):
+        return _rows_of(motion.motion)
+    if isinstance(motion, Combine):
+        return np.concatenate([np.zeros(0), *(_rows_of(one) for one in motion.motions)])
+    if isinstance(motion, Velocity | Accelerated):
+        return np.asarray(motion.displacements.times, np.float64)
+    if isinstance(motion, Translate | Rotate | Poses):
+        return motion.times
+    return np.zeros(0)
 
 
 def _spread(times: FloatArray, most: int) -> FloatArray:
