@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.num.handed import by_reference
 from contiga.records import ByteArray, FloatArray, IntArray
 
 # Kinds of element side.
@@ -56,6 +57,7 @@ PATCH = np.dtype(
 )
 
 
+@by_reference
 class Elements(NamedTuple):
     """Bézier elements of all patches, in local coordinates (s, t) in [-1/2, 1/2]²."""
 
@@ -66,6 +68,7 @@ class Elements(NamedTuple):
     polynomials i, j) for the homogeneous component c (w·x, w·y, w·z, w)."""
 
 
+@by_reference
 class Grid(NamedTuple):
     """Where the elements of each patch stand, and which patches touch."""
 

@@ -1,19 +1,42 @@
-"""How kernels that only kernels call are compiled: once, within what Python calls.
+"""How kernels are compiled: each once, in one version.
 
 numba links the code of a callee into each of its callers and optimises it there, all the way up.
 It also optimises each kernel by itself and makes machine code of it, for calls from Python; for
-kernels that Python never calls that is half of all compiling, for nothing. The libraries here hold
-their code as it was lowered, to be linked. The engine is given the places of their environments
-only, since the code of callers refers to those by name.
+kernels that Python never calls that is half of all compiling, for nothing. A `LinkedLibrary` holds
+its code as it was lowered, to be linked. The engine is given the places of its environments only,
+since the code of callers refers to those by name.
+
+What is large and part of several kernels is better called: a `CalledLibrary` is compiled by itself
+and gives its callers nothing but its name. That is made of the stamp of its sources, so that code
+that was compiled by another process calls the same. What a kept kernel calls is kept beside it,
+and loaded before it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 
 import llvmlite.binding as llvm
+from numba import njit
+from numba.core import types
+from numba.core.bytecode import FunctionIdentity
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+from numba.core.registry import CPUDispatcher
+from numba.core.targetconfig import TargetConfig
+from numba.core.untyped_passes import ExtractByteCode
+from numba.extending import overload
+from numba.np import arrayobj
+
+from contiga.num.stamps import stamp_of
+
+DIGITS = 12
+CALLED: dict[str, tuple[str, str, Any]] = {}
+"""Where a function that is called by name comes from: (module, kernel, types of its arguments)."""
 
 
 class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
@@ -21,6 +44,10 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
 
     _final_module: Any
     _shared_module: Any
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        """Nothing: as below."""
+        ll_module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self) -> None:
         """Nothing: the caller that Python calls does it for all at once."""
@@ -31,24 +58,196 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
         for function in self._shared_module.functions:
             if not function.is_declaration and function.linkage == llvm.Linkage.external:
                 function.linkage = "linkonce_odr"
-        self._final_module = _environments_of(self._final_module)
+        own = [str(at) for at in self._final_module.global_variables if "NumbaEnv" in at.name]
+        self._final_module = _module_of(own, self._final_module)
         super()._finalize_final_module()
 
 
-def _environments_of(module: Any) -> Any:
-    """A module of nothing but the environments of `module`."""
-    head = f'target triple = "{module.triple}"\ntarget datalayout = "{module.data_layout}"\n'
-    own = [str(place) for place in module.global_variables if "NumbaEnv" in place.name]
-    shared = llvm.parse_assembly(head + "\n".join(own))
-    shared.name = module.name
-    return shared
+class CalledLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """Code of a kernel that its callers know by name."""
+
+    _final_module: Any
+
+    def _get_module_for_linking(self) -> Any:
+        """What callers are linked with: nothing."""
+        self._ensure_finalized()
+        return _module_of([], self._final_module)
+
+    def serialize_using_object_code(self) -> Any:
+        """What is kept: numba asks the second part which names the first one has."""
+        own = [function.name for function in self.get_defined_functions()]
+        names = _module_of(
+            [f'define void @"{name}"() {{ ret void }}' for name in own], self._final_module
+        )
+        return self.name, "object", (self._get_compiled_object(), names.as_bitcode())
 
 
-class InnerCompiler(Compiler):  # type: ignore[misc]
-    """numba's compiler, with a library that is linked and not run."""
+def _module_of(lines: list[str], like: Any) -> Any:
+    """A module of nothing but `lines`, of the kind of the module `like`."""
+    head = f'target triple = "{like.triple}"\ntarget datalayout = "{like.data_layout}"\n'
+    module = llvm.parse_assembly(head + "\n".join(lines))
+    module.name = like.name
+    return module
+
+
+class KernelCompiler(Compiler):  # type: ignore[misc]
+    """numba's compiler, for kernels that Python calls."""
+
+    state: Any
+    library: type[JITCodeLibrary] | None = None
 
     def __init__(self, typingctx: Any, targetctx: Any, library: Any, *rest: Any) -> None:
-        if library is None:
-            library = LinkedLibrary(targetctx.codegen(), "linked")
+        if library is None and self.library is not None:
+            library = self.library(targetctx.codegen(), self.library.__name__)
             library.enable_object_caching()
         super().__init__(typingctx, targetctx, library, *rest)
+
+    def compile_extra(self, func: Any) -> Any:
+        """Compile a Python function."""
+        with _short_message():
+            return super().compile_extra(func)
+
+
+class InnerCompiler(KernelCompiler):
+    """The same, with a library that is linked and not run."""
+
+    library = LinkedLibrary
+
+
+class CalledCompiler(KernelCompiler):
+    """The same, with a library that is called."""
+
+    library = CalledLibrary
+
+    def compile_extra(self, func: Any) -> Any:
+        """Compile a Python function, under a name that is the same in every process."""
+        self.state.func_id = FunctionIdentity.from_function(func)
+        number = int(stamp_of(func.__code__.co_filename)[:DIGITS], 16)
+        self.state.func_id.unique_id = number
+        self.state.func_id.unique_name = f"{self.state.func_id.func_qualname}${number}"
+        ExtractByteCode().run_pass(self.state)
+        self.state.lifted = ()
+        self.state.lifted_from = None
+        with _short_message():
+            return self._compile_bytecode()
+
+
+def _compare_faster() -> None:
+    """Let numba compare its options without writing them all out.
+
+    It asks for every call it has to type whether the options are those of a version it has; that
+    was a tenth of all compiling.
+    """
+
+    def equal(self: Any, other: Any) -> Any:
+        if self is other or (type(self) is type(other) and self._values == other._values):
+            return True
+        return written_out(self, other)
+
+    written_out = TargetConfig.__eq__
+    TargetConfig.__eq__ = equal
+    TargetConfig.__hash__ = lambda self: hash(type(self))  # numba's own: of the options' names
+
+
+_compare_faster()
+
+
+def _shapes_differ(source: Any, target: Any) -> None:
+    """Raise the error of an array that does not fit the slice it is written to."""
+
+
+@overload(_shapes_differ)
+def _raise_that_shapes_differ(source: Any, target: Any) -> Any:
+    """numba's own writes out both shapes, with a thousand lines of code for numbers as text."""
+
+    def raised(source: Any, target: Any) -> None:
+        raise ValueError("cannot assign to a slice of another shape")
+
+    return raised
+
+
+@contextmanager
+def _short_message() -> Iterator[None]:
+    """Within this, numba compiles slices that are written to with the error above."""
+    own = arrayobj.raise_with_shape_context
+    arrayobj.raise_with_shape_context = _shapes_differ
+    try:
+        yield
+    finally:
+        arrayobj.raise_with_shape_context = own
+
+
+class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
+    """What of a compiled kernel is kept: numba's own, and what it calls by name."""
+
+    def reduce(self, compiled: Any) -> Any:
+        """What is written."""
+        library = compiled.library
+        linked = isinstance(library, LinkedLibrary)
+        module = library._shared_module if linked else library._final_module
+        names = [function.name for function in module.functions if function.is_declaration]
+        return [CALLED[name] for name in names if name in CALLED], super().reduce(compiled)
+
+    def rebuild(self, target: Any, kept: Any) -> Any:
+        """A compiled kernel of what was written, once all that it calls is there."""
+        calls, own = kept
+        for module, name, arguments in calls:
+            getattr(import_module(module), name).compile(arguments)
+        compiled = super().rebuild(target, own)
+        library = compiled.library
+        if library.name == CalledLibrary.__name__:
+            library._shared_module = _module_of([], library._final_module)
+        return compiled
+
+
+class KernelCache(FunctionCache):  # type: ignore[misc]
+    """Compiled kernels in files."""
+
+    _impl_class = KernelCacheImpl
+
+
+class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
+    """A kernel with one version for calls from kernels, whatever integers they hand it.
+
+    numba would make a version for each width, and for each value where that is a constant.
+    """
+
+    def enable_caching(self) -> None:
+        """Keep what is compiled."""
+        self._cache = KernelCache(self.py_func)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """What numba asks how a call is to be typed."""
+        args = tuple(plain(of) for of in args)
+        return super().get_call_template(args, {name: plain(kws[name]) for name in kws})
+
+    def add_overload(self, compiled: Any) -> None:
+        """What numba tells of a version that was compiled or read."""
+        super().add_overload(compiled)
+        if issubclass(self._compiler.pipeline_class, CalledCompiler):
+            home = self.py_func.__module__, self.py_func.__qualname__
+            CALLED[compiled.fndesc.mangled_name] = (*home, tuple(compiled.signature.args))
+
+
+def plain(of: Any) -> Any:
+    """The type that stands for `of` among the arguments of kernels."""
+    of = types.unliteral(of)
+    if isinstance(of, types.Integer) and of.bitwidth < types.int64.bitwidth:
+        return types.int64
+    if isinstance(of, (types.Tuple, types.UniTuple)):
+        return types.BaseTuple.from_types([plain(part) for part in of])
+    return of
+
+
+def decorator(compiler: type[KernelCompiler], **options: Any) -> Callable[[Any], Any]:
+    """A decorator of kernels that a compiler makes and files keep; options are numba's."""
+    decorate = njit(**({"no_cfunc_wrapper": True, "pipeline_class": compiler} | options))
+
+    def decorated(function: Any) -> Any:
+        made = decorate(function)
+        if isinstance(made, CPUDispatcher):  # a plain function where compiling is switched off
+            made.__class__ = KernelDispatcher
+            made.enable_caching()
+        return made
+
+    return decorated

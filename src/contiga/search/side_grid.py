@@ -19,6 +19,7 @@ import numpy as np
 from scipy import ndimage
 
 from contiga.elements.element_arrays import Records
+from contiga.num.handed import by_reference
 from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, IntArray, Projection, empty_projection
 from contiga.search.kernels import side_grid_nb, side_nb
@@ -48,6 +49,7 @@ POINTS = 4096
 Closest = Callable[[FloatArray, IntArray, Projection], None]
 
 
+@by_reference
 class SideGrid(NamedTuple):
     """What is known of the sides of a closed body, about its low corner; see `side_nb`."""
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from contiga.elements.element_arrays import Elements, Grid, Records
 from contiga.geometry.trim import TrimTables
+from contiga.num.handed import by_reference
 from contiga.records import FloatArray, IntArray
 
 RING = np.dtype(
@@ -58,6 +59,7 @@ NODE = np.dtype(
 )
 
 
+@by_reference
 class Joints(NamedTuple):
     """Edges at which trimmed faces join others (see `trimmed_edges`)."""
 
@@ -67,6 +69,7 @@ class Joints(NamedTuple):
     """(elements, 4) the edge that an untrimmed patch's natural side is a part of, −1 none."""
 
 
+@by_reference
 class Tables(NamedTuple):
     """Everything the kernels are handed about a body."""
 

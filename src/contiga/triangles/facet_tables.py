@@ -9,6 +9,7 @@ import numpy as np
 
 from contiga.errors import MeshError
 from contiga.num.codes import NO_TRIANGLE
+from contiga.num.handed import by_reference
 from contiga.num.ordered import length
 from contiga.records import FloatArray, IntArray
 from contiga.triangles.facets import Facets
@@ -23,6 +24,7 @@ RELATIVE_TOLERANCE = 1e-12
 """Length below which two points are one, relative to the size of the mesh."""
 
 
+@by_reference
 class Tables(NamedTuple):
     """The kernels' tables, and what else is asked of a mesh."""
 

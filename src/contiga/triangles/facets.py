@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from contiga.num.handed import by_reference
 from contiga.records import FloatArray, IntArray
 
 NORMALS = ("facet", "vertex")
 """Kinds of normals at feet."""
 
 
+@by_reference
 class Facets(NamedTuple):
     """What the search knows of a mesh; m triangles that have an area, v welded vertices."""
 

@@ -7,13 +7,24 @@ import sys
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
 from numba import njit
+from numba.core.compiler import Flags
 
 from contiga.num.compiler import InnerCompiler
+from contiga.num.jit import inner, kernel
 
 part = partial(njit, no_cpython_wrapper=True, no_cfunc_wrapper=True, pipeline_class=InnerCompiler)
 
+CALLED = {
+    "inmost": "@inner(by_name=True)\ndef inmost(x):\n    if x < 0.0:\n"
+    "        raise ValueError('below zero')\n    return {1} * x\n",
+    "between": "from tiny.inmost import inmost\n\n@inner()\ndef between(x):\n"
+    "    return inmost(x) + inmost(2.0 * x)\n",
+    "outer": "from tiny.between import between\n\n@kernel(by_name=True)\ndef outer(x):\n"
+    "    return between(x){0}\n",
+}
 MODULES = {
     "inmost": "@inner()\ndef inmost(x):\n    if x < 0.0:\n        raise ValueError('below zero')\n"
     "    return 3.0 * x\n",
@@ -42,6 +53,12 @@ except ValueError as error:
 """
 
 
+def fresh(folder: Path) -> list[str]:
+    """What a new process prints."""
+    run = [sys.executable, "-c", RUN, str(folder)]
+    return subprocess.run(run, capture_output=True, text=True, check=True).stdout.split("\n")
+
+
 def test_a_linked_kernel_has_no_machine_code_and_its_caller_has_it_all() -> None:
     @part
     def third(x: float) -> float:
@@ -56,8 +73,8 @@ def test_a_linked_kernel_has_no_machine_code_and_its_caller_has_it_all() -> None
         return shifted(x) * 2.0
 
     assert outer(6.0) == 6.0
-    for kernel in (third, shifted):
-        (result,) = kernel.overloads.values()
+    for linked in (third, shifted):
+        (result,) = linked.overloads.values()
         assert not list(result.library.get_defined_functions())
     (result,) = outer.overloads.values()
     assert list(result.library.get_defined_functions())
@@ -89,11 +106,98 @@ def test_a_changed_caller_is_linked_with_kernels_from_the_cache(tmp_path: Path) 
     def run(ending: str) -> list[str]:
         for name, text in MODULES.items():
             (folder / f"{name}.py").write_text(head + text.replace("{0}", ending))
-        answer = subprocess.run(
-            [sys.executable, "-c", RUN, str(tmp_path)], capture_output=True, text=True, check=True
-        )
-        return answer.stdout.split("\n")
+        return fresh(tmp_path)
 
     assert run("") == ["7.0 0 0", "below zero", ""]
     assert run("") == ["7.0 1 0", "below zero", ""]
     assert run(" + 1.0") == ["8.0 0 1", "below zero", ""]
+
+
+def test_kernels_called_by_name_are_found_by_other_processes(tmp_path: Path) -> None:
+    """All new; all kept; a new caller of what is kept; a new callee; a callee that was lost."""
+    folder = tmp_path / "tiny"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    head = "from contiga.num.jit import inner, kernel\n"
+
+    def run(ending: str, factor: str = "3.0") -> list[str]:
+        for name, text in CALLED.items():
+            text = text.replace("{0}", ending).replace("{1}", factor)
+            (folder / f"{name}.py").write_text(head + text)
+        return fresh(tmp_path)
+
+    assert run("") == ["18.0 0 0", "below zero", ""]
+    assert run("") == ["18.0 1 0", "below zero", ""]
+    assert run(" + 1.0") == ["19.0 0 1", "below zero", ""]
+    assert run(" + 1.0", "5.0") == ["31.0 0 0", "below zero", ""]
+    for file in folder.rglob("inmost*.nb[ci]"):
+        file.unlink()
+    assert run(" + 1.0", "5.0") == ["31.0 1 0", "below zero", ""]
+
+
+def test_a_kernel_called_by_name_is_in_none_of_its_callers() -> None:
+    @inner(by_name=True)
+    def third(x):
+        return x / 3.0
+
+    @inner()
+    def shifted(x):
+        return third(x) + 1.0
+
+    @kernel()
+    def outer(x):
+        return shifted(x) * 2.0
+
+    assert outer(6.0) == 6.0
+    (name,) = (result.fndesc.mangled_name for result in third.overloads.values())
+    (result,) = outer.overloads.values()
+    (found,) = (f for f in result.library._final_module.functions if f.name == name)
+    assert found.is_declaration
+    assert [f.name for f in next(iter(third.overloads.values())).library.get_defined_functions()]
+
+
+def test_all_integers_are_one_version() -> None:
+    @inner()
+    def of(pair, table, k):
+        return table[pair[0], pair[1]] + k
+
+    @kernel()
+    def outer(table, small):
+        return (
+            of((0, 1), table, 2) + of((small[0], 0), table, small[0]) + of((1, small[0]), table, 0)
+        )
+
+    table = np.arange(6.0).reshape(2, 3)
+    assert outer(table, np.ones(2, np.int32)) == 1.0 + 2 + 3.0 + 1 + 4.0
+    assert len(of.overloads) == 1
+
+
+def test_an_array_that_does_not_fit_is_refused_in_few_words() -> None:
+    @kernel()
+    def put(target, source):
+        target[:] = source
+
+    put(np.zeros(3), np.ones(3))
+    with pytest.raises(ValueError, match="slice of another shape"):
+        put(np.zeros(3), np.ones(4))
+
+    @njit
+    def numbas(target, source):
+        target[:] = source
+
+    with pytest.raises(ValueError, match="from input of"):
+        numbas(np.zeros(3), np.ones(4))
+
+
+def test_options_that_differ_are_not_equal() -> None:
+    one, other = Flags(), Flags()
+    assert one == other
+    assert hash(one) == hash(other)
+    one.release_gil = True
+    assert one != other
+    other.release_gil = True
+    assert one == other
+    other.release_gil = False
+    plain = Flags()
+    assert other == plain  # set to what it is anyway
+    assert one != 1

@@ -13,6 +13,7 @@ import pytest
 from numba.core import caching
 
 from contiga.num import jit
+from contiga.num.stamps import PACKAGE
 
 CALLEE = """
 from numba import njit
@@ -140,16 +141,8 @@ def test_a_read_only_package_is_kept_in_the_users_own_folder(tiny, tmp_path):
         assert list((tmp_path / "home").rglob("_caller_nb*.nbc"))
 
 
-def test_a_stamp_is_of_the_files_imported_and_of_no_others(tiny):
-    before = jit.stamp_of(tiny / "_caller_nb.py", tiny)
-    (tiny / "between.py").write_text("")
-    assert jit.stamp_of(tiny / "_caller_nb.py", tiny) == before
-    (tiny / "_callee_nb.py").write_text(CALLEE.format(100))
-    assert jit.stamp_of(tiny / "_caller_nb.py", tiny) != before
-
-
 def kernel_files():
-    files = sorted(jit.PACKAGE.rglob("kernels/*_nb.py"))
+    files = sorted(PACKAGE.rglob("kernels/*_nb.py"))
     return [file for file in files if re.search(r"^@(kernel|inner)\b", file.read_text(), re.M)]
 
 
@@ -160,8 +153,7 @@ def test_a_kernel_is_decorated_by_what_says_how_it_is_kept(file):
 
 def test_every_kernel_of_ours_is_kept_so():
     names = [
-        ".".join(file.relative_to(jit.PACKAGE.parent).with_suffix("").parts)
-        for file in kernel_files()
+        ".".join(file.relative_to(PACKAGE.parent).with_suffix("").parts) for file in kernel_files()
     ]
     found = subprocess.run(
         [sys.executable, "-c", LOCATORS, *names],
@@ -179,4 +171,4 @@ def test_files_that_are_not_ours_are_left_to_numba():
     own = [base for base in caching.CacheImpl._locator_classes if issubclass(base, jit.Sourced)]
     assert own
     assert all(base.from_function(importlib.import_module, __file__) is None for base in own)
-    assert Path(__file__).resolve() not in jit.PACKAGE.parents
+    assert Path(__file__).resolve() not in PACKAGE.parents

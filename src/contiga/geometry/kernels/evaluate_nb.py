@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.geometry.kernels.basis_nb import basis_derivatives, find_span
+from contiga.num.handed import by_reference
 from contiga.num.jit import inner, kernel
 
 # A normal from S_u × S_v that has lost more than half of its digits to cancellation is
@@ -20,6 +21,7 @@ LIMIT_ORDER = 5
 ROUNDING = 4.0 * 2.220446049250313e-16 / NOISE
 
 
+@by_reference
 class CurveArrays(NamedTuple):
     """A curve as kernels see it."""
 
@@ -31,6 +33,7 @@ class CurveArrays(NamedTuple):
     rational: bool
 
 
+@by_reference
 class SurfaceArrays(NamedTuple):
     """A surface as kernels see it."""
 

@@ -32,6 +32,7 @@ from contiga.geometry.kernels.triangulation_nb import (
     turn,
     walk,
 )
+from contiga.num.handed import by_reference
 from contiga.num.jit import inner, kernel
 
 NEW, GOOD, CHECKED, GIVEN_UP = 0, 1, 2, 3
@@ -49,6 +50,7 @@ USELESS = 0.5
 A finite surface holds finitely many that are not, so refinement ends."""
 
 
+@by_reference
 class Front(NamedTuple):
     """What is known of the vertices, and what is to be looked at."""
 

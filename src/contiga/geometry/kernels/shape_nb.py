@@ -14,6 +14,7 @@ import numpy as np
 
 from contiga.geometry.kernels.evaluate_nb import Scratch, SurfaceArrays, surface_point
 from contiga.geometry.kernels.triangulation_nb import BORDER, FRAME, VERTICES
+from contiga.num.handed import by_reference
 from contiga.num.jit import inner, kernel
 
 TURN = 0.3
@@ -30,6 +31,7 @@ L, M, N, E, F, G, SAG = 0, 1, 2, 3, 4, 5, 6
 """Columns of a form: second fundamental form, metric, distance."""
 
 
+@by_reference
 class Face(NamedTuple):
     """A surface over the unit square that its trimmed part was mapped to."""
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.num.handed import by_reference
 from contiga.num.jit import inner
 
 GRID = 2.0**-49
@@ -25,6 +26,7 @@ SPLITTER = 134217729.0
 """2^27 + 1."""
 
 
+@by_reference
 class Triangulation(NamedTuple):
     """Room for n vertices and m triangles; `used` says how much of it is in use."""
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.num.codes import CUT, IN, OUT
+from contiga.num.handed import by_reference
 from contiga.num.jit import inner, kernel
 
 MARGIN = 1e-9
@@ -22,6 +23,7 @@ ON_CURVE = 1e-12
 """Points this close to a trim curve (share of the domain) count as inside."""
 
 
+@by_reference
 class TrimTables(NamedTuple):
     """Trims of all patches of a body as flat arrays (n pieces, m patches, c cells)."""
 
@@ -198,7 +200,7 @@ def _against_piece(tables, piece, u, v, eps):
     return 1 if counted and crossing > u else 0
 
 
-@kernel()
+@kernel(by_name=True)
 def point_in_trim(tables, patch, u, v):
     """1 if (u, v) belongs to the trimmed patch, 0 if it is cut away (even-odd rule).
 
@@ -245,7 +247,7 @@ def _piece_meets_box(tables, piece, u0, u1, v0, v1):
     return high >= u0 and low <= u1
 
 
-@kernel()
+@kernel(by_name=True)
 def box_state(tables, patch, u0, u1, v0, v1):
     """OUT (0), IN (1) or CUT (2) of a parameter box; IN and OUT are certain.
 

@@ -68,7 +68,7 @@ def _add(elements, foot, list_e, list_st, n):
     return n
 
 
-@kernel()
+@kernel(by_name=True)
 def around(elements, foot, list_e, list_st):
     """All (element, s, t) that are the point `foot`, through linked sides and poles.
 

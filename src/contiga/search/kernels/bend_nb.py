@@ -170,7 +170,7 @@ def _form_change(frame, rest):
     return middle + spread
 
 
-@kernel(error_model="numpy")
+@kernel(by_name=True, error_model="numpy")
 def bend_bounds(elements, e, cell, bend, work):
     """Bounds over a cell (s0, s1, t0, t1) of element e into bend[6]; whether there are any.
 

@@ -191,7 +191,7 @@ def _plane_of(v, x, across):
     )
 
 
-@kernel(error_model="numpy")
+@kernel(by_name=True, error_model="numpy")
 def pole_bounds(elements, e, cell, side, bend, work):
     """As `bend_bounds`, over a cell whose `side` is a pole; no width along that."""
     unbounded(bend)

@@ -1,0 +1,26 @@
+"""Named tuples of arrays that compiled kernels are handed by their place in memory.
+
+numba hands a tuple by its members: each array is seven to eleven numbers, and the tables of a body
+are forty arrays, so that every call from one kernel to the next would carry four hundred arguments
+that the compiler has to take apart and put together again. Of a tuple marked here kernels get one
+pointer. They read it as any other: `tables.elements.coefs`.
+"""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+Class = TypeVar("Class", bound=type)
+
+HANDED: set[type] = set()
+"""Classes that are handed by reference."""
+
+
+def by_reference(tuple_class: Class) -> Class:
+    """Mark a class of named tuples; a decorator.
+
+    Kernels may read the attributes of such a tuple, hand it on and put it into other tuples. They
+    cannot make one, and must not return its arrays.
+    """
+    HANDED.add(tuple_class)
+    return tuple_class

@@ -1,0 +1,120 @@
+"""The type of tuples that kernels are handed by reference (see `contiga.num.handed`).
+
+A call from Python lays the members of the tuple out in memory of its own, which stays as it is
+until the kernel returns. So what is read from there may be read once and kept: loads are marked as
+invariant. The arrays are held by whoever calls; kernels count no references to them.
+"""
+
+from __future__ import annotations
+
+from hashlib import sha256
+from typing import Any
+
+import llvmlite.ir as ir
+from numba.core import cgutils, types
+from numba.core.imputils import impl_ret_borrowed, lower_getattr_generic
+from numba.core.typing.templates import AttributeTemplate
+from numba.core.typing.typeof import typeof_impl
+from numba.extending import NativeValue, infer_getattr, models, register_model, unbox
+
+from contiga.num.handed import HANDED
+
+DIGITS = 12
+
+
+class Reference(types.Type):  # type: ignore[misc]
+    """A pointer to the members of a named tuple of the numba type `members`."""
+
+    def __init__(self, members: Any) -> None:
+        self.members = members
+        name = members.instance_class.__qualname__
+        # The names of types go into the names of functions: the full one has thousands of letters.
+        super().__init__(f"ref{name}{sha256(str(members).encode()).hexdigest()[:DIGITS]}")
+
+
+@register_model(Reference)
+class ReferenceModel(models.OpaqueModel):  # type: ignore[misc]
+    """A pointer."""
+
+
+_of_tuple = typeof_impl.dispatch(tuple)
+
+
+@typeof_impl.register(tuple)
+def type_of_tuple(value: tuple[Any, ...], asked: Any) -> Any:
+    """numba's type of a tuple; a reference where its class is marked."""
+    found = _of_tuple(value, asked)
+    return Reference(found) if type(value) in HANDED and found is not None else found
+
+
+@unbox(Reference)
+def lay_out(reference: Reference, value: Any, c: Any) -> NativeValue:
+    """The members of a tuple of Python's in memory, and a pointer to them."""
+    native = c.unbox(reference.members, value)
+    place = cgutils.alloca_once_value(c.builder, native.value)
+    # Loads marked as invariant may go up to where their pointer is made, but not before the
+    # members are there: what this instruction, which does nothing, gives back is made after them.
+    pointer = ir.IntType(8).as_pointer()
+    place = c.builder.asm(
+        ir.FunctionType(pointer, [pointer]),
+        "",
+        "=r,0,~{memory}",
+        [c.builder.bitcast(place, pointer)],
+        side_effect=True,
+    )
+
+    def let_go() -> None:
+        if native.cleanup is not None:
+            native.cleanup()
+        c.context.nrt.decref(c.builder, reference.members, native.value)
+
+    return NativeValue(place, cleanup=let_go, is_error=native.is_error)
+
+
+@infer_getattr
+class ReferenceAttributes(AttributeTemplate):  # type: ignore[misc]
+    """The members by their names."""
+
+    key = Reference
+
+    def generic_resolve(self, reference: Reference, name: str) -> Any:
+        """The type of a member; none where there is none of the name."""
+        fields = reference.members.fields
+        return reference.members[fields.index(name)] if name in fields else None
+
+
+@lower_getattr_generic(Reference)  # type: ignore[misc]
+def member(context: Any, builder: Any, reference: Reference, place: Any, name: str) -> Any:
+    """Code that reads a member."""
+    members = reference.members
+    k = members.fields.index(name)
+    whole = context.get_value_type(members).as_pointer()
+    pointer = cgutils.gep_inbounds(builder, builder.bitcast(place, whole), 0, k)
+    value = _read(builder, pointer, context.get_value_type(members[k]))
+    return _uncounted(context, builder, members[k], value)
+
+
+def _uncounted(context: Any, builder: Any, of: Any, value: Any) -> Any:
+    """The same value with arrays that nobody owns, so that counting their references is nothing."""
+    if isinstance(of, types.Array):
+        return builder.insert_value(value, ir.Constant(ir.IntType(8).as_pointer(), None), 0)
+    if isinstance(of, types.BaseTuple):
+        for k, part in enumerate(of.types):
+            own = _uncounted(context, builder, part, builder.extract_value(value, k))
+            value = builder.insert_value(value, own, k)
+        return value
+    return impl_ret_borrowed(context, builder, of, value)
+
+
+def _read(builder: Any, pointer: Any, of: Any) -> Any:
+    """The value at a pointer, read number by number."""
+    if isinstance(of, (ir.LiteralStructType, ir.ArrayType)):
+        value = ir.Constant(of, ir.Undefined)
+        for k in range(len(of.elements) if isinstance(of, ir.LiteralStructType) else of.count):
+            part = of.elements[k] if isinstance(of, ir.LiteralStructType) else of.element
+            read = _read(builder, cgutils.gep_inbounds(builder, pointer, 0, k), part)
+            value = builder.insert_value(value, read, k)
+        return value
+    value = builder.load(pointer)
+    value.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return value

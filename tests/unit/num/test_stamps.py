@@ -1,0 +1,38 @@
+"""Stamps of sources: of all that is imported, and of nothing else."""
+
+from __future__ import annotations
+
+import pytest
+
+from contiga.num.stamps import PACKAGE, stamp_of
+
+
+@pytest.fixture
+def tiny(tmp_path):
+    """A package of three files of which the last imports the first."""
+    folder = tmp_path / "tiny"
+    folder.mkdir()
+    (folder / "__init__.py").write_text("")
+    (folder / "between.py").write_text("")
+    (folder / "callee.py").write_text("x = 1")
+    (folder / "caller.py").write_text("from tiny.callee import x")
+    return folder
+
+
+def test_a_stamp_is_of_the_files_imported_and_of_no_others(tiny):
+    before = stamp_of(tiny / "caller.py", tiny)
+    (tiny / "between.py").write_text("y = 2")
+    assert stamp_of(tiny / "caller.py", tiny) == before
+    (tiny / "callee.py").write_text("x = 2")
+    assert stamp_of(tiny / "caller.py", tiny) != before
+
+
+def test_files_that_import_each_other_have_a_stamp(tiny):
+    (tiny / "callee.py").write_text("from tiny import caller")
+    before = stamp_of(tiny / "caller.py", tiny)
+    (tiny / "callee.py").write_text("from tiny import caller\nx = 3")
+    assert stamp_of(tiny / "caller.py", tiny) != before
+
+
+def test_the_package_is_this_one():
+    assert (PACKAGE / "num" / "stamps.py").is_file()
