@@ -21,7 +21,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 from numba import njit
-from numba.core import types
+from numba.core import types as numba_types
 from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
@@ -34,6 +34,7 @@ from numba.np import arrayobj
 
 from contiga.num.stamps import stamp_of
 
+types: Any = numba_types
 DIGITS = 12
 CALLED: dict[str, tuple[str, str, Any]] = {}
 """Where a function that is called by name comes from: (module, kernel, types of its arguments)."""
@@ -156,7 +157,7 @@ def _shapes_differ(source: Any, target: Any) -> None:
     """Raise the error of an array that does not fit the slice it is written to."""
 
 
-@overload(_shapes_differ)
+@overload(_shapes_differ)  # type: ignore[untyped-decorator]
 def _raise_that_shapes_differ(source: Any, target: Any) -> Any:
     """numba's own writes out both shapes, with a thousand lines of code for numbers as text."""
 

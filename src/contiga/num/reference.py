@@ -11,7 +11,8 @@ from hashlib import sha256
 from typing import Any
 
 import llvmlite.ir as ir
-from numba.core import cgutils, types
+from numba.core import cgutils
+from numba.core import types as numba_types
 from numba.core.imputils import impl_ret_borrowed, lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate
 from numba.core.typing.typeof import typeof_impl
@@ -19,6 +20,7 @@ from numba.extending import NativeValue, infer_getattr, models, register_model, 
 
 from contiga.num.handed import HANDED
 
+types: Any = numba_types
 DIGITS = 12
 
 
@@ -40,14 +42,14 @@ class ReferenceModel(models.OpaqueModel):  # type: ignore[misc]
 _of_tuple = typeof_impl.dispatch(tuple)
 
 
-@typeof_impl.register(tuple)
+@typeof_impl.register(tuple)  # type: ignore[untyped-decorator]
 def type_of_tuple(value: tuple[Any, ...], asked: Any) -> Any:
     """numba's type of a tuple; a reference where its class is marked."""
     found = _of_tuple(value, asked)
     return Reference(found) if type(value) in HANDED and found is not None else found
 
 
-@unbox(Reference)
+@unbox(Reference)  # type: ignore[untyped-decorator]
 def lay_out(reference: Reference, value: Any, c: Any) -> NativeValue:
     """The members of a tuple of Python's in memory, and a pointer to them."""
     native = c.unbox(reference.members, value)
@@ -83,7 +85,7 @@ class ReferenceAttributes(AttributeTemplate):  # type: ignore[misc]
         return reference.members[fields.index(name)] if name in fields else None
 
 
-@lower_getattr_generic(Reference)  # type: ignore[misc]
+@lower_getattr_generic(Reference)  # type: ignore[untyped-decorator]
 def member(context: Any, builder: Any, reference: Reference, place: Any, name: str) -> Any:
     """Code that reads a member."""
     members = reference.members
