@@ -31,9 +31,12 @@ QUIET_SECONDS = 10.0
 @contextmanager
 def local_client(workers: int) -> Iterator[Client]:
     """A cluster on this machine for as long as the block lasts."""
-    quiet = {"distributed.worker.daemon": False, "distributed.comm.timeouts.connect": "60s"}
+    settings = {
+        "distributed.worker.daemon": False,  # readers of CAD have processes of their own
+        "distributed.scheduler.allowed-failures": 0,  # retries are counted here
+    }
     with (
-        dask.config.set(quiet),
+        dask.config.set(settings),
         LocalCluster(
             n_workers=workers,
             threads_per_worker=1,

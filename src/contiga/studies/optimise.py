@@ -19,7 +19,6 @@ from contiga.studies.one_case import row_of
 from contiga.studies.row import DONE, Row
 from contiga.studies.spec import GoalSpec, StudySpec, VariableSpec
 
-_EXCESS = "excess"
 _RANDOM = 10
 """Cases that are chosen at random before any is chosen by what was found."""
 _NONE = 1e300
@@ -96,16 +95,11 @@ def _sampler(seed: int) -> Any:
     """What chooses a batch: by nothing but the seed and what was found before."""
     import optuna
 
-    def constraints(trial: Any) -> list[float]:
-        excess: list[float] = trial.user_attrs.get(_EXCESS, [_NONE])
-        return excess
-
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
         return optuna.samplers.TPESampler(
             seed=seed,
             n_startup_trials=_RANDOM,
-            constraints_func=constraints,
             multivariate=True,
             constant_liar=True,
         )
@@ -129,6 +123,7 @@ def _tell(found: Any, trial: Any, goal: GoalSpec, row: Row) -> None:
     if row.status != DONE or value != value:
         found.tell(trial, state=TrialState.FAIL)
         return
-    trial.set_user_attr(_EXCESS, excesses(goal, row))
+    for text, excess in zip(goal.subject_to, excesses(goal, row), strict=True):
+        trial.set_constraint(text, excess)
     trial.set_user_attr("case", row.number)
     found.tell(trial, value)

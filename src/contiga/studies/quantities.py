@@ -13,7 +13,7 @@ from contiga.errors import CaseError
 from contiga.io.naming import closest
 from contiga.records import FloatArray
 
-_CALL = re.compile(r"(\w+)\((.+?)(?:,\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?))?\)")
+_CALL = re.compile(r"(\w+)\((.+?)(?:,\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*)?\)")
 _PLAIN = ("energy_error", "steps", "warnings")
 _EXAMPLES = '"head_cg.HIC15", "max(force)", "at(head.vz, 5.0)", "energy_error"'
 

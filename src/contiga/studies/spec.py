@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from contiga.case.problems import case_error
-from contiga.case.spec import Count, ExistingFile, NotNegative, Spec, suggest
+from contiga.case.spec import Count, ExistingFile, Spec, suggest
 from contiga.errors import CaseError, FileError
 from contiga.studies.expressions import Expression
 from contiga.studies.quantities import Quantity, quantity_of
@@ -127,6 +127,7 @@ class RuleSpec(Spec):
                 found=", ".join(sorted(self.model_fields_set)) or "nothing",
                 allowed='key = "…", value = "…", or require = "…"',
             )
+        assert self.expression is not None
         return self
 
     @property
@@ -212,7 +213,8 @@ class StudySpec(Spec):
     """A whole study file. File names in it are absolute."""
 
     title: str = "Study"
-    base: ExistingFile
+    base: ExistingFile | None = None
+    """The base case; in Python it may be given as a case."""
     set: dict[str, Any] = Field(default_factory=dict)
     """Values over those of the base case, by key; of all cases."""
     table: ExistingFile | None = None
@@ -226,7 +228,7 @@ class StudySpec(Spec):
     """What is kept of each case: a list, or quantities by the names of their columns."""
     goal: GoalSpec | None = None
     map: MapSpec | None = None
-    retries: Annotated[int, NotNegative] = 3
+    retries: Annotated[int, Field(ge=0)] = 3
     """How often a case is begun again whose worker was lost."""
 
     _file: Path = PrivateAttr(default=Path("study.toml"))
@@ -372,4 +374,7 @@ def load_study(path: str | Path) -> StudySpec:
         raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
     except (ValueError, RecursionError) as error:
         raise CaseError(f"is not valid TOML: {error}", where=str(path)) from error
-    return study_of(data, path)
+    study = study_of(data, path)
+    if study.base is None:
+        raise CaseError("is missing", where=f"{path}: base", allowed="the file of the base case")
+    return study

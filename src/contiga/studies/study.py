@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import tempfile
 import tomllib
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from contiga.case.columns import columns_of_case, criteria_of_case
 from contiga.case.schema import Case, load_case
+from contiga.case.settings import plain
 from contiga.case.toml import resolved_toml
 from contiga.errors import CaseError
 from contiga.extras import require
@@ -23,7 +25,7 @@ from contiga.studies.one_case import Base, row_of
 from contiga.studies.optimise import best_of, optimised
 from contiga.studies.page import write_page
 from contiga.studies.row import DONE, Row
-from contiga.studies.spec import StudySpec
+from contiga.studies.spec import StudySpec, study_of
 from contiga.studies.table import Table
 
 if TYPE_CHECKING:
@@ -47,6 +49,8 @@ class Study(Shown):
     """The same, a record a case, with the seconds each took."""
     best: Row | None
     """The best case within the limits, of a study with a goal."""
+    kept: object = None
+    """Holds a folder that is nobody's, until the study is let go."""
 
     @property
     def failed(self) -> tuple[Row, ...]:
@@ -82,6 +86,87 @@ class Study(Shown):
         ]
 
 
+def study(
+    base: Case | str | Path,
+    variables: Mapping[str, Any],
+    collect: Sequence[str] | Mapping[str, str],
+    *,
+    out: str | Path | None = None,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+    **more: Any,
+) -> Study:
+    """Run many cases of one base case.
+
+    Parameters
+    ----------
+    base : a `Case`, or the path of its file; the keys of a case are those of the ``case.toml`` that
+        a run leaves, defaults filled in
+    variables : what differs, by key of the case: a list of values, or what a ``[[variable]]`` of a
+        study file says, ``{"low": 40.0, "high": 80.0, "count": 5}``
+    collect : what is kept of each case, ``["head_cg.HIC15", "max(force)"]``, or by column
+    out : folder of the study; None keeps one for as long as the `Study` is kept
+    scheduler : address of a running Dask scheduler; processes of this machine if omitted
+    workers : how many of these, one a core if omitted; 0 runs the cases in this process
+    resume : run what is missing in `out`
+    progress : called with cases done, cases in all, and what is to be said of them
+    more : any other key of a study file: ``title``, ``set``, ``table``, ``sample``, ``rule``,
+        ``goal``, ``map``, ``retries``
+
+    Returns
+    -------
+    Study
+        ``to_pandas()``, ``table``, ``rows``, ``best``, ``page``.
+
+    Raises
+    ------
+    InputError, MissingPackageError
+        Something is wrong with the study, its base case or the folder; nothing has been run.
+    RunError
+        The cluster was lost; the rows so far are in the folder.
+
+    Notes
+    -----
+    Workers are processes that import the program: in a script the call stands under
+    ``if __name__ == "__main__":``.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> few = cg.load_case("case.toml", set={"time.end": 1.0, "output.report": False})
+    >>> speeds = {"body.head.motion.velocity[2]": [-5.0, -6.7]}
+    >>> found = study(few, speeds, ["max(force)", "steps"], workers=0)
+    >>> found
+    Study(cases 2, failed 0, variables 1, best none, folder ...)
+    >>> found.to_pandas()["max(force)"].is_monotonic_increasing
+    True
+    """
+    case = base if isinstance(base, Case) else load_case(base)
+    asked = [
+        {"key": key, **plain(said)}
+        if isinstance(said, Mapping)
+        else {"key": key, "values": plain(said)}
+        for key, said in variables.items()
+    ]
+    data = {"variable": asked, "collect": plain(collect), **plain(more)}
+    if not isinstance(base, Case):
+        data["base"] = str(Path(base).resolve())
+    spec = study_of(data, Path("study"))
+    kept = tempfile.TemporaryDirectory(prefix="contiga-study-") if out is None else None
+    done = run_study(
+        spec,
+        Path(kept.name if kept is not None else out or "."),
+        base=case,
+        scheduler=scheduler,
+        workers=workers,
+        resume=resume,
+        progress=progress,
+    )
+    return replace(done, kept=kept)
+
+
 def run_study(
     study: StudySpec,
     out: Path,
@@ -112,11 +197,13 @@ def run_study(
     require_packages("the page of a study")
     if study.goal is not None:
         require("an optimisation", "optuna")
-    checked = load_case(study.base) if base is None else base
-    common = _base(study, checked, out, base is None)
+    if base is None:
+        assert study.base is not None
+        base = load_case(study.base)
+    common = _base(study, base, out)
     cases = cases_of(study) if study.goal is None else _ends_of(study)
     _check(study, common, cases)
-    folder = StudyFolder(out, study, common, checked)
+    folder = StudyFolder(out, study, common, base)
     folder.check(resume=resume)
     done = [row for case in cases if (row := row_of(common, case)) is not None] if resume else []
     if study.goal is not None:
@@ -138,10 +225,10 @@ def run_study(
     return _finished(study, folder)
 
 
-def _base(study: StudySpec, case: Case, out: Path, of_file: bool) -> Base:
+def _base(study: StudySpec, case: Case, out: Path) -> Base:
     """What all cases have in common; the text of a file as it stands, so that keys are its own."""
     text = resolved_toml(case)
-    if of_file:
+    if study.base is not None:
         text = Path(study.base).read_text(encoding="utf-8-sig")
     return Base(text, str(case.file.resolve()), str(out.resolve()), study.quantities)
 
