@@ -3,9 +3,9 @@
     python make_bonnet.py bonnet.step [SPACING]
 
 The skin is one curved B-spline face, made and cut by OpenCASCADE: two vents and a slot go through
-it. Targets stand on a grid of SPACING mm (105 if left out), in ``targets.csv``: rays straight down
-find the points of the exact surface, and a ray through a hole finds none. Lengths in mm, x to the
-rear, z up.
+it. Targets stand on a grid of about SPACING mm (100 if left out), in ``targets.csv``: rays straight
+down find the points of the exact surface, and a ray through a hole finds none. Lengths in mm, x to
+the rear, z up.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ SLOT = (150.0, -170.0, 55.0, 340.0)
 """Corner of least x and y, and lengths along x and y."""
 MARGIN = 90.0
 """From the border of the part to the first targets."""
-SPACING = 105.0
+SPACING = 100.0
 
 
 def height(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -67,9 +67,9 @@ def bonnet() -> Any:
 
 def targets(body: cg.Body, spacing: float) -> np.ndarray:
     """(n, 3) points of the surface under a grid: where rays straight down first hit it."""
-    x = np.arange(MARGIN, LENGTH - MARGIN + 1.0, spacing)
-    half = np.arange(0.0, WIDTH / 2 - MARGIN + 1.0, spacing)
-    y = np.concatenate([-half[:0:-1], half])
+    x = np.linspace(MARGIN, LENGTH - MARGIN, round((LENGTH - 2.0 * MARGIN) / spacing) + 1)
+    half = 0.5 * WIDTH - MARGIN
+    y = np.linspace(-half, half, round(2.0 * half / spacing) + 1)
     grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
     above = np.column_stack([grid, np.full(len(grid), 500.0)])
     hit = body.first_hit(above, above - [0.0, 0.0, 1000.0])

@@ -19,8 +19,8 @@ from contiga.studies.row import DONE, Row
 from contiga.studies.spec import StudySpec
 from contiga.triangles.trimesh import TriMesh
 
-_SIZE, _DPI = (11.0, 7.0), 110
-_TOWARDS = np.array([-0.45, 0.6, -0.85])
+_SIZE, _DPI = (11.0, 6.4), 110
+_SIDEWAYS = np.array([-0.6, 0.8, 0.0])
 _FINE = 1.0 / 90.0
 """Longest edge of the triangles that are coloured, of the size of the part."""
 _TOLERANCE = 3e-4
@@ -56,6 +56,19 @@ class ColourMap(NamedTuple):
         share = np.clip((self.values - low) / max(high - low, 1e-300), 0.0, 1.0)
         rgb = colour_map()(np.nan_to_num(share))[:, :3]
         return np.where(np.isnan(self.values)[:, None], to_rgb(BODY), rgb)
+
+    @property
+    def towards(self) -> FloatArray:
+        """(3,) where the eye looks: onto the side that is hit, a little from the front of it."""
+        p = self.vertices[self.triangles]
+        facets = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+        told = np.isfinite(self.values)[self.triangles].all(axis=1)
+        normal = facets[told].sum(axis=0) if told.any() else np.array([0.0, 0.0, 1.0])
+        normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
+        flat = -normal * [1.0, 1.0, 0.0]
+        size = float(np.linalg.norm(flat))
+        along = flat / size if size > 0.05 else _SIDEWAYS
+        return np.asarray(0.62 * along - 0.75 * normal + 0.25 * np.cross([0.0, 0.0, 1.0], along))
 
 
 def map_of(study: StudySpec, base: Base, rows: tuple[Row, ...]) -> ColourMap | None:
@@ -167,7 +180,7 @@ def draw_map(found: ColourMap, title: str, path: Path) -> None:
     figure.text(0.02, 0.955, title[:90], fontsize=14, color=INK, va="center")
     place = (0.01, 0.02, 0.88, 0.9)
     shape = round(place[2] * _SIZE[0] * _DPI), round(place[3] * _SIZE[1] * _DPI)
-    view = View(figure.add_axes(place), found.vertices, towards=_TOWARDS, shape=shape)
+    view = View(figure.add_axes(place), found.vertices, towards=found.towards, shape=shape)
     view.surface(TriMesh(found.vertices, found.triangles), colours=found.colours)
     scale, norm = colour_map(), Normalize(*found.limits)
     for at, value in zip(found.targets, found.hit, strict=True):
@@ -213,7 +226,9 @@ def map_figure(found: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
     points.text = [f"case {number}" for number in found.cases]
     points.hovertemplate = f"%{{text}}<br>{found.label} %{{marker.color:.5g}}<extra></extra>"
     figure = go.Figure([mesh, points])
-    eye = dict(zip("xyz", (-1.9 * _TOWARDS / np.linalg.norm(_TOWARDS)).tolist(), strict=True))
+    eye = dict(
+        zip("xyz", (-1.9 * found.towards / np.linalg.norm(found.towards)).tolist(), strict=True)
+    )
     figure.update_layout(
         height=620,
         margin={"l": 0, "r": 0, "t": 0, "b": 0},

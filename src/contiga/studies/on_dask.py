@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
-from time import perf_counter
+from time import perf_counter, sleep
 from typing import Any
 
 import dask
@@ -98,6 +98,8 @@ class OnDask:
         try:
             while waiting or running:
                 self._submit(waiting, running)
+                if not running:  # no worker is there just now
+                    sleep(_LOOK_SECONDS)
                 with suppress(TimeoutError), self._client.as_current():
                     wait(list(running), timeout=_LOOK_SECONDS, return_when="FIRST_COMPLETED")
                 for future in [future for future in running if future.done()]:
@@ -111,7 +113,7 @@ class OnDask:
             self._client.cancel(list(running), force=True)
 
     def _submit(self, waiting: deque[StudyCase], running: dict[Future, StudyCase]) -> None:
-        """All that may run now."""
+        """As many as there are free threads: who dies takes no other case with it."""
         if self._cold is None:
             self._cold = self._hosts()
         for host, warm in list(self._cold.items()):
@@ -134,7 +136,8 @@ class OnDask:
                     pure=False,
                 )
                 running[future] = case
-        while waiting and not self._cold:
+        room = 0 if self._cold else sum(self._client.nthreads().values()) - len(running)
+        for _ in range(min(room, len(waiting))):
             case = waiting.popleft()
             key = self._key(case)
             future = self._client.submit(run_one, self._base, case, key=key, pure=False)

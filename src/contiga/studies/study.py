@@ -95,15 +95,15 @@ def study(
     scheduler: str | None = None,
     workers: int | None = None,
     resume: bool = False,
-    progress: Progress | None = None,
     **more: Any,
 ) -> Study:
-    """Run many cases of one base case.
+    """Run many cases of one base case, on processes that import the program.
+
+    In a script the call stands under ``if __name__ == "__main__":``.
 
     Parameters
     ----------
-    base : a `Case`, or the path of its file; the keys of a case are those of the ``case.toml`` that
-        a run leaves, defaults filled in
+    base : a `Case`, whose keys are those of the case.toml that a run leaves, or the path of a file
     variables : what differs, by key of the case: a list of values, or what a ``[[variable]]`` of a
         study file says, ``{"low": 40.0, "high": 80.0, "count": 5}``
     collect : what is kept of each case, ``["head_cg.HIC15", "max(force)"]``, or by column
@@ -111,14 +111,8 @@ def study(
     scheduler : address of a running Dask scheduler; processes of this machine if omitted
     workers : how many of these, one a core if omitted; 0 runs the cases in this process
     resume : run what is missing in `out`
-    progress : called with cases done, cases in all, and what is to be said of them
-    more : any other key of a study file: ``title``, ``set``, ``table``, ``sample``, ``rule``,
-        ``goal``, ``map``, ``retries``
-
-    Returns
-    -------
-    Study
-        ``to_pandas()``, ``table``, ``rows``, ``best``, ``page``.
+    more : any other key of a study file (``sample``, ``rule``, ``goal``, …), and ``progress``, a
+        function called with cases done, cases in all, and what is to be said of them
 
     Raises
     ------
@@ -127,44 +121,37 @@ def study(
     RunError
         The cluster was lost; the rows so far are in the folder.
 
-    Notes
-    -----
-    Workers are processes that import the program: in a script the call stands under
-    ``if __name__ == "__main__":``.
-
     Examples
     --------
     >>> import contiga as cg
-    >>> few = cg.load_case("case.toml", set={"time.end": 1.0, "output.report": False})
-    >>> speeds = {"body.head.motion.velocity[2]": [-5.0, -6.7]}
-    >>> found = study(few, speeds, ["max(force)", "steps"], workers=0)
-    >>> found
-    Study(cases 2, failed 0, variables 1, best none, folder ...)
-    >>> found.to_pandas()["max(force)"].is_monotonic_increasing
-    True
+    >>> quick = {"time.end": 0.2, "output": {"report": False, "formats": ["csv"]}}
+    >>> found = study("case.toml", {"time.step": [0.1, 0.05]}, ["steps"], set=quick, workers=0)
+    >>> found.to_pandas()["steps"].tolist()
+    [3.0, 5.0]
     """
     case = base if isinstance(base, Case) else load_case(base)
+    progress = more.pop("progress", None)
+    spec = _asked(None if isinstance(base, Case) else base, variables, {"collect": collect, **more})
+    kept = tempfile.TemporaryDirectory(prefix="contiga-study-") if out is None else None
+    folder = Path(kept.name if kept is not None else out or ".")
+    how: dict[str, Any] = {"scheduler": scheduler, "workers": workers, "resume": resume}
+    return replace(run_study(spec, folder, base=case, progress=progress, **how), kept=kept)
+
+
+def _asked(
+    file: str | Path | None, variables: Mapping[str, Any], more: Mapping[str, Any]
+) -> StudySpec:
+    """What is asked for in Python as the study of a file."""
     asked = [
         {"key": key, **plain(said)}
         if isinstance(said, Mapping)
         else {"key": key, "values": plain(said)}
         for key, said in variables.items()
     ]
-    data = {"variable": asked, "collect": plain(collect), **plain(more)}
-    if not isinstance(base, Case):
-        data["base"] = str(Path(base).resolve())
-    spec = study_of(data, Path("study"))
-    kept = tempfile.TemporaryDirectory(prefix="contiga-study-") if out is None else None
-    done = run_study(
-        spec,
-        Path(kept.name if kept is not None else out or "."),
-        base=case,
-        scheduler=scheduler,
-        workers=workers,
-        resume=resume,
-        progress=progress,
-    )
-    return replace(done, kept=kept)
+    data = {"variable": asked, **plain(dict(more))}
+    if file is not None:
+        data["base"] = str(Path(file).resolve())
+    return study_of(data, Path("study"))
 
 
 def run_study(
