@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
+import runpy
+import shutil
 import signal
 import subprocess
 import sys
+import time
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+import contiga as cg
 from contiga.errors import InputError
 from contiga.studies import on_dask
 from contiga.studies.cases import StudyCase
@@ -20,6 +28,8 @@ from contiga.studies.on_dask import OnDask, local_client
 from contiga.studies.one_case import Base, run_one
 from contiga.studies.quantities import quantity_of
 from contiga.studies.row import DONE, LOST, Row
+from contiga.studies.spec import StudySpec, study_of
+from contiga.studies.study import run_study
 from contiga.studies.table import table_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -120,9 +130,6 @@ def scheduler(tmp_path: Path) -> Iterator[str]:
         env = os.environ | {"NUMBA_NUM_THREADS": "1"}
         with subprocess.Popen(run, env=env, **quiet) as two:  # type: ignore[call-overload]
             try:
-                import json
-                import time
-
                 while not file.is_file():
                     time.sleep(0.1)
                 yield json.loads(file.read_text(encoding="utf-8"))["address"]
@@ -156,3 +163,88 @@ def test_an_address_nobody_answers_is_told(tmp_path: Path, monkeypatch: pytest.M
         engine_for(base, scheduler="tcp://127.0.0.1:9", workers=2, retries=1),
     ):
         pass
+
+
+def small(
+    name: str, folder: Path, over: dict[str, Any], **more: Any
+) -> tuple[StudySpec, dict[str, Any]]:
+    """An example study with less of everything, and what it sets for all cases."""
+    for file in (ROOT / "examples").glob("*.toml"):
+        shutil.copy(file, folder)
+    data = tomllib.loads((folder / name).read_text(encoding="utf-8"))
+    quick = {"output.report": False, "output.formats": ["csv"], **over}
+    return study_of({**data, "set": quick, **more}, folder / name), quick
+
+
+@pytest.mark.slow
+def test_heads_hit_the_bonnet_where_rays_say(tmp_path: Path) -> None:
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
+    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+    from OCP.gp import gp_Pnt
+
+    make = runpy.run_path(str(ROOT / "examples" / "make_bonnet.py"))
+    step = tmp_path / "generated" / "bonnet.step"
+    make["main"](step, 500.0)
+    part = make["bonnet"]()
+    body = cg.read_cad(step)
+    for spacing, holes in ((500.0, 0), (60.0, 1)):
+        found = make["targets"](body, spacing)
+        nx, ny = round(720.0 / spacing) + 1, round(1120.0 / spacing) + 1
+        assert (len(found) < nx * ny) == bool(holes)
+        for point in found[:: max(1, len(found) // 12)]:
+            vertex = BRepBuilderAPI_MakeVertex(gp_Pnt(*point.tolist())).Vertex()
+            assert BRepExtrema_DistShapeShape(part, vertex).Value() < 1e-6
+    corner, size = np.split(np.array(make["SLOT"]), 2)
+    off = np.abs(found[:, :2] - corner - 0.5 * size)
+    assert not (off < 0.5 * size).all(axis=1).any()
+
+    coarse = {"slave.skin.points.tolerance": 8.0, "time.end": 5.0, "output.every": 99}
+    study, quick = small("bonnet_study.toml", tmp_path, coarse)
+    done = run_study(study, tmp_path / "out", workers=0)
+    assert len(done.rows) == 6
+    assert not done.failed
+    assert (tmp_path / "out" / "map.png").is_file()
+    assert '"type":"mesh3d"' in done.page.read_text(encoding="utf-8")
+    values = done.rows[1].values
+    at = {
+        "translate[0]": values["x"] - 97 * math.cos(math.radians(65)),
+        "translate[1]": values["y"],
+        "translate[2]": values["z"] + 97 * math.sin(math.radians(65)),
+    }
+    keys = {f"body.head.geometry.transform[0].{key}": value for key, value in at.items()}
+    alone = cg.run(cg.load_case(tmp_path / "05_head_on_bonnet.toml", set={**quick, **keys}))
+    hic = alone.summary["sensors"]["head_cg"]["criteria"]["HIC15"]["value"]
+    assert done.rows[1].collected["head_cg.HIC15"] == hic > 1.0
+
+
+@pytest.mark.slow
+def test_a_pad_is_found_within_its_limit(tmp_path: Path) -> None:
+    coarse = {f"slave.pad.points.grid.{n}": 9 for n in ("nu", "nv")}
+    goal = {"minimise": "head_cg.HIC15", "subject_to": ["max(max_penetration) <= 45"]}
+    study, quick = small(
+        "pad_study.toml",
+        tmp_path,
+        {**coarse, "time.step": 0.1, "time.allow_unstable": True, "sensor[0].filter": "CFC60"},
+        goal={**goal, "trials": 12, "batch": 4},
+    )
+    done = run_study(study, tmp_path / "out", workers=0)
+    assert done.best is not None
+    columns = done.table.columns
+    within = [depth <= 45.0 for depth in columns["max(max_penetration)"]]
+    hics = [h for h, inside in zip(columns["head_cg.HIC15"], within, strict=True) if inside]
+    assert 0 < len(hics) < 12
+    assert done.best.collected["head_cg.HIC15"] == min(hics)
+    values = done.best.values
+    law = "contact[0].law.elastic"
+    alone = cg.load_case(
+        tmp_path / "06_head_on_pad.toml",
+        set={
+            **quick,
+            "slave.pad.thickness": values["thickness"],
+            f"{law}[1][1]": values["plateau"],
+            f"{law}[2][1]": values["plateau"] * values["rise"],
+            f"{law}[3][1]": values["plateau"] * values["rise"] + 1.2,
+        },
+    )
+    history = cg.run(alone).history
+    assert history["max_penetration"].max() == done.best.collected["max(max_penetration)"]
