@@ -23,7 +23,7 @@ from contiga.version import __version__
 _ENVIRONMENT = {"NUMBA_NUM_THREADS": "1", "DASK_LOGGING__DISTRIBUTED": "critical"}
 """Of local workers: the kernels run on one thread each, and who was killed is told in rows."""
 _ANSWER_SECONDS = 10
-_LOOK_SECONDS = 0.2
+_LOOK_SECONDS = 1.0
 QUIET_SECONDS = 10.0
 """A machine whose first case has compiled nothing for so long has its kernels."""
 
