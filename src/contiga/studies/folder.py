@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Iterator
 from hashlib import sha256
 from pathlib import Path
@@ -23,7 +24,7 @@ _PATIENCE = 20.0
 """The table is written anew when so many times as long has gone by as writing it took."""
 _LEAST_SECONDS = 2.0
 _MISSING = "nothing"
-_TOLD = ("title", "map", "retries", "goal.trials")
+_TOLD = re.compile(r"(base: )?title|map(\..+)?|retries|goal\.trials|base: output\.report")
 """Keys that do not tell one study from another: what is drawn, and how far it goes."""
 
 
@@ -86,7 +87,7 @@ class StudyFolder:
                 remedy="Run it without --resume",
             ) from error
         for key in dict.fromkeys((*before, *said)):
-            if before.get(key, _MISSING) != said.get(key, _MISSING) and key not in _TOLD:
+            if before.get(key, _MISSING) != said.get(key, _MISSING) and not _TOLD.fullmatch(key):
                 raise OutputError(
                     f"the study in the folder says something else: {key}",
                     where=str(self._study.file),

@@ -22,6 +22,10 @@ from contiga.version import __version__
 
 _ENVIRONMENT = {"NUMBA_NUM_THREADS": "1", "DASK_LOGGING__DISTRIBUTED": "critical"}
 """Of local workers: the kernels run on one thread each, and who was killed is told in rows."""
+_SETTINGS = {
+    "distributed.worker.daemon": False,  # readers of CAD have processes of their own
+    "distributed.scheduler.allowed-failures": 0,  # retries are counted here
+}
 _ANSWER_SECONDS = 10
 _LOOK_SECONDS = 1.0
 QUIET_SECONDS = 10.0
@@ -30,25 +34,31 @@ QUIET_SECONDS = 10.0
 
 @contextmanager
 def local_client(workers: int) -> Iterator[Client]:
-    """A cluster on this machine for as long as the block lasts."""
-    settings = {
-        "distributed.worker.daemon": False,  # readers of CAD have processes of their own
-        "distributed.scheduler.allowed-failures": 0,  # retries are counted here
-    }
-    with (
-        dask.config.set(settings),
-        LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address=None,
-            memory_limit=0,
-            silence_logs=logging.CRITICAL,
-            env=_ENVIRONMENT,
-        ) as cluster,
-        Client(cluster, set_as_default=False) as client,
-    ):
-        yield client
+    """A cluster on this machine for as long as the block lasts.
+
+    Raises
+    ------
+    RunError
+        Its processes cannot be started.
+    """
+    with dask.config.set(_SETTINGS):
+        try:
+            cluster = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address="127.0.0.1:0",
+                memory_limit=0,
+                silence_logs=logging.CRITICAL,
+                env=_ENVIRONMENT,
+            )
+        except RuntimeError as error:
+            raise RunError(
+                f"the workers cannot be started ({error}). They import the program: in a script "
+                'cg.study stands under if __name__ == "__main__":'
+            ) from error
+        with cluster, Client(cluster, set_as_default=False) as client:
+            yield client
 
 
 @contextmanager
@@ -149,7 +159,14 @@ class OnDask:
     def _hosts(self) -> dict[str, Event]:
         """The machines there are, each seen to see the folder; waits for the first of them."""
         self._client.wait_for_workers(1)
-        seen = self._client.run(_sees, self._base.folder)
+        try:
+            seen = self._client.run(_sees, self._base.folder)
+        except ImportError as error:
+            raise InputError(
+                f"a worker cannot load contiga ({error})",
+                where="scheduler",
+                allowed=f"workers with contiga {__version__} and what studies need of its extras",
+            ) from error
         for address, (sees, version) in seen.items():
             if not sees or version != __version__:
                 raise InputError(

@@ -203,6 +203,8 @@ def run_study(
     with engine_for(common, scheduler=scheduler, workers=workers, retries=study.retries) as engine:
         folder.open(done)
         try:
+            if progress is not None:
+                progress(len(done), total, _told(done))
             for row in _rows(study, engine, folder, missing):
                 folder.take(row)
                 if progress is not None:
