@@ -1,7 +1,8 @@
 """What a study costs: ``python -m benchmarks.studies [CASES]``, ten minutes for 100.
 
-Cases by `contiga run`, one process after the other; the same as a study on two workers, while none
-and while ten of them are killed; what goes by outside of the runs; the page of 10,000 rows.
+Some cases by `contiga run`, one process after the other, and more of them on two workers, in turn,
+so that both meet the same load of the machine; what goes by outside of the runs; the table while ten
+workers are killed; the page of 10,000 rows.
 """
 
 from __future__ import annotations
@@ -13,12 +14,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from contiga.studies.cases import cases_of
+from contiga.studies.cases import StudyCase, cases_of
 from contiga.studies.on_dask import OnDask, local_client
 from contiga.studies.one_case import Base, run_one
 from contiga.studies.page import page_data, page_of
@@ -27,7 +27,7 @@ from contiga.studies.spec import StudySpec, study_of
 from contiga.studies.table import Table, table_of
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
-WORKERS, KILLS, ROWS = 2, 10, 10_000
+WORKERS, KILLS, ROWS, BLOCK = 2, 10, 10_000, 20
 SET = {
     "time.end": 8.0,
     "slave.pad.points.grid.nu": 15,
@@ -57,29 +57,45 @@ def base_of(found: StudySpec, folder: Path) -> Base:
     return Base(text, found.base, str(folder), found.quantities)
 
 
-def one_after_the_other(found: StudySpec, folder: Path) -> None:
-    """Each by a command of its own."""
-    for case in cases_of(found):
-        settings = [f"--set={k}={str(v).lower()}" for k, v in case.settings.items()]
-        settings = [one.replace("'", '"') for one in settings]
-        run = [sys.executable, "-m", "contiga", "run", str(found.base), "--quiet", *settings]
-        subprocess.run([*run, "-o", str(folder / case.name)], check=True)
-
-
-def on_workers(found: StudySpec, folder: Path, kills: int = 0) -> tuple[list[Row], float]:
-    """The rows, and the seconds from start to end of the cluster."""
-    base, rows, killed = base_of(found, folder), list[Row](), 0
-    cases = cases_of(found)
+def alone(found: StudySpec, case: StudyCase, folder: Path) -> float:
+    """Seconds of a case by a command of its own."""
+    settings = [f"--set={key}={json.dumps(value)}" for key, value in case.settings.items()]
+    run = [sys.executable, "-m", "contiga", "run", str(found.base), "--quiet", *settings]
     begun = time.perf_counter()
+    subprocess.run([*run, "-o", str(folder / case.name)], check=True)
+    return time.perf_counter() - begun
+
+
+def in_turn(found: StudySpec, folder: Path) -> tuple[list[Row], float, float]:
+    """The rows of all cases, and seconds a case: on two workers, and alone of every fifth."""
+    base, rows, cases = base_of(found, folder / "study"), list[Row](), cases_of(found)
+    together, single = 0.0, list[float]()
+    begun = time.perf_counter()
+    with local_client(WORKERS) as client:
+        engine = OnDask(client, base, found.retries)
+        together += time.perf_counter() - begun
+        for first in range(0, len(cases), BLOCK):
+            block = cases[first : first + BLOCK]
+            begun = time.perf_counter()
+            rows += engine.run(block)
+            together += time.perf_counter() - begun
+            single += [alone(found, case, folder / "alone") for case in block[::5]]
+    return rows, together / len(cases), float(np.mean(single))
+
+
+def killed(found: StudySpec, folder: Path) -> list[Row]:
+    """The rows while workers are killed, one after the other and evenly."""
+    base, rows, kills = base_of(found, folder), list[Row](), 0
+    cases = cases_of(found)
     with local_client(WORKERS) as client:
         for row in OnDask(client, base, found.retries).run(cases):
             rows.append(row)
-            if killed < kills and len(rows) * kills >= len(cases) * (killed + 0.5):
+            if kills < KILLS and len(rows) * KILLS >= len(cases) * (kills + 0.5):
                 pids = list(client.run(os.getpid).values())
-                os.kill(pids[killed % len(pids)], signal.SIGKILL)
-                killed += 1
-    assert killed == kills
-    return rows, time.perf_counter() - begun
+                os.kill(pids[kills % len(pids)], signal.SIGKILL)
+                kills += 1
+    assert kills == KILLS
+    return rows
 
 
 def seconds_of_run(folder: Path) -> float:
@@ -91,13 +107,6 @@ def seconds_of_run(folder: Path) -> float:
 def table(found: StudySpec, rows: list[Row]) -> Table:
     """Of the rows."""
     return table_of(rows, found.labels, list(found.quantities))
-
-
-def timed(work: Callable[[], object]) -> float:
-    """Seconds."""
-    begun = time.perf_counter()
-    work()
-    return time.perf_counter() - begun
 
 
 def page_of_many(folder: Path) -> tuple[int, int]:
@@ -121,21 +130,17 @@ def main(count: int) -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         run_one(base_of(found, folder / "warm"), cases_of(found)[0])  # kernels compiled or loaded
-        print(f"load of the machine {os.getloadavg()[0]:.1f}")
-        rows, study_seconds = on_workers(found, folder / "study")
-        alone = timed(lambda: one_after_the_other(found, folder / "alone"))
+        print(f"load of the machine {os.getloadavg()[0]:.1f}", flush=True)
+        rows, together, single = in_turn(found, folder)
+        print(f"a case by contiga run {single:.2f} s, of {WORKERS} workers {together:.2f} s")
+        print(f"share {together / single:.2f}; load now {os.getloadavg()[0]:.1f}", flush=True)
+        homes = [folder / "study" / "cases" / f"{row.number:04d}" for row in rows]
+        busy = float(np.mean([seconds_of_run(home) for home in homes]))
         print(
-            f"{count} cases by contiga run: {alone:.1f} s, {WORKERS} workers {study_seconds:.1f} s"
+            f"a run by itself {busy:.2f} s; overhead {WORKERS * together - busy:.3f} s", flush=True
         )
-        print(f"share {study_seconds / alone:.2f}; load now {os.getloadavg()[0]:.1f}")
-        busy = sum(seconds_of_run(folder / "study" / "cases" / f"{r.number:04d}") for r in rows)
-        print(f"a run {busy / count:.2f} s, of what its summary says")
-        print(f"overhead {(WORKERS * study_seconds - busy) / count:.3f} s a case, start included")
-        again, seconds = on_workers(found, folder / "killed", KILLS)
-        same = table(found, again) == table(found, rows)
-        print(
-            f"{KILLS} workers killed: {seconds:.1f} s, the table {'the same' if same else 'OTHER'}"
-        )
+        same = table(found, killed(found, folder / "killed")) == table(found, rows)
+        print(f"{KILLS} workers killed: the table is {'the same' if same else 'ANOTHER'}")
         whole, own = page_of_many(folder / "page")
         print(f"page of {ROWS} rows: {whole / 1e6:.1f} MB, {own / 1e6:.2f} MB without plotly.js")
 
