@@ -1,8 +1,8 @@
 """What a study costs: ``python -m benchmarks.studies [CASES]``, ten minutes for 100.
 
 Some cases by `contiga run`, one process after the other, and more of them on two workers, in turn,
-so that both meet the same load of the machine; what goes by outside of the runs; the table while ten
-workers are killed; the page of 10,000 rows.
+so that both meet the same load of the machine; what goes by outside of the runs; the table while
+ten workers are killed; the page of 10,000 rows.
 """
 
 from __future__ import annotations

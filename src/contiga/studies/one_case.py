@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from threading import Lock
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 Progress = Callable[[int, int, int], Any]
 CASES = "cases"
 """The folder in that of a study which has one for each case."""
+_TURN = Lock()
+"""Workers with several threads run one case at a time: what cases have in common is not theirs."""
 
 
 @cache
@@ -67,11 +70,14 @@ def run_one(base: Base, case: StudyCase, progress: Progress | None = None) -> Ro
 
     Nothing but an interruption gets out of it: a case that fails is a row with its message.
     """
-    folder = base.folder_of(case)
-    row = row_of(base, case)
-    if row is not None:
-        return row
-    begun = perf_counter()
+    with _TURN:
+        row = row_of(base, case)
+        return _carried_out(base, case, progress) if row is None else row
+
+
+def _carried_out(base: Base, case: StudyCase, progress: Progress | None) -> Row:
+    """The row of a case that is run now."""
+    folder, begun = base.folder_of(case), perf_counter()
     # What a killed process left there is none of a whole run.
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
