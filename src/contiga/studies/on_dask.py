@@ -108,10 +108,7 @@ class OnDask:
         try:
             while waiting or running:
                 self._submit(waiting, running)
-                if not running:  # no worker is there just now
-                    sleep(_LOOK_SECONDS)
-                with suppress(TimeoutError), self._client.as_current():
-                    wait(list(running), timeout=_LOOK_SECONDS, return_when="FIRST_COMPLETED")
+                self._wait(running)
                 for future in [future for future in running if future.done()]:
                     case = running.pop(future)
                     row = self._row(future, case)
@@ -122,36 +119,43 @@ class OnDask:
         finally:
             self._client.cancel(list(running), force=True)
 
+    def _wait(self, running: dict[Future, StudyCase]) -> None:
+        """Until a case is done, or it is time to look whether more may run."""
+        if not running:  # no worker is there just now
+            sleep(_LOOK_SECONDS)
+            return
+        with suppress(TimeoutError), self._client.as_current():
+            wait(list(running), timeout=_LOOK_SECONDS, return_when="FIRST_COMPLETED")
+
     def _submit(self, waiting: deque[StudyCase], running: dict[Future, StudyCase]) -> None:
         """As many as there are free threads: who dies takes no other case with it."""
         if self._cold is None:
             self._cold = self._hosts()
         for host, warm in list(self._cold.items()):
-            if warm.is_set():
+            workers = self._workers().get(host, [])
+            if warm.is_set() or not workers:
                 del self._cold[host]
             elif waiting and not any(_host_of(future) == host for future in running):
-                workers = self._workers().get(host, [])
-                if not workers:
-                    del self._cold[host]  # gone
-                    continue
                 case = waiting.popleft()
-                future = self._client.submit(
-                    _first_on_host,
-                    self._base,
-                    case,
-                    warm.name,
-                    workers=workers[:1],
-                    allow_other_workers=True,
-                    key=f"{host}{self._key(case)}",
-                    pure=False,
-                )
-                running[future] = case
+                running[self._first(case, host, warm, workers)] = case
         room = 0 if self._cold else sum(self._client.nthreads().values()) - len(running)
         for _ in range(min(room, len(waiting))):
             case = waiting.popleft()
             key = self._key(case)
-            future = self._client.submit(run_one, self._base, case, key=key, pure=False)
-            running[future] = case
+            running[self._client.submit(run_one, self._base, case, key=key, pure=False)] = case
+
+    def _first(self, case: StudyCase, host: str, warm: Event, workers: list[str]) -> Future:
+        """The first case of a machine, on one worker of it."""
+        return self._client.submit(
+            _first_on_host,
+            self._base,
+            case,
+            warm.name,
+            workers=workers[:1],
+            allow_other_workers=True,
+            key=f"{host}{self._key(case)}",
+            pure=False,
+        )
 
     def _key(self, case: StudyCase) -> str:
         return f"|{self._token}|{case.name}|{self._lost[case.number]}"
@@ -177,7 +181,10 @@ class OnDask:
                     found=version if sees else self._base.folder,
                     allowed=__version__ if sees else "a folder that all machines share",
                 )
-        return {host: Event(f"contiga-{host}", client=self._client) for host in self._workers()}
+        return {
+            host: Event(f"contiga-{self._token}-{host}", client=self._client)
+            for host in self._workers()
+        }
 
     def _workers(self) -> dict[str, list[str]]:
         """Addresses of workers by host."""
