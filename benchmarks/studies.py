@@ -66,21 +66,22 @@ def alone(found: StudySpec, case: StudyCase, folder: Path) -> float:
     return time.perf_counter() - begun
 
 
-def in_turn(found: StudySpec, folder: Path) -> tuple[list[Row], float, float]:
-    """The rows of all cases, and seconds a case: on two workers, and alone of every fifth."""
+def in_turn(found: StudySpec, folder: Path) -> tuple[list[Row], float, float, float]:
+    """The rows of all cases; seconds to start the workers, and seconds a case: on the workers, and
+    alone of every fifth."""
     base, rows, cases = base_of(found, folder / "study"), list[Row](), cases_of(found)
     together, single = 0.0, list[float]()
     begun = time.perf_counter()
     with local_client(WORKERS) as client:
         engine = OnDask(client, base, found.retries)
-        together += time.perf_counter() - begun
+        start = time.perf_counter() - begun
         for first in range(0, len(cases), BLOCK):
             block = cases[first : first + BLOCK]
             begun = time.perf_counter()
             rows += engine.run(block)
             together += time.perf_counter() - begun
             single += [alone(found, case, folder / "alone") for case in block[::5]]
-    return rows, together / len(cases), float(np.mean(single))
+    return rows, start, together / len(cases), float(np.mean(single))
 
 
 def killed(found: StudySpec, folder: Path) -> list[Row]:
@@ -131,9 +132,11 @@ def main(count: int) -> None:
         folder = Path(name)
         run_one(base_of(found, folder / "warm"), cases_of(found)[0])  # kernels compiled or loaded
         print(f"load of the machine {os.getloadavg()[0]:.1f}", flush=True)
-        rows, together, single = in_turn(found, folder)
+        rows, start, together, single = in_turn(found, folder)
+        share = (together + start / count) / single
+        print(f"workers started in {start:.1f} s")
         print(f"a case by contiga run {single:.2f} s, of {WORKERS} workers {together:.2f} s")
-        print(f"share {together / single:.2f}; load now {os.getloadavg()[0]:.1f}", flush=True)
+        print(f"share {share:.2f}; load now {os.getloadavg()[0]:.1f}", flush=True)
         homes = [folder / "study" / "cases" / f"{row.number:04d}" for row in rows]
         busy = float(np.mean([seconds_of_run(home) for home in homes]))
         print(
