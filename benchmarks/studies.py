@@ -41,7 +41,7 @@ SPEED = "body.head.motion.velocity[2]"
 def study(count: int) -> StudySpec:
     """Heads at so many speeds on a coarse pad."""
     data = {
-        "base": "06_head_on_pad.toml",
+        "base": "pad.toml",
         "collect": ["head_cg.HIC15", "max(force)", "max(max_penetration)", "energy_error"],
         "set": SET,
         "variable": [{"name": "speed", "key": SPEED, "low": -8.0, "high": -4.0, "count": count}],

@@ -212,7 +212,7 @@ def test_heads_hit_the_bonnet_where_rays_say(tmp_path: Path) -> None:
         "translate[2]": values["z"] + 97 * math.sin(math.radians(65)),
     }
     keys = {f"body.head.geometry.transform[0].{key}": value for key, value in at.items()}
-    alone = cg.run(cg.load_case(tmp_path / "05_head_on_bonnet.toml", set={**quick, **keys}))
+    alone = cg.run(cg.load_case(tmp_path / "bonnet.toml", set={**quick, **keys}))
     hic = alone.summary["sensors"]["head_cg"]["criteria"]["HIC15"]["value"]
     assert done.rows[1].collected["head_cg.HIC15"] == hic > 1.0
 
@@ -237,7 +237,7 @@ def test_a_pad_is_found_within_its_limit(tmp_path: Path) -> None:
     values = done.best.values
     law = "contact[0].law.elastic"
     alone = cg.load_case(
-        tmp_path / "06_head_on_pad.toml",
+        tmp_path / "pad.toml",
         set={
             **quick,
             "slave.pad.thickness": values["thickness"],
