@@ -374,6 +374,13 @@ def load_study(path: str | Path) -> StudySpec:
         raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
     except (ValueError, RecursionError) as error:
         raise CaseError(f"is not valid TOML: {error}", where=str(path)) from error
+    if "contact" in data and "variable" not in data:
+        raise CaseError(
+            "is a case, not a study",
+            where=str(path),
+            allowed=f'a file with base = "{path.name}" and what varies in it',
+            remedy="One case is run by: contiga run",
+        )
     study = study_of(data, path)
     if study.base is None:
         raise CaseError("is missing", where=f"{path}: base", allowed="the file of the base case")

@@ -94,3 +94,8 @@ def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
         load_study(tmp_path / "gone.toml")
     with pytest.raises(FileError, match="cannot be read"):
         load_study(tmp_path)
+
+
+def test_a_case_is_no_study(folder: Path) -> None:
+    with pytest.raises(CaseError, match=r'is a case, not a study.*base = "case.toml".*contiga run'):
+        load_study(folder / "case.toml")
