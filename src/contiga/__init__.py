@@ -58,6 +58,8 @@ _HOME = {
     "run": "contiga.cli.run_case",
     "compare": "contiga.report.comparison",
     "Comparison": "contiga.report.comparison",
+    "study": "contiga.studies.study",
+    "Study": "contiga.studies.study",
     "View": "contiga.report.view",
     "Preview": "contiga.previewing.preview",
     "preview": "contiga.previewing.preview",
@@ -153,6 +155,8 @@ if TYPE_CHECKING:
     from contiga.slaves.slave import Slave as Slave
     from contiga.statuses import Feature as Feature
     from contiga.statuses import Status as Status
+    from contiga.studies.study import Study as Study
+    from contiga.studies.study import study as study
     from contiga.triangles.trimesh import TriMesh as TriMesh
 
 

@@ -24,6 +24,9 @@ EXTRA_OF = {
     "matplotlib": "report",
     "sklearn": "cluster",
     "pandas": "pandas",
+    "dask": "study",
+    "distributed": "study",
+    "optuna": "study",
     "mujoco": "mujoco",
 }
 """The extra of each optional package, by the name it is imported by."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import runpy
 import shlex
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,16 @@ from contiga.case.schema import (
 from contiga.case.spec import Spec
 from contiga.cli.commands import app
 from contiga.io.units import derived_units
+from contiga.studies.cases import cases_of
+from contiga.studies.spec import (
+    GoalSpec,
+    MapSpec,
+    RuleSpec,
+    SampleSpec,
+    StudySpec,
+    VariableSpec,
+    study_of,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -44,7 +55,11 @@ def test_links_lead_somewhere() -> None:
 
 @pytest.mark.parametrize(("page", "text"), blocks("toml"))
 def test_case_on_a_page_is_valid(page: str, text: str) -> None:
-    assert parse_case(text, ROOT / page).contact
+    data = tomllib.loads(text)
+    if "collect" in data:
+        assert cases_of(study_of(data, ROOT / "examples" / "study.toml"))
+    else:
+        assert parse_case(text, ROOT / page).contact
 
 
 def test_pages_show_a_case_and_a_program() -> None:
@@ -68,6 +83,13 @@ def test_programs_on_a_page_run(page: str, capsys: pytest.CaptureFixture[str]) -
 def test_every_key_of_a_case_is_on_its_page(spec: type[Spec]) -> None:
     page = (ROOT / "docs" / "case.md").read_text(encoding="utf-8")
     assert [key for key in spec.model_fields if f"`{key}`" not in page] == []
+
+
+@pytest.mark.parametrize("spec", [StudySpec, VariableSpec, SampleSpec, RuleSpec, GoalSpec, MapSpec])
+def test_every_key_of_a_study_is_on_its_page(spec: type[Spec]) -> None:
+    page = (ROOT / "docs" / "study.md").read_text(encoding="utf-8")
+    told = re.findall(r"[A-Za-z_]+", page)
+    assert [key for key in spec.model_fields if key not in told] == []
 
 
 def test_the_page_of_conventions_is_current() -> None:

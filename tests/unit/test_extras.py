@@ -120,6 +120,7 @@ DOORS = {
     ),
     "load_case": ('cg.load_case("case.toml")', "pydantic", "case"),
     "run": ('cg.run("case.toml")', "pydantic", "case"),
+    "study": ('cg.study("case.toml", {}, [])', "pydantic", "case"),
     "unit": ('cg.read_mesh("part.csv", unit="furlong")', "pint", "case"),
     "report": (
         'import contiga.report as r; r.write_report("out")',

@@ -20,6 +20,7 @@ from contiga.case.contact_spec import (
     HullAreaSpec,
 )
 from contiga.case.motion_spec import AttachedSpec, FreeSpec, RigidMotionSpec, SeriesSpec
+from contiga.case.part_cache import PartCache
 from contiga.case.points_spec import BodyPoints
 from contiga.case.problems import relocated
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
@@ -35,6 +36,7 @@ from contiga.errors import CaseError, InputError
 from contiga.io.mesh.series import MeshSeries, find_files
 from contiga.io.units import length_factor
 from contiga.laws.normal import StressLaw
+from contiga.masters.body import Body
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Finding
@@ -45,10 +47,15 @@ from contiga.simulation.result import Result
 from contiga.simulation.run import RunOptions, carry_out
 from contiga.simulation.simulation import Simulation
 from contiga.slaves.slave import Slave
+from contiga.triangles.trimesh import TriMesh
 
 
-def build(case: Case) -> Simulation:
+def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
     """The simulation a case describes.
+
+    Parameters
+    ----------
+    parts : bodies and slaves that cases before it had in common with it; none if omitted
 
     Raises
     ------
@@ -62,17 +69,17 @@ def build(case: Case) -> Simulation:
     >>> cg.build(cg.load_case("case.toml")).bodies["head"].body.closed
     True
     """
-    parts = _parts(case)
+    made = _parts(case, PartCache() if parts is None else parts)
     bodies = {}
     for i, body_spec in enumerate(case.body):
-        body = parts[body_spec.name]
+        body = made[body_spec.name]
         assert not isinstance(body, Slave)
         if body_spec.reference_point is not None:
             body = body.about(body_spec.reference_point)
         bodies[body_spec.name] = BodyPart(body, _body_motion(case, i, body))
     slaves = {}
     for i, slave_spec in enumerate(case.slave):
-        slave = parts[slave_spec.name]
+        slave = made[slave_spec.name]
         assert isinstance(slave, Slave)
         with _at(case, f"slave[{i}].motion"):
             slaves[slave_spec.name] = SlavePart(slave, _slave_motion(slave_spec, slave, case))
@@ -104,6 +111,7 @@ def run(
     progress: Callable[[int, int, int], None] | None = None,
     on_check: Callable[[tuple[Finding, ...]], Any] | None = None,
     on_finish: Callable[[Path], Any] | None = None,
+    parts: PartCache | None = None,
 ) -> Result:
     """Build a case and run it.
 
@@ -116,6 +124,7 @@ def run(
     progress : called with steps done, steps in all, points in contact
     on_check : called before the first step with what looks wrong about the model
     on_finish : called with `out` after a run that is to have a report
+    parts : as `build`
 
     Raises
     ------
@@ -124,7 +133,7 @@ def run(
     """
     clock = Clock()
     with clock.watching(), clock("total"), clock("build"):
-        simulation = build(case)
+        simulation = build(case, parts=parts)
         if out is not None:
             keep_case_file(Path(out), case.file, simulation.case_text)
     wanted = on_finish if case.output.report else None
@@ -152,7 +161,7 @@ def _contacts(
         yield ContactPart(spec.title, spec.master, spec.slave, contact)
 
 
-def _parts(case: Case) -> dict[str, Master | Slave]:
+def _parts(case: Case, cache: PartCache) -> dict[str, Master | Slave]:
     """Bodies and slaves where they stand before any motion, by name."""
     keys = {spec.name: f"body[{i}].geometry" for i, spec in enumerate(case.body)}
     keys |= {spec.name: f"slave[{i}].points" for i, spec in enumerate(case.slave)}
@@ -161,12 +170,22 @@ def _parts(case: Case) -> dict[str, Master | Slave]:
         spec = case.parts[name]
         with _at(case, keys[name]):
             if isinstance(spec, BodySpec):
-                body = spec.geometry.body(name, case.units.length)
-                body.check()
+                body = _body(spec, case.units.length, cache)
                 parts[name] = spec.geometry.standing(body, parts)
             else:
-                parts[name] = _slave(spec, case.units.length, parts)
+                parts[name] = _slave(spec, case.units.length, parts, cache)
     return parts
+
+
+def _body(spec: BodySpec, unit: str, cache: PartCache) -> Body | TriMesh:
+    """The body before it is placed by others."""
+
+    def make() -> Body | TriMesh:
+        body = spec.geometry.body(spec.name, unit)
+        body.check()
+        return body
+
+    return cache.part(spec.geometry, spec.name, unit, make)
 
 
 def _body_motion(case: Case, i: int, body: Master) -> BodyMotion | Free | Attached:
@@ -209,14 +228,16 @@ def _springs(case: Case) -> dict[str, Spring]:
     return springs
 
 
-def _slave(spec: SlaveSpec, unit: str, parts: Mapping[str, Master | Slave]) -> Slave:
+def _slave(
+    spec: SlaveSpec, unit: str, parts: Mapping[str, Master | Slave], cache: PartCache
+) -> Slave:
     """The slave under its name in the case, with the nodal values the case gives it."""
     if isinstance(spec.points, BodyPoints):
         body = parts[spec.points.body]
         assert not isinstance(body, Slave)
         slave = spec.points.sampled(body)
     else:
-        slave = spec.points.slave(spec.name, unit)
+        slave = cache.part(spec.points, spec.name, unit, lambda: spec.points.slave(spec.name, unit))
     slave = spec.points.standing(slave, parts)
 
     def nodal(given: float | None, own: FloatArray | None) -> FloatArray | None:

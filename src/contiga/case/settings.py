@@ -84,7 +84,7 @@ def with_settings(data: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[
             if isinstance(here, dict):
                 here.setdefault(inner, {})
             here = here[inner]
-        here[_entry(here, last, key, way)] = _plain(value)
+        here[_entry(here, last, key, way)] = plain(value)
     return changed
 
 
@@ -123,10 +123,12 @@ def _name(table: Any) -> str | None:
     return "-".join(map(str, between)) if isinstance(between, list) else None
 
 
-def _plain(value: Any) -> Any:
-    """Numbers and lists as a case file has them, of arrays too."""
+def plain(value: Any) -> Any:
+    """Numbers, lists and tables as a case file has them, of arrays too."""
+    if isinstance(value, dict):
+        return {key: plain(one) for key, one in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, tuple | list):
-        return [_plain(one) for one in value]
+        return [plain(one) for one in value]
     return value

@@ -16,12 +16,12 @@ from contiga.cli.help_pages import Command, Group, epilog
 from contiga.cli.options import CaseFile, Settings, load
 from contiga.cli.preview_case import preview_path, write_preview
 from contiga.cli.progress import progress_bar
+from contiga.cli.study import study
 from contiga.errors import ContigaError, FileError, RunError
 from contiga.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
-
 
 _INTERRUPTED = 130
 """What a shell expects of a command stopped by Ctrl-C."""
@@ -395,5 +395,5 @@ def verify(
         raise RunError("not every case holds: " + "; ".join(broken))
 
 
-app.command(cls=Command, epilog=epilog("compare"))(compare)
-app.command(cls=Command, epilog=epilog("convert"))(convert)
+for _command in (compare, convert, study):
+    app.command(cls=Command, epilog=epilog(_command.__name__))(_command)

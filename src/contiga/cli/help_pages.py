@@ -34,6 +34,14 @@ _TEXTS: dict[str, tuple[str, tuple[str, ...]]] = {
     "report": ("report.md", ("contiga report out",)),
     "compare": ("report.md", ("contiga compare out_1 out_2 -o compare.html",)),
     "convert": ("convert.md", ("contiga convert deck.k --units mm,kg,ms -o case.toml",)),
+    "study": (
+        "study.md",
+        (
+            "contiga study study.toml -o out",
+            "contiga study study.toml -o out --resume",
+            "contiga study study.toml -o out --scheduler tcp://login1:8786",
+        ),
+    ),
     "reproduce": ("reproduce.md", ("contiga reproduce --only 5.1,5.4 -o reproduction",)),
     "verify": ("verify.md", ("contiga verify --only spring,mass -o verification",)),
 }

@@ -73,21 +73,26 @@ class View:
         *,
         hides: bool = True,
         back: str | None = None,
+        colours: ArrayLike | None = None,
     ) -> View:
         """Shade a surface, with its borders inked; what is behind it is hidden if `hides`.
 
-        `back` is the colour of the contact side, where the eye sees that one.
+        `back` is the colour of the contact side, where the eye sees that one. `colours` (n, 3) of
+        the vertices of a triangle mesh, red, green and blue from 0 to 1, are blended over it.
         """
         from matplotlib.colors import to_rgb
 
         mesh = shape.tessellate(_TOLERANCE * self._span)
         layer = shading.mesh_layer(self._camera, mesh.vertices, mesh.triangles)
         front = (layer.buffer.depth < self._depth)[layer.seen]
-        colours = np.array(to_rgb(colour))
+        own = np.array(to_rgb(colour))
+        if colours is not None:
+            channels = np.asarray(colours, dtype=np.float64).T
+            own = np.stack([layer.at_pixels(channel) for channel in channels], axis=1)
         if back is not None:
             turned = self._turned_away(mesh)[layer.buffer.owner[layer.seen]]
-            colours = np.where(turned[:, None], to_rgb(back), colours)
-        light = shading.lit(layer, colours, self._span)
+            own = np.where(turned[:, None], to_rgb(back), own)
+        light = shading.lit(layer, own, self._span)
         under = self._picture[layer.seen]
         cover = np.where(front, opacity, 0.0)[:, None]
         self._picture[layer.seen] = cover * light + (1.0 - cover) * under

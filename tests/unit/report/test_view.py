@@ -8,6 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from contiga.geometry import shapes
+from contiga.masters.body import Body
 from contiga.report.view import View, _fine
 
 BALL = shapes.sphere(radius=1.0)
@@ -65,3 +66,16 @@ def test_a_shaded_surface_shows_in_the_picture() -> None:
     middle = image[image.shape[0] // 2, image.shape[1] // 2]
     assert middle[2] > middle[0] + 0.1
     assert (image[0, 0] == 1.0).all()
+
+
+def test_a_mesh_may_have_colours_of_its_vertices() -> None:
+    mesh = Body([BALL]).tessellate(0.01)
+    right = mesh.vertices[:, 0] > 0.0
+    scene = view()
+    scene.surface(mesh, colours=np.where(right[:, None], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]))
+    rows, columns = scene._picture.shape[:2]
+    left_side, right_side = (
+        scene._picture[rows // 2, columns // 2 + k * columns // 10] for k in (-1, 1)
+    )
+    assert left_side[2] > left_side[0] + 0.3
+    assert right_side[0] > right_side[2] + 0.3

@@ -1,0 +1,75 @@
+"""What the history of a case will tell, known before it is built."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from contiga.case.contact_spec import ContactSpec
+from contiga.case.motion_spec import FreeSpec
+from contiga.case.schema import Case
+from contiga.case.sensor_spec import SensorSpec
+from contiga.simulation.history import COUNTED, OF_BODIES
+
+_OF_CONTACTS = (
+    *("n_contact", "max_penetration", "force_x", "force_y", "force_z", "force"),
+    *("moment_x", "moment_y", "moment_z", "area", "n_clusters", "mean_pressure", "max_pressure"),
+    *("centre_x", "centre_y", "centre_z", "work", "energy_stored", "energy_hysteresis"),
+    *("energy_damping", "energy_friction", "energy_error", "wall_time", *COUNTED, "n_unproved"),
+)
+_OF_FRICTION = ("friction_x", "friction_y", "friction_z")
+_OF_SYSTEM = (
+    *("kinetic", "strain", "contact", "friction", "damping", "hysteresis"),
+    *("external", "total", "error"),
+)
+_OF_SENSORS = {
+    "acceleration": ("ax", "ay", "az", "a"),
+    "velocity": ("vx", "vy", "vz", "v"),
+    "displacement": ("x", "y", "z"),
+    "force": ("fx", "fy", "fz", "f"),
+    "moment": ("mx", "my", "mz"),
+}
+
+
+def columns_of_case(case: Case) -> list[str]:
+    """Columns of the history of a run, but for the time.
+
+    Those of an only contact are there by their bare names, as the file has them, and by
+    ``<contact>.<name>``. Filtered accelerations are, too: a run whose steps are too long for the
+    filter leaves them out.
+
+    >>> import contiga as cg
+    >>> columns = columns_of_case(cg.load_case("case.toml"))
+    >>> [name in columns for name in ("force", "head-pad.force", "head.vz", "head_cg.a", "tail.vz")]
+    [True, True, True, True, False]
+    """
+    found: list[str] = []
+    for contact in case.contact:
+        names = list(_of_contact(contact))
+        if len(case.contact) == 1:
+            found += names
+        found += [f"{contact.title}.{name}" for name in names]
+    for sensor in case.sensor:
+        found += [f"{sensor.name}.{name}" for name in _of_sensor(sensor)]
+    free = [body.name for body in case.body if isinstance(body.motion, FreeSpec)]
+    found += [f"{name}.{column}" for name in free for column in OF_BODIES]
+    if free or case.spring or any(isinstance(slave.motion, FreeSpec) for slave in case.slave):
+        found += [f"energy.{name}" for name in _OF_SYSTEM]
+    return found
+
+
+def criteria_of_case(case: Case) -> list[str]:
+    """Criteria that sensors of a case ask for: ``<sensor>.<criterion>``."""
+    return [f"{one.name}.{name}" for one in case.sensor for name in one.sensor.criteria]
+
+
+def _of_contact(contact: ContactSpec) -> Iterator[str]:
+    yield from _OF_CONTACTS
+    if contact.friction is not None:
+        yield from _OF_FRICTION
+
+
+def _of_sensor(sensor: SensorSpec) -> Iterator[str]:
+    for measure in sensor.sensor.measures:
+        yield from _OF_SENSORS[measure]
+    if sensor.filter is not None:
+        yield from ("filtered_ax", "filtered_ay", "filtered_az", "filtered_a")

@@ -1,0 +1,108 @@
+"""How what is collected converges over ever finer meshes."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.report.style import number
+from contiga.studies.row import Row
+from contiga.studies.spec import StudySpec
+
+
+class Line(NamedTuple):
+    """One quantity over the meshes, all other variables as they are."""
+
+    label: str
+    """Values of the other variables."""
+    rows: list[int]
+    """Numbers of the cases, coarse to fine."""
+    values: list[float]
+    errors: list[float]
+    """Distances from the finest, of all but that."""
+    order: float
+    """The power of the size by which they fall; NaN where that cannot be said."""
+
+
+def sizes_of(levels: list[float]) -> list[float]:
+    """Sizes of meshes against the coarsest, which comes first, of sizes or of counts of elements.
+
+    >>> sizes_of([10.0, 20.0, 40.0]), sizes_of([4.0, 2.0, 1.0])
+    ([1.0, 0.5, 0.25], [1.0, 0.5, 0.25])
+    """
+    rises = levels[-1] > levels[0]
+    return [levels[0] / level if rises else level / levels[0] for level in levels]
+
+
+def lines_of(study: StudySpec, rows: list[Row], quantity: str) -> list[Line]:
+    """A line for each choice of the other variables of which every mesh has been run."""
+    refined = refined_variable(study)
+    assert refined is not None
+    assert refined.values is not None
+    others = [label for label in study.labels if label != refined.label]
+    groups: dict[str, dict[str, Row]] = {}
+    for row in rows:
+        label = ", ".join(f"{name} {row.values[name]}" for name in others)
+        groups.setdefault(label, {})[repr(row.values[refined.label])] = row
+    levels = [repr(value) for value in refined.values]
+    sizes = sizes_of([float(value) for value in refined.values])
+    return [
+        _line(label or quantity, [of[level] for level in levels], quantity, sizes)
+        for label, of in groups.items()
+        if all(level in of for level in levels)
+    ]
+
+
+def refined_variable(study: StudySpec) -> Any:
+    """The variable whose values are meshes from coarse to fine; None where there is none."""
+    for variable in study.variable:
+        numeric = variable.values is not None and all(
+            isinstance(value, int | float) and value > 0 for value in variable.values
+        )
+        if variable.refines and numeric and len(variable.values or ()) > 1:
+            return variable
+    return None
+
+
+def _line(label: str, rows: list[Row], quantity: str, sizes: list[float]) -> Line:
+    values = [row.collected[quantity] for row in rows]
+    errors = [abs(value - values[-1]) for value in values[:-1]]
+    return Line(label, [row.number for row in rows], values, errors, order_of(values, sizes))
+
+
+def order_of(values: list[float], sizes: list[float]) -> float:
+    """The order p of values c + a h^p, from the last three of them (Roache 1998, 5.4).
+
+    NaN where they do not approach anything from one side, or there are not three.
+
+    >>> round(order_of([1.0 + h**2 for h in (1.0, 0.5, 0.25)], [1.0, 0.5, 0.25]), 9)
+    2.0
+    """
+    from scipy.optimize import brentq
+
+    if len(values) < 3 or not np.isfinite(values[-3:]).all():
+        return math.nan
+    (a, b, c), (p, q, r) = values[-3:], sizes[-3:]
+    if not p > q > r or (a - b) * (b - c) <= 0.0:
+        return math.nan
+    ratio = (a - b) / (b - c)
+
+    def miss(order: float) -> float:
+        return float((p**order - q**order) / (q**order - r**order) - ratio)
+
+    low, high = 0.01, 12.0
+    if miss(low) * miss(high) > 0.0:
+        return math.nan
+    return float(brentq(miss, low, high))
+
+
+def said(line: Line) -> str:
+    """A line in words."""
+    told = f"{line.label}: {number(line.values[-1])} at the finest"
+    if line.values[-1] != 0.0 and line.errors:
+        told += (
+            f", {number(100.0 * line.errors[-1] / abs(line.values[-1]), 2)} % from the one before"
+        )
+    return told if math.isnan(line.order) else f"{told}, order {number(line.order, 2)}"

@@ -1,0 +1,85 @@
+"""What runs the cases of a study: Dask, or this process one after the other.
+
+Both answer the same rows: which engine, how many workers and which of them died does not show.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Protocol
+
+from contiga.errors import InputError
+from contiga.extras import require
+from contiga.studies.cases import StudyCase
+from contiga.studies.one_case import Base, run_one
+from contiga.studies.row import Row
+
+
+class Engine(Protocol):
+    """Runs cases."""
+
+    def run(self, cases: Sequence[StudyCase]) -> Iterator[Row]:
+        """The rows of cases as they come, in any order."""
+
+
+class InTurn:
+    """The cases one after the other in this process: the plain rival of Dask."""
+
+    def __init__(self, base: Base) -> None:
+        self._base = base
+
+    def run(self, cases: Iterable[StudyCase]) -> Iterator[Row]:
+        """The rows in the order of the cases."""
+        for case in cases:
+            yield run_one(self._base, case)
+
+
+@contextmanager
+def engine_for(
+    base: Base, *, scheduler: str | None, workers: int | None, retries: int
+) -> Iterator[Engine]:
+    """What is to run the cases; its processes are gone when the block ends.
+
+    Parameters
+    ----------
+    scheduler : address of a running Dask scheduler; a cluster on this machine if omitted
+    workers : processes of that cluster, a core each if omitted; 0 runs the cases in this process
+    retries : how often a case is begun again whose worker was lost
+
+    Raises
+    ------
+    InputError
+        Nobody answers at the address, or what answers does not see the folder of the study.
+    MissingPackageError
+        Dask is not installed.
+    """
+    if workers is not None and (isinstance(workers, bool) or workers < 0):
+        raise InputError("must be a whole number", where="workers", found=workers, allowed=">= 0")
+    if scheduler is not None and workers is not None:
+        raise InputError(
+            "a scheduler has its own workers",
+            where="workers",
+            found=workers,
+            allowed="workers, or the address of a scheduler",
+        )
+    if workers == 0:
+        yield InTurn(base)
+        return
+    require("a study on several processes", "dask", "distributed")
+    from contiga.studies.on_dask import OnDask, local_client, remote_client
+
+    if scheduler is not None:
+        with remote_client(scheduler) as client:
+            yield OnDask(client, base, retries)
+    else:
+        with local_client(cores() if workers is None else workers) as client:
+            yield OnDask(client, base, retries)
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

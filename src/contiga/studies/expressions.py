@@ -1,0 +1,170 @@
+"""Arithmetic with the variables of a study: ``-speed * sin(radians(angle))``."""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from contiga.errors import CaseError
+from contiga.io.naming import closest
+
+_BINARY: dict[type[ast.AST], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Mod: operator.mod,
+    ast.Pow: operator.pow,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+}
+_UNARY: dict[type[ast.AST], Callable[[Any], Any]] = {
+    ast.USub: operator.neg,
+    ast.UAdd: operator.pos,
+    ast.Not: operator.not_,
+}
+_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    **{
+        name: getattr(math, name)
+        for name in (
+            *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "hypot"),
+            *("sqrt", "exp", "log", "log10", "radians", "degrees", "floor", "ceil"),
+        )
+    },
+    "abs": abs,
+    "min": min,
+    "max": max,
+    "round": round,
+    "int": int,
+}
+_CONSTANTS = {"pi": math.pi, "true": True, "false": False}
+_KNOWN = (ast.Expression, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.Call, ast.Name)
+_ALLOWED = "numbers, names of variables, + - * / % **, comparisons, and, or, not, and functions: "
+_ALLOWED += ", ".join(_FUNCTIONS)
+_LONGEST = 500
+"""Characters: what is longer is no rule that a person wrote."""
+_GREATEST_POWER = 64
+"""Whole numbers are exact however large: a power beyond this takes for ever."""
+
+
+class Expression:
+    """An expression of numbers and names, checked when it is made, worked out later.
+
+    Parameters
+    ----------
+    text : as it stands in the file
+    where : the key it stands under, for messages
+
+    Raises
+    ------
+    CaseError
+        It is no arithmetic, or calls what is not known.
+
+    >>> Expression("2 * thickness + min(3, 4)", "rule").value({"thickness": 5.0})
+    13.0
+    """
+
+    def __init__(self, text: str, where: str) -> None:
+        self.text, self.where = text, where
+        try:
+            tree = ast.parse(text if len(text) <= _LONGEST else "?", mode="eval")
+        except (SyntaxError, ValueError, RecursionError) as error:
+            raise self._error("is no expression") from error
+        self._tree = tree.body
+        self.names = tuple(dict.fromkeys(self._check(tree.body)))
+        """Names of variables in it."""
+
+    def check_names(self, known: list[str]) -> None:
+        """Refuse a name that no variable has."""
+        for name in self.names:
+            if name not in known:
+                raise CaseError(
+                    f"no variable is called {name!r}",
+                    where=self.where,
+                    found=self.text,
+                    allowed=", ".join(known) or "none: no variable has a name",
+                    remedy=closest(name, known),
+                )
+
+    def value(self, names: Mapping[str, Any]) -> Any:
+        """What it comes to for values of the variables.
+
+        Raises
+        ------
+        CaseError
+            It cannot be worked out: a division by zero, text where a number is wanted.
+        """
+        try:
+            return self._value(self._tree, names)
+        except (ArithmeticError, ValueError, TypeError) as error:
+            given = ", ".join(f"{name} = {names[name]!r}" for name in self.names)
+            found = f"{self.text} with {given}" if given else self.text
+            raise CaseError(
+                f"cannot be worked out ({error})", where=self.where, found=found
+            ) from error
+
+    def _error(self, what: str) -> CaseError:
+        return CaseError(what, where=self.where, found=self.text, allowed=_ALLOWED)
+
+    def _check(self, node: ast.AST) -> list[str]:
+        """Names in a part of the tree, all of which must be of kinds that are known."""
+        if isinstance(node, ast.Constant):
+            if not isinstance(node.value, int | float | str):
+                raise self._error("is no expression")
+            return []
+        if isinstance(node, ast.Name):
+            return [] if node.id in _CONSTANTS else [node.id]
+        if not isinstance(node, _KNOWN):
+            raise self._error("is no expression")
+        if isinstance(node, ast.Call):
+            named = isinstance(node.func, ast.Name) and node.func.id in _FUNCTIONS
+            if not named or node.keywords:
+                raise self._error("calls what is not known")
+            parts: list[ast.expr] = node.args
+        elif isinstance(node, ast.Compare):
+            self._check_operators(node.ops, _BINARY)
+            parts = [node.left, *node.comparators]
+        elif isinstance(node, ast.BoolOp):
+            parts = node.values
+        elif isinstance(node, ast.BinOp):
+            self._check_operators([node.op], _BINARY)
+            parts = [node.left, node.right]
+        else:
+            assert isinstance(node, ast.UnaryOp)
+            self._check_operators([node.op], _UNARY)
+            parts = [node.operand]
+        return [name for part in parts for name in self._check(part)]
+
+    def _check_operators(self, found: list[Any], known: Mapping[type[ast.AST], Any]) -> None:
+        if any(type(one) not in known for one in found):
+            raise self._error("is no expression")
+
+    def _value(self, node: ast.AST, names: Mapping[str, Any]) -> Any:
+        if isinstance(node, ast.Constant):
+            return node.value
+        if isinstance(node, ast.Name):
+            return _CONSTANTS[node.id] if node.id in _CONSTANTS else names[node.id]
+        if isinstance(node, ast.Call):
+            assert isinstance(node.func, ast.Name)
+            return _FUNCTIONS[node.func.id](*(self._value(part, names) for part in node.args))
+        if isinstance(node, ast.BoolOp):
+            told = (bool(self._value(part, names)) for part in node.values)
+            return all(told) if isinstance(node.op, ast.And) else any(told)
+        if isinstance(node, ast.UnaryOp):
+            return _UNARY[type(node.op)](self._value(node.operand, names))
+        if isinstance(node, ast.BinOp):
+            left, right = self._value(node.left, names), self._value(node.right, names)
+            if isinstance(node.op, ast.Pow) and abs(right) > _GREATEST_POWER:
+                left = float(left)
+            return _BINARY[type(node.op)](left, right)
+        assert isinstance(node, ast.Compare)
+        values = [self._value(part, names) for part in (node.left, *node.comparators)]
+        pairs = zip(node.ops, values[:-1], values[1:], strict=True)
+        return all(_BINARY[type(op)](a, b) for op, a, b in pairs)

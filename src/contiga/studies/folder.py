@@ -1,0 +1,146 @@
+"""The folder of a study: what it was, the rows of its cases, the table made of them."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Iterator
+from hashlib import sha256
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from contiga.case.schema import Case
+from contiga.errors import OutputError
+from contiga.io.out.files import open_folder, write_json
+from contiga.studies.one_case import CASES, Base
+from contiga.studies.row import ROW, Row
+from contiga.studies.spec import StudySpec
+from contiga.studies.table import Table, table_of
+
+MANIFEST, PAGE, MAP = "study.json", "study.html", "map.png"
+OPTUNA = "optuna.log"
+_PATIENCE = 20.0
+"""The table is written anew when so many times as long has gone by as writing it took."""
+_LEAST_SECONDS = 2.0
+_MISSING = "nothing"
+_TOLD = re.compile(r"(base: )?title|map(\..+)?|retries|goal\.trials|base: output\.report")
+"""Keys that do not tell one study from another: what is drawn, and how far it goes."""
+
+
+class StudyFolder:
+    """The folder of a study while it runs.
+
+    Parameters
+    ----------
+    path : of the folder
+    study : what is run
+    base : of its cases
+    case : the base case, checked
+    """
+
+    def __init__(self, path: Path, study: StudySpec, base: Base, case: Case) -> None:
+        self.path, self.base = path, base
+        self._study, self._said = study, _said(study, case)
+        self.rows: dict[int, Row] = {}
+        """By number."""
+        self._written, self._took = perf_counter(), 0.0
+
+    def check(self, *, resume: bool) -> None:
+        """Refuse a folder that the study cannot have. Nothing is written.
+
+        Raises
+        ------
+        OutputError
+            It holds rows of a study that this is not to go on with, or there is none to go on with.
+        """
+        manifest = self.path / MANIFEST
+        if resume:
+            self._check_same(manifest)
+        elif manifest.is_file() and next((self.path / CASES).glob(f"*/{ROW}"), None):
+            raise OutputError(
+                "the folder holds a study already",
+                where=str(self.path),
+                allowed="a new or empty folder, or --resume to run what is missing",
+            )
+
+    def open(self, rows: Iterable[Row]) -> None:
+        """Make the folder, with the rows that are there already.
+
+        Raises
+        ------
+        OutputError
+            It is somebody else's, or cannot be written.
+        """
+        open_folder(self.path, (MANIFEST,), "study")
+        write_json(self.path / MANIFEST, self._said)
+        self.rows |= {row.number: row for row in rows}
+
+    def _check_same(self, manifest: Path) -> None:
+        said = self._said
+        try:
+            before: dict[str, Any] = json.loads(manifest.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise OutputError(
+                "there is no study to go on with",
+                where=str(manifest),
+                remedy="Run it without --resume",
+            ) from error
+        for key in dict.fromkeys((*before, *said)):
+            if before.get(key, _MISSING) != said.get(key, _MISSING) and not _TOLD.fullmatch(key):
+                raise OutputError(
+                    f"the study in the folder says something else: {key}",
+                    where=str(self._study.file),
+                    found=said.get(key, _MISSING),
+                    allowed=f"{before.get(key, _MISSING)!r}, as the study was begun",
+                    remedy="Give the changed study a folder of its own",
+                )
+
+    def take(self, row: Row) -> None:
+        """Keep a row as it comes; now and then the table is written anew."""
+        self.rows[row.number] = row
+        since = perf_counter() - self._written
+        if since > max(_LEAST_SECONDS, _PATIENCE * self._took):
+            self.write_table()
+
+    def write_table(self) -> Table:
+        """Write the table of the rows so far."""
+        begun = perf_counter()
+        table = self.table()
+        table.write(self.path)
+        self._written = perf_counter()
+        self._took = self._written - begun
+        return table
+
+    def table(self) -> Table:
+        """Of the rows so far."""
+        return table_of(self.rows.values(), self._study.labels, list(self.base.quantities))
+
+
+def _said(study: StudySpec, case: Case) -> dict[str, Any]:
+    """All that decides the rows of a study, by key; of files their content."""
+    said = study.model_dump(mode="json", exclude_none=True, exclude={"base", "table"})
+    flat = dict(_flat(said, ""))
+    base = case.model_dump(mode="json", exclude_none=True)
+    flat |= {f"base: {key}": value for key, value in _flat(base, "")}
+    if study.table is not None:
+        flat["table"] = _content(study.table)
+    return flat
+
+
+def _flat(value: Any, key: str) -> Iterator[tuple[str, Any]]:
+    if isinstance(value, dict) and value:
+        for name, one in value.items():
+            yield from _flat(one, f"{key}.{name}" if key else str(name))
+    elif isinstance(value, list) and value and all(isinstance(one, dict) for one in value):
+        for i, one in enumerate(value):
+            yield from _flat(one, f"{key}[{i}]")
+    elif isinstance(value, str) and Path(value).is_absolute() and Path(value).is_file():
+        yield key, _content(value)
+    else:
+        yield key, value
+
+
+def _content(file: str) -> str:
+    """Name and digest of a file: a folder that was moved is still the same study."""
+    return f"{Path(file).name}, sha256 {sha256(Path(file).read_bytes()).hexdigest()[:16]}"

@@ -1,0 +1,244 @@
+"""A quantity as a coloured map over a part: at the points where the cases hit it, and between."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.case.build import build
+from contiga.io.out.files import atomic_write
+from contiga.records import FloatArray, IntArray
+from contiga.report.space import dots, mesh_trace, space_axis
+from contiga.report.style import BODY, INK, SCALE, colour_map
+from contiga.report.view import View
+from contiga.studies.cases import case_of
+from contiga.studies.one_case import Base, parts_of_process
+from contiga.studies.row import DONE, Row
+from contiga.studies.spec import StudySpec
+from contiga.triangles.trimesh import TriMesh
+
+_SIZE, _DPI = (11.0, 6.4), 110
+_SIDEWAYS = np.array([-0.6, 0.8, 0.0])
+_FINE = 1.0 / 90.0
+"""Longest edge of the triangles that are coloured, of the size of the part."""
+_TOLERANCE = 3e-4
+_MOST = 400_000
+"""Triangles at most."""
+
+
+class ColourMap(NamedTuple):
+    """What is drawn."""
+
+    body: str
+    label: str
+    """Of the quantity."""
+    vertices: FloatArray
+    """(n, 3) of the part."""
+    triangles: IntArray
+    values: FloatArray
+    """(n,) between the targets; NaN outside of them."""
+    targets: FloatArray
+    """(k, 3)."""
+    hit: FloatArray
+    """(k,) the values at the targets; NaN of cases that failed."""
+    cases: list[int]
+    """Their numbers."""
+    limits: tuple[float, float]
+
+    @property
+    def colours(self) -> FloatArray:
+        """(n, 3) red, green and blue of the vertices."""
+        from matplotlib.colors import to_rgb
+
+        low, high = self.limits
+        share = np.clip((self.values - low) / max(high - low, 1e-300), 0.0, 1.0)
+        rgb = colour_map()(np.nan_to_num(share))[:, :3]
+        return np.where(np.isnan(self.values)[:, None], to_rgb(BODY), rgb)
+
+    @property
+    def towards(self) -> FloatArray:
+        """(3,) where the eye looks: onto the side that is hit, a little from the front of it."""
+        p = self.vertices[self.triangles]
+        facets = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+        told = np.isfinite(self.values)[self.triangles].all(axis=1)
+        normal = facets[told].sum(axis=0) if told.any() else np.array([0.0, 0.0, 1.0])
+        normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
+        flat = -normal * [1.0, 1.0, 0.0]
+        size = float(np.linalg.norm(flat))
+        along = flat / size if size > 0.05 else _SIDEWAYS
+        return np.asarray(0.62 * along - 0.75 * normal + 0.25 * np.cross([0.0, 0.0, 1.0], along))
+
+
+def map_of(study: StudySpec, base: Base, rows: tuple[Row, ...]) -> ColourMap | None:
+    """The map a study asks for; None where it asks for none, or no case gave a value.
+
+    Where several cases hit one point, the greatest of their values is drawn.
+    """
+    drawn = study.map
+    label = drawn.colour or next(iter(base.quantities)) if drawn is not None else ""
+    best: dict[tuple[float, ...], Row] = {}
+    for row in rows if drawn is not None else ():
+        at = tuple(float(row.values[name]) for name in drawn.at) if drawn is not None else ()
+        if at not in best or not best[at].collected[label] >= row.collected[label]:
+            best[at] = row
+    hit = np.array([row.collected[label] for row in best.values()])
+    if drawn is None or not np.isfinite(hit).any():
+        return None
+    first = next(row for row in rows if row.status == DONE)
+    simulation = build(
+        base.case(case_of(study, first.number, first.values).settings), parts=parts_of_process()
+    )
+    body = simulation.bodies[drawn.body].body
+    coarse = body.tessellate(_TOLERANCE * body.size)
+    vertices, triangles = refined(coarse.vertices, coarse.triangles, _FINE * body.size)
+    targets = np.array(list(best))
+    low, high = drawn.limits or (float(np.nanmin(hit)), float(np.nanmax(hit)))
+    return ColourMap(
+        drawn.body,
+        label,
+        vertices,
+        triangles,
+        between(targets, hit, vertices),
+        targets,
+        hit,
+        [row.number for row in best.values()],
+        (low, high),
+    )
+
+
+def between(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatArray:
+    """(n,) values at points, linear between (k, 3) targets as seen along their common normal.
+
+    NaN outside of the targets' convex hull, and everywhere where they are on one line.
+
+    >>> corners = np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0]])
+    >>> between(corners, np.array([0.0, 2.0, 4.0]), np.array([[1.0, 0, 5], [0, 1, 0], [9, 9, 0]]))
+    array([ 1.,  2., nan])
+    """
+    from scipy.interpolate import LinearNDInterpolator
+
+    told = np.isfinite(hit)
+    centre = targets[told].mean(axis=0)
+    _, sizes, axes = np.linalg.svd(targets[told] - centre, full_matrices=True)
+    if told.sum() < 3 or sizes[1] <= 1e-9 * sizes[0]:
+        return np.full(len(points), np.nan)
+    plane = axes[:2].T
+    linear = LinearNDInterpolator((targets[told] - centre) @ plane, hit[told])
+    return np.asarray(linear((points - centre) @ plane), dtype=np.float64)
+
+
+def refined(points: FloatArray, triangles: IntArray, longest: float) -> tuple[FloatArray, IntArray]:
+    """Triangles whose edges are no longer than `longest`, as far as `_MOST` allows.
+
+    Long edges are halved, on both sides alike: no gaps come of it.
+    """
+    while len(triangles) < _MOST // 4:
+        edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        unique, back = np.unique(edges, axis=0, return_inverse=True)
+        far = np.linalg.norm(points[unique[:, 0]] - points[unique[:, 1]], axis=1) > longest
+        if not far.any():
+            break
+        middle = np.full(len(unique), -1)
+        middle[far] = len(points) + np.arange(far.sum())
+        points = np.concatenate([points, points[unique[far]].mean(axis=1)])
+        triangles = _split(triangles, middle[back.reshape(-1, 3)])
+    return points, triangles
+
+
+def _split(triangles: IntArray, middle: IntArray) -> IntArray:
+    """Triangles (m, 3) cut at the middles (m, 3) of their edges, −1 where one is not cut."""
+    made = []
+    cut = middle >= 0
+    for k in range(4):
+        rows = cut.sum(axis=1) == k
+        t, m, c = triangles[rows], middle[rows], cut[rows]
+        if k in (1, 2) and len(t):  # turned, so that the edge cut, or not cut, is the first
+            turn = np.argmax(c if k == 1 else ~c, axis=1)[:, None]
+            order = (turn + np.arange(3)) % 3
+            t, m = np.take_along_axis(t, order, 1), np.take_along_axis(m, order, 1)
+        (a, b, c_), (p, q, r) = t.T, m.T
+        made += {
+            0: [(a, b, c_)],
+            1: [(a, p, c_), (p, b, c_)],
+            2: [(a, b, q), (a, q, r), (r, q, c_)],
+            3: [(a, p, r), (p, b, q), (r, q, c_), (p, q, r)],
+        }[k]
+    return np.concatenate([np.stack(one, axis=1) for one in made])
+
+
+def draw_map(found: ColourMap, title: str, path: Path) -> None:
+    """Write the map as PNG."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=_SIZE, dpi=_DPI, facecolor="white")
+    FigureCanvasAgg(figure)
+    figure.text(0.02, 0.955, title[:90], fontsize=14, color=INK, va="center")
+    place = (0.01, 0.02, 0.88, 0.9)
+    shape = round(place[2] * _SIZE[0] * _DPI), round(place[3] * _SIZE[1] * _DPI)
+    view = View(figure.add_axes(place), found.vertices, towards=found.towards, shape=shape)
+    view.surface(TriMesh(found.vertices, found.triangles), colours=found.colours)
+    scale, norm = colour_map(), Normalize(*found.limits)
+    for at, value in zip(found.targets, found.hit, strict=True):
+        inside = "white" if np.isnan(value) else scale(norm(value))
+        view.dots([at], color=inside, ms=6.5, mew=0.8, mec="white" if value == value else INK)
+    view.show()
+    bar = figure.add_axes((0.915, 0.2, 0.014, 0.5))
+    figure.colorbar(ScalarMappable(norm, scale), cax=bar, extend=_beyond(found))
+    bar.set_title(found.label, fontsize=11, color=INK, loc="center", pad=12)
+    bar.tick_params(labelsize=10, length=3)
+    for spine in bar.spines.values():
+        spine.set_visible(False)
+    with atomic_write(path) as temporary:
+        figure.savefig(temporary, format="png")
+
+
+def _beyond(found: ColourMap) -> str:
+    low, high = np.nanmin(found.hit) < found.limits[0], np.nanmax(found.hit) > found.limits[1]
+    return {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[int(low), int(high)]
+
+
+def map_figure(found: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
+    """The map to be turned about, as plotly's script takes it; `rows` are those of the cases."""
+    import json
+
+    import plotly.graph_objects as go
+
+    mesh = mesh_trace(found.vertices, found.triangles, found.body, BODY, 1.0)
+    tints = np.round(255.0 * found.colours).astype(int)
+    mesh.vertexcolor = [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in tints.tolist()]
+    mesh.hoverinfo = "skip"
+    low, high = found.limits
+    marker = {
+        "color": found.hit,
+        "cmin": low,
+        "cmax": high,
+        "colorscale": [[k / (len(SCALE) - 1), colour] for k, colour in enumerate(SCALE)],
+        "colorbar": {"title": {"text": found.label}, "thickness": 12, "outlinewidth": 0},
+        "line": {"color": "white", "width": 1},
+    }
+    points = dots(found.targets, "targets", 5.0, marker)
+    points.customdata = [rows[number] for number in found.cases]
+    points.text = [f"case {number}" for number in found.cases]
+    points.hovertemplate = f"%{{text}}<br>{found.label} %{{marker.color:.5g}}<extra></extra>"
+    figure = go.Figure([mesh, points])
+    eye = dict(
+        zip("xyz", (-1.9 * found.towards / np.linalg.norm(found.towards)).tolist(), strict=True)
+    )
+    figure.update_layout(
+        height=620,
+        margin={"l": 0, "r": 0, "t": 0, "b": 0},
+        showlegend=False,
+        scene={
+            **{f"{axis}axis": space_axis(axis) for axis in "xyz"},
+            "aspectmode": "data",
+            "camera": {"eye": eye},
+        },
+    )
+    drawn: dict[str, Any] = json.loads(figure.to_json())
+    drawn["layout"].pop("template", None)
+    return drawn

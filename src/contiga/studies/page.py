@@ -1,0 +1,265 @@
+"""The page of a study: one file that reads offline, beside the reports of its cases."""
+
+from __future__ import annotations
+
+import json
+import math
+from base64 import b64encode
+from collections.abc import Sequence
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from contiga.io.out.files import write_text
+from contiga.report.lines import CONFIG, FONT
+from contiga.report.style import GRID, INK, LINES, MUTED, SCALE, number
+from contiga.report.style import page as styled
+from contiga.studies import convergence
+from contiga.studies.folder import MAP, PAGE
+from contiga.studies.maps import draw_map, map_figure, map_of
+from contiga.studies.one_case import CASES, Base
+from contiga.studies.optimise import best_of, excesses
+from contiga.studies.row import DONE, Row
+from contiga.studies.spec import StudySpec
+from contiga.studies.table import Table
+
+_DIGITS = 7
+"""Of numbers on the page; the table has all."""
+_FAINT = "#c9ced4"
+_SELECT = '<label>{words} <select id="{name}"></select></label>'
+
+
+def write_page(study: StudySpec, base: Base, table: Table, rows: tuple[Row, ...]) -> None:
+    """Write the page, and the picture of the map where the study asks for one."""
+    folder = Path(base.folder)
+    data = page_data(study, base, table, rows)
+    drawn = map_of(study, base, rows)
+    picture = b""
+    (folder / MAP).unlink(missing_ok=True)
+    if drawn is not None:
+        draw_map(drawn, study.title, folder / MAP)
+        picture = (folder / MAP).read_bytes()
+        data["map"] = map_figure(drawn, {row.number: k for k, row in enumerate(rows)})
+    write_text(folder / PAGE, page_of(study, data, rows, picture))
+
+
+def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -> dict[str, Any]:
+    """What the script of the page draws: plain lists and numbers."""
+    names = [f"{CASES}/{row.number:04d}" for row in rows]
+    reports = [(Path(base.folder) / name / "report.html").is_file() for name in names]
+    data = {
+        "count": len(rows),
+        "columns": [_column(study, table, name) for name in table.columns],
+        "links": [
+            f"{n}/report.html" if is_ else f"{n}/" for n, is_ in zip(names, reports, strict=True)
+        ],
+        "folders": names,
+        "config": {**CONFIG, "modeBarButtons": [["toImage"]]},
+        "look": {
+            "font": FONT,
+            "ink": INK,
+            "muted": MUTED,
+            "grid": GRID,
+            "faint": _FAINT,
+            "lines": LINES,
+            "scale": [[k / (len(SCALE) - 1), colour] for k, colour in enumerate(SCALE)],
+        },
+    }
+    if study.goal is not None:
+        data["goal"] = _goal(study, rows)
+    if convergence.refined_variable(study) is not None:
+        data["convergence"] = _convergence(study, base, list(rows))
+    return data
+
+
+def _column(study: StudySpec, table: Table, name: str) -> dict[str, Any]:
+    """A column: its role, and numbers, or the numbers of texts."""
+    role = "other"
+    if name in table.variables:
+        role = "variable"
+    elif name in table.quantities:
+        role = "quantity"
+    units = {variable.label: variable.unit for variable in study.variable}
+    column: dict[str, Any] = {"name": name, "role": role, "unit": units.get(name, "")}
+    values = table.columns[name]
+    if all(isinstance(value, int | float) for value in values):
+        return column | {"values": [_short(value) for value in values]}
+    texts = list(dict.fromkeys(str(value) for value in values))
+    places = {text: k for k, text in enumerate(texts)}
+    return column | {"texts": texts, "values": [places[str(value)] for value in values]}
+
+
+def _short(value: float) -> float | int | None:
+    if isinstance(value, int):
+        return value
+    return float(f"{value:.{_DIGITS}g}") if math.isfinite(value) else None
+
+
+def _goal(study: StudySpec, rows: Sequence[Row]) -> dict[str, Any]:
+    """Which cases are within the limits, and the best so far."""
+    goal = study.goal
+    assert goal is not None
+    within = [row.status == DONE and max(excesses(goal, row), default=0.0) <= 0.0 for row in rows]
+    x, y = [], []
+    for k, row in enumerate(rows):
+        best = best_of(goal, rows[: k + 1]) if within[k] or k == len(rows) - 1 else None
+        if best is not None:
+            x.append(row.number)
+            y.append(_short(best.collected[goal.quantity]))
+    return {"quantity": goal.quantity, "within": within, "best": {"x": x, "y": y}}
+
+
+def _convergence(study: StudySpec, base: Base, rows: list[Row]) -> dict[str, Any]:
+    """Lines over the meshes of each quantity that is collected."""
+    refined = convergence.refined_variable(study)
+    levels = [float(value) for value in refined.values]
+    place = {row.number: k for k, row in enumerate(rows)}
+    lines = {
+        name: [
+            {
+                "label": line.label,
+                "values": [_short(value) for value in line.values],
+                "errors": [_short(value) for value in line.errors],
+                "rows": [place[one] for one in line.rows],
+                "said": convergence.said(line),
+            }
+            for line in convergence.lines_of(study, rows, name)
+        ]
+        for name in base.quantities
+    }
+    shown = [number(level) for level in levels]
+    return {
+        "name": refined.label,
+        "levels": shown,
+        "sizes": convergence.sizes_of(levels),
+        "lines": lines,
+    }
+
+
+def page_of(study: StudySpec, data: dict[str, Any], rows: Sequence[Row], picture: bytes) -> str:
+    """The page as one text."""
+    from plotly.offline import get_plotlyjs
+
+    room = files("contiga.studies")
+    script = room.joinpath("page.js").read_text(encoding="utf-8")
+    css = room.joinpath("page.css").read_text(encoding="utf-8")
+    told = json.dumps(data, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
+    several = sum(column["role"] == "variable" for column in data["columns"]) > 1
+    parts = [
+        '<div class="maker"><b>contiga</b> · study</div>'
+        f'<h1>{escape(study.title)}</h1><p class="under">{_under(study, rows)}</p>',
+        _figures(study, rows),
+        _map(data, picture),
+        _course(study, data),
+        _parallel(),
+        _response(several),
+        _convergence_of(data),
+        _table(),
+        f'<script type="application/json" id="study-data">{told}</script><script>{script}</script>',
+    ]
+    return styled(study.title, "\n".join(parts), css=css, script=get_plotlyjs())
+
+
+def _under(study: StudySpec, rows: Sequence[Row]) -> str:
+    failed = sum(row.status != DONE for row in rows)
+    of = "" if study.base is None else f" of {escape(Path(study.base).name)}"
+    said = [f"{len(rows)} cases{of}"]
+    said += [f"{failed} failed"] if failed else []
+    return " · ".join(said)
+
+
+def _figures(study: StudySpec, rows: Sequence[Row]) -> str:
+    """The row of large numbers."""
+    tiles = [(number(len(rows)), "Cases", ""), (number(_failed(rows)), "Failed", "")]
+    if rows:
+        seconds = sum(row.seconds for row in rows)
+        tiles.append((f"{number(seconds / len(rows), 3)} <small>s</small>", "A case, mean", ""))
+    best = None if study.goal is None else best_of(study.goal, rows)
+    if study.goal is not None:
+        value = "–" if best is None else number(best.collected[study.goal.quantity])
+        where = "no case is within the limits" if best is None else f"case {best.number}"
+        tiles.append((value, f"Best {study.goal.quantity}", where))
+    return (
+        '<div class="figures">'
+        + "".join(
+            f'<div><div class="value">{value}</div><div class="label">{escape(label)}</div>'
+            f'<div class="when">{escape(when)}</div></div>'
+            for value, label, when in tiles
+        )
+        + "</div>"
+    )
+
+
+def _failed(rows: Sequence[Row]) -> int:
+    return sum(row.status != DONE for row in rows)
+
+
+def _map(data: dict[str, Any], picture: bytes) -> str:
+    if "map" not in data:
+        return ""
+    image = b64encode(picture).decode("ascii")
+    return (
+        f'<h2>Over the part</h2><figure><img alt="Map over the part" '
+        f'src="data:image/png;base64,{image}"></figure><h3>Turn it about</h3>'
+        '<div class="frame"><div id="map"></div></div><p class="caption">Dots are the points that '
+        "were hit; a click on one opens the report of its case. Colours between are linear; white "
+        "dots are cases without a value.</p>"
+    )
+
+
+def _course(study: StudySpec, data: dict[str, Any]) -> str:
+    if study.goal is None:
+        return ""
+    limits = "".join(f", {escape(text)}" for text in study.goal.subject_to)
+    words = "least" if study.goal.minimise is not None else "greatest"
+    return (
+        '<h2>How it was found</h2><div class="frame"><div id="course"></div></div>'
+        f'<p class="caption">{escape(study.goal.quantity)} case after case, the {words} so far '
+        f"as a line{limits}. Pale cases are beyond a limit.</p>"
+    )
+
+
+def _choices(**words: str) -> str:
+    made = (_SELECT.format(words=w, name=n.replace("_", "-")) for n, w in words.items())
+    return f'<div class="choices">{"".join(made)}</div>'
+
+
+def _parallel() -> str:
+    return (
+        f"<h2>All at once</h2>{_choices(parallel_colour='Colour')}"
+        '<div class="frame"><div id="parallel"></div></div><p class="caption">A line is a case. '
+        "Drag along an axis to keep those that pass there; drag an axis to another place.</p>"
+    )
+
+
+def _response(several: bool) -> str:
+    one = _choices(response_y="Quantity", response_x="over", response_colour="colour")
+    text = f'<h2>Response</h2>{one}<div class="frame"><div id="response"></div></div>'
+    if several:
+        two = _choices(surface_z="Quantity", surface_x="over", surface_y="and")
+        text += f'<h3>Over two variables</h3>{two}<div class="frame"><div id="surface"></div></div>'
+    return f'{text}<p class="caption">A click on a point opens the report of its case.</p>'
+
+
+def _convergence_of(data: dict[str, Any]) -> str:
+    if "convergence" not in data:
+        return ""
+    return (
+        f"<h2>Convergence</h2>{_choices(convergence_y='Quantity')}"
+        '<div class="panels"><div class="frame"><div id="convergence"></div></div>'
+        '<div class="frame"><div id="errors"></div></div></div>'
+        '<p class="caption" id="orders"></p>'
+    )
+
+
+def _table() -> str:
+    return (
+        '<h2>Cases</h2><div id="rows"><table><thead><tr id="rows-head"></tr></thead>'
+        '<tbody class="space"><tr><td><div id="rows-above"></div></td></tr></tbody>'
+        '<tbody id="rows-body"></tbody>'
+        '<tbody class="space"><tr><td><div id="rows-below"></div></td></tr></tbody></table></div>'
+        '<p id="compare">Click two rows to compare them.</p><p class="caption">A click on a head '
+        "sorts. Numbers of cases lead to their reports; the line that compares two is for the "
+        "folder of this page, where table.h5 and table.csv have all digits.</p>"
+    )

@@ -1,0 +1,155 @@
+"""What is kept of a case: criteria of sensors, and numbers of the columns of its history."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.integrate import trapezoid
+
+from contiga.errors import CaseError
+from contiga.io.naming import closest
+from contiga.records import FloatArray
+
+_CALL = re.compile(r"(\w+)\((.+?)(?:,\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*)?\)")
+_PLAIN = ("energy_error", "steps", "warnings")
+_EXAMPLES = '"head_cg.HIC15", "max(force)", "at(head.vz, 5.0)", "energy_error"'
+
+
+def _peak(times: FloatArray, values: FloatArray) -> float:
+    return float(values[np.argmax(np.abs(values))])
+
+
+def _mean(times: FloatArray, values: FloatArray) -> float:
+    span = float(times[-1] - times[0])
+    return float(trapezoid(values, times) / span) if span > 0.0 else float(values[0])
+
+
+_OF_COLUMN: dict[str, Callable[[FloatArray, FloatArray], float]] = {
+    "max": lambda times, values: float(values.max()),
+    "min": lambda times, values: float(values.min()),
+    "peak": _peak,
+    "mean": _mean,
+    "start": lambda times, values: float(values[0]),
+    "end": lambda times, values: float(values[-1]),
+    "time_of_max": lambda times, values: float(times[np.argmax(values)]),
+    "time_of_min": lambda times, values: float(times[np.argmin(values)]),
+    "time_of_peak": lambda times, values: float(times[np.argmax(np.abs(values))]),
+}
+"""Numbers of a column over time; `peak` is the value of the greatest magnitude."""
+
+
+class Quantity(NamedTuple):
+    """One number of a case. See `quantity_of`."""
+
+    text: str
+    kind: str
+    """"criterion", "at", one of `_OF_COLUMN`, or one of `_PLAIN`."""
+    name: str = ""
+    """Of the column, or of the sensor."""
+    criterion: str = ""
+    time: float = 0.0
+
+    def check(self, columns: list[str], criteria: list[str], end: float) -> None:
+        """Refuse what a case will not have.
+
+        Parameters
+        ----------
+        columns : of its history
+        criteria : ``sensor.criterion``
+        end : time it runs to
+        """
+        if self.kind in _PLAIN:
+            return
+        wanted, known = self.name, columns
+        if self.kind == "criterion":
+            wanted, known = self.text, criteria
+        if wanted not in known:
+            what = "criterion of a sensor" if self.kind == "criterion" else "column of the history"
+            raise CaseError(
+                f"the cases have no such {what}",
+                where="collect",
+                found=self.text,
+                allowed=", ".join(known) or "none: no sensor of the base case has criteria",
+                remedy=closest(wanted, [*criteria, *columns]),
+            )
+        if self.kind == "at" and self.time > end:
+            raise CaseError(
+                "is after the end of the cases",
+                where="collect",
+                found=self.text,
+                allowed=f"up to {end:g}",
+            )
+
+    def value(self, history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -> float:
+        """The number, of what a run left; NaN where it has none.
+
+        Parameters
+        ----------
+        history : columns (n,) by name
+        summary : the content of summary.json
+        """
+        if self.kind == "energy_error":
+            return float((summary.get("energy") or {}).get("relative", np.nan))
+        if self.kind == "steps":
+            return float(summary["steps"])
+        if self.kind == "warnings":
+            return float(len(summary["warnings"]))
+        if self.kind == "criterion":
+            sensor = (summary.get("sensors") or {}).get(self.name) or {"criteria": {}}
+            return float(sensor["criteria"].get(self.criterion, {"value": np.nan})["value"])
+        # The columns of an only contact bear its name in `columns_of`, and none in a history.
+        column = history.get(self.name, history.get(self.name.rpartition(".")[2]))
+        if column is None:
+            return float("nan")
+        told = np.isfinite(column)
+        times, values = np.asarray(history["time"])[told], np.asarray(column)[told]
+        if not len(values):
+            return float("nan")
+        if self.kind == "at":
+            return float(np.interp(self.time, times, values))
+        return _OF_COLUMN[self.kind](times, values)
+
+
+def quantity_of(text: str) -> Quantity:
+    """A quantity as a study file names it.
+
+    ``sensor.CRITERION``; ``max(column)`` and others of a column of the history;
+    ``at(column, time)``; ``energy_error``, ``steps``, ``warnings``.
+
+    Raises
+    ------
+    CaseError
+        It is none of these.
+
+    >>> quantity_of("at(head.vz, 5)").time, quantity_of("head_cg.HIC15").criterion
+    (5.0, 'HIC15')
+    """
+    text = text.strip()
+    if text in _PLAIN:
+        return Quantity(text, text)
+    call = _CALL.fullmatch(text)
+    if call is None:
+        sensor, dot, criterion = text.rpartition(".")
+        if not dot or "(" in text or not sensor:
+            raise _no_quantity(text)
+        return Quantity(text, "criterion", sensor, criterion)
+    kind, name, time = call.groups()
+    if kind == "at" and time is not None:
+        return Quantity(text, kind, name.strip(), time=float(time))
+    if kind not in _OF_COLUMN or time is not None:
+        raise _no_quantity(text, closest(kind, [*_OF_COLUMN, "at"]))
+    return Quantity(text, kind, name.strip())
+
+
+def _no_quantity(text: str, remedy: str | None = None) -> CaseError:
+    functions = ", ".join([*_OF_COLUMN, "at"])
+    return CaseError(
+        "is nothing that can be collected",
+        where="collect",
+        found=text,
+        allowed=f"such as {_EXAMPLES}; of columns {functions}",
+        remedy=remedy,
+    )

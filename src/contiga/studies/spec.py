@@ -1,0 +1,387 @@
+"""The study file: what it may say, and how it is read and checked."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
+
+from contiga.case.problems import case_error
+from contiga.case.spec import Count, ExistingFile, Spec, suggest
+from contiga.errors import CaseError, FileError
+from contiga.studies.expressions import Expression
+from contiga.studies.quantities import Quantity, quantity_of
+
+_LIMIT = re.compile(r"(.+?)\s*(<=|>=)\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)")
+RESERVED = ("case", "status", "message")
+"""Columns that every table has."""
+
+Keys = Annotated[
+    list[str], BeforeValidator(lambda value: [value] if isinstance(value, str) else value)
+]
+"""One key or several."""
+VariableName = Annotated[str, Field(pattern=r"^[A-Za-z_]\w*$")]
+
+
+class VariableSpec(Spec):
+    """A `[[variable]]`: what differs from case to case."""
+
+    name: VariableName | None = None
+    """What rules and columns call it; its key if omitted."""
+    key: Keys = Field(default_factory=list)
+    """Keys of the case, as `--set` takes them, that have its value."""
+    values: Annotated[list[Any], Field(min_length=1)] | None = None
+    column: str | None = None
+    """Of the table of the study."""
+    low: float | None = None
+    high: float | None = None
+    count: Annotated[int, Field(ge=2)] | None = None
+    """Values from `low` to `high`; without it they are sampled, or the optimiser's."""
+    scale: Literal["linear", "log"] = "linear"
+    whole: bool = False
+    """Values between `low` and `high` are rounded to whole numbers."""
+    refines: bool = False
+    """Its values are meshes from coarse to fine: the page shows the convergence."""
+    unit: str = ""
+    """For labels."""
+
+    @property
+    def label(self) -> str:
+        """What the table calls it."""
+        return self.name if self.name is not None else self.key[0]
+
+    @property
+    def ranged(self) -> bool:
+        """Whether it may be anything between two ends."""
+        return self.low is not None and self.count is None
+
+    @model_validator(mode="after")
+    def _values_come_one_way(self) -> Self:
+        if not self.key and self.name is None:
+            raise CaseError("is missing: a variable has a key of the case, or a name", where="key")
+        ways = {
+            "values": self.values is not None,
+            "column": self.column is not None,
+            "low and high": self.low is not None or self.high is not None,
+        }
+        given = [way for way, there in ways.items() if there]
+        if len(given) != 1:
+            raise CaseError(
+                "its values come exactly one way",
+                where=self.label,
+                found=", ".join(given) or "none",
+                allowed="values = […], column = …, or low = …, high = … (and count = …)",
+            )
+        if given == ["low and high"]:
+            self._check_range()
+        elif self.count is not None or self.whole or self.scale != "linear":
+            raise CaseError(
+                "count, scale and whole are for low and high", where=self.label, found=given[0]
+            )
+        return self
+
+    def _check_range(self) -> None:
+        if self.low is None or self.high is None or not self.low < self.high:
+            raise CaseError(
+                "must go from low to high",
+                where=self.label,
+                found=f"low = {self.low}, high = {self.high}",
+            )
+        if self.scale == "log" and self.low <= 0.0:
+            raise CaseError(
+                "a logarithmic scale begins above zero",
+                where=f"{self.label}: low",
+                found=self.low,
+                allowed="> 0",
+            )
+
+
+class SampleSpec(Spec):
+    """`[sample]`: points in the box of all variables that have `low` and `high` and no count."""
+
+    kind: Literal["latin-hypercube", "sobol"]
+    count: Count
+    """Of Sobol's points best a power of two."""
+    seed: Annotated[int, Field(ge=0)] = 0
+
+
+class RuleSpec(Spec):
+    """A `[[rule]]`: a key that follows of variables, or what they must fulfil."""
+
+    key: Keys = Field(default_factory=list)
+    value: str | None = None
+    """An expression of variables."""
+    require: str | None = None
+    """A comparison: cases that do not fulfil it are left out."""
+
+    @model_validator(mode="after")
+    def _is_one_of_two(self) -> Self:
+        if (self.value is None) == (self.require is None) or bool(self.key) != bool(self.value):
+            raise CaseError(
+                "a rule sets a key, or requires something",
+                found=", ".join(sorted(self.model_fields_set)) or "nothing",
+                allowed='key = "…", value = "…", or require = "…"',
+            )
+        assert self.expression is not None
+        return self
+
+    @property
+    def expression(self) -> Expression:
+        """What is worked out."""
+        text = self.value if self.value is not None else self.require
+        assert text is not None
+        return Expression(text, "value" if self.require is None else "require")
+
+
+class Limit(Spec):
+    """One of `subject_to`, read: a quantity that must stay on a side of a number."""
+
+    quantity: str
+    most: bool
+    """Whether the number is the most, or the least."""
+    bound: float
+
+    def excess(self, value: float) -> float:
+        """How far a value is beyond; zero or less is within."""
+        return value - self.bound if self.most else self.bound - value
+
+
+class GoalSpec(Spec):
+    """`goal`: what is to be made small or large, by Optuna."""
+
+    minimise: str | None = None
+    maximise: str | None = None
+    subject_to: list[str] = Field(default_factory=list)
+    """``quantity <= number`` or ``>=``."""
+    trials: Count = 50
+    batch: Count = 4
+    """Cases that are chosen and run at once: the next follow of all before them."""
+    seed: Annotated[int, Field(ge=0)] = 0
+
+    @model_validator(mode="after")
+    def _goal_is_one(self) -> Self:
+        if (self.minimise is None) == (self.maximise is None):
+            raise CaseError(
+                "a goal is one quantity", allowed="minimise = …, or maximise = …, one of them"
+            )
+        assert self.limits is not None
+        return self
+
+    @property
+    def quantity(self) -> str:
+        """What is to be made small or large."""
+        text = self.minimise if self.minimise is not None else self.maximise
+        assert text is not None
+        return text
+
+    @property
+    def limits(self) -> list[Limit]:
+        """`subject_to`, read."""
+        read = []
+        for text in self.subject_to:
+            found = _LIMIT.fullmatch(text.strip())
+            if found is None:
+                raise CaseError(
+                    "is no limit",
+                    where="subject_to",
+                    found=text,
+                    allowed='such as "max(max_penetration) <= 45"',
+                )
+            quantity, sign, bound = found.groups()
+            read.append(Limit(quantity=quantity, most=sign == "<=", bound=float(bound)))
+        return read
+
+
+class MapSpec(Spec):
+    """`map`: a quantity as colours over a body, at the points that three variables say."""
+
+    body: str
+    at: Annotated[list[str], Field(min_length=3, max_length=3)]
+    """Names of the variables x, y, z."""
+    colour: str | None = None
+    """The first quantity that is collected if omitted."""
+    limits: Annotated[list[float], Field(min_length=2, max_length=2)] | None = None
+    """Values the colours begin and end at."""
+
+
+class StudySpec(Spec):
+    """A whole study file. File names in it are absolute."""
+
+    title: str = "Study"
+    base: ExistingFile | None = None
+    """The base case; in Python it may be given as a case."""
+    set: dict[str, Any] = Field(default_factory=dict)
+    """Values over those of the base case, by key; of all cases."""
+    table: ExistingFile | None = None
+    """CSV with a header: a row a case."""
+    variable: Annotated[list[VariableSpec], Field(min_length=1)]
+    sample: SampleSpec | None = None
+    rule: list[RuleSpec] = Field(default_factory=list)
+    collect: (
+        Annotated[list[str], Field(min_length=1)] | Annotated[dict[str, str], Field(min_length=1)]
+    )
+    """What is kept of each case: a list, or quantities by the names of their columns."""
+    goal: GoalSpec | None = None
+    map: MapSpec | None = None
+    retries: Annotated[int, Field(ge=0)] = 3
+    """How often a case is begun again whose worker was lost."""
+
+    _file: Path = PrivateAttr(default=Path("study.toml"))
+
+    @property
+    def file(self) -> Path:
+        """The file the study was read from."""
+        return self._file
+
+    @property
+    def labels(self) -> list[str]:
+        """What the table calls the variables."""
+        return [variable.label for variable in self.variable]
+
+    @property
+    def quantities(self) -> dict[str, Quantity]:
+        """What is kept of each case, by column; what the goal asks for too."""
+        named = self.collect if isinstance(self.collect, dict) else {q: q for q in self.collect}
+        found = {name: quantity_of(text) for name, text in named.items()}
+        if self.goal is not None:
+            for text in (self.goal.quantity, *(limit.quantity for limit in self.goal.limits)):
+                if text not in found:
+                    found[text] = quantity_of(text)
+        return found
+
+    @model_validator(mode="after")
+    def _columns_are_told_apart(self) -> Self:
+        names = [*RESERVED, *self.labels, *self.quantities]
+        for name, count in Counter(names).items():
+            if count > 1:
+                raise CaseError(
+                    "two columns of the table have this name",
+                    where="variable" if name in self.labels else "collect",
+                    found=name,
+                    allowed=f"each name once; {', '.join(RESERVED)} are taken",
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _variables_have_their_values(self) -> Self:
+        columns = [v.label for v in self.variable if v.column is not None]
+        if columns and self.table is None:
+            raise CaseError("is missing: a variable is a column of it", where="table")
+        if self.table is not None and not columns:
+            raise CaseError("no variable is a column of the table", where="table", found=self.table)
+        ranged = [v.label for v in self.variable if v.ranged]
+        if self.goal is not None:
+            self._check_goal(columns)
+        elif bool(ranged) != (self.sample is not None):
+            raise CaseError(
+                "variables with low and high and no count are sampled",
+                where=ranged[0] if ranged else "sample",
+                allowed='count = …, or sample = { kind = "latin-hypercube", count = … }'
+                if ranged
+                else "a variable with low and high",
+            )
+        return self
+
+    def _check_goal(self, columns: list[str]) -> None:
+        if self.sample is not None or columns:
+            raise CaseError(
+                "an optimiser chooses the cases: there is no sample and no table beside it",
+                where="goal",
+                found=columns[0] if columns else "sample",
+                allowed="variables with values = […], or with low = …, high = …",
+            )
+        for rule in self.rule:
+            if rule.require is not None:
+                raise CaseError(
+                    "an optimiser chooses the cases: none can be left out",
+                    where="rule.require",
+                    found=rule.require,
+                    allowed="subject_to of the goal",
+                )
+
+    @model_validator(mode="after")
+    def _names_are_those_of_variables(self) -> Self:
+        named = [v.name for v in self.variable if v.name is not None]
+        for i, rule in enumerate(self.rule):
+            expression = rule.expression
+            expression.where = f"rule[{i}].{expression.where}"
+            expression.check_names(named)
+        used = {name for rule in self.rule for name in rule.expression.names}
+        used |= set(self.map.at) if self.map is not None else set()
+        for variable in self.variable:
+            if not variable.key and variable.name not in used:
+                raise CaseError(
+                    "nothing has this variable's value",
+                    where="variable",
+                    found=variable.name,
+                    allowed="a key of the case, or a rule with its name",
+                )
+        if self.map is not None:
+            for where, name, known in self._names_of_map(self.map):
+                if name not in known:
+                    raise CaseError(
+                        "is not known",
+                        where=f"map.{where}",
+                        found=name,
+                        allowed=", ".join(known),
+                        remedy=suggest(name, known),
+                    )
+        return self
+
+    def _names_of_map(self, drawn: MapSpec) -> Iterator[tuple[str, str, list[str]]]:
+        yield from (("at", name, self.labels) for name in drawn.at)
+        if drawn.colour is not None:
+            yield "colour", drawn.colour, list(self.quantities)
+
+
+def study_of(data: Mapping[str, Any], file: Path) -> StudySpec:
+    """The study that tables of a file say; relative names of files start from its folder.
+
+    Raises
+    ------
+    CaseError, FileError
+        Something is wrong; the message says the key, what was found and what is allowed.
+    """
+    try:
+        study = StudySpec.model_validate(dict(data), context={"folder": file.parent})
+    except ValidationError as error:
+        raise case_error(error, data, str(file)) from error
+    study._file = file
+    return study
+
+
+def load_study(path: str | Path) -> StudySpec:
+    """Read and check a study file.
+
+    Raises
+    ------
+    FileError
+        The file is missing or cannot be read, or one it names is not there.
+    CaseError
+        It is not TOML, or something in it is wrong.
+    """
+    path = Path(path)
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError as error:
+        raise FileError("no such file", where=str(path), allowed="a study file (TOML)") from error
+    except OSError as error:
+        raise FileError(f"cannot be read ({error.strerror})", where=str(path)) from error
+    except (ValueError, RecursionError) as error:
+        raise CaseError(f"is not valid TOML: {error}", where=str(path)) from error
+    if "contact" in data and "variable" not in data:
+        raise CaseError(
+            "is a case, not a study",
+            where=str(path),
+            allowed=f'a file with base = "{path.name}" and what varies in it',
+            remedy="One case is run by: contiga run",
+        )
+    study = study_of(data, path)
+    if study.base is None:
+        raise CaseError("is missing", where=f"{path}: base", allowed="the file of the base case")
+    return study

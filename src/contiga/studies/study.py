@@ -1,0 +1,288 @@
+"""A whole study: from what is asked for to the folder with its table and its page."""
+
+from __future__ import annotations
+
+import tempfile
+import tomllib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from contiga.case.columns import columns_of_case, criteria_of_case
+from contiga.case.schema import Case, load_case
+from contiga.case.settings import plain
+from contiga.case.toml import resolved_toml
+from contiga.errors import CaseError
+from contiga.extras import require
+from contiga.io.naming import closest
+from contiga.report import require_packages
+from contiga.shown import Facts, Shown
+from contiga.studies.cases import StudyCase, case_of, cases_of, check_keys, listed_values
+from contiga.studies.engines import Engine, cores, engine_for
+from contiga.studies.folder import PAGE, StudyFolder
+from contiga.studies.one_case import Base, row_of
+from contiga.studies.optimise import best_of, optimised
+from contiga.studies.page import write_page
+from contiga.studies.row import DONE, Row
+from contiga.studies.spec import StudySpec, study_of
+from contiga.studies.table import Table
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+Progress = Callable[[int, int, str], Any]
+"""Called with cases done, cases in all, and what is to be said of them."""
+_CHECKED = 200
+"""Cases at most that are checked before any is run: the others are rows with a message."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Study(Shown):
+    """A study that has been run. See `contiga.study`."""
+
+    out: Path
+    """Its folder: ``table.h5``, ``table.csv``, ``study.html``, and ``cases``, a folder each."""
+    table: Table
+    """Columns by name, a row a case, in the order of their numbers."""
+    rows: tuple[Row, ...]
+    """The same, a record a case, with the seconds each took."""
+    best: Row | None
+    """The best case within the limits, of a study with a goal."""
+    kept: object = None
+    """Holds a folder that is nobody's, until the study is let go."""
+
+    @property
+    def failed(self) -> tuple[Row, ...]:
+        """Rows of cases that could not be carried through."""
+        return tuple(row for row in self.rows if row.status != DONE)
+
+    @property
+    def page(self) -> Path:
+        """The page of the study, which reads offline."""
+        return self.out / PAGE
+
+    def folder_of(self, number: int) -> Path:
+        """The output folder of a case, by its number."""
+        return self.out / "cases" / f"{number:04d}"
+
+    def to_pandas(self) -> DataFrame:
+        """The table as one of pandas, by the numbers of the cases.
+
+        Raises
+        ------
+        MissingPackageError
+            pandas is not installed.
+        """
+        return self.table.to_pandas()
+
+    def _facts(self) -> Facts:
+        return [
+            ("cases", len(self.rows)),
+            ("failed", len(self.failed)),
+            ("variables", len(self.table.variables)),
+            ("best", "none" if self.best is None else self.best.number),
+            ("folder", self.out),
+        ]
+
+
+def study(
+    base: Case | str | Path,
+    variables: Mapping[str, Any],
+    collect: Sequence[str] | Mapping[str, str],
+    *,
+    out: str | Path | None = None,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    resume: bool = False,
+    **more: Any,
+) -> Study:
+    """Run many cases of one base case, on processes that import the program.
+
+    In a script the call stands under ``if __name__ == "__main__":``.
+
+    Parameters
+    ----------
+    base : a `Case`, whose keys are those of the case.toml that a run leaves, or the path of a file
+    variables : what differs, by key of the case: a list of values, or what a ``[[variable]]`` of a
+        study file says, ``{"low": 40.0, "high": 80.0, "count": 5}``
+    collect : what is kept of each case, ``["head_cg.HIC15", "max(force)"]``, or by column
+    out : folder of the study; None keeps one for as long as the `Study` is kept
+    scheduler : address of a running Dask scheduler; processes of this machine if omitted
+    workers : how many of these, one a core if omitted; 0 runs the cases in this process
+    resume : run what is missing in `out`
+    more : any other key of a study file (``sample``, ``rule``, ``goal``, …), and ``progress``, a
+        function called with cases done, cases in all, and what is to be said of them
+
+    Raises
+    ------
+    InputError, MissingPackageError
+        Something is wrong with the study, its base case or the folder; nothing has been run.
+    RunError
+        The cluster was lost; the rows so far are in the folder.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> quick = {"time.end": 0.2, "output": {"report": False, "formats": ["csv"]}}
+    >>> found = study("case.toml", {"time.step": [0.1, 0.05]}, ["steps"], set=quick, workers=0)
+    >>> found.to_pandas()["steps"].tolist()
+    [3.0, 5.0]
+    """
+    case = base if isinstance(base, Case) else load_case(base)
+    progress = more.pop("progress", None)
+    spec = _asked(None if isinstance(base, Case) else base, variables, {"collect": collect, **more})
+    kept = tempfile.TemporaryDirectory(prefix="contiga-study-") if out is None else None
+    folder = Path(kept.name if kept is not None else out or ".")
+    how: dict[str, Any] = {"scheduler": scheduler, "workers": workers, "resume": resume}
+    return replace(run_study(spec, folder, base=case, progress=progress, **how), kept=kept)
+
+
+def _asked(
+    file: str | Path | None, variables: Mapping[str, Any], more: Mapping[str, Any]
+) -> StudySpec:
+    """What is asked for in Python as the study of a file."""
+    asked = [
+        {"key": key, **plain(said)}
+        if isinstance(said, Mapping)
+        else {"key": key, "values": plain(said)}
+        for key, said in variables.items()
+    ]
+    data = {"variable": asked, **plain(dict(more))}
+    if file is not None:
+        data["base"] = str(Path(file).resolve())
+    return study_of(data, Path("study"))
+
+
+def run_study(
+    study: StudySpec,
+    out: Path,
+    *,
+    base: Case | None = None,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> Study:
+    """Run a study into its folder.
+
+    Parameters
+    ----------
+    base : the base case, where it is not the file that the study names
+    scheduler, workers : as `engines.engine_for`
+    resume : run what is missing in `out`
+    progress : called with cases done, cases in all, and what is to be said of them
+
+    Raises
+    ------
+    InputError, MissingPackageError
+        Something is wrong with the study, its base case or the folder; nothing has been run.
+    RunError
+        The cluster was lost; the rows so far are in the folder.
+    """
+    require("the table of a study", "h5py")
+    require_packages("the page of a study")
+    if study.goal is not None:
+        require("an optimisation", "optuna")
+    if base is None:
+        assert study.base is not None
+        base = load_case(study.base)
+    common = _base(study, base, out)
+    cases = cases_of(study) if study.goal is None else _ends_of(study)
+    _check(study, common, cases)
+    folder = StudyFolder(out, study, common, base)
+    folder.check(resume=resume)
+    done = [row for case in cases if (row := row_of(common, case)) is not None] if resume else []
+    if study.goal is not None:
+        done = []  # found again as the optimiser asks for them
+    numbers = {row.number for row in done}
+    missing = [case for case in cases if case.number not in numbers]
+    total = len(cases) if study.goal is None else study.goal.trials
+    if workers is None and scheduler is None:
+        workers = min(cores(), len(missing) if study.goal is None else study.goal.batch)
+    with engine_for(common, scheduler=scheduler, workers=workers, retries=study.retries) as engine:
+        folder.open(done)
+        try:
+            if progress is not None:
+                progress(len(done), total, _told(done))
+            for row in _rows(study, engine, folder, missing):
+                folder.take(row)
+                if progress is not None:
+                    progress(len(folder.rows), total, _told(folder.rows.values()))
+        finally:
+            folder.write_table()
+    return _finished(study, folder)
+
+
+def _base(study: StudySpec, case: Case, out: Path) -> Base:
+    """What all cases have in common; the text of a file as it stands, so that keys are its own."""
+    text = resolved_toml(case)
+    if study.base is not None:
+        text = Path(study.base).read_text(encoding="utf-8-sig")
+    return Base(text, str(case.file.resolve()), str(out.resolve()), study.quantities)
+
+
+def _rows(
+    study: StudySpec, engine: Engine, folder: StudyFolder, missing: list[StudyCase]
+) -> Iterator[Row]:
+    """Rows as they come: of cases that are known, or as an optimiser asks for them."""
+    if study.goal is None:
+        yield from engine.run(missing) if missing else ()
+        return
+    yield from optimised(study, engine, folder)
+
+
+def _finished(study: StudySpec, folder: StudyFolder) -> Study:
+    """What is in the folder, with its page."""
+    rows = tuple(folder.rows[number] for number in sorted(folder.rows))
+    best = None if study.goal is None else best_of(study.goal, rows)
+    found = Study(folder.path, folder.table(), rows, best)
+    write_page(study, folder.base, found.table, rows)
+    return found
+
+
+def _told(rows: Iterable[Row]) -> str:
+    failed = sum(row.status != DONE for row in rows)
+    return f"{failed} failed" if failed else ""
+
+
+def _ends_of(study: StudySpec) -> list[StudyCase]:
+    """Cases that an optimiser might ask for, to be checked: each variable's ends or values."""
+    ways = {
+        variable.label: [variable.low, variable.high]
+        if variable.ranged
+        else listed_values(variable)
+        for variable in study.variable
+    }
+    first = {label: values[0] for label, values in ways.items()}
+    others = [first | {label: value} for label, values in ways.items() for value in values[1:]]
+    return [case_of(study, number, values) for number, values in enumerate([first, *others], 1)]
+
+
+def _check(study: StudySpec, base: Base, cases: list[StudyCase]) -> None:
+    """Refuse what is wrong with the cases before any is run.
+
+    Each value that is listed is checked in one case that has it.
+    """
+    check_keys(study, tomllib.loads(base.text), cases[0].settings)
+    first = base.case(cases[0].settings)
+    columns, criteria = columns_of_case(first), criteria_of_case(first)
+    for quantity in base.quantities.values():
+        quantity.check(columns, criteria, first.time.end)
+    bodies = [body.name for body in first.body]
+    if study.map is not None and study.map.body not in bodies:
+        raise CaseError(
+            "the base case has no such body",
+            where=f"{study.file}: map.body",
+            found=study.map.body,
+            allowed=", ".join(bodies),
+            remedy=closest(study.map.body, bodies),
+        )
+    seen: set[tuple[str, str]] = set()
+    checked = 0
+    for case in cases[1:]:
+        new = {(label, repr(value)) for label, value in case.values.items()} - seen
+        if new and checked < _CHECKED:
+            base.case(case.settings)
+            checked += 1
+        seen |= new

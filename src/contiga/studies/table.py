@@ -1,0 +1,100 @@
+"""The table of a study: a row a case, in the order of their numbers."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from contiga.extras import require
+from contiga.io.out.files import atomic_write
+from contiga.studies.cases import shown_value
+from contiga.studies.row import Row
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+HDF5, CSV = "table.h5", "table.csv"
+_GROUP = "table"
+
+
+class Table(NamedTuple):
+    """Columns of equal length by name: numbers, or text."""
+
+    columns: dict[str, list[Any]]
+    variables: tuple[str, ...]
+    quantities: tuple[str, ...]
+
+    def to_pandas(self) -> DataFrame:
+        """As a table of pandas, by the numbers of the cases."""
+        require("Study.to_pandas", "pandas")
+        from pandas import DataFrame
+
+        return DataFrame(self.columns).set_index("case")
+
+    def write(self, folder: Path) -> None:
+        """Write it as HDF5 and as CSV, each whole or not at all; the same table, the same bytes."""
+        self._write_hdf5(folder / HDF5)
+        with (
+            atomic_write(folder / CSV) as temporary,
+            temporary.open("w", newline="", encoding="utf-8") as file,
+        ):
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(self.columns)
+            writer.writerows(zip(*self.columns.values(), strict=True))
+
+    def _write_hdf5(self, path: Path) -> None:
+        require("the table of a study", "h5py")
+        import h5py
+
+        with atomic_write(path) as temporary, h5py.File(temporary, "w") as file:
+            group = file.create_group(_GROUP)
+            group.attrs["columns"] = list(self.columns)
+            group.attrs["variables"] = list(self.variables)
+            group.attrs["quantities"] = list(self.quantities)
+            for name, values in self.columns.items():
+                if all(isinstance(value, int | float) for value in values):
+                    group.create_dataset(name, data=np.array(values))
+                else:
+                    text = [str(value) for value in values]
+                    group.create_dataset(name, data=text, dtype=h5py.string_dtype())
+
+
+def table_of(rows: Iterable[Row], variables: Sequence[str], quantities: Sequence[str]) -> Table:
+    """The table of rows, in the order of their numbers, whatever the order they came in."""
+    ordered = sorted(rows, key=lambda row: row.number)
+
+    def column(part: str, name: str) -> list[Any]:
+        of: list[Mapping[str, Any]] = [getattr(row, part) for row in ordered]
+        return [shown_value(one[name]) for one in of]
+
+    columns: dict[str, list[Any]] = {
+        "case": [row.number for row in ordered],
+        **{name: column("values", name) for name in variables},
+        **{name: column("collected", name) for name in quantities},
+        "status": [row.status for row in ordered],
+        "message": [row.message for row in ordered],
+    }
+    return Table(columns, tuple(variables), tuple(quantities))
+
+
+def read_table(path: Path) -> dict[str, list[Any]]:
+    """Columns of a table of HDF5 by name, in their order."""
+    import h5py
+
+    with h5py.File(path) as file:
+        group = file[_GROUP]
+        names = [str(name) for name in group.attrs["columns"]]
+        return {name: _list(group[name]) for name in names}
+
+
+def _list(dataset: Any) -> list[Any]:
+    import h5py
+
+    if h5py.check_string_dtype(dataset.dtype) is not None:
+        return list(dataset.asstr()[()])
+    values: list[Any] = dataset[()].tolist()
+    return values

@@ -1,0 +1,147 @@
+"""Cases of a study: grids in order, tables, samples that cover their box, rules."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from contiga.errors import CaseError, FileError
+from contiga.studies.cases import cases_of, check_keys, shown_value
+
+from .conftest import STUDY, study_from
+
+RANGED = """
+base = "case.toml"
+collect = ["steps"]
+sample = {{ kind = "{kind}", count = {count}, seed = 3 }}
+[[variable]]
+name = "radius"
+key = "body.ball.geometry.radius"
+low = 1.0
+high = 100.0
+scale = "log"
+[[variable]]
+name = "speed"
+key = "body.ball.motion.velocity[2]"
+low = -5.0
+high = -1.0
+"""
+
+
+def test_a_grid_is_every_pair_the_last_variable_fastest(folder: Path) -> None:
+    cases = cases_of(study_from(STUDY, folder))
+    assert [case.values for case in cases] == [
+        {"speed": speed, "step": step} for speed in (-1.0, -2.0) for step in (0.5, 0.25)
+    ]
+    assert [case.number for case in cases] == [1, 2, 3, 4]
+    assert cases[1].settings == {"body.ball.motion.velocity[2]": -1.0, "time.step": 0.25}
+
+
+def test_values_between_two_ends_are_even_on_their_scale(folder: Path) -> None:
+    text = STUDY.replace(
+        "values = [0.5, 0.25]", 'low = 0.125\nhigh = 0.5\ncount = 3\nscale = "log"'
+    )
+    values = [case.values["step"] for case in cases_of(study_from(text, folder))[:3]]
+    assert values == pytest.approx([0.125, 0.25, 0.5], rel=1e-15)
+    text = STUDY.replace("values = [0.5, 0.25]", "low = 1.0\nhigh = 4.0\ncount = 4\nwhole = true")
+    values = [case.values["step"] for case in cases_of(study_from(text, folder))[:4]]
+    assert values == [1, 2, 3, 4]
+    assert all(isinstance(value, int) for value in values)
+
+
+@pytest.mark.parametrize("kind", ["latin-hypercube", "sobol"])
+def test_samples_have_one_point_in_each_layer(kind: str, folder: Path) -> None:
+    cases = cases_of(study_from(RANGED.format(kind=kind, count=16), folder))
+    radius = np.array([case.values["radius"] for case in cases])
+    speed = np.array([case.values["speed"] for case in cases])
+    layers = np.log10(radius) / 2.0 * 16.0, (speed + 5.0) / 4.0 * 16.0
+    for layer in layers:
+        assert sorted(np.floor(layer).astype(int)) == list(range(16))
+    assert not np.array_equal(np.argsort(radius), np.argsort(speed))
+
+
+def test_samples_are_those_of_their_seed(folder: Path) -> None:
+    text = RANGED.format(kind="sobol", count=5)
+    one, two = (cases_of(study_from(text, folder)) for _ in range(2))
+    assert one == two
+    other = cases_of(study_from(text.replace("seed = 3", "seed = 4"), folder))
+    assert other[0].values != one[0].values
+
+
+def test_a_table_gives_numbers_whole_numbers_and_text(folder: Path) -> None:
+    (folder / "rows.csv").write_text("speed [m/s];n;file\n-1.5;7;a.k\n-2;8;b.k\n", encoding="utf-8")
+    text = 'table = "rows.csv"\nbase = "case.toml"\ncollect = ["steps"]\n' + "".join(
+        f'[[variable]]\nname = "{name}"\nkey = "time.{name}"\ncolumn = "{name}"\n'
+        for name in ("speed", "n", "file")
+    )
+    cases = cases_of(study_from(text, folder))
+    assert [list(case.values.values()) for case in cases] == [[-1.5, 7, "a.k"], [-2, 8, "b.k"]]
+    crossed = text + '[[variable]]\nname = "more"\nkey = "time.more"\nvalues = [1, 2]\n'
+    assert [case.values["more"] for case in cases_of(study_from(crossed, folder))] == [1, 2, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ("speed,n\n,1\n", "rows.csv:2: the table has a hole; found ',1'"),
+        ("speed,n\n-1,2\n\n,3\n", "rows.csv:4: the table has a hole"),
+        ("speed,n\n-1\n", "has a hole"),
+        ("speed,n\nnan,2\n", "has a hole"),
+        ("speed,n\n-1,2,3\n", "has a hole"),
+        ("speed,n\n", "has no rows"),
+        ("sped,n\n-1,2\n", "no column 'speed'"),
+        ("speed,speed\n-1,2\n", "twice"),
+        ("-1,2\n-1,2\n", "must name the columns"),
+        ("", "must name the columns"),
+    ],
+)
+def test_a_table_with_holes_is_refused(rows: str, said: str, folder: Path) -> None:
+    (folder / "rows.csv").write_text(rows, encoding="utf-8")
+    text = (
+        'table = "rows.csv"\nbase = "case.toml"\ncollect = ["steps"]\n[[variable]]\n'
+        'name = "speed"\nkey = "body.ball.motion.velocity[2]"\ncolumn = "speed"\n'
+    )
+    with pytest.raises(FileError) as caught:
+        cases_of(study_from(text, folder))
+    assert said in str(caught.value)
+
+
+def test_rules_set_keys_and_leave_cases_out(folder: Path) -> None:
+    text = STUDY + '[[rule]]\nrequire = "speed < -1 or step > 0.3"\n'
+    text += '[[rule]]\nkey = ["time.end", "time.largest"]\nvalue = "4 * step"\n'
+    cases = cases_of(study_from(text, folder))
+    assert [tuple(case.values.values()) for case in cases] == [(-1, 0.5), (-2, 0.5), (-2, 0.25)]
+    assert [case.number for case in cases] == [1, 2, 3]
+    assert [case.settings["time.end"] for case in cases] == [2.0, 2.0, 1.0]
+    assert cases[2].settings["time.largest"] == 1.0
+    with pytest.raises(CaseError, match="no case fulfils the rules"):
+        cases_of(study_from(STUDY + '[[rule]]\nrequire = "speed > 0"\n', folder))
+
+
+def test_a_grid_that_nobody_runs_is_refused(folder: Path) -> None:
+    many = STUDY.replace("values = [0.5, 0.25]", "low = 0.1\nhigh = 0.5\ncount = 1000000")
+    with pytest.raises(CaseError, match=r"too many cases; found 2000000"):
+        cases_of(study_from(many, folder))
+
+
+def test_keys_that_lead_nowhere_say_whose_they_are(folder: Path) -> None:
+    base = {"body": [{"name": "ball", "motion": {"velocity": [0, 0, -1]}}], "time": {"step": 1}}
+    good = study_from(STUDY, folder)
+    check_keys(good, base, cases_of(good)[0].settings)
+    wrong = study_from(STUDY.replace("body.ball.", "body.bal."), folder)
+    with pytest.raises(CaseError, match=r"variable 'speed'.*none of the base.*Did you mean 'ball'"):
+        check_keys(wrong, base, cases_of(wrong)[0].settings)
+    far = study_from(STUDY.replace("velocity[2]", "velocity[3]"), folder)
+    with pytest.raises(CaseError, match="variable 'speed'"):
+        check_keys(far, base, cases_of(far)[0].settings)
+    twice = study_from(STUDY + '[[rule]]\nkey = "time.step"\nvalue = "step"\n', folder)
+    with pytest.raises(CaseError, match=r"two have this key.*variable 'step'"):
+        check_keys(twice, base, cases_of(twice)[0].settings)
+
+
+def test_tables_and_lists_are_shown_as_text() -> None:
+    assert [shown_value(v) for v in (1, 2.5, "a", [1, 2], {"k": 1}, True)] == [
+        *(1, 2.5, "a", "[1, 2]", '{"k": 1}', "true")
+    ]

@@ -1,0 +1,77 @@
+"""Maps: triangles made finer without gaps, values linear between targets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import contiga as cg
+from contiga.studies.maps import between, draw_map, map_figure, map_of, refined
+from contiga.studies.row import DONE, FAILED, Row
+
+from .conftest import base_in, study_from
+
+TEXT = """
+base = "case.toml"
+collect = ["max(force)"]
+map = { body = "ball", at = ["x", "y", "z"] }
+table = "targets.csv"
+""" + "".join(
+    f'[[variable]]\nname = "{a}"\nkey = "body.ball.geometry.centre[{k}]"\ncolumn = "{a}"\n'
+    for k, a in enumerate("xyz")
+)
+
+
+def test_finer_triangles_are_the_same_surface_without_gaps() -> None:
+    mesh = cg.Body([cg.shapes.sphere(radius=10.0)]).tessellate(0.5)
+    points, triangles = refined(mesh.vertices, mesh.triangles, 1.5)
+    finer = cg.TriMesh(points, triangles)
+    assert finer.closed
+    assert finer.area() == pytest.approx(mesh.area(), rel=1e-12)
+    edges = points[triangles] - points[np.roll(triangles, 1, axis=1)]
+    assert np.linalg.norm(edges, axis=2).max() <= 1.5
+    assert len(triangles) > 2 * len(mesh.triangles)
+
+
+def test_values_are_linear_between_targets_whatever_their_plane() -> None:
+    rng = np.random.default_rng(3)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    flat = np.column_stack([rng.uniform(-1, 1, (40, 2)), np.zeros(40)])
+    inside = np.column_stack([rng.uniform(-0.4, 0.4, (20, 2)), np.zeros(20)])
+
+    def field(p: np.ndarray) -> np.ndarray:
+        return np.asarray(3.0 + 2.0 * p[:, 0] - p[:, 1])
+
+    found = between(flat @ turn, field(flat), inside @ turn)
+    assert found == pytest.approx(field(inside), abs=1e-12)
+    assert np.isnan(between(flat @ turn, field(flat), np.array([[5.0, 0.0, 0.0]]) @ turn)).all()
+    line = np.outer(np.arange(5.0), [1.0, 2.0, 3.0])
+    assert np.isnan(between(line, np.arange(5.0), inside)).all()
+
+
+def test_a_map_has_the_greatest_value_of_each_target(folder: Path) -> None:
+    (folder / "targets.csv").write_text("x,y,z\n0,0,0\n", encoding="utf-8")
+    study, base = study_from(TEXT, folder), base_in(folder)
+    at = [(0.0, 0.0, 10.5), (4.0, 0.0, 9.0), (0.0, 4.0, 9.0), (4.0, 0.0, 9.0), (9.0, 9.0, 9.0)]
+    forces = [1.0, 2.0, 3.0, 7.0, float("nan")]
+
+    def row(number: int, place: tuple[float, ...], force: float) -> Row:
+        status = FAILED if force != force else DONE
+        values = dict(zip("xyz", place, strict=True))
+        return Row(number, status, "", values, {"max(force)": force}, 0.0)
+
+    rows = tuple(map(row, range(1, 6), at, forces))
+    found = map_of(study, base, rows)
+    assert found is not None
+    assert found.cases == [1, 4, 3, 5]
+    assert found.limits == (1.0, 7.0)
+    assert found.hit[1] == 7.0
+    assert np.isfinite(found.values).any()
+    assert np.isnan(found.values).any()
+    draw_map(found, "Ball", folder / "map.png")
+    assert (folder / "map.png").read_bytes()[:4] == b"\x89PNG"
+    drawn = map_figure(found, {row.number: row.number - 1 for row in rows})
+    assert drawn["data"][1]["customdata"] == [0, 3, 2, 4]
+    assert map_of(study, base, rows[4:]) is None
