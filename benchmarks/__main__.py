@@ -40,6 +40,13 @@ PARTS: dict[str, Callable[[Sizes], Iterator[Row]]] = {
     "threads": tracking.threads,
     "scaling": scaling.rows,
 }
+GOALS = (
+    *(startup.FIRST, startup.COMPILE, startup.EXTRA, startup.SECOND, startup.INFO),
+    *(tracking.BESIDE_SPLINEPY, tracking.BESIDE_FCPW, stepping.PART, stepping.SPHERE),
+    *(stepping.FREE, tracking.COLD, tracking.SWEPT, stepping.CLOSED, stepping.SMALL),
+    *(tracking.THREADS, scaling.FACES, scaling.POINTS),
+)
+"""In the order of the table."""
 SLOW = ("first",)
 TABLES = {"area": area, "area_errors": area_errors, "faceted": faceted, "mesher": mesher}
 
@@ -55,26 +62,28 @@ def main(arguments: list[str] | None = None) -> None:
     for name in parts:
         for row in PARTS[name](size):
             rows.append(row)
-            print(f"  … {row.work}", flush=True)
+            print(*lines_of([row])[1:], flush=True)
     if rows:
-        print(*lines_of(rows), sep="\n")
-        _write(given.out, rows, None if given.parts else machine.limits(size))
+        print("", *lines_of(rows), sep="\n")
+        _write(given, rows, size)
         print(f"{sum(row.passed is True for row in rows)} of {len(rows)} goals; {given.out}")
     for name in given.parts:
         if name in TABLES:
             print(f"\n{name}", *(f"  {line}" for line in TABLES[name].run()), sep="\n")
 
 
-def _write(path: Path, rows: list[Row], limits: dict[str, Any] | None) -> None:
+def _write(given: argparse.Namespace, rows: list[Row], size: Sizes) -> None:
     """All of a whole run; of a run of some parts what is new."""
-    here = machine.described()
-    told = {row.work: row.as_json() | {"load": here["load"]} for row in rows}
-    if limits is None and path.is_file():
-        before = json.loads(path.read_text(encoding="utf-8"))
-        told = {row["work"]: row for row in before["rows"]} | told
-        limits = before.get("limits")
+    path, here = given.out, machine.described()
+    found: dict[str, Any] = {"machine": here, "limits": {}, "rows": []}
+    if given.parts and path.is_file():
+        found |= json.loads(path.read_text(encoding="utf-8")) | {"machine": here}
+    known = {row["work"]: row for row in found["rows"]}
+    told = known | {row.work: row.as_json() | {"load": here["load"]} for row in rows}
+    order = [row.work for row in GOALS if row.work in told]
+    found["rows"] = [told[work] for work in order]
+    found["limits"] = found["limits"] or machine.limits(size)
     path.parent.mkdir(parents=True, exist_ok=True)
-    found = {"machine": here, "limits": limits, "rows": list(told.values())}
     path.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 

@@ -1,4 +1,4 @@
-"""What the machine is and can do: bytes and operations a second, on one thread and on all."""
+"""What the machine is, and what one of its cores can do: bytes and operations a second."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ import platform
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
+from time import process_time
 from typing import Any
 
 import numpy as np
 from numba import njit
 
 from benchmarks.sizes import Sizes
-from benchmarks.timing import in_turns, on_threads
+from benchmarks.timing import in_turns
 from contiga.num.kernels.fma_nb import fma
-from contiga.num.threads import run_ranges, thread_count
+from contiga.num.threads import thread_count
 
 LANES = 64
 CHAIN = 16
 ROUNDS = 40
-GRAIN = 4096
 
 
 def _triad(a: np.ndarray, b: np.ndarray, c: np.ndarray, start: int, stop: int) -> None:
@@ -50,8 +50,8 @@ def _fused(x: np.ndarray, start: int, stop: int) -> None:
                 x[i, k] = value
 
 
-def limits(size: Sizes) -> dict[str, Any]:
-    """Gigabytes and billions of operations a second, by the number of threads.
+def limits(size: Sizes) -> dict[str, float]:
+    """Gigabytes and billions of operations in a second of one core's processor time.
 
     A product and a sum are two operations, "apart" in two instructions or "fused" in one.
     """
@@ -59,22 +59,17 @@ def limits(size: Sizes) -> dict[str, Any]:
     products = {"apart": njit(nogil=True)(_apart), "fused": njit(nogil=True)(_fused)}
     n = size.stream
     a, b, c = (np.full(n, x) for x in (1.0, 2.0, 0.0))
-    rows = np.ones((max(n // 1000, 16), LANES))
-    found: dict[str, Any] = {"gigabytes": {}, "apart": {}, "fused": {}}
-    for count in sorted({1, thread_count()}):
-        with on_threads(count):
-            works = {"gigabytes": lambda _: run_ranges(triad, n, GRAIN, a, b, c)}
-            for name, kernel in products.items():
-                works[name] = partial(_run, kernel, rows)
-            seconds = in_turns(works, size.rounds)
-        amount = {"gigabytes": 24.0 * n} | dict.fromkeys(products, 2.0 * CHAIN * ROUNDS * rows.size)
-        for name, t in seconds.items():
-            found[name][str(count)] = 1e-9 * amount[name] / t
-    return found
+    rows = np.ones((max(n // 10_000, 16), LANES))
+    works = {"gigabytes": lambda _: triad(a, b, c, 0, n)}
+    for name, kernel in products.items():
+        works[name] = partial(_run, kernel, rows)
+    seconds = in_turns(works, size.rounds, process_time)
+    amount = {"gigabytes": 24.0 * n} | dict.fromkeys(products, 2.0 * CHAIN * ROUNDS * rows.size)
+    return {name: 1e-9 * amount[name] / t for name, t in seconds.items()}
 
 
 def _run(kernel: Any, rows: np.ndarray, _: int) -> None:
-    run_ranges(kernel, len(rows), 16, rows)
+    kernel(rows, 0, len(rows))
 
 
 def described() -> dict[str, Any]:

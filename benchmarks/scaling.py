@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 import contiga as cg
-from benchmarks.scene import Tracker, moved, points, surface
+from benchmarks.scene import Tracker, moved, points, surface, with_feet
 from benchmarks.sizes import Sizes
 from benchmarks.table import Row
 from benchmarks.timing import in_turns
@@ -50,8 +50,8 @@ def counts(size: Sizes) -> Row:
     body = cg.Body(patch)
     each: dict[str, float] = {}
     for n in size.counts:
-        start = points(patch, n, "shuffled")
-        tracker = Tracker(body, start)
+        start, feet = with_feet(patch, n, "shuffled")
+        tracker = Tracker(body, start, feet)
         rounds = size.rounds if n <= 1_000_000 else 3
         seconds = in_turns({str(n): lambda k, t=tracker, p=start: t(moved(p, k))}, rounds)
         each |= _each(seconds, n)

@@ -33,14 +33,24 @@ def points(patch: cg.NurbsSurface, n: int, order: str, seed: int = 1) -> np.ndar
 
     order "sorted": along the surface, as nodes of a mesh come; "shuffled": at random.
     """
+    return with_feet(patch, n, order, seed)[0]
+
+
+def with_feet(
+    patch: cg.NurbsSurface, n: int, order: str, seed: int = 1
+) -> tuple[np.ndarray, cg.Projection]:
+    """The same points, and their feet on a body of the patch, known without a search."""
     rng = np.random.default_rng(seed)
     side = int(np.ceil(np.sqrt(n)))
     grid = np.linspace(0.05, 0.95, side)
     uv = np.stack(np.meshgrid(grid, grid, indexing="ij"), axis=-1).reshape(-1, 2)[:n]
     if order == "shuffled":
         uv = rng.permutation(uv)
-    gap = rng.uniform(-OFFSET, OFFSET, (n, 1))
-    return patch.evaluate(uv) + gap * patch.normal(uv)
+    gap = rng.uniform(-OFFSET, OFFSET, n)
+    foot, normal = patch.evaluate(uv), patch.normal(uv)
+    codes = np.zeros(n, np.int32), np.full(n, cg.Feature.FACE, np.int8), np.zeros(n, np.int8)
+    feet = cg.Projection(codes[0], uv, foot, normal, gap, codes[1], codes[2], codes[2])
+    return foot + gap[:, None] * normal, feet
 
 
 def path(start: np.ndarray, steps: int) -> Iterator[np.ndarray]:
@@ -55,10 +65,11 @@ def moved(start: np.ndarray, k: int, step: float = STEP) -> np.ndarray:
     return start + (k * step / np.linalg.norm(direction)) * direction
 
 
-def around(body: cg.Body, n: int, touching: float, seed: int = 2) -> np.ndarray:
-    """(n, 3) points in no order over a body: a share of them in it, the others outside.
+def around(body: cg.Body, n: int, touching: float, seed: int = 2) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) in no order over a body, all outside, and where a share of them has come in.
 
-    Those in it are up to 1e-3 of the body's size deep, the others up to 5e-2 away.
+    Those that come in go from as far outside as they are then inside, up to 1e-3 of the body's
+    size; the others stay, up to 5e-2 away.
     """
     rng = np.random.default_rng(seed)
     areas = np.array([patch.net_area() for patch in body.patches])
@@ -66,16 +77,21 @@ def around(body: cg.Body, n: int, touching: float, seed: int = 2) -> np.ndarray:
     on = [cg.clouds.random_on(p, int(k), seed=3) for p, k in zip(body.patches, counts, strict=True)]
     feet = body.project(rng.permutation(np.concatenate(on))[:n])
     inside = rng.random(n) < touching
-    gap = rng.random(n) * np.where(inside, -1e-3, 5e-2) * body.size
-    return feet.point + gap[:, None] * feet.normal
+    away = (rng.random(n) * np.where(inside, 1e-3, 5e-2) * body.size)[:, None] * feet.normal
+    return feet.point + away, feet.point + np.where(inside, -1.0, 1.0)[:, None] * away
 
 
 class Tracker:
-    """Continues a projection over the steps it is given."""
+    """Continues a projection over the steps it is given; `feet` of the start, or found."""
 
-    def __init__(self, master: cg.Body | cg.TriMesh, start: np.ndarray) -> None:
+    def __init__(
+        self,
+        master: cg.Body | cg.TriMesh,
+        start: np.ndarray,
+        feet: cg.Projection | None = None,
+    ) -> None:
         self.master = master
-        self.feet = master.project(start)
+        self.feet = master.project(start) if feet is None else feet
 
     def __call__(self, p: np.ndarray) -> None:
         self.feet = self.master.project(p, start=self.feet, mode="track")

@@ -6,6 +6,7 @@ The points are shuffled: neighbours in memory are none in space. Records written
 from __future__ import annotations
 
 from collections.abc import Iterator
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 import contiga as cg
 from benchmarks import operations
 from benchmarks.rivals import fcpw_feet, for_fcpw, grid_mesh, missing, splinepy_feet
-from benchmarks.scene import STEP, Tracker, moved, points, surface
+from benchmarks.scene import STEP, Tracker, moved, points, surface, with_feet
 from benchmarks.sizes import Sizes
 from benchmarks.table import Row, not_measured
 from benchmarks.timing import in_turns, on_threads
@@ -29,8 +30,8 @@ THREADS = Row("2 threads, tracked, over 1", "×", 1.8, None, at_least=True)
 def rows(size: Sizes) -> Iterator[Row]:
     """Tracked feet beside both rivals."""
     patch = surface()
-    start = points(patch, size.points, "shuffled")
-    tracker = Tracker(cg.Body(patch), start)
+    start, feet = with_feet(patch, size.points, "shuffled")
+    tracker = Tracker(cg.Body(patch), start, feet)
     works: dict[str, Any] = {"contiga": lambda k: tracker(moved(start, k))}
     lacks = {name: missing(name) for name in ("splinepy", "fcpw")}
     if lacks["fcpw"] is None:
@@ -40,12 +41,15 @@ def rows(size: Sizes) -> Iterator[Row]:
         few, other = start[: size.rival_points], splinepy_feet(patch)
         works["splinepy"] = lambda k: other(moved(few, k))
     seconds = in_turns(works, min(size.rounds, 5))
+    with on_threads(1):
+        alone = in_turns({"contiga": works["contiga"]}, min(size.rounds, 5), process_time)
     counts = {"contiga": size.points, "fcpw": size.points, "splinepy": size.rival_points}
     each = {name: 1e9 * t / counts[name] for name, t in seconds.items()}
     proved = float(tracker.feet.certified.mean())
     last = moved(start, min(size.rounds, 5))
     detail = {
         "nanoseconds": each,
+        "processor": 1e9 * alone["contiga"] / size.points,
         "worst_miss": worst_miss(patch, tracker.feet, last),
         "certified": proved,
         "points": size.points,
@@ -104,7 +108,7 @@ def swept(size: Sizes) -> Iterator[Row]:
     """Ways of points that pass over the surface, as near as a step is long, and do not enter."""
     patch = surface()
     body = cg.Body(patch)
-    feet = body.project(points(patch, size.points, "shuffled"))
+    _, feet = with_feet(patch, size.points, "shuffled")
     rng = np.random.default_rng(4)
     gap = (0.2 + rng.random(size.points)) * STEP * 10
     start = feet.point + gap[:, None] * feet.normal
@@ -117,8 +121,11 @@ def swept(size: Sizes) -> Iterator[Row]:
         hit = body.first_hit(start + (k - 1) * side, start + k * side)
         entered = int(np.isfinite(hit.fraction).sum())
 
-    value = 1e9 * in_turns({"swept": work}, min(size.rounds, 5))["swept"] / size.points
-    note = f"{STEP:g} long, {2 * STEP:g} to {12 * STEP:g} away; {entered} entered"
+    with on_threads(1):
+        seconds = in_turns({"swept": work}, min(size.rounds, 5), process_time)
+    value = 1e9 * seconds["swept"] / size.points
+    note = f"{STEP:g} long, {2 * STEP:g} to {12 * STEP:g} away; processor time of one thread"
+    assert entered == 0
     yield SWEPT._replace(value=value, note=note, detail={"points": size.points})
 
 
@@ -128,8 +135,8 @@ def threads(size: Sizes) -> Iterator[Row]:
         yield not_measured(THREADS, "this process has one thread")
         return
     patch = surface()
-    start = points(patch, size.points, "shuffled")
-    tracker = Tracker(cg.Body(patch), start)
+    start, feet = with_feet(patch, size.points, "shuffled")
+    tracker = Tracker(cg.Body(patch), start, feet)
 
     def work(count: int, k: int) -> None:
         with on_threads(count):

@@ -15,7 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-INK, PALE, GOOD, BAD, SKY = "#22303c", "#d8dee4", "#1a7f5a", "#c0392b", "#2c6fbb"
+INK, PALE, SKY = "#22303c", "#d8dee4", "#2c6fbb"
 DOCS = Path(__file__).parent
 TABLE = re.compile(r"(<!-- table -->\n).*?(<!-- end of the table -->)", re.DOTALL)
 
@@ -66,23 +66,20 @@ def scaling(found: Found) -> plt.Figure:
 
 
 def roofline(found: Found) -> plt.Figure:
-    """What the machine can do at an intensity, and where the tracked point is."""
-    threads, limits = str(found["machine"]["threads"]), found["limits"]
-    work = next(row for row in found["rows"] if "FCPW" in row["work"] and "tracked" in row["work"])
-    cost = work["detail"]["cost"]
+    """What a core can do at an intensity, and where the tracked point is."""
+    limits = found["limits"]
+    work = next(row for row in found["rows"] if "tracked, shuffled" in row["work"])["detail"]
     intensity = np.geomspace(0.05, 200.0, 200)
     figure, ax = plt.subplots(figsize=(6.4, 3.6), constrained_layout=True)
     for name, style in (("fused", "-"), ("apart", "--")):
-        top = np.minimum(limits["gigabytes"][threads] * intensity, limits[name][threads])
+        top = np.minimum(limits["gigabytes"] * intensity, limits[name])
         ax.plot(intensity, top, style, color=INK, linewidth=1.4)
-        ax.text(200.0, 1.08 * limits[name][threads], name, ha="right", fontsize=8, color=INK)
-    here = cost["operations"] / cost["bytes"]
-    reached = cost["operations"] / work["detail"]["nanoseconds"]["contiga"]
+        ax.text(200.0, 1.08 * limits[name], name, ha="right", fontsize=8, color=INK)
+    operations = work["cost"]["operations"]
+    here, reached = operations / work["cost"]["bytes"], operations / work["processor"]
     ax.plot(here, reached, "o", color=SKY, markersize=7)
-    ax.annotate(
-        f"tracked point\n{reached:.1f} of {limits['fused'][threads]:.0f} billion a second",
-        (here, reached), (0.08 * here, 1.5 * reached), fontsize=8, color=SKY,
-    )  # fmt: skip
+    told = f"tracked point\n{reached:.1f} of {limits['fused']:.0f}"
+    ax.annotate(told, (here, reached), (1.5 * here, 0.6 * reached), fontsize=9, color=SKY)
     ax.set(xscale="log", yscale="log", xlabel="operations a byte", ylabel="10⁹ operations a second")
     ax.grid(color=PALE, linewidth=0.6)
     ax.spines[["top", "right"]].set_visible(False)
