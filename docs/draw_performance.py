@@ -71,10 +71,10 @@ def roofline(found: Found) -> plt.Figure:
     work = next(row for row in found["rows"] if "tracked, shuffled" in row["work"])["detail"]
     intensity = np.geomspace(0.05, 200.0, 200)
     figure, ax = plt.subplots(figsize=(6.4, 3.6), constrained_layout=True)
-    for name, style in (("fused", "-"), ("apart", "--")):
+    for name, style, above in (("fused", "-", 1.1), ("apart", "--", 0.7)):
         top = np.minimum(limits["gigabytes"] * intensity, limits[name])
         ax.plot(intensity, top, style, color=INK, linewidth=1.4)
-        ax.text(200.0, 1.08 * limits[name], name, ha="right", fontsize=8, color=INK)
+        ax.text(200.0, above * limits[name], name, ha="right", fontsize=8, color=INK)
     operations = work["cost"]["operations"]
     here, reached = operations / work["cost"]["bytes"], operations / work["processor"]
     ax.plot(here, reached, "o", color=SKY, markersize=7)
