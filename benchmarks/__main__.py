@@ -1,25 +1,104 @@
-"""`python -m benchmarks`: every benchmark, one after the other."""
+"""`python -m benchmarks [PART …]`: the goals and what was measured, one table.
+
+Parts named are run alone, and the file keeps what it says of the others. "first", which compiles
+everything anew, is left out unless it is named or ``--all`` is given. Other tables are run by name:
+area, area_errors, faceted, mesher.
+"""
 
 from __future__ import annotations
 
-from benchmarks import area, area_errors, faceted, mesher, startup, tracking
-from contiga.num.threads import thread_count
+import argparse
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from benchmarks import (
+    area,
+    area_errors,
+    faceted,
+    machine,
+    mesher,
+    scaling,
+    startup,
+    stepping,
+    tracking,
+)
+from benchmarks.sizes import FULL, SMALL, Sizes
+from benchmarks.table import Row, lines_of
+
+PARTS: dict[str, Callable[[Sizes], Iterator[Row]]] = {
+    "first": startup.first,
+    "second": startup.second,
+    "tracked": tracking.rows,
+    "steps": stepping.rows,
+    "free": stepping.free,
+    "cold": tracking.cold,
+    "swept": tracking.swept,
+    "closed": stepping.closed,
+    "small": stepping.small,
+    "threads": tracking.threads,
+    "scaling": scaling.rows,
+}
+GOALS = (
+    *(startup.FIRST, startup.COMPILE, startup.EXTRA, startup.SECOND, startup.INFO),
+    *(tracking.BESIDE_SPLINEPY, tracking.BESIDE_FCPW, stepping.PART, stepping.SPHERE),
+    *(stepping.FREE, tracking.COLD, tracking.SWEPT, stepping.CLOSED, stepping.SMALL),
+    *(tracking.THREADS, scaling.FACES, scaling.POINTS),
+)
+"""In the order of the table."""
+SLOW = ("first",)
+TABLES = {"area": area, "area_errors": area_errors, "faceted": faceted, "mesher": mesher}
 
 
-def main() -> None:
-    """Print the tables."""
-    print(f"{thread_count()} threads")
-    for title, run in (
-        ("Tracking", tracking.run),
-        ("Faceted", faceted.run),
-        ("Mesher", mesher.run),
-        ("Area", area.run),
-        ("Errors of the area", area_errors.run),
-        ("Start", startup.run),
-    ):
-        print(f"\n{title}")
-        for line in run():
-            print(f"  {line}", flush=True)
+def main(arguments: list[str] | None = None) -> None:
+    """Measure, print the table, write the file."""
+    given = _parsed(arguments)
+    size = SMALL if given.small else FULL
+    parts = [n for n in given.parts if n in PARTS]
+    if not given.parts:
+        parts = [name for name in PARTS if given.all or name not in SLOW]
+    rows: list[Row] = []
+    for name in parts:
+        for row in PARTS[name](size):
+            rows.append(row)
+            print(*lines_of([row])[1:], flush=True)
+    if rows:
+        print("", *lines_of(rows), sep="\n")
+        _write(given, rows, size)
+        print(f"{sum(row.passed is True for row in rows)} of {len(rows)} goals; {given.out}")
+    for name in given.parts:
+        if name in TABLES:
+            print(f"\n{name}", *(f"  {line}" for line in TABLES[name].run()), sep="\n")
+
+
+def _write(given: argparse.Namespace, rows: list[Row], size: Sizes) -> None:
+    """All of a whole run; of a run of some parts what is new."""
+    path, here = given.out, machine.described()
+    found: dict[str, Any] = {"machine": here, "limits": {}, "rows": []}
+    if given.parts and path.is_file():
+        found |= json.loads(path.read_text(encoding="utf-8")) | {"machine": here}
+    known = {row["work"]: row for row in found["rows"]}
+    told = known | {row.work: row.as_json() | {"load": here["load"]} for row in rows}
+    order = [row.work for row in GOALS if row.work in told]
+    found["rows"] = [told[work] for work in order]
+    found["limits"] = found["limits"] or machine.limits(size)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def _parsed(arguments: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    names = [*PARTS, *TABLES]
+    parser.add_argument("parts", nargs="*", metavar="PART", help=", ".join(names))
+    parser.add_argument("--all", action="store_true", help="the first run, too")
+    parser.add_argument("--small", action="store_true", help="few points: does it run at all")
+    parser.add_argument("-o", "--out", type=Path, default=Path("out/bench.json"))
+    given = parser.parse_args(arguments)
+    unknown = [name for name in given.parts if name not in names]
+    if unknown:
+        parser.error(f"no part is called {unknown[0]!r}; allowed: {', '.join(names)}")
+    return given
 
 
 if __name__ == "__main__":

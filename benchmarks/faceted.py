@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 import contiga as cg
-from benchmarks.scene import path, points, surface
+from benchmarks.rivals import grid_mesh
+from benchmarks.scene import Tracker, path, points, surface
 from benchmarks.timing import median_seconds
 from contiga_validation.rivals.comparison import Fcpw
 
@@ -21,27 +22,6 @@ SIDE = 200  # 2 · 200² = 80,000 triangles
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5)
 DEPTH = 0.01
 TURNS = 24
-
-
-def grid_mesh(patch: cg.NurbsSurface, side: int = SIDE) -> cg.TriMesh:
-    """Two triangles a cell of an even grid of parameters."""
-    x = np.linspace(0.0, 1.0, side + 1)
-    uv = np.stack(np.meshgrid(x, x, indexing="ij"), axis=-1).reshape(-1, 2)
-    i = np.arange(len(uv)).reshape(len(x), len(x))
-    a, b, c, d = i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]
-    triangles = [np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))]
-    return cg.TriMesh(patch.evaluate(uv), np.concatenate(triangles))
-
-
-class Tracker:
-    """Continues a projection over the steps it is given."""
-
-    def __init__(self, master: cg.Body | cg.TriMesh, start: np.ndarray) -> None:
-        self.master = master
-        self.feet = master.project(start)
-
-    def __call__(self, p: np.ndarray) -> None:
-        self.feet = self.master.project(p, start=self.feet, mode="track")
 
 
 def cap(n: int = 4000) -> np.ndarray:
@@ -97,7 +77,7 @@ def errors() -> list[str]:
 def speeds() -> list[str]:
     """The table of times, ratios last."""
     patch = surface()
-    mesh = grid_mesh(patch)
+    mesh = grid_mesh(patch, SIDE)
     rival, radii = Fcpw(mesh), np.full(POINTS, np.inf, dtype=np.float32)
     lines = [f"{len(mesh.triangles)} triangles, {POINTS} points; ns a point"]
     for order in ("sorted", "shuffled"):

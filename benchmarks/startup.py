@@ -1,55 +1,97 @@
-"""What starting costs: the import, and a second run of the demo with its kernels cached."""
+"""What starting costs: the first run on a machine, and one whose kernels are cached."""
 
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
 from time import perf_counter
 
+from benchmarks.sizes import Sizes
+from benchmarks.table import Row, not_measured
+
 ROOT = Path(__file__).resolve().parents[1]
 DEMO = ROOT / "examples" / "01_headform.toml"
 PART = ROOT / "examples" / "generated" / "headform.step"
-RUNS = 7
+FIRST = Row("first run of the demo, empty cache", "s", 45.0, None)
+COMPILE = Row("of it, compiling", "s", 30.0, None)
+EXTRA = Row("specialisations beyond one a kernel", "", 0.0, None)
+SECOND = Row("second start of the demo, to its first step", "s", 4.0, None)
+INFO = Row("contiga info of its part, 18 faces", "s", 1.5, None)
+RUNS = 5
+TO_FIRST_STEP = """
+import os, sys
+from pathlib import Path
+
+from contiga.cli.options import load
+
+loaded = load(Path(sys.argv[1]), None)
+from contiga.case.build import build
+
+build(loaded).run(sys.argv[2], on_step=lambda _: os._exit(0))
+"""
+"""What ``contiga run`` does until then, and no more."""
 
 
-def _seconds(*command: str) -> float:
-    start = perf_counter()
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    return perf_counter() - start
-
-
-def import_cost() -> float:
-    """Seconds `import contiga` takes more than `import numpy, numba`: median of pairs in turn."""
-    base = [sys.executable, "-c", "import numpy, numba"]
-    ours = [sys.executable, "-c", "import numpy, numba, contiga"]
-    _seconds(*ours)
-    return median(_seconds(*ours) - _seconds(*base) for _ in range(RUNS))
-
-
-def demo() -> tuple[float, float, float]:
-    """Seconds of the first and second start of the demo, and what the second lost to compiling."""
-    with tempfile.TemporaryDirectory() as folder:
-        times = []
-        for k in range(2):
-            out = Path(folder) / f"run{k}"
-            command = [sys.executable, "-m", "contiga", "run", str(DEMO), "-o", str(out)]
-            times.append(_seconds(*command, "--quiet"))
-        summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    return times[0], times[1], float(summary["timings"]["compile"])
-
-
-def run() -> list[str]:
-    """The lines of the table."""
-    lines = [f"import contiga: {import_cost():+.3f} s on top of numpy and numba"]
-    if not PART.is_file():
-        return [*lines, "contiga run on the demo: make demo generates its part first"]
-    first, second, compiling = demo()
-    lines.append(
-        f"contiga run on the demo: {first:.1f} s, then {second:.1f} s "
-        f"({compiling:.2f} s of it compiling)"
+def _seconds(*arguments: str, cache: str | None = None) -> tuple[float, float]:
+    """Of a command of Python's from its start to its end: by the clock, and of processors."""
+    environment = dict(os.environ) | ({} if cache is None else {"NUMBA_CACHE_DIR": cache})
+    start, before = perf_counter(), os.times()
+    subprocess.run(
+        [sys.executable, *arguments],
+        check=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env=environment,
     )
-    return lines
+    after = os.times()
+    spent = after.children_user + after.children_system
+    return perf_counter() - start, spent - before.children_user - before.children_system
+
+
+def first(_: Sizes) -> Iterator[Row]:
+    """The demo with an empty cache: total, share of compiling, and what the cache holds then."""
+    if not PART.is_file():
+        yield from (not_measured(row, _NO_PART) for row in (FIRST, COMPILE, EXTRA))
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        cache, out = str(Path(folder) / "cache"), Path(folder) / "out"
+        total, spent = _seconds(
+            *("-m", "contiga", "run", str(DEMO), "-o", str(out), "--quiet"), cache=cache
+        )
+        summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+        kernels = len(list(Path(cache).rglob("*.nbi")))
+        kept = len(list(Path(cache).rglob("*.nbc")))
+    timings = {key: round(value, 2) for key, value in summary["timings"].items()}
+    note = f"{spent:.0f} s of processor time"
+    yield FIRST._replace(value=total, note=note, detail={"timings": timings})
+    yield COMPILE._replace(value=float(summary["timings"]["compile"]))
+    yield EXTRA._replace(value=float(kept - kernels), note=f"{kernels} kernels")
+
+
+def second(_: Sizes) -> Iterator[Row]:
+    """A run that ends with its first step, and what a file holds."""
+    if not PART.is_file():
+        yield from (not_measured(row, _NO_PART) for row in (SECOND, INFO))
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        run = ("-c", TO_FIRST_STEP, str(DEMO), folder)
+        info = ("-m", "contiga", "info", str(PART))
+        for row, command in ((SECOND, run), (INFO, info)):
+            _seconds(*command)  # whatever is not cached yet
+            found = [_seconds(*command) for _ in range(RUNS)]
+            times, spent = sorted(t for t, _ in found), median(c for _, c in found)
+            note = (
+                f"median of {RUNS}, from {times[0]:.2f} to {times[-1]:.2f} s; "
+                f"{spent:.2f} s of processor time"
+            )
+            detail = {"seconds": times, "processor": spent}
+            yield row._replace(value=median(times), note=note, detail=detail)
+
+
+_NO_PART = "make demo generates its part first"

@@ -1,11 +1,16 @@
-"""Medians of repeated calls."""
+"""Medians of repeated calls, one after the other or in turns, and on so many threads."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from statistics import median
 from time import perf_counter
 from typing import Any
+
+import numba
+
+from contiga.num import threads
 
 
 def median_seconds(work: Callable[[Any], Any], inputs: Iterable[Any], warm: int = 1) -> float:
@@ -17,3 +22,35 @@ def median_seconds(work: Callable[[Any], Any], inputs: Iterable[Any], warm: int 
         if k >= warm:
             times.append(perf_counter() - start)
     return median(times)
+
+
+def in_turns(
+    works: Mapping[str, Callable[[int], Any]],
+    rounds: int,
+    clock: Callable[[], float] = perf_counter,
+) -> dict[str, float]:
+    """Median seconds of each work, called with 1, 2, … `rounds`; the first round is left out.
+
+    They take turns: what else the machine does falls on all of them alike. With `process_time` for
+    a clock it does not count at all, nor do waits.
+    """
+    times: dict[str, list[float]] = {name: [] for name in works}
+    for k in range(1, rounds + 1):
+        for name, work in works.items():
+            start = clock()
+            work(k)
+            times[name].append(clock() - start)
+    return {name: median(found[1:] or found) for name, found in times.items()}
+
+
+@contextmanager
+def on_threads(count: int) -> Iterator[None]:
+    """What runs inside is run on `count` threads."""
+    before = numba.config.NUMBA_NUM_THREADS
+    threads._pool.cache_clear()
+    numba.config.NUMBA_NUM_THREADS = count
+    try:
+        yield
+    finally:
+        numba.config.NUMBA_NUM_THREADS = before
+        threads._pool.cache_clear()

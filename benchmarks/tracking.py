@@ -1,152 +1,149 @@
-"""Tracked projection of a million moving points beside splinepy and FCPW, on the same surface."""
+"""Feet of a million moving points beside splinepy and FCPW, on the same surface.
+
+The points are shuffled: neighbours in memory are none in space. Records written are timed along.
+"""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from time import process_time
+from typing import Any
 
 import numpy as np
 
 import contiga as cg
-from benchmarks.scene import path, points, surface
-from benchmarks.timing import median_seconds
+from benchmarks import operations
+from benchmarks.rivals import fcpw_feet, for_fcpw, grid_mesh, missing, splinepy_feet
+from benchmarks.scene import STEP, Tracker, moved, points, surface, with_feet
+from benchmarks.sizes import Sizes
+from benchmarks.table import Row, not_measured
+from benchmarks.timing import in_turns, on_threads
 from contiga.num.threads import thread_count
 
-POINTS = 1_000_000
-STEPS = 6
-SPLINEPY_POINTS = 50_000
-TRIANGLES_A_SIDE = 200  # 2 · 200² = 80,000 triangles
+BESIDE_SPLINEPY = Row("tracked, shuffled, beside splinepy", "×", 250.0, None, at_least=True)
+BESIDE_FCPW = Row("tracked, shuffled, beside FCPW", "×", 12.0, None, at_least=True)
+COLD = Row("cold, near, shuffled: share of FCPW's time", "×", 0.5, None)
+SWEPT = Row("swept points that miss, each", "ns", 150.0, None)
+THREADS = Row("2 threads, tracked, over 1", "×", 1.8, None, at_least=True)
 
 
-class Row(NamedTuple):
-    """One line of the table."""
+def rows(size: Sizes) -> Iterator[Row]:
+    """Tracked feet beside both rivals."""
+    patch = surface()
+    start, feet = with_feet(patch, size.points, "shuffled")
+    tracker = Tracker(cg.Body(patch), start, feet)
+    works: dict[str, Any] = {"contiga": lambda k: tracker(moved(start, k))}
+    lacks = {name: missing(name) for name in ("splinepy", "fcpw")}
+    if lacks["fcpw"] is None:
+        query = fcpw_feet(grid_mesh(patch, size.triangles_a_side), size.points)
+        works["fcpw"] = lambda k: query(for_fcpw(moved(start, k)))
+    if lacks["splinepy"] is None:
+        few, other = start[: size.rival_points], splinepy_feet(patch)
+        works["splinepy"] = lambda k: other(moved(few, k))
+    seconds = in_turns(works, min(size.rounds, 5))
+    with on_threads(1):
+        alone = in_turns({"contiga": works["contiga"]}, min(size.rounds, 5), process_time)
+    counts = {"contiga": size.points, "fcpw": size.points, "splinepy": size.rival_points}
+    each = {name: 1e9 * t / counts[name] for name, t in seconds.items()}
+    proved = float(tracker.feet.certified.mean())
+    last = moved(start, min(size.rounds, 5))
+    detail = {
+        "nanoseconds": each,
+        "processor": 1e9 * alone["contiga"] / size.points,
+        "worst_miss": worst_miss(patch, tracker.feet, last),
+        "certified": proved,
+        "points": size.points,
+        "cost": cost(patch, last, tracker.feet),
+    }
+    for row, name in ((BESIDE_SPLINEPY, "splinepy"), (BESIDE_FCPW, "fcpw")):
+        if lacks[name] is not None:
+            yield not_measured(row, lacks[name])
+            continue
+        note = f"{each[name]:,.0f} ns beside {each['contiga']:.0f} ns, {100 * proved:.4g} % proved"
+        yield row._replace(value=each[name] / each["contiga"], note=note, detail=detail)
 
-    name: str
-    nanoseconds: float
-    error: float
-    """Largest error of the distance where contiga's own check gives one, else NaN."""
+
+def cost(patch: cg.NurbsSurface, p: np.ndarray, feet: cg.Projection) -> dict[str, float]:
+    """Operations and bytes of a step of a tracked point, counted; of points that go on from `p`."""
+    few = np.flatnonzero(feet.feature == cg.Feature.FACE)[:3200]
+    rounds = operations.rounds(patch, moved(p[few], 1), feet.uv[few])
+    counts = operations.counted()
+    done = rounds * counts["round"] + counts["record"] + counts["proof"]
+    moved_bytes = sum(operations.READ.values()) + sum(operations.WRITTEN.values())
+    return {"rounds": rounds, "operations": done, "bytes": moved_bytes} | counts
 
 
-class Tracker:
-    """Continues a projection over the steps it is given."""
-
-    def __init__(self, body: cg.Body, start: np.ndarray) -> None:
-        self.body = body
-        self.feet = body.project(start)
-
-    def __call__(self, p: np.ndarray) -> None:
-        self.feet = self.body.project(p, start=self.feet, mode="track")
-
-
-def contiga_tracked(patch: cg.NurbsSurface, order: str) -> Row:
-    """Nanoseconds a point of `Body.project(mode="track")`, records written included."""
-    start = points(patch, POINTS, order)
-    tracker = Tracker(cg.Body(patch), start)
-    seconds = median_seconds(tracker, path(start, STEPS))
-    last = list(path(start, STEPS))[-1]
-    return Row(f"contiga track, {order}", 1e9 * seconds / POINTS, _worst(patch, tracker.feet, last))
-
-
-def _worst(patch: cg.NurbsSurface, feet: cg.Projection, p: np.ndarray) -> float:
+def worst_miss(patch: cg.NurbsSurface, feet: cg.Projection, p: np.ndarray) -> float:
     """Largest tangential miss |S_u·(S − P)|/|S_u| of feet inside the patch, on a sample."""
-    rows = np.flatnonzero(feet.feature == cg.Feature.FACE)[::97]
-    d = patch.derivatives(feet.uv[rows], 1)
-    r = d[:, 0, 0] - p[rows]
+    of_faces = np.flatnonzero(feet.feature == cg.Feature.FACE)[::97]
+    d = patch.derivatives(feet.uv[of_faces], 1)
+    r = d[:, 0, 0] - p[of_faces]
     misses = [
         np.abs((r * d[:, a, b]).sum(1)) / np.linalg.norm(d[:, a, b], axis=1)
         for a, b in ((1, 0), (0, 1))
     ]
-    return float(np.max(misses))
+    return float(np.max(misses, initial=0.0))
 
 
-def contiga_global(patch: cg.NurbsSurface) -> Row:
-    """Cold closest points of the same cloud, a tenth of it."""
-    p = points(patch, POINTS // 10, "shuffled")
+def cold(size: Sizes) -> Iterator[Row]:
+    """Closest points of the whole body, of points of which nothing is known."""
+    patch, n = surface(), size.cold_points
+    start, body = points(patch, n, "shuffled"), cg.Body(patch)
+    lack = missing("fcpw")
+    if lack is not None:
+        yield not_measured(COLD, lack)
+        return
+    query = fcpw_feet(grid_mesh(patch, size.triangles_a_side), n)
+    works = {
+        "contiga": lambda k: body.project(moved(start, k)),
+        "fcpw": lambda k: query(for_fcpw(moved(start, k))),
+    }
+    each = {name: 1e9 * t / n for name, t in in_turns(works, min(size.rounds, 4)).items()}
+    note = f"{each['contiga']:,.0f} ns beside {each['fcpw']:,.0f} ns"
+    detail = {"nanoseconds": each, "points": n}
+    yield COLD._replace(value=each["contiga"] / each["fcpw"], note=note, detail=detail)
+
+
+def swept(size: Sizes) -> Iterator[Row]:
+    """Ways of points that pass over the surface, as near as a step is long, and do not enter."""
+    patch = surface()
     body = cg.Body(patch)
-    seconds = median_seconds(body.project, path(p, 3))
-    return Row("contiga global (cold), shuffled", 1e9 * seconds / len(p), float("nan"))
+    _, feet = with_feet(patch, size.points, "shuffled")
+    rng = np.random.default_rng(4)
+    gap = (0.2 + rng.random(size.points)) * STEP * 10
+    start = feet.point + gap[:, None] * feet.normal
+    side = np.cross(feet.normal, rng.standard_normal(3))
+    side *= STEP / np.linalg.norm(side, axis=1)[:, None]
+    entered = 0
+
+    def work(k: int) -> None:
+        nonlocal entered
+        hit = body.first_hit(start + (k - 1) * side, start + k * side)
+        entered = int(np.isfinite(hit.fraction).sum())
+
+    with on_threads(1):
+        seconds = in_turns({"swept": work}, min(size.rounds, 5), process_time)
+    value = 1e9 * seconds["swept"] / size.points
+    note = f"{STEP:g} long, {2 * STEP:g} to {12 * STEP:g} away; processor time of one thread"
+    assert entered == 0
+    yield SWEPT._replace(value=value, note=note, detail={"points": size.points})
 
 
-def splinepy_proximities(patch: cg.NurbsSurface) -> Row:
-    """splinepy's point inversion on all threads, its k-d tree planted once."""
-    import splinepy
-
-    net = patch.control_points.transpose(1, 0, 2).reshape(-1, 3)  # its first parameter runs first
-    other = splinepy.NURBS(
-        degrees=list(patch.degrees),
-        knot_vectors=[list(k) for k in patch.knots],
-        control_points=net,
-        weights=patch.weights.T.reshape(-1, 1),
-    )
-    start = points(patch, SPLINEPY_POINTS, "sorted")
-    other.proximities(start[:1], initial_guess_sample_resolutions=[48, 48], nthreads=1)
-
-    def work(p: np.ndarray) -> Any:
-        return other.proximities(
-            p,
-            initial_guess_sample_resolutions=[-1, -1],
-            tolerance=1e-10,
-            nthreads=thread_count(),
-            return_verbose=True,
-        )
-
-    seconds = median_seconds(work, path(start, 3))
-    return Row("splinepy proximities", 1e9 * seconds / len(start), float("nan"))
-
-
-def fcpw_closest(patch: cg.NurbsSurface, order: str) -> Row:
-    """FCPW's vectorised closest points on a mesh of 80,000 triangles of the surface."""
-    import fcpw
-
-    x = np.linspace(0.0, 1.0, TRIANGLES_A_SIDE + 1)
-    uv = np.stack(np.meshgrid(x, x, indexing="ij"), axis=-1).reshape(-1, 2)
-    vertices = patch.evaluate(uv)
-    index = np.arange(len(uv)).reshape(len(x), len(x))
-    a, b, c, d = index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]
-    triangles = np.concatenate(
-        [np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))]
-    )
-    scene = fcpw.scene_3D()
-    scene.set_object_count(1)
-    scene.set_object_vertices(np.asfortranarray(vertices, dtype=np.float32), 0)
-    scene.set_object_triangles(np.asfortranarray(triangles, dtype=np.int32), 0)
-    scene.build(fcpw.aggregate_type.bvh_surface_area, True)
-    start = points(patch, POINTS, order)
-    radii = np.full(len(start), np.inf, dtype=np.float32)
-    found = fcpw.interaction_3D_list()
-
-    def work(p: np.ndarray) -> None:
-        scene.find_closest_points(p, radii, found)
-
-    moving = (np.asfortranarray(p, dtype=np.float32) for p in path(start, 4))
-    seconds = median_seconds(work, moving)
-    return Row(f"FCPW, 80,000 triangles, {order}", 1e9 * seconds / len(start), float("nan"))
-
-
-def state_bytes(n: int = 10_000) -> float:
-    """Bytes of state a slave point."""
+def threads(size: Sizes) -> Iterator[Row]:
+    """The same steps on one thread and on two, in turns."""
+    if thread_count() < 2:
+        yield not_measured(THREADS, "this process has one thread")
+        return
     patch = surface()
-    cloud = points(patch, n, "sorted")
-    slave = cg.Slave(cloud, area=np.full(n, 1.0 / n))
-    state = cg.Contact(cg.Body(patch), slave, law=cg.PenaltyLaw(1.0)).start(cloud)
-    arrays = [v for v in vars(state).values() if isinstance(v, np.ndarray) and v.shape[:1] == (n,)]
-    return sum(v.nbytes for v in arrays) / n
+    start, feet = with_feet(patch, size.points, "shuffled")
+    tracker = Tracker(cg.Body(patch), start, feet)
 
+    def work(count: int, k: int) -> None:
+        with on_threads(count):
+            tracker(moved(start, k))
 
-def run() -> list[str]:
-    """The lines of the table, ratios last."""
-    patch = surface()
-    ours = {order: contiga_tracked(patch, order) for order in ("sorted", "shuffled")}
-    cold = contiga_global(patch)
-    rival = splinepy_proximities(patch)
-    mesh = {order: fcpw_closest(patch, order) for order in ("sorted", "shuffled")}
-    lines = [f"{'':34}{'ns a point':>12}{'worst miss':>14}"]
-    for row in (*ours.values(), cold, rival, *mesh.values()):
-        miss = "" if np.isnan(row.error) else f"{row.error:.1e}"
-        lines.append(f"{row.name:34}{row.nanoseconds:12.0f}{miss:>14}")
-    for order, row in ours.items():
-        lines.append(
-            f"track, {order}: {rival.nanoseconds / row.nanoseconds:.0f} × splinepy, "
-            f"{mesh[order].nanoseconds / row.nanoseconds:.1f} × FCPW"
-        )
-    lines.append(f"state: {state_bytes():.0f} bytes a slave point")
-    return lines
+    works = {str(n): (lambda k, n=n: work(n, k)) for n in range(1, thread_count() + 1)}
+    seconds = in_turns(works, size.rounds)
+    detail = {"nanoseconds": {n: 1e9 * t / size.points for n, t in seconds.items()}}
+    note = f"{detail['nanoseconds']['1']:.0f} ns and {detail['nanoseconds']['2']:.0f} ns a point"
+    yield THREADS._replace(value=seconds["1"] / seconds["2"], note=note, detail=detail)

@@ -19,6 +19,7 @@ from contiga.case.contact_spec import (
     FacetAreaSpec,
     HullAreaSpec,
 )
+from contiga.case.geometry_spec import FileGeometry
 from contiga.case.motion_spec import AttachedSpec, FreeSpec, RigidMotionSpec, SeriesSpec
 from contiga.case.part_cache import PartCache
 from contiga.case.points_spec import BodyPoints
@@ -28,6 +29,7 @@ from contiga.case.schema import BodySpec, Case, SlaveSpec
 from contiga.case.standing import order_of
 from contiga.case.toml import resolved_toml
 from contiga.contact.contact import Contact
+from contiga.contact.preloaded import preload_search
 from contiga.dynamics.free import Attached, Free
 from contiga.dynamics.prescribed import BodyMotion, Moved, SlaveMotion
 from contiga.dynamics.pulses import check_covers
@@ -165,6 +167,8 @@ def _parts(case: Case, cache: PartCache) -> dict[str, Master | Slave]:
     """Bodies and slaves where they stand before any motion, by name."""
     keys = {spec.name: f"body[{i}].geometry" for i, spec in enumerate(case.body)}
     keys |= {spec.name: f"slave[{i}].points" for i, spec in enumerate(case.slave)}
+    if any(isinstance(spec.geometry, FileGeometry) for spec in case.body):
+        preload_search()  # CAD's reader is being loaded, too
     parts: dict[str, Master | Slave] = {}
     for name in order_of(case.parts):
         spec = case.parts[name]

@@ -178,7 +178,8 @@ class FileGeometry(_Geometry):
 
     def raw(self, name: str, unit: str) -> Body:
         """The faces of the file."""
-        from contiga.io.cad.read_cad import SUFFIXES, read_cad
+        from contiga.io.cad.formats import SUFFIXES
+        from contiga.io.cad.read_cad import read_cad
 
         if Path(self.file).suffix.lower() not in SUFFIXES:
             raise CaseError(
@@ -212,7 +213,7 @@ class MeshGeometry(_Geometry):
 
     def body(self, name: str, unit: str) -> TriMesh:
         """The triangles, placed and oriented, lengths in `unit`."""
-        from contiga.io.cad.read_cad import SUFFIXES
+        from contiga.io.cad.formats import SUFFIXES
         from contiga.io.mesh.read_master import read_master
 
         if Path(self.mesh).suffix.lower() in SUFFIXES:

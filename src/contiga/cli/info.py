@@ -23,7 +23,7 @@ def rows_of(file: Path, *, faces: bool = False) -> Iterator[Row]:
     InputError
         The file cannot be read; `faces` of a mesh are asked for.
     """
-    from contiga.io.cad.read_cad import SUFFIXES
+    from contiga.io.cad.formats import SUFFIXES
 
     if file.suffix.lower() in SUFFIXES:
         yield from _cad(file, faces)
@@ -50,10 +50,14 @@ def _mesh(file: Path) -> Iterator[Row]:
 
 
 def _cad(file: Path, faces: bool) -> Iterator[Row]:
+    from contiga.io.cad.formats import expect_cad
+
+    expect_cad(file.name)
     from contiga.io.cad.cad_parts import read_cad_file
-    from contiga.masters.body_summary import body_summary
 
     found = read_cad_file(file)
+    from contiga.masters.body_summary import body_summary  # which is loaded meanwhile
+
     yield from _summary(body_summary(found.body))
     yield from found.body.condition_rows()
     for part in found.parts:

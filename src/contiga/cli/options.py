@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -25,7 +26,16 @@ Settings = Annotated[
 
 def load(case: Path, settings: list[str] | None) -> Case:
     """The case of a file, with the settings of the command line over it."""
+    _expect_cad(case)
     from contiga.case.schema import load_case
     from contiga.case.settings import parse_settings
 
     return load_case(case, set=parse_settings(settings or ()))
+
+
+def _expect_cad(case: Path) -> None:
+    """Have what reads CAD loaded beside what reads cases, if the case may need it."""
+    from contiga.io.cad.formats import expect_cad
+
+    with contextlib.suppress(OSError, UnicodeDecodeError):  # `load_case` says what is wrong
+        expect_cad(case.read_text(encoding="utf-8"))

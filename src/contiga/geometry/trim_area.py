@@ -9,7 +9,8 @@ results agree. The divergence theorem makes a volume integral one over the faces
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -17,7 +18,10 @@ from contiga.geometry.bezier import extract
 from contiga.geometry.kernels.trim_area_nb import add_loop, add_rectangle
 from contiga.geometry.kernels.trim_nb import TrimTables
 from contiga.geometry.quadrature import gauss, surface_area
+from contiga.num.threads import map_threads
 from contiga.records import FloatArray
+
+T = TypeVar("T")
 
 if TYPE_CHECKING:
     from contiga.geometry.faces import Faces
@@ -50,34 +54,44 @@ def body_moments(body: Faces, origin: FloatArray, rtol: float = 1e-9) -> FloatAr
     ∫ f dV of f = 1, x, y, z, xx, yy, zz, xy, yz, xz; to about `rtol` in the scale of the body.
     """
     total = np.zeros(MOMENTS)
-    for k in range(len(body.patches)):
-        total += _flux(body, k, origin, MOMENTS, rtol)
+    for flux in _fluxes(body, origin, MOMENTS, rtol):
+        total += flux
     return total / (_DEGREE + 3.0)
 
 
 def patch_areas(body: Faces, rtol: float = 1e-9) -> FloatArray:
     """(m,) area of every patch of `body`, trims obeyed."""
-    areas = np.empty(len(body.patches))
-    for k, (patch, loops) in enumerate(zip(body.patches, body.trims, strict=True)):
-        if loops is None:
-            areas[k] = surface_area(patch, max(rtol, 1e-13))
-        else:
-            middle = patch.bounds().mean(axis=0)
-            areas[k] = _integral(body, k, middle, AREA, (np.zeros(1), rtol))[0]
-    return areas
+
+    def area(k: int) -> float:
+        patch = body.patches[k]
+        if body.trims[k] is None:
+            return surface_area(patch, max(rtol, 1e-13))
+        return float(_integral(body, k, patch.bounds().mean(axis=0), AREA, (np.zeros(1), rtol))[0])
+
+    return np.array(_of_patches(body, area))
 
 
 def patch_volumes(body: Faces, origin: FloatArray, rtol: float = 1e-9) -> FloatArray:
     """(m,) signed volume of the cone from `origin` over every patch, trims obeyed."""
-    return np.array([_flux(body, k, origin, 1, rtol)[0] / 3.0 for k in range(len(body.patches))])
+    return np.array(_fluxes(body, origin, 1, rtol))[:, 0] / 3.0
 
 
-def _flux(body: Faces, k: int, origin: FloatArray, count: int, rtol: float) -> FloatArray:
-    """The first `count` of ∮ f (S · n) dA over patch `k`, S from `origin`."""
-    low, high = body.patches[k].bounds()
+def _fluxes(body: Faces, origin: FloatArray, count: int, rtol: float) -> list[FloatArray]:
+    """The first `count` of ∮ f (S · n) dA over every patch, S from `origin`."""
     reach = np.abs(body.bounds() - origin).max()
-    floor = rtol * float(np.linalg.norm(high - low)) ** 3 * reach ** _DEGREE[:count]
-    return _integral(body, k, origin, FLUX, (floor, rtol))
+
+    def flux(k: int) -> FloatArray:
+        low, high = body.patches[k].bounds()
+        floor = rtol * float(np.linalg.norm(high - low)) ** 3 * reach ** _DEGREE[:count]
+        return _integral(body, k, origin, FLUX, (floor, rtol))
+
+    return _of_patches(body, flux)
+
+
+def _of_patches(body: Faces, value: Callable[[int], T]) -> list[T]:
+    """`value` of every patch by its number, on the threads."""
+    _ = body.trim_tables  # made once, before the threads ask for them
+    return map_threads(value, range(len(body.patches)))
 
 
 def _integral(

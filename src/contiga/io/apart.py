@@ -105,8 +105,7 @@ class _Child:
         _GoneError
             It ended before it had loaded the reader.
         """
-        content = pickle.dumps(request)
-        self._write(child_process.HEADER.pack(b"q", len(content)) + content)
+        self._send(child_process.ASK, pickle.dumps(request))
         getattr(import_module(needs), "warm_up", lambda: None)()  # while the child is at work
         with self._ended_after(_LOAD_SECONDS):
             kind, content = self._frame()
@@ -127,6 +126,10 @@ class _Child:
         status, peak = pickle.loads(content)
         return _lost(_ended(request, limits, os.waitstatus_to_exitcode(status), peak))
 
+    def load(self, target: str) -> None:
+        """Have the child load a reader, without waiting for it."""
+        self._send(child_process.LOAD, target.encode())
+
     def end(self) -> None:
         """End the child and what it has forked, at once."""
         with contextlib.suppress(OSError):
@@ -142,6 +145,9 @@ class _Child:
     def forget(self) -> None:
         """Let go of a child that belongs to the process this one was forked from."""
         self.process.returncode = 0
+
+    def _send(self, kind: bytes, content: bytes) -> None:
+        self._write(child_process.HEADER.pack(kind, len(content)) + content)
 
     def _write(self, data: bytes) -> None:
         assert self.process.stdin is not None
@@ -192,8 +198,22 @@ class _Idle:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._children: list[_Child] = []
+        self._coming: threading.Thread | None = None
         self._owner = os.getpid()
         self._cannot_start = False
+
+    def prepare(self, target: str) -> None:
+        """Have a child load a reader from now on; nothing where one is at hand or coming."""
+        if self._coming is None and not self._children:
+            self._coming = threading.Thread(target=self._start, args=(target,), daemon=True)
+            self._coming.start()
+
+    def _start(self, target: str) -> None:
+        child = self._new()
+        if child is not None:
+            with contextlib.suppress(_GoneError):
+                child.load(target)
+            self.put(child)
 
     def take(self) -> _Child | None:
         """A child at hand or a new one; None where none can be started."""
@@ -201,9 +221,19 @@ class _Idle:
             if self._owner != os.getpid():  # they belong to the process this was forked from
                 for child in self._children:
                     child.forget()
-                self._children, self._owner = [], os.getpid()
+                self._children, self._coming, self._owner = [], None, os.getpid()
+        self._wait()
+        with self._lock:
             if self._children:
                 return self._children.pop()
+        return self._new()
+
+    def _wait(self) -> None:
+        """Until the child that is coming is there, which takes as long as Python's start."""
+        if self._coming is not None:
+            self._coming.join()
+
+    def _new(self) -> _Child | None:
         if self._cannot_start or not _is_python():
             return None
         try:
@@ -223,6 +253,8 @@ class _Idle:
 
     def end(self) -> None:
         """End all."""
+        if self._owner == os.getpid():
+            self._wait()
         with self._lock:
             children, self._children = self._children, []
         if self._owner == os.getpid():
@@ -232,6 +264,18 @@ class _Idle:
 
 _idle = _Idle()
 atexit.register(_idle.end)
+
+
+def prepare(target: str) -> None:
+    """Have a process load a reader, beside what this one does until a file is to be read.
+
+    Returns at once. What goes wrong with it is told when a file is read.
+
+    Parameters
+    ----------
+    target : as for `read_apart`
+    """
+    _idle.prepare(target)
 
 
 def read_apart(target: str, path: Path, *args: object, needs: str = "numpy") -> Any:

@@ -16,13 +16,16 @@ import traceback
 import warnings
 from collections.abc import Callable
 from importlib import import_module
+from io import RawIOBase
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, NamedTuple
 
 from contiga.errors import ContigaError, ContigaWarning
 
 HELLO, READY, RESULT, ENDED = b"h", b"y", b"r", b"e"
 """Frames: started; the reader is loaded; an `Outcome`; the fork's status and peak memory."""
+ASK, LOAD = b"q", b"l"
+"""Frames of the one who asks: a `Request`; the name of a reader to load, which has no answer."""
 HEADER = struct.Struct("<cQ")
 IDLE_SECONDS = 60.0
 IDLE_CODE = 75
@@ -82,17 +85,23 @@ def _function(target: str) -> Callable[..., Any]:
 
 def serve(idle: float = IDLE_SECONDS) -> None:
     """Read files until nobody asks any more."""
-    requests = os.fdopen(os.dup(0), "rb")
+    requests = os.fdopen(os.dup(0), "rb", buffering=0)  # what is buffered is not waited for
     replies = os.dup(1)
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):  # native libraries print as they please
         os.dup2(nowhere, stream)
     write_frame(replies, HELLO, b"")
     while _somebody_asks(requests, idle):
-        frame = requests.read(HEADER.size)
+        frame = _all_of(requests, HEADER.size)
         if len(frame) < HEADER.size:
             return
-        request: Request = pickle.loads(requests.read(HEADER.unpack(frame)[1]))
+        kind, size = HEADER.unpack(frame)
+        content = _all_of(requests, size)
+        if kind == LOAD:
+            with contextlib.suppress(Exception):  # told when a file is to be read
+                _load(content.decode())
+            continue
+        request: Request = pickle.loads(content)
         sys.path[:] = request.modules
         with contextlib.suppress(OSError):
             os.chdir(request.folder)
@@ -111,7 +120,15 @@ def can_fork() -> bool:
     return hasattr(os, "fork") and sys.platform != "darwin"
 
 
-def _somebody_asks(requests: BinaryIO, idle: float) -> bool:
+def _all_of(stream: RawIOBase, size: int) -> bytes:
+    """So many bytes, or those before the end of the stream."""
+    content = b""
+    while len(content) < size and (piece := stream.read(size - len(content))):
+        content += piece
+    return content
+
+
+def _somebody_asks(requests: RawIOBase, idle: float) -> bool:
     """Wait for a request; a process that is not needed for long gives its memory back."""
     if os.name != "posix":
         return True
@@ -125,14 +142,18 @@ def _somebody_asks(requests: BinaryIO, idle: float) -> bool:
 def _loaded(request: Request, replies: int) -> bool:
     """Import the reader, and have its module load what it needs, before the time counts."""
     try:
-        module = import_module(request.target.partition(":")[0])
-        getattr(module, "warm_up", lambda: None)()
+        _load(request.target)
     except Exception as error:
         if not isinstance(error, ImportError):
             error = ImportError(f"{type(error).__name__}: {error}")
         write_frame(replies, RESULT, pickle.dumps(Outcome("error", error, [])))
         return False
     return True
+
+
+def _load(target: str) -> None:
+    module = import_module(target.partition(":")[0])
+    getattr(module, "warm_up", lambda: None)()
 
 
 def _read_in_fork(request: Request, replies: int) -> None:

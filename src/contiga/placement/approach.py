@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from scipy.optimize import brentq
-
 from contiga.errors import InputError
 from contiga.placement.pair import Pair
 
@@ -81,6 +79,7 @@ def _back(pair: Pair, gap: float, span: tuple[float, float]) -> float | None:
 
 def _between(pair: Pair, gap: float, span: tuple[float, float]) -> float:
     """The place between a free one and one that is not at which the least gap is `gap`."""
+    from scipy.optimize import brentq  # which few cases need takes longer to load than numba
 
     def free(shift: float) -> float:
         return pair.least(shift) - gap

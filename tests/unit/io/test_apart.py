@@ -250,6 +250,32 @@ def test_bounds_that_are_none_are_named(path, monkeypatch, name, text):
         read("plain", path)
 
 
+@pytest.fixture
+def no_child(monkeypatch):
+    """As in a process that has read nothing yet."""
+    idle = apart._Idle()
+    monkeypatch.setattr(apart, "_idle", idle)
+    yield idle
+    idle.end()
+
+
+@posix
+def test_a_reader_loaded_ahead_reads_the_next_file(path, no_child):
+    apart.prepare("some_readers:plain")
+    apart.prepare("some_readers:plain")  # one is enough
+    assert read("plain", path, 5) == (b"content", (5,))
+    assert read("plain", path, 6)[1] == (6,)
+    assert len(no_child._children) == 1
+
+
+@posix
+def test_a_reader_that_cannot_be_loaded_ahead_is_told_of_when_a_file_is_read(path, no_child):
+    apart.prepare("a_module_nobody_has:read")
+    assert read("plain", path)
+    with pytest.raises(ImportError, match="a_module_nobody_has"):
+        read_apart("a_module_nobody_has:read", path)
+
+
 SCRIPT = """
 import sys, contiga
 print(contiga.read_mesh(sys.argv[1]), "OCP" in sys.modules, "meshio" in sys.modules)

@@ -46,31 +46,34 @@ def add_moments(A, A_u, A_v, weight, out):
 
 
 @inner()
-def add_element(coefs, box, rule, factor, out):
-    """Add `factor` ∫ … ds over ``s`` in box[0]…box[1] at ``t`` = box[2], local to one element."""
-    p, q = coefs.shape[0] - 1, coefs.shape[1] - 1
-    nodes, weights, _, kind = rule
-    B, dB = np.empty(p + 1), np.empty(p + 1)
-    C, dC = np.empty(q + 1), np.empty(q + 1)
-    bernstein(q, box[2], C, dC)
-    row = np.zeros((p + 1, 4))
-    row_t = np.zeros((p + 1, 4))
-    for i in range(p + 1):
-        for j in range(q + 1):
-            for d in range(4):
-                row[i, d] += C[j] * coefs[i, j, d]
-                row_t[i, d] += dC[j] * coefs[i, j, d]
-    A, A_s, A_t = np.empty(4), np.empty(4), np.empty(4)
-    width = box[1] - box[0]
-    for k in range(nodes.size):
-        bernstein(p, box[0] + width * nodes[k], B, dB)
-        for d in range(4):
-            A[d] = A_s[d] = A_t[d] = 0.0
-            for i in range(p + 1):
-                A[d] += B[i] * row[i, d]
-                A_s[d] += dB[i] * row[i, d]
-                A_t[d] += B[i] * row_t[i, d]
-        weight = factor * width * weights[k]
+def _combined(shares, points):
+    """Σ shares[i] points[i] of homogeneous points (n, 4)."""
+    x = y = z = w = 0.0
+    for i in range(shares.size):
+        x += shares[i] * points[i, 0]
+        y += shares[i] * points[i, 1]
+        z += shares[i] * points[i, 2]
+        w += shares[i] * points[i, 3]
+    return x, y, z, w
+
+
+@inner()
+def _add_element(coefs, along, across, rule, factor, out):
+    """Add `factor` ∫ … ds over one element along a line of constant ``t``.
+
+    `along` are polynomials and slopes in ``s`` at the nodes, `across` those in ``t`` on the line.
+    """
+    B, dB = along
+    C, dC = across
+    _, weights, _, kind = rule
+    row = np.empty((coefs.shape[0], 4))
+    row_t = np.empty((coefs.shape[0], 4))
+    for i in range(coefs.shape[0]):
+        row[i, 0], row[i, 1], row[i, 2], row[i, 3] = _combined(C, coefs[i])
+        row_t[i, 0], row_t[i, 1], row_t[i, 2], row_t[i, 3] = _combined(dC, coefs[i])
+    for k in range(weights.size):
+        A, A_s, A_t = _combined(B[k], row), _combined(dB[k], row), _combined(B[k], row_t)
+        weight = factor * weights[k]
         if kind > 0:
             add_moments(A, A_s, A_t, weight, out)
         else:
@@ -86,12 +89,16 @@ def add_strip(grid, start, place, rule, factor, out):
     does.
     """
     coefs, u_breaks, v_breaks = grid
-    parts = rule[2]
+    nodes, _, parts, _ = rule
+    p, q = coefs.shape[2] - 1, coefs.shape[3] - 1
     u, v = place
     low, high = min(start, u), max(start, u)
     j = min(max(np.searchsorted(v_breaks, v, side="right") - 1, 0), v_breaks.size - 2)
     height = v_breaks[j + 1] - v_breaks[j]
-    t = (v - v_breaks[j]) / height
+    C, dC = np.empty(q + 1), np.empty(q + 1)
+    bernstein(q, (v - v_breaks[j]) / height, C, dC)
+    B, dB = np.empty((nodes.size, p + 1)), np.empty((nodes.size, p + 1))
+    first = last = -1.0  # of the part that B and dB are of: most elements are passed whole
     i = min(max(np.searchsorted(u_breaks, low, side="right") - 1, 0), u_breaks.size - 2)
     # ds = du / width cancels the width in S_s = S_u · width; dt does not.
     signed = factor / height if u >= start else -factor / height
@@ -100,8 +107,12 @@ def add_strip(grid, start, place, rule, factor, out):
         a = max(low - u_breaks[i], 0.0) / width
         b = min(high - u_breaks[i], width) / width
         for k in range(parts):
-            box = (a + (b - a) * k / parts, a + (b - a) * (k + 1) / parts, t)
-            add_element(coefs[i, j], box, rule, signed, out)
+            s, e = a + (b - a) * k / parts, a + (b - a) * (k + 1) / parts
+            if s != first or e != last:
+                first, last = s, e
+                for n in range(nodes.size):
+                    bernstein(p, s + (e - s) * nodes[n], B[n], dB[n])
+            _add_element(coefs[i, j], (B, dB), (C, dC), rule, signed * (e - s), out)
         i += 1
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from contiga.errors import ContigaWarning, FileError
 from contiga.extras import require
 from contiga.io.apart import read_apart
+from contiga.io.cad.formats import PACKAGES, SUFFIXES, reader
 from contiga.io.cad.parts import choice_of
 from contiga.io.naming import PartKeys
 from contiga.io.units import base_factor
@@ -21,12 +22,8 @@ if TYPE_CHECKING:
 
 __all__ = ["SUFFIXES", "body_summary", "read_cad"]
 
-SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
 FARTHEST = 1e100
 """Largest coordinate that is read."""
-_PACKAGES = dict.fromkeys(SUFFIXES[:4], ("OCP",)) | {".3dm": ("OCP", "rhino3dm"), ".xml": ()}
-_READERS = dict.fromkeys(SUFFIXES[:4], "step_iges") | {".3dm": "rhino", ".xml": "gismo"}
-"""Modules beside this one, with functions `read_<module>` and `list_<module>`."""
 
 
 def read_cad(
@@ -85,8 +82,8 @@ def read_cad(
     """
     file = Path(path)
     choice = choice_of(parts, faces)
-    reader = reader_of(file, "read", file_unit, unit)
-    body: Body = read_apart(reader, file, file_unit, unit, choice, needs="contiga.masters.body")
+    target = reader_of(file, "read", file_unit, unit)
+    body: Body = read_apart(target, file, file_unit, unit, choice, needs="contiga.masters.body")
     check_read(body, file)
     return body
 
@@ -101,14 +98,14 @@ def reader_of(file: Path, verb: str, file_unit: str | None, unit: str | None) ->
     FileError, MissingPackageError, UnitError
         As `read_cad`.
     """
-    reader = _reader(file)
+    _check_suffix(file)
     for key, value in (("unit", unit), ("file_unit", file_unit)):
         if value is not None:
             base_factor(value, "length", key)
     _check_readable(file)
     suffix = file.suffix.lower()
-    require(f"reading {suffix} files", *_PACKAGES[suffix])
-    return f"contiga.io.cad.{reader}:{verb}_{reader}"
+    require(f"reading {suffix} files", *PACKAGES[suffix])
+    return reader(suffix, verb)
 
 
 def check_read(body: Body, file: Path) -> None:
@@ -149,10 +146,10 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-def _reader(file: Path) -> str:
+def _check_suffix(file: Path) -> None:
     suffix = file.suffix.lower()
-    if suffix in _READERS:
-        return _READERS[suffix]
+    if suffix in SUFFIXES:
+        return
     close = get_close_matches(suffix, SUFFIXES, n=1)
     raise FileError(
         "not a CAD format contiga reads",

@@ -11,7 +11,6 @@ p-curves that were approximated from an edge are brought onto it by projection.
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import pairwise
 
 import numpy as np
 
@@ -86,23 +85,24 @@ def fitted(
     Pieces are halved until they miss by no more than `TOLERANCE` · span in between.
     """
     tolerance = TOLERANCE * np.maximum(span, 1e-300)
-    pieces: list[FloatArray] = []
-    breaks = [float(borders[0])]
-    todo = list(pairwise(borders))[::-1]
     smallest = (borders[-1] - borders[0]) * 2.0**-20
-    while todo:
-        a, b = todo.pop()
-        control, miss = _quintic(image, a, b)
-        if np.all(miss <= tolerance) or b - a <= smallest:
-            pieces.append(control)
-            breaks.append(float(b))
-        else:
-            middle = 0.5 * (a + b)
-            todo += [(middle, b), (a, middle)]
-    points = np.concatenate([pieces[0][:1], *(piece[1:] for piece in pieces)])
+    todo = np.stack([borders[:-1], borders[1:]], axis=1)
+    starts, pieces = [], []
+    while len(todo):  # all of one size at once
+        control, miss = _quintics(image, todo)
+        done = np.all(miss <= tolerance, axis=1) | (todo[:, 1] - todo[:, 0] <= smallest)
+        starts.append(todo[done, 0])
+        pieces.append(control[done])
+        a, b = todo[~done].T
+        middle = 0.5 * (a + b)
+        todo = np.stack([a, middle, middle, b], axis=1).reshape(-1, 2)
+    breaks = np.concatenate([*starts, borders[-1:]])
+    order = np.argsort(breaks[:-1])
+    chain = np.concatenate(pieces)[order]
+    points = np.concatenate([chain[0, :1], chain[:, 1:].reshape(-1, 2)])
     times = np.full(len(breaks), DEGREE)
     times[[0, -1]] += 1
-    return NurbsCurve(DEGREE, np.repeat(breaks, times), points)
+    return NurbsCurve(DEGREE, np.repeat([*breaks[order], breaks[-1]], times), points)
 
 
 def on_edge(
@@ -177,11 +177,15 @@ _TO_BERNSTEIN = solve(_bernstein(_NODES), np.eye(DEGREE + 1))
 _AT_CHECKS = _bernstein(_CHECKS)
 
 
-def _quintic(
-    image: Callable[[FloatArray], FloatArray], a: float, b: float
+def _quintics(
+    image: Callable[[FloatArray], FloatArray], parts: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Quintic through the image of [a, b], and its largest miss (2,) in between."""
-    mapped = image(np.clip(a + (b - a) * np.concatenate([_NODES, _CHECKS]), a, b))
-    control = product(_TO_BERNSTEIN, mapped[: DEGREE + 1])
-    control[[0, -1]] = mapped[[0, DEGREE]]
-    return control, np.abs(product(_AT_CHECKS, control) - mapped[DEGREE + 1 :]).max(axis=0)
+    """Quintics (n, 6, 2) through the image of `parts` (n, 2), and largest misses (n, 2) between."""
+    a, b = parts[:, :1], parts[:, 1:]
+    t = np.clip(a + (b - a) * np.concatenate([_NODES, _CHECKS]), a, b)
+    mapped = image(t.ravel()).reshape(*t.shape, 2)
+    through, between = mapped[:, : DEGREE + 1], mapped[:, DEGREE + 1 :]
+    control = np.array([product(_TO_BERNSTEIN, points) for points in through])
+    control[:, [0, -1]] = through[:, [0, -1]]
+    checked = np.array([product(_AT_CHECKS, points) for points in control])
+    return control, np.abs(checked - between).max(axis=1)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from contiga.errors import FileError
 from contiga.io.out.files import atomic_write
-from contiga.io.out.vtkhdf_layout import open_file
+from contiga.io.out.vtkhdf_layout import open_file, put_rows
 from contiga.records import FloatArray, IntArray
 
 _CELLS = ("Vertices", "Lines", "Polygons", "Strips")
@@ -211,10 +211,7 @@ def _growing(group: Any, name: str, columns: tuple[int, ...], dtype: Any) -> Non
 
 
 def _extend(stored: Any, values: Any) -> None:
-    rows = np.asarray(values, dtype=stored.dtype).reshape(-1, *stored.shape[1:])
-    start = len(stored)
-    stored.resize(start + len(rows), axis=0)
-    stored[start:] = rows
+    put_rows(stored, len(stored), values)
 
 
 def _truncate(root: Any, n: int) -> None:

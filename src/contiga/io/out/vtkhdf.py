@@ -28,8 +28,8 @@ from contiga.io.out.vtkhdf_layout import (
     create_array,
     offsets_of,
     open_file,
+    put_rows,
     read_parts,
-    set_entry,
     truncate,
     write_frame,
 )
@@ -126,15 +126,18 @@ class FieldsWriter:
             arrays[f"PointData/{name}"] = _as_rows(name, values, self.n_points, None)
         with open_file(self.path, "r+") as file:
             root = file["VTKHDF"]
-            self._check_step(root, float(time), arrays)
-            for name, values in arrays.items():
-                start = self._append_array(root, name, values)
-                set_entry(root["Steps"], offsets_of(name), self.n_steps, start)
+            if self.n_steps == 0:
+                self._create(root, arrays)
+            stored = {name: (values, offsets) for name, values, offsets in arrays_of(root)}
             steps = root["Steps"]
-            set_entry(steps, "Values", self.n_steps, float(time))
+            self._check_step(steps, float(time), arrays, {k: v for k, (v, _) in stored.items()})
+            for name, values in arrays.items():
+                start = self._append_array(stored[name][0], name, values)
+                put_rows(stored[name][1], self.n_steps, start)
+            put_rows(steps["Values"], self.n_steps, float(time))
             for name in ("PartOffsets", "CellOffsets", "ConnectivityIdOffsets"):
-                set_entry(steps, name, self.n_steps, 0)
-            set_entry(steps, "NumberOfParts", self.n_steps, 1)
+                put_rows(steps[name], self.n_steps, np.zeros((1, *steps[name].shape[1:])))
+            put_rows(steps["NumberOfParts"], self.n_steps, 1)
             # The count comes last, when all it counts has been handed to the system: what is cut
             # off before this line is a step that readers do not see.
             file.flush()
@@ -156,17 +159,20 @@ class FieldsWriter:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _check_step(self, root: Any, time: float, arrays: dict[str, NDArray[Any]]) -> None:
+    def _create(self, root: Any, arrays: dict[str, NDArray[Any]]) -> None:
+        for name, values in arrays.items():
+            create_array(root, name, values)
+            if unit := self._units.get(name.rpartition("/")[2]):
+                root[name].attrs["units"] = unit
+
+    def _check_step(
+        self, steps: Any, time: float, arrays: dict[str, NDArray[Any]], known: dict[str, Any]
+    ) -> None:
         if self.n_steps == 0:
-            for name, values in arrays.items():
-                create_array(root, name, values)
-                if unit := self._units.get(name.rpartition("/")[2]):
-                    root[name].attrs["units"] = unit
             return
-        last = float(root["Steps/Values"][self.n_steps - 1])
+        last = float(steps["Values"][self.n_steps - 1])
         if not time > last:
             raise InputError("time must rise from step to step", found=time, allowed=f"> {last}")
-        known = {name: values for name, values, _ in arrays_of(root)}
         if set(known) != set(arrays):
             raise InputError(
                 "point data must have the same names at every step",
@@ -181,20 +187,18 @@ class FieldsWriter:
                     allowed=f"{known[name].shape[1:]} of {known[name].dtype}",
                 )
 
-    def _append_array(self, root: Any, name: str, values: NDArray[Any]) -> int:
+    def _append_array(self, stored: Any, name: str, values: NDArray[Any]) -> int:
         """Row at which this step's values start."""
         if name in self._last:
             start, last = self._last[name]
             # Byte by byte: NaN is equal to itself here and 0.0 is not −0.0.
             if last.tobytes() == values.tobytes():
                 return start
-        stored = root[name]
         # Steps start with a chunk: one that held the end of a step too would be packed anew, and
         # the room it had would be lost.
         rows: int = stored.chunks[0]
         start = -(-len(stored) // rows) * rows
-        stored.resize(start + len(values), axis=0)
-        stored[start:] = values
+        put_rows(stored, start, values)
         self._last[name] = (start, values.copy())
         return start
 

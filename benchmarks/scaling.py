@@ -1,0 +1,64 @@
+"""What a tracked point costs over the count of faces and over the count of points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+
+import contiga as cg
+from benchmarks.scene import Tracker, moved, points, surface, with_feet
+from benchmarks.sizes import Sizes
+from benchmarks.table import Row
+from benchmarks.timing import in_turns
+
+FACES = Row("a point's cost, 10,000 faces over 1", "×", 1.5, None)
+POINTS = Row("a point's cost, dearest over cheapest of 10⁴ to 10⁷ points", "×", 1.2, None)
+
+
+def cut(patch: cg.NurbsSurface, faces: int) -> cg.Body:
+    """A body of the patch cut into so many, a square number, along even parameters."""
+    side = round(np.sqrt(faces))
+    borders = np.linspace(0.0, 1.0, side + 1)
+    spans = [(float(a), float(b)) for a, b in pairwise(borders)]
+    return cg.Body([patch.restricted(u, v) for u in spans for v in spans])
+
+
+def rows(size: Sizes) -> Iterator[Row]:
+    """Both; the points are shuffled."""
+    yield faces(size)
+    yield counts(size)
+
+
+def faces(size: Sizes) -> Row:
+    """Equal points on the same surface, whole and cut."""
+    patch = surface()
+    start = points(patch, size.face_points, "shuffled")
+    trackers = {str(n): Tracker(cut(patch, n), start) for n in size.faces}
+    works = {n: (lambda k, t=t: t(moved(start, k))) for n, t in trackers.items()}
+    each = _each(in_turns(works, size.rounds), len(start))
+    first, last = str(size.faces[0]), str(size.faces[-1])
+    note = ", ".join(f"{int(n):,} faces: {t:.0f} ns" for n, t in each.items())
+    detail = {"nanoseconds": each, "points": len(start)}
+    return FACES._replace(value=each[last] / each[first], note=note, detail=detail)
+
+
+def counts(size: Sizes) -> Row:
+    """More and more points near the same surface."""
+    patch = surface()
+    body = cg.Body(patch)
+    each: dict[str, float] = {}
+    for n in size.counts:
+        start, feet = with_feet(patch, n, "shuffled")
+        tracker = Tracker(body, start, feet)
+        rounds = size.rounds if n <= 1_000_000 else 3
+        seconds = in_turns({str(n): lambda k, t=tracker, p=start: t(moved(p, k))}, rounds)
+        each |= _each(seconds, n)
+    note = ", ".join(f"{int(n):,}: {t:.0f} ns" for n, t in each.items())
+    value = max(each.values()) / min(each.values())
+    return POINTS._replace(value=value, note=note, detail={"nanoseconds": each})
+
+
+def _each(seconds: dict[str, float], n: int) -> dict[str, float]:
+    return {name: 1e9 * t / n for name, t in seconds.items()}

@@ -1,0 +1,142 @@
+"""Whole steps of a contact: search, forces and the new state of a million nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+from time import process_time
+
+import numpy as np
+
+import contiga as cg
+from benchmarks.scene import NIST, around
+from benchmarks.sizes import Sizes
+from benchmarks.table import Row, not_measured
+from benchmarks.timing import in_turns, on_threads
+
+PART = Row("whole step on the NIST part: share of 20 copies of the state", "×", 0.8, None)
+SPHERE = Row("whole step on a sphere: share of 20 copies of the state", "×", 0.35, None)
+FREE = Row("free nodes far away, each", "ns", 5.0, None)
+CLOSED = Row("closed body, all nodes in contact, over the open one", "×", 1.15, None)
+SMALL = Row("small steps: 4 nodes of 5,000 in contact", "µs", 60.0, None)
+TOUCHING = 0.1
+
+
+@cache
+def ball() -> cg.Body:
+    """A closed sphere of radius 1, its tables made once."""
+    return cg.Body([cg.shapes.sphere(radius=1.0)])
+
+
+class Stepper:
+    """A contact whose nodes come in from outside, and go on in steps of `way` along x."""
+
+    def __init__(
+        self, body: cg.Body, outside: np.ndarray, points: np.ndarray, way: float, law: object
+    ) -> None:
+        slave = cg.Slave(points, thickness=np.full(len(points), 0.1 * body.size))
+        self.contact = cg.Contact(body, slave, law=law, area=cg.NodalArea(1.0))
+        self.points, self.way = points, np.array([way, 0.0, 0.0])
+        self.state = self.contact.step(self.contact.start(outside), points, dt=1.0)
+
+    def __call__(self, k: int) -> None:
+        self.state = self.contact.step(self.state, self.points + k * self.way, dt=1.0)
+
+    def arrays(self) -> list[np.ndarray]:
+        """All that the state holds a point."""
+        n = len(self.points)
+        held = vars(self.state).values()
+        return [v for v in held if isinstance(v, np.ndarray) and v.shape[:1] == (n,)]
+
+    @property
+    def touching(self) -> float:
+        """Share of the nodes in contact."""
+        return self.state.n_contact / len(self.points)
+
+
+def _whole(row: Row, body: cg.Body, size: Sizes) -> Row:
+    places = around(body, size.points, TOUCHING)
+    stepper = Stepper(body, *places, 1e-4 * body.size, stress_law())
+
+    def copied(_: int) -> None:
+        for _ in range(size.copies):
+            kept = [array.copy() for array in stepper.arrays()]
+        del kept
+
+    seconds = in_turns({"step": stepper, "copies": copied}, size.rounds)
+    held = sum(array.nbytes for array in stepper.arrays()) / size.points
+    note = (
+        f"{1e9 * seconds['step'] / size.points:.0f} ns a node, {100 * stepper.touching:.0f} % in "
+        f"contact; {held:.0f} bytes a node"
+    )
+    detail = {"seconds": seconds, "bytes": held, "touching": stepper.touching}
+    return row._replace(value=seconds["step"] / seconds["copies"], note=note, detail=detail)
+
+
+def stress_law() -> cg.StressLaw:
+    """A foam: stiff again where it is crushed."""
+    return cg.StressLaw([[0.0, 0.0], [0.05, 0.3], [0.5, 0.7]])
+
+
+def rows(size: Sizes) -> Iterator[Row]:
+    """Whole steps on a trimmed part and on a sphere."""
+    if NIST.is_file():
+        yield _whole(PART, cg.read_cad(NIST), size)
+    else:
+        yield not_measured(PART, f"{NIST.name} is not there")
+    yield _whole(SPHERE, ball(), size)
+
+
+def free(size: Sizes) -> Iterator[Row]:
+    """Nodes of which none comes near the body."""
+    far = np.random.default_rng(5).uniform(50.0, 100.0, (size.points, 3))
+    stepper = Stepper(ball(), far, far, 1e-3, stress_law())
+    with on_threads(1):
+        seconds = in_turns({"step": stepper}, size.rounds, process_time)
+    value = 1e9 * seconds["step"] / size.points
+    note = "processor time of one thread"
+    yield FREE._replace(value=value, note=note, detail={"points": size.points})
+
+
+def closed(size: Sizes) -> Iterator[Row]:
+    """The same nodes in the same places of a sphere, and of one that lacks its lowest part."""
+    whole = ball().patches[0]
+    u, (v0, v1) = whole.domain
+    cut = cg.Body([whole.restricted(u, (v0 + 0.25 * (v1 - v0), v1))])
+    n = size.points // 5
+    rng = np.random.default_rng(6)
+    z, a = rng.uniform(-0.3, 0.9, n), rng.uniform(0.0, 2.0 * np.pi, n)
+    r = np.sqrt(1.0 - z * z)
+    depth = 1.0 - 1e-3 - 1e-2 * rng.random(n)
+    on = np.stack([r * np.cos(a), r * np.sin(a), z], axis=1)
+    steppers = {
+        name: Stepper(body, 1.01 * on, depth[:, None] * on, 1e-5, cg.PenaltyLaw(1.0))
+        for name, body in (("closed", ball()), ("open", cut))
+    }
+    assert steppers["closed"].contact.master.closed
+    assert not steppers["open"].contact.master.closed
+    seconds = in_turns(steppers, size.rounds)
+    each = {name: 1e9 * t / n for name, t in seconds.items()}
+    assert all(stepper.touching == 1.0 for stepper in steppers.values())
+    note = f"{each['closed']:.0f} ns and {each['open']:.0f} ns a node, all in contact"
+    yield CLOSED._replace(value=each["closed"] / each["open"], note=note, detail={"ns": each})
+
+
+def small(size: Sizes) -> Iterator[Row]:
+    """A ball that presses four nodes of a sheet, a little more and less from step to step."""
+    sheet = cg.clouds.sample(cg.shapes.plane(width=4.95, length=2.45), 100, 50)  # 0.05 apart
+    slave = cg.Slave(sheet)
+    contact = cg.Contact(ball(), slave, law=cg.PenaltyLaw(1.0), area=cg.NodalArea(1.0))
+    poses = [cg.motion.pose.translation([0.0, 0.0, 1.0 + up]) for up in (0.02, -1.5e-3, -1.6e-3)]
+    state = contact.step(contact.start(sheet, pose=poses[0]), sheet, pose=poses[1])
+
+    def work(k: int) -> None:
+        nonlocal state
+        for i in range(size.small_steps):
+            state = contact.step(state, sheet, pose=poses[1 + i % 2])
+
+    with on_threads(1):
+        seconds = in_turns({"step": work}, min(size.rounds, 4), process_time)
+    value = 1e6 * seconds["step"] / size.small_steps
+    note = f"{state.n_contact} in contact; processor time of one thread"
+    yield SMALL._replace(value=value, note=note)

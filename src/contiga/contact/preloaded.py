@@ -1,0 +1,36 @@
+"""The kernels that a contact with CAD needs before its first step, loaded while the CAD is read."""
+
+from __future__ import annotations
+
+from contiga.elements.kernels.sides_nb import sample
+from contiga.geometry.kernels.basis_nb import refinement_rows
+from contiga.geometry.kernels.edge_gap_nb import image_gap
+from contiga.geometry.kernels.evaluate_nb import curve_range, surface_range
+from contiga.geometry.kernels.trim_build_nb import fill_cells, monotone_pieces
+from contiga.geometry.kernels.trim_nb import box_state
+from contiga.num.preload import preload
+from contiga.search.kernels.branch_nb import certify_rows
+from contiga.search.kernels.curve_leaves_nb import curve_leaves
+from contiga.search.kernels.follow_nb import follow_rows
+from contiga.search.kernels.hierarchy_nb import surface_leaves
+from contiga.search.kernels.hit_nb import last_crossings
+from contiga.search.kernels.joint_nb import measure_pieces
+from contiga.search.kernels.middles_nb import fill_middles
+from contiga.search.kernels.project_nb import project_global, project_lanes
+from contiga.search.kernels.ring_nb import bends_of_parts, join_parts
+from contiga.search.kernels.side_pieces_nb import surface_pieces
+from contiga.search.kernels.tree_nb import build
+
+KERNELS = (
+    *(refinement_rows, curve_range, surface_range, image_gap),
+    *(monotone_pieces, fill_cells, box_state, sample),
+    *(surface_leaves, curve_leaves, build, fill_middles),
+    *(bends_of_parts, join_parts, measure_pieces, surface_pieces),
+    *(project_global, project_lanes, last_crossings, certify_rows, follow_rows),
+)
+"""In the order they are called: faces, trims, elements, hierarchy, joints, sides, search."""
+
+
+def preload_search() -> None:
+    """Load `KERNELS` from their cache. That takes as long as reading a small part of CAD."""
+    preload(KERNELS)

@@ -1,0 +1,37 @@
+"""Kernels taken out of their cache ahead of their first call, while there is nothing else to do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+
+def preload(kernels: Iterable[Any]) -> int:
+    """Load what the cache holds of `kernels`; how many specialisations that are.
+
+    Nothing is compiled: what is not there is left to the first call. Without a compiler
+    (``NUMBA_DISABLE_JIT``) there is nothing to load.
+    """
+    loaded = 0
+    for kernel in kernels:
+        for signature in _kept(kernel):
+            kernel.compile(signature)
+            loaded += 1
+    return loaded
+
+
+def _kept(kernel: Any) -> list[Any]:
+    """Signatures of a kernel that its cache holds for this processor and that are not loaded."""
+    cache = getattr(kernel, "_cache", None)
+    if cache is None:
+        return []
+    kernel.targetctx.refresh()  # the order in which numba's own loading does it
+    files, codegen = cache._cache_file, kernel.targetctx.codegen()
+    return [
+        key[0]
+        for key, name in files._load_index().items()
+        if key == cache._index_key(key[0], codegen)
+        and Path(files._data_path(name)).is_file()
+        and key[0] not in kernel.overloads
+    ]

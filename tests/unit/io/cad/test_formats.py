@@ -1,0 +1,26 @@
+"""The reader of CAD is loaded ahead where a case or a path names CAD, and only there."""
+
+from __future__ import annotations
+
+import pytest
+
+from contiga.io.cad import formats
+
+
+@pytest.mark.parametrize(
+    ("text", "reader"),
+    [
+        ('geometry = { file = "head.STEP" }', "contiga.io.cad.step_iges:read_step_iges"),
+        ("hull.igs", "contiga.io.cad.step_iges:read_step_iges"),
+        ("shoe.3dm", "contiga.io.cad.rhino:read_rhino"),
+        ('geometry = { shape = "sphere", radius = 1 }', None),
+        ("teapot.xml", None),  # for which OpenCASCADE is not needed
+    ],
+)
+def test_what_is_loaded_ahead(
+    monkeypatch: pytest.MonkeyPatch, text: str, reader: str | None
+) -> None:
+    asked: list[str] = []
+    monkeypatch.setattr(formats, "prepare", asked.append)
+    formats.expect_cad(text)
+    assert asked == ([] if reader is None else [reader])

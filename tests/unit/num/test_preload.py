@@ -1,0 +1,48 @@
+"""Kernels come out of their cache ahead of their first call, and none is compiled for it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+SOURCE = """
+from numba import njit
+
+@njit(cache=True)
+def doubled(x):
+    return 2 * x
+"""
+RUN = """
+import sys
+
+sys.path.insert(0, sys.argv[1])
+from contiga.num.preload import preload
+from kernels_of_mine import doubled
+
+print(preload([doubled]), len(doubled.overloads))
+if sys.argv[2] == "call":
+    doubled(1), doubled(1.5)
+    print(preload([doubled]))
+"""
+
+
+def said(folder: Path, what: str) -> list[str]:
+    command = [sys.executable, "-c", RUN, str(folder), what]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return done.stdout.splitlines()
+
+
+def test_what_the_cache_holds_is_loaded_and_nothing_is_compiled(tmp_path: Path) -> None:
+    (tmp_path / "kernels_of_mine.py").write_text(SOURCE)
+    assert said(tmp_path, "call") == ["0 0", "0"]
+    assert said(tmp_path, "look") == ["2 2"]
+    for data in (tmp_path / "__pycache__").glob("*.1.nbc"):
+        data.unlink()
+    assert said(tmp_path, "look") == ["1 1"]
+
+
+def test_a_function_that_is_not_compiled_is_passed_over() -> None:
+    from contiga.num.preload import preload
+
+    assert preload([len]) == 0

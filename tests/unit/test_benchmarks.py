@@ -1,0 +1,83 @@
+"""The benchmarks run, small; their table says what is reached, what is not, and what is unknown."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from benchmarks import __main__ as benchmarks
+from benchmarks import machine, operations, startup, stepping
+from benchmarks.scene import moved, points, surface
+from benchmarks.sizes import SMALL
+from benchmarks.table import Row, lines_of
+
+MISSING = Path("nowhere") / "part.step"
+
+
+@pytest.fixture
+def without_files(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What reads CAD, or runs the demo, takes longer than a test may."""
+    monkeypatch.setattr(stepping, "NIST", MISSING)
+    monkeypatch.setattr(startup, "PART", MISSING)
+
+
+def test_all_parts_run_and_are_written_down(
+    without_files: None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "deep" / "bench.json"
+    benchmarks.main(["--small", "--all", "-o", str(out)])
+    found = json.loads(out.read_text(encoding="utf-8"))
+    rows = {row["work"]: row for row in found["rows"]}
+    assert len(rows) == len(found["rows"]) == 17
+    assert rows[stepping.PART.work]["note"] == "not measured: part.step is not there"
+    assert rows[startup.SECOND.work]["passed"] is None
+    measured = [row for row in rows.values() if row["value"] is not None]
+    assert {stepping.SPHERE.work, stepping.FREE.work} <= {row["work"] for row in measured}
+    assert all(row["value"] > 0.0 for row in measured)
+    assert found["machine"]["threads"] >= 1
+    assert found["limits"]["gigabytes"] > 0.0
+    printed = capsys.readouterr().out
+    assert all(work in printed for work in rows)
+
+
+def test_a_goal_is_passed_failed_or_unknown() -> None:
+    least = Row("fast", "×", 2.0, 2.5, at_least=True)
+    most = Row("dear", "ns", 5.0, 6.0)
+    unknown = most._replace(value=None)
+    assert [row.passed for row in (least, most, unknown)] == [True, False, None]
+    lines = lines_of([least, most, unknown])
+    assert [line.split()[-1] for line in lines[1:]] == ["pass", "FAIL", "–"]
+
+
+def test_an_unknown_part_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        benchmarks.main(["trakced"])
+    assert "no part is called 'trakced'; allowed: first, second" in capsys.readouterr().err
+
+
+def test_operations_are_counted_from_the_kernels() -> None:
+    counts = operations.counted()
+    # 16 coefficients in each of x, y, z and w are read by fused products at the least.
+    assert counts["record"] > 4 * 16 * 2
+    assert counts["round"] > counts["record"]  # which has no Hessian to solve for
+
+
+def test_a_still_point_needs_one_round_and_a_moved_one_more() -> None:
+    patch = surface()
+    uv = np.random.default_rng(0).uniform(0.2, 0.8, (64, 2))
+    on = patch.evaluate(uv)
+    assert operations.rounds(patch, on, uv) == 1.0
+    assert operations.rounds(patch, moved(on, 1), uv) >= 2.0
+
+
+def test_points_of_the_scene_lie_about_the_surface() -> None:
+    near = points(surface(), 100, "shuffled")
+    assert near.shape == (100, 3)
+    assert np.ptp(near[:, :2], axis=0).min() > 0.5
+
+
+def test_the_machine_is_said() -> None:
+    assert {"processor", "cores", "numba"} <= set(machine.described())
+    assert set(machine.limits(SMALL)) == {"gigabytes", "apart", "fused"}
