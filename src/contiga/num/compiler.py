@@ -36,6 +36,8 @@ from contiga.num.stamps import stamp_of
 
 types: Any = numba_types
 DIGITS = 12
+LOCAL = "<locals>"
+"""In the names of functions made in functions: there may be several of one name."""
 CALLED: dict[str, tuple[str, str, Any]] = {}
 """Where a function that is called by name comes from: (module, kernel, types of its arguments)."""
 
@@ -92,7 +94,7 @@ def _module_of(lines: list[str], like: Any) -> Any:
 
 
 class KernelCompiler(Compiler):  # type: ignore[misc]
-    """numba's compiler, for kernels that Python calls."""
+    """numba's compiler, for kernels that Python calls, linked into the kernels that do."""
 
     state: Any
     library: type[JITCodeLibrary] | None = None
@@ -122,10 +124,10 @@ class CalledCompiler(KernelCompiler):
 
     def compile_extra(self, func: Any) -> Any:
         """Compile a Python function, under a name that is the same in every process."""
-        self.state.func_id = FunctionIdentity.from_function(func)
-        number = int(stamp_of(func.__code__.co_filename)[:DIGITS], 16)
-        self.state.func_id.unique_id = number
-        self.state.func_id.unique_name = f"{self.state.func_id.func_qualname}${number}"
+        known = self.state.func_id = FunctionIdentity.from_function(func)
+        if LOCAL not in known.func_qualname:
+            known.unique_id = int(stamp_of(func.__code__.co_filename)[:DIGITS], 16)
+            known.unique_name = f"{known.func_qualname}${known.unique_id}"
         ExtractByteCode().run_pass(self.state)
         self.state.lifted = ()
         self.state.lifted_from = None
@@ -181,13 +183,14 @@ def _short_message() -> Iterator[None]:
 class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
     """What of a compiled kernel is kept: numba's own, and what it calls by name."""
 
+    def check_cachable(self, compiled: Any) -> bool:
+        """Not where it calls what another process would not find."""
+        found = all(LOCAL not in name for _, name, _ in _calls(compiled.library))
+        return found and bool(super().check_cachable(compiled))
+
     def reduce(self, compiled: Any) -> Any:
         """What is written."""
-        library = compiled.library
-        linked = isinstance(library, LinkedLibrary)
-        module = library._shared_module if linked else library._final_module
-        names = [function.name for function in module.functions if function.is_declaration]
-        return [CALLED[name] for name in names if name in CALLED], super().reduce(compiled)
+        return _calls(compiled.library), super().reduce(compiled)
 
     def rebuild(self, target: Any, kept: Any) -> Any:
         """A compiled kernel of what was written, once all that it calls is there."""
@@ -199,6 +202,14 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
         if library.name == CalledLibrary.__name__:
             library._shared_module = _module_of([], library._final_module)
         return compiled
+
+
+def _calls(library: Any) -> list[tuple[str, str, Any]]:
+    """Of `CALLED`, what a library calls by name."""
+    linked = isinstance(library, LinkedLibrary)
+    module = library._shared_module if linked else library._final_module
+    names = (function.name for function in module.functions if function.is_declaration)
+    return [CALLED[name] for name in names if name in CALLED]
 
 
 class KernelCache(FunctionCache):  # type: ignore[misc]

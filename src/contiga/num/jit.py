@@ -29,22 +29,25 @@ DIGITS = 16
 Decorator = Callable[[Any], Any]
 
 
-def kernel(by_name: bool = False, **options: Any) -> Decorator:
-    """Decorator of kernels that Python calls, on any thread."""
-    return decorator(CalledCompiler if by_name else KernelCompiler, nogil=True, **options)
+def kernel(linked: bool = False, **options: Any) -> Decorator:
+    """Decorator of kernels that Python calls, on any thread.
+
+    What kernels call as well, all the time, is better `linked` into them.
+    """
+    return decorator(KernelCompiler if linked else CalledCompiler, nogil=True, **options)
 
 
-def inner(by_name: bool = False, **options: Any) -> Decorator:
+def inner(linked: bool = True, **options: Any) -> Decorator:
     """Decorator of kernels that only kernels call.
 
     Without what a call from Python needs, they compile a fifth faster. Called from Python they
     would crash; a test sees to it that none is.
 
-    The code of a kernel is put into that of its callers. What is called `by_name` is compiled once,
+    Their code is put into that of their callers. What is not `linked` is compiled once and called,
     and none of its callers has to be optimised with its code in it: for what takes longer than a
     call (some nanoseconds) and is a part of several kernels, or a large part of one.
     """
-    made_by = CalledCompiler if by_name else InnerCompiler
+    made_by = InnerCompiler if linked else CalledCompiler
     return decorator(made_by, no_cpython_wrapper=True, **options)
 
 

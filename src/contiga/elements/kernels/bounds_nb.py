@@ -82,7 +82,7 @@ def _difference(net, degree, order, work):
     return factor * math.sqrt(top), factor * top_w
 
 
-@inner(by_name=True)
+@inner(linked=False)
 def derivative_bounds(net, degree, size, bound, low, high):
     """Bounds over a box whose coefficients are `net` and whose sides are `size` long.
 

@@ -196,7 +196,7 @@ def _bernstein(coefs, start, degree, s, t, h, components):
         h[c, 5] = v_tt
 
 
-@kernel()
+@kernel(linked=True)
 def evaluate(elements, e, s, t, h):
     """Point and derivatives of element e at (s, t) into h[:3, :6], relative to its origin."""
     form = elements.table[e]["form"]

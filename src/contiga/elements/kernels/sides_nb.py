@@ -14,7 +14,7 @@ COLLAPSED = 1e-14
 """A tangent this much shorter than the twist (squared) is that of a point, not of a side."""
 
 
-@kernel()
+@kernel(linked=True)
 def side_point(side, x):
     """Local (s, t) of the point x in [-1/2, 1/2] along a side."""
     if side == 0:

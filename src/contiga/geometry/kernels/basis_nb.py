@@ -7,7 +7,7 @@ import numpy as np
 from contiga.num.jit import inner, kernel
 
 
-@kernel()
+@kernel(linked=True)
 def find_span(knots, degree, count, t):
     """Index k with knots[k] <= t < knots[k + 1]; the last non-empty span at the domain's end."""
     if t >= knots[count]:
@@ -26,7 +26,7 @@ def find_span(knots, degree, count, t):
     return low
 
 
-@kernel()
+@kernel(linked=True)
 def basis_derivatives(knots, degree, span, t, order, out):
     """Derivatives 0..order of the degree + 1 basis functions that live on `span`.
 

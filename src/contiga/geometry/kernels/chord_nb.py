@@ -35,7 +35,7 @@ def cut(coefs, axis, t, keep_low):
                         coefs[j, i, d] += share * (coefs[j, other, d] - coefs[j, i, d])
 
 
-@kernel()
+@kernel(linked=True)
 def restrict(coefs, axis, low, high):
     """Bernstein coefficients over ``[low, high]`` of [0, 1] along `axis`, in place."""
     if high < 1.0:
@@ -44,7 +44,7 @@ def restrict(coefs, axis, low, high):
         cut(coefs, axis, low / high, False)
 
 
-@kernel()
+@kernel(linked=True)
 def triangle_distance(x, a, b, c):
     """Distance from the point `x` to the triangle abc (Ericson, Real-Time Collision Detection)."""
     abx, aby, abz = b[0] - a[0], b[1] - a[1], b[2] - a[2]

@@ -79,7 +79,7 @@ def bernstein_at(coefs, degree, k, t):
     return value
 
 
-@kernel()
+@kernel(linked=True)
 def parameter_at(coefs, degree, axis, value):
     """t in [0, 1] at which the monotone coordinate `axis` of a piece takes `value`.
 
@@ -200,7 +200,7 @@ def _against_piece(tables, piece, u, v, eps):
     return 1 if counted and crossing > u else 0
 
 
-@kernel(by_name=True)
+@kernel()
 def point_in_trim(tables, patch, u, v):
     """1 if (u, v) belongs to the trimmed patch, 0 if it is cut away (even-odd rule).
 
@@ -247,7 +247,7 @@ def _piece_meets_box(tables, piece, u0, u1, v0, v1):
     return high >= u0 and low <= u1
 
 
-@kernel(by_name=True)
+@kernel()
 def box_state(tables, patch, u0, u1, v0, v1):
     """OUT (0), IN (1) or CUT (2) of a parameter box; IN and OUT are certain.
 

@@ -229,7 +229,7 @@ def _goes_on(tables, there, reach, edge, work):
     return same
 
 
-@inner(by_name=True, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def fold_about(tables, foot, r, work):
     """The fold next to a foot, no farther than r, with the cells of both faces.
 

@@ -31,7 +31,7 @@ def stands(side, s, t):
     return t >= 0.5
 
 
-@kernel()
+@kernel(linked=True)
 def cross(elements, e, side, s, t):
     """The same point of the surface seen from the element across `side`."""
     x = t if side < 2 else s
@@ -68,7 +68,7 @@ def _add(elements, foot, list_e, list_st, n):
     return n
 
 
-@kernel(by_name=True)
+@kernel()
 def around(elements, foot, list_e, list_st):
     """All (element, s, t) that are the point `foot`, through linked sides and poles.
 

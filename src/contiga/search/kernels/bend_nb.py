@@ -27,7 +27,7 @@ MOST_STRETCH = 0.45
 """Largest ε that is worked with."""
 
 
-@kernel(error_model="numpy")
+@kernel(linked=True, error_model="numpy")
 def bend_work():
     """Work tables of `bend_bounds`: h, rest, and those of `rest_of`."""
     return (
@@ -170,7 +170,7 @@ def _form_change(frame, rest):
     return middle + spread
 
 
-@kernel(by_name=True, error_model="numpy")
+@kernel(error_model="numpy")
 def bend_bounds(elements, e, cell, bend, work):
     """Bounds over a cell (s0, s1, t0, t1) of element e into bend[6]; whether there are any.
 

@@ -182,7 +182,7 @@ def _is_convex(foot, sides, fold, ends, size, slip, work):
     return most_jump(bends, fold, ends, reach, curve[3]) <= 0.0
 
 
-@inner(by_name=True, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def over_crease(near, foot, last, path, work):
     """Whether one branch joins the feet `last` of path[0] and `foot` of path[1] by a crease.
 

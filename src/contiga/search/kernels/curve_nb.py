@@ -40,7 +40,7 @@ def piece_parameters(trims, piece, t, c):
         c[0, m] = x
 
 
-@kernel(by_name=True)
+@kernel()
 def curve_point(elements, grid, trims, piece, t, h, d):
     """Point and two derivatives of the trimming curve in space into d[3, 3].
 

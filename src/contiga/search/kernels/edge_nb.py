@@ -147,7 +147,7 @@ def _least_and_drop(fold, ends, r, work):
     return least, joint[0] + (1.0 + 2.0 * bent * r) * reach[1] * joint[2]
 
 
-@inner(by_name=True, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def over_edge(tables, foot, last, path, work):
     """Whether one branch joins the feet `last` of path[0] and `foot` of path[1] by an edge.
 
@@ -189,7 +189,7 @@ def over_edge(tables, foot, last, path, work):
     return False
 
 
-@inner(by_name=True, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def rests_on_edge(tables, foot, point, r, work):
     """Whether a start on or beside an edge is the foot of its point at all.
 
@@ -213,7 +213,7 @@ def _seen_along(bend, frame, ends, reach, bent):
     return (first - change, first + change), (second - change, second + change)
 
 
-@inner(by_name=True, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def runs_into_fold(tables, last, path, work):
     """Whether the branch of the minimum `last` of path[0] is proved to end at a fold on the way to
     path[1]: the second theorem."""

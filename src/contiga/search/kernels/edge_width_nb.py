@@ -284,7 +284,7 @@ def _rim(elements, e, place, path, least, h):
     return width, off
 
 
-@inner(by_name=True, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def edge_width(elements, trims, piece_width, e, place, path, least, h):
     """Whether a crossing at `place` (s, t) of element e belongs to its face, and where.
 

@@ -147,7 +147,7 @@ def _go_on(tables, last, path, work):
     return good, stays, e, s, t, feature
 
 
-@inner(by_name=True, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def follow(tables, last, path, step, work):
     """Follow the branch from the foot `last` of path[0] to path[1], part by part.
 

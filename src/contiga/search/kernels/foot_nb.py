@@ -28,7 +28,7 @@ BESIDE_EDGE = 8.0
 """Widths of an edge within which a point sees how its faces miss each other."""
 
 
-@inner(by_name=True)
+@inner(linked=False)
 def write_foot(tables, k, foot, status, feature, point, out, h):
     """Write row k of the projection `out`; the gap and normal of a face."""
     e, s, t = foot
@@ -86,7 +86,7 @@ def _no_farther(tables, point, only, reach, found, h):
     return distance
 
 
-@inner(by_name=True)
+@inner(linked=False)
 def global_foot(tables, k, point, reach, out, found, h):
     """The closest point of the whole body, where one is known at the distance `reach`.
 
@@ -216,7 +216,7 @@ def _next_face(tables, edge, point, found, h):
     return result
 
 
-@inner(by_name=True)
+@inner(linked=False)
 def continued_foot(tables, start, point, found, h):
     """The foot continued from `start` = (element, s, t): (status, element, s, t, feature).
 
@@ -249,7 +249,7 @@ def continued_foot(tables, start, point, found, h):
     return (status if inside else TRIMMED), e, s, t, feature
 
 
-@inner(by_name=True)
+@inner(linked=False)
 def tracked_foot(tables, k, start, point, out, found, h):
     """Fill row k of `out` with the foot continued from `start` = (element, s, t)."""
     status, e, s, t, feature = continued_foot(tables, start, point, found, h)

@@ -268,7 +268,7 @@ def _improve_by_leaf(tables, leaf, point, limits, found, stack, h):
     return min(best, distance), 0
 
 
-@inner(by_name=True)
+@inner(linked=False)
 def closest(tables, point, only, reach, found, h):
     """Closest point to `point` no farther than `reach`, on patch `only` (−1: on any).
 

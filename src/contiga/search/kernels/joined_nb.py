@@ -76,7 +76,7 @@ def prove_work():
     return np.empty(BENDS), np.empty(BENDS), np.empty((4, 6)), bend_work(), bend_work(), boxes
 
 
-@inner(by_name=True, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def prove(near, foot, last, path, work):
     """Whether one branch joins the feet `last` of path[0] and `foot` of path[1], (e, s, t) each.
 

@@ -48,7 +48,7 @@ PLANE = 1e-9
 """Tangents at a pole leave a plane by no more than this share of their length."""
 
 
-@kernel(error_model="numpy")
+@kernel(linked=True, error_model="numpy")
 def pole_side(elements, e, cell):
     """The side of the cell that is a pole; −1 where there is none, or more than one."""
     found = -1
@@ -191,7 +191,7 @@ def _plane_of(v, x, across):
     )
 
 
-@kernel(by_name=True, error_model="numpy")
+@kernel(error_model="numpy")
 def pole_bounds(elements, e, cell, side, bend, work):
     """As `bend_bounds`, over a cell whose `side` is a pole; no width along that."""
     unbounded(bend)

@@ -226,7 +226,7 @@ def _add_face(tables, patch, place, found, total, h):
     total[2] += weight * z
 
 
-@inner(by_name=True)
+@inner(linked=False)
 def pseudo_normal(tables, foot, found, total, h):
     """Angle-weighted sum of the normals of all faces at a foot on a kink, into total[3].
 

@@ -108,7 +108,7 @@ def _way_on(elements, foot, out, point, miss, h):
     return -1, s, t
 
 
-@inner(by_name=True)
+@inner(linked=False)
 def walk(elements, start, point, tolerance, h):
     """Local foot of `point` from `start` = (element, s, t).
 
