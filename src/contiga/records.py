@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.num.handed import by_reference
+from contiga.handed import by_reference
 from contiga.shown import Facts, counted, line_of, table_of
 from contiga.statuses import Advised, Status
 

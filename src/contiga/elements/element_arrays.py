@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.num.handed import by_reference
+from contiga.handed import by_reference
 from contiga.records import ByteArray, FloatArray, IntArray
 
 # Kinds of element side.

@@ -1,4 +1,4 @@
-"""The type of tuples that kernels are handed by reference (see `contiga.num.handed`).
+"""The type of tuples that kernels are handed by reference (see `contiga.handed`).
 
 A call from Python lays the members of the tuple out in memory of its own, which stays as it is
 until the kernel returns. So what is read from there may be read once and kept: loads are marked as
@@ -18,7 +18,7 @@ from numba.core.typing.templates import AttributeTemplate
 from numba.core.typing.typeof import typeof_impl
 from numba.extending import NativeValue, infer_getattr, models, register_model, unbox
 
-from contiga.num.handed import HANDED
+from contiga.handed import HANDED
 
 types: Any = numba_types
 DIGITS = 12

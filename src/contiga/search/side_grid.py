@@ -19,7 +19,7 @@ import numpy as np
 from scipy import ndimage
 
 from contiga.elements.element_arrays import Records
-from contiga.num.handed import by_reference
+from contiga.handed import by_reference
 from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, IntArray, Projection, empty_projection
 from contiga.search.kernels import side_grid_nb, side_nb

@@ -12,7 +12,7 @@ import numpy as np
 
 from contiga.elements.element_arrays import Elements, Grid, Records
 from contiga.geometry.trim import TrimTables
-from contiga.num.handed import by_reference
+from contiga.handed import by_reference
 from contiga.records import FloatArray, IntArray
 
 RING = np.dtype(

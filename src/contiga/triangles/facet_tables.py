@@ -8,8 +8,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from contiga.errors import MeshError
+from contiga.handed import by_reference
 from contiga.num.codes import NO_TRIANGLE
-from contiga.num.handed import by_reference
 from contiga.num.ordered import length
 from contiga.records import FloatArray, IntArray
 from contiga.triangles.facets import Facets

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from contiga.num.handed import by_reference
+from contiga.handed import by_reference
 from contiga.records import FloatArray, IntArray
 
 NORMALS = ("facet", "vertex")

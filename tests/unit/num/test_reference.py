@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numba import config, njit, typeof
 
-from contiga.num.handed import HANDED, by_reference
+from contiga.handed import HANDED, by_reference
 from contiga.num.jit import inner, kernel
 from contiga.num.reference import Reference
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.geometry.kernels.basis_nb import basis_derivatives, find_span
-from contiga.num.handed import by_reference
+from contiga.handed import by_reference
 from contiga.num.jit import inner, kernel
 
 # A normal from S_u × S_v that has lost more than half of its digits to cancellation is

@@ -32,7 +32,7 @@ from contiga.geometry.kernels.triangulation_nb import (
     turn,
     walk,
 )
-from contiga.num.handed import by_reference
+from contiga.handed import by_reference
 from contiga.num.jit import inner, kernel
 
 NEW, GOOD, CHECKED, GIVEN_UP = 0, 1, 2, 3

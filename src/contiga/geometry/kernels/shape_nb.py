@@ -14,7 +14,7 @@ import numpy as np
 
 from contiga.geometry.kernels.evaluate_nb import Scratch, SurfaceArrays, surface_point
 from contiga.geometry.kernels.triangulation_nb import BORDER, FRAME, VERTICES
-from contiga.num.handed import by_reference
+from contiga.handed import by_reference
 from contiga.num.jit import inner, kernel
 
 TURN = 0.3

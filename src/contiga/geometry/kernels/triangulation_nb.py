@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.num.handed import by_reference
+from contiga.handed import by_reference
 from contiga.num.jit import inner
 
 GRID = 2.0**-49

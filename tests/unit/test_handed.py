@@ -8,7 +8,7 @@ import sys
 
 def test_a_mark_does_not_load_the_compiler():
     code = (
-        "import sys; import contiga.num.handed as h\n"
+        "import sys; import contiga.handed as h\n"
         "@h.by_reference\nclass T(tuple): pass\n"
         "assert T in h.HANDED and 'numba' not in sys.modules"
     )
