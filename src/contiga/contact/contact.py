@@ -348,8 +348,8 @@ class Contact(Shown):
     ) -> State:
         """Forces and sums of what the search has found."""
         sampling, n = self._sampling, len(p_B)
-        rows = np.flatnonzero(found.feet.patch >= 0).astype(np.int32)
-        rows = rows[rows >= sampling.first]
+        held = np.flatnonzero(found.feet.patch >= 0).astype(np.int32)
+        rows = held[held >= sampling.first]
         points = carrying(rows, rows_of(found.feet, rows), p_B, past)
         seen = areas = None
         if self.weights == "area":
@@ -365,7 +365,8 @@ class Contact(Shown):
             turn = moment(points, force_W, p_B, self.master.reference_point, X_WB)
             energies = np.array(balance(points, answer, p_B, past))
             grip = answer.friction
-        found_depth = np.where(found.feet.patch >= 0, np.maximum(-found.feet.gap, 0.0), 0.0)
+        depth = scattered(n, held, np.maximum(-found.feet.gap[held], 0.0))
+        foot_B = scattered(n, held, found.feet.point[held], p_B)
         damped, viscosity = damping_of(answer.normal, inp, rows, n)
         state = State(
             status=found.status,
@@ -373,9 +374,9 @@ class Contact(Shown):
             patch=found.feet.patch,
             uv=found.uv,
             near=found.near,
-            penetration=found_depth,
+            penetration=depth,
             normal_B=found.feet.normal,
-            foot_B=np.where((found.feet.patch >= 0)[:, None], found.feet.point, p_B),
+            foot_B=foot_B,
             points_B=p_B,
             pose=X_WB,
             normal_force=scattered(n, rows, answer.normal.force),

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.contact import closed_body, open_body, through
+from contiga.contact.kernels import place_nb
 from contiga.contact.tracked import Detected, Last, Options, Step, blank, detect_inside, track
 from contiga.masters.protocol import Surface
 from contiga.records import ContactStatus, FloatArray
@@ -37,43 +38,40 @@ def detect(
     surface: Surface, now: FloatArray, last: Last, active: np.ndarray, options: Options
 ) -> Detected:
     """One step: from the points of the last step to those of this one, body axes."""
-    before = last.points_B
-    found = _nothing(now, active)
-    finite = np.isfinite(now).all(axis=1)
-    with np.errstate(invalid="ignore", over="ignore"):
-        way = np.sqrt(np.square(now - before).sum(axis=1))
-    # A point that was not finite has no path to follow: it is looked at afresh.
-    way = np.where(np.isfinite(way), way, np.inf)
-    touching = finite & (last.patch >= 0)
-    free = finite & active & ~touching
-    found.safe_distance[touching] = np.maximum(last.safe_distance - way, 0.0)[touching]
-    left = np.maximum(np.abs(last.safe_distance) - way, 0.0)
-    found.safe_distance[free] = np.copysign(left, last.safe_distance)[free]
-    found.safe_distance[~finite & active] = 0.0
-    rows = np.flatnonzero(touching).astype(np.int32)
-    near = np.flatnonzero(free & (left <= 0.0)).astype(np.int32)
-    step = Step(before, now, way, last.safe_distance < 0.0, last.near, last.uv)
-    found.near[free] = last.near[free]
-    found.uv[free] = last.uv[free]
+    found = _nowhere(len(now))
+    way, ignored = np.empty(len(now)), np.empty(len(now), bool)
+    rows = np.empty((2, len(now)), np.int32)
+    known = last.patch, last.uv, last.near, last.safe_distance
+    places = found.status, found.safe_distance, found.near, found.uv, way, ignored
+    touching, free = place_nb.place(last.points_B, now, known, active, places, rows)
+    step = Step(last.points_B, now, way, ignored, last.near, last.uv)
+    rows, near = rows[0, :touching], rows[1, :free]
     if options.through:
         feet = last.patch, last.uv
         rows, near = through.detect(surface, step, feet, (rows, near), found, options)
     if options.closed:
         closed_body.detect(surface, step, (last.patch, last.uv), (rows, near), found, options)
         return _with_feet(found)
-    tracked = track(surface, (before[rows], now[rows]), (last.patch[rows], last.uv[rows]), options)
+    tracked = track(
+        surface, (last.points_B[rows], now[rows]), (last.patch[rows], last.uv[rows]), options
+    )
     open_body.detect(surface, step, (rows, near), tracked, found, options)
     return _with_feet(found)
 
 
 def _nothing(p_B: FloatArray, active: np.ndarray) -> Detected:
     """Nothing in contact, and nothing known of inactive points but that they never are."""
-    finite = np.isfinite(p_B).all(axis=1)
-    status = np.where(finite, ContactStatus.FREE, ContactStatus.NOT_FINITE).astype(np.int8)
-    n = len(p_B)
-    nowhere = np.full(n, -1, np.int32)
-    safe_distance = np.where(active, 0.0, np.inf)
-    return Detected(status, blank(n), safe_distance, nowhere, np.zeros((n, 2)))
+    found = _nowhere(len(p_B))
+    found.status[~np.isfinite(p_B).all(axis=1)] = ContactStatus.NOT_FINITE
+    found.safe_distance[~active] = np.inf
+    found.near[:] = -1
+    return found
+
+
+def _nowhere(n: int) -> Detected:
+    """Points without feet, of which nothing is said."""
+    status, near = np.zeros(n, np.int8), np.zeros(n, np.int32)
+    return Detected(status, blank(n), np.zeros(n), near, np.zeros((n, 2)))
 
 
 def _with_feet(found: Detected) -> Detected:

@@ -119,12 +119,16 @@ class Tracked(NamedTuple):
 
 def blank(n: int) -> Projection:
     """Feet of n points that have none."""
-    feet = empty_projection(n)
-    for name in Projection._fields:
-        getattr(feet, name)[:] = 0
-    feet.patch[:] = -1
-    feet.feature[:] = -1
-    return feet
+    return Projection(
+        np.full(n, -1, np.int32),
+        np.zeros((n, 2)),
+        np.zeros((n, 3)),
+        np.zeros((n, 3)),
+        np.zeros(n),
+        np.full(n, -1, np.int8),
+        np.zeros(n, np.int8),
+        np.zeros(n, np.int8),
+    )
 
 
 def track(

@@ -38,8 +38,10 @@ types: Any = numba_types
 DIGITS = 12
 LOCAL = "<locals>"
 """In the names of functions made in functions: there may be several of one name."""
-CALLED: dict[str, tuple[str, str, Any]] = {}
-"""Where a function that is called by name comes from: (module, kernel, types of its arguments)."""
+Call = tuple[str, str, str, Any]
+"""(Name of a function, its module, its kernel, types of its arguments)."""
+CALLED: dict[str, Call] = {}
+"""Where a function that is called by name comes from."""
 
 
 class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
@@ -185,7 +187,7 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
 
     def check_cachable(self, compiled: Any) -> bool:
         """Not where it calls what another process would not find."""
-        found = all(LOCAL not in name for _, name, _ in _calls(compiled.library))
+        found = all(LOCAL not in kernel for _, _, kernel, _ in _calls(compiled.library))
         return found and bool(super().check_cachable(compiled))
 
     def reduce(self, compiled: Any) -> Any:
@@ -193,10 +195,16 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
         return _calls(compiled.library), super().reduce(compiled)
 
     def rebuild(self, target: Any, kept: Any) -> Any:
-        """A compiled kernel of what was written, once all that it calls is there."""
+        """A compiled kernel of what was written, once all that it calls is there.
+
+        None where that has another name by now: it is compiled anew.
+        """
         calls, own = kept
-        for module, name, arguments in calls:
-            getattr(import_module(module), name).compile(arguments)
+        for name, module, kernel, arguments in calls:
+            callee = getattr(import_module(module), kernel)
+            callee.compile(arguments)
+            if callee.overloads[arguments].fndesc.mangled_name != name:
+                return None
         compiled = super().rebuild(target, own)
         library = compiled.library
         if library.name == CalledLibrary.__name__:
@@ -204,7 +212,7 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
         return compiled
 
 
-def _calls(library: Any) -> list[tuple[str, str, Any]]:
+def _calls(library: Any) -> list[Call]:
     """Of `CALLED`, what a library calls by name."""
     linked = isinstance(library, LinkedLibrary)
     module = library._shared_module if linked else library._final_module
@@ -237,8 +245,9 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
         """What numba tells of a version that was compiled or read."""
         super().add_overload(compiled)
         if issubclass(self._compiler.pipeline_class, CalledCompiler):
+            name, arguments = compiled.fndesc.mangled_name, tuple(compiled.signature.args)
             home = self.py_func.__module__, self.py_func.__qualname__
-            CALLED[compiled.fndesc.mangled_name] = (*home, tuple(compiled.signature.args))
+            CALLED[name] = (name, *home, arguments)
 
 
 def plain(of: Any) -> Any:
@@ -252,8 +261,13 @@ def plain(of: Any) -> Any:
 
 
 def decorator(compiler: type[KernelCompiler], **options: Any) -> Callable[[Any], Any]:
-    """A decorator of kernels that a compiler makes and files keep; options are numba's."""
-    decorate = njit(**({"no_cfunc_wrapper": True, "pipeline_class": compiler} | options))
+    """A decorator of kernels that a compiler makes and files keep; options are numba's.
+
+    Quotients by zero are infinite or no numbers and raise nothing, unless it is said otherwise.
+    A kernel that left that open would take it, and with it its name, from whatever calls it first.
+    """
+    own = {"no_cfunc_wrapper": True, "error_model": "numpy", "pipeline_class": compiler}
+    decorate = njit(**(own | options))
 
     def decorated(function: Any) -> Any:
         made = decorate(function)

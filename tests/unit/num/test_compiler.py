@@ -200,3 +200,37 @@ def test_options_that_differ_are_not_equal() -> None:
     plain = Flags()
     assert other == plain  # set to what it is anyway
     assert one != 1
+
+
+def test_whoever_calls_a_kernel_first_its_name_is_the_same(tmp_path: Path) -> None:
+    """Of two callers that divide in different ways; and code with a name of old is not run."""
+    folder = tmp_path / "tiny"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    (folder / "callee.py").write_text(
+        "from contiga.num.jit import inner\n\n@inner(linked=False)\ndef callee(x):\n"
+        "    return 1.0 / x\n"
+    )
+    for model in ("python", "numpy"):
+        (folder / f"by_{model}.py").write_text(
+            "from contiga.num.jit import kernel\nfrom tiny.callee import callee\n\n"
+            f"@kernel(error_model='{model}')\ndef by_{model}(x):\n    return callee(x) + 1.0\n"
+        )
+    code = (
+        "import sys; from pathlib import Path\nfolder = Path(sys.argv[1])\n"
+        "sys.path.insert(0, str(folder))\nfrom contiga.num import jit\n"
+        "jit.keep_by_sources(folder / 'tiny')\n"
+        "from tiny.by_{0} import by_{0} as one\nfrom tiny.callee import callee\n"
+        "print(one(0.0), *(r.fndesc.mangled_name for r in callee.overloads.values()))"
+    )
+
+    def said(model: str) -> str:
+        run = [sys.executable, "-c", code.replace("{0}", model), str(tmp_path)]
+        return subprocess.run(run, capture_output=True, text=True, check=True).stdout
+
+    first = said("python")
+    assert first.startswith("inf ")
+    for file in folder.rglob("callee.callee*.nb[ci]"):
+        file.unlink()
+    assert said("numpy") == first
+    assert said("python") == first
