@@ -8,7 +8,7 @@ import pytest
 import contiga as cg
 from contiga.statuses import Feature, Status
 
-from .folds import trimmed_fold, trimmed_gutter
+from .folds import trimmed_fold
 
 TURNS = [1e-5, 1e-3, 0.1, 1.0, np.pi / 2, 2.5]
 JUMP = 100.0
@@ -131,32 +131,6 @@ def continued(body, start, a, b, steps=400):
         stays &= new.status == Status.OK
         feet = new
     return feet.point, stays
-
-
-@pytest.mark.parametrize("height", [1e-2, 1e-3])
-@pytest.mark.parametrize("ends", [0.5, -0.5])
-def test_a_foot_on_a_hollow_face_is_not_certified_past_its_focal_line(height, ends):
-    """The foot, a hundredth from the edge, stays where it is while its point goes straight up to
-    the axis; past that it runs off to the edge, not far away but all at once."""
-    body, lip = trimmed_gutter(), -np.pi / 6.0
-    rng = np.random.default_rng(5)
-    angle = lip - rng.uniform(0.005, 0.05, 100)
-    y = rng.uniform(-0.5, 0.5, 100)
-    aside = rng.uniform(0.001, 0.01, 100) * height
-
-    def point(up):
-        x = up * np.cos(angle) + aside * np.sin(angle)
-        return np.column_stack([x, y, up * np.sin(angle) - aside * np.cos(angle)])
-
-    a, b = point(height), point(ends * height)
-    start = body.project(a, start=body.project(point(0.5)), mode="track")
-    assert (start.status == Status.OK).all()
-    feet = body.project(b, start=start, mode="track")
-    proved = (feet.certified == 1) & (feet.status == Status.OK)
-    if ends > 0.0:
-        assert proved.mean() > 0.9
-    else:
-        assert not proved.any()
 
 
 def about_edges(body, n, rng, reach):
