@@ -18,6 +18,8 @@ from contiga.contact.tracked import Detected, Last, Options, Step, blank, detect
 from contiga.masters.protocol import Surface
 from contiga.records import ContactStatus, FloatArray
 
+KINDS = int(ContactStatus.FREE), int(ContactStatus.NOT_FINITE)
+
 
 def detect_at_start(
     surface: Surface, p_B: FloatArray, active: np.ndarray, options: Options
@@ -43,7 +45,7 @@ def detect(
     rows = np.empty((2, len(now)), np.int32)
     known = last.patch, last.uv, last.near, last.safe_distance
     places = found.status, found.safe_distance, found.near, found.uv, way, ignored
-    touching, free = place_nb.place(last.points_B, now, known, active, places, rows)
+    touching, free = place_nb.place(last.points_B, now, known, active, places, rows, KINDS)
     step = Step(last.points_B, now, way, ignored, last.near, last.uv)
     rows, near = rows[0, :touching], rows[1, :free]
     if options.through:

@@ -28,7 +28,9 @@ def test_every_point_is_placed_as_plain_numpy_says():
     way, ignored = np.empty(n), np.empty(n, bool)
     rows = np.empty((2, n), np.int32)
     found = (status, safe_distance, found_near, found_uv, way, ignored)
-    touching, free = place_nb.place(before, now, (patch, uv, near, distance), active, found, rows)
+    touching, free = place_nb.place(
+        before, now, (patch, uv, near, distance), active, found, rows, (0, 7)
+    )
 
     whole = np.isfinite(now).all(axis=1)
     gone = np.linalg.norm(now - before, axis=1)

@@ -5,10 +5,6 @@ from __future__ import annotations
 import math
 
 from contiga.num.jit import inner, kernel
-from contiga.records import ContactStatus
-
-FREE = int(ContactStatus.FREE)
-NOT_FINITE = int(ContactStatus.NOT_FINITE)
 
 
 @inner(error_model="numpy")
@@ -19,12 +15,13 @@ def _left(distance, way):
 
 
 @kernel(error_model="numpy")
-def place(before, now, last, active, found, rows):
+def place(before, now, last, active, found, rows, kinds):
     """Fill `found` for all points; returns how many `rows` touched and how many are near.
 
     `last` is (patch, uv, near, safe distance) of the last step, `found` (status, safe distance,
     near, uv, way, ignored) of this one, zeros where nothing is said; `rows` are two (n,) lists to
-    be filled: those in contact, and free ones that may have come to the surface.
+    be filled: those in contact, and free ones that may have come to the surface; `kinds` are the
+    statuses of points that are free and that are not finite.
     """
     patch, uv, near, distance = last
     status, safe_distance, found_near, found_uv, ways, ignored = found
@@ -42,10 +39,10 @@ def place(before, now, last, active, found, rows):
         found_near[k] = -1
         x, y, z = now[k]
         if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
-            status[k] = NOT_FINITE
+            status[k] = kinds[1]
             safe_distance[k] = 0.0 if active[k] else math.inf
             continue
-        status[k] = FREE
+        status[k] = kinds[0]
         if patch[k] >= 0:
             safe_distance[k] = _left(distance[k], way)
             rows[0, touching] = k
