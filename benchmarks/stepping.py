@@ -43,10 +43,9 @@ class Stepper:
         self.state = self.contact.step(self.state, self.points + k * self.way, dt=1.0)
 
     def arrays(self) -> list[np.ndarray]:
-        """All that the state holds a point."""
+        """All that the state says a point, whether it keeps all rows or those in contact."""
         n = len(self.points)
-        held = vars(self.state).values()
-        return [v for v in held if isinstance(v, np.ndarray) and v.shape[:1] == (n,)]
+        return [array for array in self.state.arrays.values() if array.shape[:1] == (n,)]
 
     @property
     def touching(self) -> float:
@@ -57,14 +56,15 @@ class Stepper:
 def _whole(row: Row, body: cg.Body, size: Sizes) -> Row:
     places = around(body, size.points, TOUCHING)
     stepper = Stepper(body, *places, 1e-4 * body.size, stress_law())
+    arrays = stepper.arrays()
 
     def copied(_: int) -> None:
         for _ in range(size.copies):
-            kept = [array.copy() for array in stepper.arrays()]
+            kept = [array.copy() for array in arrays]
         del kept
 
     seconds = in_turns({"step": stepper, "copies": copied}, size.rounds)
-    held = sum(array.nbytes for array in stepper.arrays()) / size.points
+    held = sum(array.nbytes for array in arrays) / size.points
     note = (
         f"{1e9 * seconds['step'] / size.points:.0f} ns a node, {100 * stepper.touching:.0f} % in "
         f"contact; {held:.0f} bytes a node"

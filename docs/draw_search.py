@@ -66,7 +66,8 @@ def ball(ax: Axes) -> None:
 
     point = np.array([[0.55, 0.6, 0.0]])
     foot = body.project(point)
-    radius = float(body.surface.inner_ball(foot.patch, foot.uv, np.zeros(1, np.int32))[0])
+    row, inside = np.zeros(1, np.int32), np.zeros(1, np.int8)
+    radius = float(body.surface.touching_ball(foot.patch, foot.uv, row, inside)[0])
     centre = foot.point[0] - radius * foot.normal[0]
     ax.add_patch(plt.Circle(centre[:2], radius, facecolor="#2c6fbb22", edgecolor=SKY))
     ax.plot(*point[0, :2], "o", color=INK, markersize=5)

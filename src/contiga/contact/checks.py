@@ -181,7 +181,7 @@ def check_state(state: State, n_points: int, memories: tuple[int, int], master: 
             allowed=f"{n_points} points",
         )
     for name, whose, wanted in zip(("memory", "grip"), ("law", "friction"), memories, strict=True):
-        found = getattr(state, name).shape
+        found = state.shape(name)
         if found[1] != wanted:
             raise InputError(
                 f"the state is of another {whose}",

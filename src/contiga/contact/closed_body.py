@@ -2,28 +2,30 @@
 
 In contact means inside and come in. Neither is left to the crossings that a search has seen: at
 the end of every step each point's side is proved, by the cell it lies in (`Surface.sides`), by the
-ball that touches the surface at its foot (`Surface.inner_ball`), by the way it can have gone since
-its side was last known, or by its closest point. Crossings only tell where a point that lies
+ball that touches the surface at its foot (`Surface.touching_ball`), by the way it can have gone
+since its side was last known, or by its closest point. Crossings only tell where a point that lies
 inside has come in (`judge`); they are not looked for on ways that are known to meet no surface.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from contiga.contact.judge import Asked, asked_of, free_distance, joined, judge, within_depth
+from contiga.contact.kernels import settle_nb
 from contiga.contact.tracked import (
     BoolArray,
     Detected,
     Options,
     Step,
-    Tracked,
     closest,
     continued,
     distances,
+    follow,
     remember,
     take,
-    track,
 )
 from contiga.masters.protocol import Surface
 from contiga.records import (
@@ -32,9 +34,9 @@ from contiga.records import (
     FloatArray,
     IndexArray,
     IntArray,
+    Projection,
     rows_of,
 )
-from contiga.statuses import Feature
 
 # A point that went no farther than this share of the body's size has its last foot near by.
 SHORT = 2e-3
@@ -84,11 +86,10 @@ def detect(
     `last` is (patch, uv) of the feet of all points, `rows` (in contact, near).
     """
     touching, near = rows
-    asked = joined(
-        _look_at_touching(surface, step, last, touching, found, options),
-        _look_at_free(surface, step, near, found, options),
-    )
-    if len(asked.rows):
+    held = _look_at_touching(surface, step, last, touching, found, options)
+    free = _look_at_free(surface, step, near, found, options)
+    asked = joined(held, free) if held and free else held or free
+    if asked is not None:
         judge(surface, step, asked, found, options)
 
 
@@ -99,79 +100,105 @@ def _look_at_touching(
     rows: IntArray,
     found: Detected,
     options: Options,
-) -> Asked:
+) -> Asked | None:
     """Settle the points in contact whose sides and feet tell what becomes of them.
 
-    Returns the others. What is outside needs no foot.
+    Returns the others, if there are any. What is outside needs no foot.
     """
-    side, safe_distance = surface.sides(step.now, rows)
-    _release(rows, side > 0, safe_distance, found, options)
-    rows, safe_distance, side = rows[side <= 0], safe_distance[side <= 0], side[side <= 0]
-    path = (step.before[rows], step.now[rows])
-    tracked = track(surface, path, (last[0][rows], last[1][rows]), options)
-    # What is no deeper than rounding is on the surface.
-    kept = tracked.keep & ((found.safe_distance[rows] > 0.0) | (-tracked.feet.gap <= options.band))
-    ways = np.flatnonzero(tracked.keep & ~kept & (side < 0))
-    kept[ways] = surface.clear_ways(step.before, step.now, rows[ways])
-    doubtful = np.flatnonzero(~kept)
-    nearest = ask_balls(surface, tracked, doubtful, (side, safe_distance), options)
-    kept[doubtful] = nearest & tracked.keep[doubtful]
-    found.safe_distance[rows] = np.fmax(
-        found.safe_distance[rows], np.where(side < 0, safe_distance - options.band, 0.0)
+    if len(rows) == 0:
+        return None
+    known, band = surface.sides(step.now, rows), options.band
+    work, ends = _of_touching(len(rows)), (step.before, step.now)
+    places = found.status, found.safe_distance, found.near, found.uv
+    left = settle_nb.stay(rows, known, ends, last, places[:2], band, work)
+    rows, side, reach, patch, uv, before, now = (values[:left] for values in work)
+    feet = follow(surface, (before, now), (patch, uv))
+    mark, ways, asked = np.empty(left, np.int8), np.empty(left, np.int32), _listed(left)
+    n, m = settle_nb.look(
+        *(rows, feet, side, found.safe_distance, (options.hold, band), mark, ways, asked)
     )
-    status = continued(tracked)
-    found.status[rows[kept]] = status[kept]
-    take(found.feet, rows, tracked.feet, kept)
-    out = side > 0
-    _release(rows, out, safe_distance, found, options)
-    remember(found, rows[out], rows_of(tracked.feet, np.flatnonzero(out)))
-    own = np.flatnonzero(~kept & ~out)
-    feet = rows_of(tracked.feet, own)
-    within = distances(tracked, step.now[rows])[own]
-    return asked_of(
-        rows[own], (side[own], safe_distance[own]), within, (tracked.keep[own], status[own], feet)
-    )
+    if n:
+        clear = surface.clear_ways(step.before, step.now, rows[ways[:n]])
+        mark[ways[:n][clear]] |= settle_nb.KEPT
+    balls = _balls(surface, feet, (asked[0][:m], asked[1][:m]), options)
+    n = settle_nb.settle(rows, feet, (side, reach), mark, balls, band, places, found.feet, ways)
+    if n == 0:
+        return None
+    own = ways[:n]
+    feet = rows_of(feet, own)
+    kept = (mark[own] & settle_nb.KEEP) > 0
+    within = distances(feet, now[own])
+    return asked_of(rows[own], (side[own], reach[own]), within, (kept, continued(feet), feet))
 
 
-def _release(
-    rows: IntArray, out: BoolArray, safe_distance: FloatArray, found: Detected, options: Options
-) -> None:
-    """Points that were in contact and are proved to be outside."""
-    found.status[rows[out]] = ContactStatus.RELEASED
-    found.safe_distance[rows[out]] = safe_distance[out] - options.band
+def _of_touching(n: int) -> tuple[Any, ...]:
+    """What is listed of points in contact: rows, sides, reaches, feet, before and now."""
+    codes = np.empty(n, np.int32), np.empty(n, np.int8), np.empty(n), np.empty(n, np.int32)
+    return *codes, np.empty((n, 2)), np.empty((n, 3)), np.empty((n, 3))
+
+
+def _listed(n: int) -> tuple[IntArray, ByteArray]:
+    """Space for a list of feet that balls may tell of, and the sides they touch on."""
+    return np.empty(n, np.int32), np.empty(n, np.int8)
+
+
+def _balls(
+    surface: Surface,
+    feet: Projection,
+    asked: tuple[IntArray, ByteArray],
+    options: Options,
+) -> tuple[IntArray, FloatArray]:
+    """The feet that are asked for, and the radii of the balls that touch there."""
+    index, sides = asked
+    if len(index) == 0 or not options.balls:
+        return index[:0], np.zeros(0)
+    return index, surface.touching_ball(feet.patch, feet.uv, index, sides)
 
 
 def _look_at_free(
     surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options
-) -> Asked:
-    """Settle the free points that are known to stay so; returns the others."""
-    side, safe_distance = surface.sides(step.now, rows)
-    within = np.full(len(rows), np.inf)
-    unknown = np.flatnonzero(side == 0)
-    told = np.flatnonzero(side)
-    found.near[rows[told]] = -1
-    patch, uv = _starts(surface, step, rows[unknown], options)
-    unknown, patch, uv = unknown[patch >= 0], patch[patch >= 0], uv[patch >= 0]
-    points = step.now[rows[unknown]]
-    tracked = track(surface, (None, points), (patch, uv), options)
-    remember(found, rows[unknown], tracked.feet)
-    within[unknown] = distances(tracked, points)
-    own = side[unknown], safe_distance[unknown]
-    ask_balls(surface, tracked, np.arange(len(unknown)), own, options)
-    side[unknown], safe_distance[unknown] = own
+) -> Asked | None:
+    """Settle the free points that are known to stay so; returns the others, if there are any."""
+    if len(rows) == 0:
+        return None
+    side, reach, *place = surface.places(step.now, rows)
+    known, within = (side, reach), np.full(len(rows), np.inf)
+    n = len(rows)
+    index, patch = np.empty(n, np.int32), np.empty(n, np.int32)
+    uv, now = np.empty((n, 2)), np.empty((n, 3))
+    ends, old, far = (step.way, step.now), (step.near, step.uv), SHORT * options.size
+    work = index, patch, uv, now
+    n = settle_nb.starts(rows, known, tuple(place), ends, old, found.near, far, work)
+    if n:
+        index, patch, uv, now = index[:n], patch[:n], uv[:n], now[:n]
+        feet = follow(surface, (None, now), (patch, uv))
+        remember(found, rows[index], feet)
+        tell(surface, (index, feet, now), known, within, options)
     held = _held(surface, step, rows, side, options)
-    done = held | (side > 0)
-    found.safe_distance[rows[done]] = (side * (safe_distance - options.band))[done]
-    return asked_of(rows[~done], (side[~done], safe_distance[~done]), within[~done])
+    own = np.empty(len(rows), np.int32)
+    n = settle_nb.leave(rows, known, held, options.band, found.safe_distance, own)
+    if n == 0:
+        return None
+    own = own[:n]
+    return asked_of(rows[own], (side[own], reach[own]), within[own])
 
 
-def _starts(
-    surface: Surface, step: Step, rows: IntArray, options: Options
-) -> tuple[IntArray, FloatArray]:
-    """Where the feet of free points are looked for from: at the last foot or near by."""
-    patch, uv = surface.nearby(step.now, rows)
-    old = (step.near[rows] >= 0) & ((step.way[rows] <= SHORT * options.size) | (patch < 0))
-    return np.where(old, step.near[rows], patch), np.where(old[:, None], step.uv[rows], uv)
+def tell(
+    surface: Surface,
+    followed: tuple[IndexArray, Projection, FloatArray],
+    known: tuple[ByteArray, FloatArray],
+    within: FloatArray,
+    options: Options,
+) -> None:
+    """Fill in what feet tell: the sides that balls prove, and distances to the surface.
+
+    `followed` is (rows, feet, points), `known` (side, reach) and `within` have the rows.
+    """
+    index, feet, points = followed
+    asked = _listed(len(index))
+    m = settle_nb.askable(feet, options.band, asked)
+    balls = _balls(surface, feet, (asked[0][:m], asked[1][:m]), options)
+    settle_nb.tell(index, feet, points, balls, options.band, known, within)
 
 
 def _held(
@@ -185,40 +212,10 @@ def _held(
     if options.penetration:
         return held
     own = np.flatnonzero((side < 0) & step.ignored[rows] & np.isfinite(step.way[rows]))
+    if len(own) == 0:
+        return held
     held[own] = surface.clear_ways(step.before, step.now, rows[own])
     rest = own[~held[own]]
     _, sense = surface.last_crossings(step.before, step.now, rows[rest])
     held[rest] = sense == 0
     return held
-
-
-def ask_balls(
-    surface: Surface,
-    tracked: Tracked,
-    rows: IndexArray,
-    known: tuple[ByteArray, FloatArray],
-    options: Options,
-) -> BoolArray:
-    """Fill in the sides that feet prove, known = (side, reach), of `rows` of `tracked`.
-
-    A ball of radius ρ touches at the foot and holds no surface: a point is on its side up to 2ρ
-    from the foot, and no wall is nearer than the ball's nearer end. Returns whether the feet of
-    `rows` are proved to be the closest points (up to ρ).
-    """
-    side, safe_distance = known
-    feet = tracked.feet
-    sound = tracked.solved & ~tracked.at_border & (feet.feature == Feature.FACE)
-    sound &= np.abs(feet.gap) > options.band
-    nearest = np.zeros(len(side), dtype=bool)
-    if not options.balls:
-        return nearest[rows]
-    for sign, balls in ((-1, surface.inner_ball), (1, surface.outer_ball)):
-        own = rows[sound[rows] & (sign * feet.gap[rows] > 0.0)].astype(np.int32)
-        height = np.abs(feet.gap[own])
-        radius = balls(feet.patch, feet.uv, own)
-        way = np.minimum(height, 2.0 * radius - height)
-        told = (way > options.band) & (side[own] != -sign)
-        nearest[own] = height + options.band <= radius
-        side[own[told]] = sign
-        safe_distance[own[told]] = np.fmax(safe_distance[own[told]], way[told])
-    return nearest[rows]

@@ -24,6 +24,7 @@ from contiga.contact.checks import (
 )
 from contiga.contact.curved import detect_on_curves
 from contiga.contact.detect import detect_at_start
+from contiga.contact.kernels import totals_nb
 from contiga.contact.measured import Measure
 from contiga.contact.motion import Velocities, relative_velocity
 from contiga.contact.points import default_area, pressure_of, sampling_of
@@ -32,13 +33,12 @@ from contiga.contact.respond import (
     Past,
     balance,
     carrying,
-    damping_of,
+    columns_of,
     law_input,
-    moment,
     respond,
-    scattered,
 )
-from contiga.contact.state import State
+from contiga.contact.sparse import Sparse
+from contiga.contact.state import Column, State
 from contiga.contact.tracked import Detected, Last, Options, options_of
 from contiga.errors import InputError
 from contiga.laws.friction import Friction
@@ -347,9 +347,9 @@ class Contact(Shown):
         clock: StageClock,
     ) -> State:
         """Forces and sums of what the search has found."""
-        sampling, n = self._sampling, len(p_B)
-        held = np.flatnonzero(found.feet.patch >= 0).astype(np.int32)
-        rows = held[held >= sampling.first]
+        sampling = self._sampling
+        rows = np.flatnonzero(found.feet.patch >= 0).astype(np.int32)
+        rows = rows[rows >= sampling.first]
         points = carrying(rows, rows_of(found.feet, rows), p_B, past)
         seen = areas = None
         if self.weights == "area":
@@ -361,39 +361,18 @@ class Contact(Shown):
             inp = law_input(points, sampling, area, past, self.law.n_memory)
             answer = respond(self.law, self.friction, points, inp, past)
             force_W = turn_to_world(X_WB, answer.force_B)
-            force = sampling.nodal(rows, force_W)
-            turn = moment(points, force_W, p_B, self.master.reference_point, X_WB)
+            force: Column = Sparse.of(len(p_B), rows, force_W)
+            # The forces act where the slave's points are: so those on slave and master balance,
+            # with their moments, whatever friction adds along the surface.
+            about = self.master.reference_point
+            total = totals_nb.wrench_of(rows, force_W, p_B, about, X_WB)
+            if sampling.first:
+                force = sampling.nodal(rows, force_W)
+                total[:3] = force.sum(axis=0)
             energies = np.array(balance(points, answer, p_B, past))
-            grip = answer.friction
-        depth = scattered(n, held, np.maximum(-found.feet.gap[held], 0.0))
-        foot_B = scattered(n, held, found.feet.point[held], p_B)
-        damped, viscosity = damping_of(answer.normal, inp, rows, n)
-        state = State(
-            status=found.status,
-            feature=found.feet.feature,
-            patch=found.feet.patch,
-            uv=found.uv,
-            near=found.near,
-            penetration=depth,
-            normal_B=found.feet.normal,
-            foot_B=foot_B,
-            points_B=p_B,
-            pose=X_WB,
-            normal_force=scattered(n, rows, answer.normal.force),
-            force=force,
-            stiffness=scattered(n, rows, answer.normal.stiffness),
-            damping=damped,
-            viscosity=viscosity,
-            memory=scattered(n, rows, answer.normal.memory),
-            grip=np.zeros((n, 0)) if grip is None else scattered(n, rows, grip.memory),
-            traction_B=np.zeros((0, 3)) if grip is None else scattered(n, rows, grip.force),
-            tangential=np.zeros(0) if grip is None else scattered(n, rows, grip.stiffness),
-            certified=found.feet.certified,
-            safe_distance=found.safe_distance,
-            wrench=0.0 - np.concatenate((force.sum(axis=0), turn)),
-            energies=energies,
-            of=self,
-        )
+        columns = columns_of(found, points, inp, answer, p_B)
+        columns |= {"force": force, "pose": X_WB, "wrench": 0.0 - total, "energies": energies}
+        state = State.of_columns(columns, self)
         if seen is not None and areas is not None:
             state.keep(seen, areas)
         return state

@@ -10,15 +10,19 @@ the foot passed a border of the body. What holds beyond that depends on the body
 
 from __future__ import annotations
 
+from math import ceil
+
 import numpy as np
 
 from contiga.contact import closed_body, open_body, through
 from contiga.contact.kernels import place_nb
 from contiga.contact.tracked import Detected, Last, Options, Step, blank, detect_inside, track
 from contiga.masters.protocol import Surface
-from contiga.records import ContactStatus, FloatArray
+from contiga.num.threads import run_ranges
+from contiga.records import ContactStatus, FloatArray, IntArray
 
-KINDS = int(ContactStatus.FREE), int(ContactStatus.NOT_FINITE)
+# Points that a thread goes through at once.
+CHUNK = 32768
 
 
 def detect_at_start(
@@ -41,13 +45,10 @@ def detect(
 ) -> Detected:
     """One step: from the points of the last step to those of this one, body axes."""
     found = _nowhere(len(now))
-    way, ignored = np.empty(len(now)), np.empty(len(now), bool)
-    rows = np.empty((2, len(now)), np.int32)
-    known = last.patch, last.uv, last.near, last.safe_distance
-    places = found.status, found.safe_distance, found.near, found.uv, way, ignored
-    touching, free = place_nb.place(last.points_B, now, known, active, places, rows, KINDS)
-    step = Step(last.points_B, now, way, ignored, last.near, last.uv)
-    rows, near = rows[0, :touching], rows[1, :free]
+    step = Step(
+        last.points_B, now, np.empty(len(now)), np.empty(len(now), bool), last.near, last.uv
+    )
+    rows, near = _place(step, last, active, found)
     if options.through:
         feet = last.patch, last.uv
         rows, near = through.detect(surface, step, feet, (rows, near), found, options)
@@ -59,6 +60,29 @@ def detect(
     )
     open_body.detect(surface, step, (rows, near), tracked, found, options)
     return _with_feet(found)
+
+
+def _place(
+    step: Step, last: Last, active: np.ndarray, found: Detected
+) -> tuple[IntArray, IntArray]:
+    """The points that were in contact, and the free ones that may have come to the surface.
+
+    Fills in what is known of all of them.
+    """
+    n = len(step.now)
+    chunks = ceil(n / CHUNK)
+    known = last.patch, last.uv, last.near, last.safe_distance
+    places = found.status, found.safe_distance, found.near, found.uv, step.way, step.ignored
+    rows, counts = np.empty((2, n), np.int32), np.zeros((chunks, 2), np.int64)
+    path, lists = (step.before, step.now), (rows, counts)
+    run_ranges(place_nb.place, chunks, 1, path, known, active, places, lists, CHUNK)
+    if chunks == 1:
+        return rows[0, : counts[0, 0]], rows[1, : counts[0, 1]]
+    parts = [
+        [own[c * CHUNK : c * CHUNK + count] for c, count in enumerate(counts[:, i])]
+        for i, own in enumerate(rows)
+    ]
+    return np.concatenate(parts[0] or [rows[0]]), np.concatenate(parts[1] or [rows[1]])
 
 
 def _nothing(p_B: FloatArray, active: np.ndarray) -> Detected:
@@ -78,6 +102,5 @@ def _nowhere(n: int) -> Detected:
 
 def _with_feet(found: Detected) -> Detected:
     """`found` with the parameters of the points in contact among those of the free ones."""
-    rows = found.feet.patch >= 0
-    found.uv[rows] = found.feet.uv[rows]
+    run_ranges(place_nb.fill_in, len(found.uv), CHUNK, found.feet.patch, found.feet.uv, found.uv)
     return found

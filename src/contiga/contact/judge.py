@@ -142,6 +142,8 @@ def _come_in(
     new = entered.copy()
     unsure = inside & ~_same(asked, options) & np.isfinite(step.way[rows])
     which = np.flatnonzero(unsure & (was | (not options.penetration)))
+    if len(which) == 0:
+        return entered, new
     hits, sense = surface.last_crossings(step.before, step.now, rows[which])
     back = np.flatnonzero(sense > 0)
     _find(surface, step, asked, which[back][asked.kept[which[back]] | options.penetration])
@@ -173,6 +175,8 @@ def _same(asked: Asked, options: Options) -> BoolArray:
 def _find(surface: Surface, step: Step, asked: Asked, which: IndexArray) -> None:
     """Ask for the closest points of some rows, where they are not known yet."""
     which = which[asked.truth.status[which] == NOT_ASKED]
+    if len(which) == 0:
+        return
     out = closest(surface, step.now, asked.rows[which], asked.within[which])
     take(asked.truth, which, out, np.ones(len(which), dtype=bool))
 
@@ -183,6 +187,9 @@ def _give_feet(surface: Surface, step: Step, asked: Asked, at_closest: BoolArray
     Those of points that come anew do not depend on what was known of the surface near them.
     """
     which = np.flatnonzero(at_closest)
+    lost = np.zeros(len(at_closest), dtype=bool)
+    if len(which) == 0:
+        return lost
     _find(surface, step, asked, which[asked.was[which]])
     anew = which[~asked.was[which]]
     out = closest(surface, step.now, asked.rows[anew])
@@ -190,7 +197,6 @@ def _give_feet(surface: Surface, step: Step, asked: Asked, at_closest: BoolArray
     take(asked.truth, anew, out, better)
     feet = rows_of(asked.truth, which)
     take(asked.feet, which, feet, np.ones(len(which), dtype=bool))
-    lost = np.zeros(len(at_closest), dtype=bool)
     lost[which] = feet.status != Status.OK
     return lost
 

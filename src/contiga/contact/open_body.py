@@ -35,7 +35,7 @@ def detect(
     keep = tracked.keep
     slid_off = tracked.at_border & (not options.hold)
     gone = np.where(slid_off, ContactStatus.SLID_OFF, ContactStatus.RELEASED)
-    status = np.where(keep, continued(tracked), gone)
+    status = np.where(keep, continued(tracked.feet), gone)
     found.status[touching] = np.where(tracked.solved, status, ContactStatus.LOST)
     found.safe_distance[touching] = 0.0
     take(found.feet, touching, tracked.feet, keep)

@@ -9,16 +9,15 @@ from contiga.geometry.kernels.evaluate_nb import curve_range, surface_range
 from contiga.geometry.kernels.trim_build_nb import fill_cells, monotone_pieces
 from contiga.geometry.kernels.trim_nb import box_state
 from contiga.num.preload import preload
-from contiga.search.kernels.branch_nb import certify_rows
 from contiga.search.kernels.curve_leaves_nb import curve_leaves
-from contiga.search.kernels.follow_nb import follow_rows
 from contiga.search.kernels.hierarchy_nb import surface_leaves
 from contiga.search.kernels.hit_nb import last_crossings
 from contiga.search.kernels.joint_nb import measure_pieces
 from contiga.search.kernels.middles_nb import fill_middles
-from contiga.search.kernels.project_nb import project_global, project_lanes
+from contiga.search.kernels.project_nb import project_global
 from contiga.search.kernels.ring_nb import bends_of_parts, join_parts
 from contiga.search.kernels.side_pieces_nb import surface_pieces
+from contiga.search.kernels.track_nb import track_chunks
 from contiga.search.kernels.tree_nb import build
 
 KERNELS = (
@@ -26,7 +25,7 @@ KERNELS = (
     *(monotone_pieces, fill_cells, box_state, sample),
     *(surface_leaves, curve_leaves, build, fill_middles),
     *(bends_of_parts, join_parts, measure_pieces, surface_pieces),
-    *(project_global, project_lanes, last_crossings, certify_rows, follow_rows),
+    *(project_global, last_crossings, track_chunks),
 )
 """In the order they are called: faces, trims, elements, hierarchy, joints, sides, search."""
 

@@ -8,10 +8,11 @@ import numpy as np
 
 from contiga.contact.checks import checked_answer, locked
 from contiga.contact.energy import ContactEnergy, half_work
-from contiga.contact.state import State
+from contiga.contact.sparse import Sparse
+from contiga.contact.state import Column, State
+from contiga.contact.tracked import Detected
 from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
 from contiga.laws.normal import Law
-from contiga.num.rigid import turn_to_world
 from contiga.records import FloatArray, IndexArray, IntArray, LawInput, LawOutput, Projection
 from contiga.slaves.sampling import Sampling
 
@@ -71,7 +72,7 @@ def rates(points: Carrying, past: Past | None) -> FloatArray:
     n = points.feet.normal
     if past.velocity_B is not None:
         return -(past.velocity_B[points.rows] * n).sum(axis=1)
-    change = points.depth - past.state.penetration[points.rows]
+    change = points.depth - past.state.part("penetration", points.rows)
     return np.where(points.old, change, -(points.path * n).sum(axis=1)) / past.dt
 
 
@@ -87,7 +88,7 @@ def law_input(
         None if thickness is None else thickness[rows],
         None if mass is None else mass[rows],
         0.0 if past is None else past.dt,
-        np.zeros((len(rows), n_memory)) if past is None else past.state.memory[rows],
+        np.zeros((len(rows), n_memory)) if past is None else past.state.part("memory", rows),
     )
 
 
@@ -111,7 +112,7 @@ def _friction_input(
         before, memory = np.zeros_like(n), np.zeros((len(rows), friction.n_memory))
         velocity = np.zeros_like(n)
     else:
-        before, memory = past.state.normal_B[rows], past.state.grip[rows]
+        before, memory = past.state.normal_B[rows], past.state.part("grip", rows)
         known = past.velocity_B
         velocity = points.path / past.dt if known is None else known[rows]
     return FrictionInput(
@@ -153,20 +154,20 @@ def balance(
     if past is None:
         return ContactEnergy(stored, stored, 0.0, 0.0, 0.0)
     last, energy = past.state, past.state.energy
-    rows = np.flatnonzero(last.normal_force)
+    rows, pressed = last.nonzero("normal_force")
     way = _way(last, p_B, rows)
-    force = last.normal_force[rows, None] * last.normal_B[rows]
-    if len(last.traction_B):
-        force = force + last.traction_B[rows]
+    force = pressed[:, None] * last.normal_B[rows]
+    if last.shape("traction_B")[0]:
+        force = force + last.part("traction_B", rows)
     work = half_work(force, way) + half_work(response.force_B, points.path)
     damped = 0.0
     if normal.damping is not None:
         damped += half_work(normal.damping[:, None] * points.feet.normal, points.path)
-    if len(last.damping):
-        # Also where it takes all of the normal force, of points that come out fast.
-        rows = np.flatnonzero(last.damping)
+    # Also where it takes all of the normal force, of points that come out fast.
+    rows, taken = last.nonzero("damping")
+    if len(rows):
         way = _way(last, p_B, rows)
-        damped += half_work(last.damping[rows, None] * last.normal_B[rows], way)
+        damped += half_work(taken[:, None] * last.normal_B[rows], way)
     return ContactEnergy(
         energy.work + work,
         stored,
@@ -176,34 +177,42 @@ def balance(
     )
 
 
-def damping_of(
-    normal: LawOutput, inp: LawInput, rows: IntArray, n: int
-) -> tuple[FloatArray, FloatArray]:
-    """(n,) the part of the force that is due to the rate, and that over the rate; (0,) without."""
-    if normal.damping is None or not normal.damping.any():
-        return np.zeros(0), np.zeros(0)
-    each = np.zeros(len(rows))
-    np.divide(normal.damping, inp.rate, out=each, where=inp.rate != 0.0)
-    return scattered(n, rows, normal.damping), scattered(n, rows, np.abs(each))
+def columns_of(
+    found: Detected, points: Carrying, inp: LawInput, response: Response, p_B: FloatArray
+) -> dict[str, Column]:
+    """The columns of a state that are one row a point, by name; `p_B` (m, 3) are all points."""
+    n, feet, rows = len(p_B), found.feet, points.rows
+    normal, grip = response.normal, response.friction
+    held = np.flatnonzero(feet.patch >= 0)
 
+    def sparse(values: FloatArray) -> Sparse:
+        return Sparse.of(n, rows, values)
 
-def scattered(
-    n: int, rows: IntArray, values: np.ndarray, base: np.ndarray | None = None
-) -> np.ndarray:
-    """`values` in their rows of an array of n, `base` (zero if omitted) in the others."""
-    whole = np.zeros((n, *values.shape[1:]), values.dtype) if base is None else base.copy()
-    whole[rows] = values
-    return whole
+    damping: Column = np.zeros(0)
+    viscosity: Column = np.zeros(0)
+    if normal.damping is not None and normal.damping.any():
+        each = np.zeros(len(rows))
+        np.divide(normal.damping, inp.rate, out=each, where=inp.rate != 0.0)
+        damping, viscosity = sparse(normal.damping), sparse(np.abs(each))
 
-
-def moment(
-    points: Carrying, force_W: FloatArray, p_B: FloatArray, about_B: FloatArray, pose: FloatArray
-) -> FloatArray:
-    """(3,) moment of forces (k, 3) about `about_B` (3,), world axes.
-
-    The forces act where the slave's points are: so those on slave and master balance, with their
-    moments, whatever friction adds along the surface.
-    """
-    arm = turn_to_world(pose, p_B[points.rows] - about_B)
-    total: FloatArray = np.cross(arm, force_W).sum(axis=0)
-    return total
+    return {
+        "status": found.status,
+        "feature": feet.feature,
+        "patch": feet.patch,
+        "uv": found.uv,
+        "near": found.near,
+        "penetration": Sparse(n, held, np.maximum(-feet.gap[held], 0.0)),
+        "normal_B": feet.normal,
+        "foot_B": Sparse(n, held, feet.point[held], p_B),
+        "points_B": p_B,
+        "normal_force": sparse(normal.force),
+        "stiffness": sparse(normal.stiffness),
+        "damping": damping,
+        "viscosity": viscosity,
+        "memory": sparse(normal.memory),
+        "grip": np.zeros((n, 0)) if grip is None else sparse(grip.memory),
+        "traction_B": np.zeros((0, 3)) if grip is None else sparse(grip.force),
+        "tangential": np.zeros(0) if grip is None else sparse(grip.stiffness),
+        "certified": feet.certified,
+        "safe_distance": found.safe_distance,
+    }

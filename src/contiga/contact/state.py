@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from dataclasses import InitVar, dataclass, fields
 from functools import cached_property
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from contiga.area.method import AreaInput, Areas
 from contiga.contact.energy import ContactEnergy
+from contiga.contact.sparse import Sparse
 from contiga.errors import InputError
 from contiga.num.ordered import product
 from contiga.num.rigid import to_world, turn_to_world
-from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
+from contiga.records import IN_CONTACT, ByteArray, FloatArray, IndexArray, IntArray
 from contiga.shown import Facts, Shown
 
 
@@ -38,14 +39,19 @@ class Owner(Protocol):
         """(m, 3) what each point has slid, body axes."""
 
 
+Column = NDArray[Any] | Sparse
+"""An array of a state, or its rows in contact."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class State(Shown):
     """Where the n nodes of a slave stand after a step, in world axes where not said otherwise.
 
     A contact with quadrature points has m rows where (m,) is said: the nodes come first, and after
     them the points of each facet. Without, m = n. The arrays take 155 bytes a point, and
-    eight for each number that the laws remember. What is not an array here is worked out when it
-    is asked for: areas most of all.
+    eight for each number that the laws remember; of those that say nothing without contact only
+    the rows in contact are kept, and the array is made when it is asked for. What is not an array
+    here is worked out when it is asked for: areas most of all.
 
     >>> import contiga as cg
     >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
@@ -111,7 +117,45 @@ class State(Shown):
     """The contact it is a state of."""
 
     def __post_init__(self, of: Owner | None) -> None:
-        self.__dict__["_contact"] = of
+        self.__dict__.update(_contact=of, _sparse={})
+
+    @classmethod
+    def of_columns(cls, columns: dict[str, Column], of: Owner) -> State:
+        """A state of `columns`, all fields by name, whose sparse ones are made when asked for."""
+        state: State = object.__new__(cls)
+        sparse = {name: column for name, column in columns.items() if isinstance(column, Sparse)}
+        whole = {name: column for name, column in columns.items() if name not in sparse}
+        state.__dict__.update(whole, _contact=of, _sparse=sparse)
+        return state
+
+    if not TYPE_CHECKING:  # it would answer to any name
+
+        def __getattr__(self, name: str) -> Any:
+            """An array of which only some rows are kept, made when first asked for."""
+            column = self.__dict__.get("_sparse", {}).get(name)
+            if column is None:
+                raise AttributeError(f"a State has no {name!r}", name=name, obj=self)
+            whole = self.__dict__[name] = column.whole()
+            return whole
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Shape of the array `name`, which is not made for that."""
+        column = self.__dict__["_sparse"].get(name)
+        shape = getattr(self, name).shape if column is None else column.shape
+        return tuple(shape)
+
+    def part(self, name: str, rows: IndexArray) -> FloatArray:
+        """(len(rows), …) some rows of the array `name`, which is not made for that."""
+        column = self.__dict__["_sparse"].get(name)
+        return getattr(self, name)[rows] if column is None else column.at(rows)
+
+    def nonzero(self, name: str) -> tuple[IndexArray, FloatArray]:
+        """Rows (k,) of the array `name` (m,) that are not zero, and their values (k,)."""
+        column = self.__dict__["_sparse"].get(name)
+        if column is None:
+            column = Sparse(0, np.arange(len(self.patch)), getattr(self, name))
+        own = np.flatnonzero(column.values)
+        return column.rows[own], column.values[own]
 
     @property
     def contact(self) -> Owner:
@@ -163,7 +207,7 @@ class State(Shown):
     @property
     def max_penetration(self) -> float:
         """Largest penetration, zero without contact."""
-        return float(self.penetration.max(initial=0.0))
+        return float(self.nonzero("penetration")[1].max(initial=0.0))
 
     @property
     def total_force(self) -> FloatArray:

@@ -15,16 +15,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.contact.closed_body import ask_balls
+from contiga.contact.closed_body import tell
 from contiga.contact.tracked import (
     Detected,
     Options,
     Step,
-    Tracked,
     blank,
     closest,
     continued,
-    distances,
     take,
     track,
 )
@@ -73,7 +71,7 @@ def detect(
     way = step.before[touching], step.now[touching]
     tracked = track(surface, way, foot, options)
     kept = np.flatnonzero(tracked.keep)
-    old = Held(touching[kept], rows_of(tracked.feet, kept), continued(tracked)[kept])
+    old = Held(touching[kept], rows_of(tracked.feet, kept), continued(tracked.feet)[kept])
     settled = _settle(surface, step, old, found, options)
     starts = step.before.copy()
     left = _come_again(surface, step, touching, np.flatnonzero(tracked.solved & ~tracked.keep))
@@ -124,12 +122,12 @@ def _sides(
     side, reach = surface.sides(step.now, rows)
     inside = np.flatnonzero((side == 0) & (found.safe_distance[rows] > 0.0))
     side[inside] = -1
-    sure = np.ones(len(rows), dtype=bool)
-    tracked = Tracked(held.feet, sure, ~sure, sure)
-    ask_balls(surface, tracked, np.flatnonzero(side == 0), (side, reach), options)
+    within = np.full(len(rows), np.inf)
     unknown = np.flatnonzero(side == 0)
-    within = distances(tracked, step.now[rows])[unknown]
-    truth = closest(surface, step.now, rows[unknown], within)
+    followed = unknown, rows_of(held.feet, unknown), step.now[rows[unknown]]
+    tell(surface, followed, (side, reach), within, options)
+    unknown = unknown[side[unknown] == 0]
+    truth = closest(surface, step.now, rows[unknown], within[unknown])
     told = (truth.status == Status.OK) & (np.abs(truth.gap) > options.band)
     side[unknown[told]] = np.sign(truth.gap[told])
     reach[unknown[told]] = np.abs(truth.gap[told])

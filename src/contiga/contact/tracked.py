@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.masters.protocol import Master, Surface
+from contiga.num import codes
 from contiga.records import (
     ByteArray,
     ContactStatus,
@@ -142,22 +143,36 @@ def track(
     `path` is (before, now); without a before feet are not certified. Those that fail are the
     closest points.
     """
-    before, p_B = path
-    patch, uv = start
-    out = empty_projection(len(p_B))
-    surface.track(p_B, patch, np.ascontiguousarray(uv), out, before)
-    failed = np.flatnonzero(out.status == Status.MAX_ITERATIONS).astype(np.int32)
-    surface.closest(p_B, failed, out)
-    at_border = (out.status == Status.BORDER) | (out.status == Status.TRIMMED)
+    out = follow(surface, path, start)
+    at_border = _at_border(out)
     solved = (out.status == Status.OK) | (out.status == Status.BRANCH_EVENT) | at_border
     keep = solved & (out.gap <= 0.0) & (options.hold | ~at_border)
     return Tracked(out, solved, at_border, keep)
 
 
-def continued(tracked: Tracked) -> ByteArray:
+def follow(
+    surface: Surface, path: tuple[FloatArray | None, FloatArray], start: tuple[IntArray, FloatArray]
+) -> Projection:
+    """The feet of `track`."""
+    before, p_B = path
+    patch, uv = start
+    out = empty_projection(len(p_B))
+    surface.track(p_B, patch, np.ascontiguousarray(uv), out, before)
+    failed = np.flatnonzero(out.status == codes.MAX_ITERATIONS).astype(np.int32)
+    if len(failed):
+        surface.closest(p_B, failed, out)
+    return out
+
+
+def _at_border(feet: Projection) -> BoolArray:
+    at_border: BoolArray = (feet.status == Status.BORDER) | (feet.status == Status.TRIMMED)
+    return at_border
+
+
+def continued(feet: Projection) -> ByteArray:
     """What becomes of points in contact whose feet are kept."""
-    status = np.where(tracked.at_border, ContactStatus.HELD, ContactStatus.OLD)
-    status[tracked.feet.status == Status.BRANCH_EVENT] = ContactStatus.REACQUIRED
+    status = np.where(_at_border(feet), ContactStatus.HELD, ContactStatus.OLD)
+    status[feet.status == Status.BRANCH_EVENT] = ContactStatus.REACQUIRED
     return status.astype(np.int8)
 
 
@@ -171,11 +186,11 @@ def closest(
     return out
 
 
-def distances(tracked: Tracked, p_B: FloatArray) -> FloatArray:
+def distances(feet: Projection, p_B: FloatArray) -> FloatArray:
     """How far points are from their tracked feet; infinite where those may be off the surface."""
-    feet = tracked.feet
     away = np.sqrt(np.square(p_B - feet.point).sum(axis=1))
-    return np.where(tracked.solved & ~tracked.at_border, away, np.inf)
+    on_it = (feet.status == Status.OK) | (feet.status == Status.BRANCH_EVENT)
+    return np.where(on_it, away, np.inf)
 
 
 def detect_inside(

@@ -90,20 +90,21 @@ class Surface(Protocol):
         """
         ...  # pragma: no cover
 
-    def nearby(self, p_B: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
-        """Places (patch, uv) not far from those of p_B[rows] that lie near the surface; patch −1
-        for others. Closed surfaces only."""
+    def places(
+        self, p_B: FloatArray, rows: IntArray
+    ) -> tuple[ByteArray, FloatArray, IntArray, FloatArray]:
+        """The `sides` of p_B[rows], and places (patch, uv) on the surface not far from those that
+        lie near it; patch −1 for others. Closed surfaces only."""
         ...  # pragma: no cover
 
-    def inner_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
-        """(len(rows),) radii of balls that touch inside at feet (patch, uv)[rows], else zero.
+    def touching_ball(
+        self, patch: IntArray, uv: FloatArray, rows: IntArray, sides: ByteArray
+    ) -> FloatArray:
+        """(len(rows),) radii of balls that touch at feet (patch, uv)[rows], inside where `sides`
+        (len(rows),) is 0 and on the free side where it is 1; zero where none is known.
 
         Such a ball, and every smaller one, holds no other point of the surface.
         """
-        ...  # pragma: no cover
-
-    def outer_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
-        """(len(rows),) the same on the free side."""
         ...  # pragma: no cover
 
 

@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 from functools import reduce
+from math import inf, isfinite
+from operator import mul
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -88,18 +90,35 @@ def as_pose(X: ArrayLike, where: str = "pose") -> FloatArray:
         pose = np.array(X, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InputError("a pose must be an array of numbers", where=where) from error
-    if pose.shape != (4, 4) or not np.isfinite(pose).all():
+    rows = pose.tolist()
+    if pose.shape != (4, 4) or not all(isfinite(entry) for row in rows for entry in row):
         raise InputError("a pose must be a finite (4, 4) matrix", where=where, found=pose.shape)
-    R = pose[:3, :3]
-    off = float(np.abs(R @ R.T - np.eye(3)).max())
-    if off > _RIGID or np.linalg.det(R) < 0.0 or (pose[3] != (0.0, 0.0, 0.0, 1.0)).any():
+    if not _off_rigid(rows) <= _RIGID:
         raise InputError(
             "a pose must be a rotation and a translation",
             where=where,
-            found=pose.tolist(),
+            found=rows,
             allowed=f"R Rᵀ = 1 to {_RIGID:g}, det R = 1, last row 0, 0, 0, 1",
         )
     return pose
+
+
+def _off_rigid(rows: list[list[float]]) -> float:
+    """How far a finite (4, 4) matrix is from a pose: the largest entry of R Rᵀ − 1, infinite of a
+    mirror, and where the last row is not 0, 0, 0, 1. In plain numbers: one matrix is too few for
+    arrays to pay."""
+    x, y, z = (row[:3] for row in rows[:3])
+    turned = sum(
+        map(
+            mul,
+            x,
+            (y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0]),
+        )
+    )
+    if rows[3] != [0.0, 0.0, 0.0, 1.0] or turned < 0.0:
+        return inf
+    ones = (sum(map(mul, a, a)) - 1.0 for a in (x, y, z))
+    return max(map(abs, (*ones, *(sum(map(mul, a, b)) for a, b in ((x, y), (y, z), (z, x))))))
 
 
 def compose(*poses: FloatArray) -> FloatArray:

@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from contiga.num.kernels import rigid_nb
+from contiga.num.threads import run_ranges
 from contiga.records import FloatArray
+
+# Points below which a second thread does not pay.
+POINTS = 32768
 
 
 def to_body(X_WB: FloatArray, p_W: FloatArray) -> FloatArray:
     """(n, 3) points of the world in body axes."""
-    result: FloatArray = rigid_nb.to_body(p_W, X_WB)
-    return result
+    out = np.empty(p_W.shape)
+    run_ranges(rigid_nb.to_body, len(out), POINTS, p_W, X_WB, out)
+    return out
 
 
 def to_world(X_WB: FloatArray, p_B: FloatArray) -> FloatArray:
     """(n, 3) points of the body in world axes."""
-    result: FloatArray = rigid_nb.to_world(p_B, X_WB, 1.0)
-    return result
+    return _to_world(X_WB, p_B, 1.0)
 
 
 def turn_to_world(X_WB: FloatArray, n_B: FloatArray) -> FloatArray:
     """(n, 3) directions in body axes, in world axes."""
-    result: FloatArray = rigid_nb.to_world(n_B, X_WB, 0.0)
-    return result
+    return _to_world(X_WB, n_B, 0.0)
+
+
+def _to_world(X_WB: FloatArray, p_B: FloatArray, shift: float) -> FloatArray:
+    out = np.empty(p_B.shape)
+    run_ranges(rigid_nb.to_world, len(out), POINTS, p_B, X_WB, shift, out)
+    return out

@@ -16,13 +16,11 @@ import weakref
 import numpy as np
 
 from contiga.num.threads import run_ranges
-from contiga.records import FloatArray, IntArray
+from contiga.records import ByteArray, FloatArray, IntArray
 from contiga.search.ball_cells import Balls, build_balls
 from contiga.search.kernels import ball_nb
 from contiga.search.table_types import Tables
 
-# Sides of the surface.
-INNER, OUTER = 0, 1
 # Points below which a second thread does not pay.
 POINTS = 4096
 
@@ -40,14 +38,15 @@ def balls_of(tables: Tables) -> Balls:
 
 
 def touching_radius(
-    tables: Tables, patch: IntArray, uv: FloatArray, rows: IntArray, side: int
+    tables: Tables, patch: IntArray, uv: FloatArray, rows: IntArray, sides: ByteArray
 ) -> FloatArray:
-    """(len(rows),) radii known of the balls inside (side 0) or outside (1) at feet (patch, uv).
+    """(len(rows),) radii known of the balls inside (side 0) or outside (1) at feet
+    (patch, uv)[rows].
 
     Zero where nothing is known, and in rows of patch −1.
     """
     out = np.empty(len(rows))
     balls = balls_of(tables)
     feet = (patch, uv)
-    run_ranges(ball_nb.radii, len(rows), POINTS, balls, tables.grid, feet, rows, side, out)
+    run_ranges(ball_nb.radii, len(rows), POINTS, balls, tables.grid, feet, rows, sides, out)
     return out

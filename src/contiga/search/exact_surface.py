@@ -81,21 +81,21 @@ class ExactSurface(NamedTuple):
         """By the cells of a grid that ways pass."""
         return side_grid.clear_ways(self._grid, a_B, b_B, rows)
 
-    def nearby(self, p_B: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
-        """A piece of the surface in the cell."""
-        return side_grid.nearby(self._grid, p_B, rows)
+    def places(
+        self, p_B: FloatArray, rows: IntArray
+    ) -> tuple[ByteArray, FloatArray, IntArray, FloatArray]:
+        """By the cells of a grid, each with a piece of the surface in it."""
+        return side_grid.places(self._grid, p_B, rows)
 
     @property
     def _grid(self) -> side_grid.SideGrid:
         return sides_of(self.tables, self.slit)
 
-    def inner_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
+    def touching_ball(
+        self, patch: IntArray, uv: FloatArray, rows: IntArray, sides: ByteArray
+    ) -> FloatArray:
         """Lower bounds from cells of the elements."""
-        return ball.touching_radius(self.tables, patch, uv, rows, ball.INNER)
-
-    def outer_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
-        """Lower bounds from cells of the elements."""
-        return ball.touching_radius(self.tables, patch, uv, rows, ball.OUTER)
+        return ball.touching_radius(self.tables, patch, uv, rows, sides)
 
 
 _KEPT: WeakKeyDictionary[Faces, ExactSurface] = WeakKeyDictionary()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import ceil
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from contiga.errors import InputError
 from contiga.geometry.faces import Faces
@@ -13,19 +13,19 @@ from contiga.num.arrays import as_points
 from contiga.num.query_checks import checked_mode, checked_patches
 from contiga.num.threads import run_ranges, thread_count
 from contiga.records import FloatArray, IntArray, Projection, empty_projection
-from contiga.search.branch import certify
-from contiga.search.kernels import project_nb
+from contiga.search.kernels import project_nb, track_nb
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
 from contiga.statuses import Status
 
-# Rows (one by one) and blocks (sixteen at a time) below which a second thread does not pay.
+# Rows below which a second thread does not pay.
 POINTS = 256
-BLOCKS = 512
-CHUNK = 32768
-"""Rows binned together at most, on a body with few elements: what they use stays near."""
-MOST_IN_CHUNKS = 512
-"""Elements above which a chunk would have too few rows in each."""
+SMALLEST, LARGEST = 512, 32768
+"""Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
+CHUNKS = 4
+"""Chunks a thread, so that none waits long for another."""
+ROWS_AN_ELEMENT = 16
+"""With fewer the lanes are not full."""
 
 
 def project(
@@ -109,31 +109,18 @@ def track(
     a BRANCH_EVENT with the closest point for a foot, or, at the inner side of a fold, with the one
     that goes on in the other face.
     """
-    patch, uv = starts
-    results = (out, np.zeros(len(p_B), np.uint8))
-    count = len(tables.elements.table)
-    if count <= MOST_IN_CHUNKS:
-        size = max(ceil(len(p_B) / thread_count()), BLOCKS)
-        size = ceil(size / ceil(size / CHUNK))
-        chunks = ceil(len(p_B) / size)
-        run_ranges(project_nb.project_chunks, chunks, 1, tables, p_B, starts, size, results)
-    else:
-        bins = bin_by_element(tables, patch, uv)
-        run_ranges(project_nb.project_lanes, len(bins[1]), BLOCKS, tables, p_B, uv, bins, results)
-    # Feet that have left their element: once more, from where they are, sorted by the new one.
-    feet = (out.patch, out.uv)
-    flagged = (tables.grid, feet, results[1], project_nb.GO_ON, count, 0, len(p_B))
-    bins = project_nb.bin_rows(*flagged)
-    run_ranges(project_nb.project_lanes, len(bins[1]), BLOCKS, tables, p_B, out.uv, bins, results)
-    rows = np.flatnonzero(results[1]).astype(np.int32)
-    run_ranges(project_nb.project_tracked, len(rows), POINTS, tables, p_B, starts, rows, out)
-    lost = np.flatnonzero(patch < 0).astype(np.int32)
-    closest_of_rows(tables, p_B, lost, out)
-    if before is not None:
-        ended = certify(tables, (before, p_B), starts, out)
-        closest_of_rows(tables, p_B, ended, out)
-        found = out.status[ended] != Status.MAX_ITERATIONS
-        out.status[ended[found]] = Status.BRANCH_EVENT
+    n = len(p_B)
+    size = _chunk(n, len(tables.elements.table))
+    path = np.zeros((0, 3)) if before is None else before, p_B
+    results = out, np.zeros(n, np.uint8)
+    run_ranges(track_nb.track_chunks, ceil(n / size), 1, tables, path, starts, size, results)
+
+
+def _chunk(n: int, elements: int) -> int:
+    """Rows that are tracked together: enough of them to an element, and some chunks a thread."""
+    threads = thread_count()
+    least = min(ROWS_AN_ELEMENT * elements, ceil(n / threads))
+    return max(min(ceil(n / (CHUNKS * threads)), LARGEST), least, SMALLEST)
 
 
 def closest_of_rows(
@@ -150,27 +137,3 @@ def closest_of_rows(
     if within is None:
         within = np.full(len(rows), np.inf)
     run_ranges(project_nb.project_global, len(rows), POINTS, tables, p_B, rows, within, out)
-
-
-def bin_by_element(
-    tables: Tables, patch: IntArray, uv: FloatArray
-) -> tuple[IntArray, NDArray[np.int64]]:
-    """Rows that have a foot, ordered by element, and blocks of them for the lanes."""
-    parts = project_nb.SORT_PARTS if len(patch) > POINTS else 1
-    counts = np.zeros((project_nb.SORT_PARTS, len(tables.elements.table)), np.int64)
-    element = np.empty(len(patch), np.int32)
-    grain = project_nb.SORT_PARTS // parts
-    run_ranges(
-        project_nb.count_parts,
-        project_nb.SORT_PARTS,
-        grain,
-        tables.grid,
-        patch,
-        uv,
-        element,
-        counts,
-    )
-    start = project_nb.first_places(counts)
-    order = np.empty(int(start[-1]), np.int32)
-    run_ranges(project_nb.place_parts, project_nb.SORT_PARTS, grain, element, counts, order)
-    return order, project_nb.blocks_of(start)

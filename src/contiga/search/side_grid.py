@@ -178,10 +178,12 @@ def clear_ways(grid: SideGrid, before: FloatArray, now: FloatArray, rows: IntArr
     return clear
 
 
-def nearby(grid: SideGrid, p_B: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
-    """Places (patch, uv) of the surface not far from p_B[rows], patch −1 where none is known."""
-    piece = np.empty(len(rows), np.int32)
-    run_ranges(side_nb.nearby, len(rows), POINTS, grid, p_B, rows, piece)
-    found = piece >= 0
-    patch = np.where(found, grid.patch[piece], -1).astype(np.int32)
-    return patch, np.where(found[:, None], grid.uv[piece], 0.0)
+def places(
+    grid: SideGrid, p_B: FloatArray, rows: IntArray
+) -> tuple[ByteArray, FloatArray, IntArray, FloatArray]:
+    """As of `side_of`; and places (patch, uv) of the surface not far from those whose side is not
+    known, patch −1 where the grid names none."""
+    n = len(rows)
+    known, near = (np.empty(n, np.int8), np.empty(n)), (np.empty(n, np.int32), np.empty((n, 2)))
+    run_ranges(side_nb.places, n, POINTS, grid, p_B, rows, known, near)
+    return *known, *near

@@ -89,15 +89,16 @@ class FacetedSurface(NamedTuple):
         """Nothing is known at once."""
         return np.zeros(len(rows), dtype=bool)
 
-    def nearby(self, p_B: FloatArray, rows: IntArray) -> tuple[IntArray, FloatArray]:
+    def places(
+        self, p_B: FloatArray, rows: IntArray
+    ) -> tuple[ByteArray, FloatArray, IntArray, FloatArray]:
         """Nothing is known at once."""
-        return np.full(len(rows), -1, np.int32), np.zeros((len(rows), 2))
+        n = len(rows)
+        return np.zeros(n, np.int8), np.zeros(n), np.full(n, -1, np.int32), np.zeros((n, 2))
 
-    def inner_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
-        """Nothing is known: a mesh has a kink along every edge."""
-        return np.zeros(len(rows))
-
-    def outer_ball(self, patch: IntArray, uv: FloatArray, rows: IntArray) -> FloatArray:
+    def touching_ball(
+        self, patch: IntArray, uv: FloatArray, rows: IntArray, sides: ByteArray
+    ) -> FloatArray:
         """Nothing is known: a mesh has a kink along every edge."""
         return np.zeros(len(rows))
 

@@ -20,10 +20,11 @@ def _know_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     def clear_ways(*args: np.ndarray) -> np.ndarray:
         return np.zeros(len(args[-1]), dtype=bool)
 
-    def nearby(_: object, __: object, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return np.full(len(rows), -1, np.int32), np.zeros((len(rows), 2))
+    def places(_: object, __: object, rows: np.ndarray) -> tuple[np.ndarray, ...]:
+        n = len(rows)
+        return np.zeros(n, np.int8), np.zeros(n), np.full(n, -1, np.int32), np.zeros((n, 2))
 
-    for method in (sides, clear_ways, nearby):
+    for method in (sides, clear_ways, places):
         monkeypatch.setattr(ExactSurface, method.__name__, method)
 
 
@@ -113,7 +114,7 @@ def test_a_foot_that_is_the_closest_point_stays_though_the_way_led_through_a_cav
     body = cg.Body([cg.shapes.sphere(), cg.shapes.sphere(radius=0.5).flipped()])
     if blind:
         _know_nothing(monkeypatch)
-    monkeypatch.setattr(ExactSurface, "inner_ball", lambda *args: np.zeros(len(args[-1])))
+    monkeypatch.setattr(ExactSurface, "touching_ball", lambda *args: np.zeros(len(args[-1])))
     near, far = np.array([[-0.35, 0.0, 0.45]]), np.array([[0.35, 0.0, 0.45]])
     contact = cg.Contact(body, cg.Slave(near, area=[1.0]), law=cg.PenaltyLaw(1.0))
     state = contact.start(0.5 * near)

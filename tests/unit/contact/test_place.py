@@ -12,7 +12,8 @@ pytestmark = pytest.mark.interpreted
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
-def test_every_point_is_placed_as_plain_numpy_says():
+@pytest.mark.parametrize("chunks", [1, 3])
+def test_every_point_is_placed_as_plain_numpy_says(chunks):
     rng = np.random.default_rng(2)
     n = 400
     before, now = rng.normal(size=(2, n, 3))
@@ -26,10 +27,14 @@ def test_every_point_is_placed_as_plain_numpy_says():
     status, safe_distance = np.zeros(n, np.int8), np.zeros(n)
     found_near, found_uv = np.zeros(n, np.int32), np.zeros((n, 2))
     way, ignored = np.empty(n), np.empty(n, bool)
-    rows = np.empty((2, n), np.int32)
+    lists = np.empty((2, n), np.int32), np.zeros((chunks, 2), np.int64)
     found = (status, safe_distance, found_near, found_uv, way, ignored)
-    touching, free = place_nb.place(
-        before, now, (patch, uv, near, distance), active, found, rows, (0, 7)
+    size = -(-n // chunks)
+    known = patch, uv, near, distance
+    place_nb.place((before, now), known, active, found, lists, size, 0, chunks)
+    touching, free = (
+        np.concatenate([own[c * size : c * size + count] for c, count in enumerate(lists[1][:, i])])
+        for i, own in enumerate(lists[0])
     )
 
     whole = np.isfinite(now).all(axis=1)
@@ -41,13 +46,15 @@ def test_every_point_is_placed_as_plain_numpy_says():
     wanted = np.where(active, 0.0, np.inf)
     wanted[held] = np.maximum(distance - gone, 0.0)[held]
     wanted[loose] = np.copysign(left, distance)[loose]
-    np.testing.assert_allclose(way, gone, rtol=1e-15)
+    near_by = np.concatenate((touching, free))
+    np.testing.assert_allclose(way[near_by], gone[near_by], rtol=1e-15)
     np.testing.assert_allclose(safe_distance, wanted, rtol=1e-12, atol=1e-15)
     np.testing.assert_array_equal(
         status, np.where(whole, ContactStatus.FREE, ContactStatus.NOT_FINITE)
     )
     np.testing.assert_array_equal(found_near, np.where(loose, near, -1))
-    np.testing.assert_array_equal(found_uv, np.where(loose[:, None], uv, 0.0))
-    np.testing.assert_array_equal(ignored, distance < 0.0)
-    np.testing.assert_array_equal(rows[0, :touching], np.flatnonzero(held))
-    np.testing.assert_array_equal(rows[1, :free], np.flatnonzero(loose & (left <= 0.0)))
+    known = loose & (near >= 0)
+    np.testing.assert_array_equal(found_uv, np.where(known[:, None], uv, 0.0))
+    np.testing.assert_array_equal(ignored[near_by], distance[near_by] < 0.0)
+    np.testing.assert_array_equal(touching, np.flatnonzero(held))
+    np.testing.assert_array_equal(free, np.flatnonzero(loose & (left <= 0.0)))

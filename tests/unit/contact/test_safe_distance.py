@@ -57,7 +57,7 @@ def test_going_round_is_looked_at_again_and_again_but_not_every_step(
     angle = np.linspace(0.0, 2.0 * np.pi, 101)
     circle = 3.0 * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
     state = contact.start(circle[:1])
-    looked, closest = _Looked(monkeypatch, "sides"), _Looked(monkeypatch, "closest")
+    looked, closest = _Looked(monkeypatch, "places"), _Looked(monkeypatch, "closest")
     for point in circle[1:]:
         state = contact.step(state, point[None])
     # From the box around the ball's cells it is less far than from the ball, 2.

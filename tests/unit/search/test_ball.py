@@ -74,7 +74,9 @@ def feet_on(body, n, seed=0):
 def radii(body, patch, uv):
     surface = body.surface
     rows = np.arange(len(patch), dtype=np.int32)
-    return surface.inner_ball(patch, uv, rows), surface.outer_ball(patch, uv, rows)
+    sides = np.zeros((2, len(patch)), np.int8)
+    sides[1] = 1
+    return tuple(surface.touching_ball(patch, uv, rows, side) for side in sides)
 
 
 @pytest.fixture(scope="module", params=list(BODIES))
@@ -164,10 +166,11 @@ def test_rows_without_a_foot_and_meshes_have_no_ball():
     body = box()
     rows = np.arange(2, dtype=np.int32)
     blank = np.full(2, -1, np.int32), np.zeros((2, 2))
-    assert not body.surface.inner_ball(*blank, rows).any()
+    sides = np.array([0, 1], np.int8)
+    assert not body.surface.touching_ball(*blank, rows, sides).any()
     mesh = body.tessellate(0.1).surface
-    assert not mesh.inner_ball(*blank, rows).any()
-    assert not mesh.outer_ball(*blank, rows).any()
+    feet = np.zeros(2, np.int32), np.full((2, 2), 0.3)
+    assert not mesh.touching_ball(*feet, rows, sides).any()
 
 
 def test_balls_are_worked_out_once_and_only_when_asked_for():
@@ -177,5 +180,5 @@ def test_balls_are_worked_out_once_and_only_when_asked_for():
     key = id(surface.tables.elements.table)
     assert key not in ball._KEPT
     rows = np.zeros(1, np.int32)
-    surface.inner_ball(np.zeros(1, np.int32), np.full((1, 2), 0.5), rows)
+    surface.touching_ball(rows, np.full((1, 2), 0.5), rows, np.zeros(1, np.int8))
     assert ball.balls_of(surface.tables) is ball._KEPT[key]

@@ -8,7 +8,6 @@ import pytest
 import contiga as cg
 from contiga.records import empty_projection
 from contiga.search.kernels import project_nb
-from contiga.search.project import bin_by_element
 from contiga.search.tables import tables_of
 
 PATCHES = {
@@ -18,11 +17,17 @@ PATCHES = {
 }
 
 
+def bins_of(tables, patch, uv):
+    """All rows that have a foot, ordered by element, and their blocks."""
+    count, back = len(tables.elements.table), np.zeros(len(patch), np.uint8)
+    return project_nb.bin_rows(tables.grid, (patch, uv), back, 0, count, 0, len(patch))
+
+
 def lanes_only(body, points, start):
     tables = tables_of(body)
-    order, blocks = bin_by_element(tables, start.patch, start.uv)
+    bins = bins_of(tables, start.patch, start.uv)
     out, back = empty_projection(len(points)), np.zeros(len(points), np.uint8)
-    project_nb.project_lanes(tables, points, start.uv, (order, blocks), (out, back), 0, len(blocks))
+    project_nb.project_lanes(tables, points, start.uv, bins, (out, back), 0, len(bins[1]))
     return out, back == 0
 
 
@@ -65,7 +70,7 @@ def test_feet_that_leave_their_element_go_on_in_the_next(kind):
     body, start, q = moved(kind, 0.02)
     tables = tables_of(body)
     out, back = empty_projection(len(q)), np.zeros(len(q), np.uint8)
-    bins = bin_by_element(tables, start.patch, start.uv)
+    bins = bins_of(tables, start.patch, start.uv)
     project_nb.project_lanes(tables, q, start.uv, bins, (out, back), 0, len(bins[1]))
     gone_on = np.flatnonzero(back == project_nb.GO_ON)
     assert len(gone_on) > 30
@@ -93,7 +98,7 @@ def test_a_foot_that_leaves_over_a_seam_is_left_to_the_walk():
     start = body.project(patch.evaluate(uv))
     tables, q = tables_of(body), patch.evaluate(beyond)
     out, back = empty_projection(50), np.zeros(50, np.uint8)
-    bins = bin_by_element(tables, start.patch, start.uv)
+    bins = bins_of(tables, start.patch, start.uv)
     project_nb.project_lanes(tables, q, start.uv, bins, (out, back), 0, len(bins[1]))
     assert (back == project_nb.BY_ROW).all()
     feet = body.project(q, start=start, mode="track")
@@ -102,10 +107,9 @@ def test_a_foot_that_leaves_over_a_seam_is_left_to_the_walk():
 
 def test_binned_in_chunks_or_as_a_whole_the_feet_are_the_same(monkeypatch):
     body, start, q = moved("polynomial", 0.01)
-    monkeypatch.setattr("contiga.search.project.CHUNK", 700)
-    chunks = body.project(q, start=start, mode="track")
-    monkeypatch.setattr("contiga.search.project.MOST_IN_CHUNKS", 0)
     whole = body.project(q, start=start, mode="track")
+    monkeypatch.setattr("contiga.search.project._chunk", lambda n, elements: 700)
+    chunks = body.project(q, start=start, mode="track")
     for a, b in zip(chunks, whole, strict=True):
         np.testing.assert_array_equal(a, b)
 
@@ -126,7 +130,7 @@ def test_the_order_of_the_bins_is_stable_and_complete():
     uv = np.random.default_rng(2).random((n, 2))
     patch = np.zeros(n, np.int32)
     patch[[3, 50]] = -1
-    order, blocks = bin_by_element(tables_of(body), patch, uv)
+    order, blocks = bins_of(tables_of(body), patch, uv)
     np.testing.assert_array_equal(np.sort(order), np.setdiff1d(np.arange(n), [3, 50]))
     assert (np.diff(blocks[:, 0]) >= 0).all()
     for _, first, last in blocks:

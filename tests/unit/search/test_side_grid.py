@@ -173,9 +173,13 @@ def test_places_near_by_lie_on_the_surface_about_a_cell_away() -> None:
     body = solids.solid("cup").body
     points = _near(body, 4000, 1e-3)
     grid = _grid(body)
-    patch, uv = side_grid.nearby(grid, points, np.arange(len(points), dtype=np.int32))
+    rows = np.arange(len(points), dtype=np.int32)
+    side, reach, patch, uv = side_grid.places(grid, points, rows)
+    for ours, theirs in zip((side, reach), side_grid.side_of(grid, points, rows), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
     found = np.flatnonzero(patch >= 0)
-    assert len(found) > 0.95 * len(points)
+    np.testing.assert_array_equal(side[found], 0)
+    assert len(found) > 0.95 * np.count_nonzero(side == 0)
     places = np.array([body.patches[patch[k]].evaluate(uv[k][None])[0] for k in found])
     away = np.linalg.norm(places - points[found], axis=1)
     assert away.max() < 12.0 * grid.size
@@ -199,4 +203,4 @@ def test_sides_without_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = np.arange(4, dtype=np.int32)
     clear = side_grid.clear_ways(_grid(body), points, points[::-1].copy(), rows)
     assert clear.tolist() == [False, False, False, False]
-    assert side_grid.nearby(_grid(body), points, rows)[0].tolist() == [-1, 0, -1, -1]
+    assert side_grid.places(_grid(body), points, rows)[2].tolist() == [-1, 0, -1, -1]

@@ -1,4 +1,8 @@
 """Kernels, in reading order: contact. Each stands on those before it.
 
+- status_nb: what becomes of points, as the numbers that kernels write
 - place_nb: what is known of points after they have moved, and which have to be looked at
+- settle_nb: points of a closed body whose sides and feet tell what becomes of them: settled in
+  single passes
+- totals_nb: sums over the points that carry forces
 """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from contiga.contact.kernels.status_nb import FREE, NOT_FINITE
 from contiga.num.jit import inner, kernel
 
 
@@ -15,18 +16,31 @@ def _left(distance, way):
 
 
 @kernel(error_model="numpy")
-def place(before, now, last, active, found, rows, kinds):
-    """Fill `found` for all points; returns how many `rows` touched and how many are near.
+def place(path, last, active, found, lists, size, start, stop):
+    """Fill `found` for the points of chunks start … stop of `size`.
 
-    `last` is (patch, uv, near, safe distance) of the last step, `found` (status, safe distance,
-    near, uv, way, ignored) of this one, zeros where nothing is said; `rows` are two (n,) lists to
-    be filled: those in contact, and free ones that may have come to the surface; `kinds` are the
-    statuses of points that are free and that are not finite.
+    `path` is (before, now), `last` (patch, uv, near, safe distance) of the last step, `found`
+    (status, safe distance, near, uv, way, ignored) of this one, zeros where nothing is said.
+    `lists` is (rows, counts): two (n,) lists that each chunk fills from its own place, of those in
+    contact and of free ones that may have come to the surface, and (chunks, 2) how many it has
+    listed. Of others, way and ignored are not told.
     """
+    rows, counts = lists
+    for c in range(start, stop):
+        first, past = c * size, min((c + 1) * size, active.shape[0])
+        touching, free = _place(path, last, active, found, rows, first, past)
+        counts[c, 0] = touching - first
+        counts[c, 1] = free - first
+
+
+@inner(error_model="numpy")
+def _place(path, last, active, found, rows, start, stop):
+    """One chunk; returns where its lists end."""
+    before, now = path
     patch, uv, near, distance = last
     status, safe_distance, found_near, found_uv, ways, ignored = found
-    touching = free = 0
-    for k in range(now.shape[0]):
+    touching = free = start
+    for k in range(start, stop):
         square = 0.0
         for c in range(3):
             d = now[k, c] - before[k, c]
@@ -34,28 +48,40 @@ def place(before, now, last, active, found, rows, kinds):
         way = math.sqrt(square)
         if not way < math.inf:
             way = math.inf
-        ways[k] = way
-        ignored[k] = distance[k] < 0.0
         found_near[k] = -1
         x, y, z = now[k]
         if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
-            status[k] = kinds[1]
+            status[k] = NOT_FINITE
             safe_distance[k] = 0.0 if active[k] else math.inf
             continue
-        status[k] = kinds[0]
+        status[k] = FREE
         if patch[k] >= 0:
             safe_distance[k] = _left(distance[k], way)
             rows[0, touching] = k
             touching += 1
+            ways[k] = way
+            ignored[k] = distance[k] < 0.0
         elif active[k]:
             rest = _left(abs(distance[k]), way)
             safe_distance[k] = math.copysign(rest, distance[k])
-            found_near[k] = near[k]
-            found_uv[k, 0] = uv[k, 0]
-            found_uv[k, 1] = uv[k, 1]
+            if near[k] >= 0:
+                found_near[k] = near[k]
+                found_uv[k, 0] = uv[k, 0]
+                found_uv[k, 1] = uv[k, 1]
             if rest <= 0.0:
                 rows[1, free] = k
                 free += 1
+                ways[k] = way
+                ignored[k] = distance[k] < 0.0
         else:
             safe_distance[k] = math.inf
     return touching, free
+
+
+@kernel()
+def fill_in(patch, foot_uv, uv, start, stop):
+    """Write the parameters of feet start … stop, where there is a patch, into `uv`."""
+    for k in range(start, stop):
+        if patch[k] >= 0:
+            uv[k, 0] = foot_uv[k, 0]
+            uv[k, 1] = foot_uv[k, 1]

@@ -56,6 +56,7 @@
 - edge_nb: the certificate of feet on and beside the edges of trimmed faces
 - follow_nb: following the branch of a foot part by part, where its surroundings do not prove it
   at once
+- track_nb: tracking whole: chunks of points, each from binning to the certificates of its feet
 - joint_nb: how well two faces meet along the trimming pieces of their common edge, measured at
   samples
 """

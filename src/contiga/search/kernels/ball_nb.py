@@ -38,12 +38,13 @@ def radius_at(balls, grid, patch, u, v, side):
 
 
 @kernel()
-def radii(balls, grid, feet, rows, side, out, start, stop):
-    """`radius_at` the feet (patch, uv) of rows[start:stop]; rows without a patch have none."""
+def radii(balls, grid, feet, rows, sides, out, start, stop):
+    """`radius_at` the feet (patch, uv) of rows[start:stop] on sides[start:stop]; rows without a
+    patch have none."""
     patch, uv = feet
     for i in range(start, stop):
         k = rows[i]
         if patch[k] >= 0:
-            out[i] = radius_at(balls, grid, patch[k], uv[k, 0], uv[k, 1], side)
+            out[i] = radius_at(balls, grid, patch[k], uv[k, 0], uv[k, 1], sides[i])
         else:
             out[i] = 0.0

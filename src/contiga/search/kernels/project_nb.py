@@ -36,8 +36,6 @@ BY_ROW, GO_ON = 1, 2
 """Flags of rows that the lanes did not finish: to be done one by one, or gone on with."""
 FARTHEST = 1.0
 """How far from its middle, in elements, a foot may have left its element to be gone on with."""
-SORT_PARTS = 16
-"""Parts the counting sort is cut into; fixed, so that the order never depends on the threads."""
 
 
 @inner()
@@ -78,51 +76,23 @@ def project_tracked(tables, points, starts, rows, out, start, stop):
         tracked_foot(tables, k, foot, point, out, found, h)
 
 
-@kernel()
-def count_parts(grid, patch, uv, element, counts, start, stop):
-    """First pass of the counting sort: element of each row, rows of each part in each element."""
-    n = patch.shape[0]
-    part = (n + SORT_PARTS - 1) // SORT_PARTS
-    for p in range(start, stop):
-        for k in range(p * part, min(n, (p + 1) * part)):
-            e = np.int32(-1)
-            if patch[k] >= 0:
-                e = np.int32(locate(grid, patch[k], uv[k, 0], uv[k, 1])[0])
-                counts[p, e] += 1
-            element[k] = e
-
-
-@kernel()
-def first_places(counts):
-    """Turn counts[part, element] into first places; returns where each element's bin starts."""
-    parts, n = counts.shape
+@inner()
+def _first_places(counts):
+    """Turn counts (elements,) into first places; returns where each element's bin starts."""
+    n = counts.shape[0]
     start = np.empty(n + 1, np.int64)
     total = 0
     for e in range(n):
         start[e] = total
-        for p in range(parts):
-            here = counts[p, e]
-            counts[p, e] = total
-            total += here
+        here = counts[e]
+        counts[e] = total
+        total += here
     start[n] = total
     return start
 
 
-@kernel()
-def place_parts(element, places, order, start, stop):
-    """Second pass: the rows ordered by element, stable."""
-    n = element.shape[0]
-    part = (n + SORT_PARTS - 1) // SORT_PARTS
-    for p in range(start, stop):
-        for k in range(p * part, min(n, (p + 1) * part)):
-            e = element[k]
-            if e >= 0:
-                order[places[p, e]] = k
-                places[p, e] += 1
-
-
-@kernel()
-def blocks_of(start):
+@inner()
+def _blocks_of(start):
     """Blocks of at most LANES rows of one element: (n, 3) element, first, one past the last."""
     count = start.shape[0] - 1
     n = 0
@@ -147,21 +117,21 @@ def bin_rows(grid, feet, back, wanted, size, start, stop):
     """
     patch, uv = feet
     element = np.empty(stop - start, np.int32)
-    places = np.zeros((1, size), np.int64)
+    places = np.zeros(size, np.int64)
     for k in range(start, stop):
         e = np.int32(-1)
         if back[k] == wanted and patch[k] >= 0:
             e = np.int32(locate(grid, patch[k], uv[k, 0], uv[k, 1])[0])
-            places[0, e] += 1
+            places[e] += 1
         element[k - start] = e
-    first = first_places(places)
+    first = _first_places(places)
     order = np.empty(first[-1], np.int32)
     for k in range(start, stop):
         e = element[k - start]
         if e >= 0:
-            order[places[0, e]] = k
-            places[0, e] += 1
-    return order, blocks_of(first)
+            order[places[e]] = k
+            places[e] += 1
+    return order, _blocks_of(first)
 
 
 @inner()
@@ -231,19 +201,6 @@ def project_lanes(tables, points, uv, bins, results, start, stop):
         else:
             finish_polynomial(lanes, k, tolerance)
         _store(tables, e, rows, lanes, results)
-
-
-@kernel()
-def project_chunks(tables, points, starts, size, results, start, stop):
-    """Fast tracking of the chunks start … stop of `size` rows, each binned on its own.
-
-    What a chunk reads and writes stays in the cache: points in no order take 0.85 of the time.
-    """
-    count = tables.elements.table.shape[0]
-    for c in range(start, stop):
-        last = min((c + 1) * size, points.shape[0])
-        bins = bin_rows(tables.grid, starts, results[1], 0, count, c * size, last)
-        project_lanes(tables, points, starts[1], bins, results, 0, bins[1].shape[0])
 
 
 @inner()

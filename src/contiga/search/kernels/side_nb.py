@@ -90,16 +90,25 @@ def sides(grid, points, rows, side, reach, start, stop):
 
 
 @kernel()
-def nearby(grid, points, rows, piece, start, stop):
-    """A piece of the surface near points[rows[start:stop]], −1 where the grid names none."""
+def places(grid, points, rows, known, near, start, stop):
+    """`sides` of points[rows[start:stop]] into known = (side, reach), and a piece of the surface
+    near them into near = (patch, uv), −1 where the grid names none."""
+    side, reach = known
+    patch, uv = near
+    sides(grid, points, rows, side, reach, start, stop)
     for i in range(start, stop):
         k = rows[i]
         p = (points[k, 0], points[k, 1], points[k, 2])
-        piece[i] = -1
-        if math.isfinite(p[0] + p[1] + p[2]):
+        piece = -1
+        if side[i] == 0 and math.isfinite(p[0] + p[1] + p[2]):
             word = side_at(grid, _place(grid, p))[3]
             if word >= 0:
-                piece[i] = grid.piece[word]
+                piece = grid.piece[word]
+        patch[i] = -1
+        uv[i, 0] = uv[i, 1] = 0.0
+        if piece >= 0:
+            patch[i] = grid.patch[piece]
+            uv[i, 0], uv[i, 1] = grid.uv[piece, 0], grid.uv[piece, 1]
 
 
 @inner()

@@ -1,0 +1,269 @@
+"""Points of a closed body whose sides and feet tell what becomes of them: settled in single passes.
+
+Between the passes the body is asked, for all rows at once: for sides (`Surface.sides`), feet, ways
+that are clear of surface, and balls that touch at feet. `closed_body` says what follows from what.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.contact.kernels.status_nb import HELD, OLD, REACQUIRED, RELEASED
+from contiga.num.codes import AT_BORDER, BRANCH_EVENT, FACE, OK, TRIMMED
+from contiga.num.jit import inner, kernel
+
+KEEP, KEPT = 1, 2
+"""Marks of a row: its foot would do, and it is sure that it does."""
+INNER, OUTER = 0, 1
+"""Sides on which balls touch."""
+
+
+@inner()
+def _at_border(status):
+    return status in (AT_BORDER, TRIMMED)
+
+
+@inner()
+def _is_foot(status):
+    """Whether the foot is a stationary point."""
+    return status in (OK, BRANCH_EVENT)
+
+
+@inner()
+def _is_sound(feet, i, band):
+    """Whether a ball that touches at the foot may tell the side of its point."""
+    return _is_foot(feet.status[i]) and feet.feature[i] == FACE and abs(feet.gap[i]) > band
+
+
+@inner()
+def _distance(feet, i, p):
+    """From a point to its foot; infinite where that may be off the surface."""
+    if not _is_foot(feet.status[i]):
+        return math.inf
+    x, y, z = p[0] - feet.point[i, 0], p[1] - feet.point[i, 1], p[2] - feet.point[i, 2]
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@inner()
+def _by_ball(feet, i, radius, band, side, reach):
+    """Side and way to the surface that a ball at the foot proves, if more than was known; and
+    whether it proves the foot to be the closest point.
+
+    The ball holds no surface: a point is on its side up to 2ρ from the foot, and no wall is nearer
+    than the ball's nearer end.
+    """
+    sign = 1 if feet.gap[i] > 0.0 else -1
+    height = abs(feet.gap[i])
+    way = min(height, 2.0 * radius - height)
+    if way > band and side != -sign:
+        side = sign
+        reach = max(reach, way)
+    return side, reach, height + band <= radius
+
+
+@inner()
+def _take(feet, k, source, i):
+    """Write foot i of `source` to row k of `feet`."""
+    feet.patch[k] = source.patch[i]
+    feet.gap[k] = source.gap[i]
+    feet.feature[k] = source.feature[i]
+    feet.status[k] = source.status[i]
+    feet.certified[k] = source.certified[i]
+    for c in range(2):
+        feet.uv[k, c] = source.uv[i, c]
+    for c in range(3):
+        feet.point[k, c] = source.point[i, c]
+        feet.normal[k, c] = source.normal[i, c]
+
+
+@inner()
+def _remember(found, k, feet, i):
+    """Keep the foot of a free point: what its side is proved by the next time."""
+    _, _, near, uv = found
+    near[k] = feet.patch[i]
+    uv[k, 0] = feet.uv[i, 0]
+    uv[k, 1] = feet.uv[i, 1]
+
+
+@kernel()
+def stay(rows, known, step, last, found, band, work):
+    """Release points in contact that are outside; list what is known of the others in `work`.
+
+    `known` is (side, reach), `step` (before, now) and `last` (patch, uv) of all points, `found`
+    (status, safe distance); `work` is (rows, side, reach, patch, uv, before, now), to be filled.
+    Returns how many there are.
+    """
+    side, reach = known
+    before, now = step
+    patch, uv = last
+    status, safe_distance = found
+    own, own_side, own_reach, own_patch, own_uv, own_before, own_now = work
+    n = 0
+    for i in range(rows.shape[0]):
+        k = rows[i]
+        if side[i] > 0:
+            status[k] = RELEASED
+            safe_distance[k] = reach[i] - band
+            continue
+        own[n], own_side[n], own_reach[n], own_patch[n] = k, side[i], reach[i], patch[k]
+        own_uv[n, 0], own_uv[n, 1] = uv[k, 0], uv[k, 1]
+        for c in range(3):
+            own_before[n, c] = before[k, c]
+            own_now[n, c] = now[k, c]
+        n += 1
+    return n
+
+
+@kernel()
+def look(rows, feet, side, safe_distance, limits, mark, ways, asked):
+    """Marks of points in contact by their feet; lists of those whose ways are to be looked at, and
+    of those that balls may tell of, with the side of these. Returns how many they are.
+
+    `limits` is (whether points are held on borders, band), `safe_distance` of all points; `asked`
+    is (index, side) to be filled.
+    """
+    hold, band = limits
+    index, which = asked
+    n = m = 0
+    for i in range(rows.shape[0]):
+        status = feet.status[i]
+        solved = _is_foot(status) or (hold and _at_border(status))
+        mark[i] = 0
+        if solved and feet.gap[i] <= 0.0:
+            mark[i] = KEEP
+            # What is no deeper than rounding is on the surface.
+            if safe_distance[rows[i]] > 0.0 or -feet.gap[i] <= band:
+                mark[i] = KEEP | KEPT
+                continue
+            if side[i] < 0:
+                ways[n] = i
+                n += 1
+        if _is_sound(feet, i, band):
+            index[m] = i
+            which[m] = OUTER if feet.gap[i] > 0.0 else INNER
+            m += 1
+    return n, m
+
+
+@kernel()
+def settle(rows, feet, known, mark, balls, band, found, taken, own):
+    """What becomes of points in contact that have been looked at; returns how many are left.
+
+    `known` is (side, reach), `balls` (index, radius) of those that were asked for one, `found`
+    (status, safe distance, near, uv) and `taken` the feet, of all points. Those left are listed
+    in `own`.
+    """
+    side, reach = known
+    index, radius = balls
+    status, safe_distance, _, _ = found
+    j = n = 0
+    for i in range(rows.shape[0]):
+        k = rows[i]
+        nearest = False
+        if j < index.shape[0] and index[j] == i:
+            if not mark[i] & KEPT:
+                side[i], reach[i], nearest = _by_ball(feet, i, radius[j], band, side[i], reach[i])
+            j += 1
+        if nearest and mark[i] & KEEP:
+            mark[i] |= KEPT
+        way = reach[i] - band if side[i] < 0 else 0.0
+        if not safe_distance[k] >= way:
+            safe_distance[k] = way
+        if mark[i] & KEPT:
+            status[k] = becomes(feet.status[i])
+            _take(taken, k, feet, i)
+        if side[i] > 0:
+            status[k] = RELEASED
+            safe_distance[k] = reach[i] - band
+            _remember(found, k, feet, i)
+        elif not mark[i] & KEPT:
+            own[n] = i
+            n += 1
+    return n
+
+
+@inner()
+def becomes(status):
+    """What becomes of a point in contact whose foot of this status is kept."""
+    if status == BRANCH_EVENT:
+        return REACQUIRED
+    return HELD if _at_border(status) else OLD
+
+
+@kernel()
+def starts(rows, known, place, step, old, found_near, far, work):
+    """List free points whose side is not known, and where their feet are looked for from: at the
+    last foot, or at a place near by where they have gone farther than `far`.
+
+    `known` is (side, reach); `place` (patch, uv) of pieces of surface in the points' cells, `step`
+    (way, now) and `old` (near, uv) of all points; `work` is (index, patch, uv, now), to be filled.
+    Returns how many have a start.
+    """
+    side = known[0]
+    patch, uv = place
+    way, now = step
+    old_patch, old_uv = old
+    index, own_patch, own_uv, own_now = work
+    n = 0
+    for i in range(rows.shape[0]):
+        k = rows[i]
+        if side[i] != 0:
+            found_near[k] = -1
+            continue
+        if old_patch[k] >= 0 and (way[k] <= far or patch[i] < 0):
+            own_patch[n], own_uv[n, 0], own_uv[n, 1] = old_patch[k], old_uv[k, 0], old_uv[k, 1]
+        elif patch[i] >= 0:
+            own_patch[n], own_uv[n, 0], own_uv[n, 1] = patch[i], uv[i, 0], uv[i, 1]
+        else:
+            continue
+        index[n] = i
+        for c in range(3):
+            own_now[n, c] = now[k, c]
+        n += 1
+    return n
+
+
+@kernel()
+def askable(feet, band, asked):
+    """List the feet that balls may tell of in `asked`, (index, side); returns how many."""
+    index, which = asked
+    m = 0
+    for i in range(feet.status.shape[0]):
+        if _is_sound(feet, i, band):
+            index[m] = i
+            which[m] = OUTER if feet.gap[i] > 0.0 else INNER
+            m += 1
+    return m
+
+
+@kernel()
+def tell(index, feet, points, balls, band, known, within):
+    """Sides that balls at feet prove, and how far points are from their feet.
+
+    Foot m is that of points[m]; `index` says in which rows of `known` (side, reach) and `within`,
+    the distance to a point of the surface, that is filled in. `balls` is (m, radius) of the feet
+    that were asked for one.
+    """
+    side, reach = known
+    asked, radius = balls
+    j = 0
+    for m in range(index.shape[0]):
+        i = index[m]
+        within[i] = _distance(feet, m, points[m])
+        if j < asked.shape[0] and asked[j] == m:
+            side[i], reach[i], _ = _by_ball(feet, m, radius[j], band, side[i], reach[i])
+            j += 1
+
+
+@kernel()
+def leave(rows, known, held, band, safe_distance, own):
+    """Free points that stay so: outside, or `held` inside. Lists the others; how many there are."""
+    side, reach = known
+    n = 0
+    for i in range(rows.shape[0]):
+        if side[i] > 0 or held[i]:
+            safe_distance[rows[i]] = side[i] * (reach[i] - band)
+        else:
+            own[n] = i
+            n += 1
+    return n

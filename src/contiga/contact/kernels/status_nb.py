@@ -1,0 +1,12 @@
+"""What becomes of points, as the numbers that kernels write: `ContactStatus`."""
+
+from __future__ import annotations
+
+from contiga.records import ContactStatus
+
+FREE = int(ContactStatus.FREE)
+OLD = int(ContactStatus.OLD)
+RELEASED = int(ContactStatus.RELEASED)
+HELD = int(ContactStatus.HELD)
+NOT_FINITE = int(ContactStatus.NOT_FINITE)
+REACQUIRED = int(ContactStatus.REACQUIRED)

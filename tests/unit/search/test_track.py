@@ -1,0 +1,86 @@
+"""Chunks of tracked points: whatever their size, each point has the foot it has alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tests.stress import solids
+
+import contiga as cg
+from contiga.records import Projection, empty_projection
+from contiga.search.kernels import track_nb
+from contiga.search.tables import tables_of
+from contiga.statuses import Status
+
+
+def _tracked(
+    body: cg.Body,
+    path: tuple[np.ndarray, np.ndarray],
+    start: tuple[np.ndarray, np.ndarray],
+    size: int,
+) -> Projection:
+    n = len(path[1])
+    out = empty_projection(n)
+    results = out, np.zeros(n, np.uint8)
+    track_nb.track_chunks(tables_of(body), path, start, size, results, 0, -(-n // size))
+    return out
+
+
+def _scene() -> tuple[cg.Body, np.ndarray, np.ndarray, Projection]:
+    """A part with edges; points near it that go far enough for some feet to end."""
+    solid = solids.solid("block, fillets 9")
+    rng = np.random.default_rng(8)
+    patches = solid.body.patches
+    on = np.concatenate([cg.clouds.random_on(p, 900 // len(patches), seed=2) for p in patches])
+    before = on + 0.05 * solid.size * rng.normal(size=on.shape)
+    start = solid.body.project(before)
+    return solid.body, before, before + 0.04 * solid.size * rng.normal(size=on.shape), start
+
+
+def test_chunks_of_any_size_give_the_same_bits() -> None:
+    body, before, now, feet = _scene()
+    patch, uv = feet.patch.copy(), feet.uv.copy()
+    patch[::17] = -1  # to be found as closest points
+    now[5], before[12] = np.nan, np.inf
+    whole = _tracked(body, (before, now), (patch, uv), len(now))
+    for size in (1, 64, 333):
+        for a, b in zip(whole, _tracked(body, (before, now), (patch, uv), size), strict=True):
+            np.testing.assert_array_equal(a, b)
+    assert {Status.OK, Status.BRANCH_EVENT, Status.NOT_FINITE} <= set(whole.status)
+    assert 0.3 < whole.certified.mean() < 1.0
+
+
+def test_points_without_a_foot_get_their_closest_points_and_so_do_those_whose_branch_ends() -> None:
+    body, before, now, feet = _scene()
+    patch = feet.patch.copy()
+    patch[::2] = -1
+    out = _tracked(body, (before, now), (patch, feet.uv), 100)
+    closest = body.project(now)
+    anew = np.arange(len(now)) % 2 == 0
+    events = (out.status == Status.BRANCH_EVENT) & (out.certified == 1)
+    assert events.sum() > 3
+    for own in (anew, events):
+        np.testing.assert_array_equal(out.point[own], closest.point[own])
+        np.testing.assert_array_equal(out.gap[own], closest.gap[own])
+
+
+def test_nothing_is_certified_where_nobody_knows_where_the_points_were() -> None:
+    body, _, now, feet = _scene()
+    some = feet.patch >= 0
+    start = feet.patch[some], np.ascontiguousarray(feet.uv[some])
+    out = _tracked(body, (np.zeros((0, 3)), now[some]), start, 128)
+    assert not out.certified.any()
+    assert not (out.status == Status.BRANCH_EVENT).any()
+
+
+@pytest.mark.interpreted
+def test_a_chunk_without_compilation() -> None:
+    body = cg.Body([cg.shapes.plane()])
+    before = np.array([[0.1, 0.2, 0.2], [0.0, 0.1, 0.6], [-0.2, 0.0, 0.1]])
+    feet = body.project(before)
+    now = before + 0.01
+    patch = feet.patch.copy()
+    patch[2] = -1
+    out = _tracked(body, (before, now), (patch, feet.uv), 2)
+    np.testing.assert_allclose(out.gap, now[:, 2], atol=1e-12)
+    assert out.certified.tolist() == [1, 1, 1]
