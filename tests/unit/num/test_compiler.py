@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -202,8 +204,9 @@ def test_options_that_differ_are_not_equal() -> None:
     assert one != 1
 
 
-def test_whoever_calls_a_kernel_first_its_name_is_the_same(tmp_path: Path) -> None:
-    """Of two callers that divide in different ways; and code with a name of old is not run."""
+def divided(tmp_path: Path) -> Callable[..., str]:
+    """A kernel, and two that call it and divide in different ways; what is called in a process of
+    its own, by which of them, and what that said: a quotient by zero and the kernel's names."""
     folder = tmp_path / "tiny"
     folder.mkdir()
     (folder / "__init__.py").touch()
@@ -224,13 +227,38 @@ def test_whoever_calls_a_kernel_first_its_name_is_the_same(tmp_path: Path) -> No
         "print(one(0.0), *(r.fndesc.mangled_name for r in callee.overloads.values()))"
     )
 
-    def said(model: str) -> str:
+    def said(model: str, **environment: str) -> str:
         run = [sys.executable, "-c", code.replace("{0}", model), str(tmp_path)]
-        return subprocess.run(run, capture_output=True, text=True, check=True).stdout
+        env = os.environ | environment
+        return subprocess.run(run, capture_output=True, text=True, check=True, env=env).stdout
 
+    return said
+
+
+def forget(tmp_path: Path, kernel: str) -> None:
+    """Remove what is kept of a kernel of `divided`."""
+    files = list(tmp_path.rglob(f"{kernel}.{kernel}*.nb[ci]"))
+    assert files
+    for file in files:
+        file.unlink()
+
+
+def test_whoever_calls_a_kernel_first_its_name_is_the_same(tmp_path: Path) -> None:
+    said = divided(tmp_path)
     first = said("python")
     assert first.startswith("inf ")
-    for file in folder.rglob("callee.callee*.nb[ci]"):
-        file.unlink()
+    forget(tmp_path, "callee")
     assert said("numpy") == first
     assert said("python") == first
+
+
+def test_a_kept_kernel_whose_callee_has_another_name_by_now_is_compiled_anew(
+    tmp_path: Path,
+) -> None:
+    """What would be called is not there: LLVM would end the process."""
+    said = divided(tmp_path)
+    first = said("python")
+    forget(tmp_path, "callee")
+    other = said("numpy", NUMBA_DEBUGINFO="1")  # a part of the names
+    assert other != first
+    assert said("python") == other
