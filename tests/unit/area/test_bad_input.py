@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
+from tests.command import Command
 
 import contiga as cg
-from contiga.cli import commands
 from contiga.errors import InputError
 
 PLATE = cg.Body([cg.shapes.plane(width=4.0, length=4.0)])
@@ -152,14 +150,9 @@ def command(monkeypatch, capsys, folder, area, points):
     (folder / "flat.off").write_text(CORNERS.format(3) + "3 0 2 2\n3 1 1 1\n", encoding="utf-8")
     case = folder / "case.toml"
     case.write_text(CASE.format(points=points, area=area), encoding="utf-8")
-    arguments = ["contiga", "run", str(case), "-o", str(folder / "out"), "--quiet"]
-    monkeypatch.setattr(sys, "argv", arguments)
-    code = 0
-    try:
-        commands.main()
-    except SystemExit as left:
-        code = int(left.code or 0)
-    return code, capsys.readouterr().err
+    run = Command(monkeypatch, capsys, "run")
+    code, _, err = run(case, "-o", folder / "out", "--quiet")
+    return code, err
 
 
 @pytest.mark.parametrize("what", REFUSED)

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
-
-from contiga.cli import commands
+from tests.command import Command
 
 CASE = """
 title = "Crate"
@@ -41,25 +39,21 @@ BOX = [t for a, b, c, d in QUADS for t in ([a, b, c], [a, c, d])]
 FAR = [*CORNERS.tolist(), [0.5, 0.5, 5.0]]
 CLOSED = "closed, volume 1"
 
-Command = Callable[..., tuple[int, str, str]]
+Run = Callable[..., tuple[int, str, str]]
 
 
 @pytest.fixture
 def command(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Command:
+) -> Run:
     """Runs a command in a folder with the case: exit code, output, errors; lines joined."""
     monkeypatch.chdir(tmp_path)
     Path("case.toml").write_text(CASE, encoding="utf-8")
 
+    contiga = Command(monkeypatch, capsys)
+
     def run(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["contiga", *arguments])
-        code = 0
-        try:
-            commands.main()
-        except SystemExit as stopped:
-            code = int(stopped.code or 0)
-        out, err = capsys.readouterr()
+        code, out, err = contiga(*arguments)
         return code, " ".join(out.split()), err
 
     return run
@@ -91,7 +85,7 @@ SERVED = {
 
 
 @pytest.mark.parametrize("name", SERVED)
-def test_flaws_that_can_be_lived_with_are_said_and_served(command: Command, name: str) -> None:
+def test_flaws_that_can_be_lived_with_are_said_and_served(command: Run, name: str) -> None:
     points, triangles, said, force = SERVED[name]
     write(points, triangle=triangles)
     code, out, err = command("info", "crate.vtu")
@@ -114,7 +108,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_meshes_without_sides_are_refused_with_one_message(command: Command, name: str) -> None:
+def test_meshes_without_sides_are_refused_with_one_message(command: Run, name: str) -> None:
     points, triangles, message = REFUSED[name]
     write(points, triangle=triangles)
     for arguments in (["check", "case.toml"], ["run", "case.toml", "-o", "out", "--quiet"]):
@@ -124,7 +118,7 @@ def test_meshes_without_sides_are_refused_with_one_message(command: Command, nam
     assert sorted(path.name for path in Path().iterdir()) == ["case.toml", "crate.vtu"]
 
 
-def test_turned_triangles_are_told_by_info_and_mended_by_orient(command: Command) -> None:
+def test_turned_triangles_are_told_by_info_and_mended_by_orient(command: Run) -> None:
     write(CORNERS, triangle=REFUSED["one inverted"][1])
     code, out, _ = command("info", "crate.vtu")
     assert code == 0
@@ -143,7 +137,7 @@ def test_turned_triangles_are_told_by_info_and_mended_by_orient(command: Command
     ],
 )
 def test_quadrilaterals_are_split_and_solids_skinned_and_it_is_said(
-    command: Command, cells: dict[str, object], said: str
+    command: Run, cells: dict[str, object], said: str
 ) -> None:
     write(CORNERS, **cells)
     for arguments in (["info", "crate.vtu"], ["check", "case.toml"]):

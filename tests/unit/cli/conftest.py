@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
-
-from contiga.cli import commands
+from tests.command import Command as Command
 
 CASE = """
 title = "Ball and sheet"
@@ -36,27 +34,8 @@ def case(tmp_path: Path) -> Path:
     return path
 
 
-class Command:
-    """Runs ``contiga …`` in this process."""
-
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-        self._patch, self._capture = monkeypatch, capsys
-
-    def __call__(self, *arguments: object) -> tuple[int, str, str]:
-        """Exit code, standard output, error output."""
-        self._patch.setattr(sys, "argv", ["contiga", *map(str, arguments)])
-        code = 0
-        try:
-            commands.main()
-        except SystemExit as left:
-            code = int(left.code or 0)
-        out, err = self._capture.readouterr()
-        return code, out, err
-
-
 @pytest.fixture
 def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
-    monkeypatch.delenv("CONTIGA_DEBUG", raising=False)
     return Command(monkeypatch, capsys)
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import csv
 import json
 import re
-import sys
 from collections.abc import Callable
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+from tests.command import Command
 
-from contiga.cli import commands
 from contiga.errors import FileError, InputError, OutputError, RunError
 from contiga_validation.reproduce import broken_claims, reproduce
 
@@ -133,23 +132,12 @@ def test_folder_without_tables_has_no_claims(tmp_path: Path, text: str) -> None:
 
 
 @pytest.fixture
-def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable:
-    monkeypatch.delenv("CONTIGA_DEBUG", raising=False)
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["contiga", "reproduce", *map(str, arguments)])
-        code = 0
-        try:
-            commands.main()
-        except SystemExit as left:
-            code = int(left.code or 0)
-        return code, *capsys.readouterr()
-
-    return run
+def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
+    return Command(monkeypatch, capsys, "reproduce")
 
 
 def test_command_says_where_the_page_is(
-    catalogued: Callable, command: Callable, tmp_path: Path
+    catalogued: Callable, command: Command, tmp_path: Path
 ) -> None:
     catalogued(GOOD)
     code, out, err = command("-o", tmp_path / "out")
@@ -160,7 +148,7 @@ def test_command_says_where_the_page_is(
 
 
 def test_command_leaves_with_one_where_a_claim_breaks(
-    catalogued: Callable, command: Callable, tmp_path: Path
+    catalogued: Callable, command: Command, tmp_path: Path
 ) -> None:
     catalogued(GOOD, BROKEN)
     code, _, err = command("-o", tmp_path / "out", "--quiet")
@@ -175,7 +163,7 @@ def test_command_leaves_with_one_where_a_claim_breaks(
 @pytest.mark.parametrize("arguments", [["--only", "5.1,nine"], ["--only", ""], ["-o", "taken"]])
 def test_command_with_wrong_input_is_one_message(
     catalogued: Callable,
-    command: Callable,
+    command: Command,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     arguments: list[str],

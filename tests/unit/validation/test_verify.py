@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import sys
 from collections.abc import Callable
 from html.parser import HTMLParser
 from itertools import pairwise
@@ -13,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.command import Command
 
-from contiga.cli import commands
 from contiga.errors import FileError, InputError, OutputError, RunError
 from contiga_validation.closed_forms import catalogue
 from contiga_validation.closed_forms.case import (
@@ -196,23 +195,12 @@ def test_folder_without_numbers_has_no_cases(tmp_path: Path, text: str) -> None:
 
 
 @pytest.fixture
-def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable:
-    monkeypatch.delenv("CONTIGA_DEBUG", raising=False)
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["contiga", "verify", *map(str, arguments)])
-        code = 0
-        try:
-            commands.main()
-        except SystemExit as left:
-            code = int(left.code or 0)
-        return code, *capsys.readouterr()
-
-    return run
+def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
+    return Command(monkeypatch, capsys, "verify")
 
 
 def test_command_says_where_the_page_is(
-    catalogued: Callable, command: Callable, tmp_path: Path
+    catalogued: Callable, command: Command, tmp_path: Path
 ) -> None:
     catalogued(GOOD)
     code, out, err = command("-o", tmp_path / "out")
@@ -223,7 +211,7 @@ def test_command_says_where_the_page_is(
 
 
 def test_command_leaves_with_one_where_a_case_does_not_hold(
-    catalogued: Callable, command: Callable, tmp_path: Path
+    catalogued: Callable, command: Command, tmp_path: Path
 ) -> None:
     catalogued(GOOD, SLOW)
     code, _, err = command("-o", tmp_path / "out", "--quiet")
@@ -237,7 +225,7 @@ def test_command_leaves_with_one_where_a_case_does_not_hold(
 @pytest.mark.parametrize("arguments", [["--only", "mass,nine"], ["--only", ""], ["-o", "taken"]])
 def test_command_with_wrong_input_is_one_message(
     catalogued: Callable,
-    command: Callable,
+    command: Command,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     arguments: list[str],
