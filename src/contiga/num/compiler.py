@@ -145,7 +145,11 @@ def _compare_faster() -> None:
     """
 
     def equal(self: Any, other: Any) -> Any:
-        if self is other or (type(self) is type(other) and self._values == other._values):
+        if self is other:
+            return True
+        # What numba compares, written out; it is asked itself where a numba to come has it elsewhere.
+        own = getattr(self, "_values", None)
+        if own is not None and type(self) is type(other) and own == other._values:
             return True
         return written_out(self, other)
 
@@ -173,8 +177,12 @@ def _raise_that_shapes_differ(source: Any, target: Any) -> Any:
 
 @contextmanager
 def _short_message() -> Iterator[None]:
-    """Within this, numba compiles slices that are written to with the error above."""
-    own = arrayobj.raise_with_shape_context
+    """Within this, numba compiles slices that are written to with the error above; with its own
+    where a numba to come raises it elsewhere."""
+    own = getattr(arrayobj, "raise_with_shape_context", None)
+    if own is None:
+        yield
+        return
     arrayobj.raise_with_shape_context = _shapes_differ
     try:
         yield

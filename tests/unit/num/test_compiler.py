@@ -14,6 +14,7 @@ import pytest
 from numba import njit
 from numba.core.compiler import Flags
 
+from contiga.num import compiler
 from contiga.num.compiler import InnerCompiler
 from contiga.num.jit import inner, kernel
 
@@ -188,6 +189,38 @@ def test_an_array_that_does_not_fit_is_refused_in_few_words() -> None:
 
     with pytest.raises(ValueError, match="from input of"):
         numbas(np.zeros(3), np.ones(4))
+
+
+def test_a_numba_that_refuses_such_arrays_elsewhere_compiles_them_its_own_way(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    class Elsewhere:
+        """What of numba's module is looked at, without the function that is replaced."""
+
+    monkeypatch.setattr(compiler, "arrayobj", Elsewhere)
+
+    @kernel()
+    def put(target, source):
+        target[:] = source
+
+    with pytest.raises(ValueError, match="from input of"):
+        put(np.zeros(3), np.ones(4))
+    assert not vars(Elsewhere).keys() & {"raise_with_shape_context"}
+
+
+def test_options_kept_elsewhere_are_compared_by_numba() -> None:
+    class Options(Flags):  # type: ignore[misc]
+        """Options whose values are not where they are now."""
+
+        def __getattribute__(self, name: str) -> object:
+            if name == "_values" and sys._getframe(1).f_code.co_name == "equal":
+                raise AttributeError(name)
+            return super().__getattribute__(name)
+
+    one, other = Options(), Options()
+    assert one == other
+    one.release_gil = True
+    assert one != other
 
 
 def test_options_that_differ_are_not_equal() -> None:
