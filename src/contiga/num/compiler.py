@@ -147,7 +147,7 @@ def _compare_faster() -> None:
     def equal(self: Any, other: Any) -> Any:
         if self is other:
             return True
-        # What numba compares, written out; it is asked itself where a numba to come has it elsewhere.
+        # What numba compares, written out; numba does it where one to come has it elsewhere.
         own = getattr(self, "_values", None)
         if own is not None and type(self) is type(other) and own == other._values:
             return True

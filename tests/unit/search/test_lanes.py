@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
+from numba import config, njit
 
 import contiga as cg
+from contiga.num.compiler import CalledCompiler
 from contiga.records import empty_projection
-from contiga.search.kernels import project_nb
+from contiga.search.kernels import lanes_nb, project_nb
 from contiga.search.tables import tables_of
 
 PATCHES = {
@@ -112,6 +116,20 @@ def test_binned_in_chunks_or_as_a_whole_the_feet_are_the_same(monkeypatch):
     chunks = body.project(q, start=start, mode="track")
     for a, b in zip(chunks, whole, strict=True):
         np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("name", ["newton_rational", "newton_polynomial"])
+def test_the_loop_over_the_lanes_is_vector_code(name):
+    """As it is not where the kernel is compiled within its callers: half the speed of tracking."""
+    if config.DISABLE_JIT:
+        pytest.skip("nothing is compiled")
+    function = getattr(lanes_nb, name).py_func
+    compiled = njit(error_model="numpy", pipeline_class=CalledCompiler)(function)
+    compiled(np.zeros(lanes_nb.ROWS * lanes_nb.LANES), np.ones(64), 1e-20)
+    (code,) = compiled.inspect_llvm().values()
+    assert len(re.findall(r"call <\d+ x double> @llvm\.fma", code)) > 50
+    kept = getattr(lanes_nb, name)._compiler.pipeline_class
+    assert kept is CalledCompiler
 
 
 def test_points_on_the_surface_are_done_in_the_fast_lane():

@@ -3,7 +3,8 @@
 Elements of degree up to three in each direction are kept as bicubics. Points are binned by
 element and taken sixteen at a time: the coefficients are the same for all lanes, the lanes' data
 lie one after the other in one work array, and the body of the lane loop has no branches, so the
-compiler turns it into vector code without gathers. Lanes that want to leave the element go on from
+compiler turns it into vector code without gathers: as long as these kernels are compiled by
+themselves, and not within their callers. Lanes that want to leave the element go on from
 there in another block; those that meet an indefinite Hessian or do not descend are handed back, and
 the careful walk takes them.
 """
@@ -100,7 +101,7 @@ def _finish(lanes, l, x, y, z, tolerance):
     lanes[ROW_GAP * n + l] = -_dot(r_x, r_y, r_z, n_x, n_y, n_z)
 
 
-@inner(error_model="numpy")
+@inner(linked=False)
 def newton_rational(lanes, k, tolerance):
     """One round on all lanes; k holds the coefficients of x, y, z, w, sixteen each.
 
@@ -116,7 +117,7 @@ def newton_rational(lanes, k, tolerance):
         _round(lanes, l, x, y, z, tolerance)
 
 
-@inner(error_model="numpy")
+@inner(linked=False)
 def newton_polynomial(lanes, k, tolerance):
     """As `newton_rational`, for elements whose weight is one."""
     for l in range(LANES):
@@ -128,7 +129,7 @@ def newton_polynomial(lanes, k, tolerance):
         _round(lanes, l, x, y, z, tolerance)
 
 
-@inner(error_model="numpy")
+@inner(linked=False)
 def finish_rational(lanes, k, tolerance):
     """The records of all lanes where they have come to; arguments as of `newton_rational`."""
     for l in range(LANES):
@@ -141,7 +142,7 @@ def finish_rational(lanes, k, tolerance):
         _finish(lanes, l, x, y, z, tolerance)
 
 
-@inner(error_model="numpy")
+@inner(linked=False)
 def finish_polynomial(lanes, k, tolerance):
     """As `finish_rational`, for elements whose weight is one."""
     for l in range(LANES):
