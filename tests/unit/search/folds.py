@@ -35,3 +35,38 @@ def trimmed_fold(turn, gap=0.0):
     uses = (EdgeUse(0, 0, 1, False), EdgeUse(1, 0, 3, True))
     edge = BodyEdge(curve, 0.5 * gap, uses, ((0.0, 1.0), (0.0, 1.0)))
     return cg.Body(sheets, trims=[[ring(0.0, cut)], [ring(1.0 - cut, 1.0)]], edges=[edge])
+
+
+def bent_fold(turn, bow=0.0, sway=0.0, bulge=(0.0, 0.0), twist=(0.0, 0.0), about=0.0):
+    """Two trimmed sheets that meet along C(y) = (sway, 0, bow) y² + (0, y, 0), bent down by `turn`.
+
+    x away from the edge the left one is (x/|x|) x² bulge higher, along its normal at y = 0, and
+    twist x y; y runs from −1 to 1 and each reaches 0.5 over the edge. `about` leans the whole over.
+    """
+    half = 0.5 * turn
+    sheets = []
+    for k, (low, high) in enumerate(((-1.0, 0.5), (-0.5, 1.0))):
+        lean = about + (half if k == 0 else -half)
+        into = np.array([np.cos(lean), 0.0, np.sin(lean)])
+        out = np.array([-np.sin(lean), 0.0, np.cos(lean)])
+        net = np.empty((3, 3, 3))
+        for i, (x, xx) in enumerate(
+            ((low, low**2), (0.5 * (low + high), low * high), (high, high**2))
+        ):
+            for j, (y, yy) in enumerate(((-1.0, 1.0), (0.0, -1.0), (1.0, 1.0))):
+                net[i, j] = x * into + (bulge[k] * xx + twist[k] * x * y) * out
+                net[i, j] += [sway * yy, y, bow * yy]
+        knots = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]
+        sheets.append(cg.NurbsSurface((2, 2), (knots, knots), net))
+    points = [[sway, -1.0, bow], [-sway, 0.0, -bow], [sway, 1.0, bow]]
+    curve = cg.NurbsCurve(2, [0.0, 0.0, 0.0, 1.0, 1.0, 1.0], points)
+    uses = (EdgeUse(0, 0, 1, False), EdgeUse(1, 0, 3, True))
+    edge = BodyEdge(curve, 0.0, uses, ((0.0, 1.0), (0.0, 1.0)))
+    loops = [[ring(0.0, 1.0 / 1.5)], [ring(0.5 / 1.5, 1.0)]]
+    return cg.Body(sheets, trims=loops, edges=[edge])
+
+
+def at_fold(body, k, x, y):
+    """Where sheet k of a fold of one element each is, x from its edge and y along it: (e, s, t)."""
+    low = (-1.0, -0.5)[k]
+    return k, (x - low) / 1.5 - 0.5, 0.5 * y
