@@ -37,24 +37,32 @@ def trimmed_fold(turn, gap=0.0):
     return cg.Body(sheets, trims=[[ring(0.0, cut)], [ring(1.0 - cut, 1.0)]], edges=[edge])
 
 
-def bent_fold(turn, bow=0.0, sway=0.0, bulge=(0.0, 0.0), twist=(0.0, 0.0), about=0.0):
-    """Two trimmed sheets that meet along C(y) = (sway, 0, bow) y² + (0, y, 0), bent down by `turn`.
+def axes_of(turn, k):
+    """Of sheet k of a fold: the way in which x runs, and up."""
+    lean = 0.5 * turn * (1.0 if k == 0 else -1.0)
+    return (
+        np.array([np.cos(lean), 0.0, np.sin(lean)]),
+        np.array([-np.sin(lean), 0.0, np.cos(lean)]),
+    )
 
-    x away from the edge the left one is (x/|x|) x² bulge higher, along its normal at y = 0, and
-    twist x y; y runs from −1 to 1 and each reaches 0.5 over the edge. `about` leans the whole over.
+
+def bent_fold(turn, bow=0.0, sway=0.0, bulge=(0.0, 0.0), twist=(0.0, 0.0), middle=(0.0, 0.0)):
+    """Two trimmed sheets that meet along C(y) = (sway y², y, bow y²), bent down by `turn`.
+
+    x away from the edge (x < 0 on the left one, k = 0) each is bulge (x² − 2 middle x) + twist x y
+    higher, along the second of `axes_of`; y runs from −1 to 1, and each reaches 0.5 over the edge.
     """
-    half = 0.5 * turn
     sheets = []
     for k, (low, high) in enumerate(((-1.0, 0.5), (-0.5, 1.0))):
-        lean = about + (half if k == 0 else -half)
-        into = np.array([np.cos(lean), 0.0, np.sin(lean)])
-        out = np.array([-np.sin(lean), 0.0, np.cos(lean)])
+        into, out = axes_of(turn, k)
         net = np.empty((3, 3, 3))
         for i, (x, xx) in enumerate(
             ((low, low**2), (0.5 * (low + high), low * high), (high, high**2))
         ):
             for j, (y, yy) in enumerate(((-1.0, 1.0), (0.0, -1.0), (1.0, 1.0))):
-                net[i, j] = x * into + (bulge[k] * xx + twist[k] * x * y) * out
+                net[i, j] = (
+                    x * into + (bulge[k] * (xx - 2.0 * middle[k] * x) + twist[k] * x * y) * out
+                )
                 net[i, j] += [sway * yy, y, bow * yy]
         knots = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]
         sheets.append(cg.NurbsSurface((2, 2), (knots, knots), net))

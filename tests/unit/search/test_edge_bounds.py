@@ -91,7 +91,7 @@ def test_both_faces_and_the_edge_are_asked_how_convex_f_is(part, half):
 
 
 def test_slopes_fall_by_the_width_of_an_edge_and_on_its_inner_side_by_its_turn_too():
-    """The outer side has to be as sure as tangents are; real folds have no inner side to go over."""
+    """The outer side has to be as sure as tangents are; a real fold is not gone over inside."""
     width, slip = 1e-6, 1e-4
 
     def drop(half, turn, up=1.0, bent=0.0, r=0.01):
