@@ -46,11 +46,21 @@ def axes_of(turn, k):
     )
 
 
-def bent_fold(turn, bow=0.0, sway=0.0, bulge=(0.0, 0.0), twist=(0.0, 0.0), middle=(0.0, 0.0)):
+def bent_fold(
+    turn,
+    bow=0.0,
+    sway=0.0,
+    bulge=(0.0, 0.0),
+    twist=(0.0, 0.0),
+    middle=(0.0, 0.0),
+    far=1.0,
+    tilt=0.0,
+):
     """Two trimmed sheets that meet along C(y) = (sway y², y, bow y²), bent down by `turn`.
 
     x away from the edge (x < 0 on the left one, k = 0) each is bulge (x² − 2 middle x) + twist x y
     higher, along the second of `axes_of`; y runs from −1 to 1, and each reaches 0.5 over the edge.
+    The right one is trimmed away `far` from it, too, and is `tilt` y higher than would fit.
     """
     sheets = []
     for k, (low, high) in enumerate(((-1.0, 0.5), (-0.5, 1.0))):
@@ -63,14 +73,14 @@ def bent_fold(turn, bow=0.0, sway=0.0, bulge=(0.0, 0.0), twist=(0.0, 0.0), middl
                 net[i, j] = (
                     x * into + (bulge[k] * (xx - 2.0 * middle[k] * x) + twist[k] * x * y) * out
                 )
-                net[i, j] += [sway * yy, y, bow * yy]
+                net[i, j] += [sway * yy, y, bow * yy] + k * tilt * y * out
         knots = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]
         sheets.append(cg.NurbsSurface((2, 2), (knots, knots), net))
     points = [[sway, -1.0, bow], [-sway, 0.0, -bow], [sway, 1.0, bow]]
     curve = cg.NurbsCurve(2, [0.0, 0.0, 0.0, 1.0, 1.0, 1.0], points)
     uses = (EdgeUse(0, 0, 1, False), EdgeUse(1, 0, 3, True))
-    edge = BodyEdge(curve, 0.0, uses, ((0.0, 1.0), (0.0, 1.0)))
-    loops = [[ring(0.0, 1.0 / 1.5)], [ring(0.5 / 1.5, 1.0)]]
+    edge = BodyEdge(curve, abs(tilt), uses, ((0.0, 1.0), (0.0, 1.0)))
+    loops = [[ring(0.0, 1.0 / 1.5)], [ring(0.5 / 1.5, (0.5 + far) / 1.5)]]
     return cg.Body(sheets, trims=loops, edges=[edge])
 
 
@@ -78,3 +88,33 @@ def at_fold(body, k, x, y):
     """Where sheet k of a fold of one element each is, x from its edge and y along it: (e, s, t)."""
     low = (-1.0, -0.5)[k]
     return k, (x - low) / 1.5 - 0.5, 0.5 * y
+
+
+def natural_fold(turn):
+    """Two flat sheets that meet like those of `bent_fold`, in a natural side of both: x runs along
+    v, and nothing is trimmed."""
+    sheets = []
+    for k, (low, high) in enumerate(((-1.0, 0.0), (0.0, 1.0))):
+        into, _ = axes_of(turn, k)
+        net = [[x * into + [0.0, y, 0.0] for x in (low, high)] for y in (-1.0, 1.0)]
+        sheets.append(cg.shapes.bilinear(net[0][0], net[1][0], net[0][1], net[1][1]))
+    return cg.Body(sheets)
+
+
+def plates_along_parabola(bend):
+    """Two halves of a flat square with corners at ±1 that meet along x = bend y², |y| ≤ 0.2."""
+    x = 0.04 * bend
+    plate = cg.shapes.bilinear([-1, -1, 0], [1, -1, 0], [-1, 1, 0], [1, 1, 0])
+    at = np.array([[x, -0.2, 0.0], [-x, 0.0, 0.0], [x, 0.2, 0.0]])
+    knots = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]
+    inside = 0.5 * at + np.array([0.5, 0.5, 0.0])
+    loops = []
+    for low, points in ((0.0, inside), (1.0, inside[::-1])):
+        end = 1.0 if low == 0.0 else 0.0
+        u = points[0, 0]
+        corners = [points[2], [u, end, 0], [low, end, 0], [low, 1 - end, 0], [u, 1 - end, 0]]
+        ways = zip(corners, [*corners[1:], points[0]], strict=True)
+        loops.append([[cg.NurbsCurve(2, knots, points), *(cg.shapes.line(*way) for way in ways)]])
+    uses = (EdgeUse(0, 0, 0, False), EdgeUse(1, 0, 0, True))
+    edge = BodyEdge(cg.NurbsCurve(2, knots, at), 1e-9, uses, ((0.0, 1.0), (0.0, 1.0)))
+    return cg.Body([plate, plate], trims=loops, edges=[edge])

@@ -63,6 +63,47 @@ def test_a_cell_over_the_whole_hole_holds_no_one_strand():
     assert strand_in(tables_of(holed()).trims, 0, (0.2, 0.8, 0.2, 0.8))[0] == -2
 
 
+def plate(points, named):
+    """A unit plate whose outer border goes round `points`; piece k from point k belongs to the edge
+    named[k]. Edges of more than one piece are one p-curve."""
+    patch = cg.shapes.bilinear([0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0])
+    points = [[*p, 0.0] for p in [*points, points[0]]]
+    loop, edges = [], []
+    first = 0
+    while first < len(named):
+        last = first + 1
+        while last < len(named) and named[last] == named[first]:
+            last += 1
+        inner = np.arange(1, last - first) / (last - first)
+        knots = [0.0, 0.0, *inner, 1.0, 1.0]
+        curve = cg.NurbsCurve(1, knots, points[first : last + 1])
+        uses = (EdgeUse(0, 0, len(loop), False),)
+        edges.append(BodyEdge(curve, 1e-9, uses, (curve.domain,)))
+        loop.append(curve)
+        first = last
+    return cg.Body([patch], trims=[(tuple(loop),)], edges=edges)
+
+
+ROUND = [(0.2, 0.2), (0.8, 0.2), (0.8, 0.8), (0.2, 0.8)]
+
+
+@pytest.mark.parametrize(
+    ("points", "named", "edge"),
+    [
+        ([*ROUND[:1], (0.5, 0.2), *ROUND[1:]], [0, 0, 1, 2, 3], 0),
+        ([*ROUND[:1], (0.5, 0.2), *ROUND[1:]], [0, 1, 2, 3, 4], -2),
+        ([*ROUND[:1], (0.5, 0.21), *ROUND[1:]], [0, 0, 1, 2, 3], -2),
+        ([*ROUND[:1], (0.51, 0.3), (0.5, 0.2), *ROUND[1:]], [0, 0, 0, 1, 2, 3], -2),
+    ],
+    ids=["straight on", "another edge", "kink", "spike"],
+)
+def test_a_strand_is_one_smooth_stretch_of_one_edge(points, named, edge):
+    """In a cell about the middle of the lower side of a square, where two pieces meet."""
+    found, n, _ = strand_in(tables_of(plate(points, named)).trims, 0, (0.45, 0.55, 0.15, 0.25))
+    assert found == edge
+    assert n == (2 if edge >= 0 else 0)
+
+
 @njit
 def stretch_bend(coefs, h, rest):
     work = strand_nb.strand_work()
