@@ -46,6 +46,39 @@ def axes_of(turn, k):
     )
 
 
+def place(turn, k, x, z):
+    """In the axes of a sheet of a fold, over its middle."""
+    into, out = axes_of(turn, k)
+    return x * into + z * out
+
+
+def over(turn, bend, c, x, high):
+    """A point so high over z = bend (x² − 2 c x) at x, on the left sheet."""
+    normal = np.array([-2.0 * bend * (x - c), 1.0])
+    normal *= high / np.linalg.norm(normal)
+    return place(turn, 0, x + normal[0], bend * (x * x - 2.0 * c * x) + normal[1])
+
+
+def focal(bend, past=4e-4):
+    """Height `past` beyond the focal point of z = bend x², and how far the two minima of f lie to
+    each side then."""
+    return 0.5 * (1.0 + past) / bend, np.sqrt(0.5 * past) / bend
+
+
+def sheet(turn, k, ends, bow, sway, bulge, middle, twist, tilt):
+    """Sheet k of `bent_fold`, over the range `ends` of x."""
+    low, high = ends
+    into, out = axes_of(turn, k)
+    net = np.empty((3, 3, 3))
+    across = ((low, low**2), (0.5 * (low + high), low * high), (high, high**2))
+    for i, (x, xx) in enumerate(across):
+        for j, (y, yy) in enumerate(((-1.0, 1.0), (0.0, -1.0), (1.0, 1.0))):
+            up = bulge * (xx - 2.0 * middle * x) + twist * x * y + k * tilt * y
+            net[i, j] = x * into + up * out + [sway * yy, y, bow * yy]
+    knots = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]
+    return cg.NurbsSurface((2, 2), (knots, knots), net)
+
+
 def bent_fold(
     turn,
     bow=0.0,
@@ -62,20 +95,10 @@ def bent_fold(
     higher, along the second of `axes_of`; y runs from −1 to 1, and each reaches 0.5 over the edge.
     The right one is trimmed away `far` from it, too, and is `tilt` y higher than would fit.
     """
-    sheets = []
-    for k, (low, high) in enumerate(((-1.0, 0.5), (-0.5, 1.0))):
-        into, out = axes_of(turn, k)
-        net = np.empty((3, 3, 3))
-        for i, (x, xx) in enumerate(
-            ((low, low**2), (0.5 * (low + high), low * high), (high, high**2))
-        ):
-            for j, (y, yy) in enumerate(((-1.0, 1.0), (0.0, -1.0), (1.0, 1.0))):
-                net[i, j] = (
-                    x * into + (bulge[k] * (xx - 2.0 * middle[k] * x) + twist[k] * x * y) * out
-                )
-                net[i, j] += [sway * yy, y, bow * yy] + k * tilt * y * out
-        knots = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]
-        sheets.append(cg.NurbsSurface((2, 2), (knots, knots), net))
+    sheets = [
+        sheet(turn, k, ends, bow, sway, bulge[k], middle[k], twist[k], tilt)
+        for k, ends in enumerate(((-1.0, 0.5), (-0.5, 1.0)))
+    ]
     points = [[sway, -1.0, bow], [-sway, 0.0, -bow], [sway, 1.0, bow]]
     curve = cg.NurbsCurve(2, [0.0, 0.0, 0.0, 1.0, 1.0, 1.0], points)
     uses = (EdgeUse(0, 0, 1, False), EdgeUse(1, 0, 3, True))
@@ -90,15 +113,20 @@ def at_fold(body, k, x, y):
     return k, (x - low) / 1.5 - 0.5, 0.5 * y
 
 
-def natural_fold(turn):
-    """Two flat sheets that meet like those of `bent_fold`, in a natural side of both: x runs along
-    v, and nothing is trimmed."""
-    sheets = []
-    for k, (low, high) in enumerate(((-1.0, 0.0), (0.0, 1.0))):
-        into, _ = axes_of(turn, k)
-        net = [[x * into + [0.0, y, 0.0] for x in (low, high)] for y in (-1.0, 1.0)]
-        sheets.append(cg.shapes.bilinear(net[0][0], net[1][0], net[0][1], net[1][1]))
-    return cg.Body(sheets)
+def natural_fold(turn, bow=0.0, bulge=(0.0, 0.0), middle=(0.0, 0.0), wide=1.0):
+    """The sheets of `bent_fold` without what reaches over, untrimmed: they meet in a crease. x runs
+    along v. The left one is as wide as said."""
+    return cg.Body(
+        [
+            sheet(turn, k, ends, bow, 0.0, bulge[k], middle[k], 0.0, 0.0).transposed()
+            for k, ends in enumerate(((-wide, 0.0), (0.0, 1.0)))
+        ]
+    )
+
+
+def at_crease(body, k, x, y):
+    """As `at_fold`, for a natural fold."""
+    return k, 0.5 * y, x + (0.5 if k == 0 else -0.5)
 
 
 def plates_along_parabola(bend):

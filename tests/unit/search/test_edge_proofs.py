@@ -13,7 +13,7 @@ from numba import njit
 from contiga.search.kernels import about_edge_nb, edge_nb
 from contiga.search.tables import tables_of
 
-from .folds import at_fold, axes_of, bent_fold, trimmed_fold
+from .folds import at_fold, bent_fold, focal, over, place, trimmed_fold
 
 pytestmark = pytest.mark.interpreted
 
@@ -32,25 +32,6 @@ def joined(body, foot, last, before, after=None):
     """Whether the feet `last` of a point before its motion and `foot` after it are joined."""
     path = (tuple(before), tuple(before if after is None else after))
     return over_edge(tables_of(body), at_fold(body, *foot), at_fold(body, *last), path)
-
-
-def place(turn, k, x, z):
-    """In the axes of a sheet of a fold, over its middle."""
-    into, out = axes_of(turn, k)
-    return x * into + z * out
-
-
-def over(turn, bend, c, x, high):
-    """A point so high over z = bend (x² − 2 c x) at x, on the left sheet."""
-    normal = np.array([-2.0 * bend * (x - c), 1.0])
-    normal *= high / np.linalg.norm(normal)
-    return place(turn, 0, x + normal[0], bend * (x * x - 2.0 * c * x) + normal[1])
-
-
-def focal(bend, past=4e-4):
-    """Height `past` beyond the focal point of z = bend x², and how far the two minima of f lie to
-    each side then."""
-    return 0.5 * (1.0 + past) / bend, np.sqrt(0.5 * past) / bend
 
 
 def test_two_minima_in_the_hollow_of_one_face_are_not_joined():

@@ -15,6 +15,8 @@ from contiga.geometry.edges import BodyEdge, EdgeUse
 from contiga.search.kernels import bend_nb, strand_nb
 from contiga.search.tables import tables_of
 
+from .sheets import SHEETS
+
 pytestmark = pytest.mark.interpreted
 
 
@@ -138,36 +140,6 @@ def along(patch, box, cell, coefs, t):
     first = D[..., 1, 0] * p + D[..., 0, 1] * q
     second = D[..., 2, 0] * p * p + 2.0 * D[..., 1, 1] * p * q + D[..., 0, 2] * q * q
     return first, second + D[..., 1, 0] * pp + D[..., 0, 1] * qq
-
-
-def quadratic(rng, bent, twisted):
-    """A sheet of one element over the unit square, of second order in each of its parameters."""
-    u, v = np.meshgrid([0.0, 0.5, 1.0], [0.0, 0.5, 1.0], indexing="ij")
-    net = np.stack([u + 0.3 * rng.normal() * v, v, 0 * u], axis=-1)
-    at = np.array([0.0, 0.0, 1.0])
-    net += bent * (at * rng.normal(size=3))[:, None, None] * rng.normal(size=3)
-    net += bent * (at * rng.normal(size=3))[None, :, None] * rng.normal(size=3)
-    net += twisted * (u * v)[..., None] * rng.normal(size=3)
-    knots = [0, 0, 0, 1, 1, 1]
-    return cg.NurbsSurface((2, 2), (knots, knots), net)
-
-
-def third_order(rng):
-    """A sheet x = u, y = v, z = a u² v, about its middle."""
-    x = [-0.5, 0.0, 0.5]
-    z = np.multiply.outer([0.25, -0.25, 0.25], x) * rng.uniform(1.0, 3.0)
-    u, v = np.meshgrid(x, x, indexing="ij")
-    knots = [0, 0, 0, 1, 1, 1]
-    return cg.NurbsSurface((2, 2), (knots, knots), np.stack([u, v, z], axis=-1))
-
-
-SHEETS = {
-    "flat": lambda rng: quadratic(rng, 0.0, 0.0),
-    "bent": lambda rng: quadratic(rng, 0.5, 0.0),
-    "twisted": lambda rng: quadratic(rng, 0.0, 0.8),
-    "rough": lambda rng: quadratic(rng, 0.5, 0.5),
-    "of third order": third_order,
-}
 
 
 def stretch(rng, n, off, spread):
