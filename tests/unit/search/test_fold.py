@@ -7,8 +7,12 @@ import pytest
 from numba import njit
 
 import contiga as cg
+from contiga.elements.extraction import elements_of
 from contiga.search.kernels import fold_nb
+from contiga.search.kernels.bend_nb import bend_bounds, bend_work
 from contiga.search.tables import tables_of
+
+from .sheets import SHEETS
 
 pytestmark = pytest.mark.interpreted
 
@@ -45,3 +49,41 @@ def test_the_curvature_of_a_circular_side_is_that_of_its_circle():
     for side in range(4):
         bent = np.linalg.norm(side_frame(elements, 0, side, 0.1, h)[4])
         assert bent == pytest.approx(0.5, rel=1e-9) or bent == pytest.approx(0.0, abs=1e-12)
+
+
+@njit
+def side_bend(bend, h, rest, cell, side):
+    return fold_nb.side_bend(bend, (h, rest), cell, side)
+
+
+@pytest.mark.parametrize("name", SHEETS)
+def test_a_side_bends_and_runs_within_what_is_told(name):
+    """C(y) of the side of a cell that is one of its element's, |y| ≤ 1."""
+    rng = np.random.default_rng(0)
+    y = np.linspace(-1.0, 1.0, 33)
+    told, bend, work = 0, np.empty(6), bend_work()
+    for _ in range(8):
+        patch = SHEETS[name](rng)
+        body = cg.Body([patch])
+        elements = elements_of(body, body.trim_tables)[0]
+        for side in range(4):
+            size = rng.uniform(0.05, 0.6, 2)
+            low = rng.uniform(-0.5, 0.5 - size)
+            low[side // 2] = 0.5 - size[side // 2] if side % 2 else -0.5
+            cell = (low[0], low[0] + size[0], low[1], low[1] + size[1])
+            if not bend_bounds(elements, 0, cell, bend, work):
+                continue
+            told += 1
+            k = 1 - side // 2
+            uv = np.zeros((33, 2)) + (side % 2)
+            uv[:, k] = low[k] + 0.5 + 0.5 * (1.0 + y) * size[k]
+            D = patch.derivatives(uv, order=2)
+            first, second = (D[:, n, 0] if k == 0 else D[:, 0, n] for n in (1, 2))
+            first, second = 0.5 * size[k] * first, 0.25 * size[k] ** 2 * second
+            speed = np.linalg.norm(first, axis=1)
+            bent = np.linalg.norm(np.cross(first, second), axis=1) / speed**3
+            c, change, least, most = side_bend(bend, work[0], work[1], cell, side)
+            assert change >= np.linalg.norm(second - c, axis=1).max() - 1e-12
+            assert least <= speed.min() * (1 + 1e-9)
+            assert most >= bent.max() * (1 - 1e-9) - 1e-9
+    assert told > 10

@@ -156,6 +156,19 @@ def most_jump(bends, fold, ends, reach, bent):
 
 
 @inner(error_model="numpy")
+def reach_along(tangent, ends, arc, bent, given):
+    """(Way along a crease or an edge, |w| and |w·e| on it at most).
+
+    `arc` is its length either way from where `tangent` and `ends` are taken, `bent` its largest
+    curvature; places and tangents are given to within `given`, a length and radians.
+    """
+    w0, w1 = ends
+    far = math.sqrt(max(dot(w0, w0), dot(w1, w1))) + given[0]
+    along = max(abs(dot(w0, tangent)), abs(dot(w1, tangent))) + far * given[1]
+    return arc, far + arc, along + (1.0 + (far + arc) * bent) * arc
+
+
+@inner(error_model="numpy")
 def _is_convex(foot, sides, fold, ends, size, slip, work):
     """Whether the conditions hold by the bounds left in `work` of the cells on both sides."""
     _, s, t = foot
@@ -167,11 +180,9 @@ def _is_convex(foot, sides, fold, ends, size, slip, work):
         speed_along(bends[0], side), speed_along(bends[1], there)
     )
     off = (0.5 - abs(s if side < 2 else t)) * speed_across(bends[0], side)
-    far = math.sqrt(max(dot(w0, w0), dot(w1, w1)))
     curve = side_bend(bends[0], work[3], cell_about(s, t, far_s, far_t), side)
-    along = max(abs(dot(w0, fold[0][1])), abs(dot(w1, fold[0][1])))
-    reach = (arc, far + arc, along + (1.0 + (far + arc) * curve[3]) * arc)
-    wide = (far + arc + off + r, arc + off + r)
+    reach = reach_along(fold[0][1], ends, arc, curve[3], (0.0, 0.0))
+    wide = (reach[1] + off + r, arc + off + r)
     least = min(
         least_in_face(bends[0], fold[0], w0, w1, wide),
         least_in_face(bends[1], fold[1], w0, w1, wide),

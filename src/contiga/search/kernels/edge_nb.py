@@ -52,6 +52,7 @@ from contiga.search.kernels.crease_nb import (
     least_along,
     least_in_face,
     most_jump,
+    reach_along,
 )
 from contiga.search.kernels.joined_nb import least_bend
 from contiga.search.kernels.strand_nb import stretch_bend
@@ -101,12 +102,9 @@ def _slip_at(tables, foot, fold, ends, path, h):
 
 @inner(error_model="numpy")
 def _reach_of(fold, ends):
-    """(Way along the strand, |w| and |w·e| on it at most)."""
+    """As `reach_along`, of the strand of a fold."""
     _, first, _, _, (arc, bent, _), _, joint = fold
-    w0, w1 = ends
-    far = math.sqrt(max(dot(w0, w0), dot(w1, w1))) + joint[0]
-    along = max(abs(dot(w0, first[1])), abs(dot(w1, first[1]))) + far * _give(joint)
-    return arc, far + arc, along + (1.0 + (far + arc) * bent) * arc
+    return reach_along(first[1], ends, arc, bent, (joint[0], _give(joint)))
 
 
 @inner(error_model="numpy")

@@ -305,7 +305,7 @@ def _slopes(coefs, n, c, w, spread):
     return x1, x1_rest, x2, x2_rest
 
 
-@inner(error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def stretch_bend(work, k, h, rest):
     """Of stretch k: C'' in about the middle, how far it departs from that, least and largest |C'|,
     largest curvature as a curve in space. Infinite where nothing is known.
