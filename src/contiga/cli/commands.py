@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from contiga.cli.compare import compare
+from contiga.cli.compiling import watch_compiling
 from contiga.cli.convert import convert
 from contiga.cli.help_pages import Command, Group, epilog
 from contiga.cli.options import CaseFile, Settings, load
 from contiga.cli.preview_case import preview_path, write_preview
 from contiga.cli.progress import progress_bar
 from contiga.cli.study import study
+from contiga.cli.warmup import warmup
 from contiga.errors import ContigaError, FileError, RunError
 from contiga.version import __version__
 
@@ -66,6 +68,7 @@ def _show_version(wanted: bool) -> None:
 
 @app.callback()
 def _options(
+    context: typer.Context,
     version: Annotated[
         bool,
         typer.Option(
@@ -73,30 +76,8 @@ def _options(
         ),
     ] = False,
 ) -> None:
-    if sys.stderr.isatty() and "--quiet" not in sys.argv:
-        tell_of_compiling()
-
-
-def tell_of_compiling() -> None:
-    """Say so when numba begins to compile: a first run is silent for minutes otherwise."""
-    from numba.core import event
-
-    class Teller(event.Listener):  # type: ignore[misc]
-        told = False
-
-        def on_start(self, _: object) -> None:
-            if not self.told:
-                self.told = True
-                print(
-                    "compiling kernels, which a first run on a machine does: some minutes, once",
-                    file=sys.stderr,
-                    flush=True,
-                )
-
-        def on_end(self, _: object) -> None:
-            pass
-
-    event.register("numba:compile", Teller())
+    tell = sys.stderr.isatty() and "--quiet" not in sys.argv
+    context.call_on_close(watch_compiling(tell, context.invoked_subcommand))
 
 
 @app.command(cls=Command, epilog=epilog("run"))
@@ -395,5 +376,5 @@ def verify(
         raise RunError("not every case holds: " + "; ".join(broken))
 
 
-for _command in (compare, convert, study):
+for _command in (compare, convert, study, warmup):
     app.command(cls=Command, epilog=epilog(_command.__name__))(_command)

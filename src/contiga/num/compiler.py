@@ -262,7 +262,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
 
 def _waiting() -> AbstractContextManager[None]:
     """Waiting for the compiler of another process counts as compiling."""
-    return event.trigger_event("numba:compile", data={})  # type: ignore[no-any-return]
+    return event.trigger_event("numba:compile", data={})
 
 
 class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
