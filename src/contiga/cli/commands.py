@@ -14,7 +14,7 @@ from contiga.cli.compare import compare
 from contiga.cli.compiling import watch_compiling
 from contiga.cli.convert import convert
 from contiga.cli.help_pages import Command, Group, epilog
-from contiga.cli.options import CaseFile, Settings, load
+from contiga.cli.options import WITH_CASE, CaseFile, Settings, load
 from contiga.cli.preview_case import preview_path, write_preview
 from contiga.cli.progress import progress_bar
 from contiga.cli.study import study
@@ -76,12 +76,13 @@ def _options(
         ),
     ] = False,
 ) -> None:
-    tell = sys.stderr.isatty() and "--quiet" not in sys.argv
-    context.call_on_close(watch_compiling(tell, context.invoked_subcommand))
+    if context.invoked_subcommand not in WITH_CASE:  # these have CAD loaded first
+        watch_compiling(context)
 
 
 @app.command(cls=Command, epilog=epilog("run"))
 def run(
+    context: typer.Context,
     case: CaseFile,
     settings: Settings = None,
     out: Annotated[
@@ -102,7 +103,7 @@ def run(
     """Run a case: forces, fields and a report into the output folder."""
     from contiga.cli import run_case
 
-    loaded = load(case, settings)
+    loaded = load(case, settings, context)
     folder = out if out is not None else case.parent / f"{case.stem}_out"
     try:
         result = run_case.run(loaded, out=folder, resume=resume, strict=strict, quiet=quiet)
@@ -168,6 +169,7 @@ def _print_energy(summary: dict[str, Any]) -> None:
 
 @app.command(cls=Command, epilog=epilog("check"))
 def check(
+    context: typer.Context,
     case: CaseFile,
     settings: Settings = None,
     picture: Annotated[
@@ -184,7 +186,7 @@ def check(
     from contiga.simulation.checks.finding import raise_findings
 
     path = None if picture is None else preview_path(picture)
-    loaded = load(case, settings)
+    loaded = load(case, settings, context)
     simulation = build(loaded)
     _table(describe(loaded))
     print()
@@ -205,6 +207,7 @@ def check(
 
 @app.command(cls=Command, epilog=epilog("preview"))
 def preview(
+    context: typer.Context,
     case: CaseFile,
     out: Annotated[
         Path,
@@ -216,7 +219,7 @@ def preview(
     from contiga.case.build import build
 
     path = preview_path(out)
-    write_preview(build(load(case, settings)), path)
+    write_preview(build(load(case, settings, context)), path)
 
 
 @app.command(cls=Command, epilog=epilog("info"))

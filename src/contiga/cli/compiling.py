@@ -3,32 +3,33 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
+
+import typer
 
 if TYPE_CHECKING:
     from contiga.warmup.crew import Crew
 
-WITH_HELP = ("run", "check", "preview")
-"""Commands whose kernels other processes compile beside them."""
 MANY = 10
 """Kernels that are compiled before there is a need of others: a first run compiles hundreds."""
 HELPERS = 3
 """Processes beside a run, at most: what kernels are built of is compiled one after the other."""
 
 
-def watch_compiling(tell: bool, command: str | None) -> Callable[[], None]:
-    """Listen to numba while a command runs; returns what ends that, and the other processes.
+def watch_compiling(context: typer.Context, helped: bool = False) -> None:
+    """Listen to numba until a command ends; with `helped`, have others compile as well if it pays.
 
     Where all kernels are kept from before nothing is ever heard, and nothing is started.
     """
-    if not tell and command not in WITH_HELP:
-        return lambda: None
+    tell = sys.stderr.isatty() and "--quiet" not in sys.argv
+    if not tell and not helped:
+        return
     from numba.core import event
 
     from contiga.num.threads import thread_count
 
-    helpers = min(thread_count() - 1, HELPERS) if command in WITH_HELP else 0
+    helpers = min(thread_count() - 1, HELPERS) if helped else 0
     crew: list[Crew] = []
     counted = 0
 
@@ -39,7 +40,8 @@ def watch_compiling(tell: bool, command: str | None) -> Callable[[], None]:
             if counted == 1 and tell:
                 print(_line(helpers), file=sys.stderr, flush=True)
             if counted == MANY and helpers:
-                crew.append(_crew(helpers))
+                with suppress(OSError):  # no more processes: the run compiles by itself
+                    crew.append(_crew(helpers))
 
         def on_end(self, _: Any) -> None:
             pass
@@ -47,12 +49,11 @@ def watch_compiling(tell: bool, command: str | None) -> Callable[[], None]:
     watcher = Watcher()
     event.register("numba:compile", watcher)
 
+    @context.call_on_close
     def end() -> None:
         event.unregister("numba:compile", watcher)
         for one in crew:
             one.end()
-
-    return end
 
 
 def _line(helpers: int) -> str:

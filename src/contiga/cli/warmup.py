@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+from pathlib import Path
 from time import perf_counter
 from typing import Annotated, Any
 
@@ -52,7 +53,6 @@ class _Count:
         self._done = self._so_far = 0
         self._at: dict[int, str] = {}
         self._compiled: set[str] = set()
-        self._read: set[str] = set()
         self._folders: set[str] = set()
         self.failed: list[str] = []
 
@@ -67,7 +67,6 @@ class _Count:
                 self._done += 1
                 self._at.pop(process, None)
                 self._compiled.update(told.get("made", ()))
-                self._read.update(told.get("read", ()))
                 self._folders.update(told.get("folders", ()))
                 lost = f"its process ended with code {told.get('code')}"
                 error = told.get("error", lost)
@@ -80,7 +79,8 @@ class _Count:
 
     def line(self, seconds: float) -> str:
         """What was done."""
-        there = len(self._read - self._compiled)
+        kept = sum(1 for folder in self._folders for _ in Path(folder).glob("*.nbc"))
+        there = max(kept - len(self._compiled), 0)
         if self._compiled:
             counts = f"{len(self._compiled)} kernels compiled, {there} were there already"
         else:

@@ -2,7 +2,7 @@
 
 EXERCISES = (
     *("run", "meshes", "flight", "balls", "followed", "paths", "sides", "closest", "rubbed"),
-    *("areas", "pressed", "simulations", "files", "triangles"),
+    *("crowds", "areas", "pressed", "simulations", "files", "triangles", "shapes"),
 )
 """Functions of `contiga.warmup.exercises`. After a whole run come what a run comes to late and what
 stands apart from its beginning."""

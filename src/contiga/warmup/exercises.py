@@ -18,6 +18,8 @@ from contiga.warmup.scenes import cloud, plate, puck, sheet
 
 MANY = 300
 """Points of a search: threads and lanes take no fewer."""
+CROWD = 5000
+"""Points that are put in order first."""
 FOAM = cg.StressLaw([[0.0, 0.0], [0.3, 2.0]], unloading=0.1, hysteresis_slope=8.0, damping=0.1)
 
 
@@ -38,6 +40,17 @@ def meshes() -> None:
     for face in (cg.shapes.sphere(), cg.shapes.bumpy_plate()):
         face.tessellate(0.02)
         face.tessellate(0.05, method="net")
+
+
+def shapes() -> None:
+    """Curves and patches that are measured and refined."""
+    arc = cg.shapes.arc()
+    arc.length()
+    arc.elevate(1)
+    face = cg.shapes.sphere()
+    face.elevate(1, 1)
+    face.insert_knots(u=[0.4], v=[0.4])
+    face.area()
 
 
 def flight() -> None:
@@ -95,6 +108,15 @@ def closest() -> None:
     for body in (puck(), plate()):
         feet = body.project(points)
         body.project(points + 0.01, start=feet, mode="track")
+
+
+def crowds() -> None:
+    """Many points in no order, over a patch of many pieces and over many triangles."""
+    body = cg.Body([cg.shapes.bumpy_plate(waves=3)])
+    patch, uv, points = _feet(body, CROWD)
+    body.surface.track(points, patch, uv, blank(CROWD), points - 0.001)
+    mesh = body.tessellate(0.01)
+    mesh.project(points)
 
 
 def pressed() -> None:
@@ -182,11 +204,11 @@ def _points() -> FloatArray:
     return np.random.default_rng(0).uniform(-1.3, 1.3, (MANY, 3))
 
 
-def _feet(body: cg.Body) -> tuple[IntArray, FloatArray, FloatArray]:
+def _feet(body: cg.Body, n: int = MANY) -> tuple[IntArray, FloatArray, FloatArray]:
     """Patch (n,) and parameters (n, 2) all over a body, and points (n, 3) a little above."""
-    uv = np.random.default_rng(0).uniform(0.02, 0.98, (MANY, 2))
-    patch = np.arange(MANY, dtype=np.int32) % len(body.patches)
-    points = np.empty((MANY, 3))
+    uv = np.random.default_rng(0).uniform(0.02, 0.98, (n, 2))
+    patch = np.arange(n, dtype=np.int32) % len(body.patches)
+    points = np.empty((n, 3))
     for k, face in enumerate(body.patches):
         own = patch == k
         if body.trims[k] is not None:  # near the rim of what is left of it

@@ -63,28 +63,23 @@ class Telling(event.Listener):  # type: ignore[misc]
         self._answers = answers
 
     def on_start(self, begun: Any) -> None:
-        """Only what this process compiles, not what it waits for."""
-        if "dispatcher" in begun.data:
+        """Kernels that are kept, and none that this process waits for."""
+        if isinstance(begun.data.get("dispatcher"), KernelDispatcher):
             function = begun.data["dispatcher"].py_func
             home = function.__module__.rpartition(".")[2].removesuffix("_nb")
             tell(self._answers, compiling=f"{home}.{function.__name__}")
 
     def on_end(self, ended: Any) -> None:
         """One kernel more is there."""
-        if "dispatcher" in ended.data:
+        if isinstance(ended.data.get("dispatcher"), KernelDispatcher):
             tell(self._answers, compiled=1)
 
 
 def found() -> dict[str, list[str]]:
-    """Names of what this process has compiled and read so far, and the folders they are kept in."""
-    compiled, read, folders = set(), set(), set()
-    for kernel in _kernels():
-        stats = kernel.stats
-        compiled |= {_name(kernel, signature) for signature in stats.cache_misses}
-        read |= {_name(kernel, signature) for signature in stats.cache_hits}
-        if stats.cache_misses or stats.cache_hits:
-            folders.add(stats.cache_path)
-    return {"made": sorted(compiled), "read": sorted(read), "folders": sorted(folders)}
+    """Names of what this process has compiled so far, and the folders its kernels are kept in."""
+    made = {_name(kernel, of) for kernel in _kernels() for of in kernel.stats.cache_misses}
+    folders = {kernel.stats.cache_path for kernel in _kernels()}
+    return {"made": sorted(made), "folders": sorted(folders)}
 
 
 def _kernels() -> Iterator[KernelDispatcher]:

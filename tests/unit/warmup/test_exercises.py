@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import time
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -38,8 +39,8 @@ def test_a_process_does_an_exercise_and_says_what_it_took() -> None:
     first, second = (said for said in told if "done" in said)
     assert first["done"] == "flight"
     assert first["error"] is None
-    assert any("rigid_body_nb.kick" in name for name in first["made"] + first["read"])
-    assert first["folders"]
+    assert all(Path(folder).is_dir() for folder in first["folders"])
+    assert any(file for folder in first["folders"] for file in Path(folder).glob("*.kick-*.nbc"))
     assert second["error"].startswith("AttributeError: ")
 
 
