@@ -1,7 +1,7 @@
 """Kernels compiled ahead of a run, or beside it, by other processes that go through exercises."""
 
 EXERCISES = (
-    *("run", "meshes", "flight", "balls", "followed", "paths", "sides", "closest", "rubbed"),
+    *("run", "flight", "meshes", "balls", "followed", "paths", "sides", "closest", "rubbed"),
     *("crowds", "areas", "pressed", "simulations", "files", "triangles", "shapes"),
 )
 """Functions of `contiga.warmup.exercises`. After a whole run come what a run comes to late and what

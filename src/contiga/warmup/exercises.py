@@ -36,10 +36,12 @@ def run() -> None:
 
 
 def meshes() -> None:
-    """Triangles of patches and of a body."""
+    """Triangles of whole patches, and of what trims leave of them."""
     for face in (cg.shapes.sphere(), cg.shapes.bumpy_plate()):
-        face.tessellate(0.02)
         face.tessellate(0.05, method="net")
+        face.tessellate(0.02)
+    for body in (plate(), puck()):
+        body.tessellate(0.02)
 
 
 def shapes() -> None:
@@ -58,7 +60,7 @@ def flight() -> None:
     motion = cg.motion.Free(2.0, inertia=np.diag([1.0, 2.0, 3.0]), spin=(0.0, 6.0, 0.0))
     spring = cg.Spring(("body", "ground"), at=[[0.0, 0.0, 0.0], [0.0, 0.0, 3.0]], curve=5.0)
     cg.Simulation(
-        bodies={"body": (puck(), motion)},
+        bodies={"body": (cg.Body(cg.shapes.sphere()), motion)},
         slaves={},
         contacts=[],
         end=0.1,

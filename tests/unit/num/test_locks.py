@@ -32,6 +32,7 @@ from pathlib import Path
 folder = Path(sys.argv[1])
 sys.path.insert(0, str(folder))
 from numba.core import event
+from numba.core.caching import IndexDataCacheFile
 from contiga.num import jit
 from contiga.num.compiler import KernelCompiler
 
@@ -45,6 +46,13 @@ def slow(self, function):
     return own(self, function)
 
 KernelCompiler.compile_extra = slow
+save = IndexDataCacheFile._save_index
+
+def slow_save(self, read):
+    time.sleep(0.3)
+    save(self, read)
+
+IndexDataCacheFile._save_index = slow_save
 counts = {"compiled": 0, "waited": 0}
 
 class Count(event.Listener):
