@@ -25,7 +25,7 @@ FOAM = cg.StressLaw([[0.0, 0.0], [0.3, 2.0]], unloading=0.1, hysteresis_slope=8.
 
 def run() -> None:
     """A puck falls on a sheet, with friction, and with files and report, if what writes them is."""
-    simulation = _fall("auto", end=0.1)
+    simulation = _fall(0.005, end=0.05)
     if not _is_there("output", "h5py"):
         simulation.run()
         return
@@ -166,7 +166,7 @@ def triangles() -> None:
 
 def simulations() -> None:
     """Steps that are as long as may be, and nodes that are free."""
-    _fall(0.02, end=0.1).run()
+    _fall("auto", end=0.01).run()
     slave = sheet(height=-0.6)
     cg.Simulation(
         bodies={"puck": puck()},
@@ -233,7 +233,7 @@ def _press(body: cg.Master, slave: cg.Slave, **options: object) -> None:
 
 def _fall(step: float | str, end: float) -> cg.Simulation:
     """A puck falls on a sheet."""
-    slave = sheet(height=-0.55)
+    slave = sheet(height=-0.505)
     motion = cg.motion.Free(puck().mass_properties(0.1), velocity=(0.1, 0.0, -2.0))
     contact = cg.Contact(puck(), slave, law=FOAM, area=cg.FacetArea(), friction=cg.Coulomb(0.4))
     return cg.Simulation(
