@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from contiga.cli.compare import compare
+from contiga.cli.compiling import watch_compiling
 from contiga.cli.convert import convert
 from contiga.cli.help_pages import Command, Group, epilog
-from contiga.cli.options import CaseFile, Settings, load
+from contiga.cli.options import WITH_CASE, CaseFile, Settings, load
 from contiga.cli.preview_case import preview_path, write_preview
 from contiga.cli.progress import progress_bar
 from contiga.cli.study import study
+from contiga.cli.warmup import warmup
 from contiga.errors import ContigaError, FileError, RunError
 from contiga.version import __version__
 
@@ -66,6 +68,7 @@ def _show_version(wanted: bool) -> None:
 
 @app.callback()
 def _options(
+    context: typer.Context,
     version: Annotated[
         bool,
         typer.Option(
@@ -73,34 +76,13 @@ def _options(
         ),
     ] = False,
 ) -> None:
-    if sys.stderr.isatty() and "--quiet" not in sys.argv:
-        tell_of_compiling()
-
-
-def tell_of_compiling() -> None:
-    """Say so when numba begins to compile: a first run is silent for minutes otherwise."""
-    from numba.core import event
-
-    class Teller(event.Listener):  # type: ignore[misc]
-        told = False
-
-        def on_start(self, _: object) -> None:
-            if not self.told:
-                self.told = True
-                print(
-                    "compiling kernels, which a first run on a machine does: some minutes, once",
-                    file=sys.stderr,
-                    flush=True,
-                )
-
-        def on_end(self, _: object) -> None:
-            pass
-
-    event.register("numba:compile", Teller())
+    if context.invoked_subcommand not in WITH_CASE:  # these have CAD loaded first
+        watch_compiling(context)
 
 
 @app.command(cls=Command, epilog=epilog("run"))
 def run(
+    context: typer.Context,
     case: CaseFile,
     settings: Settings = None,
     out: Annotated[
@@ -121,7 +103,7 @@ def run(
     """Run a case: forces, fields and a report into the output folder."""
     from contiga.cli import run_case
 
-    loaded = load(case, settings)
+    loaded = load(case, settings, context)
     folder = out if out is not None else case.parent / f"{case.stem}_out"
     try:
         result = run_case.run(loaded, out=folder, resume=resume, strict=strict, quiet=quiet)
@@ -187,6 +169,7 @@ def _print_energy(summary: dict[str, Any]) -> None:
 
 @app.command(cls=Command, epilog=epilog("check"))
 def check(
+    context: typer.Context,
     case: CaseFile,
     settings: Settings = None,
     picture: Annotated[
@@ -203,7 +186,7 @@ def check(
     from contiga.simulation.checks.finding import raise_findings
 
     path = None if picture is None else preview_path(picture)
-    loaded = load(case, settings)
+    loaded = load(case, settings, context)
     simulation = build(loaded)
     _table(describe(loaded))
     print()
@@ -224,6 +207,7 @@ def check(
 
 @app.command(cls=Command, epilog=epilog("preview"))
 def preview(
+    context: typer.Context,
     case: CaseFile,
     out: Annotated[
         Path,
@@ -235,7 +219,7 @@ def preview(
     from contiga.case.build import build
 
     path = preview_path(out)
-    write_preview(build(load(case, settings)), path)
+    write_preview(build(load(case, settings, context)), path)
 
 
 @app.command(cls=Command, epilog=epilog("info"))
@@ -395,5 +379,5 @@ def verify(
         raise RunError("not every case holds: " + "; ".join(broken))
 
 
-for _command in (compare, convert, study):
+for _command in (compare, convert, study, warmup):
     app.command(cls=Command, epilog=epilog(_command.__name__))(_command)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from contiga.cli.compiling import watch_compiling
+
 if TYPE_CHECKING:
     from contiga.case.schema import Case
 
@@ -23,10 +25,18 @@ Settings = Annotated[
 ]
 """What `load` takes."""
 
+WITH_CASE = ("run", "check", "preview")
+"""Commands that begin with `load`."""
 
-def load(case: Path, settings: list[str] | None) -> Case:
-    """The case of a file, with the settings of the command line over it."""
+
+def load(case: Path, settings: list[str] | None, context: typer.Context | None = None) -> Case:
+    """The case of a file, with the settings of the command line over it.
+
+    From here on other processes compile beside the command of `context`, if it has to compile much.
+    """
     _expect_cad(case)
+    if context is not None:
+        watch_compiling(context, helped=True)
     from contiga.case.schema import load_case
     from contiga.case.settings import parse_settings
 

@@ -10,17 +10,22 @@ What is large and part of several kernels is better called: a `CalledLibrary` is
 and gives its callers nothing but its name. That is made of the stamp of its sources, so that code
 that was compiled by another process calls the same. What a kept kernel calls is kept beside it,
 and loaded before it.
+
+What is to be compiled is compiled by one process at a time; others wait for it and read it. Locks
+are by kernel and types: as kernels call each other in no circle, neither can processes that wait.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from importlib import import_module
 from typing import Any
 
 import llvmlite.binding as llvm
 from numba import njit
+from numba.core import event
 from numba.core import types as numba_types
 from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
@@ -32,10 +37,13 @@ from numba.core.untyped_passes import ExtractByteCode
 from numba.extending import overload
 from numba.np import arrayobj
 
+from contiga.num.locks import alone
 from contiga.num.stamps import stamp_of
 
 types: Any = numba_types
 DIGITS = 12
+PLACE_IN_MEMORY = re.compile(r"\b0x[0-9a-f]+")
+"""In the names of types of functions: another process has another."""
 LOCAL = "<locals>"
 """In the names of functions made in functions: there may be several of one name."""
 Call = tuple[str, str, str, Any]
@@ -233,6 +241,37 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
 
     _impl_class = KernelCacheImpl
 
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        self._locks: dict[Any, ExitStack] = {}
+
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        """What is kept. Where nothing is, the caller compiles, and alone, until `done`."""
+        found = super().load_overload(signature, target)
+        if found is None and signature not in self._locks:
+            lock = self._locks[signature] = ExitStack()
+            lock.enter_context(self._alone(str(signature), _waiting))
+            found = super().load_overload(signature, target)
+        return found
+
+    def save_overload(self, signature: Any, compiled: Any) -> None:
+        """numba's own reads the index of a kernel, and writes it with one line more."""
+        with self._alone("index"):
+            super().save_overload(signature, compiled)
+
+    def done(self, signature: Any) -> None:
+        """It is there, or cannot be compiled: others may look."""
+        self._locks.pop(signature, ExitStack()).close()
+
+    def _alone(self, what: str, *how: Any) -> AbstractContextManager[None]:
+        name = f"{self._cache_file._index_name} {PLACE_IN_MEMORY.sub('', what)}"
+        return alone(self._cache_path, name, *how)
+
+
+def _waiting() -> AbstractContextManager[None]:
+    """Waiting for the compiler of another process counts as compiling."""
+    return event.trigger_event("numba:compile", data={})
+
 
 class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
     """A kernel with one version for calls from kernels, whatever integers they hand it.
@@ -243,6 +282,14 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
     def enable_caching(self) -> None:
         """Keep what is compiled."""
         self._cache = KernelCache(self.py_func)
+
+    def compile(self, signature: Any) -> Any:
+        """Have a version: read, or compiled."""
+        try:
+            return super().compile(signature)
+        finally:
+            if isinstance(self._cache, KernelCache):  # not what came out of a pickle
+                self._cache.done(signature)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """What numba asks how a call is to be typed."""

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+import typer
 from tests import occ_rig
 
 import contiga
 import contiga.cli.run_case
 from contiga.cli import commands
+from contiga.cli.compiling import watch_compiling
 from contiga.errors import RunError
 
 from .conftest import CASE, NO_REPORT, Command, one_message
@@ -226,7 +229,8 @@ def test_compiling_is_told_once(monkeypatch: pytest.MonkeyPatch, capsys) -> None
     heard: list[event.Listener] = []
     with monkeypatch.context() as patched:
         patched.setattr(event, "register", lambda _, listener: heard.append(listener))
-        commands.tell_of_compiling()
+        patched.setattr(sys.stderr, "isatty", lambda: True)
+        watch_compiling(typer.Context(typer.main.get_command(commands.app)))
     with event.install_listener("numba:compile", heard[0]):
         for shift in (1.0, 2.0):
             njit(lambda x, shift=shift: x + shift)(0.0)

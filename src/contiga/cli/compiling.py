@@ -1,0 +1,68 @@
+"""What a command does about kernels that have to be compiled: says so, and takes more cores."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from contiga.warmup.crew import Crew
+
+MANY = 10
+"""Kernels that are compiled before there is a need of others: a first run compiles hundreds."""
+HELPERS = 3
+"""Processes beside a run, at most: what kernels are built of is compiled one after the other."""
+
+
+def watch_compiling(context: typer.Context, helped: bool = False) -> None:
+    """Listen to numba until a command ends; with `helped`, have others compile as well if it pays.
+
+    Where all kernels are kept from before nothing is ever heard, and nothing is started.
+    """
+    tell = sys.stderr.isatty() and "--quiet" not in sys.argv
+    if not tell and not helped:
+        return
+    from numba.core import event
+
+    from contiga.num.threads import thread_count
+
+    helpers = min(thread_count() - 1, HELPERS) if helped else 0
+    crew: list[Crew] = []
+    counted = 0
+
+    class Watcher(event.Listener):  # type: ignore[misc]
+        def on_start(self, _: Any) -> None:
+            nonlocal counted
+            counted += 1
+            if counted == 1 and tell:
+                print(_line(helpers), file=sys.stderr, flush=True)
+            if counted == MANY and helpers:
+                with suppress(OSError):  # no more processes: the run compiles by itself
+                    crew.append(_crew(helpers))
+
+        def on_end(self, _: Any) -> None:
+            pass
+
+    watcher = Watcher()
+    event.register("numba:compile", watcher)
+
+    @context.call_on_close
+    def end() -> None:
+        event.unregister("numba:compile", watcher)
+        for one in crew:
+            one.end()
+
+
+def _line(helpers: int) -> str:
+    cores = f" on {1 + helpers} cores" if helpers else ""
+    return f"compiling kernels{cores}, which a first run on a machine does: some minutes, once"
+
+
+def _crew(helpers: int) -> Crew:
+    from contiga.warmup import BESIDE
+    from contiga.warmup.crew import Crew
+
+    return Crew(BESIDE, helpers)

@@ -1,0 +1,89 @@
+"""``contiga warmup``: all kernels compiled before they are needed."""
+
+from __future__ import annotations
+
+import os
+import threading
+from pathlib import Path
+from time import perf_counter
+from typing import Annotated, Any
+
+import typer
+
+from contiga.cli.progress import Show, progress_bar
+from contiga.errors import RunError
+
+MOST = 8
+"""Processes where none are asked for, at most: each has half a GB, and more help little."""
+
+
+def warmup(
+    jobs: Annotated[
+        int | None,
+        typer.Option("--jobs", min=1, metavar="N", help="Processes; one a core if left out."),
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
+) -> None:
+    """Compile all kernels now, on all cores, so that no run has to wait for them."""
+    from contiga.num.threads import thread_count
+    from contiga.warmup import EXERCISES
+    from contiga.warmup.crew import Crew
+
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        print("nothing to compile: NUMBA_DISABLE_JIT is set")
+        return
+    start = perf_counter()
+    with progress_bar("warmup", quiet=quiet) as show:
+        count = _Count(show, len(EXERCISES))
+        with Crew(EXERCISES, jobs or min(thread_count(), MOST), count.hear) as crew:
+            crew.wait()
+    if not quiet:
+        print(count.line(perf_counter() - start))
+    if count.failed:
+        failed = "; ".join(count.failed)
+        raise RunError(f"not all exercises of kernels could be done ({failed}); runs go on without")
+
+
+class _Count:
+    """What the processes tell, added up and shown."""
+
+    def __init__(self, show: Show, exercises: int) -> None:
+        self._show, self._exercises = show, exercises
+        self._lock = threading.Lock()
+        self._done = self._so_far = 0
+        self._at: dict[int, str] = {}
+        self._compiled: set[str] = set()
+        self._folders: set[str] = set()
+        self.failed: list[str] = []
+
+    def hear(self, process: int, told: dict[str, Any]) -> None:
+        """A message of a process."""
+        with self._lock:
+            self._so_far += told.get("compiled", 0)
+            if "compiling" in told:
+                self._at[process] = told["compiling"]
+            name = told.get("done") or told.get("lost")
+            if name is not None:
+                self._done += 1
+                self._at.pop(process, None)
+                self._compiled.update(told.get("made", ()))
+                self._folders.update(told.get("folders", ()))
+                lost = f"its process ended with code {told.get('code')}"
+                error = told.get("error", lost)
+                if error is not None:
+                    self.failed.append(f"{name}: {error}")
+            self._show(self._done, self._exercises, self._said())
+
+    def _said(self) -> str:
+        return ", ".join((f"{self._so_far} kernels compiled", *self._at.values()))
+
+    def line(self, seconds: float) -> str:
+        """What was done."""
+        kept = sum(1 for folder in self._folders for _ in Path(folder).glob("*.nbc"))
+        there = max(kept - len(self._compiled), 0)
+        if self._compiled:
+            counts = f"{len(self._compiled)} kernels compiled, {there} were there already"
+        else:
+            counts = f"nothing to compile: {there} kernels were there already"
+        where = os.path.commonpath(self._folders) if self._folders else "no files"
+        return f"{counts}; {seconds:.0f} s; kept in {where}"

@@ -1,0 +1,257 @@
+"""Scenes that need, one after the other, the kernels that runs need; nobody wants their results."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+import contiga as cg
+from contiga.contact.tracked import blank
+from contiga.errors import MissingPackageError
+from contiga.extras import require
+from contiga.records import FloatArray, IntArray
+from contiga.report import write_report
+from contiga.warmup.scenes import cloud, plate, puck, sheet
+
+MANY = 300
+"""Points of a search: threads and lanes take no fewer."""
+CROWD = 5000
+"""Points that are put in order first."""
+FOAM = cg.StressLaw([[0.0, 0.0], [0.3, 2.0]], unloading=0.1, hysteresis_slope=8.0, damping=0.1)
+
+
+def run() -> None:
+    """A puck falls on a sheet, with friction, and with files and report, if what writes them is."""
+    simulation = _fall(0.005, end=0.05)
+    if not _is_there("output", "h5py"):
+        simulation.run()
+        return
+    with TemporaryDirectory() as folder:
+        simulation.run(Path(folder) / "out")
+        if _is_there("a report", "plotly", "matplotlib"):
+            write_report(Path(folder) / "out")
+
+
+def meshes() -> None:
+    """Triangles of whole patches, and of what trims leave of them."""
+    for face in (cg.shapes.sphere(), cg.shapes.bumpy_plate()):
+        face.tessellate(0.05, method="net")
+        face.tessellate(0.02)
+    for body in (plate(), puck()):
+        body.tessellate(0.02)
+
+
+def shapes() -> None:
+    """Curves and patches that are measured and refined."""
+    arc = cg.shapes.arc()
+    arc.length()
+    arc.elevate(1)
+    face = cg.shapes.sphere()
+    face.elevate(1, 1)
+    face.insert_knots(u=[0.4], v=[0.4])
+    face.area()
+
+
+def flight() -> None:
+    """A free body and a spring, with nothing to touch."""
+    motion = cg.motion.Free(2.0, inertia=np.diag([1.0, 2.0, 3.0]), spin=(0.0, 6.0, 0.0))
+    spring = cg.Spring(("body", "ground"), at=[[0.0, 0.0, 0.0], [0.0, 0.0, 3.0]], curve=5.0)
+    cg.Simulation(
+        bodies={"body": (cg.Body(cg.shapes.sphere()), motion)},
+        slaves={},
+        contacts=[],
+        end=0.1,
+        step="auto",
+        gravity=(0.0, 0.0, -1.0),
+        springs=[spring],
+    ).run()
+
+
+def balls() -> None:
+    """Balls that touch a body at its feet and fit in it."""
+    for body in (puck(), plate()):
+        patch, uv, _ = _feet(body)
+        rows = np.arange(len(patch), dtype=np.int32)
+        body.surface.inner_ball(patch, uv, rows)
+        body.surface.outer_ball(patch, uv, rows)
+
+
+def followed() -> None:
+    """Feet that go on over trims, creases and borders."""
+    for body in (puck(), plate()):
+        patch, uv, before = _feet(body)
+        out = blank(len(patch))
+        for way in (0.01, 0.8):
+            now = before + way * np.array([0.6, 0.3, -0.1])
+            body.surface.track(now, patch, uv, out, before)
+            body.surface.track(now, patch, uv, out)
+
+
+def sides() -> None:
+    """What lies inside a closed body, and how much it weighs."""
+    puck().contains(_points())
+    puck().mass_properties(1.0)
+    puck().area()
+
+
+def paths() -> None:
+    """Where points go in."""
+    points = _points()
+    for body in (puck(), plate()):
+        body.first_hit(points, 0.2 * points)
+
+
+def closest() -> None:
+    """Feet of points anywhere."""
+    points = _points()
+    for body in (puck(), plate()):
+        feet = body.project(points)
+        body.project(points + 0.01, start=feet, mode="track")
+
+
+def crowds() -> None:
+    """Many points in no order, over a patch of many pieces and over many triangles."""
+    body = cg.Body([cg.shapes.bumpy_plate(waves=3)])
+    patch, uv, points = _feet(body, CROWD)
+    body.surface.track(points, patch, uv, blank(CROWD), points - 0.001)
+    mesh = body.tessellate(0.01)
+    mesh.project(points)
+
+
+def pressed() -> None:
+    """Sheets with facets on closed and open bodies, by every choice of the search."""
+    choices: list[dict[str, str | int]] = [
+        {},
+        {"through": "hold"},
+        {"search": "penetration"},
+        {"on_edge": "hold", "quadrature": 3},
+        {"weights": "area"},
+        {"contact_type": "master"},
+    ]
+    for body in (puck(), plate()):
+        for options in choices:
+            _press(body, sheet(), area=cg.FacetArea(), **options)
+
+
+def areas() -> None:
+    """Areas of facets, clouds and hulls, on either side, and their outlines."""
+    on_facets: list[cg.AreaMethod] = [cg.FacetArea("master"), cg.CloudArea(by="feet")]
+    for area in (*on_facets, cg.CloudArea("master")):
+        _press(puck(), sheet(), area=area)
+    on_points: list[cg.AreaMethod] = [cg.HullArea(), cg.HullArea(mapping="exact"), cg.CloudArea()]
+    for area in on_points:
+        _press(plate(), cloud(), area=area)
+
+
+def rubbed() -> None:
+    """Friction of both kinds."""
+    for friction in (cg.Coulomb(0.4), cg.ViscousFriction(0.4, 0.1)):
+        _press(puck(), sheet(), friction=friction)
+
+
+def triangles() -> None:
+    """A mesh as the rigid body."""
+    points = _points()
+    for body in (puck(), plate()):
+        mesh = body.tessellate(0.01)
+        mesh.project(points + 0.01, start=mesh.project(points), mode="track")
+        mesh.first_hit(points, 0.2 * points)
+        for options in ({}, {"search": "penetration"}, {"through": "hold"}):
+            _press(mesh, sheet(), area=cg.FacetArea(), **options)
+    puck().tessellate(0.01).contains(points)
+
+
+def simulations() -> None:
+    """Steps that are as long as may be, and nodes that are free."""
+    _fall("auto", end=0.01).run()
+    slave = sheet(height=-0.6)
+    cg.Simulation(
+        bodies={"puck": puck()},
+        slaves={"sheet": (slave, cg.motion.Free(velocity=(0.0, 0.0, 2.0)))},
+        contacts=[cg.Contact(puck(), slave, law=FOAM)],
+        end=0.1,
+        step=0.02,
+    ).run()
+
+
+def files() -> None:
+    """A body as STEP, read again, where there is what reads it."""
+    if not _is_there("reading CAD", "OCP"):
+        return
+    from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+    from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
+    from OCP.TopAbs import TopAbs_EDGE
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    box = BRepPrimAPI_MakeBox(2.0, 2.0, 1.0).Shape()
+    fillet = BRepFilletAPI_MakeFillet(box)
+    fillet.Add(0.2, TopoDS.Edge(TopExp_Explorer(box, TopAbs_EDGE).Current()))
+    writer = STEPControl_Writer()
+    writer.Transfer(fillet.Shape(), STEPControl_AsIs)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "box.step"
+        writer.Write(str(path))
+        body = cg.read_cad(path)
+    body.contains(_points())
+    body.tessellate(0.05)
+
+
+def _points() -> FloatArray:
+    """(MANY, 3) in and around the bodies."""
+    return np.random.default_rng(0).uniform(-1.3, 1.3, (MANY, 3))
+
+
+def _feet(body: cg.Body, n: int = MANY) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Patch (n,) and parameters (n, 2) all over a body, and points (n, 3) a little above."""
+    uv = np.random.default_rng(0).uniform(0.02, 0.98, (n, 2))
+    patch = np.arange(n, dtype=np.int32) % len(body.patches)
+    points = np.empty((n, 3))
+    for k, face in enumerate(body.patches):
+        own = patch == k
+        if body.trims[k] is not None:  # near the rim of what is left of it
+            uv[own] = 0.5 + 0.3 * (uv[own] - 0.5)
+        points[own] = face.evaluate(uv[own]) + 0.05 * face.normal(uv[own])
+    return patch, uv, points
+
+
+def _press(body: cg.Master, slave: cg.Slave, **options: object) -> None:
+    """A sheet goes up and down through what is above it, and a little to the side."""
+    contact = cg.Contact(body, slave, law=FOAM, **options)  # type: ignore[arg-type]
+    heights = (-0.8, -0.45, -0.4, -0.35, 0.8, -0.8)
+    state = contact.start(slave.points + np.array([0.0, 0.0, heights[0]]))
+    for k, height in enumerate(heights[1:]):
+        state = contact.step(state, slave.points + np.array([0.01 * k, 0.0, height]), dt=0.1)
+        contact.areas(state)
+        contact.outlines(state)
+        contact.pressure(state)
+
+
+def _fall(step: float | str, end: float) -> cg.Simulation:
+    """A puck falls on a sheet."""
+    slave = sheet(height=-0.505)
+    motion = cg.motion.Free(puck().mass_properties(0.1), velocity=(0.1, 0.0, -2.0))
+    contact = cg.Contact(puck(), slave, law=FOAM, area=cg.FacetArea(), friction=cg.Coulomb(0.4))
+    return cg.Simulation(
+        bodies={"puck": (puck(), motion)},
+        slaves={"sheet": slave},
+        contacts={"contact": contact},
+        end=end,
+        step=step,
+        gravity=(0.0, 0.0, -1.0),
+        sensors=[cg.Sensor("head", "puck")],
+        title="puck on a sheet",
+        units=("mm", "g", "ms"),
+    )
+
+
+def _is_there(purpose: str, *modules: str) -> bool:
+    """Whether what an exercise needs is installed."""
+    with suppress(MissingPackageError):
+        require(purpose, *modules)
+        return True
+    return False

@@ -1,0 +1,174 @@
+"""``contiga warmup`` and the processes beside a run, with processes that only play at compiling."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+from contiga.cli import commands, compiling
+from contiga.cli.options import WITH_CASE
+from contiga.warmup import BESIDE, EXERCISES, crew
+
+from .conftest import Command, one_message
+
+STUB = """
+import json, os, sys, time
+sys.stdin.readline()
+open({log!r} + "/" + str(os.getpid()), "w").close()
+for line in sys.stdin:
+    name, told = line.strip(), dict(error=None, made=[], folders=[{kept!r} + "/a"])
+    if {made!r} == "all":
+        print(json.dumps(dict(compiling="rooms." + name)), flush=True)
+        print(json.dumps(dict(compiled=1)), flush=True)
+        told.update(made=["k", name], folders=[{kept!r} + "/b", {kept!r} + "/a"])
+    if name == {failing!r}:
+        told["error"] = "ValueError: of the stub"
+    if name == {lost!r}:
+        os._exit(7)
+    print(json.dumps(dict(done=name, **told)), flush=True)
+"""
+
+
+@pytest.fixture
+def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Has processes run a stub of the worker; the folder gets a file for each of them."""
+    monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
+    log, kept = tmp_path / "log", tmp_path / "kept"
+    for folder in (log, kept / "a", kept / "b"):
+        folder.mkdir(parents=True)
+    for k in range(len(EXERCISES) + 3):
+        (kept / ("a" if k % 2 else "b") / f"{k}.nbc").touch()
+
+    def put(made: str = "all", failing: str = "", lost: str = "") -> Path:
+        text = STUB.format(log=str(log), kept=str(kept), made=made, failing=failing, lost=lost)
+        monkeypatch.setattr(crew, "_BOOT", text)
+        return log
+
+    return put
+
+
+def test_it_says_what_was_compiled_and_where_it_is(command: Command, stub: Any) -> None:
+    log = stub()
+    code, out, err = command("warmup", "--jobs", "3")
+    assert code == 0
+    line = f"{len(EXERCISES) + 1} kernels compiled, 2 were there already; "
+    assert out.startswith(line)
+    assert out.endswith(f"s; kept in {log.parent / 'kept'}\n")
+    assert f"{len(EXERCISES)}/{len(EXERCISES)}" in err
+    assert len(list(log.iterdir())) == 3
+
+
+def test_a_second_time_there_is_nothing_to_compile(command: Command, stub: Any) -> None:
+    stub(made="none")
+    code, out, _ = command("warmup", "--jobs", "1")
+    there = (len(EXERCISES) + 3) // 2  # in the one folder that is told of
+    assert code == 0
+    assert out.startswith(f"nothing to compile: {there} kernels were there already; ")
+
+
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        ({"failing": "balls"}, "balls: ValueError: of the stub"),
+        ({"lost": "balls"}, "balls: its process ended with code 7"),
+    ],
+)
+def test_one_message_says_what_failed_and_the_others_go_on(
+    command: Command, stub: Any, how: dict[str, str], said: str
+) -> None:
+    stub(**how)
+    code, out, err = command("warmup", "--jobs", "2", "--quiet")
+    assert (code, out) == (1, "")
+    assert said in one_message(err)
+    assert err.count(": ") == 3 + ("failing" in how)
+
+
+def test_a_process_that_is_lost_leaves_the_rest_to_the_others(stub: Any) -> None:
+    stub(lost=BESIDE[0])
+    told: list[dict[str, Any]] = []
+    with crew.Crew(BESIDE, 2, lambda _, said: told.append(said)) as team:
+        team.wait()
+    assert {said["done"] for said in told if "done" in said} == set(BESIDE[1:])
+
+
+def test_without_a_compiler_there_is_nothing_to_do(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    assert command("warmup") == (0, "nothing to compile: NUMBA_DISABLE_JIT is set\n", "")
+
+
+class Event:
+    """numba's own part: who listens, and what is heard."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        from numba.core import event
+
+        self.listeners: list[Any] = []
+        monkeypatch.setattr(event, "register", lambda _, who: self.listeners.append(who))
+        monkeypatch.setattr(event, "unregister", lambda _, who: self.listeners.remove(who))
+
+    def compiled(self, times: int) -> None:
+        for listener in self.listeners:
+            for _ in range(times):
+                listener.on_start(None)
+                listener.on_end(None)
+
+
+def command_context(monkeypatch: pytest.MonkeyPatch, threads: int) -> typer.Context:
+    """Of a command on a terminal, with so many threads."""
+    monkeypatch.setattr("contiga.num.threads.thread_count", lambda: threads)
+    monkeypatch.setattr(sys, "argv", ["contiga"])
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    return typer.Context(typer.main.get_command(commands.app))
+
+
+def test_others_help_a_run_that_has_much_to_compile(
+    stub: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    started: list[crew.Crew] = []
+    own = crew.Crew.__init__
+    monkeypatch.setattr(
+        crew.Crew, "__init__", lambda self, *given: (started.append(self), own(self, *given))[1]
+    )
+    stub()
+    context, heard = command_context(monkeypatch, 3), Event(monkeypatch)
+    compiling.watch_compiling(context, helped=True)
+    heard.compiled(compiling.MANY - 1)
+    assert not started
+    heard.compiled(compiling.MANY)
+    (team,) = started
+    assert len(team._processes) == 2
+    context.close()
+    assert all(process.poll() is not None for process in team._processes)
+    assert not heard.listeners
+    assert capsys.readouterr().err.count("compiling kernels on 3 cores") == 1
+
+
+@pytest.mark.parametrize(("helped", "threads"), [(True, 1), (False, 4)])
+def test_nobody_helps_where_that_is_no_use(
+    helped: bool, threads: int, stub: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = stub()
+    context, heard = command_context(monkeypatch, threads), Event(monkeypatch)
+    compiling.watch_compiling(context, helped=helped)
+    heard.compiled(2 * compiling.MANY)
+    context.close()
+    assert not list(log.iterdir())
+
+
+@pytest.mark.parametrize("name", WITH_CASE)
+def test_commands_with_a_case_are_helped(
+    command: Command, case: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[bool] = []
+    monkeypatch.setattr(
+        "contiga.cli.options.watch_compiling", lambda _, helped: asked.append(helped)
+    )
+    monkeypatch.setattr("contiga.case.schema.load_case", lambda *_, **__: 1 // 0)
+    command(name, case, *(("-o", case.with_suffix(".png")) if name == "preview" else ()))
+    assert asked == [True]
