@@ -75,8 +75,7 @@ def balls() -> None:
     for body in (puck(), plate()):
         patch, uv, _ = _feet(body)
         rows = np.arange(len(patch), dtype=np.int32)
-        body.surface.inner_ball(patch, uv, rows)
-        body.surface.outer_ball(patch, uv, rows)
+        body.surface.touching_ball(patch, uv, rows, np.zeros(len(rows), np.int8))
 
 
 def followed() -> None:
