@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numba import njit
+from numba import config, njit
 
 import contiga as cg
 from contiga.elements.extraction import elements_of
-from contiga.search.kernels import about_edge_nb, bend_nb
+from contiga.search.kernels import about_edge_nb, bend_nb, strand_nb
 from contiga.search.tables import tables_of
 
 from .folds import at_fold, bent_fold, natural_fold, plates_along_parabola, trimmed_fold
@@ -168,12 +168,13 @@ def test_no_way_as_long_as_the_reach_leaves_the_cell_about_a_foot():
 
 @njit
 def along(coefs, foot, cell, bending):
-    work = about_edge_nb.edge_work()[1]
+    work = strand_nb.strand_work()
     work[0][0, : len(coefs)] = coefs
     work[1][0] = len(coefs) - 1
     return about_edge_nb._along(work, 1, foot, cell, bending)
 
 
+@pytest.mark.skipif(not config.DISABLE_JIT, reason="compiles for ten seconds: run interpreted")
 def test_a_strand_is_no_longer_either_way_than_told():
     """A straight one across a square sheet, from the place next to the foot."""
     body = cg.Body([cg.shapes.bilinear([0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0])])

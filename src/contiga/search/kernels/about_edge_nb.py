@@ -145,7 +145,7 @@ def _cell_of(tables, foot, reach, bend, bending):
     return cell
 
 
-@inner(linked=False, error_model="numpy")
+@inner(error_model="numpy")
 def _along(strand, n, foot, cell, bending):
     """The place y of a strand next to a foot, as (s, t), its slope there, and (longest way along it
     from y, largest curvature)."""
