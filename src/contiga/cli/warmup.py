@@ -26,20 +26,28 @@ def warmup(
 ) -> None:
     """Compile all kernels now, on all cores, so that no run has to wait for them."""
     from contiga.num.threads import thread_count
-    from contiga.warmup import EXERCISES
+    from contiga.warmup import EXERCISES, record
     from contiga.warmup.crew import Crew
 
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         print("nothing to compile: NUMBA_DISABLE_JIT is set")
         return
     start = perf_counter()
+    kept = record.known()
+    if kept:
+        if not quiet:
+            print(_line(0, kept, perf_counter() - start))
+        return
     with progress_bar("warmup", quiet=quiet) as show:
         count = _Count(show, len(EXERCISES))
         with Crew(EXERCISES, jobs or min(thread_count(), MOST), count.hear) as crew:
             crew.wait()
+    kept = [str(file) for folder in count.folders for file in Path(folder).glob("*.nb[ci]")]
     if not quiet:
-        print(count.line(perf_counter() - start))
-    if count.failed:
+        print(_line(len(count.compiled), kept, perf_counter() - start))
+    if not count.failed:
+        record.written(count.folders)
+    else:
         failed = "; ".join(count.failed)
         raise RunError(f"not all exercises of kernels could be done ({failed}); runs go on without")
 
@@ -52,8 +60,8 @@ class _Count:
         self._lock = threading.Lock()
         self._done = self._so_far = 0
         self._at: dict[int, str] = {}
-        self._compiled: set[str] = set()
-        self._folders: set[str] = set()
+        self.compiled: set[str] = set()
+        self.folders: set[str] = set()
         self.failed: list[str] = []
 
     def hear(self, process: int, told: dict[str, Any]) -> None:
@@ -66,8 +74,8 @@ class _Count:
             if name is not None:
                 self._done += 1
                 self._at.pop(process, None)
-                self._compiled.update(told.get("made", ()))
-                self._folders.update(told.get("folders", ()))
+                self.compiled.update(told.get("made", ()))
+                self.folders.update(told.get("folders", ()))
                 lost = f"its process ended with code {told.get('code')}"
                 error = told.get("error", lost)
                 if error is not None:
@@ -77,13 +85,14 @@ class _Count:
     def _said(self) -> str:
         return ", ".join((f"{self._so_far} kernels compiled", *self._at.values()))
 
-    def line(self, seconds: float) -> str:
-        """What was done."""
-        kept = sum(1 for folder in self._folders for _ in Path(folder).glob("*.nbc"))
-        there = max(kept - len(self._compiled), 0)
-        if self._compiled:
-            counts = f"{len(self._compiled)} kernels compiled, {there} were there already"
-        else:
-            counts = f"nothing to compile: {there} kernels were there already"
-        where = os.path.commonpath(self._folders) if self._folders else "no files"
-        return f"{counts}; {seconds:.0f} s; kept in {where}"
+
+def _line(compiled: int, files: list[str], seconds: float) -> str:
+    """What was done, and where the `files` of kernels are."""
+    there = max(sum(file.endswith(".nbc") for file in files) - compiled, 0)
+    if compiled:
+        counts = f"{compiled} kernels compiled, {there} were there already"
+    else:
+        counts = f"nothing to compile: {there} kernels were there already"
+    folders = {os.path.dirname(file) for file in files}
+    where = os.path.commonpath(folders) if folders else "no files"
+    return f"{counts}; {seconds:.0f} s; kept in {where}"

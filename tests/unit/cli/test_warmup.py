@@ -11,7 +11,7 @@ import typer
 
 from contiga.cli import commands, compiling
 from contiga.cli.options import WITH_CASE
-from contiga.warmup import BESIDE, EXERCISES, crew
+from contiga.warmup import BESIDE, EXERCISES, crew, record
 
 from .conftest import Command, one_message
 
@@ -37,6 +37,7 @@ for line in sys.stdin:
 def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Has processes run a stub of the worker; the folder gets a file for each of them."""
     monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
+    monkeypatch.setattr(record, "_place", lambda: tmp_path / record.FILE)
     log, kept = tmp_path / "log", tmp_path / "kept"
     for folder in (log, kept / "a", kept / "b"):
         folder.mkdir(parents=True)
@@ -70,6 +71,43 @@ def test_a_second_time_there_is_nothing_to_compile(command: Command, stub: Any) 
     assert out.startswith(f"nothing to compile: {there} kernels were there already; ")
 
 
+def test_what_was_warmed_up_is_not_gone_through_again(command: Command, stub: Any) -> None:
+    log = stub()
+    command("warmup", "--jobs", "2")
+    processes = len(list(log.iterdir()))
+    code, out, _ = command("warmup")
+    assert code == 0
+    assert out.startswith(f"nothing to compile: {len(EXERCISES) + 3} kernels were there already; ")
+    assert out.endswith(f"s; kept in {log.parent / 'kept'}\n")
+    assert len(list(log.iterdir())) == processes
+    next((log.parent / "kept" / "a").glob("*.nbc")).unlink()
+    command("warmup", "--jobs", "2")
+    assert len(list(log.iterdir())) > processes
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"of": 1, "kept": 2}', "\x00"])
+def test_a_record_that_cannot_be_read_is_none(
+    text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(record, "_place", lambda: tmp_path / record.FILE)
+    (tmp_path / record.FILE).write_text(text, encoding="utf-8")
+    assert record.known() is None
+    monkeypatch.setattr(record, "_place", lambda: tmp_path / "nowhere" / record.FILE)
+    record.written([str(tmp_path)])
+    assert record.known() is None
+
+
+def test_a_record_of_other_sources_or_of_another_processor_is_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(record, "_place", lambda: tmp_path / record.FILE)
+    (tmp_path / "a.nbi").touch()
+    record.written([str(tmp_path)])
+    assert record.known() == [str(tmp_path / "a.nbi")]
+    monkeypatch.setattr(record, "_of", lambda: "others")
+    assert record.known() is None
+
+
 @pytest.mark.parametrize(
     ("how", "said"),
     [
@@ -80,10 +118,11 @@ def test_a_second_time_there_is_nothing_to_compile(command: Command, stub: Any) 
 def test_one_message_says_what_failed_and_the_others_go_on(
     command: Command, stub: Any, how: dict[str, str], said: str
 ) -> None:
-    stub(**how)
+    log = stub(**how)
     code, out, err = command("warmup", "--jobs", "2", "--quiet")
     assert (code, out) == (1, "")
     assert said in one_message(err)
+    assert not list(log.parent.glob(record.FILE))
     assert err.count(": ") == 3 + ("failing" in how)
 
 
