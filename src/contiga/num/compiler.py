@@ -236,19 +236,10 @@ def _calls(library: Any) -> list[Call]:
     return [CALLED[name] for name in names if name in CALLED]
 
 
-class BusyError(Exception):
-    """What was to be compiled is being compiled by another process."""
-
-
 class KernelCache(FunctionCache):  # type: ignore[misc]
     """Compiled kernels in files."""
 
     _impl_class = KernelCacheImpl
-
-    waits = True
-    """Whether for what another process compiles, or gives up: for one that has more to do."""
-    met = False
-    """Whether it has given up since this was last set."""
 
     def __init__(self, function: Any) -> None:
         super().__init__(function)
@@ -259,8 +250,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         found = super().load_overload(signature, target)
         if found is None and signature not in self._locks:
             lock = self._locks[signature] = ExitStack()
-            waiting = _waiting if self.waits else _giving_up
-            lock.enter_context(self._alone(str(signature), waiting))
+            lock.enter_context(self._alone(str(signature), _waiting))
             found = super().load_overload(signature, target)
         return found
 
@@ -281,11 +271,6 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
 def _waiting() -> AbstractContextManager[None]:
     """Waiting for the compiler of another process counts as compiling."""
     return event.trigger_event("numba:compile", data={})
-
-
-def _giving_up() -> AbstractContextManager[None]:
-    KernelCache.met = True
-    raise BusyError("another process compiles it")
 
 
 class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]

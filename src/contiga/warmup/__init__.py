@@ -6,7 +6,5 @@ EXERCISES = (
 )
 """Functions of `contiga.warmup.exercises`. After a whole run come what a run comes to late and what
 stands apart from its beginning."""
-SOON = "soon "
-"""Before the name of an exercise that is put off where another process compiles its kernels."""
 BESIDE = EXERCISES[1:]
 """Those of processes beside a run: what it gets to late is there by then."""

@@ -1,8 +1,4 @@
-"""Processes that go through exercises, each taking the next one when it is done with its last.
-
-An exercise whose kernels another process is at is put off: two that waited for each other's kernels
-in turns would be no faster than one. When all that are left have been put off, they are waited for.
-"""
+"""Processes that go through exercises, each taking the next one when it is done with its last."""
 
 from __future__ import annotations
 
@@ -15,8 +11,6 @@ import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any, Self
-
-from contiga.warmup import SOON
 
 _BOOT = (
     "import json, sys; sys.path[:] = json.loads(sys.stdin.readline()); "
@@ -81,33 +75,24 @@ class Crew:
         assert process.stdout is not None
         with contextlib.suppress(IndexError, OSError), process.stdin, process.stdout:
             self._say(process, json.dumps(_modules()))
-            put_off = 0
             while True:
                 name = self._waiting.popleft()
-                soon = SOON if put_off <= len(self._waiting) else ""
-                told = self._one(number, process, soon + name)
-                if told is not None and told.get("busy"):
-                    self._waiting.append(name)
-                    put_off += 1
-                    continue
-                put_off = 0
-                if told is None:
+                if not self._one(number, process, name):
                     code = process.wait()
                     if not self._ended:
                         self._hear(number, {"lost": name, "code": code})
                     return
 
-    def _one(self, number: int, process: subprocess.Popen[str], name: str) -> dict[str, Any] | None:
-        """What the process says at the end of an exercise; None if it did not come to it."""
+    def _one(self, number: int, process: subprocess.Popen[str], name: str) -> bool:
+        """Whether the process came to the end of an exercise."""
         assert process.stdout is not None
         self._say(process, name)
         for line in process.stdout:
-            told: dict[str, Any] = json.loads(line)
-            if not told.get("busy"):
-                self._hear(number, told)
+            told = json.loads(line)
+            self._hear(number, told)
             if "done" in told:
-                return told
-        return None
+                return True
+        return False
 
     @staticmethod
     def _say(process: subprocess.Popen[str], line: str) -> None:

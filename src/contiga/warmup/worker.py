@@ -1,6 +1,5 @@
 """The process that goes through exercises: a name a line on its standard input, JSON lines back.
 
-With `SOON` before the name it gives up where it would have to wait for another process.
 It ends with its input, whatever it is at: with the process that started it, that is.
 """
 
@@ -18,8 +17,8 @@ from typing import Any, TextIO
 
 from numba.core import event
 
-from contiga.num.compiler import PLACE_IN_MEMORY, KernelCache, KernelDispatcher
-from contiga.warmup import SOON, exercises
+from contiga.num.compiler import PLACE_IN_MEMORY, KernelDispatcher
+from contiga.warmup import exercises
 
 
 def serve() -> None:
@@ -35,15 +34,11 @@ def serve() -> None:
     while True:
         name = names.get()
         error = None
-        KernelCache.waits, KernelCache.met = not name.startswith(SOON), False
-        name = name.removeprefix(SOON)
         try:
             getattr(exercises, name)()
         except Exception as failed:
             error = f"{type(failed).__name__}: {failed}"
-        # numba may say in other words that what it needed was not to be had.
-        busy = error is not None and KernelCache.met
-        tell(answers, done=name, error=None if busy else error, busy=busy, **found())
+        tell(answers, done=name, error=error, **found())
 
 
 def _listen(names: SimpleQueue[str]) -> None:

@@ -20,12 +20,7 @@ import json, os, sys, time
 sys.stdin.readline()
 open({log!r} + "/" + str(os.getpid()), "w").close()
 for line in sys.stdin:
-    name = line.strip().removeprefix("soon ")
-    told = dict(error=None, made=[], folders=[{kept!r} + "/a"])
-    if name == {busy!r} and line.startswith("soon "):
-        open({log!r} + "/put off", "a").write(".")
-        print(json.dumps(dict(done=name, busy=True, **told)), flush=True)
-        continue
+    name, told = line.strip(), dict(error=None, made=[], folders=[{kept!r} + "/a"])
     if {made!r} == "all":
         print(json.dumps(dict(compiling="rooms." + name)), flush=True)
         print(json.dumps(dict(compiled=1)), flush=True)
@@ -49,9 +44,8 @@ def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     for k in range(len(EXERCISES) + 3):
         (kept / ("a" if k % 2 else "b") / f"{k}.nbc").touch()
 
-    def put(made: str = "all", failing: str = "", lost: str = "", busy: str = "") -> Path:
-        places = {"log": str(log), "kept": str(kept)}
-        text = STUB.format(**places, made=made, failing=failing, lost=lost, busy=busy)
+    def put(made: str = "all", failing: str = "", lost: str = "") -> Path:
+        text = STUB.format(log=str(log), kept=str(kept), made=made, failing=failing, lost=lost)
         monkeypatch.setattr(crew, "_BOOT", text)
         return log
 
@@ -138,16 +132,6 @@ def test_a_process_that_is_lost_leaves_the_rest_to_the_others(stub: Any) -> None
     with crew.Crew(BESIDE, 2, lambda _, said: told.append(said)) as team:
         team.wait()
     assert {said["done"] for said in told if "done" in said} == set(BESIDE[1:])
-
-
-def test_what_another_process_compiles_is_put_off_and_waited_for_in_the_end(stub: Any) -> None:
-    log = stub(busy=BESIDE[0])
-    told: list[dict[str, Any]] = []
-    with crew.Crew(BESIDE, 1, lambda _, said: told.append(said)) as team:
-        team.wait()
-    done = [said["done"] for said in told if "done" in said]
-    assert done == [*BESIDE[1:], BESIDE[0]]
-    assert 2 <= len((log / "put off").read_text()) <= 4
 
 
 def test_without_a_compiler_there_is_nothing_to_do(
