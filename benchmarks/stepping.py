@@ -39,8 +39,12 @@ class Stepper:
         self.points, self.way = points, np.array([way, 0.0, 0.0])
         self.state = self.contact.step(self.contact.start(outside), points, dt=1.0)
 
-    def __call__(self, k: int) -> None:
-        self.state = self.contact.step(self.state, self.points + k * self.way, dt=1.0)
+    def ready(self, k: int) -> None:
+        """Make the points of step k, which a solver would have."""
+        self.now = self.points + k * self.way
+
+    def __call__(self, _: int) -> None:
+        self.state = self.contact.step(self.state, self.now, dt=1.0)
 
     def arrays(self) -> list[np.ndarray]:
         """All that the state says a point, whether it keeps all rows or those in contact."""

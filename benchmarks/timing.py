@@ -32,15 +32,21 @@ def in_turns(
     """Median seconds of each work, called with 1, 2, … `rounds`; the first round is left out.
 
     They take turns: what else the machine does falls on all of them alike. With `process_time` for
-    a clock it does not count at all, nor do waits.
+    a clock it does not count at all, nor do waits. What a work's own `ready` does, called with the
+    same number before the clock starts, does not count either.
     """
     times: dict[str, list[float]] = {name: [] for name in works}
     for k in range(1, rounds + 1):
         for name, work in works.items():
+            getattr(work, "ready", _nothing)(k)
             start = clock()
             work(k)
             times[name].append(clock() - start)
     return {name: median(found[1:] or found) for name, found in times.items()}
+
+
+def _nothing(_: int) -> None:
+    """To be done before a work."""
 
 
 @contextmanager
