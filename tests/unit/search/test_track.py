@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.stress import solids
 
 import contiga as cg
 from contiga.records import Projection, empty_projection
@@ -27,14 +26,15 @@ def _tracked(
 
 
 def _scene() -> tuple[cg.Body, np.ndarray, np.ndarray, Projection]:
-    """A part with edges; points near it that go far enough for some feet to end."""
-    solid = solids.solid("block, fillets 9")
+    """A ring; points in it, of which some go through its middle line, where all feet end."""
+    body = cg.Body([cg.shapes.torus(major=2.0, minor=0.5)])
     rng = np.random.default_rng(8)
-    patches = solid.body.patches
-    on = np.concatenate([cg.clouds.random_on(p, 900 // len(patches), seed=2) for p in patches])
-    before = on + 0.05 * solid.size * rng.normal(size=on.shape)
-    start = solid.body.project(before)
-    return solid.body, before, before + 0.04 * solid.size * rng.normal(size=on.shape), start
+    a, b = rng.uniform(0.0, 2.0 * np.pi, (2, 900))
+    out = np.stack([np.cos(a), np.sin(a), 0.0 * a], axis=1)
+    aside = np.cos(b)[:, None] * out + np.sin(b)[:, None] * [0.0, 0.0, 1.0]
+    before = 2.0 * out + 0.3 * aside
+    now = 2.0 * out + rng.uniform(-0.4, 0.4, (900, 1)) * aside + 1e-3 * rng.normal(size=(900, 3))
+    return body, before, now, body.project(before)
 
 
 def test_chunks_of_any_size_give_the_same_bits() -> None:
