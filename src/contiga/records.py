@@ -252,16 +252,7 @@ def empty_projection(n: int) -> Projection:
 
 def rows_of(feet: Projection, rows: IndexArray) -> Projection:
     """Some rows of a projection."""
-    return Projection(
-        feet.patch[rows],
-        feet.uv[rows],
-        feet.point[rows],
-        feet.normal[rows],
-        feet.gap[rows],
-        feet.feature[rows],
-        feet.status[rows],
-        feet.certified[rows],
-    )
+    return Projection(*(values.take(rows, axis=0) for values in feet))
 
 
 def stacked(one: Projection, other: Projection) -> Projection:

@@ -121,6 +121,24 @@ def test_quoted_code_stands_in_its_file() -> None:
         assert text in (ROOT / file).read_text(encoding="utf-8"), file
 
 
+def test_tests_named_on_the_page_of_attacks_exist() -> None:
+    tests = ROOT / "tests"
+    named = re.findall(
+        r"`([\w/]+\.py|test_\w+)`", (tests / "stress" / "README.md").read_text("utf-8")
+    )
+    files = [
+        path.as_posix() for folder in (tests, ROOT / "benchmarks") for path in folder.rglob("*.py")
+    ]
+    defined = {
+        name
+        for path in tests.rglob("test_*.py")
+        for name in re.findall(r"^def (test_\w+)", path.read_text("utf-8"), re.M)
+    }
+    there = [name in defined or any(file.endswith(f"/{name}") for file in files) for name in named]
+    assert len(named) > 25
+    assert [name for name, found in zip(named, there, strict=True) if not found] == []
+
+
 def test_every_public_name_is_in_the_reference() -> None:
     reference = (ROOT / "docs" / "api.rst").read_text(encoding="utf-8")
     named = set(re.findall(r"^\.\. auto\w+:: ([\w.]+)$", reference, re.M))

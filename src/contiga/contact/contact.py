@@ -348,8 +348,8 @@ class Contact(Shown):
     ) -> State:
         """Forces and sums of what the search has found."""
         sampling = self._sampling
-        rows = np.flatnonzero(found.feet.patch >= 0).astype(np.int32)
-        rows = rows[rows >= sampling.first]
+        held = np.flatnonzero(found.feet.patch >= 0).astype(np.int32)
+        rows = held[held >= sampling.first] if sampling.first else held
         points = carrying(rows, rows_of(found.feet, rows), p_B, past)
         seen = areas = None
         if self.weights == "area":
@@ -370,7 +370,7 @@ class Contact(Shown):
                 force = sampling.nodal(rows, force_W)
                 total[:3] = force.sum(axis=0)
             energies = np.array(balance(points, answer, p_B, past))
-        columns = columns_of(found, points, inp, answer, p_B)
+        columns = columns_of(found, held, p_B, points, (inp, answer))
         columns |= {"force": force, "pose": X_WB, "wrench": 0.0 - total, "energies": energies}
         state = State.of_columns(columns, self)
         if seen is not None and areas is not None:

@@ -60,7 +60,7 @@ def carrying(rows: IntArray, feet: Projection, p_B: FloatArray, past: Past | Non
 
 def _way(last: State, p_B: FloatArray, rows: IndexArray) -> FloatArray:
     """(k, 3) that points have gone against the body since `last`; zero where that is unknown."""
-    way = p_B[rows] - last.points_B[rows]
+    way = p_B.take(rows, axis=0) - last.points_B.take(rows, axis=0)
     return np.where(np.isfinite(way), way, 0.0)
 
 
@@ -178,12 +178,19 @@ def balance(
 
 
 def columns_of(
-    found: Detected, points: Carrying, inp: LawInput, response: Response, p_B: FloatArray
+    found: Detected,
+    held: IntArray,
+    p_B: FloatArray,
+    points: Carrying,
+    answers: tuple[LawInput, Response],
 ) -> dict[str, Column]:
-    """The columns of a state that are one row a point, by name; `p_B` (m, 3) are all points."""
+    """The columns of a state that are one row a point, by name.
+
+    `held` are those in contact, also where they carry no forces, `p_B` (m, 3) all points.
+    """
     n, feet, rows = len(p_B), found.feet, points.rows
+    inp, response = answers
     normal, grip = response.normal, response.friction
-    held = np.flatnonzero(feet.patch >= 0)
 
     def sparse(values: FloatArray) -> Sparse:
         return Sparse.of(n, rows, values)
@@ -201,9 +208,9 @@ def columns_of(
         "patch": feet.patch,
         "uv": found.uv,
         "near": found.near,
-        "penetration": Sparse(n, held, np.maximum(-feet.gap[held], 0.0)),
+        "penetration": Sparse(n, held, np.maximum(-feet.gap.take(held), 0.0)),
         "normal_B": feet.normal,
-        "foot_B": Sparse(n, held, feet.point[held], p_B),
+        "foot_B": Sparse(n, held, feet.point.take(held, axis=0), p_B),
         "points_B": p_B,
         "normal_force": sparse(normal.force),
         "stiffness": sparse(normal.stiffness),

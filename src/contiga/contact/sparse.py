@@ -41,6 +41,8 @@ class Sparse(NamedTuple):
 
     def at(self, rows: IndexArray) -> FloatArray:
         """(len(rows), …) some rows of one without a base."""
+        if len(rows) == len(self.rows) and (rows == self.rows).all():
+            return np.array(self.values)
         out = np.zeros((len(rows), *self.values.shape[1:]))
         if len(self.rows):
             place = np.minimum(np.searchsorted(self.rows, rows), len(self.rows) - 1)

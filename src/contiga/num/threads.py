@@ -54,8 +54,7 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
     Ranges hold at least `grain` rows, and start at multiples of it: below that a thread costs
     more than it saves.
     """
-    threads = thread_count()
-    if n <= grain or threads == 1:
+    if n <= grain or (threads := thread_count()) == 1:
         if n:
             kernel(*args, 0, n)
         return
