@@ -11,7 +11,10 @@ PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
 BIN := $(VENV)/bin
 DEMO := out/demo
 GENERATED := examples/generated
-ONE_THREAD := $(wildcard tests/cases tests/unit/search tests/unit/triangles)
+ONE_THREAD := tests/unit/triangles tests/cases/test_faceted_search.py \
+  $(addprefix tests/unit/search/test_,project.py track.py hit.py follow.py global.py)
+FULL := tests/laws/test_contact_laws.py tests/cases/test_closed_solids.py \
+  $(addprefix tests/unit/search/test_,ball.py hit.py)
 PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
 TWO := -n 2 --dist loadfile --no-loadscope-reorder
 
@@ -39,6 +42,7 @@ bench: $(BIN)/.bench-stamp
 
 stress: $(BIN)/.test-stamp
 	$(BIN)/python -m tests.stress --full
+	CONTIGA_FULL=1 $(PYTEST) $(TWO) $(FULL)
 	$(BIN)/python -m tests.fuzz --count 100000 --jobs 2
 
 docs: $(BIN)/.docs-stamp

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from types import ModuleType
 
@@ -92,10 +93,11 @@ def _slide(body: cg.Body, step: float, slit: float = 0.0) -> None:
 def test_a_nearly_tangent_joint_does_not_flicker(angle: float, convex: bool, named: bool) -> None:
     """Along and across a joint of two planes: one change of face, a normal between the two's."""
     body = _hinge(angle if convex else -angle, named)
+    n = 1600 if os.environ.get("CONTIGA_FULL") else 400
     for height in (-1e-3, 0.0, 1e-3):
-        across = np.linspace(-0.5, 0.5, 1601)
-        oblique = np.column_stack([across, 0.3 * across, np.full(1601, height)])
-        along = np.column_stack([np.zeros(1601), across, np.full(1601, height)])
+        across = np.linspace(-0.5, 0.5, n + 1)
+        oblique = np.column_stack([across, 0.3 * across, np.full(n + 1, height)])
+        along = np.column_stack([np.zeros(n + 1), across, np.full(n + 1, height)])
         for path in (oblique, along, oblique[::-1]):
             feet = body.project(path[:1])
             patches = [int(feet.patch[0])]
@@ -103,7 +105,7 @@ def test_a_nearly_tangent_joint_does_not_flicker(angle: float, convex: bool, nam
                 last, feet = feet, body.project(point[None], start=feet, mode="track")
                 assert feet.status[0] == Status.OK
                 jump = np.linalg.norm(feet.point - last.point)
-                assert jump <= 1.1 / 1600 + 4.0 * angle * abs(height) + 1e-9
+                assert jump <= 1.1 / n + 4.0 * angle * abs(height) + 1e-9
                 turn = np.linalg.norm(feet.normal - last.normal)
                 assert turn <= 1.1 * angle + 1e-9
                 patches.append(int(feet.patch[0]))

@@ -11,7 +11,8 @@ import contiga as cg
 from contiga.search import ball, ball_cells
 from contiga.statuses import Status
 
-POINTS = 1_000_000 if os.environ.get("CONTIGA_FULL") else 5_000
+FULL = bool(os.environ.get("CONTIGA_FULL"))
+POINTS = 1_000_000 if FULL else 5_000
 
 
 def box(x=1.0, y=1.0, z=1.0):
@@ -48,7 +49,7 @@ SMOOTH = {
 }
 BENT = {
     f"{name} {seed}": (lambda make=make, seed=seed, size=size: bumpy(make(), seed, size))
-    for seed in range(10)
+    for seed in range(10 if FULL else 3)
     for name, make, size in (
         ("bent sphere", lambda: cubic(cg.shapes.sphere()), 0.1),
         ("bent torus", lambda: cg.shapes.torus(major=1.0, minor=0.3), 0.06),
