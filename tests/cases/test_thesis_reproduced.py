@@ -15,7 +15,7 @@ _SEEN: dict[str, str] = {}
 def _no_fine_meshes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Those of the comparison take most of a minute, and show no more than the coarse ones; nor do
     more points."""
-    monkeypatch.setattr("contiga_validation.rivals.comparison_page.POINTS", 20_000)
+    monkeypatch.setattr("contiga_validation.rivals.comparison_page.POINTS", 5_000)
     monkeypatch.setattr("contiga_validation.rivals.comparison_page.MOST_TRIANGLES", 70_000)
 
 
