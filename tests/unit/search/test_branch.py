@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numba import njit
+from tests.laws.test_search_laws import pieces
 
 import contiga as cg
 from contiga.search.exact_surface import tables_of
@@ -213,6 +214,85 @@ def test_what_is_certified_is_where_a_thousand_small_steps_lead(name, size):
     np.testing.assert_allclose(feet.point[proved], point[proved], atol=1e-6 * body.size)
     ended = feet.status == Status.BRANCH_EVENT
     assert not stays[ended].any()
+
+
+@pytest.mark.parametrize("name", ["torus", "bumps"])
+@pytest.mark.parametrize("size", [0.2, 0.5, 1.0])
+def test_what_is_certified_over_joints_is_where_a_thousand_small_steps_lead(name, size):
+    """The same surfaces in 49 pieces, of which some are turned over."""
+    patch = SURFACES[name]
+    body = cg.Body(pieces(patch, 7))
+    at, a, b = motions(patch, 1500, size, 0.9, seed=3)
+    start = body.project(at.point)._replace(normal=at.normal, gap=at.gap)
+    feet = body.project(b, start=start, mode="track")
+    proved = (feet.certified == 1) & (feet.status == Status.OK)
+    over = proved & (feet.patch != start.patch)
+    assert over.sum() >= 100
+    point, stays = continued(patch, at.uv, a, b, 1000)
+    assert stays[proved].all()
+    np.testing.assert_allclose(feet.point[proved], point[proved], atol=1e-6 * body.size)
+
+
+@njit
+def way_beyond(table, rings, foot, start):
+    return branch_nb.way_beyond(table, rings, foot, start)
+
+
+SIDES = {
+    0: lambda x: (-0.5, x),
+    1: lambda x: (0.5, x),
+    2: lambda x: (x, -0.5),
+    3: lambda x: (x, 0.5),
+}
+
+
+def corners_of_way(row, foot, side, start):
+    """The way that `way_beyond` measures: from a foot along a side, over it, and on to a start;
+    its places (s, t) in the two elements."""
+    s, t = foot
+    x0 = start[1] if row["neighbour_side"][side] < 2 else start[0]
+    x = -x0 if row["flip"][side] else x0
+    beside = (s, x) if side < 2 else (x, t)
+    return (foot, beside, SIDES[side](x)), (SIDES[row["neighbour_side"][side]](x0), start)
+
+
+@pytest.mark.parametrize("name", ["torus", "bumps"])
+def test_a_way_over_a_side_is_no_shorter_than_on_the_surface(name):
+    body = cg.Body(pieces(SURFACES[name], 5))
+    tables = tables_of(body)
+    table, rng = tables.elements.table, np.random.default_rng(4)
+
+    def along(e, a, b):
+        box, patch = table[e]["box"], body.patches[table[e]["patch"]]
+        x = np.linspace(a, b, 200) + 0.5
+        return patch.evaluate(box[[0, 2]] + x * (box[[1, 3]] - box[[0, 2]]))
+
+    told = flips = 0
+    for _ in range(800):
+        e, side = rng.integers(len(table)), rng.integers(4)
+        row = table[e]
+        n, there = row["neighbour"][side], row["neighbour_side"][side]
+        if n < 0 or table[n]["patch"] == row["patch"]:
+            continue
+        x, x0 = rng.uniform(-0.5, 0.5, 2)
+        foot = SIDES[side](x)
+        foot = np.array(foot) * np.where(np.abs(foot) == 0.5, rng.uniform(0.4, 1.0), 1.0)
+        start = np.array(SIDES[there](x0))
+        start *= np.where(np.abs(start) == 0.5, rng.uniform(0.4, 1.0), 1.0)
+        way = way_beyond(table, tables.rings, (e, *foot), (n, *start))
+        here, beyond = corners_of_way(row, foot, side, start)
+        lines = [along(e, here[0], here[1]), along(e, here[1], here[2]), along(n, *beyond)]
+        np.testing.assert_allclose(lines[1][-1], lines[2][0], atol=1e-9)
+        length = sum(np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in lines)
+        near = min(np.abs(foot).max(), np.abs(start).max()) > 0.25
+        if abs(x - (-x0 if row["flip"][side] else x0)) > 0.5 or not near:
+            assert way == np.inf
+        elif way < np.inf:
+            told += 1
+            flips += int(row["flip"][side])
+            assert length * (1.0 - 1e-6) <= way <= 2.0 * length
+    assert told > 50
+    assert flips > 10
 
 
 @pytest.mark.parametrize(

@@ -30,9 +30,9 @@ import math
 
 from contiga.elements.kernels.element_nb import locate
 from contiga.geometry.kernels.trim_nb import box_state
-from contiga.num.codes import IN, OK
+from contiga.num.codes import IN, OK, SMOOTH
 from contiga.num.jit import inlined, inner, kernel
-from contiga.search.kernels.ring_nb import part_of
+from contiga.search.kernels.ring_nb import PARTS, part_of
 
 WIDER = 1.1
 """The ball is this many times as large as what has to be in it."""
@@ -75,21 +75,82 @@ def _by_pole(ring, box, u, v, u0, v0):
 
 
 @inner(error_model="numpy")
-def by_ring(ring, box, foot, start, seen, tolerance):
-    """Radius of a ball that proves the start (u, v) of a foot (u, v) of one patch, or 0.
+def way_within(ring, box, foot, start):
+    """Length of a way from a foot (u, v) to a start (u, v) of its patch, at most; infinite where
+    that is not in its surroundings."""
+    u, v = foot
+    u0, v0 = start
+    block = ring["block"]
+    if not (block[0] <= u0 <= block[1] and block[2] <= v0 <= block[3]):
+        return math.inf
+    way = abs(u0 - u) * ring["speed"][0] + abs(v0 - v) * ring["speed"][1]
+    if ring["pole"] >= 0:
+        way = min(way, _by_pole(ring, box, u, v, u0, v0))
+    return way
+
+
+@inner(error_model="numpy")
+def _part_along(side, s, t):
+    """Parts that (s, t) is away from a side, and the one along it."""
+    part = part_of(s, t)
+    i, j = part // PARTS, part % PARTS
+    off, along = (i, j) if side < 2 else (j, i)
+    return (off if side & 1 == 0 else PARTS - 1 - off), along
+
+
+@inner(error_model="numpy")
+def _from_side(row, ring, side, s, t):
+    """Length of the way from (s, t) straight to a side of its element `row`, at most."""
+    axis = 0 if side < 2 else 1
+    off = 0.5 + (s if side < 2 else t) * (1.0 if side & 1 == 0 else -1.0)
+    return off * (row["box"][2 * axis + 1] - row["box"][2 * axis]) * ring["speed"][axis]
+
+
+@inner(error_model="numpy")
+def way_beyond(table, rings, foot, start):
+    """Length of a way from a foot to a start, (element, s, t) each, over a smooth side, at most;
+    infinite where that is not in the surroundings of the foot.
+
+    It goes along the side as far as the start stands, and over it: elements are joined point by
+    point, with the same parameter along the side or that from the other end.
+    """
+    e, s, t = foot
+    n, s0, t0 = start
+    own, other = table[e], table[n]
+    ring, ring0 = rings[e, part_of(s, t)], rings[n, part_of(s0, t0)]
+    way = math.inf
+    if ring["pole"] >= 0 or ring0["pole"] >= 0:
+        return way
+    for side in range(4):
+        if own["neighbour"][side] != n or own["kind"][side] != SMOOTH:
+            continue
+        there = own["neighbour_side"][side]
+        off, k = _part_along(side, s, t)
+        off0, k0 = _part_along(there, s0, t0)
+        x, x0 = (t if side < 2 else s), (t0 if there < 2 else s0)
+        if own["flip"][side] == 1:
+            k0 = PARTS - 1 - k0
+            x0 = -x0
+        if off > 0 or off0 > 0 or abs(k - k0) > 1:
+            continue
+        axis = 1 if side < 2 else 0
+        aside = abs(x - x0) * (own["box"][2 * axis + 1] - own["box"][2 * axis])
+        over = _from_side(own, ring, side, s, t) + _from_side(other, ring0, there, s0, t0)
+        way = min(way, aside * ring["speed"][axis] + over + own["width"][side])
+    return way
+
+
+@inner(error_model="numpy")
+def by_ring(ring, box, foot, way, seen, tolerance):
+    """Radius of a ball about a foot (u, v) that proves a start at the end of a `way`, or 0.
 
     `ring` holds the bounds kept around the foot, `box` is that of its element, `seen` is (m, far,
     slip). Trims are left to be looked at.
     """
-    u, v = foot
-    u0, v0 = start
-    m, far, slip = seen
-    block = ring["block"]
-    if not (block[0] <= u0 <= block[1] and block[2] <= v0 <= block[3]):
+    if way == math.inf:
         return 0.0
-    way = abs(u0 - u) * ring["speed"][0] + abs(v0 - v) * ring["speed"][1]
-    if ring["pole"] >= 0:
-        way = min(way, _by_pole(ring, box, u, v, u0, v0))
+    u, v = foot
+    m, far, slip = seen
     inner = ring["curvature"][0]
     outer = ring["curvature"][1]
     least = 1.0 - max(inner * max(m[0], m[1], 0.0), -outer * min(m[0], m[1], 0.0))
@@ -151,15 +212,22 @@ def certify_rows(tables, points, before, starts, results, start, stop):
             continue
         back[k] = FOLLOW
         # A foot on a kink or an end is refused by its surroundings; one on a pole may not be.
-        if out.status[k] != OK or out.patch[k] != patch[k]:
+        if out.status[k] != OK:
             continue
-        e, s, t = locate(grid, patch[k], foot_uv[k, 0], foot_uv[k, 1])
+        e, s, t = locate(grid, out.patch[k], foot_uv[k, 0], foot_uv[k, 1])
         x = (point[k, 0], point[k, 1], point[k, 2])
         n = (normal[k, 0], normal[k, 1], normal[k, 2])
         seen = seen_from(x, n, a, b, tolerance)
         u, v = foot_uv[k, 0], foot_uv[k, 1]
         ring = rings[e, part_of(s, t)]
-        r = by_ring(ring, table[e]["box"], (u, v), (uv[k, 0], uv[k, 1]), seen, tolerance)
+        box = table[e]["box"]
+        way = math.inf
+        if out.patch[k] == patch[k]:
+            way = way_within(ring, box, (u, v), (uv[k, 0], uv[k, 1]))
+        if way == math.inf and trimmed[patch[k]] == 0 and trimmed[out.patch[k]] == 0:
+            last = locate(grid, patch[k], uv[k, 0], uv[k, 1])
+            way = way_beyond(table, rings, (e, s, t), last)
+        r = by_ring(ring, box, (u, v), way, seen, tolerance)
         if r > 0.0 and trimmed[patch[k]] != 0:
             width = ring["width"]
             r = r if is_whole(tables, patch[k], (u, v), r / width[0], r / width[1]) else 0.0

@@ -160,7 +160,7 @@ def follow(tables, last, path, step, work):
     kind = FACE
     smallest = 0.5**HALVINGS
     at_edge = 0.5**EDGE_HALVINGS
-    halved = False
+    at_limit = False
     for _ in range(MOST_PARTS):
         here = _between(path, done)
         there = _between(path, done + step)
@@ -171,9 +171,9 @@ def follow(tables, last, path, step, work):
             done += step
             if done >= 1.0:
                 return PROVED, e, s, t, feature
-            # Once one was too long the next is too, more often than not.
-            step = min(step if halved else 2.0 * step, 1.0 - done)
-            halved = False
+            # Beside an edge, where one was too long just now, the next is too, more often than not.
+            step = min(step if at_limit else 2.0 * step, 1.0 - done)
+            at_limit = False
             continue
         beside = may_join(tables, last[0])
         if beside:
@@ -189,7 +189,7 @@ def follow(tables, last, path, step, work):
             if step <= 0.5**EVENT_HALVINGS:
                 return (ENDED if ended else UNPROVED), last[0], last[1], last[2], kind
         step *= 0.5
-        halved = True
+        at_limit = beside
     there = _between(path, done + step)
     _, e, s, t, _ = walk(tables.elements, last, there, tables.scale[1], h)
     ended, _ = _has_ended(near, last, (e, s, t), (_between(path, done), there), h)

@@ -15,7 +15,14 @@ from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.codes import SMOOTH
 from contiga.num.jit import inner
 from contiga.search.kernels.bend_nb import BENDS, INNER, OUTER, bend_work, principal
-from contiga.search.kernels.branch_nb import WIDER, by_ring, holds, seen_from
+from contiga.search.kernels.branch_nb import (
+    WIDER,
+    by_ring,
+    holds,
+    seen_from,
+    way_beyond,
+    way_within,
+)
 from contiga.search.kernels.cells_nb import CELL, cells_about, in_element, touched
 from contiga.search.kernels.crease_nb import is_corner, over_crease, stays_at_vertex
 from contiga.search.kernels.ring_nb import part_of
@@ -52,16 +59,19 @@ def least_bend(curvature, m):
 @inner(error_model="numpy")
 def _by_ring(near, foot, last, seen, off, boxes):
     """Whether the bounds kept around the foot prove the start `last`, given to within `off`."""
-    elements, rings, _, tolerance = near
+    elements, rings, trimmed, tolerance = near
     e, s, t = foot
     table = elements.table
-    if table[e]["patch"] != table[last[0]]["patch"]:
-        return False
-    start = parameters(elements, last[0], last[1], last[2])
+    patch, other = table[e]["patch"], table[last[0]]["patch"]
     at = parameters(elements, e, s, t)
     ring = rings[e, part_of(s, t)]
     box = table[e]["box"]
-    r = by_ring(ring, box, at, start, seen, tolerance + off)
+    way = math.inf
+    if patch == other:
+        way = way_within(ring, box, at, parameters(elements, last[0], last[1], last[2]))
+    if way == math.inf and trimmed[patch] == 0 and trimmed[other] == 0:
+        way = way_beyond(table, rings, foot, last)
+    r = by_ring(ring, box, at, way, seen, tolerance + off)
     boxes[0, 0], boxes[0, 1], boxes[0, 2] = e, s, t
     boxes[0, 3] = r / (ring["width"][0] * (box[1] - box[0]))
     boxes[0, 4] = r / (ring["width"][1] * (box[3] - box[2]))
