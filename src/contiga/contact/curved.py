@@ -4,7 +4,7 @@ Over a step the body goes evenly from one pose to the other, on a screw (exact w
 a fixed axis), and slave points go straight: in world axes, or, where they are carried along with
 the body, in its own. Seen from the body a point of the first kind goes along
 p(s) = exp(−s ξ)(q₀ + s (q₁ − q₀)), whose second derivative is bounded, and a curve is never farther
-from its chord than an eighth of that (its bulge). Where the bulge is more than the share `BULGE` of
+from its chord than an eighth of that (its bulge). Where the bulge is more than the share `bulge` of
 the body's size the step is made in 2, 4, 8… pieces, in each of which it is less, and the state
 after the step is that after the last piece. Each point has pieces of its own: what becomes of it
 does not depend on others. Points that cannot come to the surface are left alone, and so are steps
@@ -26,9 +26,6 @@ from contiga.num.rigid import to_body, to_world
 from contiga.num.screw import Screw, screw_between
 from contiga.records import ByteArray, ContactStatus, FloatArray, IndexArray
 
-# Share of the body's size by which a path may be off its chord. A point that comes in no deeper
-# than that and leaves again within the step may be missed; what is in contact at its end is not.
-BULGE = 1e-5
 # Pieces a step is made in at most. Half a turn about an axis in the body takes 256.
 MOST = 1024
 # A point that goes less than this share of its way in the world, as the body sees it, is carried.
@@ -54,7 +51,9 @@ def detect_on_curves(
     rows, bulge = _bulging(screw, relative(*poses), (last, now), active, options)
     if len(rows) == 0:
         return detect(surface, now, last, active, options)
-    pieces = np.minimum(np.exp2(np.ceil(0.5 * np.log2(bulge / (BULGE * options.size)))), MOST)
+    pieces = np.minimum(
+        np.exp2(np.ceil(0.5 * np.log2(bulge / (options.bulge * options.size)))), MOST
+    )
     # The others in one step, as if there were no more.
     straight = np.ones(len(now), dtype=bool)
     straight[rows] = False
@@ -100,7 +99,7 @@ def _bulging(
     of the step in that at its start.
     """
     last, now = ways
-    allowed = BULGE * options.size
+    allowed = options.bulge * options.size
     with np.errstate(invalid="ignore", over="ignore"):
         moved = now - last.points_B
         way = np.einsum("ij,ij->i", moved, moved)

@@ -17,6 +17,9 @@ from contiga.statuses import Status
 
 # Share of the body's size below which a point lies on the surface, as people build models.
 ON_IT = 1e-6
+# Share of the body's size by which a path may be off its chord: steps are long, and who comes in is
+# asked for, not when.
+BULGE = 1e-3
 # Points inside whose depth is asked for, at most.
 _MOST_DEPTHS = 20_000
 
@@ -52,7 +55,7 @@ def rehearsed(
     face, no deeper than contact reaches.
     """
     active, most = taking_part
-    options = options._replace(balls=False)
+    options = options._replace(balls=False, bulge=BULGE)
     followed = _spread(np.flatnonzero(active).astype(np.int32), most)
     all_of_them = np.ones(len(followed), dtype=bool)
     last, pose = None, np.eye(4)

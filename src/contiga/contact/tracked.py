@@ -24,6 +24,9 @@ BoolArray = NDArray[np.bool_]
 
 # Share of its size an open body reaches behind its faces when nothing else is said.
 OPEN_DEPTH = 0.1
+# Share of the body's size by which a path may be off its chord. A point that comes in no deeper
+# than that and leaves again within the step may be missed; what is in contact at its end is not.
+BULGE = 1e-5
 # Distance from the surface below which a point counts as on it: a share of the body's size (feet
 # are that exact) and one of its coordinates (they are rounded).
 SAME_PLACE = 4e-12
@@ -51,6 +54,8 @@ class Options(NamedTuple):
     """(2, 3) box of the body."""
     balls: bool = True
     """Ask the balls that touch at feet, which take a while to build and save closest points."""
+    bulge: float = BULGE
+    """How far a path may be off the chords it is followed by, share of the size."""
 
 
 def options_of(

@@ -11,8 +11,8 @@ from tests.scenes import box
 
 import contiga as cg
 from contiga.contact import curved
-from contiga.contact.curved import BULGE, Path, Story, bulge_of
-from contiga.contact.tracked import Detected, blank
+from contiga.contact.curved import Path, Story, bulge_of
+from contiga.contact.tracked import BULGE, Detected, blank
 from contiga.num import pose
 from contiga.num.rigid import to_world
 from contiga.num.screw import screw_between
