@@ -15,6 +15,8 @@
 - pseudo_normal_nb: the sum of the normals around a kink, weighted by angle: it decides the side
   of a point there
 - foot_nb: from a foot to its record: point, normal, gap; crossing to the next face
+- newton_nb: one round of Newton's method on one point, and the record of its foot: what lanes and
+  threads share
 - lanes_nb: Newton's method on many points of one element at once: the fast lane of tracking
 - project_nb: the outer loops of projection: ranges of rows, each row solved on its own
 - safe_distance_nb: how far a point can go before it can touch: a lower bound of its distance

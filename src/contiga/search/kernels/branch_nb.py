@@ -128,6 +128,23 @@ def seen_from(foot, n, a, b, tolerance):
     return (m0, m1), math.sqrt(max(first, second)), slip
 
 
+@inlined()
+def kept_ball(tables, taken, patch, foot, start, seen):
+    """Radius of a ball that proves a foot (u, v) of a patch by the bounds kept around it, or 0.
+
+    `taken` is (grid, table of elements, rings) out of `tables`: where many feet are asked for they
+    are taken out once. `start` and `seen` as in `by_ring`.
+    """
+    grid, table, rings = taken
+    e, s, t = locate(grid, patch, foot[0], foot[1])
+    ring = rings[e, part_of(s, t)]
+    r = by_ring(ring, table[e]["box"], foot, start, seen, tables.scale[1])
+    if r > 0.0 and tables.trims.trimmed[patch] != 0:
+        width = ring["width"]
+        r = r if is_whole(tables, patch, foot, r / width[0], r / width[1]) else 0.0
+    return r
+
+
 @kernel(error_model="numpy")
 def certify_rows(tables, points, before, starts, results, start, stop):
     """Certify feet start … stop by the bounds kept around them.
@@ -140,7 +157,6 @@ def certify_rows(tables, points, before, starts, results, start, stop):
     table = tables.elements.table
     rings = tables.rings
     grid = tables.grid
-    trimmed = tables.trims.trimmed
     tolerance = tables.scale[1]
     point, normal, foot_uv = out.point, out.normal, out.uv
     for k in range(start, stop):
@@ -153,16 +169,11 @@ def certify_rows(tables, points, before, starts, results, start, stop):
         # A foot on a kink or an end is refused by its surroundings; one on a pole may not be.
         if out.status[k] != OK or out.patch[k] != patch[k]:
             continue
-        e, s, t = locate(grid, patch[k], foot_uv[k, 0], foot_uv[k, 1])
         x = (point[k, 0], point[k, 1], point[k, 2])
         n = (normal[k, 0], normal[k, 1], normal[k, 2])
         seen = seen_from(x, n, a, b, tolerance)
-        u, v = foot_uv[k, 0], foot_uv[k, 1]
-        ring = rings[e, part_of(s, t)]
-        r = by_ring(ring, table[e]["box"], (u, v), (uv[k, 0], uv[k, 1]), seen, tolerance)
-        if r > 0.0 and trimmed[patch[k]] != 0:
-            width = ring["width"]
-            r = r if is_whole(tables, patch[k], (u, v), r / width[0], r / width[1]) else 0.0
+        foot = (foot_uv[k, 0], foot_uv[k, 1])
+        r = kept_ball(tables, (grid, table, rings), patch[k], foot, (uv[k, 0], uv[k, 1]), seen)
         if r > 0.0:
             back[k] = 0
             out.certified[k] = 1
