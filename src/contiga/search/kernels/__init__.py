@@ -59,6 +59,7 @@
 - follow_nb: following the branch of a foot part by part, where its surroundings do not prove it
   at once
 - track_nb: tracking whole: chunks of points, each from binning to the certificates of its feet
+- row_nb: tracking one point by itself: what a thread of a GPU does
 - joint_nb: how well two faces meet along the trimming pieces of their common edge, measured at
   samples
 """
