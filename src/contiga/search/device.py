@@ -60,8 +60,13 @@ def start(tables: Tables, feet: Projection, points: ArrayLike) -> Tracked:
     """
     check_device()
     p_B = _points(points, len(feet.gap))
-    flat = FlatTables(tables.elements, tables.grid, tables.trims, tables.rings, tables.scale)
-    return Tracked(tables, resident(flat), resident(feet), resident(p_B))
+    return Tracked(tables, flat(tables), resident(feet), resident(p_B))
+
+
+def flat(tables: Tables) -> FlatTables:
+    """What threads read of the tables, on the device."""
+    read = FlatTables(tables.elements, tables.grid, tables.trims, tables.rings, tables.scale)
+    return FlatTables(*resident(read))
 
 
 def track(tracked: Tracked, points: ArrayLike) -> tuple[Tracked, IntArray]:

@@ -7,17 +7,20 @@ import pickle
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from numba import config
+from numba import config, typeof
+from numba.core import types
 
 import contiga as cg
 from contiga.errors import InputError
 from contiga.num import device as num_device
 from contiga.records import Projection, empty_projection
 from contiga.search import device
+from contiga.search.kernels import row_nb
 from contiga.search.project import track
 from contiga.search.tables import tables_of
 from contiga.statuses import Status
@@ -131,3 +134,31 @@ def test_nothing_starts_where_nothing_can_be_launched(monkeypatch: pytest.Monkey
     body = cg.Body([cg.shapes.plane()])
     with pytest.raises(ImportError, match="numba-cuda"):
         device.start(tables_of(body), body.project(np.zeros((3, 3))), np.zeros((3, 3)))
+
+
+@pytest.mark.parametrize("name", ["track_row", "gather_row", "scatter_row"])
+def test_rows_compile_for_a_gpu(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """Where numba-cuda is installed, with libNVVM; a GPU is not needed for that."""
+    pytest.importorskip("numba_cuda")
+    from numba import cuda
+    from numba.cuda import dispatcher
+    from numba.cuda.cudadrv import nvvm
+
+    if config.DISABLE_JIT or not nvvm.is_available():
+        pytest.skip("nothing is compiled for a GPU")
+    capability = (7, 5)
+    there = SimpleNamespace(compute_capability=capability)
+    monkeypatch.setattr(dispatcher, "get_current_device", lambda: there)
+    monkeypatch.setattr(cuda, "to_device", lambda array: array)  # the types are those of the host
+    body, feet, points, _ = case(0)
+    rows, flags = np.zeros(3, np.int32), np.zeros(POINTS, np.uint8)
+    tracked = num_device.resident((feet, points))
+    handed = {
+        "track_row": (device.flat(tables_of(body)), (points, points), (tracked[0], flags)),
+        "gather_row": (tracked, rows, (rows, feet.uv, points)),
+        "scatter_row": (tracked[0], rows, tracked[0]),
+    }[name]
+    arguments = types.void(types.int64, *map(typeof, handed))
+    thread = num_device._threads_of(getattr(row_nb, name)).py_func
+    code, _ = cuda.compile_ptx(thread, arguments, cc=capability)
+    assert ".visible .entry" in code
