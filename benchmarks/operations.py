@@ -98,10 +98,10 @@ def _named(module: Any, name: str) -> Any:
 def main() -> None:
     """Print the counts."""
     from contiga.elements.kernels import element_nb
-    from contiga.search.kernels import branch_nb, lanes_nb
+    from contiga.search.kernels import branch_nb, lanes_nb, newton_nb
 
-    element_nb.fma = lanes_nb.fma = _fma
-    lanes_nb.math = branch_nb.math = SimpleNamespace(sqrt=_sqrt)
+    element_nb.fma = newton_nb.fma = _fma
+    newton_nb.math = branch_nb.math = SimpleNamespace(sqrt=_sqrt)
     rng = np.random.default_rng(0)
     net = np.concatenate([rng.normal(size=48), [2.0], rng.uniform(0.0, 0.01, 15)])
     k = [Number(x) for x in net]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import contiga as cg
 from contiga.search.tables import tables_of
@@ -40,3 +41,15 @@ def test_the_border_of_a_sheet_ends_the_parts_beside_it():
     ends = tables_of(cg.Body([cg.shapes.saddle()])).rings["ends"]
     assert ends.any()
     assert not ends.all()
+
+
+@pytest.mark.interpreted
+def test_parts_at_a_corner_where_smooth_elements_meet_have_room():
+    """Four elements of a flat sheet: only the parts at its own border are next to an end."""
+    knots = [0.0, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0]
+    x, y = np.meshgrid(*2 * [[0.0, 0.25, 0.75, 1.0]], indexing="ij")
+    sheet = cg.NurbsSurface((2, 2), (knots, knots), np.stack([x, y, 0.0 * x], axis=-1))
+    rings = tables_of(cg.Body([sheet])).rings.reshape(4, 4, 4)
+    assert (rings["room"] > 0.1).all()
+    inner = rings[0, 3, 3], rings[1, 3, 0], rings[2, 0, 3], rings[3, 0, 0]
+    assert not any(ring["ends"].any() for ring in inner)

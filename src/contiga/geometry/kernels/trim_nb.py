@@ -8,7 +8,6 @@ every vertex exactly once, whatever rounding does in between.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -154,8 +153,8 @@ def cell_of(tables, patch, u, v):
     nu, nv = tables.grid_shape[patch, 0], tables.grid_shape[patch, 1]
     du = (u1 - u0) / nu
     dv = (v1 - v0) / nv
-    i = min(max(math.floor((u - u0) / du), 0), nu - 1)
-    j = min(max(math.floor((v - v0) / dv), 0), nv - 1)
+    i = min(max(int((u - u0) / du), 0), nu - 1)
+    j = min(max(int((v - v0) / dv), 0), nv - 1)
     if j > 0 and v < v0 + j * dv:
         j -= 1
     elif j < nv - 1 and v >= v0 + (j + 1) * dv:

@@ -15,6 +15,8 @@
 - pseudo_normal_nb: the sum of the normals around a kink, weighted by angle: it decides the side
   of a point there
 - foot_nb: from a foot to its record: point, normal, gap; crossing to the next face
+- newton_nb: one round of Newton's method on one point, and the record of its foot: what lanes and
+  threads share
 - lanes_nb: Newton's method on many points of one element at once: the fast lane of tracking
 - project_nb: the outer loops of projection: ranges of rows, each row solved on its own
 - safe_distance_nb: how far a point can go before it can touch: a lower bound of its distance
@@ -57,6 +59,7 @@
 - follow_nb: following the branch of a foot part by part, where its surroundings do not prove it
   at once
 - track_nb: tracking whole: chunks of points, each from binning to the certificates of its feet
+- row_nb: tracking one point by itself: what a thread of a GPU does
 - joint_nb: how well two faces meet along the trimming pieces of their common edge, measured at
   samples
 """

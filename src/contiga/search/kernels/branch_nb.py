@@ -189,6 +189,33 @@ def seen_from(foot, n, a, b, tolerance):
     return (m0, m1), math.sqrt(max(first, second)), slip
 
 
+@inlined()
+def kept_ball(tables, taken, patches, foot, start, seen):
+    """Radius of a ball that proves a foot (u, v) by the bounds kept around it, or 0.
+
+    `patches` are those of the start and of the foot, `taken` is (grid, table of elements, rings)
+    out of `tables`: where many feet are asked for they are taken out once. `start` is its (u, v),
+    `seen` as in `by_ring`.
+    """
+    grid, table, rings = taken
+    before, patch = patches
+    trimmed = tables.trims.trimmed
+    e, s, t = locate(grid, patch, foot[0], foot[1])
+    ring = rings[e, part_of(s, t)]
+    box = table[e]["box"]
+    way = math.inf
+    if patch == before:
+        way = way_within(ring, box, foot, start)
+    if way == math.inf and trimmed[before] == 0 and trimmed[patch] == 0:
+        last = locate(grid, before, start[0], start[1])
+        way = way_beyond(table, rings, (e, s, t), last)
+    r = by_ring(ring, box, foot, way, seen, tables.scale[1])
+    if r > 0.0 and trimmed[patch] != 0:
+        width = ring["width"]
+        r = r if is_whole(tables, patch, foot, r / width[0], r / width[1]) else 0.0
+    return r
+
+
 @kernel(error_model="numpy")
 def certify_rows(tables, points, before, starts, results, start, stop):
     """Certify feet start … stop by the bounds kept around them.
@@ -201,7 +228,6 @@ def certify_rows(tables, points, before, starts, results, start, stop):
     table = tables.elements.table
     rings = tables.rings
     grid = tables.grid
-    trimmed = tables.trims.trimmed
     tolerance = tables.scale[1]
     point, normal, foot_uv = out.point, out.normal, out.uv
     for k in range(start, stop):
@@ -214,23 +240,12 @@ def certify_rows(tables, points, before, starts, results, start, stop):
         # A foot on a kink or an end is refused by its surroundings; one on a pole may not be.
         if out.status[k] != OK:
             continue
-        e, s, t = locate(grid, out.patch[k], foot_uv[k, 0], foot_uv[k, 1])
         x = (point[k, 0], point[k, 1], point[k, 2])
         n = (normal[k, 0], normal[k, 1], normal[k, 2])
         seen = seen_from(x, n, a, b, tolerance)
-        u, v = foot_uv[k, 0], foot_uv[k, 1]
-        ring = rings[e, part_of(s, t)]
-        box = table[e]["box"]
-        way = math.inf
-        if out.patch[k] == patch[k]:
-            way = way_within(ring, box, (u, v), (uv[k, 0], uv[k, 1]))
-        if way == math.inf and trimmed[patch[k]] == 0 and trimmed[out.patch[k]] == 0:
-            last = locate(grid, patch[k], uv[k, 0], uv[k, 1])
-            way = way_beyond(table, rings, (e, s, t), last)
-        r = by_ring(ring, box, (u, v), way, seen, tolerance)
-        if r > 0.0 and trimmed[patch[k]] != 0:
-            width = ring["width"]
-            r = r if is_whole(tables, patch[k], (u, v), r / width[0], r / width[1]) else 0.0
+        patches, start = (patch[k], out.patch[k]), (uv[k, 0], uv[k, 1])
+        foot = (foot_uv[k, 0], foot_uv[k, 1])
+        r = kept_ball(tables, (grid, table, rings), patches, foot, start, seen)
         if r > 0.0:
             back[k] = 0
             out.certified[k] = 1

@@ -13,10 +13,7 @@ from contiga.num.kernels.query_nb import blank_foot
 from contiga.search.kernels.foot_nb import global_foot, tracked_foot
 from contiga.search.kernels.global_nb import in_face
 from contiga.search.kernels.lanes_nb import (
-    ACTIVE,
-    DONE,
     LANES,
-    LEFT,
     ROW_F,
     ROW_FOOT,
     ROW_GAP,
@@ -30,8 +27,8 @@ from contiga.search.kernels.lanes_nb import (
     newton_polynomial,
     newton_rational,
 )
+from contiga.search.kernels.newton_nb import ACTIVE, DONE, LEFT, ROUNDS, local_place
 
-ROUNDS = 6
 BY_ROW, GO_ON = 1, 2
 """Flags of rows that the lanes did not finish: to be done one by one, or gone on with."""
 FARTHEST = 1.0
@@ -147,8 +144,8 @@ def _load(elements, e, rows, points, uv, results, lanes):
     n = rows.shape[0]
     for l in range(LANES):
         k = rows[min(l, n - 1)]
-        lanes[l] = min(max((uv[k, 0] - u0) * scale_u - 0.5, -0.5), 0.5)
-        lanes[ROW_T * LANES + l] = min(max((uv[k, 1] - v0) * scale_v - 0.5, -0.5), 0.5)
+        lanes[l] = local_place(uv[k, 0], u0, scale_u)
+        lanes[ROW_T * LANES + l] = local_place(uv[k, 1], v0, scale_v)
         for c in range(3):
             lanes[(ROW_X + c) * LANES + l] = points[k, c] - elements.table[e]["origin"][c]
         lanes[ROW_F * LANES + l] = results[0].gap[k] if results[1][k] == GO_ON else math.inf
@@ -204,7 +201,7 @@ def project_lanes(tables, points, uv, bins, results, start, stop):
 
 
 @inner()
-def _may_go_on(elements, e, s, t):
+def may_go_on(elements, e, s, t):
     """Whether (s, t) beyond the element is not far, and across smooth sides within its patch."""
     if not (abs(s) <= FARTHEST and abs(t) <= FARTHEST):
         return False
@@ -235,7 +232,7 @@ def _store(tables, e, rows, lanes, results):
         s = lanes[l]
         t = lanes[ROW_T * LANES + l]
         state = lanes[ROW_STATE * LANES + l]
-        if state == LEFT and back[k] != GO_ON and _may_go_on(elements, e, s, t):
+        if state == LEFT and back[k] != GO_ON and may_go_on(elements, e, s, t):
             back[k] = GO_ON
             out.patch[k] = patch
             out.uv[k, 0] = u0 + (s + 0.5) * du

@@ -217,7 +217,12 @@ def _add_face(tables, patch, place, found, total, h):
         return
     e, s, t = surface_foot(tables, found, h)
     if found[0] >= 0:
-        _add_elements(tables, (e, _snapped(s), _snapped(t)), patch, total, h)
+        at = (e, _snapped(s), _snapped(t))
+        # The side of the element may lie outside a trimmed face that comes as near to it as a disc
+        # does to its square.
+        if not in_face(tables.elements, tables.trims, *at):
+            at = (e, s, t)
+        _add_elements(tables, at, patch, total, h)
         return
     weight = _face_angle(tables, found, h)
     x, y, z = normal_at(tables.elements, e, s, t, h)

@@ -369,7 +369,7 @@ def _ring(elements, raw, e, i, j, ring, work):
             else:
                 ring["ends"][side] = 1
     if out_s >= 0 and out_t >= 0:
-        smooth = (kind[out_s] == SMOOTH) + (kind[out_t] == SMOOTH)
+        smooth = int(kind[out_s] == SMOOTH) + int(kind[out_t] == SMOOTH)
         corner = (-0.5 if out_s == 0 else 0.5, -0.5 if out_t == 2 else 0.5)
         closed = smooth == 0
         if smooth == 2:

@@ -1,0 +1,102 @@
+"""Rows of kernels on a GPU, one thread a row, and records whose arrays live there.
+
+The CUDA target of numba takes the kernels of the CPU as they are and compiles their text anew.
+Kernels there cannot follow the pointers of tuples that are handed by reference (`contiga.handed`):
+on the device the same members stand in a plain named tuple, which is taken apart into arguments.
+
+What cannot be had here is said by `check_device`. The simulator (``NUMBA_ENABLE_CUDASIM=1``) runs
+threads as Python, and so all that they call (``NUMBA_DISABLE_JIT=1``).
+"""
+
+from __future__ import annotations
+
+from collections import namedtuple
+from collections.abc import Callable
+from functools import cache
+from math import ceil
+from typing import Any
+
+from numba import config
+
+from contiga.errors import MissingPackageError, RunError
+
+try:
+    from numba import cuda
+except ImportError:  # numba is to lose its own target
+    cuda = None
+
+THREADS = 128
+"""Threads of a block: with the tracked point's 166 registers three blocks fit a multiprocessor.
+Never measured."""
+
+
+def check_device() -> None:
+    """Refuse where kernels cannot be launched.
+
+    Raises
+    ------
+    MissingPackageError
+        numba-cuda is not installed. numba's own target, which it replaces, has not been kept up:
+        that of 0.68 compiles no ``max``.
+    RunError
+        There is no GPU, or its simulator was asked for without what it needs.
+    """
+    if cuda is not None and config.ENABLE_CUDASIM:
+        if not config.DISABLE_JIT:
+            raise RunError(
+                "the simulator of CUDA runs kernels as Python: set NUMBA_DISABLE_JIT=1 beside "
+                "NUMBA_ENABLE_CUDASIM=1"
+            )
+        return
+    if getattr(cuda, "implementation", "") != "NVIDIA":
+        raise MissingPackageError(
+            "kernels on a GPU need numba-cuda, which is not installed. Install it with: "
+            'pip install "numba-cuda[cu12]" (or cu13, as the driver has it)'
+        )
+    if not cuda.is_available():
+        raise RunError("kernels on a GPU need one from NVIDIA with its driver; none was found")
+
+
+def launch(row: Callable[..., None], n: int, *arguments: Any) -> None:
+    """Call ``row(*arguments, k)``, a kernel with three arguments before k, for k = 0 … n − 1.
+
+    A thread each, in no order. Arguments are `resident` records and arrays, or tuples of them.
+    """
+    if n:
+        _threads_of(row)[ceil(n / THREADS), THREADS](n, *arguments)
+
+
+@cache
+def _threads_of(row: Callable[..., None]) -> Any:
+    @cuda.jit
+    def thread(n, first, second, third):  # type: ignore[no-untyped-def]
+        k = cuda.grid(1)
+        if k < n:
+            row(first, second, third, k)
+
+    return thread
+
+
+def resident(record: Any) -> Any:
+    """Copies on the device of an array, or of all arrays in (named) tuples of tuples."""
+    if isinstance(record, tuple):
+        return _like(record, map(resident, record))
+    return cuda.to_device(record)
+
+
+def on_host(record: Any) -> Any:
+    """Copies on the host of what is `resident`; all named tuples plain."""
+    if isinstance(record, tuple):
+        return _like(record, map(on_host, record))
+    return record.copy_to_host()
+
+
+def _like(record: Any, members: Any) -> Any:
+    fields = getattr(record, "_fields", None)
+    return tuple(members) if fields is None else _plain(type(record).__name__, fields)(*members)
+
+
+@cache
+def _plain(name: str, fields: tuple[str, ...]) -> Any:
+    """One class for each kind of record: kernels are compiled once for it."""
+    return namedtuple(name, fields)
