@@ -87,6 +87,25 @@ def _slide(body: cg.Body, step: float, slit: float = 0.0) -> None:
     assert len(seen) >= 0.5 * len(body.patches)
 
 
+def test_sides_about_a_sharp_rim_where_its_disc_touches_the_square_it_lies_in(
+    solids: ModuleType, tmp_path: Path
+) -> None:
+    """A disc is as wide as its plane: beside four places of the rim the sides of that are near."""
+    cone = _body("cone", solids, tmp_path)  # radius 4, height 9
+    rng = np.random.default_rng(5)
+    n = 20_000
+    angle = 0.5 * np.pi * rng.integers(4, size=n) + 10.0 ** rng.uniform(-9, -1, n) * rng.choice(
+        [-1, 1], n
+    )
+    about = 2.0 * np.pi * rng.random(n)
+    off = 10.0 ** rng.uniform(-7, 0, n)
+    r, z = 4.0 + off * np.cos(about), off * np.sin(about)
+    outside = np.maximum(-z, (r - 4.0 + z * 4.0 / 9.0) / np.hypot(1.0, 4.0 / 9.0))
+    points = np.column_stack([r * np.cos(angle), r * np.sin(angle), z])
+    told = np.abs(outside) > 1e-9
+    np.testing.assert_array_equal(cone.contains(points)[told], (outside < 0.0)[told])
+
+
 @pytest.mark.parametrize("angle", [1e-7, 1e-6, 1e-5, 1e-4, 1e-3])
 @pytest.mark.parametrize("convex", [True, False])
 @pytest.mark.parametrize("named", [True, False])
