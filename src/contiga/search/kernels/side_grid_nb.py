@@ -88,6 +88,40 @@ def paint(pieces, small, shape, words, near, name):
         _paint_piece(p, pieces[p], small, shape, words, near, name)
 
 
+@kernel()
+def labelled(clear):
+    """Which joined region each clear cell is of: from 1, in the order of their first cells; 0 in
+    cells that are not clear. Cells are joined by faces."""
+    shape = clear.shape
+    parent = np.arange(shape[0] * shape[1] * shape[2])
+    label = np.zeros(shape, np.int32)
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            for k in range(shape[2]):
+                if not clear[i, j, k]:
+                    continue
+                own = (i * shape[1] + j) * shape[2] + k
+                if i > 0 and clear[i - 1, j, k]:
+                    unite(parent, own, own - shape[1] * shape[2])
+                if j > 0 and clear[i, j - 1, k]:
+                    unite(parent, own, own - shape[2])
+                if k > 0 and clear[i, j, k - 1]:
+                    unite(parent, own, own - 1)
+    count = 0
+    number = np.zeros(len(parent), np.int32)
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            for k in range(shape[2]):
+                if not clear[i, j, k]:
+                    continue
+                first = root(parent, (i * shape[1] + j) * shape[2] + k)
+                if number[first] == 0:
+                    count += 1
+                    number[first] = count
+                label[i, j, k] = number[first]
+    return label
+
+
 @inner()
 def _flood(seed, clear):
     """The bits of `clear` that are joined to the bit `seed`."""
