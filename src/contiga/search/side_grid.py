@@ -16,7 +16,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contiga.elements.element_arrays import Records
 from contiga.handed import by_reference
@@ -26,7 +25,6 @@ from contiga.search.kernels import side_grid_nb, side_nb
 from contiga.search.kernels.side_grid_nb import SPLIT
 from contiga.statuses import Feature, Status
 
-BoolArray = NDArray[np.bool_]
 # Cells of the whole grid: so many an element, within these bounds.
 CELLS = 1000.0
 FEWEST, MOST = 3e4, 6e5
@@ -119,7 +117,7 @@ def build(
     `closest` finds the closest points of the body to all rows of points.
     """
     words, places, near, piece = _painted(place, pieces)
-    labels, depth = side_grid_nb.labelled(words < 0), _depths(words < 0)
+    labels, depth = side_grid_nb.labelled(words < 0), side_grid_nb.depths(words < 0)
     first, mask = side_grid_nb.parts_of(near)
     parent = side_grid_nb.join(labels, words, places, first, mask)
     regions = (parent, labels, depth, places, first, mask)
@@ -127,33 +125,6 @@ def build(
     cell, masks = side_grid_nb.known_sides(parent, sign, labels, depth, words, first, mask)
     far = int(sign[parent[labels[0, 0, 0] - 1]])
     return SideGrid(place.origin, place.size, place.skin, far, cell, masks, piece, *feet)
-
-
-def _depths(clear: BoolArray) -> IntArray:
-    """How many cells each cell lies from the next one that is not clear, however one steps; 0
-    there, and some number where there is none.
-
-    As `scipy.ndimage.distance_transform_cdt`, which takes longer to load than this to run.
-    """
-    depth = np.zeros(clear.shape, np.int32)
-    left = clear
-    for _ in range(max(clear.shape)):
-        if not left.any():
-            break
-        depth += left
-        for axis in range(3):
-            if left.shape[axis] > 1:
-                left = _thinner(left, axis)
-    return depth
-
-
-def _thinner(clear: BoolArray, axis: int) -> BoolArray:
-    """What is clear together with what lies before and behind it along an axis."""
-    line = np.moveaxis(clear, axis, 0)
-    thin = line.copy()
-    thin[1:] &= line[:-1]
-    thin[:-1] &= line[1:]
-    return np.moveaxis(thin, 0, axis)
 
 
 def _painted(place: Layout, pieces: FloatArray) -> tuple[IntArray, IntArray, Records, IntArray]:
