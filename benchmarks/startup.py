@@ -26,16 +26,14 @@ INFO = Row("contiga info of its part, 18 faces", "s", 1.5, None)
 RUNS = 5
 TO_FIRST_STEP = """
 import os, sys
-from pathlib import Path
 
-from contiga.cli.options import load
+from contiga.cli import main, run_case
 
-loaded = load(Path(sys.argv[1]), None)
-from contiga.case.build import build
-
-build(loaded).run(sys.argv[2], on_step=lambda _: os._exit(0))
+run_case._progress = lambda show, stopped: lambda done, steps, contacts: os._exit(0)
+sys.argv[1:] = ["run", sys.argv[1], "-o", sys.argv[2], "--quiet"]
+main()
 """
-"""What ``contiga run`` does until then, and no more."""
+"""``contiga run``, ended where it tells of its first step."""
 
 
 def _seconds(*arguments: str, cache: str | None = None) -> tuple[float, float]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from contiga.area.kernels import components_nb, touch_nb
 from contiga.area.method import Rest
 from contiga.errors import InputError
+from contiga.num.arrays import locked
 from contiga.records import FloatArray, IntArray
 
 # A point is a neighbour within this many times the local spacing: past the diagonal of a square
@@ -49,7 +50,7 @@ def topology_of(facets: IntArray, n: int) -> Topology:
     InputError
         A facet that names a point which is not there.
     """
-    own = np.ascontiguousarray(facets, dtype=np.int32)
+    own = locked(np.ascontiguousarray(facets, dtype=np.int32))
     bad = np.flatnonzero(((own < 0) | (own >= n)).any(axis=1))
     if len(bad):
         raise InputError(

@@ -199,13 +199,6 @@ def check_state(state: State, n_points: int, memories: tuple[int, int], master: 
         )
 
 
-def locked(values: FloatArray) -> FloatArray:
-    """A view of what a law may read and not change."""
-    view = values.view()
-    view.flags.writeable = False
-    return view
-
-
 def checked_answer(law: Law, inp: LawInput) -> LawOutput:
     """What a law answers: a row a point in contact, or it is told. Without any, none is asked.
 

@@ -18,6 +18,7 @@ from contiga.contact import closed_body, open_body, through
 from contiga.contact.kernels import place_nb
 from contiga.contact.tracked import Detected, Last, Options, Step, blank, detect_inside, track
 from contiga.masters.protocol import Surface
+from contiga.num.arrays import locked
 from contiga.num.threads import run_ranges
 from contiga.records import ContactStatus, FloatArray, IntArray
 
@@ -75,7 +76,7 @@ def _place(
     places = found.status, found.safe_distance, found.near, found.uv, step.way, step.ignored
     rows, counts = np.empty((2, n), np.int32), np.zeros((chunks, 2), np.int64)
     path, lists = (step.before, step.now), (rows, counts)
-    run_ranges(place_nb.place, chunks, 1, path, known, active, places, lists, CHUNK)
+    run_ranges(place_nb.place, chunks, 1, path, known, locked(active), places, lists, CHUNK)
     if chunks == 1:
         return rows[0, : counts[0, 0]], rows[1, : counts[0, 1]]
     parts = [

@@ -6,13 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.contact.checks import checked_answer, locked
+from contiga.contact.checks import checked_answer
 from contiga.contact.energy import ContactEnergy, half_work
 from contiga.contact.sparse import Sparse
 from contiga.contact.state import Column, State
 from contiga.contact.tracked import Detected
 from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
 from contiga.laws.normal import Law
+from contiga.num.arrays import locked
 from contiga.records import FloatArray, IndexArray, IntArray, LawInput, LawOutput, Projection
 from contiga.slaves.sampling import Sampling
 

@@ -123,7 +123,7 @@ def _sides(
     inside = np.flatnonzero((side == 0) & (found.safe_distance[rows] > 0.0))
     side[inside] = -1
     within = np.full(len(rows), np.inf)
-    unknown = np.flatnonzero(side == 0)
+    unknown = np.flatnonzero(side == 0).astype(np.int32)
     followed = unknown, rows_of(held.feet, unknown), step.now[rows[unknown]]
     tell(surface, followed, (side, reach), within, options)
     unknown = unknown[side[unknown] == 0]

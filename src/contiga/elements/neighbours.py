@@ -13,7 +13,8 @@ from contiga.elements.kernels import sides_nb
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import gaping_edges
 from contiga.num.codes import BORDER, CREASE, POLE, SHARED, SMOOTH
-from contiga.records import FloatArray, IntArray
+from contiga.num.near_pairs import near_pairs
+from contiga.records import FloatArray, IndexArray, IntArray
 
 # Sides closer than this share of the body's size are one side.
 MATCH = 1e-7
@@ -72,13 +73,11 @@ def _across(
     tolerance: float,
 ) -> None:
     """Match the open sides of all patches (seams included) by their points in space."""
-    from scipy.spatial import cKDTree
-
     e, s = np.nonzero((neighbour < 0) & ~collapsed)
     if len(e) < 2:
         return
     curves = points[e, s]  # (m, 5, 3)
-    pairs = cKDTree(curves[:, 2]).query_pairs(tolerance, output_type="ndarray")
+    pairs = near_pairs(curves[:, 2], tolerance)
     if len(pairs) == 0:
         return
     a, b = curves[pairs[:, 0]], curves[pairs[:, 1]]
@@ -112,18 +111,23 @@ def _rings(corner: FloatArray, collapsed: np.ndarray, tolerance: float) -> IntAr
     e, s = np.nonzero(collapsed)
     if len(e) == 0:
         return ring
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
-
-    pairs = cKDTree(corner[e, s]).query_pairs(tolerance, output_type="ndarray")
-    link = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(e), len(e)))
-    number, label = connected_components(link, directed=False)
-    for pole in range(number):
+    label = _first_of_group(near_pairs(corner[e, s], tolerance), len(e))
+    for pole in np.unique(label):
         own = np.flatnonzero(label == pole)
         after = np.roll(own, -1)
         ring[e[own], s[own]] = 4 * e[after] + s[after]
     return ring
+
+
+def _first_of_group(pairs: IndexArray, n: int) -> IndexArray:
+    """(n,) the first row of those that each row is joined to by `pairs`, directly or not."""
+    first = np.arange(n)
+    while True:
+        before = first.copy()
+        for a, b in (pairs.T, pairs.T[::-1]):
+            np.minimum.at(first, a, first[b])
+        if (first == before).all():
+            return first
 
 
 def _mark_shared(patch_of: IntArray, body: Faces, kind: IntArray) -> None:

@@ -12,6 +12,8 @@ from contiga.records import FloatArray
 PER_SPAN = 24
 """Samples of each knot span the search starts from, times the degree."""
 ROUNDS = 30
+MANY = 2_000_000
+"""Pairs of a point and a sample from which on a tree is faster than to look at all."""
 CLOSED = 1e-9
 SHORT = 1e-15
 """Steps below this share of the parameters, or of the coordinates, are rounding."""
@@ -35,9 +37,7 @@ class CurveFeet:
 
     def __call__(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """(n,) parameters and (n,) distances."""
-        from scipy.spatial import cKDTree
-
-        best = self._nearer_end(points, cKDTree(self._p).query(points)[1])
+        best = self._nearer_end(points, self._nearest(points))
         low = self._t[np.maximum(best - 1, 0)]
         high = self._t[np.minimum(best + 1, len(self._t) - 1)]
         t = self._t[best].copy()
@@ -60,6 +60,17 @@ class CurveFeet:
             if done.all():
                 break
         return t, np.linalg.norm(self.curve.evaluate(t) - points, axis=1)
+
+    def _nearest(self, points: FloatArray) -> np.ndarray:
+        """(n,) the sample that is nearest to each point."""
+        if len(points) * len(self._p) > MANY:
+            from scipy.spatial import cKDTree  # which takes as long to load as numba
+
+            return np.asarray(cKDTree(self._p).query(points)[1])
+        square = np.zeros((len(points), len(self._p)))
+        for axis in range(3):
+            square += np.subtract.outer(points[:, axis], self._p[:, axis]) ** 2
+        return np.asarray(square.argmin(axis=1))
 
     def _nearer_end(self, points: FloatArray, best: np.ndarray) -> np.ndarray:
         """`best`, but at the seam of a closed curve that end of it which the foot is next to."""

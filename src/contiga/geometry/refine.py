@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from contiga.errors import GeometryError
 from contiga.geometry.kernels.basis_nb import apply_rows, elevation_rows, refinement_rows
 from contiga.geometry.knots import check_numbers
+from contiga.num.arrays import locked
 from contiga.records import FloatArray
 
 Rows = tuple[NDArray[np.int64], FloatArray]
@@ -30,7 +31,7 @@ def refine_points(
     ----------
     points : (..., n along `axis`, ..., 4), homogeneous coordinates
     """
-    rows = refinement_rows(knots, degree, points.shape[axis], refined)
+    rows = refinement_rows(locked(knots), degree, points.shape[axis], refined)
     return _mapped(rows, points, axis)
 
 

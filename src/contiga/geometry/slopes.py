@@ -7,8 +7,9 @@ bound term by term would lose.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
-from scipy.special import binom
 
 from contiga.geometry.bezier import extract
 from contiga.geometry.surface import NurbsSurface
@@ -68,7 +69,8 @@ def _product(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _binomials(p: int, q: int) -> FloatArray:
-    return np.outer(binom(p, np.arange(p + 1)), binom(q, np.arange(q + 1)))
+    of_u, of_v = ([float(math.comb(n, k)) for k in range(n + 1)] for n in (p, q))
+    return np.outer(of_u, of_v)
 
 
 def _largest(coefs: FloatArray) -> FloatArray:

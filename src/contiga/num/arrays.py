@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any, TypeVar
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import InputError
 from contiga.records import FloatArray
+
+AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
 
 
 def as_points(values: ArrayLike, name: str = "points") -> FloatArray:
@@ -43,6 +47,17 @@ def read_only(array: FloatArray) -> FloatArray:
     copy = np.array(array, dtype=np.float64, order="C")
     copy.flags.writeable = False
     return copy
+
+
+def locked(values: AnyArray) -> AnyArray:
+    """A view of what may be read and not changed.
+
+    To numba that is another type than an array that may: kernels that read what users hand over,
+    which may be either, are handed this, and have one version.
+    """
+    view = values.view()
+    view.flags.writeable = False
+    return view
 
 
 def positive(value: object, name: str, *, finite: bool = True) -> float:

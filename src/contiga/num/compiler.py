@@ -20,7 +20,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
+from functools import cache, cached_property
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -35,10 +37,10 @@ from numba.core.registry import CPUDispatcher
 from numba.core.targetconfig import TargetConfig
 from numba.core.untyped_passes import ExtractByteCode
 from numba.extending import overload
-from numba.np import arrayobj
+from numba.np import arrayobj, linalg
 
 from contiga.num.locks import alone
-from contiga.num.stamps import stamp_of
+from contiga.num.stamps import stamp_at_import
 
 types: Any = numba_types
 DIGITS = 12
@@ -136,7 +138,7 @@ class CalledCompiler(KernelCompiler):
         """Compile a Python function, under a name that is the same in every process."""
         known = self.state.func_id = FunctionIdentity.from_function(func)
         if LOCAL not in known.func_qualname:
-            known.unique_id = int(stamp_of(func.__code__.co_filename)[:DIGITS], 16)
+            known.unique_id = int(stamp_at_import(func)[:DIGITS], 16)
             known.unique_name = f"{known.func_qualname}${known.unique_id}"
         ExtractByteCode().run_pass(self.state)
         self.state.lifted = ()
@@ -181,6 +183,23 @@ def _raise_that_shapes_differ(source: Any, target: Any) -> Any:
         raise ValueError("cannot assign to a slice of another shape")
 
     return raised
+
+
+@cache
+def _know_arrays() -> None:
+    """Have numba load what it knows of arrays, and not all of `scipy.linalg` with it.
+
+    It looks there whether there is a BLAS, which takes as long as to import numba, before any
+    kernel is read. Ours call none; for those of others numba looks again when they are compiled.
+    """
+    looked = getattr(linalg, "ensure_blas", None)
+    if looked is None or find_spec("scipy") is None:
+        return
+    linalg.ensure_blas = lambda: None
+    try:
+        import_module("numba.np.arraymath")
+    finally:
+        linalg.ensure_blas = looked
 
 
 @contextmanager
@@ -242,6 +261,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
     _impl_class = KernelCacheImpl
 
     def __init__(self, function: Any) -> None:
+        _know_arrays()
         super().__init__(function)
         self._locks: dict[Any, ExitStack] = {}
 
@@ -280,8 +300,16 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
     """
 
     def enable_caching(self) -> None:
-        """Keep what is compiled."""
-        self._cache = KernelCache(self.py_func)
+        """Keep what is compiled: in files looked for when there is something to read or to write.
+
+        Most kernels of an import are not called in a process.
+        """
+        stamp_at_import(self.py_func)
+        self.__dict__.pop("_cache", None)
+
+    @cached_property
+    def _cache(self) -> Any:
+        return KernelCache(self.py_func)
 
     def compile(self, signature: Any) -> Any:
         """Have a version: read, or compiled."""

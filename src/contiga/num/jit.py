@@ -23,7 +23,7 @@ from numba.core import caching
 
 from contiga.num import reference as reference  # the types of tuples of tables
 from contiga.num.compiler import CalledCompiler, InnerCompiler, KernelCompiler, decorator
-from contiga.num.stamps import PACKAGE, stamp_of
+from contiga.num.stamps import PACKAGE, PACKAGES, stamp_at_import
 
 DIGITS = 16
 Decorator = Callable[[Any], Any]
@@ -74,7 +74,7 @@ class Sourced:
         if locator is not None:
             name = f"{path.stem}.{py_func.__qualname__}"
             locator._name = name.replace("<", "").replace(">", "")
-            locator._stamp = stamp_of(path, cls.package)
+            locator._stamp = stamp_at_import(py_func)
         return locator
 
     def get_source_stamp(self) -> str:
@@ -97,6 +97,7 @@ class Sourced:
 
 def keep_by_sources(package: Path) -> None:
     """From now on, stamp the kernels of `package`, a folder, by all their sources."""
+    PACKAGES.append(package)
     plain = [
         base
         for base in caching.CacheImpl._locator_classes

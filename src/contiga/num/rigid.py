@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.num.arrays import locked
 from contiga.num.kernels import rigid_nb
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray
@@ -15,7 +16,7 @@ POINTS = 32768
 def to_body(X_WB: FloatArray, p_W: FloatArray) -> FloatArray:
     """(n, 3) points of the world in body axes."""
     out = np.empty(p_W.shape)
-    run_ranges(rigid_nb.to_body, len(out), POINTS, p_W, X_WB, out)
+    run_ranges(rigid_nb.to_body, len(out), POINTS, locked(p_W), X_WB, out)
     return out
 
 
@@ -31,5 +32,5 @@ def turn_to_world(X_WB: FloatArray, n_B: FloatArray) -> FloatArray:
 
 def _to_world(X_WB: FloatArray, p_B: FloatArray, shift: float) -> FloatArray:
     out = np.empty(p_B.shape)
-    run_ranges(rigid_nb.to_world, len(out), POINTS, p_B, X_WB, shift, out)
+    run_ranges(rigid_nb.to_world, len(out), POINTS, locked(p_B), X_WB, shift, out)
     return out

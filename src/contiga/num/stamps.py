@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Callable
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 PACKAGE = Path(__file__).resolve().parents[1]
 IMPORT = re.compile(
@@ -15,39 +17,59 @@ IMPORT = re.compile(
 )
 ASIDE = re.compile(r"#[^\n]*|\\\n")
 """Comments, and ends of lines that do not end: they are gone when imports are looked for."""
+PACKAGES: list[Path] = []
+"""Folders of packages whose kernels are kept by such hashes."""
+_IMPORTED: dict[str, tuple[Any, str]] = {}
+"""Of a file imported by this process: the import (its specification), and the stamp then."""
+
+
+def stamp_at_import(function: Callable[..., Any]) -> str:
+    """`stamp_of` the file of a function, taken once for all functions of an import of it.
+
+    What is in memory is what was imported: a file that has changed since has another stamp.
+    """
+    file, spec = function.__code__.co_filename, function.__globals__.get("__spec__")
+    known, stamp = _IMPORTED.get(file, (None, ""))
+    if spec is None or known is not spec:
+        above = Path(file).resolve().parents
+        own = (package for package in reversed(PACKAGES) if package in above)
+        stamp = stamp_of(file, next(own, PACKAGE))
+        _IMPORTED[file] = spec, stamp
+    return stamp
 
 
 def stamp_of(file: str | Path, package: Path = PACKAGE) -> str:
     """Hash of a source file and of all files of `package` that it imports, directly or not."""
-    seen: dict[Path, bytes] = {}
-    waiting = [Path(file).resolve()]
+    seen: dict[str, bytes] = {}
+    waiting = [os.path.realpath(file)]
     while waiting:
         path = waiting.pop()
         if path not in seen:
-            stat = path.stat()
+            stat = os.stat(path)
             seen[path], found = _read(path, stat.st_mtime_ns, stat.st_size, package)
             waiting += found
     whole = sha256()
     for path in sorted(seen):
-        whole.update(os.path.relpath(path, package).encode() + b"\0" + seen[path])
+        whole.update(seen[path])
     return whole.hexdigest()
 
 
 @cache
-def _read(path: Path, when: int, size: int, package: Path) -> tuple[bytes, tuple[Path, ...]]:
-    """Hash of a file, and the files of the package that it imports itself.
+def _read(path: str, when: int, size: int, package: Path) -> tuple[bytes, tuple[str, ...]]:
+    """Name and hash of a file, and the files of the package that it imports itself.
 
     Time and size are asked for so that a file which changes while this runs is read again.
     """
-    text = path.read_bytes()
-    found: list[Path] = []
+    text = Path(path).read_bytes()
+    found: list[str] = []
     for module, names, plain in IMPORT.findall(ASIDE.sub(" ", text.decode("utf-8"))):
         wanted = _names(plain)
         if module:
-            own = _absolute(module, path, package)
+            own = _absolute(module, Path(path), package)
             wanted = [own, *(f"{own}.{name}" for name in _names(names))]
         found += [file for name in wanted if (file := _file_of(name, package)) is not None]
-    return sha256(text).digest(), tuple(found)
+    name = os.path.relpath(path, package).encode()
+    return name + b"\0" + sha256(text).digest(), tuple(dict.fromkeys(found))
 
 
 def _names(listed: str) -> list[str]:
@@ -66,7 +88,7 @@ def _absolute(module: str, path: Path, package: Path) -> str:
 
 
 @cache
-def _file_of(module: str, package: Path) -> Path | None:
+def _file_of(module: str, package: Path) -> str | None:
     """Source of a module of the package; none for other modules and for names in modules."""
     parts = module.split(".")
     if parts[0] != package.name:
@@ -74,5 +96,5 @@ def _file_of(module: str, package: Path) -> Path | None:
     path = package.joinpath(*parts[1:])
     for file in (path / "__init__.py", path.with_suffix(".py")):
         if file.is_file():
-            return file
+            return str(file)
     return None

@@ -16,7 +16,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy import ndimage
 
 from contiga.elements.element_arrays import Records
 from contiga.handed import by_reference
@@ -118,8 +117,7 @@ def build(
     `closest` finds the closest points of the body to all rows of points.
     """
     words, places, near, piece = _painted(place, pieces)
-    labels, _ = ndimage.label(words < 0)
-    depth = ndimage.distance_transform_cdt(words < 0, metric="chessboard")
+    labels, depth = side_grid_nb.labelled(words < 0), side_grid_nb.depths(words < 0)
     first, mask = side_grid_nb.parts_of(near)
     parent = side_grid_nb.join(labels, words, places, first, mask)
     regions = (parent, labels, depth, places, first, mask)

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import contiga as cg
+from contiga.area.kernels import touch_nb
 from contiga.area.regions import neighbours_of, regions, topology_of
 from contiga.errors import InputError
+from contiga.num.arrays import locked
 
 PLATE = cg.Body([cg.shapes.plane(width=20.0, length=20.0)])
 
@@ -169,3 +171,14 @@ def test_one_bad_point_leaves_the_other_facets():
 def test_input_that_has_no_area_is_refused(make):
     with pytest.raises(InputError):
         make()
+
+
+def test_facets_that_may_be_written_to_and_facets_that_may_not_are_one_version():
+    facets = np.array([[0, 1, 2], [1, 3, 2]], np.int32)
+    same = topology_of(locked(facets), 4)
+    before = len(getattr(touch_nb.incidence, "overloads", ()))
+    found = topology_of(facets, 4)
+    assert len(getattr(touch_nb.incidence, "overloads", ())) == before
+    for own, other in zip(found, same, strict=True):
+        np.testing.assert_array_equal(own, other)
+    assert not found.facets.flags.writeable

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from contiga import shapes
+from contiga.geometry import curve_foot
 from contiga.geometry.curve_foot import CurveFeet
 
 
@@ -43,3 +44,13 @@ def test_feet_beside_the_seam_of_a_closed_curve_are_on_their_side_of_it(share):
     found, distance = CurveFeet(circle)(circle.evaluate(t))
     assert distance[0] < 1e-12
     assert found[0] == pytest.approx(t[0], abs=1e-9)
+
+
+def test_few_samples_are_looked_at_as_a_tree_would_find_them(monkeypatch):
+    arc = shapes.arc(radius=2.0)
+    points = np.random.default_rng(1).normal(size=(300, 3)) * 3.0
+    feet = CurveFeet(arc)
+    own = feet(points)
+    monkeypatch.setattr(curve_foot, "MANY", 0)
+    for found, by_tree in zip(own, feet(points), strict=True):
+        np.testing.assert_array_equal(found, by_tree)

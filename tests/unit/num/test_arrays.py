@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from contiga.errors import InputError
-from contiga.num.arrays import as_parameters, as_points, bytes_of, read_only
+from contiga.num.arrays import as_parameters, as_points, bytes_of, locked, read_only
 
 
 def test_a_fitting_array_is_not_copied() -> None:
@@ -63,3 +63,13 @@ def test_memory_is_that_of_the_arrays_in_a_record_at_any_depth() -> None:
     assert bytes_of(np.zeros(4, np.float32)) == 16
     assert bytes_of((inner, 7, np.zeros(1, np.int32))) == 48 + 5 + 4
     assert bytes_of([np.zeros(3)]) == 0
+
+
+def test_what_is_locked_is_a_view_that_cannot_be_written_to():
+    own = np.zeros(3)
+    view = locked(own)
+    own[1] = 2.0
+    assert view.tolist() == [0.0, 2.0, 0.0]
+    with pytest.raises(ValueError, match="read-only"):
+        view[0] = 1.0
+    assert own.flags.writeable

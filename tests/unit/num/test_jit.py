@@ -55,6 +55,21 @@ for name in sys.argv[1:]:
         if hasattr(cache, "_impl"):
             print(type(cache._impl.locator).__name__)
 """
+LATE = """
+import sys
+from pathlib import Path
+
+folder = Path(sys.argv[1])
+sys.path.insert(0, str(folder))
+from contiga.num import jit
+
+jit.keep_by_sources(folder / "tiny")
+from tiny.late import late
+
+file = folder / "tiny" / "late.py"
+file.write_text(file.read_text().replace("+ 10", sys.argv[2]))
+print(late(1), sum(late.stats.cache_hits.values()))
+"""
 IMPORTS = (
     "from tiny._callee_nb import callee",
     "from tiny.between import callee",
@@ -112,6 +127,35 @@ def test_old_code_under_a_new_index_is_not_run(tiny):
     for name, code in old.items():
         (kept / name).write_bytes(code)
     assert called(tiny)[0] == 21
+
+
+def test_a_file_that_changes_before_a_kernel_of_it_is_called_is_not_what_that_is_kept_by(tiny):
+    """What is kept is looked for when a kernel is called; its stamp is of what was imported."""
+    text = "from contiga.num.jit import kernel\n\n@kernel()\ndef late(x):\n    return x + 10\n"
+    (tiny / "late.py").write_text(text)
+
+    def run(then):
+        command = [sys.executable, "-c", LATE, str(tiny.parent), then]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+
+    assert run("+ 200") == ["11", "0"]
+    assert run("+ 200") == ["201", "0"]
+    assert run("+ 200") == ["201", "1"]
+
+
+def test_what_is_kept_of_a_kernel_is_looked_for_when_it_is_called():
+    code = (
+        "from contiga.num.kernels.rigid_nb import to_body\n"
+        "print('_cache' in vars(to_body)); to_body._cache; print('_cache' in vars(to_body))"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", code],
+        env={k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert found.stdout.split() == ["False", "True"]
 
 
 def test_files_of_old_sources_do_not_pile_up(tiny):

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from contiga.num import pose
+from contiga.num.arrays import locked
+from contiga.num.kernels import rigid_nb
 from contiga.num.rigid import to_body, to_world, turn_to_world
 
 X_WB = pose.compose(pose.translation([1.0, -2.0, 3.0]), pose.rotation("z", 0.7))
@@ -47,3 +49,15 @@ def test_not_finite_rows_stay_alone(points: np.ndarray) -> None:
     points[3, 1] = np.nan
     moved = to_world(X_WB, points)
     assert np.flatnonzero(~np.isfinite(moved).all(axis=1)).tolist() == [3]
+
+
+def test_points_that_may_be_written_to_and_those_that_may_not_are_one_version(
+    points: np.ndarray,
+) -> None:
+    answers = [to_body(X_WB, locked(points)), to_world(X_WB, locked(points))]
+    kernels = rigid_nb.to_body, rigid_nb.to_world
+    before = [len(getattr(kernel, "overloads", ())) for kernel in kernels]
+    np.testing.assert_array_equal(to_body(X_WB, points), answers[0])
+    np.testing.assert_array_equal(to_world(X_WB, points), answers[1])
+    assert [len(getattr(kernel, "overloads", ())) for kernel in kernels] == before
+    points[0] = 1.0  # which is still the caller's to write to

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from contiga.num.stamps import PACKAGE, stamp_of
+from contiga.num import stamps
+from contiga.num.stamps import PACKAGE, stamp_at_import, stamp_of
 
 
 @pytest.fixture
@@ -36,3 +37,24 @@ def test_files_that_import_each_other_have_a_stamp(tiny):
 
 def test_the_package_is_this_one():
     assert (PACKAGE / "num" / "stamps.py").is_file()
+
+
+def test_a_stamp_at_import_lasts_until_the_next_import(tiny, monkeypatch):
+    monkeypatch.setattr(stamps, "PACKAGES", [PACKAGE, tiny])
+    code = compile("def one():\n    return 1\n", str(tiny / "caller.py"), "exec")
+
+    def imported(spec):
+        names = {"__spec__": spec}
+        exec(code, names)
+        return names["one"]
+
+    first, again = imported("first"), imported("again")
+    before = stamp_at_import(first)
+    assert before == stamp_of(tiny / "caller.py", tiny)
+    (tiny / "callee.py").write_text("x = 2")
+    assert stamp_at_import(first) == before
+    after = stamp_at_import(again)
+    assert after == stamp_of(tiny / "caller.py", tiny) != before
+    (tiny / "callee.py").write_text("x = 30")
+    loose = imported(None)  # of no import: nothing tells which
+    assert stamp_at_import(loose) == stamp_of(tiny / "caller.py", tiny) != after

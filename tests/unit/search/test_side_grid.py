@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import ndimage
 from tests.stress import solids
 
 import contiga as cg
 from contiga.search import body_sides, side_grid
 from contiga.search.body_sides import sides_of
 from contiga.search.exact_surface import ExactSurface
+from contiga.search.kernels import side_grid_nb
 from contiga.search.side_grid import Layout, SideGrid
 from contiga.search.tables import tables_of
 
@@ -204,3 +206,18 @@ def test_sides_without_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
     clear = side_grid.clear_ways(_grid(body), points, points[::-1].copy(), rows)
     assert clear.tolist() == [False, False, False, False]
     assert side_grid.places(_grid(body), points, rows)[2].tolist() == [-1, 0, -1, -1]
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.6, 0.9, 0.999])
+def test_regions_and_depths_of_cells_are_those_of_scipy(share: float) -> None:
+    for seed, shape in enumerate([(7, 6, 9), (1, 12, 5), (11, 1, 1), (8, 8, 8)]):
+        clear = np.random.default_rng(seed).uniform(size=shape) < share
+        clear[-1, -1, -1] = False
+        np.testing.assert_array_equal(side_grid_nb.labelled(clear), ndimage.label(clear)[0])
+        depth = ndimage.distance_transform_cdt(clear, metric="chessboard")
+        np.testing.assert_array_equal(side_grid_nb.depths(clear), depth)
+
+
+def test_depths_where_nothing_is_near_are_large() -> None:
+    assert side_grid_nb.depths(np.ones((3, 4, 5), np.bool_)).min() > 5

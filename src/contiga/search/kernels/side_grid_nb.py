@@ -88,6 +88,77 @@ def paint(pieces, small, shape, words, near, name):
         _paint_piece(p, pieces[p], small, shape, words, near, name)
 
 
+@kernel()
+def labelled(clear):
+    """Which joined region each clear cell is of: from 1, in the order of their first cells; 0 in
+    cells that are not clear. Cells are joined by faces."""
+    shape = clear.shape
+    parent = np.arange(shape[0] * shape[1] * shape[2])
+    label = np.zeros(shape, np.int32)
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            for k in range(shape[2]):
+                if not clear[i, j, k]:
+                    continue
+                own = (i * shape[1] + j) * shape[2] + k
+                if i > 0 and clear[i - 1, j, k]:
+                    unite(parent, own, own - shape[1] * shape[2])
+                if j > 0 and clear[i, j - 1, k]:
+                    unite(parent, own, own - shape[2])
+                if k > 0 and clear[i, j, k - 1]:
+                    unite(parent, own, own - 1)
+    count = 0
+    number = np.zeros(len(parent), np.int32)
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            for k in range(shape[2]):
+                if not clear[i, j, k]:
+                    continue
+                first = root(parent, (i * shape[1] + j) * shape[2] + k)
+                if number[first] == 0:
+                    count += 1
+                    number[first] = count
+                label[i, j, k] = number[first]
+    return label
+
+
+@inner()
+def _after_the_least(depth, i, j, k, way, own):
+    """One more than the least depth of the cells around that come before (`way` −1) or after (1) a
+    cell, or `own` if that is less."""
+    for di in range(2):
+        for dj in range(-1, 2):
+            for dk in range(-1, 2):
+                if di == 0 and (dj < 0 or (dj == 0 and dk < 1)):
+                    continue
+                a, b, c = i + way * di, j + way * dj, k + way * dk
+                if 0 <= a < depth.shape[0] and 0 <= b < depth.shape[1] and 0 <= c < depth.shape[2]:
+                    own = min(own, depth[a, b, c] + 1)
+    return own
+
+
+@kernel()
+def depths(clear):
+    """How many cells each cell lies from the next one that is not clear, diagonal steps counted as
+    one; 0 there, and more than any way is long where there is none.
+
+    Forth, then back (Rosenfeld & Pfaltz 1968, doi 10.1016/0031-3203(68)90013-7).
+    """
+    n_i, n_j, n_k = clear.shape
+    depth = np.zeros(clear.shape, np.int32)
+    for back in range(2):
+        for at_i in range(n_i):
+            i = n_i - 1 - at_i if back else at_i
+            for at_j in range(n_j):
+                j = n_j - 1 - at_j if back else at_j
+                for at_k in range(n_k):
+                    k = n_k - 1 - at_k if back else at_k
+                    if clear[i, j, k]:
+                        own = depth[i, j, k] if back else n_i + n_j + n_k
+                        depth[i, j, k] = _after_the_least(depth, i, j, k, 1 if back else -1, own)
+    return depth
+
+
 @inner()
 def _flood(seed, clear):
     """The bits of `clear` that are joined to the bit `seed`."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from contiga.area.nodal import NodalArea
 from contiga.contact.contact import Contact
@@ -175,6 +174,8 @@ def _given_area(pair: Pair) -> float | None:
 
 def _apart(points: FloatArray) -> float:
     """Median distance from a point to the nearest other one."""
+    from scipy.spatial import cKDTree  # which takes as long to load as numba
+
     tree = cKDTree(points)
     some = points[np.linspace(0, len(points) - 1, min(len(points), _MOST_POINTS)).astype(np.intp)]
     apart, _ = tree.query(some, k=2)
