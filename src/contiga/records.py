@@ -252,7 +252,7 @@ def empty_projection(n: int) -> Projection:
 
 def rows_of(feet: Projection, rows: IndexArray) -> Projection:
     """Some rows of a projection."""
-    return Projection(*(values.take(rows, axis=0) for values in feet))
+    return Projection._make(values.take(rows, axis=0) for values in feet)
 
 
 def stacked(one: Projection, other: Projection) -> Projection:
