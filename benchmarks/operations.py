@@ -7,6 +7,7 @@ Their own text is run with numbers that count what is done to them, which needs 
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -101,7 +102,7 @@ def main() -> None:
     from contiga.search.kernels import branch_nb, lanes_nb, newton_nb
 
     element_nb.fma = newton_nb.fma = _fma
-    newton_nb.math = branch_nb.math = SimpleNamespace(sqrt=_sqrt)
+    newton_nb.math = branch_nb.math = SimpleNamespace(sqrt=_sqrt, inf=math.inf)
     rng = np.random.default_rng(0)
     net = np.concatenate([rng.normal(size=48), [2.0], rng.uniform(0.0, 0.01, 15)])
     k = [Number(x) for x in net]
@@ -116,7 +117,9 @@ def main() -> None:
     uv = (Number(0.1), Number(0.2))
     seen = ((Number(0.1), Number(0.1)), Number(0.1), Number(0.1))
     proof = _count(_named(branch_nb, "seen_from"), *three, one)
-    proof += _count(_named(branch_nb, "by_ring"), ring, (-1.0, 1.0, -1.0, 1.0), uv, uv, seen, one)
+    box = (-1.0, 1.0, -1.0, 1.0)
+    proof += _count(_named(branch_nb, "way_within"), ring, box, uv, uv)
+    proof += _count(_named(branch_nb, "by_ring"), ring, box, uv, one, seen, one)
     counts = {
         "round": _count(_named(lanes_nb, "newton_rational"), lanes, k, one) / lanes_nb.LANES,
         "record": _count(_named(lanes_nb, "finish_rational"), lanes, k, one) / lanes_nb.LANES,
