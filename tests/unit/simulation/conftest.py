@@ -25,7 +25,7 @@ def make_simulation(**changes: object) -> Simulation:
     sheet = cg.Slave(points, grid_quads(n), thickness=np.full(n * n, 0.5), name="sheet")
     ball = cg.Body([cg.shapes.sphere(radius=0.5, centre=(0.0, 0.0, 0.55))], name="ball")
     dip = Translate([[0, 0, 0, 0], [6, 0.2, 0, -0.25], [12, 0.4, 0, 0]])
-    roll = Rotate([[0, 0], [12, 90]], axis="y", centre=(0.0, 0.0, 0.55))
+    roll = Rotate([[0, 0], [12, 6]], axis="y", centre=(0.0, 0.0, 0.55))
     law = cg.StressLaw([[0, 0], [0.1, 1.0], [1.0, 3.0]], damping=0.2)
     values: dict[str, object] = {
         "title": "A ball dips into a sheet",
