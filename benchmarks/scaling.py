@@ -11,7 +11,7 @@ import contiga as cg
 from benchmarks.scene import Tracker, moved, points, surface, with_feet
 from benchmarks.sizes import Sizes
 from benchmarks.table import Row
-from benchmarks.timing import in_turns
+from benchmarks.timing import Given, in_turns
 
 FACES = Row("a point's cost, 10,000 faces over 1", "×", 1.5, None)
 POINTS = Row("a point's cost, dearest over cheapest of 10⁴ to 10⁷ points", "×", 1.2, None)
@@ -36,7 +36,7 @@ def faces(size: Sizes) -> Row:
     patch = surface()
     start = points(patch, size.face_points, "shuffled")
     trackers = {str(n): Tracker(cut(patch, n), start) for n in size.faces}
-    works = {n: (lambda k, t=t: t(moved(start, k))) for n, t in trackers.items()}
+    works = {n: Given(t, lambda k: moved(start, k)) for n, t in trackers.items()}
     each = _each(in_turns(works, size.rounds), len(start))
     first, last = str(size.faces[0]), str(size.faces[-1])
     note = ", ".join(f"{int(n):,} faces: {t:.0f} ns" for n, t in each.items())
@@ -53,7 +53,7 @@ def counts(size: Sizes) -> Row:
         start, feet = with_feet(patch, n, "shuffled")
         tracker = Tracker(body, start, feet)
         rounds = size.rounds if n <= 1_000_000 else 3
-        seconds = in_turns({str(n): lambda k, t=tracker, p=start: t(moved(p, k))}, rounds)
+        seconds = in_turns({str(n): Given(tracker, lambda k, p=start: moved(p, k))}, rounds)
         each |= _each(seconds, n)
     note = ", ".join(f"{int(n):,}: {t:.0f} ns" for n, t in each.items())
     value = max(each.values()) / min(each.values())

@@ -45,6 +45,20 @@ def in_turns(
     return {name: median(found[1:] or found) for name, found in times.items()}
 
 
+class Given:
+    """A work on what `make` makes of the number of its turn, before the clock starts."""
+
+    def __init__(self, work: Callable[[Any], Any], make: Callable[[int], Any]) -> None:
+        self.work, self.make = work, make
+
+    def ready(self, k: int) -> None:
+        """Make what turn k is given."""
+        self.given = self.make(k)
+
+    def __call__(self, _: int) -> None:
+        self.work(self.given)
+
+
 def _nothing(_: int) -> None:
     """To be done before a work."""
 

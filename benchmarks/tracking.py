@@ -17,7 +17,7 @@ from benchmarks.rivals import fcpw_feet, for_fcpw, grid_mesh, missing, splinepy_
 from benchmarks.scene import STEP, Tracker, moved, points, surface, with_feet
 from benchmarks.sizes import Sizes
 from benchmarks.table import Row, not_measured
-from benchmarks.timing import in_turns, on_threads
+from benchmarks.timing import Given, in_turns, on_threads
 from contiga.num.threads import thread_count
 
 BESIDE_SPLINEPY = Row("tracked, shuffled, beside splinepy", "×", 250.0, None, at_least=True)
@@ -32,14 +32,14 @@ def rows(size: Sizes) -> Iterator[Row]:
     patch = surface()
     start, feet = with_feet(patch, size.points, "shuffled")
     tracker = Tracker(cg.Body(patch), start, feet)
-    works: dict[str, Any] = {"contiga": lambda k: tracker(moved(start, k))}
+    works: dict[str, Any] = {"contiga": Given(tracker, lambda k: moved(start, k))}
     lacks = {name: missing(name) for name in ("splinepy", "fcpw")}
     if lacks["fcpw"] is None:
         query = fcpw_feet(grid_mesh(patch, size.triangles_a_side), size.points)
-        works["fcpw"] = lambda k: query(for_fcpw(moved(start, k)))
+        works["fcpw"] = Given(query, lambda k: for_fcpw(moved(start, k)))
     if lacks["splinepy"] is None:
         few, other = start[: size.rival_points], splinepy_feet(patch)
-        works["splinepy"] = lambda k: other(moved(few, k))
+        works["splinepy"] = Given(other, lambda k: moved(few, k))
     seconds = in_turns(works, min(size.rounds, 5))
     with on_threads(1):
         alone = in_turns({"contiga": works["contiga"]}, min(size.rounds, 5), process_time)
@@ -95,8 +95,8 @@ def cold(size: Sizes) -> Iterator[Row]:
         return
     query = fcpw_feet(grid_mesh(patch, size.triangles_a_side), n)
     works = {
-        "contiga": lambda k: body.project(moved(start, k)),
-        "fcpw": lambda k: query(for_fcpw(moved(start, k))),
+        "contiga": Given(body.project, lambda k: moved(start, k)),
+        "fcpw": Given(query, lambda k: for_fcpw(moved(start, k))),
     }
     each = {name: 1e9 * t / n for name, t in in_turns(works, min(size.rounds, 4)).items()}
     note = f"{each['contiga']:,.0f} ns beside {each['fcpw']:,.0f} ns"
@@ -138,11 +138,14 @@ def threads(size: Sizes) -> Iterator[Row]:
     start, feet = with_feet(patch, size.points, "shuffled")
     tracker = Tracker(cg.Body(patch), start, feet)
 
-    def work(count: int, k: int) -> None:
+    def work(count: int, p: np.ndarray) -> None:
         with on_threads(count):
-            tracker(moved(start, k))
+            tracker(p)
 
-    works = {str(n): (lambda k, n=n: work(n, k)) for n in range(1, thread_count() + 1)}
+    works = {
+        str(n): Given(lambda p, n=n: work(n, p), lambda k: moved(start, k))
+        for n in range(1, thread_count() + 1)
+    }
     seconds = in_turns(works, size.rounds)
     detail = {"nanoseconds": {n: 1e9 * t / size.points for n, t in seconds.items()}}
     note = f"{detail['nanoseconds']['1']:.0f} ns and {detail['nanoseconds']['2']:.0f} ns a point"
