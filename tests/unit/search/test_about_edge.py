@@ -134,7 +134,7 @@ def uneven(rng):
 
 @njit
 def cell_of(tables, foot, reach, bend, bending):
-    return about_edge_nb._cell_of(tables, foot, reach, bend, bending)
+    return about_edge_nb.cell_of(tables, foot, reach, bend, bending)
 
 
 def test_no_way_as_long_as_the_reach_leaves_the_cell_about_a_foot():
@@ -171,7 +171,7 @@ def along(coefs, foot, cell, bending):
     work = strand_nb.strand_work()
     work[0][0, : len(coefs)] = coefs
     work[1][0] = len(coefs) - 1
-    return about_edge_nb._along(work, 1, foot, cell, bending)
+    return about_edge_nb.along(work, 1, foot, cell, bending)
 
 
 @pytest.mark.skipif(not config.DISABLE_JIT, reason="compiles for ten seconds: run interpreted")

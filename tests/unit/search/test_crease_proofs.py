@@ -11,7 +11,7 @@ import pytest
 from numba import njit
 
 import contiga as cg
-from contiga.search.kernels import crease_nb, joined_nb
+from contiga.search.kernels import crease_nb, joined_nb, vertex_nb
 from contiga.search.tables import tables_of
 
 from .folds import at_crease, focal, natural_fold, place
@@ -26,7 +26,7 @@ def over_crease(near, foot, last, path):
 
 @njit
 def stays_at_vertex(near, foot, path):
-    return crease_nb.stays_at_vertex(near, foot, path, np.empty((4, 6)))
+    return vertex_nb.stays_at_vertex(near, foot, path, np.empty((4, 6)))
 
 
 def near(body):

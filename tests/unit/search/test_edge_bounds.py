@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from contiga.search.kernels import about_edge_nb, edge_nb
+from contiga.search.kernels import about_edge_nb, crease_nb, edge_nb
 
 from .strips import creases, geodesics, turned
 
@@ -25,7 +25,7 @@ def reach_of(tangent, strand, joint, ends):
 @njit
 def seen_along(bend, b, ends, reach, bent):
     nothing = (0.0, 0.0, 0.0)
-    return edge_nb._seen_along(bend, (nothing, nothing, b, nothing), ends, reach, bent)
+    return crease_nb.seen_along(bend, (nothing, nothing, b, nothing), ends, reach, bent)
 
 
 @njit

@@ -57,7 +57,7 @@ def edge_work():
 
 
 @inner(error_model="numpy")
-def _at_rim(tables, e, side):
+def at_rim(tables, e, side):
     """Whether a side of an element is one of its patch's rectangle."""
     row = tables.elements.table[e]
     return row["box"][side] == tables.trims.domain[row["patch"]][side]
@@ -72,7 +72,7 @@ def _strand_of(tables, e, cell, work):
     touched = -1
     for side in range(4):
         if cell[side] == (-0.5 if side & 1 == 0 else 0.5):
-            inside = not _at_rim(tables, e, side) and (not whole or row["kind"][side] != CREASE)
+            inside = not at_rim(tables, e, side) and (not whole or row["kind"][side] != CREASE)
             if inside or (touched >= 0 and whole):
                 return NONE, 0, -1
             touched = side
@@ -90,7 +90,7 @@ def _strand_of(tables, e, cell, work):
 
 
 @inner(error_model="numpy")
-def _is_in(tables, e, s, t):
+def is_in(tables, e, s, t):
     """Whether (s, t), inside element e or beyond a rim of its patch, belongs to its face."""
     if not (abs(s) <= 0.5 and abs(t) <= 0.5):
         return False
@@ -116,15 +116,15 @@ def _frame(tables, foot, tangent, aside, h):
     det = xx * yy - xy * xy
     d_s = aside * (dot(b, x) * yy - dot(b, y) * xy) / det
     d_t = aside * (dot(b, y) * xx - dot(b, x) * xy) / det
-    ahead = _is_in(tables, e, s + d_s, t + d_t)
-    behind = _is_in(tables, e, s - d_s, t - d_t)
+    ahead = is_in(tables, e, s + d_s, t + d_t)
+    behind = is_in(tables, e, s - d_s, t - d_t)
     if behind:
         b = (-b[0], -b[1], -b[2])
     return (point, tangent, b, normal), det > 0.0 and ahead != behind
 
 
 @inner(error_model="numpy")
-def _cell_of(tables, foot, reach, bend, bending):
+def cell_of(tables, foot, reach, bend, bending):
     """The cell about a foot that no way of length `reach` leaves but over a rim; its bounds into
     `bend`. (0, 0, 0, 0) where there is none."""
     e, s, t = foot
@@ -146,7 +146,7 @@ def _cell_of(tables, foot, reach, bend, bending):
 
 
 @inner(error_model="numpy")
-def _along(strand, n, foot, cell, bending):
+def along(strand, n, foot, cell, bending):
     """The place y of a strand next to a foot, as (s, t), its slope there, and (longest way along it
     from y, largest curvature)."""
     _, s, t = foot
@@ -176,7 +176,7 @@ def _along(strand, n, foot, cell, bending):
 
 
 @inner(error_model="numpy")
-def _tangent(elements, e, at, slope, h):
+def tangent(elements, e, at, slope, h):
     """Unit tangent in space of a curve that leaves (s, t) = at along `slope`."""
     normal_at(elements, e, at[0], at[1], h)
     d = (
@@ -219,7 +219,7 @@ def _goes_on(tables, there, reach, edge, work):
     """Whether about the place `there` of the second face the edge is its strand, and nothing else
     ends; bounds of the cell into the work tables."""
     bends, strand, _ = work
-    cell = _cell_of(tables, there, reach, bends[1], bends[4])
+    cell = cell_of(tables, there, reach, bends[1], bends[4])
     if cell[1] == cell[0]:
         return False
     own = strand[0].copy(), strand[1].copy()
@@ -243,28 +243,28 @@ def fold_about(tables, foot, r, work):
     nowhere = (0.0, 0.0, 0.0)
     no_frame = (nowhere, nowhere, nowhere, nowhere)
     nothing = (False, no_frame, no_frame, math.inf, (0.0, 0.0, 0), (-1, 0.0, 0.0), nowhere)
-    cell = _cell_of(tables, foot, BENT * r, bends[0], bends[3])
+    cell = cell_of(tables, foot, BENT * r, bends[0], bends[3])
     if cell[1] == cell[0]:
         return nothing
     e = foot[0]
     edge, n, side = _strand_of(tables, e, cell, strand)
     if edge == NONE:
         return nothing
-    at, slope, (arc, bent) = _along(strand, n, foot, cell, bends[3])
+    at, slope, (arc, bent) = along(strand, n, foot, cell, bends[3])
     if not arc * bent <= 1.0:
         return nothing
     way = abs(at[0] - foot[1]) * bends[0][SPEED_S] + abs(at[1] - foot[2]) * bends[0][SPEED_T]
-    tangent = _tangent(tables.elements, e, at, slope, h)
-    first, good = _frame(tables, (e, at[0], at[1]), tangent, ASIDE * r, h)
+    forward = tangent(tables.elements, e, at, slope, h)
+    first, good = _frame(tables, (e, at[0], at[1]), forward, ASIDE * r, h)
     if not good:
         return nothing
     there, (width, slip, turn) = _across(tables, foot, at, edge, side, first[0], work)
     if there[0] < 0:
         return nothing
-    second, good = _frame(tables, there, tangent, ASIDE * r, h)
+    second, good = _frame(tables, there, forward, ASIDE * r, h)
     if not (good and _goes_on(tables, there, BENT * (way + r) + 2.0 * width, edge, work)):
         return nothing
-    slip = max(slip, abs(dot(tangent, second[3])))
+    slip = max(slip, abs(dot(forward, second[3])))
     return True, first, second, way, (arc, bent, n), there, (width, slip, turn)
 
 

@@ -22,22 +22,17 @@ and 1.
 
 Nothing of this asks on which face x_0 and x_1 are, or whether they are on the crease. Beside the
 inner side of a fold there are two minima, and the foot does jump: nothing is proved there.
-
-**At a vertex** that stays a foot no bounds are needed: if w·T < 0 for the tangents T of all sides
-that meet there at τ = 0 and τ = 1, then for all τ between and all T between two sides.
 """
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.codes import CREASE
 from contiga.num.jit import inner
 from contiga.num.kernels.vector_nb import dot, minus
-from contiga.search.kernels.around_nb import MOST, around, inward_slope, stands
+from contiga.search.kernels.around_nb import stands
 from contiga.search.kernels.bend_nb import INNER, OUTER
 from contiga.search.kernels.branch_nb import WIDER, seen_from
 from contiga.search.kernels.cells_nb import CELL, cell_about, cells_about, touched
@@ -48,12 +43,9 @@ from contiga.search.kernels.fold_nb import (
     speed_across,
     speed_along,
 )
-from contiga.search.kernels.local_nb import expand
 
 SAME = 1e3
 """A slope of this many tolerances is none."""
-OPPOSED = 1e-9
-"""Tangents of a corner with a cosine this near to −1 leave no angle between them."""
 
 
 @inner(error_model="numpy")
@@ -169,6 +161,17 @@ def reach_along(tangent, ends, arc, bent, given):
 
 
 @inner(error_model="numpy")
+def seen_along(bend, frame, ends, reach, bent):
+    """Least and largest w·b of one face along a strand, at both ends of the motion: ((least,
+    largest) at the first, at the second)."""
+    arc, far, along = reach
+    change = arc * (bent * along + 0.5 * (bend[INNER] + bend[OUTER]) * far)
+    first = dot(ends[0], frame[2])
+    second = dot(ends[1], frame[2])
+    return (first - change, first + change), (second - change, second + change)
+
+
+@inner(error_model="numpy")
 def _is_convex(foot, sides, fold, ends, size, slip, work):
     """Whether the conditions hold by the bounds left in `work` of the cells on both sides."""
     _, s, t = foot
@@ -247,38 +250,3 @@ def _way_guess(elements, foot, last, metric, h):
     origin = elements.table[last[0]]["origin"]
     d = (h[0, 0] + origin[0] - at[0], h[1, 0] + origin[1] - at[1], h[2, 0] + origin[2] - at[2])
     return 1.4 * math.sqrt(dot(d, d))
-
-
-@inner(error_model="numpy")
-def is_corner(foot):
-    """Whether a foot stands at a corner of its element."""
-    return abs(foot[1]) >= 0.5 and abs(foot[2]) >= 0.5
-
-
-@inner(error_model="numpy")
-def stays_at_vertex(near, foot, path, h):
-    """Whether the corner `foot` is a strict minimum for all points of a motion."""
-    elements, _, trimmed, tolerance = near
-    list_e = np.empty(MOST, np.int64)
-    list_st = np.empty((MOST, 2))
-    miss = SAME * tolerance
-    n = around(elements, foot, list_e, list_st)
-    if n >= MOST:
-        return False
-    for k in range(n):
-        e, s, t = list_e[k], list_st[k, 0], list_st[k, 1]
-        if not is_corner((e, s, t)) or trimmed[elements.table[e]["patch"]] != 0:
-            return False
-        for point in path:
-            q = expand(elements, e, s, t, point, h)
-            for side in range(4):
-                if stands(side, s, t):
-                    if elements.table[e]["kind"][side] > CREASE:
-                        return False
-                    if not inward_slope(q, side) > miss:
-                        return False
-        sign = -1.0 if (s > 0.0) != (t > 0.0) else 1.0
-        cosine = sign * (h[0, 1] * h[0, 2] + h[1, 1] * h[1, 2] + h[2, 1] * h[2, 2])
-        if not cosine > (OPPOSED - 1.0) * math.sqrt(q[6] * q[7]):
-            return False
-    return True

@@ -44,7 +44,7 @@ from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.jit import inner
 from contiga.num.kernels.vector_nb import dot, minus
 from contiga.search.kernels.about_edge_nb import BENT, fold_about, way_to
-from contiga.search.kernels.bend_nb import INNER, OUTER, principal
+from contiga.search.kernels.bend_nb import principal
 from contiga.search.kernels.branch_nb import WIDER, seen_from
 from contiga.search.kernels.crease_nb import (
     SAME,
@@ -53,6 +53,7 @@ from contiga.search.kernels.crease_nb import (
     least_in_face,
     most_jump,
     reach_along,
+    seen_along,
 )
 from contiga.search.kernels.joined_nb import least_bend
 from contiga.search.kernels.strand_nb import stretch_bend
@@ -200,17 +201,6 @@ def rests_on_edge(tables, foot, point, r, work):
     return _slip_at(tables, foot, fold, (w, w), (point, point), work[0][2]) < math.inf
 
 
-@inner(error_model="numpy")
-def _seen_along(bend, frame, ends, reach, bent):
-    """Least and largest w·b of one face along a strand, at both ends of the motion: ((least,
-    largest) at the first, at the second)."""
-    arc, far, along = reach
-    change = arc * (bent * along + 0.5 * (bend[INNER] + bend[OUTER]) * far)
-    first = dot(ends[0], frame[2])
-    second = dot(ends[1], frame[2])
-    return (first - change, first + change), (second - change, second + change)
-
-
 @inner(linked=False, error_model="numpy")
 def runs_into_fold(tables, last, path, work):
     """Whether the branch of the minimum `last` of path[0] is proved to end at a fold on the way to
@@ -237,9 +227,9 @@ def runs_into_fold(tables, last, path, work):
         least = _least_of(fold, work[0][0], first, ends, r)
         least = min(least, _least_on_strand(fold, ends, work))
         slack = joint[0] + reach[1] * joint[1]
-        before, after = _seen_along(work[0][1], second, ends, reach, bent)
+        before, after = seen_along(work[0][1], second, ends, reach, bent)
         falls = min(before[0], after[0]) - slack
-        past = _seen_along(work[0][0], first, ends, reach, bent)[1][1] + slack
+        past = seen_along(work[0][0], first, ends, reach, bent)[1][1] + slack
         if not (least > 0.0 and falls > FOLD * reach[1]):
             return False
         need = 2.0 * slip / least + BENT * way

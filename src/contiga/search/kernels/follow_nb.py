@@ -20,14 +20,15 @@ from contiga.search.kernels.around_nb import cross, inward_slope, stands, vertex
 from contiga.search.kernels.bend_nb import principal
 from contiga.search.kernels.branch_nb import seen_from
 from contiga.search.kernels.cells_nb import is_untrimmed, whole_around
-from contiga.search.kernels.crease_nb import is_corner
 from contiga.search.kernels.edge_nb import over_edge, rests_on_edge, runs_into_fold
 from contiga.search.kernels.foot_nb import continued_foot, turn_normal, write_foot
 from contiga.search.kernels.global_nb import in_face
 from contiga.search.kernels.joined_nb import least_bend, prove
 from contiga.search.kernels.local_nb import expand
 from contiga.search.kernels.pseudo_normal_nb import pseudo_normal
+from contiga.search.kernels.vertex_nb import is_corner
 from contiga.search.kernels.walk_nb import walk
+from contiga.search.kernels.within_face_nb import stays_in_face
 
 SHORT = 1e-12
 HALVINGS = 10
@@ -138,9 +139,12 @@ def _go_on(tables, last, path, work):
     good = stays and status == OK and prove(near, (e, s, t), last, path, bends)
     if good and is_untrimmed(tables, bends[5]):
         return True, True, e, s, t, feature
+    inside = stays and status == OK and feature == FACE
+    if inside and stays_in_face(tables, (e, s, t), last, path, work):
+        return True, True, e, s, t, feature
     if not (may_join(tables, e) or may_join(tables, last[0])):
         return False, stays, e, s, t, feature
-    if not (stays and status == OK and feature == FACE):
+    if not inside:
         status, e, s, t, feature = continued_foot(tables, last, path[1], work[2], bends[2])
         stays = status == OK
     good = stays and over_edge(tables, (e, s, t), last, path, work)
@@ -266,6 +270,8 @@ def follow_rows(tables, path, starts, rows, results, start, stop):
         if out.status[k] == OK:
             foot = locate(tables.grid, out.patch[k], out.uv[k, 0], out.uv[k, 1])
             good = prove(near, foot, last, (a, b), work[0]) and is_untrimmed(tables, work[0][5])
+            if not good and out.feature[k] == FACE:
+                good = stays_in_face(tables, foot, last, (a, b), work)
             if not good and may_join(tables, foot[0]):
                 good = over_edge(tables, foot, last, (a, b), work)
             if good:

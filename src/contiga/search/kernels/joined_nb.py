@@ -24,8 +24,15 @@ from contiga.search.kernels.branch_nb import (
     way_within,
 )
 from contiga.search.kernels.cells_nb import CELL, cells_about, in_element, touched
-from contiga.search.kernels.crease_nb import is_corner, over_crease, stays_at_vertex
+from contiga.search.kernels.crease_nb import over_crease
 from contiga.search.kernels.ring_nb import part_of
+from contiga.search.kernels.vertex_nb import (
+    along_crease,
+    common_crease,
+    is_corner,
+    leaves_vertex,
+    stays_at_vertex,
+)
 
 
 @inner(error_model="numpy")
@@ -97,8 +104,8 @@ def prove(near, foot, last, path, work):
     elements = near[0]
     moved = 0.0
     work[5][:, 0] = -1.0
-    if is_corner(foot) and foot == last and stays_at_vertex(near, foot, path, work[2]):
-        return True
+    if is_corner(foot) and foot == last:
+        return stays_at_vertex(near, foot, path, work[2]) or leaves_vertex(near, foot, path, work)
     if foot[0] != last[0]:
         last, moved = in_element(elements, last, foot[0])
     if foot[0] != last[0]:
@@ -107,7 +114,12 @@ def prove(near, foot, last, path, work):
             foot = here
     if _by_surroundings(near, foot, (last, moved), path, work):
         return True
-    return moved == 0.0 and over_crease(near, foot, last, path, work)
+    if moved != 0.0:
+        return False
+    if over_crease(near, foot, last, path, work):
+        return True
+    side = common_crease(elements, foot, last) if foot[0] == last[0] else -1
+    return side >= 0 and along_crease(near, foot, last, side, path, work)
 
 
 @inner(error_model="numpy")

@@ -68,11 +68,36 @@ def _in_range(trims, piece, axis, low, high):
 
 
 @inner(error_model="numpy")
-def _stretch(trims, piece, t0, t1, place, coefs):
-    """Coefficients of a piece over [t0, t1] into coefs, in parameters of the cell `place` (middle
-    and half of it in u and in v)."""
+def with_hair(trims, patch, cell):
+    """A cell (u0, u1, v0, v1) of a patch, widened by more than the rounding of its pieces."""
+    domain = trims.domain[patch]
+    hair_u = 4.0 * ON_CURVE * max(domain[1] - domain[0], abs(domain[0]), abs(domain[1]))
+    hair_v = 4.0 * ON_CURVE * max(domain[3] - domain[2], abs(domain[2]), abs(domain[3]))
+    return cell[0] - hair_u, cell[1] + hair_u, cell[2] - hair_v, cell[3] + hair_v
+
+
+@inner(error_model="numpy")
+def through(trims, piece, cell):
+    """Where on a piece it runs through a cell: (t0, t1), t0 > t1 where it does not."""
+    ends = trims.piece_ends[piece]
+    u0, u1, v0, v1 = cell
+    if max(ends[0], ends[2]) < u0 or min(ends[0], ends[2]) > u1:
+        return 1.0, 0.0
+    if max(ends[1], ends[3]) < v0 or min(ends[1], ends[3]) > v1:
+        return 1.0, 0.0
+    a0, a1 = _in_range(trims, piece, 0, u0, u1)
+    b0, b1 = _in_range(trims, piece, 1, v0, v1)
+    return max(a0, b0), min(a1, b1)
+
+
+@inner(error_model="numpy")
+def stretch(trims, piece, span, cell, coefs):
+    """Coefficients of a piece over span = [t0, t1] into coefs, in parameters that run over
+    [-1, 1]² in a cell (u0, u1, v0, v1); returns its degree."""
+    t0, t1 = span
+    u, v = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
+    half_u, half_v = 0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2])
     n = trims.piece_degree[piece]
-    u, v, half_u, half_v = place
     for i in range(n + 1):
         w = trims.piece_coefs[piece, i, 2]
         coefs[i, 0] = (trims.piece_coefs[piece, i, 0] - u * w) / half_u
@@ -128,24 +153,13 @@ def strand_in(trims, patch, cell, work):
     the cell, edge −2 where what meets it is no strand.
     """
     coefs, degree = work
-    domain = trims.domain[patch]
-    hair_u = 4.0 * ON_CURVE * max(domain[1] - domain[0], abs(domain[0]), abs(domain[1]))
-    hair_v = 4.0 * ON_CURVE * max(domain[3] - domain[2], abs(domain[2]), abs(domain[3]))
-    u0, u1, v0, v1 = cell[0] - hair_u, cell[1] + hair_u, cell[2] - hair_v, cell[3] + hair_v
+    wide = with_hair(trims, patch, cell)
     pieces = np.empty(MOST, np.int64)
     span = np.empty((MOST, 2))
     n = 0
     edge = -1
     for k in range(trims.patch_start[patch], trims.patch_start[patch + 1]):
-        ends = trims.piece_ends[k]
-        if max(ends[0], ends[2]) < u0 or min(ends[0], ends[2]) > u1:
-            continue
-        if max(ends[1], ends[3]) < v0 or min(ends[1], ends[3]) > v1:
-            continue
-        a0, a1 = _in_range(trims, k, 0, u0, u1)
-        b0, b1 = _in_range(trims, k, 1, v0, v1)
-        first = max(a0, b0)
-        last = min(a1, b1)
+        first, last = through(trims, k, wide)
         if first > last + AT_END:
             continue
         if n == MOST or trims.piece_edge[k] < 0 or (n > 0 and trims.piece_edge[k] != edge):
@@ -168,15 +182,9 @@ def strand_in(trims, patch, cell, work):
             start = other
     if links != n - 1:
         return -2, 0
-    place = (
-        0.5 * (cell[0] + cell[1]),
-        0.5 * (cell[2] + cell[3]),
-        0.5 * (cell[1] - cell[0]),
-        0.5 * (cell[3] - cell[2]),
-    )
     for k in range(n):
         i = (start + k) % n
-        degree[k] = _stretch(trims, pieces[i], span[i, 0], span[i, 1], place, coefs[k])
+        degree[k] = stretch(trims, pieces[i], (span[i, 0], span[i, 1]), cell, coefs[k])
     return (edge, n) if _is_smooth(work, n) else (-2, 0)
 
 
