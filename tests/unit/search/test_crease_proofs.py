@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-import contiga as cg
-from contiga.search.kernels import crease_nb, joined_nb, vertex_nb
+from contiga.search.kernels import crease_nb, joined_nb
 from contiga.search.tables import tables_of
 
 from .folds import at_crease, focal, natural_fold, place
@@ -22,11 +21,6 @@ pytestmark = pytest.mark.interpreted
 @njit
 def over_crease(near, foot, last, path):
     return crease_nb.over_crease(near, foot, last, path, joined_nb.prove_work())
-
-
-@njit
-def stays_at_vertex(near, foot, path):
-    return vertex_nb.stays_at_vertex(near, foot, path, np.empty((4, 6)))
 
 
 def near(body):
@@ -105,18 +99,3 @@ def test_nothing_is_proved_where_the_element_ends_on_its_other_side_too(wide, go
     body = natural_fold(1.0, wide=wide)
     points = (0.0, 0.0, 0.3), (0.0, 0.05, 0.3)
     assert joined(body, (0, 0.0, 0.05), (0, 0.0, 0.0), *points) == good
-
-
-def test_a_vertex_stays_if_f_rises_along_all_its_sides_before_and_after():
-    """The corner between four faces of a pyramid, of points over it and beside that."""
-    x = np.linspace(-1.0, 1.0, 3)
-    net = np.empty((3, 3, 3))
-    net[..., 0], net[..., 1] = np.meshgrid(x, x, indexing="ij")
-    net[..., 2] = 1.0 - np.maximum(np.abs(net[..., 0]), np.abs(net[..., 1]))
-    body = cg.Body([cg.NurbsSurface((1, 1), ([0, 0, 0.5, 1, 1],) * 2, net)])
-    top, over = (0, 0.5, 0.5), (0.0, 0.0, 1.5)
-    assert stays_at_vertex(near(body), top, (over, (0.1, 0.05, 1.5)))
-    for way in np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False):
-        beside = (0.9 * np.cos(way), 0.9 * np.sin(way), 1.2)
-        assert not stays_at_vertex(near(body), top, (over, beside))
-        assert not stays_at_vertex(near(body), top, (beside, over))

@@ -136,6 +136,9 @@ def along_crease(near, foot, last, side, path, work):
     if not (first[5][2][2] > 0.0 and second[5][2][2] > 0.0):
         return False
     ends = (minus(path[0], first[0]), minus(path[1], first[0]))
+    fall = dot(ends[1], first[1])
+    if max(0.0 if x >= 0.5 else fall, 0.0 if x <= -0.5 else -fall) > SAME * tolerance:
+        return False
     d = minus(path[1], path[0])
     slip = math.sqrt(dot(d, d)) + SAME * tolerance
     least = 1.0 - max(dot(ends[0], first[4]), dot(ends[1], first[4]), 0.0)

@@ -32,7 +32,7 @@ from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.codes import POLE, SMOOTH
 from contiga.num.jit import inner
-from contiga.num.kernels.vector_nb import cross, minus
+from contiga.num.kernels.vector_nb import cross, dot, minus
 from contiga.search.kernels.about_edge_nb import along, at_rim, cell_of, is_in, tangent
 from contiga.search.kernels.bend_nb import INNER, OUTER, SPEED_S, SPEED_T, principal
 from contiga.search.kernels.branch_nb import WIDER, holds, seen_from
@@ -189,6 +189,15 @@ def _may_end(tables, e):
     return ends
 
 
+@inner(error_model="numpy")
+def _is_foot(at, normal, point, tolerance):
+    """Whether a place on a face is a foot of a point, by its normal."""
+    w = minus(point, at)
+    m = dot(w, normal)
+    off = (w[0] - m * normal[0], w[1] - m * normal[1], w[2] - m * normal[2])
+    return math.sqrt(dot(off, off)) <= SAME * tolerance
+
+
 @inner(linked=False, error_model="numpy")
 def stays_in_face(tables, foot, last, path, work):
     """Whether one branch joins the feet `last` of path[0] and `foot` of path[1], (e, s, t) each, in
@@ -207,7 +216,7 @@ def stays_in_face(tables, foot, last, path, work):
     inner, outer, metric = principal(h)
     m, far, slip = seen_from(at, normal, path[0], path[1], tables.scale[1])
     least = min(least_bend((inner, outer), m[0]), least_bend((inner, outer), m[1]))
-    if not (metric[2] > 0.0 and least > 0.0):
+    if not (metric[2] > 0.0 and least > 0.0 and _is_foot(at, normal, path[1], tables.scale[1])):
         return False
     way = abs(last[1] - s) * metric[0] + abs(last[2] - t) * metric[1]
     r = WIDER * max(1.1 * way + tables.scale[1], slip / least)

@@ -1,0 +1,180 @@
+"""Feet at a vertex and on a crease up to it: what is joined, and what must not be.
+
+Each scene of the second kind breaks one condition of the theorem, and no other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numba import njit
+
+import contiga as cg
+from contiga.search.kernels import joined_nb, vertex_nb
+from contiga.search.tables import tables_of
+from contiga.statuses import Feature, Status
+
+from .folds import at_crease, focal, natural_fold
+
+
+@njit
+def stays_at_vertex(near, foot, path):
+    return vertex_nb.stays_at_vertex(near, foot, path, np.empty((4, 6)))
+
+
+@njit
+def along_crease(near, foot, last, side, path):
+    return vertex_nb.along_crease(near, foot, last, side, path, joined_nb.prove_work())
+
+
+@njit
+def leaves_vertex(near, foot, path):
+    return vertex_nb.leaves_vertex(near, foot, path, joined_nb.prove_work())
+
+
+def near(body):
+    tables = tables_of(body)
+    return tables.elements, tables.rings, tables.trims.trimmed, tables.scale[1]
+
+
+def pyramid(slopes=(1.0, 1.0, 1.0, 1.0)):
+    """Four flat faces that meet at a top (0, 0, 1), over a square; from there creases fall along
+    −x, +x, −y and +y by `slopes`."""
+    x = np.linspace(-1.0, 1.0, 3)
+    net = np.empty((3, 3, 3))
+    net[..., 0], net[..., 1] = np.meshgrid(x, x, indexing="ij")
+    along_x = np.array([slopes[0], 0.0, slopes[1]])
+    along_y = np.array([slopes[2], 0.0, slopes[3]])
+    net[..., 2] = 1.0 - along_x[:, None] - along_y
+    return cg.Body([cg.NurbsSurface((1, 1), ([0, 0, 0.5, 1, 1],) * 2, net)])
+
+
+TOP = (0, 0.5, 0.5)
+"""The top of a pyramid, and its crease along −x there: the side t = 1/2."""
+
+
+def on_crease(x):
+    """The foot on the crease along −x of a pyramid."""
+    return 0, 0.5 + x, 0.5
+
+
+def over_crease(x, high, fall=1.0):
+    """The point so high over the crease along −x, square to it; x < 0."""
+    e = np.array([fall, 0.0, 1.0]) / np.hypot(fall, 1.0)
+    return np.array([x, 0.0, 1.0 + fall * x]) + high * e * [-1.0, 0.0, 1.0]
+
+
+def joined(body, foot, last, before, after, side=3):
+    return along_crease(near(body), foot, last, side, (tuple(before), tuple(after)))
+
+
+@pytest.mark.interpreted
+def test_a_vertex_stays_if_f_rises_along_all_its_sides_before_and_after():
+    """The corner between four faces of a pyramid, of points over it and beside that."""
+    body = pyramid()
+    over = (0.0, 0.0, 1.5)
+    assert stays_at_vertex(near(body), TOP, (over, (0.1, 0.05, 1.5)))
+    for way in np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False):
+        beside = (0.9 * np.cos(way), 0.9 * np.sin(way), 1.2)
+        assert not stays_at_vertex(near(body), TOP, (over, beside))
+        assert not stays_at_vertex(near(body), TOP, (beside, over))
+
+
+@pytest.mark.interpreted
+def test_a_foot_leaves_a_vertex_along_a_crease_and_comes_back():
+    body = pyramid()
+    over, beside = (0.0, 0.0, 1.3), over_crease(-0.02, 0.3)
+    assert joined(body, on_crease(-0.02), TOP, over, beside)
+    assert joined(body, TOP, on_crease(-0.02), beside, over)
+    assert joined(body, on_crease(-0.01), on_crease(-0.02), beside, over_crease(-0.01, 0.3))
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("away", [-1.0, 1.0])
+def test_a_foot_does_not_stay_on_a_crease_that_f_falls_away_from(away):
+    """From there it goes on over one face or the other."""
+    body = pyramid()
+    before = over_crease(-0.02, 0.3)
+    off = np.array([0.0, 0.25 * away, 0.0])
+    for path in ((before + off, before), (before, before + off), (before + off, before + off)):
+        assert not joined(body, on_crease(-0.02), on_crease(-0.02), *path)
+        assert not joined(body, TOP, on_crease(-0.02), *path)
+    assert joined(body, on_crease(-0.02), on_crease(-0.02), before + 0.2 * off, before)
+
+
+@pytest.mark.interpreted
+def test_a_foot_does_not_come_by_a_crease_to_a_vertex_that_f_falls_from():
+    """The crease on the other side of it falls off less: along that the point is beyond it."""
+    body = pyramid((1.0, 0.1, 1.0, 1.0))
+    on, over = over_crease(-0.01, 0.3), np.array([0.0, 0.0, 1.3])
+    beyond = over + np.array([0.1, 0.0, 0.0])
+    assert joined(body, TOP, on_crease(-0.01), on, over)
+    assert not joined(body, TOP, on_crease(-0.01), on, beyond)
+    assert not joined(body, on_crease(-0.01), TOP, beyond, on)
+
+
+@pytest.mark.interpreted
+def test_what_is_no_foot_is_not_joined():
+    body = pyramid()
+    on = over_crease(-0.02, 0.3)
+    assert not joined(body, on_crease(-0.03), on_crease(-0.02), on, on)
+    assert not joined(body, TOP, on_crease(-0.02), on, on)
+    assert not leaves_vertex(near(body), TOP, (tuple(on), tuple(on)))
+
+
+@pytest.mark.interpreted
+def test_a_foot_that_has_hardly_left_its_vertex_is_joined_with_it():
+    body = pyramid()
+    over, tolerance = (0.0, 0.0, 1.3), near(body)[3]
+    hair = np.array([-1.0, 0.0, -1.0]) / np.sqrt(2.0) * 100.0 * tolerance
+    edge = over_crease(0.0, 0.3) + hair
+    assert not stays_at_vertex(near(body), TOP, (over, tuple(edge)))
+    assert leaves_vertex(near(body), TOP, (over, tuple(edge)))
+    assert not leaves_vertex(near(body), TOP, (over, tuple(edge + 1e3 * hair)))
+
+
+@pytest.mark.interpreted
+def test_two_minima_on_a_hollow_crease_are_not_joined():
+    """Its faces fall off so steeply that f rises into both."""
+    body = natural_fold(2.4, bow=1.0)
+    high, d = focal(1.0)
+    feet = at_crease(body, 0, 0.0, -d), at_crease(body, 0, 0.0, d)
+    still = ((0.0, 0.0, high),) * 2
+    assert not joined(body, *feet, *still)
+    assert not joined(body, *feet[::-1], *still)
+    low = ((0.0, 0.0, 0.3 * high),) * 2
+    assert joined(body, at_crease(body, 0, 0.0, 0.0), at_crease(body, 0, 0.0, 0.0), *low)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize(("way", "fits"), [(0.05, True), (0.3, False)])
+def test_the_crease_is_known_as_far_as_f_may_fall(way, fits):
+    """A ridge that is bent down, under a point high above: where it goes on over y = 1 f may fall
+    on, for all that is known, and its end is no vertex where f rises."""
+    bend, y, high = 0.2, 0.8, 3.0
+    body = natural_fold(2.0, bow=-bend, bulge=(-bend, -bend))
+    e = np.array([0.0, 1.0, -2.0 * bend * y])
+    e /= np.linalg.norm(e)
+    after = np.array([0.0, y, -bend * y * y]) + high * np.array([0.0, -e[2], e[1]])
+    before = after - way * e
+    cubic = [-2.0 * bend**2, 0.0, -1.0 - 2.0 * bend * before[2], before[1]]
+    start = next(r.real for r in np.roots(cubic) if abs(r.imag) < 1e-12)
+    feet = at_crease(body, 0, 0.0, y), at_crease(body, 0, 0.0, start)
+    assert joined(body, *feet, before, after) == fits
+
+
+@pytest.mark.parametrize("size", [1e-4, 1e-2, 0.1])
+def test_feet_about_the_top_of_a_pyramid_are_certified(size):
+    """From its faces to creases and its vertex and back; outside the closest point is the foot."""
+    rng = np.random.default_rng(5)
+    body = pyramid((0.5, 0.5, 0.5, 0.5))
+    a = np.array([0.0, 0.0, 1.0]) + rng.uniform(-1.0, 1.0, (2000, 3)) * [0.2, 0.2, 0.0]
+    a[:, 2] += rng.uniform(0.1, 0.5, 2000)
+    way = rng.normal(size=a.shape)
+    b = a + size * way / np.linalg.norm(way, axis=1)[:, None]
+    start = body.project(a)
+    feet = body.project(b, start=start, mode="track")
+    assert (start.feature == Feature.VERTEX).sum() > 100
+    assert (feet.status == Status.OK).all()
+    np.testing.assert_allclose(feet.point, body.project(b).point, atol=1e-9)
+    assert feet.certified.mean() >= 0.998
