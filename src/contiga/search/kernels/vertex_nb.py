@@ -6,20 +6,18 @@ it. A point moves straight from P(0) to P(1).
 **A vertex that stays a foot** needs no bounds: if w·T < 0 for all T at τ = 0 and τ = 1, then for
 all τ between and all T between two sides.
 
-**On a crease** let C be a part of it, which may end at a vertex, or at two; x_0 and x_1 are minima
-of f_0 and f_1 on C. Suppose that for τ = 0 and τ = 1, with some μ > 0,
+**On a crease** let C be the part of it between x_0 and x_1, minima of f_0 and f_1 on it. Suppose
+that for τ = 0 and τ = 1
 
 1. w·b_1 < 0 and w·b_2 < 0 along C;
-2. 1 − w·k ≥ μ along C, k the vector of its curvature;
-3. t < μ σ, σ the way on C from x_1 to where C ends otherwise than at a vertex, and t the length of
-   P(1) − P(0);
-4. w·T < 0 where C ends at a vertex, for all T there but that of C.
+2. 1 − w·k > 0 along C, k the vector of its curvature;
+3. w·T < 0 where C ends at a vertex, for all T there but that of C.
 
-**Then one branch of minima joins x_0 and x_1.** 1 and 4 hold for all τ between. Along C f_τ is
-convex by 2, and its slope at x_1 is −t at least either way, so that by 3 it rises where C ends. So
-f_τ has one minimum on C, which moves without a jump. Inside of C f_τ rises from it into both faces,
-by 1. At a vertex it rises along all T, that of C at least to second order, and so on all ways
-between. It is a minimum on the surface, then, and x_0 and x_1 are it for τ = 0 and 1.
+**Then one branch of minima joins x_0 and x_1.** 1 and 3 hold for all τ between. f_0 and f_1 are
+convex along C by 2, and rise from their minima; so no f_τ falls where C ends, if one were to go on
+there, and each has one minimum on it, which moves without a jump. Inside of C f_τ rises from it
+into both faces, by 1. At a vertex it rises along all T, that of C at least to second order, and so
+on all ways between. It is a minimum on the surface, then, and x_0 and x_1 are it for τ = 0 and 1.
 
 Unlike that of `crease_nb` this asks nothing of how the faces bend.
 """
@@ -36,8 +34,7 @@ from contiga.num.jit import inner
 from contiga.num.kernels.vector_nb import dot, minus
 from contiga.search.kernels.around_nb import MOST, around, inward_slope, stands
 from contiga.search.kernels.bend_nb import bend_bounds
-from contiga.search.kernels.branch_nb import WIDER
-from contiga.search.kernels.cells_nb import CELL
+from contiga.search.kernels.cells_nb import SNAP
 from contiga.search.kernels.crease_nb import SAME, least_along, reach_along, seen_along
 from contiga.search.kernels.fold_nb import side_bend, side_frame, speed_along
 from contiga.search.kernels.local_nb import expand
@@ -139,21 +136,19 @@ def along_crease(near, foot, last, side, path, work):
     fall = dot(ends[1], first[1])
     if max(0.0 if x >= 0.5 else fall, 0.0 if x <= -0.5 else -fall) > SAME * tolerance:
         return False
-    d = minus(path[1], path[0])
-    slip = math.sqrt(dot(d, d)) + SAME * tolerance
     least = 1.0 - max(dot(ends[0], first[4]), dot(ends[1], first[4]), 0.0)
     if not least > 0.0:
         return False
-    speed = first[5][2][3 if side < 2 else 2]
-    far = CELL * WIDER * max(abs(x - start), slip / (least * speed))
-    low, high = max(x - far, -0.5), min(x + far, 0.5)
+    # Minima are given to within rounding, and so is where C ends.
+    more = max(2.0 * SAME * tolerance / (least * first[5][2][3 if side < 2 else 2]), SNAP)
+    low, high = max(min(x, start) - more, -0.5), min(max(x, start) + more, 0.5)
     if not bend_bounds(elements, e, _strip(side, low, high), work[0], work[3]):
         return False
     curve = side_bend(work[0], work[3], _strip(side, low, high), side)
-    reach = reach_along(first[1], ends, far * speed_along(work[0], side), curve[3], (0.0, 0.0))
+    arc = (high - low) * speed_along(work[0], side)
+    reach = reach_along(first[1], ends, arc, curve[3], (0.0, 0.0))
     least = least_along(curve, ends, reach)
-    slowest = 2.0 * curve[2] / (high - low)
-    if not (least > 0.0 and slip < least * slowest * far):
+    if not least * more * 2.0 * curve[2] > SAME * tolerance * (high - low):
         return False
     if not _rises_into(work[0], first, ends, reach, curve[3], SAME * tolerance):
         return False
@@ -163,10 +158,9 @@ def along_crease(near, foot, last, side, path, work):
     if not _rises_into(work[1], second, ends, reach, curve[3], SAME * tolerance):
         return False
     for end in (-0.5, 0.5):
-        if abs(x - end) <= far:
+        if min(abs(x - end), abs(start - end)) <= more:
             at = side_point(side, end)
-            corner = (e, at[0], at[1])
-            if not _rises(near, corner, path, ((e, side), (n, there)), h):
+            if not _rises(near, (e, at[0], at[1]), path, ((e, side), (n, there)), h):
                 return False
     return True
 
