@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError, InputError
 from contiga.geometry.kernels.basis_nb import basis_derivatives, find_span
+from contiga.num.arrays import locked
 from contiga.records import FloatArray
 
 MAX_DEGREE = 15
@@ -219,11 +220,12 @@ def basis(knots: FloatArray, degree: int, parameters: ArrayLike, order: int = 0)
     t = np.atleast_1d(np.asarray(parameters, dtype=np.float64))
     n = knots.size - degree - 1
     t = check_parameters(t, (float(knots[degree]), float(knots[n])), "parameters")
+    own = locked(knots)
     out = np.zeros((t.size, order + 1, n))
     part = np.empty((order + 1, degree + 1))
     for row, value in enumerate(t):
-        span = find_span(knots, degree, n, value)
-        basis_derivatives(knots, degree, span, value, order, part)
+        span = find_span(own, degree, n, value)
+        basis_derivatives(own, degree, span, value, order, part)
         out[row, :, span - degree : span + 1] = part
     return out
 

@@ -41,7 +41,7 @@ def elevate_points(
     """Knots and control points of the same spline with the degree one higher."""
     values, times = np.unique(knots, return_counts=True)
     elevated = np.repeat(values, times + 1)
-    rows = elevation_rows(knots, degree, points.shape[axis], elevated)
+    rows = elevation_rows(locked(knots), degree, points.shape[axis], elevated)
     return elevated, _mapped(rows, points, axis)
 
 

@@ -374,7 +374,8 @@ def _own_homes(place: _Place, parts: Records, homes: Records) -> Records:
     own = homes[rows]
     limit = ENOUGH * GOAL * place.size
     elements = place.tables.elements
-    ball_block_nb.homes_within(elements, place.centre, around[:, rows], limit, own)
+    around = np.ascontiguousarray(around[:, rows])
+    ball_block_nb.homes_within(elements, place.centre, around, limit, own)
     homes[rows] = own
     return homes
 

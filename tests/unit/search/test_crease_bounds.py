@@ -18,8 +18,7 @@ pytestmark = pytest.mark.interpreted
 
 @njit
 def least_in_face(bend, normal, w0, w1, wide):
-    nothing = (0.0, 0.0, 0.0)
-    return crease_nb.least_in_face(bend, (nothing, nothing, nothing, normal), w0, w1, wide)
+    return crease_nb.least_in_face(bend, normal, w0, w1, wide)
 
 
 @njit
@@ -29,17 +28,12 @@ def least_along(curve, ends, reach):
 
 @njit
 def most_jump(bends, faces, ends, reach, bent):
-    nothing = (0.0, 0.0, 0.0)
-    first = (nothing, nothing, faces[0], nothing)
-    second = (nothing, nothing, faces[1], nothing)
-    return crease_nb.most_jump(bends, (first, second), ends, reach, bent)
+    return crease_nb.most_jump(bends, faces, ends, reach, bent)
 
 
 @njit
 def fall_from(w, tangent, b_1, b_2):
-    first = (tangent, tangent, b_1, b_1)
-    second = (tangent, tangent, b_2, b_2)
-    return crease_nb.fall_from(w, first, second)
+    return crease_nb.fall_from(w, tangent, b_1, b_2)
 
 
 def motions(rng, n):

@@ -24,8 +24,7 @@ def reach_of(tangent, strand, joint, ends):
 
 @njit
 def seen_along(bend, b, ends, reach, bent):
-    nothing = (0.0, 0.0, 0.0)
-    return crease_nb.seen_along(bend, (nothing, nothing, b, nothing), ends, reach, bent)
+    return crease_nb.seen_along(bend, b, ends, reach, bent)
 
 
 @njit

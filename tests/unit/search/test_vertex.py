@@ -135,16 +135,39 @@ def test_a_foot_that_has_hardly_left_its_vertex_is_joined_with_it():
 
 
 @pytest.mark.interpreted
-def test_two_minima_on_a_hollow_crease_are_not_joined():
+@pytest.mark.parametrize(("turn", "past"), [(2.4, 4e-4), (0.6, 0.3)])
+def test_two_minima_on_a_hollow_crease_are_not_joined(turn, past):
     """Its faces fall off so steeply that f rises into both."""
-    body = natural_fold(2.4, bow=1.0)
-    high, d = focal(1.0)
+    body = natural_fold(turn, bow=1.0)
+    high, d = focal(1.0, past)
     feet = at_crease(body, 0, 0.0, -d), at_crease(body, 0, 0.0, d)
     still = ((0.0, 0.0, high),) * 2
     assert not joined(body, *feet, *still)
     assert not joined(body, *feet[::-1], *still)
+    for foot in feet:
+        assert joined(body, foot, foot, *still) == (past > 0.1)
     low = ((0.0, 0.0, 0.3 * high),) * 2
     assert joined(body, at_crease(body, 0, 0.0, 0.0), at_crease(body, 0, 0.0, 0.0), *low)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("flip", [False, True])
+def test_the_face_beyond_is_asked_beside_the_foot(flip):
+    """At the other end of the crease it bends so much that nothing would be known."""
+    knots = [0.0] * 4 + [1.0] * 4
+    x, y = np.meshgrid([0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0], np.linspace(-1.0, 1.0, 4), indexing="ij")
+    up = np.zeros((4, 4))
+    # In Bernstein form x² is (0, 0, 1/3, 1), and ((1 − y)/2)³ is (1, 0, 0, 0).
+    up[:, 0] = 400.0 * np.array([0.0, 0.0, 1.0 / 3.0, 1.0])
+    right = np.stack([x, y, up - x], axis=-1)
+    left = np.stack([-x, y, -x], axis=-1)[::-1]
+    if flip:
+        right = right[:, ::-1]
+    body = cg.Body([cg.NurbsSurface((3, 3), (knots, knots), net) for net in (left, right)])
+    ends = (0.0, 0.6, 0.3), (0.0, 0.55, 0.3)
+    assert joined(body, (0, 0.5, 0.275), (0, 0.5, 0.3), *ends, side=1)
+    ends = (0.0, -0.6, 0.3), (0.0, -0.55, 0.3)
+    assert not joined(body, (0, 0.5, -0.275), (0, 0.5, -0.3), *ends, side=1)
 
 
 @pytest.mark.parametrize("size", [1e-4, 1e-2, 0.1])

@@ -112,7 +112,7 @@ def test_the_point_is_seen_from_the_edge_before_and_after(gap):
 
 
 def test_two_minima_in_the_hollow_of_a_face_are_not_joined():
-    turn, c, bend = 1.2, -0.05, 0.5
+    turn, c, bend = 1.2, -0.4, 0.5
     body = bent_fold(turn, bulge=(bend, 0.0), middle=(c, 0.0))
     high, d = focal(bend)
     p = place(turn, 0, c, high - bend * c * c)
@@ -127,6 +127,18 @@ def test_what_is_no_foot_is_not_joined():
     p = place(1.0, 0, -0.05, -0.2)
     assert joined(body, (0, -0.05, 0.0), (0, -0.02, 0.0), place(1.0, 0, -0.02, -0.2), p)
     assert not joined(body, (0, -0.04, 0.0), (0, -0.02, 0.0), place(1.0, 0, -0.02, -0.2), p)
+
+
+def test_two_minima_on_two_faces_are_not_joined():
+    """Below a roof, at the same place of either face's element."""
+    turn = 1.0
+    body = bent_fold(turn)
+    p = (0.0, 0.0, -0.25 / np.sin(0.5 * turn))
+    feet = (0, -0.25, 0.0), (1, 0.25, 0.0)
+    assert at_fold(body, *feet[0])[1:] == at_fold(body, *feet[1])[1:]
+    assert joined(body, feet[0], feet[0], p)
+    assert joined(body, feet[1], feet[1], p)
+    assert not joined(body, feet[0], feet[1], p)
 
 
 @pytest.mark.parametrize(("y", "good"), [(0.1, True), (0.4, False)])

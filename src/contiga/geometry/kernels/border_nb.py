@@ -64,6 +64,7 @@ def insert_all(t, order, hint, metric, alias):
     """
     stack = np.empty(t.corners.shape[0] + 8, np.int64)
     at = np.zeros(t.xy.shape[0], np.int64)
+    form = (metric[0], metric[1], metric[2])
     for i in range(order.size):
         v = order[i]
         start = at[hint[i]] if hint[i] >= 0 else 0
@@ -80,7 +81,7 @@ def insert_all(t, order, hint, metric, alias):
         else:
             top = split_side(t, here, where, v, stack)
         at[v] = here
-        settle(t, stack, top, metric)
+        settle(t, stack, top, form)
     return at
 
 

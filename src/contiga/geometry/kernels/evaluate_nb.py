@@ -193,9 +193,9 @@ def curve_range(c, t, order, out):
 
 
 @inner()
-def length3(a):
+def length3(x, y, z):
     """Euclidean length of a 3-vector."""
-    return math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+    return math.sqrt(x * x + y * y + z * z)
 
 
 @inner()
@@ -223,7 +223,8 @@ def tangent_noise(s, u, v, work):
             far = 0.0
             for d in range(3):
                 far += (s.net[su - s.p + i, sv - s.q + j, d] - s.net[ci, cj, d]) ** 2
-            reach = length3(s.net[su - s.p + i, sv - s.q + j])
+            at = s.net[su - s.p + i, sv - s.q + j]
+            reach = length3(at[0], at[1], at[2])
             far = (math.sqrt(far) + ROUNDING * reach) * s.net[su - s.p + i, sv - s.q + j, 3]
             a_u += abs(work.Nu[1, i] * work.Nv[0, j]) * far
             a_v += abs(work.Nu[0, i] * work.Nv[1, j]) * far
@@ -266,8 +267,9 @@ def limit_normal(s, u, v, normal):
                     first = D[i + 1, j]
                     second = D[a - i, b - j + 1]
                     add_cross(first, second, f, normal)
-                    size += abs(f) * length3(first) * length3(second)
-        norm = length3(normal)
+                    a1 = length3(first[0], first[1], first[2])
+                    size += abs(f) * a1 * length3(second[0], second[1], second[2])
+        norm = length3(normal[0], normal[1], normal[2])
         if norm > NOISE * size and norm > 0.0:
             for d in range(3):
                 normal[d] /= norm
@@ -288,8 +290,9 @@ def normal_range(s, uv, out, start, stop):
         a_u, a_v = tangent_noise(s, u, v, work)
         out[k, :] = 0.0
         add_cross(D[1, 0], D[0, 1], 1.0, out[k])
-        norm = length3(out[k])
-        doubt = a_u * length3(D[0, 1]) + a_v * length3(D[1, 0])
+        norm = length3(out[k, 0], out[k, 1], out[k, 2])
+        doubt = a_u * length3(D[0, 1, 0], D[0, 1, 1], D[0, 1, 2])
+        doubt += a_v * length3(D[1, 0, 0], D[1, 0, 1], D[1, 0, 2])
         if norm > NOISE * doubt and norm > 0.0:
             for d in range(3):
                 out[k, d] /= norm

@@ -38,7 +38,7 @@ def bernstein(degree, t, values, slopes):
 
 @inner()
 def jacobian(A, A_u, A_v):
-    """|S_u × S_v| from the homogeneous point (4,) and its derivatives."""
+    """|S_u × S_v| from the homogeneous point and its derivatives, four numbers each."""
     w = A[3]
     a = np.empty(3)
     b = np.empty(3)
@@ -49,6 +49,11 @@ def jacobian(A, A_u, A_v):
     y = a[2] * b[0] - a[0] * b[2]
     z = a[0] * b[1] - a[1] * b[0]
     return math.sqrt(x * x + y * y + z * z)
+
+
+@inner()
+def _four(a):
+    return a[0], a[1], a[2], a[3]
 
 
 @inner()
@@ -83,7 +88,7 @@ def box_area(coefs, box, nodes, weights):
                     A[0, d] += C[j, b] * row[b, d]
                     A[1, d] += C[j, b] * row_u[b, d]
                     A[2, d] += dC[j, b] * row[b, d]
-            total += weights[i] * weights[j] * jacobian(A[0], A[1], A[2])
+            total += weights[i] * weights[j] * jacobian(_four(A[0]), _four(A[1]), _four(A[2]))
     return total * (box[1] - box[0]) * (box[3] - box[2])
 
 

@@ -103,14 +103,14 @@ def is_good(t, front, triangle):
 
 
 @inner()
-def mean_metric(front, vertices):
-    """(E, F, G) of the mean metric of some vertices."""
+def mean_metric(front, vertices, n):
+    """(E, F, G) of the mean metric of the first n of four vertices."""
     e = f = g = 0.0
-    for v in vertices:
+    for k in range(n):
+        v = vertices[k]
         e += front.forms[v, E]
         f += front.forms[v, F]
         g += front.forms[v, G]
-    n = len(vertices)
     return (e / n, f / n, g / n)
 
 
@@ -130,7 +130,7 @@ def settle_in(t, front, top):
             continue
         a, b, c = t.corners[here]
         d = t.corners[other, opposite(t, here, 0)]
-        metric = mean_metric(front, (a, b, c, d))
+        metric = mean_metric(front, (a, b, c, d), 4)
         if cross_sum(t.xy, a, b, c, d, metric) < 0.0 and flip(t, here, 0):
             stack[top], stack[top + 1] = here, other
             top += 2
@@ -201,7 +201,7 @@ def is_useless(t, face, front, here, v):
     c = t.corners[here]
     for k in range(3):
         if t.beside[here, k] == BORDER:
-            metric = mean_metric(front, (c[0], c[1], c[2]))
+            metric = mean_metric(front, (c[0], c[1], c[2], -1), 3)
             x, y = foot_on_side(t, metric, c[(k + 1) % 3], c[(k + 2) % 3], v)
             # The border's side may be far off the surface; what lies over it is not.
             evaluate(face, x, y, 0)
@@ -227,7 +227,8 @@ def put_vertex(t, face, front, start, x, y, apart):
     if where != INSIDE and t.beside[here, where] == BORDER:
         return False
     if apart > 0.0:
-        e, f, g = mean_metric(front, (t.corners[here, 0], t.corners[here, 1], t.corners[here, 2]))
+        c = t.corners[here]
+        e, f, g = mean_metric(front, (c[0], c[1], c[2], -1), 3)
         for k in range(3):
             dx = t.xy[t.corners[here, k], 0] - t.xy[v, 0]
             dy = t.xy[t.corners[here, k], 1] - t.xy[v, 1]
@@ -251,7 +252,7 @@ def put_vertex(t, face, front, start, x, y, apart):
 def front_place(t, front, triangle, k):
     """Where the third corner of a well-sized triangle on side k is."""
     c = t.corners[triangle]
-    e, f, g = mean_metric(front, (c[0], c[1], c[2]))
+    e, f, g = mean_metric(front, (c[0], c[1], c[2], -1), 3)
     # In coordinates p = r11 x + r12 y, q = r22 y the metric is even.
     r11 = math.sqrt(e)
     r12 = f / r11
@@ -280,7 +281,7 @@ def front_place(t, front, triangle, k):
 def longest_inner(t, front, triangle):
     """The longest side in the metric that is no border, −1 if all are."""
     c = t.corners[triangle]
-    e, f, g = mean_metric(front, (c[0], c[1], c[2]))
+    e, f, g = mean_metric(front, (c[0], c[1], c[2], -1), 3)
     best = -1
     most = 0.0
     for k in range(3):
@@ -366,7 +367,7 @@ def relax(t, front, rounds):
                 a = t.corners[here, k]
                 b, c = t.corners[here, (k + 1) % 3], t.corners[here, (k + 2) % 3]
                 d = t.corners[other, opposite(t, here, k)]
-                metric = mean_metric(front, (a, b, c, d))
+                metric = mean_metric(front, (a, b, c, d), 4)
                 if cross_sum(t.xy, a, b, c, d, metric) < 0.0 and flip(t, here, k):
                     turned += 1
         if turned == 0:

@@ -125,8 +125,10 @@ def _lower_samples(samples, n, b, side):
         for c in range(3):
             m[c] = sign * normal[k, c]
         for i in range(4):
-            above[k, side] = min(above[k, side], _touching(point[k], b["corner"][i], m))
-        above[k, side] = min(above[k, side], _touching(point[k], b["middle"], m))
+            x = b["corner"][i]
+            above[k, side] = min(above[k, side], _touching(point[k], (x[0], x[1], x[2]), m))
+        x = b["middle"]
+        above[k, side] = min(above[k, side], _touching(point[k], (x[0], x[1], x[2]), m))
 
 
 @inner()

@@ -71,11 +71,11 @@ def crease_beside(elements, foot, last):
 
 
 @inner(error_model="numpy")
-def fall_from(w, first, second):
+def fall_from(w, tangent, b_1, b_2):
     """How fast f falls at most on the ways from a point of a crease where its gradient is −w."""
-    along = dot(w, first[1]) ** 2
-    in_first = max(dot(w, first[2]), 0.0)
-    in_second = max(dot(w, second[2]), 0.0)
+    along = dot(w, tangent) ** 2
+    in_first = max(dot(w, b_1), 0.0)
+    in_second = max(dot(w, b_2), 0.0)
     return math.sqrt(along + max(in_first, in_second) ** 2)
 
 
@@ -86,10 +86,11 @@ def _slip(near, foot, side, fold, path, h):
     elements, _, _, tolerance = near
     first, second = fold
     if stands(side, s, t):
-        end = fall_from(minus(path[1], first[0]), first, second)
+        end = fall_from(minus(path[1], first[0]), first[1], first[2], second[2])
         if end > SAME * tolerance:
             return math.inf
-        return max(fall_from(minus(path[0], first[0]), first, second), end) + 4.0 * tolerance
+        before = fall_from(minus(path[0], first[0]), first[1], first[2], second[2])
+        return max(before, end) + 4.0 * tolerance
     normal = normal_at(elements, e, s, t, h)
     origin = elements.table[e]["origin"]
     at = (h[0, 0] + origin[0], h[1, 0] + origin[1], h[2, 0] + origin[2])
@@ -109,10 +110,11 @@ def _least_guess(fold, w0, w1):
 
 
 @inner(error_model="numpy")
-def least_in_face(bend, frame, w0, w1, wide):
-    """Least curvature of f in one face; `wide` is (|w| at most, longest way from the frame)."""
-    m0 = dot(w0, frame[3])
-    m1 = dot(w1, frame[3])
+def least_in_face(bend, normal, w0, w1, wide):
+    """Least curvature of f in a face with this normal where `w0` and `w1` are taken; `wide` is
+    (|w| at most, longest way from there)."""
+    m0 = dot(w0, normal)
+    m1 = dot(w1, normal)
     change = largest_bend(bend) * wide[0] * wide[1]
     high = max(m0, m1, 0.0) + change
     low = min(m0, m1, 0.0) - change
@@ -135,15 +137,14 @@ def least_along(curve, ends, reach):
 
 
 @inner(error_model="numpy")
-def most_jump(bends, fold, ends, reach, bent):
-    """Largest w·(b_1 + b_2) along the crease; `ends` and `reach` as above, `bent` its curvature at
-    most."""
-    first, second = fold
+def most_jump(bends, b, ends, reach, bent):
+    """Largest w·(b_1 + b_2) along the crease, `b` holds both; `ends` and `reach` as above, `bent`
+    its curvature at most."""
     arc, far, along = reach
     torsion = 0.5 * (bends[0][INNER] + bends[0][OUTER] + bends[1][INNER] + bends[1][OUTER])
     change = arc * (2.0 * bent * along + torsion * far)
-    jump0 = dot(ends[0], first[2]) + dot(ends[0], second[2])
-    jump1 = dot(ends[1], first[2]) + dot(ends[1], second[2])
+    jump0 = dot(ends[0], b[0]) + dot(ends[0], b[1])
+    jump1 = dot(ends[1], b[0]) + dot(ends[1], b[1])
     return max(jump0, jump1) + change
 
 
@@ -161,13 +162,13 @@ def reach_along(tangent, ends, arc, bent, given):
 
 
 @inner(error_model="numpy")
-def seen_along(bend, frame, ends, reach, bent):
-    """Least and largest w·b of one face along a strand, at both ends of the motion: ((least,
-    largest) at the first, at the second)."""
+def seen_along(bend, b, ends, reach, bent):
+    """Least and largest w·b of a face along a strand, at both ends of the motion: ((least, largest)
+    at the first, at the second)."""
     arc, far, along = reach
     change = arc * (bent * along + 0.5 * (bend[INNER] + bend[OUTER]) * far)
-    first = dot(ends[0], frame[2])
-    second = dot(ends[1], frame[2])
+    first = dot(ends[0], b)
+    second = dot(ends[1], b)
     return (first - change, first + change), (second - change, second + change)
 
 
@@ -187,13 +188,13 @@ def _is_convex(foot, sides, fold, ends, size, slip, work):
     reach = reach_along(fold[0][1], ends, arc, curve[3], (0.0, 0.0))
     wide = (reach[1] + off + r, arc + off + r)
     least = min(
-        least_in_face(bends[0], fold[0], w0, w1, wide),
-        least_in_face(bends[1], fold[1], w0, w1, wide),
+        least_in_face(bends[0], fold[0][3], w0, w1, wide),
+        least_in_face(bends[1], fold[1][3], w0, w1, wide),
         least_along(curve, ends, reach),
     )
     if not (least > 0.0 and 2.0 * slip <= least * r):
         return False
-    return most_jump(bends, fold, ends, reach, curve[3]) <= 0.0
+    return most_jump(bends, (fold[0][2], fold[1][2]), ends, reach, curve[3]) <= 0.0
 
 
 @inner(linked=False, error_model="numpy")

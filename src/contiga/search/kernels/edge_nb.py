@@ -95,10 +95,10 @@ def _slip_at(tables, foot, fold, ends, path, h):
             return math.inf
         return seen_from(at, normal, path[0], path[1], tolerance)[2]
     far = math.sqrt(dot(ends[1], ends[1]))
-    end = fall_from(ends[1], first, second)
+    end = fall_from(ends[1], first[1], first[2], second[2])
     if end > SAME * tolerance + joint[0] + far * _give(joint):
         return math.inf
-    return max(fall_from(ends[0], first, second), end) + 4.0 * tolerance
+    return max(fall_from(ends[0], first[1], first[2], second[2]), end) + 4.0 * tolerance
 
 
 @inner(error_model="numpy")
@@ -113,7 +113,7 @@ def _least_of(fold, bend, frame, ends, r):
     """Least curvature of f in a face of a fold, ball of radius r."""
     arc, far, _ = _reach_of(fold, ends)
     way = fold[3] + r
-    return least_in_face(bend, frame, ends[0], ends[1], (far - arc + way, way))
+    return least_in_face(bend, frame[3], ends[0], ends[1], (far - arc + way, way))
 
 
 @inner(error_model="numpy")
@@ -138,7 +138,7 @@ def _least_and_drop(fold, ends, r, work):
         _least_of(fold, bends[1], second, ends, r),
         _least_on_strand(fold, ends, work),
     )
-    jump = most_jump((bends[0], bends[1]), (first, second), ends, reach, bent)
+    jump = most_jump((bends[0], bends[1]), (first[2], second[2]), ends, reach, bent)
     if jump + 2.0 * reach[1] * joint[1] <= 0.0:
         return least, joint[0]
     if joint[2] > FOLD:
@@ -227,9 +227,9 @@ def runs_into_fold(tables, last, path, work):
         least = _least_of(fold, work[0][0], first, ends, r)
         least = min(least, _least_on_strand(fold, ends, work))
         slack = joint[0] + reach[1] * joint[1]
-        before, after = seen_along(work[0][1], second, ends, reach, bent)
+        before, after = seen_along(work[0][1], second[2], ends, reach, bent)
         falls = min(before[0], after[0]) - slack
-        past = seen_along(work[0][0], first, ends, reach, bent)[1][1] + slack
+        past = seen_along(work[0][0], first[2], ends, reach, bent)[1][1] + slack
         if not (least > 0.0 and falls > FOLD * reach[1]):
             return False
         need = 2.0 * slip / least + BENT * way

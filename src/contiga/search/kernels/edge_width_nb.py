@@ -55,17 +55,17 @@ def _seen(form, x, y, c):
 
 
 @inner(error_model="numpy")
-def _square_at(trims, piece, t, place, form, c):
+def _square_at(trims, piece, t, place, form, columns, c):
     """Squared distance of a place from the point at t of a trimming piece, and the step in t to
     where the piece's tangent comes nearest to it. Into c[0] go the parameters (u, v) there.
 
-    By all columns of `form` in space, by the first three as seen along the path.
+    By all four `columns` of `form` in space, by the first three as seen along the path.
     """
     piece_parameters(trims, piece, t, c)
     x = c[0, 0] - place[0]
     y = c[0, 1] - place[1]
     square = slope = speed = 0.0
-    for k in range(form.shape[1]):
+    for k in range(columns):
         r = _seen(form, x, y, k)
         rx = form[0, k] + 2.0 * form[2, k] * x + form[3, k] * y
         ry = form[1, k] + form[3, k] * x + 2.0 * form[4, k] * y
@@ -77,28 +77,28 @@ def _square_at(trims, piece, t, place, form, c):
 
 
 @inner(error_model="numpy")
-def _nearest_on_piece(trims, piece, place, form, c):
+def _nearest_on_piece(trims, piece, place, form, columns, c):
     """How near a place, or the path, comes to a trimming piece, and (u, v, t) there.
 
     Gauss-Newton from the best of a few samples, with steps halved where they do not come nearer:
-    what is asked is whether a distance that is nearly nothing is one.
+    what is asked is whether a distance that is nearly nothing is one. `columns` as in `_square_at`.
     """
     least = math.inf
     t = step = 0.0
     for k in range(SAMPLES + 1):
-        square, move = _square_at(trims, piece, k / SAMPLES, place, form, c)
+        square, move = _square_at(trims, piece, k / SAMPLES, place, form, columns, c)
         if square < least:
             least, step, t = square, move, k / SAMPLES
     for _ in range(STEPS):
         new = min(max(t + step, 0.0), 1.0)
         if abs(new - t) <= SHORT:
             break
-        square, move = _square_at(trims, piece, new, place, form, c)
+        square, move = _square_at(trims, piece, new, place, form, columns, c)
         if square < least:
             least, step, t = square, move, new
         else:
             step = 0.5 * (new - t)
-    _square_at(trims, piece, t, place, form, c)
+    _square_at(trims, piece, t, place, form, columns, c)
     return math.sqrt(least), c[0, 0], c[0, 1], t
 
 
@@ -172,10 +172,10 @@ def _met_at(trims, piece, own, place, form, carrier, c):
     """
     u, v, x = place
     at = (u, v)
-    away, edge_u, edge_v, _ = _nearest_on_piece(trims, piece, at, form, c)
+    away, edge_u, edge_v, _ = _nearest_on_piece(trims, piece, at, form, 4, c)
     if away <= own:
         return away, edge_u, edge_v, 0.0
-    away, edge_u, edge_v, t = _nearest_on_piece(trims, piece, at, form[:, :3], c)
+    away, edge_u, edge_v, t = _nearest_on_piece(trims, piece, at, form, 3, c)
     bend = _bends(form, edge_u - u, edge_v - v)
     if bend > SHARP * own and away <= own + bend:
         away, edge_u, edge_v, on = _passes(trims, piece, t, at, carrier, c)

@@ -93,7 +93,7 @@ def labelled(clear):
     """Which joined region each clear cell is of: from 1, in the order of their first cells; 0 in
     cells that are not clear. Cells are joined by faces."""
     shape = clear.shape
-    parent = np.arange(shape[0] * shape[1] * shape[2])
+    parent = np.arange(shape[0] * shape[1] * shape[2]).astype(np.int32)
     label = np.zeros(shape, np.int32)
     for i in range(shape[0]):
         for j in range(shape[1]):
@@ -217,7 +217,7 @@ def join(labels, words, places, first, mask):
         for j in range(shape[1]):
             for k in range(shape[2]):
                 count = max(count, labels[i, j, k])
-    parent = np.arange(count + mask.shape[0])
+    parent = np.arange(count + mask.shape[0]).astype(np.int32)
     for w in range(places.shape[0]):
         for axis in range(3):
             for step in (-1, 1):

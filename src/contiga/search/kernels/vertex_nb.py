@@ -108,9 +108,9 @@ def _strip(side, low, high):
 
 
 @inner(error_model="numpy")
-def _rises_into(bend, frame, ends, reach, bent, miss):
+def _rises_into(bend, b, ends, reach, bent, miss):
     """Whether w·b < 0 along a crease for one of its faces."""
-    first, second = seen_along(bend, frame, ends, reach, bent)
+    first, second = seen_along(bend, b, ends, reach, bent)
     return max(first[1], second[1]) < -miss
 
 
@@ -150,12 +150,12 @@ def along_crease(near, foot, last, side, path, work):
     least = least_along(curve, ends, reach)
     if not least * more * 2.0 * curve[2] > SAME * tolerance * (high - low):
         return False
-    if not _rises_into(work[0], first, ends, reach, curve[3], SAME * tolerance):
+    if not _rises_into(work[0], first[2], ends, reach, curve[3], SAME * tolerance):
         return False
     low, high = (low, high) if sign > 0.0 else (-high, -low)
     if not bend_bounds(elements, n, _strip(there, low, high), work[1], work[3]):
         return False
-    if not _rises_into(work[1], second, ends, reach, curve[3], SAME * tolerance):
+    if not _rises_into(work[1], second[2], ends, reach, curve[3], SAME * tolerance):
         return False
     for end in (-0.5, 0.5):
         if min(abs(x - end), abs(start - end)) <= more:
