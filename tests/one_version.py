@@ -1,0 +1,37 @@
+"""`python -m tests.one_version [FOLDER]`: which kernels were compiled in more than one version.
+
+Each version costs time at the first run. Asked after the demo and before the tests, whose scenes
+need some that no run does. Ends with 1 if there is any.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from pathlib import Path
+
+SOURCES = Path(__file__).resolve().parents[1] / "src"
+ALLOWED: frozenset[str] = frozenset()
+"""Kernels, as "module.name", that may have several."""
+
+
+def more_than_one(folder: Path) -> dict[str, int]:
+    """Kernels kept under `folder` in several versions, and in how many."""
+    kept = Counter(file.name.split("-")[0] for file in folder.rglob("*.nbc"))
+    return {name: n for name, n in sorted(kept.items()) if n > 1 and name not in ALLOWED}
+
+
+def main(arguments: list[str]) -> int:
+    """Print them."""
+    folder = Path(arguments[0]) if arguments else SOURCES
+    if not any(folder.rglob("*.nbc")):
+        print(f"no kernel is kept under {folder}: run the demo first", file=sys.stderr)
+        return 1
+    found = more_than_one(folder)
+    for name, n in found.items():
+        print(f"{name}: {n} versions", file=sys.stderr)
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
