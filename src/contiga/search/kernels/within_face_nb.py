@@ -36,8 +36,7 @@ from contiga.num.kernels.vector_nb import cross, dot, minus
 from contiga.search.kernels.about_edge_nb import along, at_rim, cell_of, is_in, tangent
 from contiga.search.kernels.bend_nb import INNER, OUTER, SPEED_S, SPEED_T, principal
 from contiga.search.kernels.branch_nb import WIDER, holds, seen_from
-from contiga.search.kernels.crease_nb import SAME, reach_along
-from contiga.search.kernels.edge_nb import seen_along
+from contiga.search.kernels.crease_nb import SAME, reach_along, seen_along
 from contiga.search.kernels.joined_nb import least_bend
 from contiga.search.kernels.strand_nb import (
     AT_END,
