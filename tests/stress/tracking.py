@@ -40,6 +40,11 @@ SHORTEST = 1e-10
 LEAST = 1e-7
 """Share of a motion that a foot on an edge goes in one step at least."""
 FINEST = 4.0 * SHORTEST
+WIDTHS = 4.0
+"""Feet so many widths of an edge from each other are one: faces do not meet any better there."""
+CLOSER = 64
+"""What looks wrong is looked at again in so many times as small steps: at the inner side of a fold
+a step may lead into the other face, and its halves with it."""
 SIZES = {0.1: "a tenth of an element", 1.0: "an element", np.inf: "three elements"}
 
 
@@ -146,6 +151,14 @@ def uncertified(body: cg.Body, points: np.ndarray, start: Projection) -> Project
     return out
 
 
+def _same(body: cg.Body, feet: Projection) -> np.ndarray:
+    """(n,) how far from each other feet are one, by the widest edges of their patches."""
+    table = tables_of(body).elements.table
+    widest = np.zeros(len(body.patches))
+    np.maximum.at(widest, table["patch"], table["skirt"])
+    return np.maximum(SAME * body.size, WIDTHS * widest[feet.patch])
+
+
 def continued(
     body: cg.Body, feet: Projection, a: np.ndarray, b: np.ndarray, longest: float
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -177,7 +190,7 @@ def continued(
         most = np.maximum(norm(half.point - here.point), norm(twice.point - half.point))
         calm = (way <= CALM * size) & (most <= CALM * size)
         # Faces meant to be smooth may join with a small kink: feet that close are one.
-        calm |= (dt[rows] <= FINEST) & (most <= SAME * size)
+        calm |= (dt[rows] <= FINEST) & (most <= _same(body, here))
         taken = (norm(whole.point - twice.point) <= CALM * size) & (calm | (most <= 0.85 * way))
         for kept, now in zip(feet, twice, strict=True):
             kept[rows[taken]] = now[taken]
@@ -192,7 +205,7 @@ def judge(
     item: Tracked, before: Projection, a: np.ndarray, b: np.ndarray, tally: Tally, step: float
 ) -> None:
     """Track the feet of points that go from a to b, and compare."""
-    body, size = item.body, item.body.size
+    body = item.body
     feet = body.project(b, start=before, mode="track")
     sure = certified(feet)
     flagged = ~np.isin(feet.status, (Status.OK, Status.BORDER, Status.TRIMMED))
@@ -200,11 +213,18 @@ def judge(
     if item.exact is not None:
         truth = item.exact(b)
     else:
-        truth, ended = continued(body, before, a, b, min(0.25, 1.0 / (PER_WIDTH * step)))
+        longest = min(0.25, 1.0 / (PER_WIDTH * step))
+        truth, ended = continued(body, before, a, b, longest)
+        off = norm(feet.point - truth)
+        again = np.flatnonzero(~flagged & sure & (ended | ~(off <= _same(body, feet))))
+        if len(again):
+            start = Projection(*(x[again] for x in before))
+            found = continued(body, start, a[again], b[again], longest / CLOSER)
+            truth[again], ended[again] = found
     off = norm(feet.point - truth)
     tally.count += len(a)
     tally.flagged += int(flagged.sum())
-    wrong = ~flagged & (ended | ~(off <= SAME * size))
+    wrong = ~flagged & (ended | ~(off <= _same(body, feet)))
     values = {"a": a, "b": b, "start": before.point, "foot": feet.point, "status": feet.status}
     elsewhere, unnoticed = wrong & sure & ~ended, wrong & sure & ended
     tally.fault("foot elsewhere", np.flatnonzero(elsewhere), truth=truth, **values)

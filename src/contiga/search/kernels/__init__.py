@@ -18,7 +18,6 @@
 - newton_nb: one round of Newton's method on one point, and the record of its foot: what lanes and
   threads share
 - lanes_nb: Newton's method on many points of one element at once: the fast lane of tracking
-- project_nb: the outer loops of projection: ranges of rows, each row solved on its own
 - safe_distance_nb: how far a point can go before it can touch: a lower bound of its distance
 - edge_width_nb: edges have width: a path that meets the carrier of a face beside it still meets
   the face where it passes its edge, as seen along the path, within the width of that edge
@@ -47,6 +46,8 @@
 - ring_nb: bounds around every sixteenth of an element: what the quick certificate of a tracked
   foot asks
 - branch_nb: the certificate of a tracked foot: that it is on the branch its start was on
+- lane_proof_nb: the quick certificate of many feet of one element at once
+- project_nb: the outer loops of projection: ranges of rows, each row solved on its own
 - cells_nb: the cell about a foot, and how it goes on across a side of its element
 - fold_nb: a crease and its two faces beside a foot: frames, and how far they turn along it
 - crease_nb: the certificate of feet on and beside a crease

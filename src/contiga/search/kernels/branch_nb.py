@@ -40,7 +40,7 @@ FOLLOW = 1
 """Flag of rows to be followed part by part."""
 
 
-@inner(error_model="numpy")
+@inlined()
 def holds(curvature, m, far, slip, r):
     """Whether μ > 0 and μ r > t; curvature = (κ_i, κ_o), m = m_1 for P(0) and P(1)."""
     k = max(curvature[0], curvature[1])
@@ -48,7 +48,22 @@ def holds(curvature, m, far, slip, r):
     high = max(m[0], m[1], 0.0) + change
     low = min(m[0], m[1], 0.0) - change
     least = 1.0 - max(curvature[0] * high, -curvature[1] * low)
-    return least > 0.0 and least * r > slip
+    return (least > 0.0) & (least * r > slip)
+
+
+@inlined()
+def ball_radius(curvature, room, margin, way, seen, tolerance):
+    """Radius of a ball about a foot that proves a start at the end of a `way`, or 0.
+
+    `curvature` = (κ_i, κ_o) holds where no way of length `room` leads out, `margin` is the way to
+    where the surface may end or bend, `seen` is (m, far, slip). No branches: for lanes, too.
+    """
+    m, far, slip = seen
+    inner, outer = curvature
+    least = 1.0 - max(inner * max(m[0], m[1], 0.0), -outer * min(m[0], m[1], 0.0))
+    r = WIDER * max(way + tolerance, slip / least)
+    good = (least > 0.0) & (r <= room) & (margin > r) & holds(curvature, m, far, slip, r)
+    return r if good else 0.0
 
 
 @inner(error_model="numpy")
@@ -142,33 +157,26 @@ def way_beyond(table, rings, foot, start):
 
 @inner(error_model="numpy")
 def by_ring(ring, box, foot, way, seen, tolerance):
-    """Radius of a ball about a foot (u, v) that proves a start at the end of a `way`, or 0.
+    """`ball_radius` about a foot (u, v) by the bounds kept around it, of an element in `box`.
 
-    `ring` holds the bounds kept around the foot, `box` is that of its element, `seen` is (m, far,
-    slip). Trims are left to be looked at.
+    Trims are left to be looked at.
     """
     if way == math.inf:
         return 0.0
     u, v = foot
-    m, far, slip = seen
-    inner = ring["curvature"][0]
-    outer = ring["curvature"][1]
-    least = 1.0 - max(inner * max(m[0], m[1], 0.0), -outer * min(m[0], m[1], 0.0))
-    if not least > 0.0:
-        return 0.0
-    r = WIDER * max(way + tolerance, slip / least)
-    if not (r <= ring["room"] and holds((inner, outer), m, far, slip, r)):
-        return 0.0
     ends = ring["ends"]
     width_u, width_v = ring["width"][0], ring["width"][1]
-    if (
-        (ends[0] and not (u - box[0]) * width_u > r)
-        or (ends[1] and not (box[1] - u) * width_u > r)
-        or (ends[2] and not (v - box[2]) * width_v > r)
-        or (ends[3] and not (box[3] - v) * width_v > r)
-    ):
-        return 0.0
-    return r
+    margin = math.inf
+    if ends[0]:
+        margin = min(margin, (u - box[0]) * width_u)
+    if ends[1]:
+        margin = min(margin, (box[1] - u) * width_u)
+    if ends[2]:
+        margin = min(margin, (v - box[2]) * width_v)
+    if ends[3]:
+        margin = min(margin, (box[3] - v) * width_v)
+    curvature = (ring["curvature"][0], ring["curvature"][1])
+    return ball_radius(curvature, ring["room"], margin, way, seen, tolerance)
 
 
 @inlined()
@@ -220,7 +228,8 @@ def kept_ball(tables, taken, patches, foot, start, seen):
 def certify_rows(tables, points, before, starts, results, start, stop):
     """Certify feet start … stop by the bounds kept around them.
 
-    `results` is (projection, flags). A row is flagged FOLLOW where that is not enough.
+    `results` is (projection, flags). A row is flagged FOLLOW where that is not enough. Those that
+    are certified already are let be.
     """
     patch, uv = starts
     out, back = results
@@ -232,6 +241,8 @@ def certify_rows(tables, points, before, starts, results, start, stop):
     point, normal, foot_uv = out.point, out.normal, out.uv
     for k in range(start, stop):
         back[k] = 0
+        if out.certified[k] == 1:
+            continue
         a = (before[k, 0], before[k, 1], before[k, 2])
         b = (points[k, 0], points[k, 1], points[k, 2])
         if patch[k] < 0 or not math.isfinite(a[0] + a[1] + a[2] + b[0] + b[1] + b[2]):

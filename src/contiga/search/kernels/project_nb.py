@@ -10,8 +10,18 @@ from contiga.elements.kernels.element_nb import locate
 from contiga.num.codes import CUT, FACE, GENERAL, NOT_FINITE, OK, OUT, RATIONAL_CUBIC, SMOOTH
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
+from contiga.search.kernels.branch_nb import is_whole
 from contiga.search.kernels.foot_nb import global_foot, tracked_foot
 from contiga.search.kernels.global_nb import in_face
+from contiga.search.kernels.lane_proof_nb import (
+    FRAME,
+    PROOF_ROWS,
+    ROW_RADIUS,
+    ROW_WIDTH,
+    load_path,
+    load_surroundings,
+    prove_lanes,
+)
 from contiga.search.kernels.lanes_nb import (
     LANES,
     ROW_F,
@@ -162,10 +172,12 @@ def _active(lanes):
 
 
 @kernel()
-def project_lanes(tables, points, uv, bins, results, start, stop):
-    """Fast tracking of the binned rows of blocks start … stop.
+def project_lanes(tables, path, starts, bins, results, start, stop):
+    """Fast tracking of the binned rows of blocks start … stop, with their quick certificates.
 
-    `bins` is (order, blocks), `results` (projection, flags). A row is flagged, to be done one by
+    `path` is (points before, points now), the first without rows where nothing is to be certified;
+    `starts` (parameters from which feet are looked for, those of the last feet); `bins` is (order,
+    blocks), `results` (projection, flags). A row is flagged, to be done one by
     one, when it does not descend, or its element is trimmed away at the foot or of too high a
     degree; and to be gone on with from the parameters then in `results` when it leaves its element
     for another of its patch.
@@ -173,8 +185,9 @@ def project_lanes(tables, points, uv, bins, results, start, stop):
     order, blocks = bins
     elements = tables.elements
     tolerance = tables.scale[1] ** 2
-    lanes = np.empty(ROWS * LANES)
-    k = np.empty(64)
+    lanes, proof = np.empty(ROWS * LANES), np.zeros(PROOF_ROWS * LANES)
+    k, frame = np.empty(64), np.empty(FRAME)
+    proves = path[0].shape[0] > 0
     for b in range(start, stop):
         e = blocks[b, 0]
         rows = order[blocks[b, 1] : blocks[b, 2]]
@@ -183,7 +196,7 @@ def project_lanes(tables, points, uv, bins, results, start, stop):
             for row in rows:
                 results[1][row] = BY_ROW
             continue
-        _load(elements, e, rows, points, uv, results, lanes)
+        _load(elements, e, rows, path[1], starts[0], results, lanes)
         for i in range(64):
             k[i] = elements.table[e]["cubic"][i]
         for _ in range(ROUNDS):
@@ -197,7 +210,12 @@ def project_lanes(tables, points, uv, bins, results, start, stop):
             finish_rational(lanes, k, tolerance)
         else:
             finish_polynomial(lanes, k, tolerance)
-        _store(tables, e, rows, lanes, results)
+        if proves:
+            for l in range(rows.shape[0]):
+                load_path(proof, l, rows[l], path, starts[1])
+            load_surroundings(elements, tables.rings, e, lanes, rows.shape[0], proof, frame)
+            prove_lanes(lanes, proof, frame, tables.scale[1])
+        _store(tables, e, rows, (lanes, proof), results)
 
 
 @inner()
@@ -217,8 +235,17 @@ def may_go_on(elements, e, s, t):
     return True
 
 
+@inner(linked=False)
+def _is_whole(tables, patch, uv, proof, l):
+    """Whether nothing is trimmed away from the ball about the foot (u, v) of a lane."""
+    r = proof[ROW_RADIUS * LANES + l]
+    far_u = r / proof[ROW_WIDTH * LANES + l]
+    return is_whole(tables, patch, uv, far_u, r / proof[(ROW_WIDTH + 1) * LANES + l])
+
+
 @inner()
-def _store(tables, e, rows, lanes, results):
+def _store(tables, e, rows, work, results):
+    lanes, proof = work
     out, back = results
     elements = tables.elements
     u0 = elements.table[e]["box"][0]
@@ -227,6 +254,7 @@ def _store(tables, e, rows, lanes, results):
     dv = elements.table[e]["box"][3] - v0
     patch = elements.table[e]["patch"]
     cut = elements.table[e]["trim"] == CUT
+    trimmed = tables.trims.trimmed[patch] != 0
     for l in range(rows.shape[0]):
         k = rows[l]
         s = lanes[l]
@@ -252,4 +280,7 @@ def _store(tables, e, rows, lanes, results):
         out.gap[k] = lanes[ROW_GAP * LANES + l]
         out.feature[k] = FACE
         out.status[k] = OK
-        out.certified[k] = 0
+        proved = proof[ROW_RADIUS * LANES + l] > 0.0
+        if proved and trimmed:
+            proved = _is_whole(tables, patch, (out.uv[k, 0], out.uv[k, 1]), proof, l)
+        out.certified[k] = 1 if proved else 0

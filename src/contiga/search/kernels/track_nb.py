@@ -24,13 +24,14 @@ from contiga.search.kernels.project_nb import (
 
 
 @inner(linked=False)
-def _feet(tables, points, starts, results, first, last):
-    """Feet of points[first:last]: in lanes, in lanes of the next element, then one by one."""
+def _feet(tables, path, starts, results, first, last):
+    """Feet of points first … last: in lanes, in lanes of the next element, then one by one."""
     patch, uv = starts
+    points = path[1]
     out, back = results
     count = tables.elements.table.shape[0]
     order, blocks = bin_rows(tables.grid, starts, back, 0, count, first, last)
-    project_lanes(tables, points, uv, (order, blocks), results, 0, blocks.shape[0])
+    project_lanes(tables, path, (uv, uv), (order, blocks), results, 0, blocks.shape[0])
     rows = np.empty(last - first, np.int32)
     lost = n = gone_on = 0
     for k in range(first, last):
@@ -38,7 +39,7 @@ def _feet(tables, points, starts, results, first, last):
             gone_on += 1
     if gone_on > 0:
         order, blocks = bin_rows(tables.grid, (out.patch, out.uv), back, GO_ON, count, first, last)
-        project_lanes(tables, points, out.uv, (order, blocks), results, 0, blocks.shape[0])
+        project_lanes(tables, path, (out.uv, uv), (order, blocks), results, 0, blocks.shape[0])
     for k in range(first, last):
         if back[k] != 0:
             rows[n] = k
@@ -90,6 +91,6 @@ def track_chunks(tables, path, starts, size, results, start, stop):
     before, points = path
     for c in range(start, stop):
         first, last = c * size, min((c + 1) * size, points.shape[0])
-        _feet(tables, points, starts, results, first, last)
+        _feet(tables, path, starts, results, first, last)
         if before.shape[0] > 0:
             _certificates(tables, path, starts, results, first, last)
