@@ -373,9 +373,8 @@ def _own_homes(place: _Place, parts: Records, homes: Records) -> Records:
     rows = np.flatnonzero(~at_side)
     own = homes[rows]
     limit = ENOUGH * GOAL * place.size
-    elements = place.tables.elements
-    around = np.ascontiguousarray(around[:, rows])
-    ball_block_nb.homes_within(elements, place.centre, around, limit, own)
+    own_around = np.ascontiguousarray(around[:, rows])
+    ball_block_nb.homes_within(place.tables.elements, place.centre, own_around, limit, own)
     homes[rows] = own
     return homes
 

@@ -7,15 +7,12 @@ import re
 import numpy as np
 import pytest
 from numba import config, njit
-from tests.laws.test_search_laws import surface
 
 import contiga as cg
 from contiga.num.compiler import CalledCompiler
 from contiga.records import empty_projection
-from contiga.search.kernels import branch_nb, lane_proof_nb, lanes_nb, project_nb
+from contiga.search.kernels import lanes_nb, project_nb
 from contiga.search.tables import tables_of
-
-from .folds import ring
 
 PATCHES = {
     "polynomial": cg.shapes.bumpy_plate(),
@@ -126,85 +123,23 @@ def test_binned_in_chunks_or_as_a_whole_the_feet_are_the_same(monkeypatch):
         np.testing.assert_array_equal(a, b)
 
 
-BODIES = {
-    **{name: [patch] for name, patch in PATCHES.items()},
-    "with creases": [surface(6, (2, 2), (3, 3), log_weights=0.3, multiplicity=2)],
-    "in four": [b for a in cg.shapes.torus().split(u=0.3) for b in a.split(v=0.6)],
-}
-
-
-@pytest.mark.parametrize("kind", BODIES)
-def test_lanes_prove_what_the_bounds_around_a_foot_prove_one_by_one(kind):
-    """All of it, but for feet beside a pole and starts on another patch."""
-    body = cg.Body(BODIES[kind])
-    tables, rng = tables_of(body), np.random.default_rng(4)
-    low, high = body.bounds()
-    at = body.project(low + (high - low) * rng.uniform(0.0, 1.0, (3000, 3)))
-    p = at.point + 0.02 * body.size * rng.uniform(-1.0, 1.0, (3000, 1)) * at.normal
-    start = body.project(p)
-    q = p + 10.0 ** rng.uniform(-6.0, -2.0, (3000, 1)) * body.size * rng.normal(size=p.shape)
-    bins = bins_of(tables, start.patch, start.uv)
-    out, back = empty_projection(len(q)), np.full(len(q), 9, np.uint8)
-    in_lanes(tables, q, (start.uv, start.uv), bins, (out, back), p)
-    done = back == 0
-    in_lanes_proved = out.certified.copy()
-    assert set(np.unique(in_lanes_proved[done])) == {0, 1}
-    out.certified[:] = 0
-    rows = np.flatnonzero(done)
-    few = type(out)(*(x[rows] for x in out))
-    path, starts = (p[rows], q[rows]), (start.patch[rows], start.uv[rows])
-    branch_nb.certify_rows(tables, path[1], path[0], starts, (few, back[rows]), 0, len(rows))
-    alone = few.certified == 1
-    told = in_lanes_proved[rows] == 1
-    assert not (told & ~alone).any()
-    if "pole" not in kind:
-        np.testing.assert_array_equal(told, alone & (few.patch == start.patch[rows]))
-    assert told.sum() > 500
-
-
-def test_lanes_look_at_holes_within_the_ball_of_a_proof():
-    plate = cg.shapes.bilinear([0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0])
-    body = cg.Body([plate], trims=[[ring(0.0, 1.0), ring(0.4, 0.6)]])
-    tables = tables_of(body)
-    rng = np.random.default_rng(5)
-    p = np.column_stack([rng.uniform(0.05, 0.35, (2000, 2)), np.full(2000, 0.1)])
-    start = body.project(p)
-    q = p + rng.uniform(-0.05, 0.05, (2000, 3)) * [1.0, 1.0, 0.0]
-    bins = bins_of(tables, start.patch, start.uv)
-    out, back = empty_projection(len(q)), np.zeros(len(q), np.uint8)
-    in_lanes(tables, q, (start.uv, start.uv), bins, (out, back), p)
-    far = np.linalg.norm(q - p, axis=1)
-    off = np.minimum(q[:, :2], np.maximum(0.0, 0.4 - q[:, :2]).max(axis=1)[:, None]).min(axis=1)
-    proved = (out.certified == 1) & (back == 0)
-    assert (off[proved] > far[proved]).all()
-    assert proved[(off > 4.0 * far) & (back == 0)].mean() > 0.9
-
-
-def test_the_loop_over_the_lanes_of_a_proof_is_vector_code():
+def vector_code(kernel, *arguments):
+    """LLVM's code of a kernel of lanes, which is compiled by itself."""
     if config.DISABLE_JIT:
         pytest.skip("nothing is compiled")
-    compiled = njit(error_model="numpy", pipeline_class=CalledCompiler)(
-        lane_proof_nb.prove_lanes.py_func
-    )
-    lanes, proof = (np.zeros(n * lanes_nb.LANES) for n in (lanes_nb.ROWS, lane_proof_nb.PROOF_ROWS))
-    compiled(lanes, proof, np.zeros(lane_proof_nb.FRAME), 1e-12)
+    compiled = njit(error_model="numpy", pipeline_class=CalledCompiler)(kernel.py_func)
+    compiled(*arguments)
+    assert kernel._compiler.pipeline_class is CalledCompiler
     (code,) = compiled.inspect_llvm().values()
-    assert len(re.findall(r"fmul <\d+ x double>", code)) > 30
-    assert lane_proof_nb.prove_lanes._compiler.pipeline_class is CalledCompiler
+    return code
 
 
 @pytest.mark.parametrize("name", ["newton_rational", "newton_polynomial"])
 def test_the_loop_over_the_lanes_is_vector_code(name):
     """As it is not where the kernel is compiled within its callers: half the speed of tracking."""
-    if config.DISABLE_JIT:
-        pytest.skip("nothing is compiled")
-    function = getattr(lanes_nb, name).py_func
-    compiled = njit(error_model="numpy", pipeline_class=CalledCompiler)(function)
-    compiled(np.zeros(lanes_nb.ROWS * lanes_nb.LANES), np.ones(64), 1e-20)
-    (code,) = compiled.inspect_llvm().values()
+    lanes = np.zeros(lanes_nb.ROWS * lanes_nb.LANES)
+    code = vector_code(getattr(lanes_nb, name), lanes, np.ones(64), 1e-20)
     assert len(re.findall(r"call <\d+ x double> @llvm\.fma", code)) > 50
-    kept = getattr(lanes_nb, name)._compiler.pipeline_class
-    assert kept is CalledCompiler
 
 
 def test_points_on_the_surface_are_done_in_the_fast_lane():

@@ -2,7 +2,7 @@
 left them in its lanes (`lanes_nb`).
 
 By the bounds kept around each foot, and for a start in the surroundings of the same patch: nearly
-all feet of small steps. Where a pole, a joint or a hole is near, this proves nothing.
+all feet of small steps. Ways over a pole or a joint are left to be tried one by one.
 """
 
 from __future__ import annotations
@@ -49,8 +49,6 @@ def load_surroundings(elements, rings, e, lanes, n, proof, frame):
         if lanes[ROW_STATE * LANES + l] != DONE:
             continue
         ring = rings[e, part_of(lanes[l], lanes[ROW_T * LANES + l])]
-        if ring["pole"] >= 0:
-            continue
         proof[ROW_ROOM * LANES + l] = ring["room"]
         for c in range(2):
             proof[(ROW_CURVATURE + c) * LANES + l] = ring["curvature"][c]

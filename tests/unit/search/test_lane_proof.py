@@ -1,0 +1,77 @@
+"""The quick certificate in lanes proves what it proves of each foot alone."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from tests.laws.test_search_laws import surface
+
+import contiga as cg
+from contiga.records import empty_projection
+from contiga.search.kernels import branch_nb, lane_proof_nb, lanes_nb
+from contiga.search.tables import tables_of
+
+from .folds import ring
+from .test_lanes import PATCHES, bins_of, in_lanes, vector_code
+
+BODIES = {
+    **{name: [patch] for name, patch in PATCHES.items()},
+    "with creases": [surface(6, (2, 2), (3, 3), log_weights=0.3, multiplicity=2)],
+    "in four": [b for a in cg.shapes.torus().split(u=0.3) for b in a.split(v=0.6)],
+}
+
+
+@pytest.mark.parametrize("kind", BODIES)
+def test_lanes_prove_what_the_bounds_around_a_foot_prove_one_by_one(kind):
+    """All of it, but for ways over a pole and to another patch."""
+    body = cg.Body(BODIES[kind])
+    tables, rng = tables_of(body), np.random.default_rng(4)
+    low, high = body.bounds()
+    at = body.project(low + (high - low) * rng.uniform(0.0, 1.0, (3000, 3)))
+    p = at.point + 0.02 * body.size * rng.uniform(-1.0, 1.0, (3000, 1)) * at.normal
+    start = body.project(p)
+    q = p + 10.0 ** rng.uniform(-6.0, -2.0, (3000, 1)) * body.size * rng.normal(size=p.shape)
+    bins = bins_of(tables, start.patch, start.uv)
+    out, back = empty_projection(len(q)), np.full(len(q), 9, np.uint8)
+    in_lanes(tables, q, (start.uv, start.uv), bins, (out, back), p)
+    done = back == 0
+    in_lanes_proved = out.certified.copy()
+    assert set(np.unique(in_lanes_proved[done])) == {0, 1}
+    out.certified[:] = 0
+    rows = np.flatnonzero(done)
+    few = type(out)(*(x[rows] for x in out))
+    path, starts = (p[rows], q[rows]), (start.patch[rows], start.uv[rows])
+    branch_nb.certify_rows(tables, path[1], path[0], starts, (few, back[rows]), 0, len(rows))
+    alone = few.certified == 1
+    told = in_lanes_proved[rows] == 1
+    assert not (told & ~alone).any()
+    if "pole" not in kind:
+        np.testing.assert_array_equal(told, alone & (few.patch == start.patch[rows]))
+    assert told.sum() > 500
+
+
+def test_lanes_look_at_holes_within_the_ball_of_a_proof():
+    plate = cg.shapes.bilinear([0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0])
+    body = cg.Body([plate], trims=[[ring(0.0, 1.0), ring(0.4, 0.6)]])
+    tables = tables_of(body)
+    rng = np.random.default_rng(5)
+    p = np.column_stack([rng.uniform(0.05, 0.35, (2000, 2)), np.full(2000, 0.1)])
+    start = body.project(p)
+    q = p + rng.uniform(-0.05, 0.05, (2000, 3)) * [1.0, 1.0, 0.0]
+    bins = bins_of(tables, start.patch, start.uv)
+    out, back = empty_projection(len(q)), np.zeros(len(q), np.uint8)
+    in_lanes(tables, q, (start.uv, start.uv), bins, (out, back), p)
+    far = np.linalg.norm(q - p, axis=1)
+    off = np.minimum(q[:, :2], np.maximum(0.0, 0.4 - q[:, :2]).max(axis=1)[:, None]).min(axis=1)
+    proved = (out.certified == 1) & (back == 0)
+    assert (off[proved] > far[proved]).all()
+    assert proved[(off > 4.0 * far) & (back == 0)].mean() > 0.9
+
+
+def test_the_loop_over_the_lanes_of_a_proof_is_vector_code():
+    lanes, proof = (np.zeros(n * lanes_nb.LANES) for n in (lanes_nb.ROWS, lane_proof_nb.PROOF_ROWS))
+    name, frame = "prove_lanes", np.zeros(lane_proof_nb.FRAME)
+    code = vector_code(getattr(lane_proof_nb, name), lanes, proof, frame, 1e-12)
+    assert len(re.findall(r"fmul <\d+ x double>", code)) > 30
