@@ -370,8 +370,14 @@ def holds(curvature, m, far, slip, r):
     return branch_nb.holds(curvature, m, far, slip, r)
 
 
+@njit
+def ball_radius(curvature, way, seen):
+    return branch_nb.ball_radius(curvature, np.inf, np.inf, way, seen, 0.0)
+
+
 @pytest.mark.interpreted
-def test_the_theorem_holds_on_every_surface_within_its_bounds():
+@pytest.mark.parametrize("given", ["ball", "way"])
+def test_the_theorem_holds_on_every_surface_within_its_bounds(given):
     """Along geodesics from a foot that bend as badly as they may f is convex, and rises at the end
     of them, before the motion and after: nothing of the condition can be left out."""
     rng = np.random.default_rng(0)
@@ -391,9 +397,13 @@ def test_the_theorem_holds_on_every_surface_within_its_bounds():
     points[0, :, 0] = rng.choice([-1.0, 1.0], n) * slip * np.cos(aside)
     points[0, :, 1] = slip * np.sin(aside)
     far = np.linalg.norm(points, axis=-1).max(axis=0)
-    held = np.array(
-        [holds((inner[k], outer[k]), (*m[:, k],), far[k], slip[k], r[k]) for k in range(n)]
-    )
+    bend, high = list(zip(inner, outer, strict=True)), list(zip(*m, strict=True))
+    if given == "ball":
+        held = np.array([holds(bend[k], high[k], far[k], slip[k], r[k]) for k in range(n)])
+    else:
+        seen = list(zip(high, far, slip, strict=True))
+        r = np.array([ball_radius(bend[k], r[k] / branch_nb.WIDER, seen[k]) for k in range(n)])
+        held = r > 0.0
     assert held.sum() > 2000
     x, tangent, normal = geodesics(rng, held.sum(), inner[held], outer[held], r[held])
     w = points[:, held, None] - x

@@ -52,6 +52,22 @@ def test_lanes_prove_what_the_bounds_around_a_foot_prove_one_by_one(kind):
     assert told.sum() > 500
 
 
+def test_the_ball_of_a_proof_ends_before_the_face_does():
+    """On a plate that ends, of one element: it is as large as the motion, and a tenth more."""
+    body = cg.Body([cg.shapes.plane()])
+    tables, rng = tables_of(body), np.random.default_rng(6)
+    p = np.column_stack([rng.uniform(-0.49, 0.49, (3000, 2)), np.full(3000, 0.1)])
+    start = body.project(p)
+    q = p + rng.uniform(-0.1, 0.1, (3000, 3)) * [1.0, 1.0, 0.0]
+    bins = bins_of(tables, start.patch, start.uv)
+    out, back = empty_projection(len(q)), np.zeros(len(q), np.uint8)
+    in_lanes(tables, q, (start.uv, start.uv), bins, (out, back), p)
+    off, far = 0.5 - np.abs(q[:, :2]).max(axis=1), np.linalg.norm(q - p, axis=1)
+    proved = (out.certified == 1) & (back == 0)
+    assert (off[proved] > 1.1 * far[proved]).all()
+    assert (proved & (off < 1.7 * far)).sum() > 50
+
+
 def test_lanes_look_at_holes_within_the_ball_of_a_proof():
     plate = cg.shapes.bilinear([0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0])
     body = cg.Body([plate], trims=[[ring(0.0, 1.0), ring(0.4, 0.6)]])
