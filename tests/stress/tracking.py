@@ -41,7 +41,7 @@ LEAST = 1e-7
 """Share of a motion that a foot on an edge goes in one step at least."""
 FINEST = 4.0 * SHORTEST
 WIDTHS = 4.0
-"""Feet so many widths of an edge from each other are one: faces do not meet any better there."""
+"""A foot that goes over an edge may jump by so many of its widths: faces meet no better there."""
 CLOSER = 64
 """What looks wrong is looked at again in so many times as small steps: at the inner side of a fold
 a step may lead into the other face, and its halves with it."""
@@ -151,12 +151,13 @@ def uncertified(body: cg.Body, points: np.ndarray, start: Projection) -> Project
     return out
 
 
-def _same(body: cg.Body, feet: Projection) -> np.ndarray:
-    """(n,) how far from each other feet are one, by the widest edges of their patches."""
+def _across(body: cg.Body, here: Projection, there: Projection) -> np.ndarray:
+    """(n,) how far feet may be apart and be one: from an edge on, some widths of that."""
     table = tables_of(body).elements.table
     widest = np.zeros(len(body.patches))
     np.maximum.at(widest, table["patch"], table["skirt"])
-    return np.maximum(SAME * body.size, WIDTHS * widest[feet.patch])
+    beside = (here.feature != Feature.FACE) | (there.feature != Feature.FACE)
+    return np.maximum(SAME * body.size, np.where(beside, WIDTHS * widest[here.patch], 0.0))
 
 
 def continued(
@@ -190,7 +191,7 @@ def continued(
         most = np.maximum(norm(half.point - here.point), norm(twice.point - half.point))
         calm = (way <= CALM * size) & (most <= CALM * size)
         # Faces meant to be smooth may join with a small kink: feet that close are one.
-        calm |= (dt[rows] <= FINEST) & (most <= _same(body, here))
+        calm |= (dt[rows] <= FINEST) & (most <= _across(body, here, twice))
         taken = (norm(whole.point - twice.point) <= CALM * size) & (calm | (most <= 0.85 * way))
         for kept, now in zip(feet, twice, strict=True):
             kept[rows[taken]] = now[taken]
@@ -205,7 +206,7 @@ def judge(
     item: Tracked, before: Projection, a: np.ndarray, b: np.ndarray, tally: Tally, step: float
 ) -> None:
     """Track the feet of points that go from a to b, and compare."""
-    body = item.body
+    body, size = item.body, item.body.size
     feet = body.project(b, start=before, mode="track")
     sure = certified(feet)
     flagged = ~np.isin(feet.status, (Status.OK, Status.BORDER, Status.TRIMMED))
@@ -216,7 +217,7 @@ def judge(
         longest = min(0.25, 1.0 / (PER_WIDTH * step))
         truth, ended = continued(body, before, a, b, longest)
         off = norm(feet.point - truth)
-        again = np.flatnonzero(~flagged & sure & (ended | ~(off <= _same(body, feet))))
+        again = np.flatnonzero(~flagged & sure & (ended | ~(off <= SAME * size)))
         if len(again):
             start = Projection(*(x[again] for x in before))
             found = continued(body, start, a[again], b[again], longest / CLOSER)
@@ -224,7 +225,7 @@ def judge(
     off = norm(feet.point - truth)
     tally.count += len(a)
     tally.flagged += int(flagged.sum())
-    wrong = ~flagged & (ended | ~(off <= _same(body, feet)))
+    wrong = ~flagged & (ended | ~(off <= SAME * size))
     values = {"a": a, "b": b, "start": before.point, "foot": feet.point, "status": feet.status}
     elsewhere, unnoticed = wrong & sure & ~ended, wrong & sure & ended
     tally.fault("foot elsewhere", np.flatnonzero(elsewhere), truth=truth, **values)

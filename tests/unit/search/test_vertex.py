@@ -15,7 +15,7 @@ from contiga.search.kernels import joined_nb, vertex_nb
 from contiga.search.tables import tables_of
 from contiga.statuses import Feature, Status
 
-from .folds import at_crease, focal, natural_fold
+from .folds import at_crease, focal, natural_fold, ring
 
 
 @njit
@@ -52,6 +52,11 @@ def pyramid(slopes=(1.0, 1.0, 1.0, 1.0)):
 
 TOP = (0, 0.5, 0.5)
 """The top of a pyramid, and its crease along −x there: the side t = 1/2."""
+
+
+def hole(u0, u1, v0, v1):
+    corners = [[u0, v0, 0], [u0, v1, 0], [u1, v1, 0], [u1, v0, 0]]
+    return [cg.shapes.line(a, b) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
 
 
 def on_crease(x):
@@ -112,6 +117,16 @@ def test_a_foot_does_not_come_by_a_crease_to_a_vertex_that_f_falls_from():
     assert joined(body, TOP, on_crease(-0.01), on, over)
     assert not joined(body, TOP, on_crease(-0.01), on, beyond)
     assert not joined(body, on_crease(-0.01), TOP, beyond, on)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("holed", [False, True])
+def test_nothing_is_proved_along_a_crease_of_a_trimmed_face(holed):
+    """A hole stands on the crease between two feet."""
+    trims = [[ring(0.0, 1.0), hole(0.3, 0.35, 0.45, 0.55)]] if holed else None
+    body = cg.Body(pyramid().patches, trims=trims)
+    path = over_crease(-0.2, 0.02), over_crease(-0.5, 0.02)
+    assert joined(body, on_crease(-0.5), on_crease(-0.2), *path) != holed
 
 
 @pytest.mark.interpreted

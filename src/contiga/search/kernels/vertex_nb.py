@@ -121,12 +121,15 @@ def along_crease(near, foot, last, side, path, work):
 
     `near` and `work` are as for `prove`.
     """
-    elements, _, _, tolerance = near
+    elements, _, trimmed, tolerance = near
     e, s, t = foot
     row = elements.table[e]
     h = work[2]
     x, start = (t, last[2]) if side < 2 else (s, last[1])
     n, there = row["neighbour"][side], row["neighbour_side"][side]
+    # A hole may lie on the crease, or along one side of it.
+    if trimmed[row["patch"]] != 0 or trimmed[elements.table[n]["patch"]] != 0:
+        return False
     sign = -1.0 if row["flip"][side] == 1 else 1.0
     first = side_frame(elements, e, side, x, h)
     second = side_frame(elements, n, there, sign * x, h)
