@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from tests.stress.fields import norm
-from tests.stress.solids import CLOSED_FILES, solid
+from tests.stress.solids import BLADE, CLOSED_FILES, solid
 
 import contiga as cg
 from contiga.statuses import Feature, Status
@@ -172,6 +172,22 @@ def test_points_beside_an_edge_whose_faces_reach_past_each_other_keep_their_side
         clear = np.abs(height) > 2e-9 * bores.size
         outside = bores.body.project(p).gap > 0.0
         np.testing.assert_array_equal(outside[clear], height[clear] > 0.0)
+
+
+@pytest.mark.parametrize("end", [0, 1])
+def test_points_in_the_plane_of_a_face_beside_the_end_of_a_sharp_edge_are_outside(end):
+    """The face at the end is seen edge on, and the two that make the edge from behind."""
+    body = solid("blade").body
+    rng = np.random.default_rng(7)
+    tips = np.array([[x, 0.0, z] for x in BLADE[:2] for z in (-15.0, 15.0)])[2 * end : 2 * end + 2]
+    n = 3000
+    off = body.size * 10.0 ** rng.uniform(-8.5, -5.5, (n, 1)) * rng.normal(size=(n, 3))
+    off[np.arange(n), rng.integers(3, size=n)] = 0.0
+    p = tips[rng.integers(2, size=n)] + off
+    height = solid("blade").field(p)
+    clear = height > 2e-10 * body.size
+    assert clear.sum() > n // 2
+    assert (body.project(p[clear]).gap > 0.0).all()
 
 
 def test_paths_that_slip_between_the_faces_of_a_casting_enter(data_dir):

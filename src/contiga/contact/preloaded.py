@@ -13,8 +13,8 @@ from contiga.search.kernels.curve_leaves_nb import curve_leaves
 from contiga.search.kernels.hierarchy_nb import surface_leaves
 from contiga.search.kernels.hit_nb import last_crossings
 from contiga.search.kernels.joint_nb import measure_pieces
-from contiga.search.kernels.middles_nb import fill_middles
-from contiga.search.kernels.project_nb import project_global
+from contiga.search.kernels.nearest_nb import project_global
+from contiga.search.kernels.plates_nb import fill_plates
 from contiga.search.kernels.ring_nb import bends_of_parts, join_parts
 from contiga.search.kernels.side_pieces_nb import surface_pieces
 from contiga.search.kernels.track_nb import track_chunks
@@ -23,7 +23,7 @@ from contiga.search.kernels.tree_nb import build
 KERNELS = (
     *(refinement_rows, curve_range, surface_range, image_gap),
     *(monotone_pieces, fill_cells, box_state, sample),
-    *(surface_leaves, curve_leaves, build, fill_middles),
+    *(surface_leaves, curve_leaves, build, fill_plates),
     *(bends_of_parts, join_parts, measure_pieces, surface_pieces),
     *(project_global, last_crossings, track_chunks),
 )

@@ -24,7 +24,11 @@ from contiga.search.table_types import Tables
 # Points below which a second thread does not pay.
 POINTS = 4096
 
+# Closest points asked of a body after which its balls are worked out for them: these take as long.
+WORTH = 200_000
+
 _KEPT: dict[int, Balls] = {}
+_ASKED: dict[int, int] = {}
 
 
 def balls_of(tables: Tables) -> Balls:
@@ -35,6 +39,21 @@ def balls_of(tables: Tables) -> Balls:
         balls = _KEPT[key] = build_balls(tables)
         weakref.finalize(tables.elements.table, _KEPT.pop, key, None)
     return balls
+
+
+def known_balls(tables: Tables, asked: int) -> Balls | None:
+    """The balls if they are worked out, or worth it as `asked` closest points are asked for, too.
+
+    Results are the same bits with them and without.
+    """
+    key = id(tables.elements.table)
+    if key not in _KEPT:
+        if key not in _ASKED:
+            weakref.finalize(tables.elements.table, _ASKED.pop, key, None)
+        _ASKED[key] = _ASKED.get(key, 0) + asked
+        if _ASKED[key] < WORTH:
+            return None
+    return balls_of(tables)
 
 
 def touching_radius(

@@ -13,7 +13,8 @@ from contiga.num.arrays import as_points
 from contiga.num.query_checks import checked_mode, checked_patches
 from contiga.num.threads import run_ranges, thread_count
 from contiga.records import FloatArray, IntArray, Projection, empty_projection
-from contiga.search.kernels import project_nb, track_nb
+from contiga.search.ball import known_balls
+from contiga.search.kernels import nearest_nb, track_nb
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
 from contiga.statuses import Status
@@ -24,7 +25,7 @@ SMALLEST, LARGEST = 512, 32768
 """Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
 CHUNKS = 4
 """Chunks a thread, so that none waits long for another."""
-ROWS_AN_ELEMENT = 16
+ROWS_AN_ELEMENT = 64
 """With fewer the lanes are not full."""
 
 
@@ -136,4 +137,9 @@ def closest_of_rows(
     """
     if within is None:
         within = np.full(len(rows), np.inf)
-    run_ranges(project_nb.project_global, len(rows), POINTS, tables, p_B, rows, within, out)
+    balls = known_balls(tables, len(rows))
+    known = p_B, rows, within, out
+    if balls is None:
+        run_ranges(nearest_nb.project_global, len(rows), POINTS, tables, *known)
+    else:
+        run_ranges(nearest_nb.project_proved, len(rows), POINTS, tables, balls, *known)

@@ -44,7 +44,18 @@ LEAF = np.dtype(
         ("box", "f8", 4),  # s0, s1, t0, t1; curve leaf: t0, t1 of the piece
         # |S_s|, |S_t|, |S_ss|, |S_st|, |S_tt|, |S_sss|, |S_sst|, |S_stt|, |S_ttt| at most
         ("bound", "f8", 9),
-        ("middle", "f8", 3),  # a point of the body in it; infinite where that is trimmed away
+    ],
+    align=True,
+)
+PLATE = np.dtype(
+    [
+        # A leaf laid flat (see `plates_nb`):
+        ("middle", "f8", 3),
+        ("x", "f8", 3),  # from there to the middles of two sides; of a curve leaf the second is 0
+        ("y", "f8", 3),
+        ("metric", "f8", 3),  # products x x, x y, y y
+        ("departure", "f8"),  # how far the leaf leaves it at most
+        ("spare", "f8"),  # how far the body is from its middle: infinite where that is trimmed away
     ],
     align=True,
 )
@@ -70,6 +81,20 @@ class Joints(NamedTuple):
 
 
 @by_reference
+class Seeds(NamedTuple):
+    """A leaf near every voxel of a grid over the body: where to look for a closest point first."""
+
+    low: FloatArray
+    """(3,) corner of the grid."""
+    scale: FloatArray
+    """(1,) voxels a length."""
+    voxels: IntArray
+    """(3,) how many along each axis."""
+    leaf: IntArray
+    """(voxels,) the leaf, −1 where nobody has asked yet."""
+
+
+@by_reference
 class Tables(NamedTuple):
     """Everything the kernels are handed about a body."""
 
@@ -77,8 +102,11 @@ class Tables(NamedTuple):
     grid: Grid
     leaves: Records
     """`LEAF`, in the order of the hierarchy."""
+    plates: Records
+    """`PLATE` of each leaf."""
     tree: Records
     """`NODE`, the root first."""
+    seeds: Seeds
     trims: TrimTables
     piece_open: FloatArray
     """(pieces,) 1 where a trimming piece bounds the body (no second face uses its edge)."""

@@ -19,7 +19,7 @@ from contiga.geometry.slits import gaping_edges, stitches
 from contiga.num.codes import BORDER, SHARED
 from contiga.records import FloatArray
 from contiga.search.branch import build_rings
-from contiga.search.hierarchy import build_hierarchy
+from contiga.search.hierarchy import build_hierarchy, empty_seeds
 from contiga.search.table_types import JOINT, Joints, Tables
 from contiga.search.trimmed_edges import build_joints
 from contiga.search.widths import edge_widths
@@ -70,11 +70,12 @@ def _build(body: Faces) -> Tables:
     is_open = _open_pieces(body, trims)
     _share_trimmed_sides(elements, trims, is_open)
     piece_width = edge_widths(body, elements, trims)
-    leaves, tree = build_hierarchy(elements, grid, trims)
+    leaves, plates, tree = build_hierarchy(elements, grid, trims)
     scale = np.array([body.size, RELATIVE_TOLERANCE * body.size])
     rings = build_rings(elements)
     none = Joints(np.zeros(0, JOINT), np.zeros((0, 4), np.int32))
-    tables = Tables(elements, grid, leaves, tree, trims, is_open, piece_width, scale, rings, none)
+    known = elements, grid, leaves, plates, tree, empty_seeds(tree), trims, is_open, piece_width
+    tables = Tables(*known, scale, rings, none)
     return tables._replace(joints=build_joints(body, tables))
 
 

@@ -71,11 +71,12 @@ def flight() -> None:
 
 
 def balls() -> None:
-    """Balls that touch a body at its feet and fit in it."""
+    """Balls that touch a body at its feet and fit in it, and closest points proved by them."""
     for body in (puck(), plate()):
         patch, uv, _ = _feet(body)
         rows = np.arange(len(patch), dtype=np.int32)
         body.surface.touching_ball(patch, uv, rows, np.zeros(len(rows), np.int8))
+        body.project(_points())
 
 
 def followed() -> None:

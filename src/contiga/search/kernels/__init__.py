@@ -6,10 +6,11 @@
 - curve_leaves_nb: leaves over the trimming pieces: stretches of one element each, with rigorous
   bounds
 - local_nb: f = |S − P|²/2 about a foot, and the step that lowers it inside one element
+- face_nb: elements as pieces of faces: what the trims leave of them, and sides that are one point
 - closest_cell_nb: one cell of an element against a point: whether it can hold a closer one, or
   just one minimum
+- plates_nb: every leaf laid flat, with how far it leaves that, for bounds before anything is opened
 - global_nb: the closest point of a body: branch and bound with rigorous lower bounds
-- middles_nb: a point of the body in every leaf: what a search can be sure of before it opens any
 - around_nb: the elements that meet at a foot, and which of them leads down from there
 - walk_nb: the local foot from a start: safeguarded Newton that walks over elements and patches
 - pseudo_normal_nb: the sum of the normals around a kink, weighted by angle: it decides the side
@@ -17,6 +18,7 @@
 - foot_nb: from a foot to its record: point, normal, gap; crossing to the next face
 - newton_nb: one round of Newton's method on one point, and the record of its foot: what lanes and
   threads share
+- one_foot_nb: the foot of one point by Newton's method, in an element or the next one of its patch
 - lanes_nb: Newton's method on many points of one element at once: the fast lane of tracking
 - safe_distance_nb: how far a point can go before it can touch: a lower bound of its distance
 - edge_width_nb: edges have width: a path that meets the carrier of a face beside it still meets
@@ -47,7 +49,8 @@
   foot asks
 - branch_nb: the certificate of a tracked foot: that it is on the branch its start was on
 - lane_proof_nb: the quick certificate of many feet of one element at once
-- project_nb: the outer loops of projection: ranges of rows, each row solved on its own
+- nearest_nb: closest points: guessed by Newton's method, and the guess proved; else searched for
+- project_nb: the outer loops of tracking: ranges of rows, each row solved on its own
 - cells_nb: the cell about a foot, and how it goes on across a side of its element
 - fold_nb: a crease and its two faces beside a foot: frames, and how far they turn along it
 - crease_nb: the certificate of feet on and beside a crease

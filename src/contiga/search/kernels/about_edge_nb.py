@@ -30,7 +30,8 @@ from contiga.search.kernels.bend_nb import (
 )
 from contiga.search.kernels.cells_nb import CELL, SNAP, cell_about
 from contiga.search.kernels.curve_nb import surface_foot
-from contiga.search.kernels.global_nb import closest, in_face
+from contiga.search.kernels.face_nb import in_face
+from contiga.search.kernels.global_nb import closest
 from contiga.search.kernels.joined_nb import prove_work
 from contiga.search.kernels.pseudo_normal_nb import JOIN
 from contiga.search.kernels.strand_nb import (

@@ -77,26 +77,39 @@ def _square_at(m, x, y):
 
 
 @inner()
+def nearest_on_plate(m):
+    """x, y (−1 … 1) where |r + x a + y b| is smallest, and its square there."""
+    det = m.xx * m.yy - m.xy * m.xy
+    if det > 1e-12 * m.xx * m.yy:
+        x = (-m.rx * m.yy + m.ry * m.xy) / det
+        y = (-m.ry * m.xx + m.rx * m.xy) / det
+        if -1.0 <= x <= 1.0 and -1.0 <= y <= 1.0:
+            return x, y, _square_at(m, x, y)
+    best = math.inf
+    best_x = best_y = 0.0
+    for k in range(2):
+        fix = 1.0 - 2.0 * k
+        y = -(m.ry + fix * m.xy) / m.yy if m.yy > 0.0 else 0.0
+        y = min(max(y, -1.0), 1.0)
+        square = _square_at(m, fix, y)
+        if square < best:
+            best, best_x, best_y = square, fix, y
+        x = -(m.rx + fix * m.xy) / m.xx if m.xx > 0.0 else 0.0
+        x = min(max(x, -1.0), 1.0)
+        square = _square_at(m, x, fix)
+        if square < best:
+            best, best_x, best_y = square, x, fix
+    return best_x, best_y, best
+
+
+@inner()
 def plate_distance(m):
     """Smallest |r + x a + y b| over |x|, |y| ≤ 1, or less by rounding: to a cell laid flat.
 
     Far from its middle the products leave but noise of a small distance.
     """
     noise = ROUNDING * (m.rr + m.xx + m.yy)
-    det = m.xx * m.yy - m.xy * m.xy
-    if det > 1e-12 * m.xx * m.yy:
-        x = (-m.rx * m.yy + m.ry * m.xy) / det
-        y = (-m.ry * m.xx + m.rx * m.xy) / det
-        if -1.0 <= x <= 1.0 and -1.0 <= y <= 1.0:
-            return math.sqrt(max(0.0, _square_at(m, x, y) - noise))
-    best = math.inf
-    for k in range(2):
-        fix = 1.0 - 2.0 * k
-        y = -(m.ry + fix * m.xy) / m.yy if m.yy > 0.0 else 0.0
-        best = min(best, _square_at(m, fix, min(max(y, -1.0), 1.0)))
-        x = -(m.rx + fix * m.xy) / m.xx if m.xx > 0.0 else 0.0
-        best = min(best, _square_at(m, min(max(x, -1.0), 1.0), fix))
-    return math.sqrt(max(0.0, best - noise))
+    return math.sqrt(max(0.0, nearest_on_plate(m)[2] - noise))
 
 
 @inner()

@@ -13,7 +13,7 @@ from contiga.num.codes import BORDER, CUT, IN, OUT, SMOOTH
 from contiga.num.jit import inner
 from contiga.num.kernels.vector_nb import column, dot, minus
 from contiga.search.kernels.curve_nb import piece_parameters
-from contiga.search.kernels.global_nb import in_face
+from contiga.search.kernels.face_nb import in_face
 
 BESIDE = -1.0
 WINDOW = 2.0

@@ -21,8 +21,8 @@ from contiga.search.kernels.bend_nb import principal
 from contiga.search.kernels.branch_nb import seen_from
 from contiga.search.kernels.cells_nb import is_untrimmed, whole_around
 from contiga.search.kernels.edge_nb import over_edge, rests_on_edge, runs_into_fold
+from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import continued_foot, turn_normal, write_foot
-from contiga.search.kernels.global_nb import in_face
 from contiga.search.kernels.joined_nb import least_bend, prove
 from contiga.search.kernels.local_nb import expand
 from contiga.search.kernels.pseudo_normal_nb import pseudo_normal

@@ -10,9 +10,9 @@ from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.codes import BUDGET, EDGE, FACE, MAX_ITERATIONS, OK, TRIMMED
 from contiga.num.jit import inner
-from contiga.num.kernels.query_nb import blank_foot
 from contiga.search.kernels.curve_nb import polish, surface_foot
-from contiga.search.kernels.global_nb import GIVEN_UP, PRUNE, SEEN, closest, in_face
+from contiga.search.kernels.face_nb import in_face
+from contiga.search.kernels.global_nb import GIVEN_UP, PRUNE, SEEN, closest
 from contiga.search.kernels.pseudo_normal_nb import (
     NEAR,
     is_listed,
@@ -76,7 +76,7 @@ def turn_normal(tables, k, toward, point, out):
 
 
 @inner()
-def _no_farther(tables, point, only, reach, found, h):
+def no_farther(tables, point, only, reach, found, h):
     """As `closest`, where a foot is known at the distance `reach`: found again at least."""
     seen = reach * SEEN + 2.0 * PRUNE * tables.scale[1]
     for limit in (seen, math.inf):
@@ -87,15 +87,9 @@ def _no_farther(tables, point, only, reach, found, h):
 
 
 @inner(linked=False)
-def global_foot(tables, k, point, reach, out, found, h):
-    """The closest point of the whole body, where one is known at the distance `reach`.
-
-    Fills row k of `out`.
-    """
+def found_foot(tables, k, point, out, found, h):
+    """Row k of `out`: the closest point of the whole body, where a search for it has `found` it."""
     elements = tables.elements
-    if not math.isfinite(_no_farther(tables, point, -1, reach, found, h)):
-        blank_foot(out, k, MAX_ITERATIONS)
-        return
     if found[0] < 0:
         polish(tables, found, point, h)
     foot = surface_foot(tables, found, h)
@@ -165,7 +159,7 @@ def _edge_foot(tables, home, reach, point, found, h):
 
     One is known at the distance `reach`. Returns (open border?, element, s, t).
     """
-    _no_farther(tables, point, home, reach, found, h)
+    no_farther(tables, point, home, reach, found, h)
     if found[0] < 0:
         polish(tables, found, point, h)
     near = surface_foot(tables, found, h)

@@ -16,7 +16,7 @@ from contiga.num.jit import inlined, inner, kernel
 from contiga.num.kernels.query_nb import begin_path
 from contiga.search.kernels.crossing_nb import DEPTH, next_crossing
 from contiga.search.kernels.edge_width_nb import BESIDE, edge_width
-from contiga.search.kernels.global_nb import has_pole
+from contiga.search.kernels.face_nb import has_pole
 
 GRAZING = 32.0
 """Widths of an edge that a path may meet the carrier of a face beyond it."""

@@ -1,4 +1,4 @@
-"""The outer loops of projection: ranges of rows, each row solved on its own."""
+"""The outer loops of tracking: ranges of rows, each row solved on its own."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import math
 import numpy as np
 
 from contiga.elements.kernels.element_nb import locate
-from contiga.num.codes import CUT, FACE, GENERAL, NOT_FINITE, OK, OUT, RATIONAL_CUBIC, SMOOTH
+from contiga.num.codes import CUT, FACE, GENERAL, NOT_FINITE, OK, OUT, RATIONAL_CUBIC
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.search.kernels.branch_nb import is_whole
-from contiga.search.kernels.foot_nb import global_foot, tracked_foot
-from contiga.search.kernels.global_nb import in_face
+from contiga.search.kernels.face_nb import in_face
+from contiga.search.kernels.foot_nb import tracked_foot
 from contiga.search.kernels.lane_proof_nb import (
     FRAME,
     PROOF_ROWS,
@@ -38,33 +38,15 @@ from contiga.search.kernels.lanes_nb import (
     newton_rational,
 )
 from contiga.search.kernels.newton_nb import ACTIVE, DONE, LEFT, ROUNDS, local_place
+from contiga.search.kernels.one_foot_nb import may_go_on
 
 BY_ROW, GO_ON = 1, 2
 """Flags of rows that the lanes did not finish: to be done one by one, or gone on with."""
-FARTHEST = 1.0
-"""How far from its middle, in elements, a foot may have left its element to be gone on with."""
 
 
 @inner()
 def _finite(points, k):
     return math.isfinite(points[k, 0] + points[k, 1] + points[k, 2])
-
-
-@kernel()
-def project_global(tables, points, rows, within, out, start, stop):
-    """Closest points of points[rows[start:stop]] into the same rows of `out`.
-
-    `within` (one a row of `rows`) are distances of the body known not to be less than theirs.
-    """
-    h = np.empty((4, 6))
-    found = np.empty(4)
-    for i in range(start, stop):
-        k = rows[i]
-        if _finite(points, k):
-            point = (points[k, 0], points[k, 1], points[k, 2])
-            global_foot(tables, k, point, within[i], out, found, h)
-        else:
-            blank_foot(out, k, NOT_FINITE)
 
 
 @kernel()
@@ -216,23 +198,6 @@ def project_lanes(tables, path, starts, bins, results, start, stop):
             load_surroundings(elements, tables.rings, e, lanes, rows.shape[0], proof, frame)
             prove_lanes(lanes, proof, frame, tables.scale[1])
         _store(tables, e, rows, (lanes, proof), results)
-
-
-@inner()
-def may_go_on(elements, e, s, t):
-    """Whether (s, t) beyond the element is not far, and across smooth sides within its patch."""
-    if not (abs(s) <= FARTHEST and abs(t) <= FARTHEST):
-        return False
-    own = elements.table[e]
-    for side, beyond in ((0, s < -0.5), (1, s > 0.5), (2, t < -0.5), (3, t > 0.5)):
-        if beyond:
-            if own["kind"][side] != SMOOTH:
-                return False
-            other = elements.table[own["neighbour"][side]]
-            # Across a seam the parameters do not go on.
-            if other["patch"] != own["patch"] or other["box"][side ^ 1] != own["box"][side]:
-                return False
-    return True
 
 
 @inner(linked=False)

@@ -16,7 +16,8 @@ from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.num.jit import inner
 from contiga.search.kernels.around_nb import MOST, around, collapsed_side
 from contiga.search.kernels.curve_nb import curve_point, piece_parameters, surface_foot
-from contiga.search.kernels.global_nb import closest, in_face
+from contiga.search.kernels.face_nb import in_face
+from contiga.search.kernels.global_nb import PRUNE, SEEN, closest
 from contiga.search.kernels.tree_nb import box_distance2
 
 JOIN = 1e-7
@@ -29,6 +30,8 @@ POLE_ARCS = 4
 NEAR = 32
 """Patches listed near one point."""
 SNAP = 1e-7
+SQUARELY = 0.99
+"""Cosine of the angle to its normal from which a point sees a face squarely."""
 
 
 @inner()
@@ -268,16 +271,18 @@ def side_of_squarest(tables, home, place, found, h):
     """On which side of the face that it sees most squarely a point lies: positive is free.
 
     `place` is (point, how far its foot on an edge of the patch `home` is), `found` is work. Where
-    the faces at an edge do not fit, one that reaches past the other is seen from behind. Zero
-    where no face is found.
+    the faces at an edge do not fit, one that reaches past the other is seen from behind. Of faces
+    that are seen squarely the nearest counts: beyond the end of an edge may lie one that has no
+    part in it. Zero where no face is found.
     """
     point, distance = place
-    limit = distance + joint_reach(tables, home)
+    skirt = tables.elements.table[home]["skirt"]
+    limit = distance * SEEN + skirt + 2.0 * PRUNE * tables.scale[1]
     patch = tables.elements.table[home]["patch"]
     span = tables.grid.patches[patch]["adjacent"]
     near = np.empty(NEAR, np.int64)
     listed = patches_near(tables, point, limit, near)
-    best = 0.0
+    best = nearest = 0.0
     side = 0.0
     for k in range(span[0], span[1]):
         other = tables.grid.adjacent[k]
@@ -293,7 +298,9 @@ def side_of_squarest(tables, home, place, found, h):
             r = point[c] - origin[c] - h[c, 0]
             square += r * r
             along += r * n[c]
-        if abs(along) > best * math.sqrt(square):
-            best = abs(along) / math.sqrt(square)
+        cosine = min(abs(along) / math.sqrt(square), SQUARELY) if square > 0.0 else 0.0
+        if cosine > best or (cosine == best == SQUARELY and square < nearest):
+            best = cosine
+            nearest = square
             side = along
     return side

@@ -14,13 +14,8 @@ from contiga.num.codes import BRANCH_EVENT, MAX_ITERATIONS
 from contiga.num.jit import inner, kernel
 from contiga.search.kernels.branch_nb import certify_rows
 from contiga.search.kernels.follow_nb import EVENT, follow_rows
-from contiga.search.kernels.project_nb import (
-    GO_ON,
-    bin_rows,
-    project_global,
-    project_lanes,
-    project_tracked,
-)
+from contiga.search.kernels.nearest_nb import project_global
+from contiga.search.kernels.project_nb import GO_ON, bin_rows, project_lanes, project_tracked
 
 
 @inner(linked=False)
