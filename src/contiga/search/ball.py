@@ -11,13 +11,12 @@ inside a face with outward normal n and P = Q − d n (Federer 1959, reach of a 
 
 from __future__ import annotations
 
-import weakref
-
 import numpy as np
 
 from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, IntArray
 from contiga.search.ball_cells import Balls, build_balls
+from contiga.search.kept import Kept
 from contiga.search.kernels import ball_nb
 from contiga.search.table_types import Tables
 
@@ -27,18 +26,12 @@ POINTS = 4096
 # Closest points asked of a body after which its balls are worked out for them: these take as long.
 WORTH = 200_000
 
-_KEPT: dict[int, Balls] = {}
-_ASKED: dict[int, int] = {}
+_BALLS = Kept(build_balls)
 
 
 def balls_of(tables: Tables) -> Balls:
     """The touching balls of the body that `tables` are of, worked out at the first call."""
-    key = id(tables.elements.table)
-    balls = _KEPT.get(key)
-    if balls is None:
-        balls = _KEPT[key] = build_balls(tables)
-        weakref.finalize(tables.elements.table, _KEPT.pop, key, None)
-    return balls
+    return _BALLS.of(tables)
 
 
 def known_balls(tables: Tables, asked: int) -> Balls | None:
@@ -46,14 +39,7 @@ def known_balls(tables: Tables, asked: int) -> Balls | None:
 
     Results are the same bits with them and without.
     """
-    key = id(tables.elements.table)
-    if key not in _KEPT:
-        if key not in _ASKED:
-            weakref.finalize(tables.elements.table, _ASKED.pop, key, None)
-        _ASKED[key] = _ASKED.get(key, 0) + asked
-        if _ASKED[key] < WORTH:
-            return None
-    return balls_of(tables)
+    return _BALLS.if_worth(tables, asked, WORTH)
 
 
 def touching_radius(

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import weakref
-
 import numpy as np
 
 from contiga.records import FloatArray, IntArray, Projection
+from contiga.search.kept import Kept
 from contiga.search.kernels import side_pieces_nb
 from contiga.search.project import closest_of_rows
 from contiga.search.side_grid import CUT, PIECES, THIN, WHOLE, SideGrid, build, layout
 from contiga.search.table_types import Tables
-
-_KEPT: dict[int, SideGrid] = {}
 
 
 def sides_of(tables: Tables, slit: float) -> SideGrid:
@@ -20,12 +17,7 @@ def sides_of(tables: Tables, slit: float) -> SideGrid:
 
     `slit` is how far its faces may be apart where they meet, length.
     """
-    key = id(tables.elements.table)
-    grid = _KEPT.get(key)
-    if grid is None:
-        grid = _KEPT[key] = _build(tables, slit)
-        weakref.finalize(tables.elements.table, _KEPT.pop, key, None)
-    return grid
+    return _SIDES.of(tables, slit)
 
 
 def _build(tables: Tables, slit: float) -> SideGrid:
@@ -47,3 +39,6 @@ def _build(tables: Tables, slit: float) -> SideGrid:
         closest_of_rows(tables, points, rows, out)
 
     return build(place, pieces, (table["patch"][element], np.ascontiguousarray(uv)), closest)
+
+
+_SIDES = Kept(_build)

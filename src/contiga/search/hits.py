@@ -6,6 +6,7 @@ from contiga.num.detours import settled
 from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, empty_hit
 from contiga.search.kernels import hit_nb
+from contiga.search.piece_lists import lists_of
 from contiga.search.table_types import Tables
 
 # Segments below which a second thread does not pay.
@@ -15,7 +16,8 @@ SEGMENTS = 256
 def hits_of_rows(tables: Tables, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
     """First entries of the segments a_B[rows] → b_B[rows], one row an entry of `rows`."""
     out = empty_hit(len(rows))
-    run_ranges(hit_nb.first_hits, len(rows), SEGMENTS, tables, a_B, b_B, rows, out)
+    lists = lists_of(tables, len(rows))
+    run_ranges(hit_nb.first_hits, len(rows), SEGMENTS, tables, lists, a_B, b_B, rows, out)
     return out
 
 
@@ -33,10 +35,12 @@ def last_crossings(
         1 where the path enters there, −1 where it leaves, 0 for none. See `settled` for paths
         through an edge.
     """
+    lists = lists_of(tables, len(rows))
 
     def search(
         a: FloatArray, b: FloatArray, loose: tuple[float, float], out: Hit, verdict: FloatArray
     ) -> None:
-        run_ranges(hit_nb.last_crossings, len(a), SEGMENTS, tables, a, b, loose, out, verdict)
+        own = tables, lists, a, b, loose, out, verdict
+        run_ranges(hit_nb.last_crossings, len(a), SEGMENTS, *own)
 
     return settled(search, a_B[rows], b_B[rows])

@@ -56,6 +56,9 @@ PLATE = np.dtype(
         ("metric", "f8", 3),  # products x x, x y, y y
         ("departure", "f8"),  # how far the leaf leaves it at most
         ("spare", "f8"),  # how far the body is from its middle: infinite where that is trimmed away
+        ("normal", "f8", 3),  # of length one, or zero where the plate has none
+        ("radius", "f8"),  # no point of the leaf is farther from the middle
+        ("skirt", "f8"),  # how far beyond its edges the leaf's face may be met
     ],
     align=True,
 )

@@ -112,3 +112,26 @@ def test_the_nearest_point_of_a_plate_is_that_of_a_fine_grid():
         assert max(abs(a), abs(b)) <= 1.0
         np.testing.assert_allclose(np.linalg.norm(foot - point), np.sqrt(square), rtol=1e-9)
         assert exact - 0.01 <= np.sqrt(square) <= exact + 1e-12
+
+
+@njit
+def is_passed(plate, p, d, span, pad):
+    return plates_nb.is_passed(plate, p, d, span, pad)
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_a_path_that_comes_to_a_sample_of_a_leaf_does_not_pass_it(name):
+    body = BODIES[name]()
+    rng = np.random.default_rng(6)
+    passed = asked = 0
+    for plate, samples in pieces(body):
+        width = np.ptp(samples, axis=0).max()
+        for goal in samples[rng.integers(len(samples), size=10)]:
+            d = rng.normal(size=3)
+            d /= np.linalg.norm(d)
+            before, beyond = width * 10.0 ** rng.uniform(-3.0, 1.0, 2)
+            p = tuple(goal - before * d)
+            assert not is_passed(plate, p, tuple(d), (0.0, before + beyond), 0.0)
+            asked += 1
+            passed += is_passed(plate, p, tuple(d), (-beyond, before - width), 0.0)
+    assert passed > 0.15 * asked

@@ -26,9 +26,11 @@
 - flat_cell_nb: where a path crosses a cell that is a point, or flat along the path: its ends tell
 - crossing_nb: where a straight path crosses one leaf, cell by cell, with tolerances that are
   lengths
-- hit_nb: crossings of swept points: the segments p0 → p1 against the exact surface
 - side_pieces_nb: pieces of a surface, small and flat enough to tell which cells of a grid they
   meet
+- piece_lists_nb: pieces of a surface near every voxel of a grid: whether a short path is clear of
+  all of them
+- hit_nb: crossings of swept points: the segments p0 → p1 against the exact surface
 - side_grid_nb: which cells of a grid hold surface, and which of the others are joined
 - side_nb: looking up a grid of known sides: the side of a point, and whether a way is clear of
   surface

@@ -17,6 +17,8 @@ from contiga.num.kernels.query_nb import begin_path
 from contiga.search.kernels.crossing_nb import DEPTH, next_crossing
 from contiga.search.kernels.edge_width_nb import BESIDE, edge_width
 from contiga.search.kernels.face_nb import has_pole
+from contiga.search.kernels.piece_lists_nb import is_clear
+from contiga.search.kernels.plates_nb import is_passed
 
 GRAZING = 32.0
 """Widths of an edge that a path may meet the carrier of a face beyond it."""
@@ -154,11 +156,12 @@ def _on_element(elements, e, place, path, x, h):
 
 
 @inlined()
-def _search(arrays, segment, sense, found, queue, work):
+def _search(tables, segment, sense, found, queue, work):
     """First crossings of a segment (p, d, length, slack, spare, loose): entries in found[0], where
     it leaves in found[1] (`sense` EITHER only). `spare` is how far beyond the ends one may lie,
     `loose` by how many widths of an edge beyond each of them one at that edge may."""
-    tree, leaves, elements, trims, piece_width = arrays
+    tree, leaves, elements = tables.tree, tables.leaves, tables.elements
+    trims, piece_width = tables.trims, tables.piece_width
     stack, h, _, _, count = work
     p, d, length, slack, spare, loose = segment
     inverse = (_reciprocal(d[0]), _reciprocal(d[1]), _reciprocal(d[2]))
@@ -179,6 +182,11 @@ def _search(arrays, segment, sense, found, queue, work):
             leaf = leaves[i]
             e = leaf["element"]
             if e < 0:
+                continue
+            plate = tables.plates[i]
+            over = max(spare, GRAZING * plate["skirt"])
+            span = (-over, min(far + over, length + over))
+            if is_passed(plate, p, d, span, slack + plate["skirt"]):
                 continue
             path = _path_about(elements, e, p, d, slack)
             thin_s = leaf["bound"][0] * (leaf["box"][1] - leaf["box"][0]) <= slack
@@ -236,10 +244,12 @@ def _room():
 
 
 @kernel(error_model="numpy")
-def first_hits(tables, p0, p1, rows, out, start, stop):
-    """First entry of each segment p0[rows[i]] → p1[rows[i]] into row i of `out`."""
+def first_hits(tables, lists, p0, p1, rows, out, start, stop):
+    """First entry of each segment p0[rows[i]] → p1[rows[i]] into row i of `out`.
+
+    `lists` are the pieces near voxels, or none: they spare searches, and change nothing.
+    """
     elements = tables.elements
-    arrays = (tables.tree, tables.leaves, elements, tables.trims, tables.piece_width)
     found, queue, work = _room()
     size = tables.scale[0]
     for i in range(start, stop):
@@ -249,8 +259,11 @@ def first_hits(tables, p0, p1, rows, out, start, stop):
         length, d, slack = begin_path(out, i, p, q, size)
         if length == 0.0 or tables.leaves.shape[0] == 0:
             continue
-        segment = (p, d, length, slack, math.sqrt(slack * size), (0.0, 0.0))
-        _search(arrays, segment, ENTRIES, found, queue, work)
+        spare = math.sqrt(slack * size)
+        if is_clear(lists, p, q, spare):
+            continue
+        segment = (p, d, length, slack, spare, (0.0, 0.0))
+        _search(tables, segment, ENTRIES, found, queue, work)
         if found[0, X] < math.inf:
             _write(elements, out, i, found[0], length, work[1])
             out.status[i] = AT_START if found[0, X] <= 0.0 else OK
@@ -259,17 +272,17 @@ def first_hits(tables, p0, p1, rows, out, start, stop):
 
 
 @kernel(error_model="numpy")
-def last_crossings(tables, p0, p1, loose, out, verdict, start, stop):
+def last_crossings(tables, lists, p0, p1, loose, out, verdict, start, stop):
     """Crossing nearest the end of each segment p0[i] → p1[i] into row i of `out`.
 
-    `loose` is by how many widths of an edge beyond p0 and p1 one at that edge may lie.
+    `loose` is by how many widths of an edge beyond p0 and p1 one at that edge may lie, `lists` as
+    for `first_hits`.
 
     `verdict` (n, 2) takes the sense, 1 where the path enters there, −1 where it leaves, 0 for
     none; and zero, or the width of an edge that it meets, or of what is crossed both ways in one
     place: there the answer hangs on rounding.
     """
     elements = tables.elements
-    arrays = (tables.tree, tables.leaves, elements, tables.trims, tables.piece_width)
     found, queue, work = _room()
     size = tables.scale[0]
     for i in range(start, stop):
@@ -280,8 +293,11 @@ def last_crossings(tables, p0, p1, loose, out, verdict, start, stop):
         length, d, slack = begin_path(out, i, p, q, size)
         if length == 0.0 or tables.leaves.shape[0] == 0:
             continue
-        segment = (p, d, length, slack, math.sqrt(slack * size), (loose[1], loose[0]))
-        _search(arrays, segment, EITHER, found, queue, work)
+        spare = math.sqrt(slack * size)
+        if is_clear(lists, p, q, spare):
+            continue
+        segment = (p, d, length, slack, spare, (loose[1], loose[0]))
+        _search(tables, segment, EITHER, found, queue, work)
         side = 0 if found[0, X] <= found[1, X] else 1
         if found[side, X] < math.inf:
             _write(elements, out, i, found[side], length, work[1])

@@ -13,7 +13,8 @@ import numpy as np
 
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.num.jit import inner, kernel
-from contiga.search.kernels.closest_cell_nb import Middle, nearest_on_plate, plate_distance, scaled
+from contiga.num.kernels.vector_nb import cross, dot
+from contiga.search.kernels.closest_cell_nb import Middle, nearest_on_plate, plate_distance
 from contiga.search.kernels.curve_nb import curve_point
 from contiga.search.kernels.face_nb import in_face
 
@@ -48,11 +49,21 @@ def _fill_piece(elements, trims, leaf, plate, h):
         plate["middle"][c] = h[c, 0]
         plate["x"][c] = hs * h[c, 1]
         plate["y"][c] = ht * h[c, 2]
-    b = scaled(leaf["bound"], hs, ht)
-    plate["departure"] = 0.5 * (b.xx + b.yy) + b.xy
+    k = leaf["bound"]
+    plate["departure"] = 0.5 * (k[2] * hs * hs + k[4] * ht * ht) + k[3] * hs * ht
     if not in_face(elements, trims, e, s, t):
         plate["spare"] = math.inf
+    plate["departure"] += elements.table[e]["noise"]
+    plate["skirt"] = elements.table[e]["skirt"]
     return e
+
+
+@inner()
+def _fill_normal(plate):
+    n = cross(plate["x"], plate["y"])
+    length = math.sqrt(dot(n, n))
+    for c in range(3):
+        plate["normal"][c] = n[c] / length if length > 0.0 else 0.0
 
 
 @kernel()
@@ -77,6 +88,8 @@ def fill_plates(elements, grid, trims, leaves, rounding, plates):
         plate["metric"][2] = yy
         plate["departure"] += rounding
         plate["spare"] += rounding
+        plate["radius"] = math.sqrt(xx) + math.sqrt(yy) + plate["departure"]
+        _fill_normal(plate)
 
 
 @inner()
@@ -111,3 +124,25 @@ def no_farther_than(plate, point):
     for c in range(3):
         square += (plate["middle"][c] - point[c]) ** 2
     return math.sqrt(square) + plate["spare"]
+
+
+@inner()
+def is_passed(plate, p, d, span, pad):
+    """Whether a path stays off what a leaf holds: on one side of it, or beside it.
+
+    `span` (near, far) is the part of p + x d that counts, `pad` how far from the leaf it counts.
+    """
+    m = plate["middle"]
+    n = plate["normal"]
+    r = (p[0] - m[0], p[1] - m[1], p[2] - m[2])
+    height = dot(r, n)
+    slope = dot(d, n)
+    first = height + span[0] * slope
+    last = height + span[1] * slope
+    thick = plate["departure"] + pad
+    if min(first, last) > thick or max(first, last) < -thick:
+        return True
+    x = min(max(-dot(r, d), span[0]), span[1])
+    e = (r[0] + x * d[0], r[1] + x * d[1], r[2] + x * d[2])
+    radius = plate["radius"] + pad
+    return dot(e, e) > radius * radius
