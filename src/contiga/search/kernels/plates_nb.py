@@ -60,7 +60,8 @@ def _fill_piece(elements, trims, leaf, plate, h):
 
 @inner()
 def _fill_normal(plate):
-    n = cross(plate["x"], plate["y"])
+    x, y = plate["x"], plate["y"]
+    n = cross((x[0], x[1], x[2]), (y[0], y[1], y[2]))
     length = math.sqrt(dot(n, n))
     for c in range(3):
         plate["normal"][c] = n[c] / length if length > 0.0 else 0.0
@@ -133,7 +134,7 @@ def is_passed(plate, p, d, span, pad):
     `span` (near, far) is the part of p + x d that counts, `pad` how far from the leaf it counts.
     """
     m = plate["middle"]
-    n = plate["normal"]
+    n = (plate["normal"][0], plate["normal"][1], plate["normal"][2])
     r = (p[0] - m[0], p[1] - m[1], p[2] - m[2])
     height = dot(r, n)
     slope = dot(d, n)
