@@ -10,6 +10,9 @@ from tests.stress.fields import norm
 from tests.stress.solids import BLADE, CLOSED_FILES, solid
 
 import contiga as cg
+from contiga.records import empty_hit
+from contiga.search import piece_lists
+from contiga.search.kernels import hit_nb
 from contiga.statuses import Feature, Status
 
 
@@ -188,6 +191,33 @@ def test_points_in_the_plane_of_a_face_beside_the_end_of_a_sharp_edge_are_outsid
     clear = height > 2e-10 * body.size
     assert clear.sum() > n // 2
     assert (body.project(p[clear]).gap > 0.0).all()
+
+
+def test_what_pieces_near_voxels_say_of_paths_beside_wide_edges_changes_no_bit(data_dir):
+    """Grazing paths across edges up to 0.0096 wide, and short ones beside them."""
+    body = solid(CLOSED_FILES[0]).body
+    tables = body.surface.tables
+    rng = np.random.default_rng(8)
+    wide = sorted(body.edges, key=lambda edge: -edge.tolerance)[:60]
+    starts, ways = [], []
+    for edge in wide:
+        t = rng.uniform(*edge.curve.domain, 120)
+        way = across(edge.curve, t, rng) * edge.tolerance * 10.0 ** rng.uniform(-2.0, 4.0, (120, 1))
+        off = across(edge.curve, t, rng) * edge.tolerance * 10.0 ** rng.uniform(-1.0, 1.6, (120, 1))
+        starts.append(edge.curve.evaluate(t) + off - rng.random((120, 1)) * way)
+        ways.append(way)
+    a = np.concatenate(starts)
+    b = a + np.concatenate(ways)
+    rows = np.arange(len(a), dtype=np.int32)
+    found = []
+    for lists in (piece_lists.NONE, piece_lists.build_lists(tables)):
+        first, last, verdict = empty_hit(len(a)), empty_hit(len(a)), np.zeros((len(a), 2))
+        hit_nb.first_hits(tables, lists, a, b, rows, first, 0, len(a))
+        hit_nb.last_crossings(tables, lists, a, b, (2.0, 0.0), last, verdict, 0, len(a))
+        found.append((*first, *last, verdict))
+    for own, other in zip(*found, strict=True):
+        np.testing.assert_array_equal(own, other)
+    assert (found[0][-1][:, 0] != 0.0).mean() > 0.2
 
 
 def test_paths_that_slip_between_the_faces_of_a_casting_enter(data_dir):

@@ -27,6 +27,11 @@ def may_go_on(elements, e, s, t):
     return one_foot_nb.may_go_on(elements, e, s, t)
 
 
+@njit
+def write_proved(out, k, patch, uv, record):
+    one_foot_nb.write_proved(out, k, patch, uv, record)
+
+
 def element_at(tables, u, v):
     box = tables.elements.table["box"]
     held = (box[:, 0] <= u) & (u <= box[:, 1]) & (box[:, 2] <= v) & (v <= box[:, 3])
@@ -80,8 +85,7 @@ def test_what_leaves_its_element_is_gone_on_with_across_smooth_sides_of_its_patc
 
 def test_a_record_that_is_written_is_a_proved_foot():
     out = empty_projection(2)
-    write = njit(lambda *a: one_foot_nb.write_proved(*a))
-    write(out, 1, 3, (0.25, 0.5), ((1.0, 2.0, 3.0), (0.0, 0.0, 1.0), -0.5))
+    write_proved(out, 1, 3, (0.25, 0.5), ((1.0, 2.0, 3.0), (0.0, 0.0, 1.0), -0.5))
     assert (out.patch[1], out.gap[1], out.certified[1]) == (3, -0.5, 1)
     assert (out.feature[1], out.status[1]) == (Feature.FACE, Status.OK)
     np.testing.assert_array_equal(out.uv[1], [0.25, 0.5])

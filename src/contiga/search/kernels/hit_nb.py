@@ -155,6 +155,18 @@ def _on_element(elements, e, place, path, x, h):
     return (s, t), x
 
 
+@inner()
+def _stays_off(plate, p, d, ends, slack):
+    """Whether a path cannot meet a leaf, nor the carrier of its face beside its edges.
+
+    `ends` is (length, spare, far): how far beyond its ends it counts, and where no more.
+    """
+    length, spare, far = ends
+    over = max(spare, GRAZING * plate["skirt"])
+    span = (-over, min(far + over, length + over))
+    return is_passed(plate, p, d, span, slack + plate["skirt"])
+
+
 @inlined()
 def _search(tables, segment, sense, found, queue, work):
     """First crossings of a segment (p, d, length, slack, spare, loose): entries in found[0], where
@@ -181,12 +193,7 @@ def _search(tables, segment, sense, found, queue, work):
         for i in range(tree[node]["first"], tree[node]["first"] + tree[node]["count"]):
             leaf = leaves[i]
             e = leaf["element"]
-            if e < 0:
-                continue
-            plate = tables.plates[i]
-            over = max(spare, GRAZING * plate["skirt"])
-            span = (-over, min(far + over, length + over))
-            if is_passed(plate, p, d, span, slack + plate["skirt"]):
+            if e < 0 or _stays_off(tables.plates[i], p, d, (length, spare, far), slack):
                 continue
             path = _path_about(elements, e, p, d, slack)
             thin_s = leaf["bound"][0] * (leaf["box"][1] - leaf["box"][0]) <= slack
