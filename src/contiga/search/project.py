@@ -21,7 +21,7 @@ from contiga.statuses import Status
 
 # Rows below which a second thread does not pay.
 POINTS = 256
-SMALLEST, LARGEST = 512, 32768
+SMALLEST, LARGEST = 512, 16384
 """Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
 CHUNKS = 4
 """Chunks a thread, so that none waits long for another."""

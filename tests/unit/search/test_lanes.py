@@ -12,6 +12,7 @@ import contiga as cg
 from contiga.num.compiler import CalledCompiler
 from contiga.records import empty_projection
 from contiga.search.kernels import lanes_nb, project_nb
+from contiga.search.kernels.bins_nb import BY_ROW, GO_ON
 from contiga.search.tables import tables_of
 
 PATCHES = {
@@ -21,22 +22,15 @@ PATCHES = {
 }
 
 
-def bins_of(tables, patch, uv):
-    """All rows that have a foot, ordered by element, and their blocks."""
-    count, back = len(tables.elements.table), np.zeros(len(patch), np.uint8)
-    return project_nb.bin_rows(tables.grid, (patch, uv), back, 0, count, 0, len(patch))
-
-
-def in_lanes(tables, points, starts, bins, results, before=None):
+def in_lanes(tables, points, start, results, before=None, wanted=0):
     path = np.empty((0, 3)) if before is None else before, points
-    project_nb.project_lanes(tables, path, starts, bins, results, 0, len(bins[1]))
+    starts = start.patch, start.uv
+    project_nb.track_lanes(tables, path, starts, wanted, results, 0, len(points))
 
 
 def lanes_only(body, points, start):
-    tables = tables_of(body)
-    bins = bins_of(tables, start.patch, start.uv)
     out, back = empty_projection(len(points)), np.zeros(len(points), np.uint8)
-    in_lanes(tables, points, (start.uv, start.uv), bins, (out, back))
+    in_lanes(tables_of(body), points, start, (out, back))
     return out, back == 0
 
 
@@ -79,16 +73,14 @@ def test_feet_that_leave_their_element_go_on_in_the_next(kind):
     body, start, q = moved(kind, 0.02)
     tables = tables_of(body)
     out, back = empty_projection(len(q)), np.zeros(len(q), np.uint8)
-    bins = bins_of(tables, start.patch, start.uv)
-    in_lanes(tables, q, (start.uv, start.uv), bins, (out, back))
-    gone_on = np.flatnonzero(back == project_nb.GO_ON)
+    in_lanes(tables, q, start, (out, back))
+    gone_on = np.flatnonzero(back == GO_ON)
     assert len(gone_on) > 30
-    count = len(tables.elements.table)
-    feet = (out.patch, out.uv)
-    bins = project_nb.bin_rows(tables.grid, feet, back, project_nb.GO_ON, count, 0, len(q))
-    np.testing.assert_array_equal(np.sort(bins[0]), gone_on)
-    in_lanes(tables, q, (out.uv, start.uv), bins, (out, back))
-    assert not (back == project_nb.GO_ON).any()
+    others = [np.delete(array, gone_on, axis=0) for array in out]
+    in_lanes(tables, q, start, (out, back), wanted=GO_ON)
+    assert not (back == GO_ON).any()
+    for array, before in zip(out, others, strict=True):
+        np.testing.assert_array_equal(np.delete(array, gone_on, axis=0), before)
     done = gone_on[back[gone_on] == 0]
     assert len(done) > 0.7 * len(gone_on)
     slow = walk_only(body, q, start)
@@ -107,9 +99,8 @@ def test_a_foot_that_leaves_over_a_seam_is_left_to_the_walk():
     start = body.project(patch.evaluate(uv))
     tables, q = tables_of(body), patch.evaluate(beyond)
     out, back = empty_projection(50), np.zeros(50, np.uint8)
-    bins = bins_of(tables, start.patch, start.uv)
-    in_lanes(tables, q, (start.uv, start.uv), bins, (out, back))
-    assert (back == project_nb.BY_ROW).all()
+    in_lanes(tables, q, start, (out, back))
+    assert (back == BY_ROW).all()
     feet = body.project(q, start=start, mode="track")
     np.testing.assert_allclose(feet.gap, 0.0, rtol=0, atol=1e-12 * body.size)
 
@@ -149,18 +140,3 @@ def test_points_on_the_surface_are_done_in_the_fast_lane():
     start = body.project(p)
     _, done = lanes_only(body, p, start)
     assert done.mean() > 0.95
-
-
-@pytest.mark.interpreted
-def test_the_order_of_the_bins_is_stable_and_complete():
-    body = cg.Body([cg.shapes.bumpy_plate(waves=1)])
-    n = 70
-    uv = np.random.default_rng(2).random((n, 2))
-    patch = np.zeros(n, np.int32)
-    patch[[3, 50]] = -1
-    order, blocks = bins_of(tables_of(body), patch, uv)
-    np.testing.assert_array_equal(np.sort(order), np.setdiff1d(np.arange(n), [3, 50]))
-    assert (np.diff(blocks[:, 0]) >= 0).all()
-    for _, first, last in blocks:
-        assert 0 < last - first <= 16
-        assert (np.diff(order[first:last]) > 0).all()

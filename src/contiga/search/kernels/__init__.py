@@ -20,6 +20,7 @@
   threads share
 - one_foot_nb: the foot of one point by Newton's method, in an element or the next one of its patch
 - lanes_nb: Newton's method on many points of one element at once: the fast lane of tracking
+- bins_nb: rows in the order of their elements: what lanes are handed of them, and what these find
 - safe_distance_nb: how far a point can go before it can touch: a lower bound of its distance
 - edge_width_nb: edges have width: a path that meets the carrier of a face beside it still meets
   the face where it passes its edge, as seen along the path, within the width of that edge

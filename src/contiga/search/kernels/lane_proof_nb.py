@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from contiga.num.jit import inner
+from contiga.search.kernels.bins_nb import BEFORE, NOW, START
 from contiga.search.kernels.branch_nb import ball_radius, seen_from
 from contiga.search.kernels.lanes_nb import LANES, ROW_FOOT, ROW_NORMAL, ROW_STATE, ROW_T
 from contiga.search.kernels.newton_nb import DONE
@@ -26,14 +27,13 @@ FRAME = 9
 
 
 @inner()
-def load_path(proof, l, k, path, starts):
-    """The way of row k, and its start (u, v), into lane l."""
-    before, points = path
+def load_path(proof, l, row):
+    """The way of a row, and its start (u, v), into lane l, of what lanes are handed of it."""
     for c in range(3):
-        proof[(ROW_BEFORE + c) * LANES + l] = before[k, c]
-        proof[(ROW_NOW + c) * LANES + l] = points[k, c]
-    proof[ROW_START * LANES + l] = starts[k, 0]
-    proof[(ROW_START + 1) * LANES + l] = starts[k, 1]
+        proof[(ROW_BEFORE + c) * LANES + l] = row[BEFORE + c]
+        proof[(ROW_NOW + c) * LANES + l] = row[NOW + c]
+    for c in range(2):
+        proof[(ROW_START + c) * LANES + l] = row[START + c]
 
 
 @inner()

@@ -7,9 +7,30 @@ import math
 import numpy as np
 
 from contiga.elements.kernels.element_nb import locate
-from contiga.num.codes import CUT, FACE, GENERAL, NOT_FINITE, OK, OUT, RATIONAL_CUBIC
+from contiga.num.codes import CUT, GENERAL, NOT_FINITE, OUT, RATIONAL_CUBIC
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
+from contiga.search.kernels.bins_nb import (
+    BY_ROW,
+    FLAG,
+    FOOT,
+    FOUND,
+    FROM,
+    GAP,
+    GO_ON,
+    HANDED,
+    HANDED_ON,
+    NORMAL,
+    NOW,
+    PLACE,
+    PROVED,
+    SO_FAR,
+    START,
+    bin_rows,
+    fetch_rows,
+    hand_on_rows,
+    hand_rows,
+)
 from contiga.search.kernels.branch_nb import is_whole
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import tracked_foot
@@ -40,9 +61,6 @@ from contiga.search.kernels.lanes_nb import (
 from contiga.search.kernels.newton_nb import ACTIVE, DONE, LEFT, ROUNDS, local_place
 from contiga.search.kernels.one_foot_nb import may_go_on
 
-BY_ROW, GO_ON = 1, 2
-"""Flags of rows that the lanes did not finish: to be done one by one, or gone on with."""
-
 
 @inner()
 def _finite(points, k):
@@ -66,81 +84,22 @@ def project_tracked(tables, points, starts, rows, out, start, stop):
 
 
 @inner()
-def _first_places(counts):
-    """Turn counts (elements,) into first places; returns where each element's bin starts."""
-    n = counts.shape[0]
-    start = np.empty(n + 1, np.int64)
-    total = 0
-    for e in range(n):
-        start[e] = total
-        here = counts[e]
-        counts[e] = total
-        total += here
-    start[n] = total
-    return start
-
-
-@inner()
-def _blocks_of(start):
-    """Blocks of at most LANES rows of one element: (n, 3) element, first, one past the last."""
-    count = start.shape[0] - 1
-    n = 0
-    for e in range(count):
-        n += (start[e + 1] - start[e] + LANES - 1) // LANES
-    blocks = np.empty((n, 3), np.int64)
-    b = 0
-    for e in range(count):
-        for first in range(start[e], start[e + 1], LANES):
-            blocks[b, 0] = e
-            blocks[b, 1] = first
-            blocks[b, 2] = min(first + LANES, start[e + 1])
-            b += 1
-    return blocks
-
-
-@kernel()
-def bin_rows(grid, feet, back, wanted, size, start, stop):
-    """Rows start … stop with a foot and the flag `wanted`, ordered by element, and their blocks.
-
-    `feet` is (patch, uv), `size` the number of elements.
-    """
-    patch, uv = feet
-    element = np.empty(stop - start, np.int32)
-    places = np.zeros(size, np.int64)
-    for k in range(start, stop):
-        e = np.int32(-1)
-        if back[k] == wanted and patch[k] >= 0:
-            e = np.int32(locate(grid, patch[k], uv[k, 0], uv[k, 1])[0])
-            places[e] += 1
-        element[k - start] = e
-    first = _first_places(places)
-    order = np.empty(first[-1], np.int32)
-    for k in range(start, stop):
-        e = element[k - start]
-        if e >= 0:
-            order[places[e]] = k
-            places[e] += 1
-    return order, _blocks_of(first)
-
-
-@inner()
-def _load(elements, e, rows, points, uv, results, lanes):
-    """Fill the lanes of a block; lanes beyond its rows repeat the last one, already done.
-
-    A row that is gone on with has its squared distance so far in the place of its gap.
-    """
+def _load(elements, e, handed, lanes):
+    """Fill the lanes with what a block is handed; lanes beyond repeat its last row, done."""
     u0 = elements.table[e]["box"][0]
     v0 = elements.table[e]["box"][2]
     scale_u = 1.0 / (elements.table[e]["box"][1] - u0)
     scale_v = 1.0 / (elements.table[e]["box"][3] - v0)
-    n = rows.shape[0]
+    n = handed.shape[0]
+    goes_on = handed.shape[1] > HANDED
+    at = FROM if goes_on else START
     for l in range(LANES):
-        k = rows[min(l, n - 1)]
-        lanes[l] = local_place(uv[k, 0], u0, scale_u)
-        lanes[ROW_T * LANES + l] = local_place(uv[k, 1], v0, scale_v)
+        i = min(l, n - 1)
+        lanes[l] = local_place(handed[i, at], u0, scale_u)
+        lanes[ROW_T * LANES + l] = local_place(handed[i, at + 1], v0, scale_v)
         for c in range(3):
-            lanes[(ROW_X + c) * LANES + l] = points[k, c] - elements.table[e]["origin"][c]
-        lanes[ROW_F * LANES + l] = results[0].gap[k] if results[1][k] == GO_ON else math.inf
+            lanes[(ROW_X + c) * LANES + l] = handed[i, NOW + c] - elements.table[e]["origin"][c]
+        lanes[ROW_F * LANES + l] = handed[i, SO_FAR] if goes_on else math.inf
         lanes[ROW_STATE * LANES + l] = ACTIVE if l < n else DONE
 
 
@@ -153,32 +112,27 @@ def _active(lanes):
     return n
 
 
-@kernel()
-def project_lanes(tables, path, starts, bins, results, start, stop):
-    """Fast tracking of the binned rows of blocks start … stop, with their quick certificates.
+@inner(linked=False)
+def _project_blocks(tables, proves, handed, blocks, found):
+    """Feet of the rows of all blocks, with their quick certificates.
 
-    `path` is (points before, points now), the first without rows where nothing is to be certified;
-    `starts` (parameters from which feet are looked for, those of the last feet); `bins` is (order,
-    blocks), `results` (projection, flags). A row is flagged, to be done one by
-    one, when it does not descend, or its element is trimmed away at the foot or of too high a
-    degree; and to be gone on with from the parameters then in `results` when it leaves its element
-    for another of its patch.
+    A row is flagged, to be done one by one, when it does not descend, or its element is trimmed
+    away at the foot or of too high a degree; and to be gone on with from the place found when it
+    leaves its element for another of its patch.
     """
-    order, blocks = bins
     elements = tables.elements
     tolerance = tables.scale[1] ** 2
     lanes, proof = np.empty(ROWS * LANES), np.zeros(PROOF_ROWS * LANES)
     k, frame = np.empty(64), np.empty(FRAME)
-    proves = path[0].shape[0] > 0
-    for b in range(start, stop):
+    for b in range(blocks.shape[0]):
         e = blocks[b, 0]
-        rows = order[blocks[b, 1] : blocks[b, 2]]
+        rows = handed[blocks[b, 1] : blocks[b, 2]]
+        answers = found[blocks[b, 1] : blocks[b, 2]]
         form = elements.table[e]["form"]
         if form == GENERAL or elements.table[e]["trim"] == OUT:
-            for row in rows:
-                results[1][row] = BY_ROW
+            answers[:, FLAG] = BY_ROW
             continue
-        _load(elements, e, rows, path[1], starts[0], results, lanes)
+        _load(elements, e, rows, lanes)
         for i in range(64):
             k[i] = elements.table[e]["cubic"][i]
         for _ in range(ROUNDS):
@@ -194,10 +148,37 @@ def project_lanes(tables, path, starts, bins, results, start, stop):
             finish_polynomial(lanes, k, tolerance)
         if proves:
             for l in range(rows.shape[0]):
-                load_path(proof, l, rows[l], path, starts[1])
+                load_path(proof, l, rows[l])
             load_surroundings(elements, tables.rings, e, lanes, rows.shape[0], proof, frame)
             prove_lanes(lanes, proof, frame, tables.scale[1])
-        _store(tables, e, rows, (lanes, proof), results)
+        _store(tables, e, rows, (lanes, proof), answers)
+
+
+@kernel()
+def track_lanes(tables, path, starts, wanted, results, first, last):
+    """Fast tracking of the rows first … last that have the flag `wanted`: 0 or GO_ON.
+
+    `path` is (points before, points now), the first without rows where nothing is to be certified;
+    `starts` (patch, uv) are the last feet, from which those with the flag 0 are looked for, others
+    from where they are in `results` = (projection, flags).
+    """
+    patch, uv = starts
+    out, back = results
+    if wanted == GO_ON:
+        place, blocks = bin_rows(tables, (out.patch, out.uv), back, wanted, first, last)
+    else:
+        place, blocks = bin_rows(tables, starts, back, wanted, first, last)
+    if blocks.shape[0] == 0:
+        return
+    n = blocks[-1, 2]
+    handed = np.empty((n, HANDED_ON if wanted == GO_ON else HANDED))
+    hand_rows(place, path, uv, first, handed)
+    if wanted == GO_ON:
+        hand_on_rows(place, out, first, handed)
+    found = np.empty((n, FOUND))
+    _project_blocks(tables, path[0].shape[0] > 0, handed, blocks, found)
+    # Rows that go on stay on their patch.
+    fetch_rows(place, found, patch, first, results)
 
 
 @inner(linked=False)
@@ -209,9 +190,8 @@ def _is_whole(tables, patch, uv, proof, l):
 
 
 @inner()
-def _store(tables, e, rows, work, results):
+def _store(tables, e, handed, work, found):
     lanes, proof = work
-    out, back = results
     elements = tables.elements
     u0 = elements.table[e]["box"][0]
     v0 = elements.table[e]["box"][2]
@@ -220,32 +200,28 @@ def _store(tables, e, rows, work, results):
     patch = elements.table[e]["patch"]
     cut = elements.table[e]["trim"] == CUT
     trimmed = tables.trims.trimmed[patch] != 0
-    for l in range(rows.shape[0]):
-        k = rows[l]
+    goes_on = handed.shape[1] > HANDED
+    for l in range(handed.shape[0]):
         s = lanes[l]
         t = lanes[ROW_T * LANES + l]
         state = lanes[ROW_STATE * LANES + l]
-        if state == LEFT and back[k] != GO_ON and may_go_on(elements, e, s, t):
-            back[k] = GO_ON
-            out.patch[k] = patch
-            out.uv[k, 0] = u0 + (s + 0.5) * du
-            out.uv[k, 1] = v0 + (t + 0.5) * dv
-            out.gap[k] = lanes[ROW_F * LANES + l]
+        u = u0 + (s + 0.5) * du
+        v = v0 + (t + 0.5) * dv
+        found[l, PLACE] = u
+        found[l, PLACE + 1] = v
+        if state == LEFT and not goes_on and may_go_on(elements, e, s, t):
+            found[l, FLAG] = GO_ON
+            found[l, GAP] = lanes[ROW_F * LANES + l]
             continue
         if state != DONE or (cut and not in_face(elements, tables.trims, e, s, t)):
-            back[k] = BY_ROW
+            found[l, FLAG] = BY_ROW
             continue
-        back[k] = 0
-        out.patch[k] = patch
-        out.uv[k, 0] = u0 + (s + 0.5) * du
-        out.uv[k, 1] = v0 + (t + 0.5) * dv
+        found[l, FLAG] = 0.0
         for c in range(3):
-            out.point[k, c] = lanes[(ROW_FOOT + c) * LANES + l] + elements.table[e]["origin"][c]
-            out.normal[k, c] = lanes[(ROW_NORMAL + c) * LANES + l]
-        out.gap[k] = lanes[ROW_GAP * LANES + l]
-        out.feature[k] = FACE
-        out.status[k] = OK
+            found[l, FOOT + c] = lanes[(ROW_FOOT + c) * LANES + l] + elements.table[e]["origin"][c]
+            found[l, NORMAL + c] = lanes[(ROW_NORMAL + c) * LANES + l]
+        found[l, GAP] = lanes[ROW_GAP * LANES + l]
         proved = proof[ROW_RADIUS * LANES + l] > 0.0
         if proved and trimmed:
-            proved = _is_whole(tables, patch, (out.uv[k, 0], out.uv[k, 1]), proof, l)
-        out.certified[k] = 1 if proved else 0
+            proved = _is_whole(tables, patch, (u, v), proof, l)
+        found[l, PROVED] = 1.0 if proved else 0.0

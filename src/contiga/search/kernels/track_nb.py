@@ -12,29 +12,27 @@ import numpy as np
 
 from contiga.num.codes import BRANCH_EVENT, MAX_ITERATIONS
 from contiga.num.jit import inner, kernel
+from contiga.search.kernels.bins_nb import GO_ON
 from contiga.search.kernels.branch_nb import certify_rows
 from contiga.search.kernels.follow_nb import EVENT, follow_rows
 from contiga.search.kernels.nearest_nb import project_global
-from contiga.search.kernels.project_nb import GO_ON, bin_rows, project_lanes, project_tracked
+from contiga.search.kernels.project_nb import project_tracked, track_lanes
 
 
 @inner(linked=False)
 def _feet(tables, path, starts, results, first, last):
     """Feet of points first … last: in lanes, in lanes of the next element, then one by one."""
-    patch, uv = starts
+    patch, _ = starts
     points = path[1]
     out, back = results
-    count = tables.elements.table.shape[0]
-    order, blocks = bin_rows(tables.grid, starts, back, 0, count, first, last)
-    project_lanes(tables, path, (uv, uv), (order, blocks), results, 0, blocks.shape[0])
+    track_lanes(tables, path, starts, 0, results, first, last)
     rows = np.empty(last - first, np.int32)
     lost = n = gone_on = 0
     for k in range(first, last):
         if back[k] == GO_ON:
             gone_on += 1
     if gone_on > 0:
-        order, blocks = bin_rows(tables.grid, (out.patch, out.uv), back, GO_ON, count, first, last)
-        project_lanes(tables, path, (out.uv, uv), (order, blocks), results, 0, blocks.shape[0])
+        track_lanes(tables, path, starts, GO_ON, results, first, last)
     for k in range(first, last):
         if back[k] != 0:
             rows[n] = k

@@ -1,0 +1,141 @@
+"""Rows in the order of their elements: what lanes are handed of them, and what these find.
+
+Rows of one element lie anywhere among the points. What is read of each is put in its place among
+those of its element in one pass through memory, and what is found is fetched from there in another:
+the lanes go through both from end to end.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.elements.kernels.element_nb import locate
+from contiga.num.codes import FACE, OK
+from contiga.num.jit import inner
+from contiga.search.kernels.lanes_nb import LANES
+
+BY_ROW, GO_ON = 1, 2
+"""Flags of rows that the lanes did not finish: to be done one by one, or gone on with."""
+# Columns of what is handed: the point now and before and the start (u, v) of its certificate; of
+# rows that are gone on with from where, and the squared distance so far.
+NOW, BEFORE, START, FROM, SO_FAR = 0, 3, 6, 8, 10
+HANDED, HANDED_ON = 8, 11
+# Columns of what is found; the place is (u, v).
+FLAG, PROVED, PLACE, FOOT, NORMAL, GAP = 0, 1, 2, 4, 7, 10
+FOUND = 11
+
+
+@inner()
+def _first_places(counts):
+    """Turn counts (elements,) into first places; returns where each element's bin starts."""
+    n = counts.shape[0]
+    start = np.empty(n + 1, np.int64)
+    total = 0
+    for e in range(n):
+        start[e] = total
+        here = counts[e]
+        counts[e] = total
+        total += here
+    start[n] = total
+    return start
+
+
+@inner()
+def _blocks_of(start):
+    """Blocks of at most LANES rows of one element: (n, 3) element, first, one past the last."""
+    count = start.shape[0] - 1
+    n = 0
+    for e in range(count):
+        n += (start[e + 1] - start[e] + LANES - 1) // LANES
+    blocks = np.empty((n, 3), np.int64)
+    b = 0
+    for e in range(count):
+        for first in range(start[e], start[e + 1], LANES):
+            blocks[b, 0] = e
+            blocks[b, 1] = first
+            blocks[b, 2] = min(first + LANES, start[e + 1])
+            b += 1
+    return blocks
+
+
+@inner(linked=False)
+def bin_rows(tables, feet, flags, wanted, first, last):
+    """Places of rows first … last in the order of the elements of their feet, and blocks of these.
+
+    `feet` is (patch, uv); rows without one, or with another flag than `wanted`, have place −1.
+    """
+    patch, uv = feet
+    element = np.empty(last - first, np.int32)
+    places = np.zeros(tables.elements.table.shape[0], np.int64)
+    for k in range(first, last):
+        e = np.int32(-1)
+        if flags[k] == wanted and patch[k] >= 0:
+            e = np.int32(locate(tables.grid, patch[k], uv[k, 0], uv[k, 1])[0])
+            places[e] += 1
+        element[k - first] = e
+    starts = _first_places(places)
+    for i in range(last - first):
+        e = element[i]
+        if e >= 0:
+            element[i] = places[e]
+            places[e] += 1
+    return element, _blocks_of(starts)
+
+
+@inner(linked=False)
+def hand_rows(place, path, starts, first, handed):
+    """What lanes are handed of rows from `first` on; `path` and `starts` as of `track_lanes`."""
+    before, points = path
+    proves = before.shape[0] > 0
+    for i in range(place.shape[0]):
+        at = place[i]
+        if at < 0:
+            continue
+        k = first + i
+        for c in range(3):
+            handed[at, NOW + c] = points[k, c]
+        if proves:
+            for c in range(3):
+                handed[at, BEFORE + c] = before[k, c]
+        for c in range(2):
+            handed[at, START + c] = starts[k, c]
+
+
+@inner(linked=False)
+def hand_on_rows(place, out, first, handed):
+    """Where rows that are gone on with have come to, besides."""
+    for i in range(place.shape[0]):
+        at = place[i]
+        if at >= 0:
+            for c in range(2):
+                handed[at, FROM + c] = out.uv[first + i, c]
+            handed[at, SO_FAR] = out.gap[first + i]
+
+
+@inner(linked=False)
+def fetch_rows(place, found, patch, first, results):
+    """What was found of rows from `first` on, into `results` = (projection, flags).
+
+    Of a row to be gone on with the squared distance so far is in the place of its gap.
+    """
+    out, back = results
+    for i in range(place.shape[0]):
+        at = place[i]
+        if at < 0:
+            continue
+        k = first + i
+        back[k] = int(found[at, FLAG])
+        if back[k] == BY_ROW:
+            continue
+        out.patch[k] = patch[k]
+        for c in range(2):
+            out.uv[k, c] = found[at, PLACE + c]
+        out.gap[k] = found[at, GAP]
+        if back[k] == GO_ON:
+            continue
+        for c in range(3):
+            out.point[k, c] = found[at, FOOT + c]
+            out.normal[k, c] = found[at, NORMAL + c]
+        out.feature[k] = FACE
+        out.status[k] = OK
+        out.certified[k] = int(found[at, PROVED])

@@ -1,0 +1,100 @@
+"""Rows are put in the order of their elements, handed to the lanes and fetched from them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numba import njit
+
+import contiga as cg
+from contiga.records import empty_projection, rows_of
+from contiga.search.kernels import bins_nb
+from contiga.search.kernels.bins_nb import BY_ROW, FOUND, GO_ON, HANDED, HANDED_ON
+from contiga.search.tables import tables_of
+from contiga.statuses import Feature, Status
+
+pytestmark = pytest.mark.interpreted
+
+
+@njit
+def bin_rows(tables, feet, flags, wanted, first, last):
+    return bins_nb.bin_rows(tables, feet, flags, wanted, first, last)
+
+
+@njit
+def hand_rows(place, path, starts, first, handed):
+    bins_nb.hand_rows(place, path, starts, first, handed)
+
+
+@njit
+def hand_on_rows(place, out, first, handed):
+    bins_nb.hand_on_rows(place, out, first, handed)
+
+
+@njit
+def fetch_rows(place, found, patch, first, results):
+    bins_nb.fetch_rows(place, found, patch, first, results)
+
+
+def test_places_are_those_of_the_elements_in_order_and_blocks_hold_them():
+    tables = tables_of(cg.Body([cg.shapes.bumpy_plate(waves=1)]))
+    n = 90
+    uv = np.random.default_rng(2).random((n, 2))
+    patch, flags = np.zeros(n, np.int32), np.zeros(n, np.uint8)
+    patch[[13, 50]] = -1
+    flags[20] = GO_ON
+    place, blocks = bin_rows(tables, (patch, uv), flags, 0, 5, 80)
+    left = np.isin(np.arange(5, 80), [13, 20, 50])
+    assert (place[left] == -1).all()
+    np.testing.assert_array_equal(np.sort(place[~left]), np.arange(72))
+    box = tables.elements.table["box"]
+    assert (np.diff(blocks[:, 0]) >= 0).all()
+    np.testing.assert_array_equal(blocks[1:, 1], blocks[:-1, 2])
+    for e, first, last in blocks:
+        assert 0 < last - first <= 16
+        rows = [5 + int(np.flatnonzero(place == at)[0]) for at in range(first, last)]
+        assert rows == sorted(rows)
+        assert ((box[e, ::2] <= uv[rows]) & (uv[rows] <= box[e, 1::2])).all()
+    place, blocks = bin_rows(tables, (patch, uv), flags, GO_ON, 5, 80)
+    assert np.flatnonzero(place >= 0).tolist() == [15]
+    assert len(blocks) == 1
+
+
+def test_what_is_handed_stands_in_its_place():
+    rng = np.random.default_rng(3)
+    before, now = rng.random((2, 6, 3))
+    uv, place = rng.random((6, 2)), np.array([1, -1, 0], np.int32)
+    handed = np.full((2, HANDED), np.nan)
+    hand_rows(place, (before, now), uv, 2, handed)
+    for k, at in ((2, 1), (4, 0)):
+        np.testing.assert_array_equal(handed[at], [*now[k], *before[k], *uv[k]])
+    on = np.full((2, HANDED_ON), np.nan)
+    hand_rows(place, (np.empty((0, 3)), now), uv, 2, on)
+    assert np.isnan(on[:, 3:6]).all()
+    out = empty_projection(6)
+    out.uv[:], out.gap[:] = rng.random((6, 2)), rng.random(6)
+    hand_on_rows(place, out, 2, on)
+    for k, at in ((2, 1), (4, 0)):
+        np.testing.assert_array_equal(on[at, HANDED:], [*out.uv[k], out.gap[k]])
+
+
+def test_what_is_found_is_fetched_by_its_flag():
+    rng = np.random.default_rng(4)
+    out, back = empty_projection(5), np.zeros(5, np.uint8)
+    for array in out:
+        array[:] = 7
+    was = rows_of(out, np.arange(5))
+    found = rng.random((3, FOUND))
+    found[:, 0], found[:, 1] = [0.0, GO_ON, BY_ROW], 1.0
+    patch, place = np.array([4, 4, 4, 4, 4], np.int32), np.array([2, 0, -1, 1], np.int32)
+    fetch_rows(place, found, patch, 1, (out, back))
+    assert back.tolist() == [0, BY_ROW, 0, 0, GO_ON]
+    for own, other in zip(out, was, strict=True):
+        np.testing.assert_array_equal(own[[0, 1, 3]], other[[0, 1, 3]])
+    np.testing.assert_array_equal(out.uv[[2, 4]], found[:2, 2:4])
+    np.testing.assert_array_equal(out.gap[[2, 4]], found[:2, 10])
+    np.testing.assert_array_equal(out.point[2], found[0, 4:7])
+    np.testing.assert_array_equal(out.normal[2], found[0, 7:10])
+    assert (out.point[4] == 7).all()
+    assert out.patch.tolist() == [7, 7, 4, 7, 4]
+    assert (out.feature[2], out.status[2], out.certified[2]) == (Feature.FACE, Status.OK, 1)
