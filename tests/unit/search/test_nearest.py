@@ -93,6 +93,8 @@ def test_no_foot_is_farther_than_what_branch_and_bound_finds(name):
     np.testing.assert_allclose(np.abs(feet.gap), away, rtol=1e-9, atol=1e-11 * body.size)
     least = distances(tables, p)
     assert (away <= least * (1.0 + 1e-12) + 2e-11 * body.size).all()
+    # Where it ends in a corner, the smallest cells are off it by as much.
+    assert (away >= least * (1.0 - 1e-12) - 1e-5 * body.size).all()
     on_face = feet.feature == Feature.FACE
     assert on_face.sum() > 200
     assert feet.certified[on_face].mean() > 0.99
