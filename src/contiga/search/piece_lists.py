@@ -25,6 +25,8 @@ FEWEST, MOST = 24, 128
 WHOLE, CUT, THIN = 2.0, 1.0, 0.05
 # Pieces above which none is halved any more.
 PIECES = 200_000
+# Voxels that the boxes of all pieces meet at most: with wider edges nothing is listed.
+CROWDED = 10_000_000
 # By how much pieces are widened: a share of the size, and of the coordinates, which are rounded.
 REACH = 1e-6
 ROUNDING = 256.0 * float(np.finfo(float).eps)
@@ -88,6 +90,9 @@ def build_lists(tables: Tables) -> PieceLists:
     pieces, _ = side_pieces_nb.surface_pieces(
         tables.elements, tables.trims, origin, margins, limits
     )
+    low, high = np.floor(pieces[:, :6] / side).reshape(-1, 2, 3).clip(0, voxels - 1).swapaxes(0, 1)
+    if (high - low + 1.0).prod(axis=1).sum() > CROWDED:
+        return NONE
     first = np.zeros(int(np.prod(voxels)) + 1, np.int32)
     piece_lists_nb.list_pieces(pieces, side, voxels, first, np.zeros(0, np.int32))
     first = np.cumsum(first, dtype=np.int32)

@@ -14,6 +14,7 @@ from contiga.errors import MissingPackageError
 from contiga.extras import require
 from contiga.records import FloatArray, IntArray
 from contiga.report import write_report
+from contiga.search.piece_lists import WORTH
 from contiga.warmup.scenes import cloud, plate, puck, sheet
 
 MANY = 300
@@ -102,6 +103,9 @@ def paths() -> None:
     points = _points()
     for body in (puck(), plate()):
         body.first_hit(points, 0.2 * points)
+        # So many that pieces are listed for them.
+        many = np.resize(points, (WORTH, 3))
+        body.first_hit(many, 1.001 * many)
 
 
 def closest() -> None:

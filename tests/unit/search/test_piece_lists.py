@@ -96,6 +96,14 @@ def test_nothing_is_said_of_long_paths_of_what_is_no_number_and_beyond_the_grid(
     assert not clear_ones(piece_lists.NONE, a, b, 0.0).any()
 
 
+def test_nothing_is_listed_where_edges_are_so_wide_that_all_pieces_are_everywhere():
+    tables = tables_of(cg.Body([rough(2)]))
+    elements = tables.elements._replace(table=tables.elements.table.copy())
+    elements.table["skirt"] = 0.05 * float(tables.scale[0])
+    assert piece_lists.build_lists(tables) is not piece_lists.NONE
+    assert piece_lists.build_lists(tables._replace(elements=elements)) is piece_lists.NONE
+
+
 def test_lists_are_made_once_they_are_worth_it(monkeypatch):
     tables = tables_of(cg.Body([cg.shapes.torus()]))
     monkeypatch.setattr(piece_lists, "WORTH", 100)
