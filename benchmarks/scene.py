@@ -82,7 +82,10 @@ def around(body: cg.Body, n: int, touching: float, seed: int = 2) -> tuple[np.nd
 
 
 class Tracker:
-    """Continues a projection over the steps it is given; `feet` of the start, or found."""
+    """Continues a projection over the steps it is given; `feet` of the start, or found.
+
+    From the second step on feet are written over those of the step before, as a solver would.
+    """
 
     def __init__(
         self,
@@ -92,6 +95,7 @@ class Tracker:
     ) -> None:
         self.master = master
         self.feet = master.project(start) if feet is None else feet
+        self.out: cg.Projection | None = None
 
     def __call__(self, p: np.ndarray) -> None:
-        self.feet = self.master.project(p, start=self.feet, mode="track")
+        self.feet = self.out = self.master.project(p, start=self.feet, mode="track", out=self.out)

@@ -135,12 +135,17 @@ class Body(Faces):
         return of_volume(body_moments(self, middle), middle, rho, self.name)
 
     def project(
-        self, points: ArrayLike, *, start: Projection | None = None, mode: str = "global"
+        self,
+        points: ArrayLike,
+        *,
+        start: Projection | None = None,
+        mode: str = "global",
+        out: Projection | None = None,
     ) -> Projection:
         """Feet of `points` (n, 3) on the body; see `contiga.search.project.project`."""
         from contiga.search.project import project
 
-        return project(self, as_points(points), start=start, mode=mode)
+        return project(self, points, start, mode, out)
 
     def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
         """First entry of points moving from `p0` to `p1`; see `search.first_hit.first_hit`."""

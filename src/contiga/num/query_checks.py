@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from itertools import combinations, product
+from typing import Any
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import InputError
-from contiga.num.arrays import as_points
-from contiga.records import FloatArray, IntArray, Projection
+from contiga.num.arrays import as_points, laid_out
+from contiga.records import FloatArray, Projection, empty_projection
+
+NO_FEET = empty_projection(0)
+"""A projection without rows."""
+EMPTY: tuple[NDArray[Any], ...] = NO_FEET
+"""Its arrays: the type and shape that each has."""
 
 
 def checked_mode(mode: str) -> bool:
@@ -25,7 +33,14 @@ def checked_mode(mode: str) -> bool:
     return mode == "global"
 
 
-def _checked_start(start: Projection | None) -> Projection:
+def checked_start(start: Projection | None, n: int, count: int, what: str) -> Projection:
+    """The projection that n points start from, laid out for kernels; `count` patches, or `what`.
+
+    Raises
+    ------
+    InputError
+        No start or something else, other than n rows, a patch that is not there.
+    """
     if start is None:
         raise InputError(
             'mode "track" continues a projection',
@@ -35,33 +50,69 @@ def _checked_start(start: Projection | None) -> Projection:
         )
     if not isinstance(start, Projection):
         raise InputError("start must be a Projection", where="start", found=type(start).__name__)
-    return start
+    own = []
+    arrays: tuple[Any, ...] = start
+    for name, values, like in zip(Projection._fields, arrays, EMPTY, strict=True):
+        try:
+            array = laid_out(values, like.dtype)
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                "start must be of arrays of numbers",
+                where=f"start.{name}",
+                found=type(values).__name__,
+                allowed=f"{like.dtype} {(n, *like.shape[1:])}",
+            ) from error
+        if array.shape != (n, *like.shape[1:]):
+            raise InputError(
+                "start must have one row a point",
+                where="start",
+                found=array.shape,
+                allowed=f"{name} {(n, *like.shape[1:])}",
+            )
+        own.append(array)
+    last = Projection(*own)
+    if n and int(last.patch.max()) >= count:
+        raise InputError(
+            f"start names a {what} that is not there",
+            where="start.patch",
+            found=int(last.patch.max()),
+            allowed=f"-1 … {count - 1}",
+        )
+    return last
 
 
-def checked_patches(start: Projection | None, n: int, count: int, what: str) -> IntArray:
-    """(n,) the patches that n points start from; there are `count`, each called `what`.
+def checked_out(out: Projection | None, points: FloatArray, start: Projection | None) -> Projection:
+    """The projection to fill for `points`: `out`, which may be `start`, or a new one.
 
     Raises
     ------
     InputError
-        No start or something else, other than n rows, a patch that is not there.
+        It is no projection of arrays that can be filled, or shares memory with what is read.
     """
-    patch = np.ascontiguousarray(_checked_start(start).patch, dtype=np.int32)
-    if patch.shape != (n,):
+    if out is None:
+        return empty_projection(len(points))
+    if not isinstance(out, Projection):
+        raise InputError("out must be a Projection", where="out", found=type(out).__name__)
+    arrays: tuple[Any, ...] = out
+    for name, own, like in zip(Projection._fields, arrays, EMPTY, strict=True):
+        shape = (len(points), *like.shape[1:])
+        fits = isinstance(own, np.ndarray) and own.shape == shape and own.dtype == like.dtype
+        if not fits or not (own.flags.carray and own.flags.writeable):
+            raise InputError(
+                "out must be a Projection of one row a point, that can be written to",
+                where=f"out.{name}",
+                found=getattr(own, "shape", type(own).__name__),
+                allowed=f"{shape}, {like.dtype}, C-contiguous, writeable",
+            )
+    read = [points] if start is None or start is out else [points, *start]
+    pairs = [*product(arrays, read), *combinations(arrays, 2)]
+    if any(np.may_share_memory(one, other) for one, other in pairs):
         raise InputError(
-            "start must have one row a point",
-            where="start",
-            found=patch.shape,
-            allowed=f"patch ({n},)",
+            "out shares memory with what is read, or its arrays with each other",
+            where="out",
+            allowed="arrays of their own, or those of start: out=start",
         )
-    if n and int(patch.max()) >= count:
-        raise InputError(
-            f"start names a {what} that is not there",
-            where="start.patch",
-            found=int(patch.max()),
-            allowed=f"-1 … {count - 1}",
-        )
-    return patch
+    return out
 
 
 def checked_segments(p0: ArrayLike, p1: ArrayLike) -> tuple[FloatArray, FloatArray]:

@@ -7,17 +7,15 @@ from math import ceil
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.errors import InputError
 from contiga.geometry.faces import Faces
 from contiga.num.arrays import as_points
-from contiga.num.query_checks import checked_mode, checked_patches
+from contiga.num.query_checks import NO_FEET, checked_mode, checked_out, checked_start
 from contiga.num.threads import run_ranges, thread_count
-from contiga.records import FloatArray, IntArray, Projection, empty_projection
+from contiga.records import FloatArray, IntArray, Projection
 from contiga.search.ball import known_balls
 from contiga.search.kernels import nearest_nb, track_nb
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
-from contiga.statuses import Status
 
 # Rows below which a second thread does not pay.
 POINTS = 256
@@ -27,10 +25,16 @@ CHUNKS = 4
 """Chunks a thread, so that none waits long for another."""
 ROWS_AN_ELEMENT = 64
 """With fewer the lanes are not full."""
+NOWHERE = np.zeros((0, 3))
+"""Where points were, where that is not told."""
 
 
 def project(
-    body: Faces, points: ArrayLike, start: Projection | None = None, mode: str = "global"
+    body: Faces,
+    points: ArrayLike,
+    start: Projection | None = None,
+    mode: str = "global",
+    out: Projection | None = None,
 ) -> Projection:
     """Feet of `points` on `body`.
 
@@ -42,6 +46,8 @@ def project(
     mode : "global" for the closest point of the body (branch and bound over its hierarchy),
         "track" for the local minimum continued from `start` (safeguarded Newton that walks over
         elements, seams and edges)
+    out : a `Projection` of n rows that is filled and returned, not to ask for new memory at every
+        step; it may be `start`
 
     Returns
     -------
@@ -52,7 +58,8 @@ def project(
     Raises
     ------
     InputError
-        Points not of shape (n, 3), an unknown mode, "track" without a fitting `start`.
+        Points not of shape (n, 3), an unknown mode, "track" without a fitting `start`, an `out`
+        that does not fit.
 
     Notes
     -----
@@ -64,36 +71,15 @@ def project(
     p_B = as_points(points)
     is_global = checked_mode(mode)
     tables = tables_of(body)
-    out = empty_projection(len(p_B))
     if is_global:
-        closest_of_rows(tables, p_B, np.arange(len(p_B), dtype=np.int32), out)
-        return out
-    patch, uv = _checked_start(start, len(p_B), len(body.patches))
-    assert start is not None
-    track(tables, p_B, (patch, uv), out, points_of(start))
-    return out
-
-
-def points_of(feet: Projection) -> FloatArray:
-    """(n, 3) the points that the feet are of; NaN where they do not tell.
-
-    A tracked foot held at a border has the surface's own normal, which does not lead to the point.
-    """
-    points = feet.point + feet.gap[:, None] * feet.normal
-    told = (feet.status == Status.OK) | (feet.status == Status.BRANCH_EVENT)
-    points[~told] = np.nan
-    return np.ascontiguousarray(points)
-
-
-def _checked_start(start: Projection | None, n: int, patches: int) -> tuple[IntArray, FloatArray]:
-    patch = checked_patches(start, n, patches, "patch")
-    assert start is not None
-    uv = np.ascontiguousarray(start.uv, dtype=np.float64)
-    if uv.shape != (n, 2):
-        raise InputError(
-            "start must have one row a point", where="start", found=uv.shape, allowed=f"uv ({n}, 2)"
-        )
-    return patch, uv
+        feet = checked_out(out, p_B, None)
+        feet.certified[:] = 0
+        closest_of_rows(tables, p_B, np.arange(len(p_B), dtype=np.int32), feet)
+        return feet
+    last = checked_start(start, len(p_B), len(body.patches), "patch")
+    feet = checked_out(out, p_B, start)
+    track(tables, p_B, (last.patch, last.uv), feet, last)
+    return feet
 
 
 def track(
@@ -101,19 +87,21 @@ def track(
     p_B: FloatArray,
     starts: tuple[IntArray, FloatArray],
     out: Projection,
-    before: FloatArray | None = None,
+    before: FloatArray | Projection | None = None,
 ) -> None:
     """Continue the feet starts = (patch, uv) to `p_B`, into `out`; rows of patch −1 globally.
 
-    With `before` (n, 3), where the points were, the feet are certified: shown to be on the branch
-    of stationary points that leads from their start. Where the branch ends on the way, the row is
-    a BRANCH_EVENT with the closest point for a foot, or, at the inner side of a fold, with the one
-    that goes on in the other face.
+    With `before` (n, 3), where the points were, or the feet they had, the feet are certified: shown
+    to be on the branch of stationary points that leads from their start. Where the branch ends on
+    the way, the row is a BRANCH_EVENT with the closest point for a foot, or, at the inner side of a
+    fold, with the one that goes on in the other face.
     """
     n = len(p_B)
     size = _chunk(n, len(tables.elements.table))
-    path = np.zeros((0, 3)) if before is None else before, p_B
+    feet = before if isinstance(before, Projection) else NO_FEET
+    there = before if isinstance(before, np.ndarray) else NOWHERE
     results = out, np.zeros(n, np.uint8)
+    path = there, p_B, feet
     run_ranges(track_nb.track_chunks, ceil(n / size), 1, tables, path, starts, size, results)
 
 

@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import InputError
 from contiga.num.arrays import as_points
-from contiga.num.query_checks import checked_mode, checked_patches
+from contiga.num.query_checks import checked_mode, checked_out, checked_start
 from contiga.num.threads import run_ranges
-from contiga.records import FloatArray, IntArray, Projection, empty_projection
+from contiga.records import FloatArray, IntArray, Projection
 from contiga.statuses import Feature, Status
 from contiga.triangles.facet_tables import Tables, tables_of
 from contiga.triangles.facets import NORMALS, Facets
@@ -38,6 +38,7 @@ def project(
     start: Projection | None = None,
     mode: str = "global",
     normals: str | None = None,
+    out: Projection | None = None,
 ) -> Projection:
     """Feet of `points` on `mesh`; `patch` is the triangle, `uv` the barycentric coordinates.
 
@@ -51,6 +52,7 @@ def project(
     normals : "facet": the triangle's; on an edge or a corner the direction to the point, on the
         side the angle-weighted normals say. "vertex": the angle-weighted normals of the vertices,
         interpolated. What the mesh was made with if omitted.
+    out : a `Projection` of n rows that is filled and returned; it may be `start`
 
     Returns
     -------
@@ -63,7 +65,7 @@ def project(
     ------
     InputError
         Points not of shape (n, 3), an unknown mode or kind of normals, "track" without a fitting
-        `start`.
+        `start`, an `out` that does not fit.
     MeshError
         The mesh has no triangle with an area.
     """
@@ -71,16 +73,18 @@ def project(
     smooth = is_smooth(mesh, normals)
     is_global = checked_mode(mode)
     tables = tables_of(mesh)
-    out = empty_projection(len(p_M))
     if is_global:
-        closest_of_rows(tables.facets, p_M, np.arange(len(p_M), dtype=np.int32), smooth, out)
-        return out
-    patch = checked_patches(start, len(p_M), len(mesh.triangles), "triangle")
-    assert start is not None
+        feet = checked_out(out, p_M, None)
+        feet.certified[:] = 0
+        closest_of_rows(tables.facets, p_M, np.arange(len(p_M), dtype=np.int32), smooth, feet)
+        return feet
+    last = checked_start(start, len(p_M), len(mesh.triangles), "triangle")
     # A foot is its own foot: it tells as well as its point whether it was inside a triangle.
-    inside = np.where((start.feature == Feature.FACE)[:, None], start.point, np.nan)
-    track(tables, p_M, (patch, inside), smooth, out)
-    return out
+    inside = np.where((last.feature == Feature.FACE)[:, None], last.point, np.nan)
+    feet = checked_out(out, p_M, start)
+    feet.certified[:] = 0
+    track(tables, p_M, (last.patch, inside), smooth, feet)
+    return feet
 
 
 def is_smooth(mesh: TriMesh, normals: str | None) -> bool:

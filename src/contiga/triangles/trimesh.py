@@ -266,12 +266,13 @@ class TriMesh(Shown):
         start: Projection | None = None,
         mode: str = "global",
         normals: str | None = None,
+        out: Projection | None = None,
     ) -> Projection:
         """Feet of `points` (n, 3) on the triangles; see `contiga.triangles.facet_feet.project`.
 
         `patch` is the triangle and `uv` the barycentric coordinates of the foot.
         """
-        return project(self, points, start, mode, normals)
+        return project(self, points, start, mode, normals, out)
 
     def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
         """Where points moving from `p0` to `p1` enter; see `triangles.facet_hits.first_hit`."""

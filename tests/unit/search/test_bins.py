@@ -17,13 +17,13 @@ pytestmark = pytest.mark.interpreted
 
 
 @njit
-def bin_rows(tables, feet, flags, wanted, first, last):
-    return bins_nb.bin_rows(tables, feet, flags, wanted, first, last)
+def bin_rows(tables, feet, flags, wanted):
+    return bins_nb.bin_rows(tables, feet, flags, wanted)
 
 
 @njit
-def hand_rows(place, path, starts, first, handed):
-    bins_nb.hand_rows(place, path, starts, first, handed)
+def hand_rows(place, path, starts, handed):
+    bins_nb.hand_rows(place, path, starts, handed)
 
 
 @njit
@@ -38,13 +38,13 @@ def fetch_rows(place, found, patch, first, results):
 
 def test_places_are_those_of_the_elements_in_order_and_blocks_hold_them():
     tables = tables_of(cg.Body([cg.shapes.bumpy_plate(waves=1)]))
-    n = 90
+    n = 75
     uv = np.random.default_rng(2).random((n, 2))
     patch, flags = np.zeros(n, np.int32), np.zeros(n, np.uint8)
-    patch[[13, 50]] = -1
-    flags[20] = GO_ON
-    place, blocks = bin_rows(tables, (patch, uv), flags, 0, 5, 80)
-    left = np.isin(np.arange(5, 80), [13, 20, 50])
+    patch[[8, 45]] = -1
+    flags[15] = GO_ON
+    place, blocks = bin_rows(tables, (patch, uv), flags, 0)
+    left = np.isin(np.arange(n), [8, 15, 45])
     assert (place[left] == -1).all()
     np.testing.assert_array_equal(np.sort(place[~left]), np.arange(72))
     box = tables.elements.table["box"]
@@ -52,24 +52,24 @@ def test_places_are_those_of_the_elements_in_order_and_blocks_hold_them():
     np.testing.assert_array_equal(blocks[1:, 1], blocks[:-1, 2])
     for e, first, last in blocks:
         assert 0 < last - first <= 16
-        rows = [5 + int(np.flatnonzero(place == at)[0]) for at in range(first, last)]
+        rows = [int(np.flatnonzero(place == at)[0]) for at in range(first, last)]
         assert rows == sorted(rows)
         assert ((box[e, ::2] <= uv[rows]) & (uv[rows] <= box[e, 1::2])).all()
-    place, blocks = bin_rows(tables, (patch, uv), flags, GO_ON, 5, 80)
+    place, blocks = bin_rows(tables, (patch, uv), flags, GO_ON)
     assert np.flatnonzero(place >= 0).tolist() == [15]
     assert len(blocks) == 1
 
 
 def test_what_is_handed_stands_in_its_place():
     rng = np.random.default_rng(3)
-    before, now = rng.random((2, 6, 3))
-    uv, place = rng.random((6, 2)), np.array([1, -1, 0], np.int32)
+    before, now = rng.random((2, 3, 3))
+    uv, place = rng.random((3, 2)), np.array([1, -1, 0], np.int32)
     handed = np.full((2, HANDED), np.nan)
-    hand_rows(place, (before, now), uv, 2, handed)
-    for k, at in ((2, 1), (4, 0)):
-        np.testing.assert_array_equal(handed[at], [*now[k], *before[k], *uv[k]])
+    hand_rows(place, (before, now), uv, handed)
+    for i, at in ((0, 1), (2, 0)):
+        np.testing.assert_array_equal(handed[at], [*now[i], *before[i], *uv[i]])
     on = np.full((2, HANDED_ON), np.nan)
-    hand_rows(place, (np.empty((0, 3)), now), uv, 2, on)
+    hand_rows(place, (np.empty((0, 3)), now), uv, on)
     assert np.isnan(on[:, 3:6]).all()
     out = empty_projection(6)
     out.uv[:], out.gap[:] = rng.random((6, 2)), rng.random(6)
@@ -80,15 +80,15 @@ def test_what_is_handed_stands_in_its_place():
 
 def test_what_is_found_is_fetched_by_its_flag():
     rng = np.random.default_rng(4)
-    out, back = empty_projection(5), np.zeros(5, np.uint8)
+    out, back = empty_projection(5), np.zeros(4, np.uint8)
     for array in out:
         array[:] = 7
     was = rows_of(out, np.arange(5))
     found = rng.random((3, FOUND))
     found[:, 0], found[:, 1] = [0.0, GO_ON, BY_ROW], 1.0
-    patch, place = np.array([4, 4, 4, 4, 4], np.int32), np.array([2, 0, -1, 1], np.int32)
+    patch, place = np.array([4, 4, 4, 4], np.int32), np.array([2, 0, -1, 1], np.int32)
     fetch_rows(place, found, patch, 1, (out, back))
-    assert back.tolist() == [0, BY_ROW, 0, 0, GO_ON]
+    assert back.tolist() == [BY_ROW, 0, 0, GO_ON]
     for own, other in zip(out, was, strict=True):
         np.testing.assert_array_equal(own[[0, 1, 3]], other[[0, 1, 3]])
     np.testing.assert_array_equal(out.uv[[2, 4]], found[:2, 2:4])

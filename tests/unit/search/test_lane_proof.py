@@ -42,7 +42,7 @@ def test_lanes_prove_what_the_bounds_around_a_foot_prove_one_by_one(kind):
     rows = np.flatnonzero(done)
     few = type(out)(*(x[rows] for x in out))
     path, starts = (p[rows], q[rows]), (start.patch[rows], start.uv[rows])
-    branch_nb.certify_rows(tables, path[1], path[0], starts, (few, back[rows]), 0, len(rows))
+    branch_nb.certify_rows(tables, path, starts, (few, back[rows]), 0)
     alone = few.certified == 1
     told = in_lanes_proved[rows] == 1
     assert not (told & ~alone).any()

@@ -25,7 +25,7 @@ PATCHES = {
 def in_lanes(tables, points, start, results, before=None, wanted=0):
     path = np.empty((0, 3)) if before is None else before, points
     starts = start.patch, start.uv
-    project_nb.track_lanes(tables, path, starts, wanted, results, 0, len(points))
+    project_nb.track_lanes(tables, path, starts, wanted, results, 0)
 
 
 def lanes_only(body, points, start):
@@ -37,7 +37,7 @@ def lanes_only(body, points, start):
 def walk_only(body, points, start):
     tables, out = tables_of(body), empty_projection(len(points))
     rows = np.arange(len(points), dtype=np.int32)
-    project_nb.project_tracked(tables, points, (start.patch, start.uv), rows, out, 0, len(points))
+    project_nb.project_tracked(tables, points, (start.patch, start.uv), rows, out, 0)
     return out
 
 

@@ -10,6 +10,7 @@ import pytest
 import contiga as cg
 from contiga.errors import InputError
 from contiga.records import empty_projection
+from contiga.search.kernels import nearest_nb, track_nb
 from contiga.statuses import Feature, Status
 
 
@@ -43,6 +44,47 @@ def test_bad_input_is_refused():
     start = feet._replace(patch=np.array([0, 5], np.int32))
     with pytest.raises(InputError, match="patch that is not there"):
         body.project(np.zeros((2, 3)), start=start, mode="track")
+
+
+@pytest.mark.parametrize("mode", ["global", "track"])
+def test_feet_written_over_those_of_the_step_before_are_the_same_bits(mode):
+    """In a ring cut in two, whose points go over edges and close by its middle line."""
+    body = cg.Body(cg.shapes.torus(major=2.0, minor=0.5).split(u=0.3))
+    rng = np.random.default_rng(6)
+    a, b = rng.uniform(0.0, 2.0 * np.pi, (2, 2000, 1))
+    round_it = np.hstack([np.cos(a), np.sin(a), 0.0 * a])
+    aside = np.cos(b) * round_it + np.sin(b) * [0.0, 0.0, 1.0]
+    p = 2.0 * round_it + 0.3 * aside
+    own = other = body.project(p)
+    into, seen = empty_projection(len(p)), set()
+    for _ in range(4):
+        p = 2.0 * round_it + rng.uniform(-0.4, 0.4, a.shape) * aside
+        p += 1e-3 * rng.normal(size=p.shape)
+        p[7], own.patch[11], other.patch[11] = np.nan, -1, -1
+        new = body.project(p, start=other, mode=mode)
+        assert body.project(p, start=other, mode=mode, out=into) is into
+        assert body.project(p, start=own, mode=mode, out=own) is own
+        for found, *others in zip(new, into, own, strict=True):
+            for written in others:
+                np.testing.assert_array_equal(written, found)
+        seen.update(zip(new.status.tolist(), new.certified.tolist(), strict=True))
+        other = new
+    assert (Status.OK, 1) in seen
+    assert ((Status.BRANCH_EVENT, 1) in seen) == (mode == "track")
+
+
+def test_points_that_may_not_be_written_to_compile_nothing():
+    body = cg.Body([cg.shapes.plane()])
+    p = np.random.default_rng(2).random((5, 3))
+    feet = body.project(body.project(p).point + 0.1)
+    feet = body.project(p, start=feet, mode="track")
+    kernels = (nearest_nb.project_global, track_nb.track_chunks)
+    count = [len(getattr(kernel, "signatures", [])) for kernel in kernels]
+    for array in (p, *feet):
+        array.flags.writeable = False
+    body.project(body.project(p, start=feet, mode="track").point)
+    body.project(p)
+    assert [len(getattr(kernel, "signatures", [])) for kernel in kernels] == count
 
 
 def test_no_points_give_no_feet():

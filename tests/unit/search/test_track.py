@@ -14,13 +14,14 @@ from contiga.statuses import Status
 
 def _tracked(
     body: cg.Body,
-    path: tuple[np.ndarray, np.ndarray],
+    path: tuple[np.ndarray, ...],
     start: tuple[np.ndarray, np.ndarray],
     size: int,
 ) -> Projection:
     n = len(path[1])
     out = empty_projection(n)
     results = out, np.zeros(n, np.uint8)
+    path = *path, empty_projection(0)
     track_nb.track_chunks(tables_of(body), path, start, size, results, 0, -(-n // size))
     return out
 

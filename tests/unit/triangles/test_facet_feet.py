@@ -179,6 +179,22 @@ def test_a_mesh_made_smooth_projects_smoothly(torus):
     )
 
 
+@pytest.mark.parametrize("mode", ["global", "track"])
+def test_feet_written_over_those_of_the_step_before_are_the_same_bits(torus, mode):
+    rng = np.random.default_rng(13)
+    p = 2.0 * rng.normal(size=(500, 3))
+    own = other = torus.project(p)
+    for _ in range(3):
+        p = p + 0.1 * rng.normal(size=p.shape)
+        new = torus.project(p, start=other, mode=mode)
+        assert torus.project(p, start=own, mode=mode, out=own) is own
+        for a, b in zip(new, own, strict=True):
+            np.testing.assert_array_equal(a, b)
+        other = new
+    with pytest.raises(InputError, match="shares memory"):
+        torus.project(own.point, out=own)
+
+
 def test_wrong_questions_are_refused(torus):
     with pytest.raises(InputError, match="unknown mode"):
         torus.project([[0, 0, 0]], mode="nearest")

@@ -59,22 +59,23 @@ def _blocks_of(start):
 
 
 @inner(linked=False)
-def bin_rows(tables, feet, flags, wanted, first, last):
-    """Places of rows first … last in the order of the elements of their feet, and blocks of these.
+def bin_rows(tables, feet, flags, wanted):
+    """Places of rows in the order of the elements of their feet, and blocks of these.
 
     `feet` is (patch, uv); rows without one, or with another flag than `wanted`, have place −1.
     """
     patch, uv = feet
-    element = np.empty(last - first, np.int32)
+    n = patch.shape[0]
+    element = np.empty(n, np.int32)
     places = np.zeros(tables.elements.table.shape[0], np.int64)
-    for k in range(first, last):
+    for i in range(n):
         e = np.int32(-1)
-        if flags[k] == wanted and patch[k] >= 0:
-            e = np.int32(locate(tables.grid, patch[k], uv[k, 0], uv[k, 1])[0])
+        if flags[i] == wanted and patch[i] >= 0:
+            e = np.int32(locate(tables.grid, patch[i], uv[i, 0], uv[i, 1])[0])
             places[e] += 1
-        element[k - first] = e
+        element[i] = e
     starts = _first_places(places)
-    for i in range(last - first):
+    for i in range(n):
         e = element[i]
         if e >= 0:
             element[i] = places[e]
@@ -83,27 +84,26 @@ def bin_rows(tables, feet, flags, wanted, first, last):
 
 
 @inner(linked=False)
-def hand_rows(place, path, starts, first, handed):
-    """What lanes are handed of rows from `first` on; `path` and `starts` as of `track_lanes`."""
+def hand_rows(place, path, starts, handed):
+    """What lanes are handed of rows; `path` is (points before, points now), `starts` (n, 2) uv."""
     before, points = path
     proves = before.shape[0] > 0
     for i in range(place.shape[0]):
         at = place[i]
         if at < 0:
             continue
-        k = first + i
         for c in range(3):
-            handed[at, NOW + c] = points[k, c]
+            handed[at, NOW + c] = points[i, c]
         if proves:
             for c in range(3):
-                handed[at, BEFORE + c] = before[k, c]
+                handed[at, BEFORE + c] = before[i, c]
         for c in range(2):
-            handed[at, START + c] = starts[k, c]
+            handed[at, START + c] = starts[i, c]
 
 
 @inner(linked=False)
 def hand_on_rows(place, out, first, handed):
-    """Where rows that are gone on with have come to, besides."""
+    """Where rows that are gone on with have come to, besides: out[first + i] is of row i."""
     for i in range(place.shape[0]):
         at = place[i]
         if at >= 0:
@@ -114,7 +114,7 @@ def hand_on_rows(place, out, first, handed):
 
 @inner(linked=False)
 def fetch_rows(place, found, patch, first, results):
-    """What was found of rows from `first` on, into `results` = (projection, flags).
+    """What was found of rows, into `results` = (projection, from its row `first` on; flags).
 
     Of a row to be gone on with the squared distance so far is in the place of its gap.
     """
@@ -123,15 +123,15 @@ def fetch_rows(place, found, patch, first, results):
         at = place[i]
         if at < 0:
             continue
-        k = first + i
-        back[k] = int(found[at, FLAG])
-        if back[k] == BY_ROW:
+        flag = back[i] = int(found[at, FLAG])
+        if flag == BY_ROW:
             continue
-        out.patch[k] = patch[k]
+        k = first + i
+        out.patch[k] = patch[i]
         for c in range(2):
             out.uv[k, c] = found[at, PLACE + c]
         out.gap[k] = found[at, GAP]
-        if back[k] == GO_ON:
+        if flag == GO_ON:
             continue
         for c in range(3):
             out.point[k, c] = found[at, FOOT + c]

@@ -225,12 +225,14 @@ def kept_ball(tables, taken, patches, foot, start, seen):
 
 
 @kernel(error_model="numpy")
-def certify_rows(tables, points, before, starts, results, start, stop):
-    """Certify feet start … stop by the bounds kept around them.
+def certify_rows(tables, path, starts, results, first):
+    """Certify the feet of rows by the bounds kept around them.
 
-    `results` is (projection, flags). A row is flagged FOLLOW where that is not enough. Those that
-    are certified already are let be.
+    `path` is (points before, points now), `starts` (patch, uv), `results` (projection, from its row
+    `first` on; flags). A row is flagged FOLLOW where that is not enough. Those that are certified
+    already are let be.
     """
+    before, points = path
     patch, uv = starts
     out, back = results
     # Taken out of their tuples once: to hand those on costs more than the test.
@@ -239,24 +241,25 @@ def certify_rows(tables, points, before, starts, results, start, stop):
     grid = tables.grid
     tolerance = tables.scale[1]
     point, normal, foot_uv = out.point, out.normal, out.uv
-    for k in range(start, stop):
-        back[k] = 0
+    for i in range(patch.shape[0]):
+        k = first + i
+        back[i] = 0
         if out.certified[k] == 1:
             continue
-        a = (before[k, 0], before[k, 1], before[k, 2])
-        b = (points[k, 0], points[k, 1], points[k, 2])
-        if patch[k] < 0 or not math.isfinite(a[0] + a[1] + a[2] + b[0] + b[1] + b[2]):
+        a = (before[i, 0], before[i, 1], before[i, 2])
+        b = (points[i, 0], points[i, 1], points[i, 2])
+        if patch[i] < 0 or not math.isfinite(a[0] + a[1] + a[2] + b[0] + b[1] + b[2]):
             continue
-        back[k] = FOLLOW
+        back[i] = FOLLOW
         # A foot on a kink or an end is refused by its surroundings; one on a pole may not be.
         if out.status[k] != OK:
             continue
         x = (point[k, 0], point[k, 1], point[k, 2])
         n = (normal[k, 0], normal[k, 1], normal[k, 2])
         seen = seen_from(x, n, a, b, tolerance)
-        patches, start = (patch[k], out.patch[k]), (uv[k, 0], uv[k, 1])
+        patches, start = (patch[i], out.patch[k]), (uv[i, 0], uv[i, 1])
         foot = (foot_uv[k, 0], foot_uv[k, 1])
         r = kept_ball(tables, (grid, table, rings), patches, foot, start, seen)
         if r > 0.0:
-            back[k] = 0
+            back[i] = 0
             out.certified[k] = 1

@@ -247,8 +247,8 @@ def _is_start(tables, last, point, work):
 
 
 @kernel(error_model="numpy")
-def follow_rows(tables, path, starts, rows, results, start, stop):
-    """Follow the branches of rows[start:stop]; `path` is (points before, points now).
+def follow_rows(tables, path, starts, rows, results, first):
+    """Follow the branches of `rows`; arguments as of `certify_rows`.
 
     A foot that is not the one on its branch is put right. Rows whose branch ends are flagged EVENT,
     or, where it ran into a fold and the foot fell on to the other face, a BRANCH_EVENT at once.
@@ -259,11 +259,11 @@ def follow_rows(tables, path, starts, rows, results, start, stop):
     before, points = path
     patch, uv = starts
     out, back = results
-    for i in range(start, stop):
-        k = rows[i]
-        last = locate(tables.grid, patch[k], uv[k, 0], uv[k, 1])
-        a = (before[k, 0], before[k, 1], before[k, 2])
-        b = (points[k, 0], points[k, 1], points[k, 2])
+    for i in rows:
+        k = first + i
+        last = locate(tables.grid, patch[i], uv[i, 0], uv[i, 1])
+        a = (before[i, 0], before[i, 1], before[i, 2])
+        b = (points[i, 0], points[i, 1], points[i, 2])
         if not _is_start(tables, last, a, work):
             continue
         step = 1.0
@@ -280,7 +280,7 @@ def follow_rows(tables, path, starts, rows, results, start, stop):
             step = 0.5
         outcome, e, s, t, feature = follow(tables, last, (a, b), step, work)
         if outcome == ENDED:
-            back[k] = EVENT
+            back[i] = EVENT
         elif outcome == FELL and out.status[k] == OK:
             out.status[k] = BRANCH_EVENT
         elif outcome == PROVED:

@@ -1,4 +1,4 @@
-"""The outer loops of tracking: ranges of rows, each row solved on its own."""
+"""The outer loops of tracking: each row is solved on its own, in lanes or one by one."""
 
 from __future__ import annotations
 
@@ -68,19 +68,18 @@ def _finite(points, k):
 
 
 @kernel()
-def project_tracked(tables, points, starts, rows, out, start, stop):
-    """Continued feet of points[rows[start:stop]] from starts = (patch, uv), one by one."""
+def project_tracked(tables, points, starts, rows, out, first):
+    """Continued feet of points[rows] from starts[rows] = (patch, uv) into out[first + rows]."""
     h = np.empty((4, 6))
     found = np.empty(4)
     patch, uv = starts
-    for i in range(start, stop):
-        k = rows[i]
-        if not _finite(points, k):
-            blank_foot(out, k, NOT_FINITE)
+    for i in rows:
+        if not _finite(points, i):
+            blank_foot(out, first + i, NOT_FINITE)
             continue
-        point = (points[k, 0], points[k, 1], points[k, 2])
-        foot = locate(tables.grid, patch[k], uv[k, 0], uv[k, 1])
-        tracked_foot(tables, k, foot, point, out, found, h)
+        point = (points[i, 0], points[i, 1], points[i, 2])
+        foot = locate(tables.grid, patch[i], uv[i, 0], uv[i, 1])
+        tracked_foot(tables, first + i, foot, point, out, found, h)
 
 
 @inner()
@@ -155,24 +154,26 @@ def _project_blocks(tables, proves, handed, blocks, found):
 
 
 @kernel()
-def track_lanes(tables, path, starts, wanted, results, first, last):
-    """Fast tracking of the rows first … last that have the flag `wanted`: 0 or GO_ON.
+def track_lanes(tables, path, starts, wanted, results, first):
+    """Fast tracking of the rows that have the flag `wanted`: 0 or GO_ON.
 
     `path` is (points before, points now), the first without rows where nothing is to be certified;
     `starts` (patch, uv) are the last feet, from which those with the flag 0 are looked for, others
-    from where they are in `results` = (projection, flags).
+    from where they are in `results` = (projection, from its row `first` on; flags).
     """
     patch, uv = starts
     out, back = results
     if wanted == GO_ON:
-        place, blocks = bin_rows(tables, (out.patch, out.uv), back, wanted, first, last)
+        last = first + patch.shape[0]
+        feet = (out.patch[first:last], out.uv[first:last])
+        place, blocks = bin_rows(tables, feet, back, wanted)
     else:
-        place, blocks = bin_rows(tables, starts, back, wanted, first, last)
+        place, blocks = bin_rows(tables, starts, back, wanted)
     if blocks.shape[0] == 0:
         return
     n = blocks[-1, 2]
     handed = np.empty((n, HANDED_ON if wanted == GO_ON else HANDED))
-    hand_rows(place, path, uv, first, handed)
+    hand_rows(place, path, uv, handed)
     if wanted == GO_ON:
         hand_on_rows(place, out, first, handed)
     found = np.empty((n, FOUND))

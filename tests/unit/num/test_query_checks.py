@@ -1,0 +1,89 @@
+"""Projections that searches start from, and that they fill."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from contiga.errors import InputError
+from contiga.num.query_checks import checked_out, checked_start
+from contiga.records import Projection, empty_projection
+
+
+def feet(n: int = 4) -> Projection:
+    found = empty_projection(n)
+    for array in found:
+        array[:] = 0
+    return found
+
+
+def test_a_start_that_fits_is_not_copied():
+    start = feet()
+    for own, given in zip(checked_start(start, 4, 1, "patch"), start, strict=True):
+        assert own is given
+
+
+def test_a_start_of_other_layouts_is_laid_out():
+    start = feet()
+    start.point.flags.writeable = False
+    other = start._replace(
+        patch=[0, 0, -1, 0],
+        uv=np.zeros((2, 4)).T,
+        normal=np.zeros((4, 6))[:, ::2],
+        gap=np.zeros(4, np.float32),
+    )
+    own = checked_start(other, 4, 1, "patch")
+    for array, like in zip(own, feet(), strict=True):
+        assert (array.dtype, array.shape) == (like.dtype, like.shape)
+        assert array.flags.carray
+    assert own.patch.tolist() == [0, 0, -1, 0]
+
+
+@pytest.mark.parametrize("name", Projection._fields)
+def test_every_array_of_a_start_needs_one_row_a_point(name):
+    few = getattr(feet(3), name)
+    with pytest.raises(InputError, match="one row a point") as error:
+        checked_start(feet()._replace(**{name: few}), 4, 1, "patch")
+    assert name in str(error.value.allowed)
+    with pytest.raises(InputError, match="arrays of numbers") as error:
+        checked_start(feet()._replace(**{name: "feet"}), 4, 1, "patch")
+    assert error.value.where == f"start.{name}"
+
+
+def test_what_is_filled_is_what_was_given_or_new():
+    points, out = np.zeros((4, 3)), feet()
+    assert checked_out(out, points, None) is out
+    assert checked_out(out, points, out) is out
+    assert checked_out(out, points, feet()) is out
+    assert len(checked_out(None, points, out).gap) == 4
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"gap": np.zeros(3)},
+        {"uv": np.zeros((2, 4)).T},
+        {"status": np.zeros(4)},
+        {"point": [[0.0] * 3] * 4},
+        {"normal": np.broadcast_to(0.0, (4, 3))},
+    ],
+)
+def test_what_cannot_be_filled_is_refused(wrong):
+    with pytest.raises(InputError, match="out must be a Projection of one row") as error:
+        checked_out(feet()._replace(**wrong), np.zeros((4, 3)), None)
+    assert error.value.where == f"out.{next(iter(wrong))}"
+
+
+def test_what_is_filled_is_a_projection_that_shares_nothing_with_what_is_read():
+    with pytest.raises(InputError, match="out must be a Projection"):
+        checked_out(tuple(feet()), np.zeros((4, 3)), None)  # type: ignore[arg-type]
+    out, start = feet(), feet()
+    with pytest.raises(InputError, match="shares memory"):
+        checked_out(out._replace(status=out.certified), np.zeros((4, 3)), None)
+    for points, other in (
+        (out.point, None),
+        (np.zeros((4, 3)), start._replace(uv=out.uv)),
+        (out.normal, out),
+    ):
+        with pytest.raises(InputError, match="shares memory"):
+            checked_out(out, points, other)
