@@ -39,7 +39,7 @@ from contiga.contact.respond import (
 )
 from contiga.contact.sparse import Sparse
 from contiga.contact.state import Column, State
-from contiga.contact.tracked import Detected, Last, Options, options_of
+from contiga.contact.tracked import Detected, Last, Options, Rooms, options_of
 from contiga.errors import InputError
 from contiga.laws.friction import Friction
 from contiga.laws.normal import Law, StressLaw
@@ -164,6 +164,7 @@ class Contact(Shown):
         self.on_edge = on_edge
         self.through = through
         self.depth = None if depth is None else positive(depth, "depth", finite=False)
+        self._rooms = Rooms()
 
     def _facts(self) -> Facts:
         return [
@@ -249,13 +250,16 @@ class Contact(Shown):
         p_W, X_WB = self._checked(points, pose)
         dt = positive(dt, "dt")
         self._check_state(state)
-        with clock("search"):
-            p_B = to_body(X_WB, p_W)
-            last = Last(state.points_B, state.patch, state.uv, state.near, state.safe_distance)
-            poses, active = (state.pose, X_WB), self._sampling.active
-            found = detect_on_curves(self._surface, p_B, last, active, self._options, poses)
+        poses, active = (state.pose, X_WB), self._sampling.active
         v_B = relative_velocity(self._sampling, p_W, poses, velocity, twist)
-        return self._respond(found, p_B, X_WB, Past(state, dt, v_B), clock)
+        with self._rooms.one(len(p_W)) as room:
+            with clock("search"):
+                p_B = to_body(X_WB, p_W)
+                last = Last(state.points_B, state.patch, state.uv, state.near, state.safe_distance)
+                found = detect_on_curves(
+                    self._surface, p_B, last, active, self._options, poses, room
+                )
+            return self._respond(found, p_B, X_WB, Past(state, dt, v_B), clock)
 
     def rehearse(
         self, standing: Iterable[tuple[ArrayLike, ArrayLike | None]], *, most: int | None = None

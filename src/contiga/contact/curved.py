@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.detect import detect
-from contiga.contact.tracked import BoolArray, Detected, Last, Options, take
+from contiga.contact.tracked import BoolArray, Detected, Last, Options, Room, take
 from contiga.masters.protocol import Surface
 from contiga.num.ordered import length
 from contiga.num.pose import relative
@@ -43,14 +43,15 @@ def detect_on_curves(
     active: BoolArray,
     options: Options,
     poses: tuple[FloatArray, FloatArray],
+    room: Room | None = None,
 ) -> Detected:
     """One step of a body that goes from one to the other of its `poses` (4, 4); see `detect`."""
     if np.array_equal(poses[0][:3, :3], poses[1][:3, :3]):
-        return detect(surface, now, last, active, options)
+        return detect(surface, now, last, active, options, room)
     screw = screw_between(*poses)
     rows, bulge = _bulging(screw, relative(*poses), (last, now), active, options)
     if len(rows) == 0:
-        return detect(surface, now, last, active, options)
+        return detect(surface, now, last, active, options, room)
     pieces = np.minimum(
         np.exp2(np.ceil(0.5 * np.log2(bulge / (options.bulge * options.size)))), MOST
     )
@@ -58,7 +59,7 @@ def detect_on_curves(
     straight = np.ones(len(now), dtype=bool)
     straight[rows] = False
     rest = last._replace(patch=np.where(straight, last.patch, np.int32(-1)))
-    whole = detect(surface, now, rest, active & straight, options)
+    whole = detect(surface, now, rest, active & straight, options, room)
     for count in np.unique(pieces):
         own = rows[pieces == count]
         ends = last.points_B[own], to_world(relative(*poses), now[own])

@@ -16,11 +16,11 @@ import numpy as np
 
 from contiga.contact import closed_body, open_body, through
 from contiga.contact.kernels import place_nb
-from contiga.contact.tracked import Detected, Last, Options, Step, blank, detect_inside, track
+from contiga.contact.tracked import Detected, Last, Options, Room, Step, detect_inside, track
 from contiga.masters.protocol import Surface
 from contiga.num.arrays import locked
 from contiga.num.threads import run_ranges
-from contiga.records import ContactStatus, FloatArray, IntArray
+from contiga.records import ContactStatus, FloatArray, IntArray, Projection
 
 # Points that a thread goes through at once.
 CHUNK = 32768
@@ -42,14 +42,21 @@ def detect_at_start(
 
 
 def detect(
-    surface: Surface, now: FloatArray, last: Last, active: np.ndarray, options: Options
+    surface: Surface,
+    now: FloatArray,
+    last: Last,
+    active: np.ndarray,
+    options: Options,
+    room: Room | None = None,
 ) -> Detected:
-    """One step: from the points of the last step to those of this one, body axes."""
-    found = _nowhere(len(now))
-    step = Step(
-        last.points_B, now, np.empty(len(now)), np.empty(len(now), bool), last.near, last.uv
-    )
-    rows, near = _place(step, last, active, found)
+    """One step: from the points of the last step to those of this one, body axes.
+
+    What is found lies in part in the `room`, and is gone with the next step in it.
+    """
+    room = Room.of(len(now)) if room is None else room
+    found = _nowhere(room)
+    step = Step(last.points_B, now, room.way, room.ignored, last.near, last.uv)
+    rows, near = _place(step, last, active, found, room.rows)
     if options.through:
         feet = last.patch, last.uv
         rows, near = through.detect(surface, step, feet, (rows, near), found, options)
@@ -64,17 +71,17 @@ def detect(
 
 
 def _place(
-    step: Step, last: Last, active: np.ndarray, found: Detected
+    step: Step, last: Last, active: np.ndarray, found: Detected, rows: IntArray
 ) -> tuple[IntArray, IntArray]:
     """The points that were in contact, and the free ones that may have come to the surface.
 
-    Fills in what is known of all of them.
+    Fills in what is known of all of them. `rows` (2, n) is where they are listed.
     """
     n = len(step.now)
     chunks = ceil(n / CHUNK)
     known = last.patch, last.uv, last.near, last.safe_distance
     places = found.status, found.safe_distance, found.near, found.uv, step.way, step.ignored
-    rows, counts = np.empty((2, n), np.int32), np.zeros((chunks, 2), np.int64)
+    counts = np.zeros((chunks, 2), np.int64)
     path, lists = (step.before, step.now), (rows, counts)
     run_ranges(place_nb.place, chunks, 1, path, known, locked(active), places, lists, CHUNK)
     if chunks == 1:
@@ -88,17 +95,27 @@ def _place(
 
 def _nothing(p_B: FloatArray, active: np.ndarray) -> Detected:
     """Nothing in contact, and nothing known of inactive points but that they never are."""
-    found = _nowhere(len(p_B))
+    found = _nowhere(Room.of(len(p_B)))
     found.status[~np.isfinite(p_B).all(axis=1)] = ContactStatus.NOT_FINITE
     found.safe_distance[~active] = np.inf
     found.near[:] = -1
     return found
 
 
-def _nowhere(n: int) -> Detected:
+def _nowhere(room: Room) -> Detected:
     """Points without feet, of which nothing is said."""
-    status, near = np.zeros(n, np.int8), np.zeros(n, np.int32)
-    return Detected(status, blank(n), np.zeros(n), near, np.zeros((n, 2)))
+    n = len(room.gap)
+    none, blank = np.full(n, -1, np.int32), np.full(n, -1, np.int8)
+    feet = Projection(
+        none,
+        *(room.uv, room.point, room.normal, room.gap),
+        blank,
+        room.status,
+        np.zeros(n, np.int8),
+    )
+    return Detected(
+        np.zeros(n, np.int8), feet, np.zeros(n), np.zeros(n, np.int32), np.zeros((n, 2))
+    )
 
 
 def _with_feet(found: Detected) -> Detected:

@@ -49,7 +49,7 @@ class Measure:
             state.patch[rows],
             state.uv[rows],
             state.foot_B[rows],
-            state.normal_B[rows],
+            state.part("normal_B", rows),
             -state.penetration[rows],
             state.feature[rows],
             np.full(len(rows), Status.OK, np.int8),

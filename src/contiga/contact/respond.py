@@ -113,7 +113,7 @@ def _friction_input(
         before, memory = np.zeros_like(n), np.zeros((len(rows), friction.n_memory))
         velocity = np.zeros_like(n)
     else:
-        before, memory = past.state.normal_B[rows], past.state.part("grip", rows)
+        before, memory = past.state.part("normal_B", rows), past.state.part("grip", rows)
         known = past.velocity_B
         velocity = points.path / past.dt if known is None else known[rows]
     return FrictionInput(
@@ -157,7 +157,7 @@ def balance(
     last, energy = past.state, past.state.energy
     rows, pressed = last.nonzero("normal_force")
     way = _way(last, p_B, rows)
-    force = pressed[:, None] * last.normal_B[rows]
+    force = pressed[:, None] * last.part("normal_B", rows)
     if last.shape("traction_B")[0]:
         force = force + last.part("traction_B", rows)
     work = half_work(force, way) + half_work(response.force_B, points.path)
@@ -168,7 +168,7 @@ def balance(
     rows, taken = last.nonzero("damping")
     if len(rows):
         way = _way(last, p_B, rows)
-        damped += half_work(taken[:, None] * last.normal_B[rows], way)
+        damped += half_work(taken[:, None] * last.part("normal_B", rows), way)
     return ContactEnergy(
         energy.work + work,
         stored,
@@ -210,7 +210,7 @@ def columns_of(
         "uv": found.uv,
         "near": found.near,
         "penetration": Sparse(n, held, np.maximum(-feet.gap.take(held), 0.0)),
-        "normal_B": feet.normal,
+        "normal_B": Sparse(n, held, feet.normal.take(held, axis=0)),
         "foot_B": Sparse(n, held, feet.point.take(held, axis=0), p_B),
         "points_B": p_B,
         "normal_force": sparse(normal.force),

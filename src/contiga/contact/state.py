@@ -152,10 +152,9 @@ class State(Shown):
     def nonzero(self, name: str) -> tuple[IndexArray, FloatArray]:
         """Rows (k,) of the array `name` (m,) that are not zero, and their values (k,)."""
         column = self.__dict__["_sparse"].get(name)
-        if column is None:
-            column = Sparse(0, np.arange(len(self.patch)), getattr(self, name))
-        own = np.flatnonzero(column.values)
-        return column.rows[own], column.values[own]
+        values = getattr(self, name) if column is None else column.values
+        own = np.flatnonzero(values)
+        return own if column is None else column.rows[own], values[own]
 
     @property
     def contact(self) -> Owner:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
@@ -100,8 +102,66 @@ class Step(NamedTuple):
     """(n, 2) its parameters."""
 
 
+class Room(NamedTuple):
+    """Memory that the search of a step over n points works in, and of which nothing is kept.
+
+    Rows of points that are not looked at, or have no foot, mean nothing.
+    """
+
+    uv: FloatArray
+    """(n, 2), with the four that follow, of feet."""
+    point: FloatArray
+    normal: FloatArray
+    gap: FloatArray
+    status: ByteArray
+    way: FloatArray
+    """(n,), with the next, of a `Step`."""
+    ignored: BoolArray
+    rows: IntArray
+    """(2, n) lists of points."""
+
+    @classmethod
+    def of(cls, n: int) -> Room:
+        """A new one."""
+        point, normal = np.empty((2, n, 3))
+        gap, way = np.empty((2, n))
+        status, ignored = np.empty(n, np.int8), np.empty(n, np.bool_)
+        return cls(
+            np.empty((n, 2)), point, normal, gap, status, way, ignored, np.empty((2, n), np.int32)
+        )
+
+
+class Rooms:
+    """Rooms of one size that are free: steps take one and give it back, each thread its own.
+
+    To ask the system for new memory at every step takes longer than much of what is done in it.
+    """
+
+    def __init__(self) -> None:
+        self._free: list[Room] = []
+
+    def __reduce__(self) -> tuple[type[Rooms], tuple[()]]:
+        return Rooms, ()  # copies, and what is written to files, start without
+
+    @contextmanager
+    def one(self, n: int) -> Iterator[Room]:
+        """A room for n points, for the time of a step."""
+        try:
+            room = self._free.pop()
+        except IndexError:
+            room = Room.of(n)
+        try:
+            yield room
+        finally:
+            self._free.append(room)
+
+
 class Detected(NamedTuple):
-    """Outcome of the search for n points; feet in body axes, blank without contact."""
+    """Outcome of the search for n points.
+
+    Feet in body axes; of points without contact patch and feature are −1, certified is 0, and the
+    rest means nothing.
+    """
 
     status: ByteArray
     feet: Projection

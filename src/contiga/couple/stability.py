@@ -27,7 +27,7 @@ def rates_of(
     if len(rows) == 0 or model.nv == 0:
         return Rates()
     arms = to_world(state.pose, state.points_B[rows]) - point
-    normals = turn_to_world(state.pose, state.normal_B[rows])
+    normals = turn_to_world(state.pose, state.part("normal_B", rows))
     along = state.stiffness[rows]
     across = state.tangential[rows] if len(state.tangential) else np.zeros(len(rows))
     mobility = _mobility(model, data, point, bodies)

@@ -128,7 +128,7 @@ def _contact_ends(
     bodies = [system.row[side] for side in sides if side is not None and side in system.row]
     if bodies:
         points = to_world(contact.pose, contact.points_B[rows])
-        normals = turn_to_world(contact.pose, contact.normal_B[rows])
+        normals = turn_to_world(contact.pose, contact.part("normal_B", rows))
     for row in bodies:
         own = _row(system, state, row)
         rates = Rates(

@@ -175,6 +175,6 @@ def _jumped(last: SystemState, state: SystemState) -> float:
             continue
         rows = np.flatnonzero((now.status == ContactStatus.NEW) & (now.damping != 0.0))
         way = now.points_B[rows] - last.contacts[name].points_B[rows]
-        work = 0.5 * now.damping[rows] * (way * now.normal_B[rows]).sum(axis=1)
+        work = 0.5 * now.damping[rows] * (way * now.part("normal_B", rows)).sum(axis=1)
         squares += float((work * work).sum())
     return math.sqrt(squares)

@@ -51,7 +51,7 @@ def two_layers(pair: Pair, state: State) -> Iterator[Finding]:
     if slave.facets is None or len(rows) == 0 or pair.contact.quadrature != "nodes":
         return
     own = _normals(slave, state.points_B, rows)
-    faced = (own * state.normal_B[rows]).sum(axis=1) > 0.0
+    faced = (own * state.part("normal_B", rows)).sum(axis=1) > 0.0
     carried = state.normal_force[rows]
     away = float(carried[faced].sum()) / max(float(carried.sum()), np.finfo(np.float64).tiny)
     # Both ways along the slave itself: points of one layer may lie on two sides of a body.
