@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
-READ = {"point": 24, "point before": 24, "patch": 4, "uv": 16}
+READ = {"point": 24, "last foot, normal, gap and status": 57, "patch": 4, "uv": 16}
 WRITTEN = {"patch": 4, "uv": 16, "point": 24, "normal": 24, "gap": 8, "codes": 3}
 """Bytes of a point; what is read and written more than once counts once."""
 

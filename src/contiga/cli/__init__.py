@@ -6,20 +6,16 @@ error stream, never a traceback; ``CONTIGA_DEBUG=1`` shows the traceback of any 
 
 from __future__ import annotations
 
-import gc
 import sys
 
 from contiga.errors import MissingPackageError
 from contiga.extras import require
-
-_BETWEEN = (50_000, 20, 50)
-"""New objects between two looks for garbage, and looks between larger ones: Python's own counts
-cost a twelfth of the processor time to a first step, and there is next to no garbage."""
+from contiga.num.garbage import look_seldom
 
 
 def main() -> None:
     """Run the command line and leave with its exit code."""
-    gc.set_threshold(*_BETWEEN)
+    look_seldom()
     try:
         require("the command line", "typer", "rich", "pydantic")
     except MissingPackageError as error:

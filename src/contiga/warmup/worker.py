@@ -18,12 +18,14 @@ from typing import Any, TextIO
 from numba.core import event
 
 from contiga.num.compiler import PLACE_IN_MEMORY, KernelDispatcher
+from contiga.num.garbage import look_seldom
 from contiga.warmup import exercises
 
 
 def serve() -> None:
     """Do what is asked for, one after the other."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started this one
+    look_seldom()
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in (1, 2):  # what exercises print, and native libraries

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
 
 import numpy as np
@@ -70,6 +71,36 @@ def test_a_state_shares_no_memory_with_the_points_or_the_last_state(states: list
         own = getattr(second, field.name)
         assert not np.shares_memory(own, points)
         assert not np.shares_memory(own, getattr(first, field.name))
+
+
+@pytest.mark.parametrize("closed", [True, False])
+@pytest.mark.parametrize("through", ["release", "hold"])
+def test_later_steps_change_no_state_whatever_they_work_in(closed: bool, through: str) -> None:
+    ring = cg.shapes.torus()
+    body = cg.Body([ring if closed else ring.restricted(ring.domain[0], (0.0, 0.7))])
+    points = np.random.default_rng(4).uniform([-2.7, -2.7, 0.3], [2.7, 2.7, 0.9], (N, 3))
+
+    def contact() -> cg.Contact:
+        slave = cg.Slave(points, area=np.ones(N))
+        return cg.Contact(body, slave, law=cg.PenaltyLaw(3.0), through=through)
+
+    def step(of: cg.Contact, state: State, k: int) -> State:
+        turn = cg.motion.pose.rotation("z", 0.1 * k)
+        return of.step(state, points - [0.0, 0.0, 0.05 * k], turn, dt=0.1)
+
+    own, apart = contact(), contact()
+    states = [own.start(points)]
+    for k in range(1, 9):
+        states.append(step(own, states[-1], k))
+    seen = [_bits(step(contact(), state, k)) for k, state in enumerate(states[:-1], 1)]
+    assert states[-1].n_contact > 200
+    assert seen == [_bits(state) for state in states[1:]]
+    # Steps of one contact on several threads at once work each in a room of their own.
+    first = apart.start(points)
+    with ThreadPoolExecutor(4) as pool:
+        again = list(pool.map(lambda k: step(apart, first, k), [1, 2, 3, 4] * 3))
+    alone = [_bits(step(contact(), first, k)) for k in (1, 2, 3, 4)]
+    assert [_bits(state) for state in again] == alone * 3
 
 
 @pytest.mark.parametrize("search", ["intersection", "penetration"])
