@@ -87,6 +87,16 @@ def test_points_that_may_not_be_written_to_compile_nothing():
     assert [len(getattr(kernel, "signatures", [])) for kernel in kernels] == count
 
 
+def test_points_so_far_off_that_squares_overflow_have_no_foot_and_the_others_have():
+    body = cg.Body([cg.shapes.torus()])
+    feet = body.project(
+        [[3.0, 0.0, 0.1], [1e160, 0.0, 0.0], [0.0, -1e300, 1e300], [-3.0, 0.0, 0.1]]
+    )
+    assert feet.status.tolist() == [Status.OK, *[Status.MAX_ITERATIONS] * 2, Status.OK]
+    assert feet.patch.tolist() == [0, -1, -1, 0]
+    assert np.isnan(feet.gap).tolist() == [False, True, True, False]
+
+
 def test_no_points_give_no_feet():
     body = cg.Body([cg.shapes.sphere()])
     feet = body.project(np.zeros((0, 3)))

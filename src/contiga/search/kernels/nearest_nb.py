@@ -143,6 +143,10 @@ def _searched(tables, k, point, within, guess, out, found, h):
 
     A foot is known at the distance `within`.
     """
+    # Where squares are no numbers any more, no distance says what is closer: all would be opened.
+    if not math.isfinite(point[0] * point[0] + point[1] * point[1] + point[2] * point[2]):
+        blank_foot(out, k, MAX_ITERATIONS)
+        return
     e, uv, record = guess
     if e >= 0:
         distance = abs(record[2])
