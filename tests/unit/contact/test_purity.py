@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
 
@@ -10,6 +11,8 @@ import pytest
 
 import contiga as cg
 from contiga.contact.state import State
+from contiga.contact.tracked import Rooms
+from contiga.errors import InputError
 
 N = 3000
 
@@ -101,6 +104,19 @@ def test_later_steps_change_no_state_whatever_they_work_in(closed: bool, through
         again = list(pool.map(lambda k: step(apart, first, k), [1, 2, 3, 4] * 3))
     alone = [_bits(step(contact(), first, k)) for k in (1, 2, 3, 4)]
     assert [_bits(state) for state in again] == alone * 3
+
+
+def test_rooms_are_taken_by_one_step_at_a_time_and_given_back() -> None:
+    rooms = Rooms()
+    with rooms.one(4) as first, rooms.one(4) as second:
+        assert not any(np.shares_memory(a, b) for a in first for b in second)
+        assert {len(array) for array in first} == {4, 2}
+    with pytest.raises(InputError), rooms.one(4):
+        raise InputError("a step that fails")
+    with rooms.one(4) as again:
+        assert again is first
+    with copy.deepcopy(rooms).one(4) as other:
+        assert other is not first
 
 
 @pytest.mark.parametrize("search", ["intersection", "penetration"])
