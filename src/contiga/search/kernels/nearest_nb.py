@@ -27,6 +27,8 @@ from contiga.search.kernels.one_foot_nb import foot_from, parameters_of, write_p
 from contiga.search.kernels.plates_nb import no_farther_than, on_plate
 from contiga.search.kernels.tree_nb import open_node
 
+FAR = 1e12
+"""In sizes of the body: farther than this a foot no longer depends on how far a point is."""
 WITHIN = 0.99
 """Share of a touching ball's radius up to which a foot counts as proved: rounding, with much to
 spare."""
@@ -143,10 +145,6 @@ def _searched(tables, k, point, within, guess, out, found, h):
 
     A foot is known at the distance `within`.
     """
-    # Where squares are no numbers any more, no distance says what is closer: all would be opened.
-    if not math.isfinite(point[0] * point[0] + point[1] * point[1] + point[2] * point[2]):
-        blank_foot(out, k, MAX_ITERATIONS)
-        return
     e, uv, record = guess
     if e >= 0:
         distance = abs(record[2])
@@ -171,6 +169,32 @@ def _is_finite(point):
     return math.isfinite(point[0] + point[1] + point[2])
 
 
+@inner()
+def _come_near(tables, point):
+    """The point, and whether it has been moved: from farther than FAR sizes to there.
+
+    Distances of farther ones round to one number, and their squares may overflow.
+    """
+    far = FAR * tables.scale[0]
+    about = tables.elements.table[0]["origin"]
+    x, y, z = point[0] - about[0], point[1] - about[1], point[2] - about[2]
+    if x * x + y * y + z * z <= far * far:
+        return point, False
+    most = max(abs(x), abs(y), abs(z))
+    x, y, z = x / most, y / most, z / most
+    r = far / math.sqrt(x * x + y * y + z * z)
+    return (about[0] + r * x, about[1] + r * y, about[2] + r * z), True
+
+
+@inner(linked=False)
+def _measure(out, k, point):
+    """Give row k, found for a point that was moved, the distance of where it is."""
+    x, y, z = point[0] - out.point[k, 0], point[1] - out.point[k, 1], point[2] - out.point[k, 2]
+    most = max(abs(x), abs(y), abs(z))
+    x, y, z = x / most, y / most, z / most
+    out.gap[k] = math.copysign(most * math.sqrt(x * x + y * y + z * z), out.gap[k])
+
+
 @kernel()
 def project_global(tables, points, rows, within, out, start, stop):
     """Closest points of points[rows[start:stop]] into the same rows of `out`.
@@ -185,7 +209,10 @@ def project_global(tables, points, rows, within, out, start, stop):
         if not _is_finite(point):
             blank_foot(out, k, NOT_FINITE)
             continue
-        _searched(tables, k, point, within[i], _guess(tables, point), out, found, h)
+        near, moved = _come_near(tables, point)
+        _searched(tables, k, near, within[i], _guess(tables, near), out, found, h)
+        if moved:
+            _measure(out, k, point)
 
 
 @kernel()
@@ -199,12 +226,15 @@ def project_proved(tables, balls, points, rows, within, out, start, stop):
         if not _is_finite(point):
             blank_foot(out, k, NOT_FINITE)
             continue
-        e, uv, record = _guess(tables, point)
+        near, moved = _come_near(tables, point)
+        e, uv, record = _guess(tables, near)
         if e >= 0:
             patch = tables.elements.table[e]["patch"]
             side = 1 if record[2] > 0.0 else 0
             rho = radius_at(balls, tables.grid, patch, uv[0], uv[1], side)
-            if abs(record[2]) <= WITHIN * rho:
+            if not moved and abs(record[2]) <= WITHIN * rho:
                 write_proved(out, k, patch, uv, record)
                 continue
-        _searched(tables, k, point, within[i], (e, uv, record), out, found, h)
+        _searched(tables, k, near, within[i], (e, uv, record), out, found, h)
+        if moved:
+            _measure(out, k, point)
