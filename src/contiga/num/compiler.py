@@ -32,15 +32,17 @@ from numba.core import types as numba_types
 from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
+from numba.core.compiler import Compiler, DefaultPassBuilder
 from numba.core.registry import CPUDispatcher
 from numba.core.targetconfig import TargetConfig
+from numba.core.typed_passes import AnnotateTypes
 from numba.core.untyped_passes import ExtractByteCode
 from numba.extending import overload
 from numba.np import arrayobj, linalg
 
 from contiga.num.locks import alone
 from contiga.num.stamps import stamp_at_import
+from contiga.num.uncounted import Uncounted
 
 types: Any = numba_types
 DIGITS = 12
@@ -121,6 +123,13 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
         """Compile a Python function."""
         with _short_message():
             return super().compile_extra(func)
+
+    def define_pipelines(self) -> list[Any]:
+        """numba's passes, and one that looks whether references are to be counted."""
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.add_pass_after(Uncounted, AnnotateTypes)
+        passes.finalize()
+        return [passes]
 
 
 class InnerCompiler(KernelCompiler):

@@ -68,7 +68,8 @@ def lay_out(reference: Reference, value: Any, c: Any) -> NativeValue:
     def let_go() -> None:
         if native.cleanup is not None:
             native.cleanup()
-        c.context.nrt.decref(c.builder, reference.members, native.value)
+        if c.context.enable_nrt:
+            c.context.nrt.decref(c.builder, reference.members, native.value)
 
     return NativeValue(place, cleanup=let_go, is_error=native.is_error)
 

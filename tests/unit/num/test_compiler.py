@@ -57,8 +57,8 @@ except ValueError as error:
 
 
 def fresh(folder: Path) -> list[str]:
-    """What a new process prints."""
-    run = [sys.executable, "-c", RUN, str(folder)]
+    """What a new process prints. Python's own cache would miss a file changed within a second."""
+    run = [sys.executable, "-B", "-c", RUN, str(folder)]
     return subprocess.run(run, capture_output=True, text=True, check=True).stdout.split("\n")
 
 

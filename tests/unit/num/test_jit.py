@@ -92,7 +92,8 @@ def tiny(tmp_path):
 def called(tiny, by="ours", **environment):
     """What the caller gives for 1 in a fresh process, and how often its code came from a file."""
     env = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"} | environment
-    run = [sys.executable, "-c", RUN, str(tiny.parent), by]
+    # Without -B Python's own cache would miss a file that is changed within a second.
+    run = [sys.executable, "-B", "-c", RUN, str(tiny.parent), by]
     found = subprocess.run(run, env=env, capture_output=True, text=True, check=True)
     value, hits = found.stdout.split()
     return int(value), int(hits)
@@ -135,7 +136,7 @@ def test_a_file_that_changes_before_a_kernel_of_it_is_called_is_not_what_that_is
     (tiny / "late.py").write_text(text)
 
     def run(then):
-        command = [sys.executable, "-c", LATE, str(tiny.parent), then]
+        command = [sys.executable, "-B", "-c", LATE, str(tiny.parent), then]
         return subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
 
     assert run("+ 200") == ["11", "0"]

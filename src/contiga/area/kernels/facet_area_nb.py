@@ -8,6 +8,7 @@ import numpy as np
 
 from contiga.num.codes import OK
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch, whole_scratch
 
 # Cut of an edge whose outer end lies inside without being in contact: each end keeps its half.
 HALF = 0.5
@@ -88,8 +89,8 @@ def slave_pieces(nodes, points, corner, n_c, fraction, share, start, stop):
 
     Each corner is given the integral of its linear shape function.
     """
-    polygon = np.empty((4, 3))
-    edge = np.empty(4, np.int64)
+    polygon = scratch(4, 3)
+    edge = whole_scratch(4)
     inside = np.empty(3, np.bool_)
     for f in range(start, stop):
         area = _triangle(points[nodes[f, 0]], points[nodes[f, 1]], points[nodes[f, 2]])

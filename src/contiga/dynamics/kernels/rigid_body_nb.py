@@ -18,8 +18,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
 from contiga.num.jit import inner, kernel
 from contiga.num.rigid_lanes import (
@@ -36,6 +34,7 @@ from contiga.num.rigid_lanes import (
     VELOCITY,
     WAYS,
 )
+from contiga.num.scratch import scratch
 
 ROUNDS = 50
 """Of the midpoint's iteration, which gains digits by the angle of a step."""
@@ -138,7 +137,7 @@ def _drift_free(q, one, momentum, h):
 @inner(error_model="numpy")
 def _drift_held(q, one, momentum, h, tensor):
     """Turn a body with held rotations."""
-    middle = np.empty(4)
+    middle = scratch(4)
     x, y, z = _spin(q, one, momentum, tensor)
     for _ in range(ROUNDS):
         middle[:] = q
@@ -184,7 +183,7 @@ def _twist(row, one, pose, momentum, velocity, twist, tensor):
 @kernel(error_model="numpy")
 def start(rows, fixed, poses, twists):
     """Poses and twists of bodies as they stand, from their `rows` (b, 19)."""
-    tensor = np.empty((3, 3))
+    tensor = scratch(3, 3)
     for i in range(rows.shape[0]):
         row, one = rows[i], fixed[i]
         _place(row, one, poses[i])
@@ -206,7 +205,7 @@ def drift(last, fixed, h, rows, poses, twists):
     The twists are those that the same forces would give at the end: second order, what damping and
     friction ask for.
     """
-    tensor, momentum, velocity = np.empty((3, 3)), np.empty(3), np.empty(3)
+    tensor, momentum, velocity = scratch(3, 3), scratch(3), scratch(3)
     for i in range(last.shape[0]):
         row, one = rows[i], fixed[i]
         row[:] = last[i]
@@ -237,7 +236,7 @@ def kick(rows, fixed, loads, h, poses, twists):
 
     `rows` and `twists` are changed to the end of the step. Answers the kinetic energy.
     """
-    tensor, energy = np.empty((3, 3)), 0.0
+    tensor, energy = scratch(3, 3), 0.0
     for i in range(rows.shape[0]):
         row, one, load = rows[i], fixed[i], loads[i]
         a = poses[i, 0, 3] - row[CENTRE]

@@ -10,6 +10,7 @@ import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
 from contiga.dynamics.kernels.rigid_body_nb import direction
 from contiga.num.jit import inner, kernel
 from contiga.num.rigid_lanes import AXES, CENTRE, MASS, MOMENTS, SPINS, TURN, WAYS
+from contiga.num.scratch import scratch
 
 SWEEPS = 30
 ROUNDING = 1e-15
@@ -76,8 +77,8 @@ def fastest(points, normals, along, across, row, one):
     (k, 3) and `across` (k,) at right angles to it. With rates of damping for stiffnesses it is the
     fastest decay. Held rotations may only make it too large.
     """
-    matrix, axes = np.zeros((6, 6)), np.empty((3, 3))
-    y, d, arm = np.empty(6), np.empty(3), np.empty(3)
+    matrix, axes = np.zeros((6, 6)), scratch(3, 3)
+    y, d, arm = scratch(6), scratch(3), scratch(3)
     q = row[TURN : TURN + 4]
     for k in range(3):
         a = direction(q, one[AXES + k], one[AXES + 3 + k], one[AXES + 6 + k])

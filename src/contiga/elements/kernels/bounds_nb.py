@@ -14,6 +14,7 @@ import math
 import numpy as np
 
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch
 
 
 @inner()
@@ -145,7 +146,7 @@ def derivative_bounds(net, degree, size, bound, low, high):
 @inner()
 def cell_bounds(elements, e, cell, bound):
     """Bounds over one cell alone, into bound[9]: tighter than its leaf's, above all at a pole."""
-    cell_box(elements, e, cell, bound, np.empty((2, 3)))
+    cell_box(elements, e, cell, bound, scratch(2, 3))
 
 
 @inner()
@@ -209,7 +210,7 @@ def look_closer(elements, e, cell, point, limit, bound):
     coefs = elements.coefs[start : start + 4 * n]
     net = np.empty((n, 4))
     moved = np.empty((n, 4))
-    corner = np.empty((2, 3))
+    corner = scratch(2, 3)
     restrict(coefs, (p, q), cell, net)
     for k in range(n):
         for c in range(3):
@@ -257,7 +258,7 @@ def subdivide(elements, e, flatness, depth, boxes, bounds, corners):
     n = (p + 1) * (q + 1)
     coefs = elements.coefs[start : start + 4 * n]
     net = np.empty((n, 4))
-    stack = np.empty((64, 5))
+    stack = scratch(64, 5)
     stack[0] = (-0.5, 0.5, -0.5, 0.5, 0.0)
     top = 1
     found = 0

@@ -8,6 +8,7 @@ import numpy as np
 
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch
 
 SAMPLES = 5
 COLLAPSED = 1e-14
@@ -67,7 +68,7 @@ def sample(elements):
     n = elements.table.shape[0]
     points = np.empty((n, 4, SAMPLES, 3))
     normals = np.empty((n, 4, SAMPLES, 3))
-    h = np.empty((4, 6))
+    h = scratch(4, 6)
     for e in range(n):
         for side in range(4):
             for k in range(SAMPLES):

@@ -21,6 +21,7 @@ from contiga.geometry.kernels.refine_nb import (
 from contiga.geometry.kernels.shape_nb import evaluate
 from contiga.geometry.kernels.triangulation_nb import BORDER, TRIANGLES
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch
 
 PLACES = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
 """Where a triangle is sampled, as shares of its corners: on sides, where the surface may lie over
@@ -74,14 +75,14 @@ def proved(t, face, front, heights, triangle):
     """Whether the surface over a triangle keeps the distance from its plane, or where not."""
     c = t.corners[triangle]
     m = heights.middle
-    uv = np.empty((3, 2))
-    points = np.empty((3, 3))
+    uv = scratch(3, 2)
+    points = scratch(3, 3)
     for k in range(3):
         for d in range(2):
             uv[k, d] = face.frame[d] + t.xy[c[k], d] * face.frame[2 + d]
         for d in range(3):
             points[k, d] = front.points[c[k], d] - m[d]
-    plane = np.empty(4)
+    plane = scratch(4)
     if not plane_of(points[0], points[1], points[2], plane):
         return True, 0.0, 0.0
     below, u, v = all_below(heights, uv, plane, face.sag)

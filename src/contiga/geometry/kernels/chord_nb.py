@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch
 
 MAX_DEPTH = 4
 
@@ -107,10 +108,10 @@ def hull_within(points, quad, tol):
     n = points.shape[0]
     first = True
     second = True
-    plane = np.empty(3)
+    plane = scratch(3)
     cutting_plane(quad, plane)
     height = np.zeros(n)
-    x = np.empty(3)
+    x = scratch(3)
     parted = True
     for i in range(n):
         d1 = triangle_distance(points[i], quad[0], quad[1], quad[2])
@@ -185,7 +186,7 @@ def cell_within(net, tol, stack, depth, points):
     """
     corners = corner_rows(net.shape[0] - 1, net.shape[1] - 1)
     to_points(net, points)
-    quad = np.empty((4, 3))
+    quad = scratch(4, 3)
     for k in range(4):
         for d in range(3):
             quad[k, d] = points[corners[k], d]

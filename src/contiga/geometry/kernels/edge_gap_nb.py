@@ -8,6 +8,7 @@ import numpy as np
 
 from contiga.geometry.kernels.evaluate_nb import curve_range, make_scratch, surface_point
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch
 
 ROUNDS = 40
 PER_SPAN = 6
@@ -204,8 +205,8 @@ def image_gap(s, image, curve, domain, near, out):
     the length of the image.
     """
     work = (
-        (np.empty(1), np.empty((1, 1, 3)), make_scratch(s.p, s.q, 0), np.empty((1, 1, 3))),
-        (np.empty(1), np.empty((1, 3, 3)), np.zeros(1, np.int64)),
+        (scratch(1), scratch(1, 1, 3), make_scratch(s.p, s.q, 0), scratch(1, 1, 3)),
+        (scratch(1), scratch(1, 3, 3), np.zeros(1, np.int64)),
     )
     at = _farthest(s, image, curve, domain, _samples(curve, PER_SPAN), work, out)
     if out[0] > near:

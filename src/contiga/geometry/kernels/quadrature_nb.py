@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch
 
 # Deep enough for |N| with a kink along a line; a smooth element needs one or two levels.
 MAX_DEPTH = 20
@@ -40,8 +41,8 @@ def bernstein(degree, t, values, slopes):
 def jacobian(A, A_u, A_v):
     """|S_u × S_v| from the homogeneous point and its derivatives, four numbers each."""
     w = A[3]
-    a = np.empty(3)
-    b = np.empty(3)
+    a = scratch(3)
+    b = scratch(3)
     for d in range(3):
         a[d] = (A_u[d] - A_u[3] / w * A[d]) / w
         b[d] = (A_v[d] - A_v[3] / w * A[d]) / w
@@ -70,7 +71,7 @@ def box_area(coefs, box, nodes, weights):
         bernstein(q, box[2] + (box[3] - box[2]) * nodes[k], C[k], dC[k])
     row = np.empty((q + 1, 4))
     row_u = np.empty((q + 1, 4))
-    A = np.empty((3, 4))
+    A = scratch(3, 4)
     total = 0.0
     for i in range(n):
         bernstein(p, box[0] + (box[1] - box[0]) * nodes[i], B, dB)
@@ -162,7 +163,7 @@ def piece_length(coefs, low, high, nodes, weights):
     p = coefs.shape[0] - 1
     B = np.empty(p + 1)
     dB = np.empty(p + 1)
-    A = np.empty((2, 4))
+    A = scratch(2, 4)
     total = 0.0
     for k in range(nodes.size):
         bernstein(p, low + (high - low) * nodes[k], B, dB)

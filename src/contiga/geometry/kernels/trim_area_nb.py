@@ -10,6 +10,7 @@ import numpy as np
 from contiga.geometry.kernels.quadrature_nb import bernstein, jacobian
 from contiga.geometry.kernels.trim_nb import bernstein_at, parameter_at, point_in_trim
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch
 
 
 @inner()
@@ -187,7 +188,7 @@ def side_of_piece(tables, piece):
     coefs = tables.piece_coefs[piece]
     degree = tables.piece_degree[piece]
     for step in (1e-6, 1e-4, 1e-8):
-        here = np.empty((2, 2))
+        here = scratch(2, 2)
         for k in range(2):
             t = 0.49 + 0.02 * k
             w = bernstein_at(coefs, degree, 2, t)

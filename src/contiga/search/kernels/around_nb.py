@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.elements.kernels.sides_nb import side_point
 from contiga.num.codes import CREASE, POLE
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.local_nb import expand
 
 MOST = 64
@@ -147,8 +146,8 @@ def _steepest_from_pole(elements, e, side, point, h):
 @inner()
 def vertex_exit(elements, foot, point, miss, h):
     """The steepest way down from a corner or pole: (element, s, t), element −1 where all go up."""
-    list_e = np.empty(MOST, np.int64)
-    list_st = np.empty((MOST, 2))
+    list_e = whole_scratch(MOST)
+    list_st = scratch(MOST, 2)
     n = around(elements, foot, list_e, list_st)
     best = -miss
     found = (-1, 0.0, 0.0)

@@ -14,6 +14,7 @@ import numpy as np
 
 from contiga.elements.kernels.element_nb import BINOMIAL
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import whole_scratch
 from contiga.search.kernels.ball_cell_nb import WORST, bends, deviation, measure
 
 KINK = 1e-8
@@ -195,7 +196,7 @@ def _at(smooth, base, i, j):
 @kernel()
 def base_homes(cells, smooth, bases, homes):
     """Around every sound cell of the patches' grids, a block about as wide all round."""
-    rows = np.empty(MOST, np.int64)
+    rows = whole_scratch(MOST)
     for patch in range(bases.shape[0]):
         base = (bases[patch, 0], bases[patch, 1], bases[patch, 2])
         for i in range(base[1]):

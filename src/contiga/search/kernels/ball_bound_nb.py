@@ -13,6 +13,7 @@ import numpy as np
 from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.ball_plane_nb import clear_ball, far_box, lower, unit
 from contiga.search.kernels.tree_nb import box_distance2
 
@@ -62,7 +63,7 @@ def _touching(q, x, normal):
 def _take_samples(elements, trims, centre, a, cap, samples):
     """Points, normals and touching radii by bend of five places of a cell; how many are in."""
     point, normal, above = samples
-    h = np.empty((4, 6))
+    h = scratch(4, 6)
     e = a["element"]
     n = 0
     origin = elements.table[e]["origin"]
@@ -120,7 +121,7 @@ def _bend_limits(h, n, above):
 def _lower_samples(samples, n, b, side):
     point, normal, above = samples
     sign = -1.0 if side == 0 else 1.0
-    m = np.empty(3)
+    m = scratch(3)
     for k in range(n):
         for c in range(3):
             m[c] = sign * normal[k, c]
@@ -136,11 +137,11 @@ def _bound_cell(body, a, home, limits, value, samples):
     """Lower the corner values (2, 4) of cell a by every cell of the tree; `samples` too."""
     cells, tree, order = body
     count = samples[1]
-    work = (np.empty(4), np.empty(3), np.empty(3), np.empty(4), np.empty(6))
-    normal = np.empty((2, 3))
+    work = (scratch(4), scratch(3), scratch(3), scratch(4), scratch(6))
+    normal = scratch(2, 3)
     normal[0] = -a["normal"]
     normal[1] = a["normal"]
-    stack = np.empty(256, np.int64)
+    stack = whole_scratch(256)
     stack[0] = 0
     top = 1
     affects = np.empty(2, np.bool_)
@@ -206,7 +207,7 @@ def bound_cells(body, surface, homes, limits, result, start, stop):
     elements, trims, centre = surface
     size, cap, goal = limits
     rows, value, want = result
-    samples = (np.empty((SAMPLES, 3)), np.empty((SAMPLES, 3)), np.empty((SAMPLES, 4)))
+    samples = (scratch(SAMPLES, 3), scratch(SAMPLES, 3), scratch(SAMPLES, 4))
     for i in range(start, stop):
         k = rows[i]
         a = cells[k]

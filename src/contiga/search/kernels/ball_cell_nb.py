@@ -15,6 +15,7 @@ import numpy as np
 from contiga.elements.kernels.bounds_nb import derivative_bounds, restrict
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch
 
 WORST = 0.98
 """Cells whose derivatives differ more than this share from those of their middle bound nothing."""
@@ -201,7 +202,7 @@ def measure(elements, e, centre, cell):
     start = table["bernstein"]
     n = (p + 1) * (q + 1)
     net = np.empty((n, 4))
-    h = np.empty((4, 6))
+    h = scratch(4, 6)
     hs = box[1] - box[0]
     ht = box[3] - box[2]
     restrict(elements.coefs[start : start + 4 * n], (p, q), (box[0], box[1], box[2], box[3]), net)
@@ -219,8 +220,8 @@ def measure(elements, e, centre, cell):
             for c in range(3):
                 g[k] += cell["normal"][c] * (net[k, c] - net[k, 3] * h[c, 0])
         f10, f01 = _normal_bounds(g, net[:, 3].copy(), (p, q), cell)
-    bound = np.empty(9)
-    corner = np.empty((2, 3))
+    bound = scratch(9)
+    corner = scratch(2, 3)
     rest = np.zeros(((p + 2) * (q + 2), 4))
     _less_affine(net, (p, q), h, (hs, ht), rest)
     derivative_bounds(rest, (p + 1, q + 1), (1.0, 1.0), bound, corner[0], corner[1])

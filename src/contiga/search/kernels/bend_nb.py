@@ -19,6 +19,7 @@ import math
 import numpy as np
 
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch, zero_scratch
 from contiga.search.kernels.rest_nb import D01, D02, D10, D11, D20, MOST, rest_of, unit_normal
 
 INNER, OUTER, SPEED_S, SPEED_T, WIDTH_S, WIDTH_T = 0, 1, 2, 3, 4, 5
@@ -122,11 +123,11 @@ def stretch_and_turn(v, n, frame, rest):
     along n. `frame` is (α, β, γ).
     """
     alpha, beta, gamma = frame
-    pp = np.zeros(2)  # of ΔS_p along e1, by each parameter
-    qq = np.zeros(2)
-    pq = np.zeros(2)  # of ΔS_q along e1 with ΔS_p along e2
-    np_ = np.zeros(2)
-    nq = np.zeros(2)
+    pp = zero_scratch(2)  # of ΔS_p along e1, by each parameter
+    qq = zero_scratch(2)
+    pq = zero_scratch(2)  # of ΔS_q along e1 with ΔS_p along e2
+    np_ = zero_scratch(2)
+    nq = zero_scratch(2)
     for c in range(3):
         e1 = alpha * v[c, 0]
         e2 = beta * v[c, 0] + gamma * v[c, 1]
@@ -182,7 +183,7 @@ def bend_bounds(elements, e, cell, bend, work):
     if not rest_of(elements, e, cell, h, rest, (a, sums, bound)):
         unbounded(bend)
         return False
-    v = np.empty((3, 6))
+    v = scratch(3, 6)
     for c in range(3):
         v[c, 0], v[c, 1] = h[c, 1], h[c, 2]
         v[c, 2], v[c, 3], v[c, 4], v[c, 5] = h[c, 3], h[c, 4], h[c, 4], h[c, 5]

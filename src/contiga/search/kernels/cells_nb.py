@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.jit import inner
+from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.around_nb import MOST, around
 from contiga.search.kernels.bend_nb import (
     SPEED_S,
@@ -177,8 +176,8 @@ def in_element(elements, foot, e):
     t = _snapped(t0)
     if max(abs(s), abs(t)) < 0.5:
         return foot, 0.0
-    list_e = np.empty(MOST, np.int64)
-    list_st = np.empty((MOST, 2))
+    list_e = whole_scratch(MOST)
+    list_st = scratch(MOST, 2)
     for k in range(around(elements, (foot[0], s, t), list_e, list_st)):
         if list_e[k] == e:
             return (e, list_st[k, 0], list_st[k, 1]), abs(s - s0) + abs(t - t0)

@@ -10,6 +10,7 @@ from contiga.elements.kernels.bounds_nb import cell_bounds, derivative_bounds, r
 from contiga.elements.kernels.element_nb import locate
 from contiga.geometry.kernels.trim_nb import parameter_at
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch
 from contiga.search.kernels.curve_nb import curve_point, piece_parameters
 
 THIN = 1e-7
@@ -63,11 +64,11 @@ def _bounds(tables, piece, stretch, net, bound):
     elements, grid, trims = tables
     t0, t1 = stretch
     n = trims.piece_degree[piece]
-    c = np.empty((3, 3))
+    c = scratch(3, 3)
     piece_parameters(trims, piece, 0.5 * (t0 + t1), c)
     e = locate(grid, trims.piece_patch[piece], c[0, 0], c[0, 1])[0]
     coefs = np.empty(4 * (n + 1))
-    corner = np.empty((2, 3))
+    corner = scratch(2, 3)
     _local_curve(elements, e, trims, piece, coefs)
     restrict(coefs, (n, 0), (t0 - 0.5, t1 - 0.5, -0.5, 0.5), net)
     derivative_bounds(net, (n, 0), (t1 - t0, 1.0), bound, corner[0], corner[1])
@@ -96,8 +97,8 @@ def _fill_row(tables, piece, stretch, bound, row):
     row[3:6] = bound[:3]
     row[6:9] = math.inf
     row[9:12] = -math.inf
-    h = np.empty((4, 6))
-    d = np.empty((3, 3))
+    h = scratch(4, 6)
+    d = scratch(3, 3)
     bulge = 0.125 * bound[1] * (t1 - t0) ** 2
     for end in range(2):
         e = curve_point(elements, grid, trims, piece, t1 if end == 1 else t0, h, d)[0]
@@ -125,9 +126,9 @@ def curve_leaves(elements, grid, trims, flatness, depth):
     rows = np.zeros((64, 12))  # piece, t0, t1, bounds, low, high
     n = 0
     cuts = np.empty(grid.breaks.shape[0] + 2)
-    stack = np.empty((64, 3))
-    bound = np.empty(9)
-    net = np.empty((16, 4))
+    stack = scratch(64, 3)
+    bound = scratch(9)
+    net = scratch(16, 4)
     for piece in range(trims.piece_degree.shape[0]):
         most = _cuts(grid, trims, piece, cuts)
         for i in range(most - 1):

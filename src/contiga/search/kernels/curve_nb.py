@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.elements.kernels.element_nb import bernstein_basis, evaluate, locate
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch, zero_scratch
 
 MAX_ITERATIONS = 60
 POLISH_STEPS = 3
@@ -23,7 +22,7 @@ MOST_INTERVALS = 400
 def piece_parameters(trims, piece, t, c):
     """(u, v) and two derivatives of a piece at t in [0, 1], into c[:3, :2]."""
     n = trims.piece_degree[piece]
-    basis = np.zeros((3, 16))
+    basis = zero_scratch(3, 16)
     bernstein_basis(n, t, basis)
     for k in range(3):
         for m in range(3):
@@ -47,7 +46,7 @@ def curve_point(elements, grid, trims, piece, t, h, d):
     The point is relative to the origin of the element it lies in. Returns that element and the
     local (s, t) there; `h` holds the element's derivatives.
     """
-    c = np.empty((3, 3))
+    c = scratch(3, 3)
     piece_parameters(trims, piece, t, c)
     e, s, r = locate(grid, trims.piece_patch[piece], c[0, 0], c[0, 1])
     evaluate(elements, e, s, r, h)
@@ -135,8 +134,8 @@ def closest_on_stretch(tables, leaf, point, best, slack, h):
     k1 = leaf["bound"][0]
     k2 = leaf["bound"][1]
     k3 = leaf["bound"][2]
-    d = np.empty((3, 3))
-    stack = np.empty((40, 2))
+    d = scratch(3, 3)
+    stack = scratch(40, 2)
     stack[0, 0] = t0
     stack[0, 1] = t1
     top = 1
@@ -185,7 +184,7 @@ def polish(tables, found, point, h):
     the last half of the digits of found[1].
     """
     piece = int(-1 - found[0])
-    d = np.empty((3, 3))
+    d = scratch(3, 3)
     t = found[1]
     for _ in range(POLISH_STEPS):
         _, slope, curvature, _ = _expand(tables, piece, t, point, h, d)
@@ -203,6 +202,6 @@ def surface_foot(tables, found, h):
     """(element, s, t) of what a search found: a point of a face, or of a trimming piece."""
     if found[0] >= 0:
         return int(found[0]), found[1], found[2]
-    d = np.empty((3, 3))
+    d = scratch(3, 3)
     piece = int(-1 - found[0])
     return curve_point(tables.elements, tables.grid, tables.trims, piece, found[1], h, d)

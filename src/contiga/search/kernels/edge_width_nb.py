@@ -12,6 +12,7 @@ from contiga.geometry.kernels.trim_nb import cell_of
 from contiga.num.codes import BORDER, CUT, IN, OUT, SMOOTH
 from contiga.num.jit import inner
 from contiga.num.kernels.vector_nb import column, dot, minus
+from contiga.num.scratch import scratch
 from contiga.search.kernels.curve_nb import piece_parameters
 from contiga.search.kernels.face_nb import in_face
 
@@ -136,7 +137,7 @@ def _passes(trims, piece, t, place, carrier, c):
 
     On the surface itself, from the t of the nearest place to second order.
     """
-    h = np.empty((4, 6))
+    h = scratch(4, 6)
     least, step, x = _past_piece(trims, piece, t, place, carrier, c, h)
     for _ in range(STEPS):
         new = min(max(t + step, 0.0), 1.0)
@@ -213,7 +214,7 @@ def _piece_beside(trims, piece_width, place, x, form, widths, carrier):
     least_way = math.inf
     way = 0.0
     edge = place
-    c = np.empty((3, 3))
+    c = scratch(3, 3)
     for j in range(j0, j1 + 1):
         for i in range(i0, i1 + 1):
             cell = trims.grid_start[patch] + j * trims.grid_shape[patch, 0] + i

@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.elements.kernels.element_nb import locate
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.codes import AT_BORDER, BRANCH_EVENT, CREASE, FACE, IN, OK, POLE
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch
 from contiga.search.kernels.about_edge_nb import edge_work, may_join
 from contiga.search.kernels.around_nb import cross, inward_slope, stands, vertex_exit
 from contiga.search.kernels.bend_nb import principal
@@ -230,7 +229,7 @@ def _put_right(tables, k, foot, point, out, work):
     e, s, t, feature = foot
     write_foot(tables, k, (e, s, t), OK, feature, point, out, work[1])
     if feature != FACE:
-        total = np.empty(3)
+        total = scratch(3)
         pseudo_normal(tables, (e, s, t), work[0], total, work[1])
         turn_normal(tables, k, total, point, out)
 

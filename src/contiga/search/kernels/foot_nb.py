@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.codes import BUDGET, EDGE, FACE, MAX_ITERATIONS, OK, TRIMMED
 from contiga.num.jit import inner
+from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.curve_nb import polish, surface_foot
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.global_nb import GIVEN_UP, PRUNE, SEEN, closest
@@ -116,7 +115,7 @@ def found_foot(tables, k, point, out, found, h):
     write_foot(tables, k, foot, status, feature, point, out, h)
     out.certified[k] = 1 if left == 0.0 and status != MAX_ITERATIONS else 0
     if feature != FACE:
-        total = np.empty(3)
+        total = scratch(3)
         pseudo_normal(tables, foot, found, total, h)
         if feature == EDGE:
             _face_squarely(tables, foot[0], (out.point[k], point), total, found, h)
@@ -188,7 +187,7 @@ def _next_face(tables, edge, point, found, h):
     result = (OK, -1, 0.0, 0.0, FACE, -1.0)
     reach = joint_reach(tables, e)
     span = grid.patches[home]["adjacent"]
-    near = np.empty(NEAR, np.int64)
+    near = whole_scratch(NEAR)
     listed = patches_near(tables, at, reach, near)
     for k in range(span[0] + 1, span[1]):
         if not (grid.loose[k] and is_listed(near, listed, grid.adjacent[k])):
@@ -249,6 +248,6 @@ def tracked_foot(tables, k, start, point, out, found, h):
     status, e, s, t, feature = continued_foot(tables, start, point, found, h)
     write_foot(tables, k, (e, s, t), status, feature, point, out, h)
     if feature != FACE and status == OK:
-        total = np.empty(3)
+        total = scratch(3)
         pseudo_normal(tables, (e, s, t), found, total, h)
         turn_normal(tables, k, total, point, out)

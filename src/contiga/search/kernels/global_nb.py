@@ -14,11 +14,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.elements.kernels.bounds_nb import look_closer
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.num.jit import inner
+from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.closest_cell_nb import (
     convex,
     hessian,
@@ -156,7 +155,7 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
     best, slack, before = limits
     easy = EASY if before < MANY else 0
     e = leaf["element"]
-    k = np.empty(9)
+    k = scratch(9)
     pole = has_pole(elements, e)
     whole = DEEP * (leaf["box"][1] - leaf["box"][0]) * (leaf["box"][3] - leaf["box"][2])
     origin = elements.table[e]["origin"]
@@ -236,9 +235,9 @@ def closest(tables, point, only, reach, found, h):
     found[3] = 0.0
     hit = False
     opened = 0
-    nodes = np.empty(128, np.int64)
-    bounds = np.empty(128)
-    stack = np.empty((64, 4))
+    nodes = whole_scratch(128)
+    bounds = scratch(128)
+    stack = scratch(64, 4)
     slack = PRUNE * tables.scale[1]
     nodes[0] = 0
     bounds[0] = 0.0

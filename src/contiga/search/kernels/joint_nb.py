@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.jit import kernel
+from contiga.num.scratch import scratch
 from contiga.search.kernels.curve_nb import curve_point, surface_foot
 from contiga.search.kernels.global_nb import closest
 from contiga.search.kernels.pseudo_normal_nb import JOIN
@@ -24,9 +23,9 @@ def measure_pieces(tables, across, samples, measured, start, stop):
     the angle between the normals, the slip that between the edge's tangent and the plane of the
     face beyond (radians).
     """
-    h = np.empty((4, 6))
-    d = np.empty((3, 3))
-    found = np.empty(4)
+    h = scratch(4, 6)
+    d = scratch(3, 3)
+    found = scratch(4)
     elements = tables.elements
     for k in range(start, stop):
         measured[k, 0] = measured[k, 1] = math.inf

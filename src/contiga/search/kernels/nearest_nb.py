@@ -14,11 +14,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.num.codes import MAX_ITERATIONS, NOT_FINITE
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
+from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.ball_nb import radius_at
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import found_foot, no_farther
@@ -39,8 +38,8 @@ def nearest_leaf(tables, point):
     """The leaf of a face whose plate is nearest to a point, −1 where the body has none."""
     tree = tables.tree
     leaves = tables.leaves
-    nodes = np.empty(128, np.int64)
-    bounds = np.empty(128)
+    nodes = whole_scratch(128)
+    bounds = scratch(128)
     nodes[0] = 0
     bounds[0] = 0.0
     top = 1 if leaves.shape[0] > 0 else 0
@@ -72,8 +71,8 @@ def _least_known(tables, point, reach):
     It costs a tenth of a search and spares it three quarters of its cells on a body of many faces.
     """
     tree = tables.tree
-    nodes = np.empty(128, np.int64)
-    bounds = np.empty(128)
+    nodes = whole_scratch(128)
+    bounds = scratch(128)
     nodes[0] = 0
     bounds[0] = 0.0
     top = 1 if tables.leaves.shape[0] > 0 else 0
@@ -201,8 +200,8 @@ def project_global(tables, points, rows, within, out, start, stop):
 
     `within` (one a row of `rows`) are distances of the body known not to be less than theirs.
     """
-    h = np.empty((4, 6))
-    found = np.empty(4)
+    h = scratch(4, 6)
+    found = scratch(4)
     for i in range(start, stop):
         k = rows[i]
         point = (points[k, 0], points[k, 1], points[k, 2])
@@ -218,8 +217,8 @@ def project_global(tables, points, rows, within, out, start, stop):
 @kernel()
 def project_proved(tables, balls, points, rows, within, out, start, stop):
     """As `project_global`, with the touching balls of the body."""
-    h = np.empty((4, 6))
-    found = np.empty(4)
+    h = scratch(4, 6)
+    found = scratch(4)
     for i in range(start, stop):
         k = rows[i]
         point = (points[k, 0], points[k, 1], points[k, 2])

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.vector_nb import cross, dot
+from contiga.num.scratch import scratch
 from contiga.search.kernels.closest_cell_nb import Middle, nearest_on_plate, plate_distance
 from contiga.search.kernels.curve_nb import curve_point
 from contiga.search.kernels.face_nb import in_face
@@ -22,7 +21,7 @@ from contiga.search.kernels.face_nb import in_face
 @inner()
 def _fill_stretch(elements, grid, trims, leaf, plate, h):
     """The plate of a curve leaf; returns its element."""
-    d = np.empty((3, 3))
+    d = scratch(3, 3)
     t0 = leaf["box"][0]
     t1 = leaf["box"][1]
     w = 0.5 * (t1 - t0)
@@ -70,7 +69,7 @@ def _fill_normal(plate):
 @kernel()
 def fill_plates(elements, grid, trims, leaves, rounding, plates):
     """The plates of all leaves, body axes; `rounding` is that of their coordinates, a length."""
-    h = np.empty((4, 6))
+    h = scratch(4, 6)
     for k in range(leaves.shape[0]):
         plate = plates[k]
         plate["spare"] = 0.0

@@ -14,10 +14,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.num.codes import POLE
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch, zero_scratch
 from contiga.search.kernels.bend_nb import (
     INNER,
     MOST_STRETCH,
@@ -94,8 +93,8 @@ def _from_pole(elements, e, cell, side, a, b):
 @inner(error_model="numpy")
 def _bowl(a, n, m, normal, least):
     """Bound of (F/w)_xx; infinite where the tangents at the pole lie in no plane."""
-    f = np.zeros(3)
-    w = np.zeros(3)
+    f = zero_scratch(3)
+    w = zero_scratch(3)
     off = size = 0.0
     for i in range(n + 1):
         for j in range(m + 1):
@@ -198,9 +197,9 @@ def pole_bounds(elements, e, cell, side, bend, work):
     h, rest, a, sums, _ = work
     if elements.table[e]["monomial"] < 0:
         return False
-    n, m = _from_pole(elements, e, cell, side, a, np.empty((4, MOST, MOST)))
+    n, m = _from_pole(elements, e, cell, side, a, scratch(4, MOST, MOST))
     taylor(a, h)
-    v = np.empty((3, 6))
+    v = scratch(3, 6)
     _tangents(h, v)
     x, along, across = frame_of(v)
     if not (x > 0.0 and across > 0.0):
@@ -212,7 +211,7 @@ def pole_bounds(elements, e, cell, side, bend, work):
     quotient_rest(sums[0], sums[2], least, rest[0])
     quotient_rest(sums[1], sums[2], least, rest[1])
     bowl = _bowl(a, n, m, normal, least)
-    change = np.empty((2, 2))
+    change = scratch(2, 2)
     _second_rest(h, normal, rest, change)
     alpha, beta, gamma = 1.0 / x, -along / (x * across), 1.0 / across
     b = abs(beta)

@@ -10,6 +10,7 @@ from contiga.elements.kernels.element_nb import locate
 from contiga.num.codes import CUT, GENERAL, NOT_FINITE, OUT, RATIONAL_CUBIC
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
+from contiga.num.scratch import scratch
 from contiga.search.kernels.bins_nb import (
     BY_ROW,
     FLAG,
@@ -70,8 +71,8 @@ def _finite(points, k):
 @kernel()
 def project_tracked(tables, points, starts, rows, out, first):
     """Continued feet of points[rows] from starts[rows] = (patch, uv) into out[first + rows]."""
-    h = np.empty((4, 6))
-    found = np.empty(4)
+    h = scratch(4, 6)
+    found = scratch(4)
     patch, uv = starts
     for i in rows:
         if not _finite(points, i):
@@ -122,7 +123,7 @@ def _project_blocks(tables, proves, handed, blocks, found):
     elements = tables.elements
     tolerance = tables.scale[1] ** 2
     lanes, proof = np.empty(ROWS * LANES), np.zeros(PROOF_ROWS * LANES)
-    k, frame = np.empty(64), np.empty(FRAME)
+    k, frame = scratch(64), scratch(FRAME)
     for b in range(blocks.shape[0]):
         e = blocks[b, 0]
         rows = handed[blocks[b, 1] : blocks[b, 2]]

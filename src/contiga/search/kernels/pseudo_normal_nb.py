@@ -14,6 +14,7 @@ import numpy as np
 from contiga.elements.kernels.sides_nb import normal_at, side_point
 from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.num.jit import inner
+from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.around_nb import MOST, around, collapsed_side
 from contiga.search.kernels.curve_nb import curve_point, piece_parameters, surface_foot
 from contiga.search.kernels.face_nb import in_face
@@ -78,7 +79,7 @@ def _add_elements(tables, foot, only, total, h):
     """
     elements = tables.elements
     list_e = np.empty(MOST, np.int64)
-    list_st = np.empty((MOST, 2))
+    list_st = scratch(MOST, 2)
     n = around(elements, foot, list_e, list_st)
     for k in range(n):
         e = list_e[k]
@@ -126,8 +127,8 @@ def _face_angle(tables, found, h):
     other = _joined_piece(trims, piece, end)
     if other < 0:
         return math.pi
-    d = np.empty((3, 3))
-    c = np.empty((3, 3))
+    d = scratch(3, 3)
+    c = scratch(3, 3)
     sign = -1.0 if end == 1 else 1.0  # both tangents away from the corner
     curve_point(tables.elements, tables.grid, trims, piece, float(end), h, d)
     ax, ay, az = sign * d[1, 0], sign * d[1, 1], sign * d[1, 2]
@@ -179,7 +180,7 @@ def patches_near(tables, point, reach, near):
     tree = tables.tree
     leaves = tables.leaves
     x, y, z = point
-    nodes = np.empty(128, np.int64)
+    nodes = whole_scratch(128)
     nodes[0] = 0
     top = 1 if leaves.shape[0] > 0 else 0
     n = 0
@@ -250,7 +251,7 @@ def pseudo_normal(tables, foot, found, total, h):
     grid = tables.grid
     home = elements.table[e]["patch"]
     span = grid.patches[home]["adjacent"]
-    near = np.empty(NEAR, np.int64)
+    near = whole_scratch(NEAR)
     listed = patches_near(tables, point, place[1], near)
     if tables.trims.trimmed[home] != 0:
         for k in range(span[0], span[1]):
@@ -280,7 +281,7 @@ def side_of_squarest(tables, home, place, found, h):
     limit = distance * SEEN + skirt + 2.0 * PRUNE * tables.scale[1]
     patch = tables.elements.table[home]["patch"]
     span = tables.grid.patches[patch]["adjacent"]
-    near = np.empty(NEAR, np.int64)
+    near = whole_scratch(NEAR)
     listed = patches_near(tables, point, limit, near)
     best = nearest = 0.0
     side = 0.0

@@ -14,11 +14,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.elements.kernels.bounds_nb import cell_bounds
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.num.jit import inner
+from contiga.num.scratch import scratch
 
 MOST = 8
 """Coefficients of B a direction: degree five at most, and two of T."""
@@ -113,7 +112,7 @@ def sums_of(a, p, q, h, normal, sums):
         for j in range(q + 1):
             if i + j > 0:
                 _add(sums[2], i, j, abs(a[3, i, j]))
-    b = np.empty(3)
+    b = scratch(3)
     for i in range(p + 3):
         for j in range(q + 3):
             if i + j < 3:

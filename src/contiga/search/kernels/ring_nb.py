@@ -10,10 +10,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.num.codes import POLE, SMOOTH
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.around_nb import MOST, around, stands
 from contiga.search.kernels.bend_nb import (
     BENDS,
@@ -98,7 +97,7 @@ def _bends_of(elements, e, cell, depth, total, work):
 @kernel(error_model="numpy")
 def bends_of_parts(elements, depth, raw, start, stop):
     """Bounds of all parts of elements start … stop into raw[element, part, 6]."""
-    work = (np.empty((16, 5)), np.empty(BENDS), bend_work())
+    work = (scratch(16, 5), scratch(BENDS), bend_work())
     for e in range(start, stop):
         for i in range(PARTS):
             for j in range(PARTS):
@@ -304,7 +303,7 @@ def _cap(elements, raw, foot, part, ring, work):
     """
     e, side = foot
     list_e = work[0]
-    list_side = np.empty(MOST, np.int64)
+    list_side = whole_scratch(MOST)
     n = _fan_of_pole(elements, e, side, list_e, list_side)
     k = part[0] if side < 2 else part[1]
     deep = (k if side & 1 == 0 else PARTS - 1 - k) + 1
@@ -384,7 +383,7 @@ def _ring(elements, raw, e, i, j, ring, work):
 @kernel(error_model="numpy")
 def join_parts(elements, raw, rings, start, stop):
     """Fill rings[element, part] of elements start … stop from the bounds of all parts."""
-    work = (np.empty(MOST, np.int64), np.empty((MOST, 2)))
+    work = (whole_scratch(MOST), scratch(MOST, 2))
     for e in range(start, stop):
         box = elements.table[e]["box"]
         for i in range(PARTS):

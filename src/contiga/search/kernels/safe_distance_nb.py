@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.num.jit import kernel
+from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.tree_nb import open_node
 
 
 @kernel()
 def box_distance(tree, points, rows, safe_distance, start, stop):
     """Distance of points[rows] to the nearest box of a leaf into safe_distance[rows]."""
-    nodes = np.empty(128, np.int64)
-    bounds = np.empty(128)
+    nodes = whole_scratch(128)
+    bounds = scratch(128)
     for i in range(start, stop):
         k = rows[i]
         x = points[k, 0]

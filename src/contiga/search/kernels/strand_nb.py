@@ -19,6 +19,7 @@ import numpy as np
 
 from contiga.geometry.kernels.trim_nb import ON_CURVE, bernstein_at, parameter_at
 from contiga.num.jit import inner
+from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.bend_nb import length
 from contiga.search.kernels.rest_nb import D01, D02, D10, D11, D20
 
@@ -154,8 +155,8 @@ def strand_in(trims, patch, cell, work):
     """
     coefs, degree = work
     wide = with_hair(trims, patch, cell)
-    pieces = np.empty(MOST, np.int64)
-    span = np.empty((MOST, 2))
+    pieces = whole_scratch(MOST)
+    span = scratch(MOST, 2)
     n = 0
     edge = -1
     for k in range(trims.patch_start[patch], trims.patch_start[patch + 1]):
@@ -346,8 +347,8 @@ def stretch_bend(work, k, h, rest):
     rest2 += 2.0 * s_xy * (abs(x1) * y1_rest + abs(y1) * x1_rest + x1_rest * y1_rest)
     rest2 += s_x * x2_rest + change_x * (abs(x2) + x2_rest)
     rest2 += s_y * y2_rest + change_y * (abs(y2) + y2_rest)
-    c1 = np.empty(3)
-    c2 = np.empty(3)
+    c1 = scratch(3)
+    c2 = scratch(3)
     for c in range(3):
         c1[c] = h[c, 1] * x1 + h[c, 2] * y1
         c2[c] = h[c, 3] * x1 * x1 + 2.0 * h[c, 4] * x1 * y1 + h[c, 5] * y1 * y1

@@ -26,12 +26,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.elements.kernels.sides_nb import side_point
 from contiga.num.codes import CREASE
 from contiga.num.jit import inner
 from contiga.num.kernels.vector_nb import dot, minus
+from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.around_nb import MOST, around, inward_slope, stands
 from contiga.search.kernels.bend_nb import bend_bounds
 from contiga.search.kernels.cells_nb import SNAP
@@ -62,8 +61,8 @@ def _rises(near, foot, path, free, h):
     """Whether f rises at the corner `foot` along all sides that meet there, for both points of a
     motion, but for the crease `free`: (element, side) on both sides of it, −1 for none."""
     elements, _, trimmed, tolerance = near
-    list_e = np.empty(MOST, np.int64)
-    list_st = np.empty((MOST, 2))
+    list_e = whole_scratch(MOST)
+    list_st = scratch(MOST, 2)
     miss = SAME * tolerance
     n = around(elements, foot, list_e, list_st)
     if n >= MOST:
@@ -183,8 +182,8 @@ def common_crease(elements, foot, last):
 def _lowest_crease(elements, foot, point, h):
     """The crease from a vertex along which f rises least, or falls: (e, s, t, side), e −1 where f
     rises less along a side that is none."""
-    list_e = np.empty(MOST, np.int64)
-    list_st = np.empty((MOST, 2))
+    list_e = whole_scratch(MOST)
+    list_st = scratch(MOST, 2)
     least = math.inf
     found = (-1, 0.0, 0.0, -1)
     for k in range(around(elements, foot, list_e, list_st)):

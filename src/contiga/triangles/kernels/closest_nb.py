@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.num.codes import NOT_FINITE
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
+from contiga.num.scratch import scratch, whole_scratch
 from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, box_distances, put
 from contiga.triangles.kernels.facet_nb import (
     TRIANGLE,
@@ -81,7 +80,7 @@ def closest(tree, point, seed, work):
 @kernel()
 def project_global(facets, points, rows, smooth, out, start, stop):
     """Closest points of points[rows[start:stop]] into the same rows of `out`."""
-    work = (np.empty(DEPTH, np.int64), np.empty(DEPTH), np.empty(WIDTH))
+    work = (whole_scratch(DEPTH), scratch(DEPTH), scratch(WIDTH))
     shape = facets.shape
     link = facets.link
     tree = (shape, link, facets.box, facets.child, NEAR * facets.scale[1])
@@ -110,9 +109,9 @@ def project_global(facets, points, rows, smooth, out, start, stop):
 @kernel()
 def box_distance(facets, points, rows, reach, start, stop):
     """Distance of points[rows] to the nearest box of a triangle into reach[rows]."""
-    nodes = np.empty(DEPTH, np.int64)
-    bounds = np.empty(DEPTH)
-    lane = np.empty(WIDTH)
+    nodes = whole_scratch(DEPTH)
+    bounds = scratch(DEPTH)
+    lane = scratch(WIDTH)
     child = facets.child
     for i in range(start, stop):
         k = rows[i]

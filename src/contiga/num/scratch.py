@@ -1,0 +1,96 @@
+"""Small arrays that kernels work in, on the stack: nothing is asked for, counted, or given back."""
+
+from __future__ import annotations
+
+from math import prod
+from typing import Any
+
+import llvmlite.ir as ir
+import numpy as np
+from numba.core import cgutils
+from numba.core import types as numba_types
+from numba.core.imputils import lower_builtin
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.np.arrayobj import make_array, populate_array
+
+from contiga.records import FloatArray, IndexArray
+
+types: Any = numba_types
+SIZE = 8
+"""Bytes of a number."""
+
+
+def scratch(*shape: int) -> FloatArray:
+    """An array of nothing in particular, that is gone when the kernel returns.
+
+    A kernel must not answer it. The shape is of numbers that are written out, or constants.
+    """
+    return np.empty(shape)
+
+
+def zero_scratch(*shape: int) -> FloatArray:
+    """The same of zeros."""
+    return np.zeros(shape)
+
+
+def whole_scratch(*shape: int) -> IndexArray:
+    """The same of whole numbers."""
+    return np.empty(shape, np.int64)
+
+
+SCRATCH = (scratch, zero_scratch, whole_scratch)
+
+
+@infer_global(zero_scratch)
+@infer_global(scratch)
+class Scratch(AbstractTemplate):  # type: ignore[misc]
+    """What numba asks for the type of a call of `scratch`."""
+
+    prefer_literal = True
+    number = types.float64
+
+    def generic(self, shape: tuple[Any, ...], names: dict[str, Any]) -> Any:
+        """An array; nothing where the shape is worked out."""
+        if names or not all(isinstance(count, types.IntegerLiteral) for count in shape):
+            return None
+        return signature(types.Array(self.number, len(shape), "C"), *shape)
+
+
+@infer_global(whole_scratch)
+class WholeScratch(Scratch):
+    """What it asks for that of `whole_scratch`."""
+
+    number = types.int64
+
+
+@lower_builtin(whole_scratch, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
+@lower_builtin(scratch, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
+def _on_the_stack(context: Any, builder: Any, asked: Any, _: Any) -> Any:
+    """Code in the kernel that calls it; in one of its own the memory would be gone with that."""
+    return _array(context, builder, asked)[0]
+
+
+@lower_builtin(zero_scratch, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
+def _zeros_on_the_stack(context: Any, builder: Any, asked: Any, _: Any) -> Any:
+    """The same, and code that makes it zero."""
+    value, place = _array(context, builder, asked)
+    builder.store(ir.Constant(place.type.pointee, None), place)
+    return value
+
+
+def _array(context: Any, builder: Any, asked: Any) -> tuple[Any, Any]:
+    """An array of the shape and numbers asked for, and where these are."""
+    counts = [count.literal_value for count in asked.args]
+    number = context.get_data_type(asked.return_type.dtype)
+    place = cgutils.alloca_once(builder, ir.ArrayType(number, prod(counts)))
+    steps = [SIZE * prod(counts[k + 1 :]) for k in range(len(counts))]
+    whole = make_array(asked.return_type)(context, builder)
+    populate_array(
+        whole,
+        data=builder.bitcast(place, number.as_pointer()),
+        shape=[context.get_constant(types.intp, count) for count in counts],
+        strides=[context.get_constant(types.intp, step) for step in steps],
+        itemsize=context.get_constant(types.intp, SIZE),
+        meminfo=None,
+    )
+    return whole._getvalue(), place

@@ -1,0 +1,85 @@
+"""Kernels that make no arrays count no references to those that they are handed.
+
+numba counts the references to an array wherever a variable takes it or lets it go, in tuples of
+tables those of every one of its arrays: in kernels that hand tables on, half of their time. Arrays
+that a kernel is handed live until it returns, as whoever calls it holds them. So where all its
+arrays are of these, or parts of them, there is nothing to count.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba.core import ir
+from numba.core import types as numba_types
+from numba.core.compiler_machinery import AnalysisPass, register_pass
+
+from contiga.num.scratch import SCRATCH
+
+types: Any = numba_types
+BORROWED = (
+    *("getattr", "getitem", "static_getitem", "typed_getitem", "build_tuple", "cast", "phi"),
+    *("getiter", "iternext", "pair_first", "exhaust_iter"),
+)
+"""Expressions whose arrays are their operands', or parts of them, unless an array is the index."""
+PARTS = types.Integer, types.SliceType, types.EllipsisType, types.StringLiteral
+WRITTEN = ir.SetItem, ir.StaticSetItem
+
+
+@register_pass(mutates_CFG=False, analysis_only=True)
+class Uncounted(AnalysisPass):  # type: ignore[misc]
+    """Has a kernel that owns no array compiled without counting."""
+
+    _name = "contiga_uncounted"
+
+    def __init__(self) -> None:
+        AnalysisPass.__init__(self)
+
+    def run_pass(self, state: Any) -> bool:
+        """Look through the typed kernel; nothing of it is changed."""
+        if not _owns(state):
+            context = state.targetctx.subtarget(enable_nrt=False)
+            context.__dict__.pop("nrt", None)  # kept by numba, for a context that counts
+            state.targetctx = context
+        return False
+
+
+def _owns(state: Any) -> bool:
+    """Whether a kernel makes, is given by a call, or answers an array."""
+    models = state.targetctx.data_model_manager
+
+    def holds(of: Any) -> bool:
+        return bool(models[of].contains_nrt_meminfo())
+
+    if holds(state.return_type):
+        return True
+    for block in state.func_ir.blocks.values():
+        for line in block.body:
+            if isinstance(line, ir.Assign):
+                counted = holds(state.typemap[line.target.name])
+                if counted and not _is_borrowed(line.value, state.typemap):
+                    return True
+            # A slice written from an array that may overlap with it is written from a copy.
+            elif isinstance(line, WRITTEN) and holds(state.typemap[line.value.name]):
+                return True
+    return False
+
+
+def _is_borrowed(value: Any, typemap: Any) -> bool:
+    """Whether an array that a variable takes belongs to another one."""
+    if not isinstance(value, ir.Expr):
+        return isinstance(value, (ir.Arg, ir.Var))
+    if value.op == "call":
+        return getattr(typemap[value.func.name], "typing_key", None) in SCRATCH
+    if value.op == "getitem" or value.op == "typed_getitem":
+        return _is_basic(typemap[value.index.name])
+    if value.op == "static_getitem" and value.index_var is not None:
+        return _is_basic(typemap[value.index_var.name])
+    return value.op in BORROWED
+
+
+def _is_basic(index: Any) -> bool:
+    """Whether an index picks a part, not a copy of some."""
+    if isinstance(index, types.BaseTuple):
+        return all(_is_basic(part) for part in index.types)
+    return isinstance(index, PARTS)
