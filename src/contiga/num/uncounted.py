@@ -8,11 +8,13 @@ arrays are of these, or parts of them, there is nothing to count.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from numba.core import ir
 from numba.core import types as numba_types
 from numba.core.compiler_machinery import AnalysisPass, register_pass
+from numba.core.errors import TypingError
 
 from contiga.num.scratch import SCRATCH
 
@@ -36,7 +38,11 @@ class Uncounted(AnalysisPass):  # type: ignore[misc]
         AnalysisPass.__init__(self)
 
     def run_pass(self, state: Any) -> bool:
-        """Look through the typed kernel; nothing of it is changed."""
+        """Look through the typed kernel; nothing of it is changed.
+
+        Raises numba's TypingError for a kernel that answers an array of its stack.
+        """
+        _check_stays(state)
         if not _owns(state):
             context = state.targetctx.subtarget(enable_nrt=False)
             context.__dict__.pop("nrt", None)  # kept by numba, for a context that counts
@@ -46,11 +52,7 @@ class Uncounted(AnalysisPass):  # type: ignore[misc]
 
 def _owns(state: Any) -> bool:
     """Whether a kernel makes, is given by a call, or answers an array."""
-    models = state.targetctx.data_model_manager
-
-    def holds(of: Any) -> bool:
-        return bool(models[of].contains_nrt_meminfo())
-
+    holds = _holder(state)
     if holds(state.return_type):
         return True
     for block in state.func_ir.blocks.values():
@@ -65,12 +67,51 @@ def _owns(state: Any) -> bool:
     return False
 
 
+def _check_stays(state: Any) -> None:
+    """Refuse a kernel that answers an array of its stack, which is gone by then."""
+    holds = _holder(state)
+    blocks = state.func_ir.blocks.values()
+    made = [line for block in blocks for line in block.find_insts(ir.Assign)]
+    arrays = [line for line in made if holds(state.typemap[line.target.name])]
+    own = {line.target.name for line in arrays if _is_scratch(line.value, state.typemap)}
+    count = 0
+    while count != len(own):
+        count = len(own)
+        own |= {line.target.name for line in arrays if own & _parts(line.value, state.typemap)}
+    for block in blocks:
+        for line in block.find_insts(ir.Return):
+            if line.value.name in own:
+                raise TypingError("a kernel answers an array of its stack", loc=line.loc)
+
+
+def _holder(state: Any) -> Callable[[Any], bool]:
+    """Tells whether things of a type are arrays, or hold some."""
+    models = state.targetctx.data_model_manager
+    return lambda of: bool(models[of].contains_nrt_meminfo())
+
+
+def _is_scratch(value: Any, typemap: Any) -> bool:
+    """Whether a value is a new array on the stack."""
+    if not isinstance(value, ir.Expr) or value.op != "call":
+        return False
+    return getattr(typemap[value.func.name], "typing_key", None) in SCRATCH
+
+
+def _parts(value: Any, typemap: Any) -> set[str]:
+    """Names of the variables that a value is, or is a part of, or is made of."""
+    if isinstance(value, ir.Var):
+        return {value.name}
+    if isinstance(value, ir.Expr) and _is_borrowed(value, typemap):
+        return {of.name for of in value.list_vars()}
+    return set()
+
+
 def _is_borrowed(value: Any, typemap: Any) -> bool:
     """Whether an array that a variable takes belongs to another one."""
     if not isinstance(value, ir.Expr):
         return isinstance(value, (ir.Arg, ir.Var))
     if value.op == "call":
-        return getattr(typemap[value.func.name], "typing_key", None) in SCRATCH
+        return _is_scratch(value, typemap)
     if value.op == "getitem" or value.op == "typed_getitem":
         return _is_basic(typemap[value.index.name])
     if value.op == "static_getitem" and value.index_var is not None:
