@@ -29,7 +29,11 @@ def ball() -> cg.Body:
 
 
 class Stepper:
-    """A contact whose nodes come in from outside, and go on in steps of `way` along x."""
+    """A contact whose nodes come in from outside, and go on in steps of `way` along x.
+
+    From the second step on states are written into that of the step before the last, as a solver
+    would have it that keeps two of them.
+    """
 
     def __init__(
         self, body: cg.Body, outside: np.ndarray, points: np.ndarray, way: float, law: object
@@ -37,6 +41,7 @@ class Stepper:
         slave = cg.Slave(points, thickness=np.full(len(points), 0.1 * body.size))
         self.contact = cg.Contact(body, slave, law=law, area=cg.NodalArea(1.0))
         self.points, self.way = points, np.array([way, 0.0, 0.0])
+        self.spare: cg.State | None = None
         self.state = self.contact.step(self.contact.start(outside), points, dt=1.0)
 
     def ready(self, k: int) -> None:
@@ -44,7 +49,8 @@ class Stepper:
         self.now = self.points + k * self.way
 
     def __call__(self, _: int) -> None:
-        self.state = self.contact.step(self.state, self.now, dt=1.0)
+        new = self.contact.step(self.state, self.now, dt=1.0, out=self.spare)
+        self.state, self.spare = new, self.state
 
     def arrays(self) -> list[np.ndarray]:
         """All that the state says a point, whether it keeps all rows or those in contact."""

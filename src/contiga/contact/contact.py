@@ -37,9 +37,10 @@ from contiga.contact.respond import (
     law_input,
     respond,
 )
+from contiga.contact.reused import given_up
 from contiga.contact.sparse import Sparse
 from contiga.contact.state import Column, State
-from contiga.contact.tracked import Detected, Last, Options, Rooms, options_of
+from contiga.contact.tracked import Columns, Detected, Last, Options, Rooms, options_of
 from contiga.errors import InputError
 from contiga.laws.friction import Friction
 from contiga.laws.normal import Law, StressLaw
@@ -224,6 +225,7 @@ class Contact(Shown):
         velocity: ArrayLike | None = None,
         twist: Velocities | None = None,
         clock: StageClock = _untimed,
+        out: State | None = None,
     ) -> State:
         """The state after a step in which the slave went to `points` and the master to `pose`.
 
@@ -240,26 +242,35 @@ class Contact(Shown):
         twist : (v, w) of the master, each (3,), world axes: velocity of its frame's origin and
             spin in radians a time. May be omitted of a master that stands still
         clock : times the stages
+        out : a state of this contact that nobody needs any more, of an earlier step than `state`:
+            its arrays are written over, which saves asking for new ones, and it becomes the answer.
+            Of a step that then fails nothing is left in it
 
         Raises
         ------
         InputError
             Points that do not fit the slave or the state, a pose that is not one, dt ≤ 0, one of
-            velocity and twist without the other.
+            velocity and twist without the other, an `out` that is not another state of this
+            contact with arrays of its own.
         """
         p_W, X_WB = self._checked(points, pose)
         dt = positive(dt, "dt")
         self._check_state(state)
         poses, active = (state.pose, X_WB), self._sampling.active
         v_B = relative_velocity(self._sampling, p_W, poses, velocity, twist)
+        if out is None:
+            columns, p_B = Columns.of(len(p_W)), np.empty(p_W.shape)
+        else:
+            columns, p_B = given_up(out, state, p_W, self)
         with self._rooms.one(len(p_W)) as room:
             with clock("search"):
-                p_B = to_body(X_WB, p_W)
+                to_body(X_WB, p_W, p_B)
                 last = Last(state.points_B, state.patch, state.uv, state.near, state.safe_distance)
                 found = detect_on_curves(
-                    self._surface, p_B, last, active, self._options, poses, room
+                    self._surface, p_B, last, active, self._options, poses, (room, columns)
                 )
-            return self._respond(found, p_B, X_WB, Past(state, dt, v_B), clock)
+            answer = self._respond(found, p_B, X_WB, Past(state, dt, v_B), clock)
+        return answer if out is None else out.become(answer)
 
     def rehearse(
         self, standing: Iterable[tuple[ArrayLike, ArrayLike | None]], *, most: int | None = None
@@ -352,7 +363,7 @@ class Contact(Shown):
     ) -> State:
         """Forces and sums of what the search has found."""
         sampling = self._sampling
-        held = np.flatnonzero(found.feet.patch >= 0).astype(np.int32)
+        held = found.held
         rows = held[held >= sampling.first] if sampling.first else held
         points = carrying(rows, rows_of(found.feet, rows), p_B, past)
         seen = areas = None

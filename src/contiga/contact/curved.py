@@ -13,17 +13,31 @@ without turning.
 
 from __future__ import annotations
 
+from math import ceil
 from typing import NamedTuple
 
 import numpy as np
 
 from contiga.contact.detect import detect
-from contiga.contact.tracked import BoolArray, Detected, Last, Options, Room, take
+from contiga.contact.kernels import bulging_nb
+from contiga.contact.tracked import (
+    CHUNK,
+    BoolArray,
+    Columns,
+    Detected,
+    Last,
+    Options,
+    Room,
+    listed,
+    take,
+)
 from contiga.masters.protocol import Surface
+from contiga.num.arrays import locked
 from contiga.num.ordered import length
 from contiga.num.pose import relative
 from contiga.num.rigid import to_body, to_world
 from contiga.num.screw import Screw, screw_between
+from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, ContactStatus, FloatArray, IndexArray
 
 # Pieces a step is made in at most. Half a turn about an axis in the body takes 256.
@@ -43,15 +57,15 @@ def detect_on_curves(
     active: BoolArray,
     options: Options,
     poses: tuple[FloatArray, FloatArray],
-    room: Room | None = None,
+    memory: tuple[Room, Columns] | None = None,
 ) -> Detected:
     """One step of a body that goes from one to the other of its `poses` (4, 4); see `detect`."""
     if np.array_equal(poses[0][:3, :3], poses[1][:3, :3]):
-        return detect(surface, now, last, active, options, room)
+        return detect(surface, now, last, active, options, memory)
     screw = screw_between(*poses)
     rows, bulge = _bulging(screw, relative(*poses), (last, now), active, options)
     if len(rows) == 0:
-        return detect(surface, now, last, active, options, room)
+        return detect(surface, now, last, active, options, memory)
     pieces = np.minimum(
         np.exp2(np.ceil(0.5 * np.log2(bulge / (options.bulge * options.size)))), MOST
     )
@@ -59,13 +73,13 @@ def detect_on_curves(
     straight = np.ones(len(now), dtype=bool)
     straight[rows] = False
     rest = last._replace(patch=np.where(straight, last.patch, np.int32(-1)))
-    whole = detect(surface, now, rest, active & straight, options, room)
+    whole = detect(surface, now, rest, active & straight, options, memory)
     for count in np.unique(pieces):
         own = rows[pieces == count]
         ends = last.points_B[own], to_world(relative(*poses), now[own])
         path = Path(screw, *ends, now[own])
         _put(whole, own, _follow(surface, path, _rows_of(last, own), options, int(count)))
-    return whole
+    return whole._replace(held=np.flatnonzero(whole.feet.patch >= 0).astype(np.int32))
 
 
 class Path(NamedTuple):
@@ -100,23 +114,27 @@ def _bulging(
     of the step in that at its start.
     """
     last, now = ways
-    allowed = options.bulge * options.size
-    with np.errstate(invalid="ignore", over="ignore"):
-        moved = now - last.points_B
-        way = np.einsum("ij,ij->i", moved, moved)
-    np.sqrt(way, out=way)
-    finite = np.isfinite(way)
-    most = _most(screw, X_01, (last.points_B, now), way, finite)
-    if most <= allowed:
+    n, allowed, path = len(now), options.bulge * options.size, (last.points_B, now)
+    chunks = ceil(n / CHUNK)
+    extremes = np.zeros((chunks, 2))
+    run_ranges(bulging_nb.farthest, chunks, 1, path, extremes, CHUNK)
+    bulge = _most(screw, X_01, *extremes.max(axis=0, initial=0.0))
+    if bulge <= allowed:
         return np.zeros(0, np.int64), np.zeros(0)
-    touching = last.patch >= 0
-    room = np.where(touching, 0.0, np.abs(last.safe_distance))
-    rows = np.flatnonzero(finite & (active | touching) & (room <= way + most))
+    known = last.patch, last.safe_distance, locked(active)
+    lists = np.empty(n, np.int32), np.zeros(chunks, np.int64)
+    run_ranges(bulging_nb.within_reach, chunks, 1, path, known, bulge, lists, CHUNK)
+    rows = listed(*lists)
     start, end = last.points_B[rows], to_world(X_01, now[rows])
-    bulge = bulge_of(screw, start, end)
-    own = (bulge > allowed) & (room[rows] <= way[rows] + bulge)
-    own &= way[rows] >= CARRIED * np.sqrt(np.square(end - start).sum(axis=1))
-    return rows[own], bulge[own]
+    own, way = bulge_of(screw, start, end), _lengths(now[rows] - start)
+    room = np.where(last.patch[rows] >= 0, 0.0, np.abs(last.safe_distance[rows]))
+    far = (own > allowed) & (room <= way + own) & (way >= CARRIED * _lengths(end - start))
+    return rows[far], own[far]
+
+
+def _lengths(vectors: FloatArray) -> FloatArray:
+    """(n,) of vectors (n, 3)."""
+    return np.asarray(np.sqrt(np.square(vectors).sum(axis=1)))
 
 
 def bulge_of(screw: Screw, start: FloatArray, end: FloatArray) -> FloatArray:
@@ -126,25 +144,16 @@ def bulge_of(screw: Screw, start: FloatArray, end: FloatArray) -> FloatArray:
     """
     turning = [np.cross(screw.turn, screw.field(q)) for q in (start, end)]
     along = np.cross(screw.turn, end - start)
-    own = [np.sqrt(np.square(vectors).sum(axis=1)) for vectors in (*turning, along)]
+    own = [_lengths(vectors) for vectors in (*turning, along)]
     return np.asarray(0.125 * (np.maximum(own[0], own[1]) + 2.0 * own[2]))
 
 
-def _most(
-    screw: Screw,
-    X_01: FloatArray,
-    ends: tuple[FloatArray, FloatArray],
-    ways: FloatArray,
-    finite: BoolArray,
-) -> float:
-    """A bound of `bulge_of` for all finite points from their `ends`, body axes, and `ways`."""
-    if not finite.all():
-        ends, ways = (ends[0][finite], ends[1][finite]), ways[finite]
-    far = max(max(float(p.max(initial=0.0)), -float(p.min(initial=0.0))) for p in ends)
-    reach, way = np.sqrt(3.0) * far, float(ways.max(initial=0.0))
+def _most(screw: Screw, X_01: FloatArray, way: float, far: float) -> float:
+    """A bound of `bulge_of` for points whose ways and coordinates are no more than these."""
+    reach = np.sqrt(3.0) * far
     angle, moved = length(screw.turn), length(X_01[:3, 3])
     field = angle * (reach + moved) + length(screw.velocity)
-    return (0.125 + ROUNDING) * angle * (field + 2.0 * (way + angle * reach + moved))
+    return float((0.125 + ROUNDING) * angle * (field + 2.0 * (way + angle * reach + moved)))
 
 
 def _follow(surface: Surface, path: Path, last: Last, options: Options, pieces: int) -> Detected:

@@ -16,14 +16,22 @@ import numpy as np
 
 from contiga.contact import closed_body, open_body, through
 from contiga.contact.kernels import place_nb
-from contiga.contact.tracked import Detected, Last, Options, Room, Step, detect_inside, track
+from contiga.contact.tracked import (
+    CHUNK,
+    Columns,
+    Detected,
+    Last,
+    Options,
+    Room,
+    Step,
+    detect_inside,
+    listed,
+    track,
+)
 from contiga.masters.protocol import Surface
 from contiga.num.arrays import locked
 from contiga.num.threads import run_ranges
 from contiga.records import ContactStatus, FloatArray, IntArray, Projection
-
-# Points that a thread goes through at once.
-CHUNK = 32768
 
 
 def detect_at_start(
@@ -34,11 +42,11 @@ def detect_at_start(
     rows = np.flatnonzero(np.isfinite(p_B).all(axis=1) & active).astype(np.int32)
     if options.closed:
         closed_body.detect_at_start(surface, p_B, rows, found, options)
-        return _with_feet(found)
+        return _with_feet(found, (rows, rows[:0]))
     surface.safe_distance(p_B, rows, found.safe_distance)
     if options.penetration:
         detect_inside(surface, p_B, rows, found, options)
-    return _with_feet(found)
+    return _with_feet(found, (rows, rows[:0]))
 
 
 def detect(
@@ -47,31 +55,31 @@ def detect(
     last: Last,
     active: np.ndarray,
     options: Options,
-    room: Room | None = None,
+    memory: tuple[Room, Columns] | None = None,
 ) -> Detected:
     """One step: from the points of the last step to those of this one, body axes.
 
-    What is found lies in part in the `room`, and is gone with the next step in it.
+    What is found lies in `memory`, and what is in the room is gone with the next step in it.
     """
-    room = Room.of(len(now)) if room is None else room
-    found = _nowhere(room)
+    room, columns = memory or (Room.of(len(now)), Columns.of(len(now)))
+    found = _nowhere(room, columns)
     step = Step(last.points_B, now, room.way, room.ignored, last.near, last.uv)
-    rows, near = _place(step, last, active, found, room.rows)
+    lists = rows, near = _place(step, last, active, columns, room.rows)
     if options.through:
         feet = last.patch, last.uv
-        rows, near = through.detect(surface, step, feet, (rows, near), found, options)
+        rows, near = through.detect(surface, step, feet, lists, found, options)
     if options.closed:
         closed_body.detect(surface, step, (last.patch, last.uv), (rows, near), found, options)
-        return _with_feet(found)
+        return _with_feet(found, lists)
     tracked = track(
         surface, (last.points_B[rows], now[rows]), (last.patch[rows], last.uv[rows]), options
     )
     open_body.detect(surface, step, (rows, near), tracked, found, options)
-    return _with_feet(found)
+    return _with_feet(found, lists)
 
 
 def _place(
-    step: Step, last: Last, active: np.ndarray, found: Detected, rows: IntArray
+    step: Step, last: Last, active: np.ndarray, columns: Columns, rows: IntArray
 ) -> tuple[IntArray, IntArray]:
     """The points that were in contact, and the free ones that may have come to the surface.
 
@@ -80,45 +88,33 @@ def _place(
     n = len(step.now)
     chunks = ceil(n / CHUNK)
     known = last.patch, last.uv, last.near, last.safe_distance
-    places = found.status, found.safe_distance, found.near, found.uv, step.way, step.ignored
+    status, safe_distance, near, uv, *feet = columns
+    places = status, safe_distance, near, uv, step.way, step.ignored, *feet
     counts = np.zeros((chunks, 2), np.int64)
     path, lists = (step.before, step.now), (rows, counts)
     run_ranges(place_nb.place, chunks, 1, path, known, locked(active), places, lists, CHUNK)
-    if chunks == 1:
-        return rows[0, : counts[0, 0]], rows[1, : counts[0, 1]]
-    parts = [
-        [own[c * CHUNK : c * CHUNK + count] for c, count in enumerate(counts[:, i])]
-        for i, own in enumerate(rows)
-    ]
-    return np.concatenate(parts[0] or [rows[0]]), np.concatenate(parts[1] or [rows[1]])
+    return listed(rows[0], counts[:, 0]), listed(rows[1], counts[:, 1])
 
 
 def _nothing(p_B: FloatArray, active: np.ndarray) -> Detected:
     """Nothing in contact, and nothing known of inactive points but that they never are."""
-    found = _nowhere(Room.of(len(p_B)))
+    found = _nowhere(Room.of(len(p_B)), Columns.of(len(p_B)))
     found.status[~np.isfinite(p_B).all(axis=1)] = ContactStatus.NOT_FINITE
     found.safe_distance[~active] = np.inf
-    found.near[:] = -1
     return found
 
 
-def _nowhere(room: Room) -> Detected:
+def _nowhere(room: Room, columns: Columns) -> Detected:
     """Points without feet, of which nothing is said."""
-    n = len(room.gap)
-    none, blank = np.full(n, -1, np.int32), np.full(n, -1, np.int8)
-    feet = Projection(
-        none,
-        *(room.uv, room.point, room.normal, room.gap),
-        blank,
-        room.status,
-        np.zeros(n, np.int8),
-    )
-    return Detected(
-        np.zeros(n, np.int8), feet, np.zeros(n), np.zeros(n, np.int32), np.zeros((n, 2))
-    )
+    status, safe_distance, near, uv, patch, feature, certified = columns
+    where = room.uv, room.point, room.normal, room.gap
+    feet = Projection(patch, *where, feature, room.status, certified)
+    return Detected(status, feet, safe_distance, near, uv, room.rows[0, :0])
 
 
-def _with_feet(found: Detected) -> Detected:
-    """`found` with the parameters of the points in contact among those of the free ones."""
-    run_ranges(place_nb.fill_in, len(found.uv), CHUNK, found.feet.patch, found.feet.uv, found.uv)
-    return found
+def _with_feet(found: Detected, lists: tuple[IntArray, IntArray]) -> Detected:
+    """`found` with the points in contact, which are some of the `lists`, and their parameters."""
+    rows = np.empty(len(lists[0]) + len(lists[1]), np.int32)
+    known, feet = (found.near, found.uv), found.feet
+    n = place_nb.held(lists, feet.patch, feet.uv, known, rows)
+    return found._replace(held=rows[:n])

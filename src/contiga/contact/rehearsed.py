@@ -70,7 +70,7 @@ def rehearsed(
         else:
             poses = pose, X_WB
             found = detect_on_curves(surface, p_B, last, all_of_them, options, poses)
-        rows = np.flatnonzero(found.feet.patch >= 0).astype(np.int32)
+        rows = found.held
         feet = rows_of(found.feet, rows)
         depth = np.maximum(-feet.gap, 0.0)
         yield Rehearsed(X_WB, followed[rows], depth, feet.normal, inside, deepest)

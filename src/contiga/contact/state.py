@@ -128,13 +128,27 @@ class State(Shown):
         state.__dict__.update(whole, _contact=of, _sparse=sparse)
         return state
 
+    def is_of(self, contact: object) -> bool:
+        """Whether it is a state of that one."""
+        return self.__dict__.get("_contact") is contact
+
+    def spend(self) -> None:
+        """Give up all arrays: others are going to be written over them."""
+        self.__dict__.clear()
+
+    def become(self, other: State) -> State:
+        """Itself, with all that `other` has."""
+        self.__dict__.update(other.__dict__)
+        return self
+
     if not TYPE_CHECKING:  # it would answer to any name
 
         def __getattr__(self, name: str) -> Any:
             """An array of which only some rows are kept, made when first asked for."""
             column = self.__dict__.get("_sparse", {}).get(name)
             if column is None:
-                raise AttributeError(f"a State has no {name!r}", name=name, obj=self)
+                spent = "" if self.__dict__ else " any more: it was the out of a step that failed"
+                raise AttributeError(f"a State has no {name!r}{spent}", name=name, obj=self)
             whole = self.__dict__[name] = column.whole()
             return whole
 

@@ -33,6 +33,8 @@ BULGE = 1e-5
 # are that exact) and one of its coordinates (they are rounded).
 SAME_PLACE = 4e-12
 ROUNDING = 32.0 * np.finfo(np.float64).eps
+# Points that a thread goes through at once.
+CHUNK = 32768
 
 
 class Options(NamedTuple):
@@ -157,6 +159,29 @@ class Rooms:
             self._free.append(room)
 
 
+class Columns(NamedTuple):
+    """What a search says of n points that a state keeps of all of them: new arrays, or old ones.
+
+    Wherever it is not being written to, patch, feature and near are −1 and the rest is zero, or
+    what a search has said of an earlier step.
+    """
+
+    status: ByteArray
+    safe_distance: FloatArray
+    near: IntArray
+    uv: FloatArray
+    patch: IntArray
+    feature: ByteArray
+    certified: ByteArray
+
+    @classmethod
+    def of(cls, n: int) -> Columns:
+        """New ones."""
+        none, blank = np.full((2, n), -1, np.int32), np.full(n, -1, np.int8)
+        status, certified = np.zeros((2, n), np.int8)
+        return cls(status, np.zeros(n), none[0], np.zeros((n, 2)), none[1], blank, certified)
+
+
 class Detected(NamedTuple):
     """Outcome of the search for n points.
 
@@ -171,7 +196,17 @@ class Detected(NamedTuple):
     near: IntArray
     """(n,) patch of the foot last known of free points, −1 none; its parameters are in `uv`."""
     uv: FloatArray
-    """(n, 2) parameters of all feet, those of free points included."""
+    """(n, 2) parameters of all feet, those of free points included; zeros where there is none."""
+    held: IntArray
+    """(k,) the points in contact, ascending."""
+
+
+def listed(own: IntArray, counts: IndexArray) -> IntArray:
+    """The rows that chunks have listed, so many each, every one from its own place in `own`."""
+    if len(counts) == 1:
+        return own[: counts[0]]
+    parts = [own[c * CHUNK : c * CHUNK + count] for c, count in enumerate(counts)]
+    return np.concatenate(parts or [own])
 
 
 class Tracked(NamedTuple):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations, product
 from typing import Any
 
@@ -93,26 +94,35 @@ def checked_out(out: Projection | None, points: FloatArray, start: Projection | 
         return empty_projection(len(points))
     if not isinstance(out, Projection):
         raise InputError("out must be a Projection", where="out", found=type(out).__name__)
-    arrays: tuple[Any, ...] = out
+    arrays: tuple[NDArray[Any], ...] = out
     for name, own, like in zip(Projection._fields, arrays, EMPTY, strict=True):
-        shape = (len(points), *like.shape[1:])
-        fits = isinstance(own, np.ndarray) and own.shape == shape and own.dtype == like.dtype
-        if not fits or not (own.flags.carray and own.flags.writeable):
-            raise InputError(
-                "out must be a Projection of one row a point, that can be written to",
-                where=f"out.{name}",
-                found=getattr(own, "shape", type(own).__name__),
-                allowed=f"{shape}, {like.dtype}, C-contiguous, writeable",
-            )
+        check_fillable(own, (len(points), *like.shape[1:]), like.dtype, f"out.{name}")
     read = [points] if start is None or start is out else [points, *start]
-    pairs = [*product(arrays, read), *combinations(arrays, 2)]
+    check_apart(arrays, read, "arrays of their own, or those of start: out=start")
+    return out
+
+
+def check_fillable(own: Any, shape: tuple[int, ...], dtype: Any, where: str) -> None:
+    """Refuse an array of `out` that results of that shape and type cannot be written into."""
+    fits = isinstance(own, np.ndarray) and own.shape == shape and own.dtype == dtype
+    if not fits or not own.flags.carray:
+        raise InputError(
+            "out must have arrays of one row a point, that can be written to",
+            where=where,
+            found=getattr(own, "shape", type(own).__name__),
+            allowed=f"{shape}, {np.dtype(dtype)}, C-contiguous, writeable",
+        )
+
+
+def check_apart(own: Sequence[Any], read: Sequence[Any], allowed: str) -> None:
+    """Refuse arrays of `out` that share memory with what is read, or with each other."""
+    pairs = [*product(own, read), *combinations(own, 2)]
     if any(np.may_share_memory(one, other) for one, other in pairs):
         raise InputError(
             "out shares memory with what is read, or its arrays with each other",
             where="out",
-            allowed="arrays of their own, or those of start: out=start",
+            allowed=allowed,
         )
-    return out
 
 
 def checked_segments(p0: ArrayLike, p1: ArrayLike) -> tuple[FloatArray, FloatArray]:

@@ -13,9 +13,9 @@ from contiga.records import FloatArray
 POINTS = 32768
 
 
-def to_body(X_WB: FloatArray, p_W: FloatArray) -> FloatArray:
-    """(n, 3) points of the world in body axes."""
-    out = np.empty(p_W.shape)
+def to_body(X_WB: FloatArray, p_W: FloatArray, out: FloatArray | None = None) -> FloatArray:
+    """(n, 3) points of the world in body axes, written into `out` (n, 3) where there is one."""
+    out = np.empty(p_W.shape) if out is None else out
     run_ranges(rigid_nb.to_body, len(out), POINTS, locked(p_W), X_WB, out)
     return out
 

@@ -259,7 +259,8 @@ def _found(status: Is, certified: int = 1) -> Detected:
     feet.patch[:] = 0 if status in cg.records.IN_CONTACT else -1
     feet.certified[:] = certified
     none = np.zeros(1)
-    return Detected(np.array([status], np.int8), feet, none, np.full(1, -1, np.int32), none)
+    held = np.flatnonzero(feet.patch >= 0).astype(np.int32)
+    return Detected(np.array([status], np.int8), feet, none, np.full(1, -1, np.int32), none, held)
 
 
 STORIES = [

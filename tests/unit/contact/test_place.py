@@ -13,9 +13,10 @@ pytestmark = pytest.mark.interpreted
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @pytest.mark.parametrize("chunks", [1, 3])
-def test_every_point_is_placed_as_plain_numpy_says(chunks):
+@pytest.mark.parametrize("calm", [False, True])
+def test_every_point_is_placed_as_plain_numpy_says(chunks, calm):
     rng = np.random.default_rng(2)
-    n = 400
+    n = 3000
     before, now = rng.normal(size=(2, n, 3))
     before[::17, 1], now[::19, 2], now[::23, 0] = np.nan, np.inf, np.nan
     patch = rng.integers(-1, 3, n).astype(np.int32)
@@ -24,11 +25,28 @@ def test_every_point_is_placed_as_plain_numpy_says(chunks):
     distance = rng.normal(size=n) * 4.0
     distance[::13], distance[1::13], distance[2::29] = np.inf, 0.0, np.nan
     active = rng.random(n) < 0.8
-    status, safe_distance = np.zeros(n, np.int8), np.zeros(n)
-    found_near, found_uv = np.zeros(n, np.int32), np.zeros((n, 2))
+    # What the memory says of an earlier step, where it says something.
+    status, safe_distance = rng.integers(0, 4, n).astype(np.int8), rng.normal(size=n)
+    old, found_near = rng.integers(-1, 2, (2, n)).astype(np.int32)
+    feature, certified = np.where(old >= 0, 1, np.array([[-1], [0]])).astype(np.int8)
+    found_uv = np.where(((old >= 0) | (found_near >= 0))[:, None], rng.random((n, 2)), 0.0)
+    if calm:  # whole stretches of points that are free and far, and in each some that are not
+        quiet = rng.random(n) < 0.995
+        patch[quiet] = near[quiet] = old[quiet] = found_near[quiet] = feature[quiet] = -1
+        certified[quiet], found_uv[quiet] = 0, 0.0
+        active |= quiet
+        distance[quiet] = np.where(rng.random(n) < 0.3, -np.inf, 50.0 * (rng.random(n) + 1))[quiet]
+        before[quiet] = np.where(np.isfinite(before), before, 0.0)[quiet]
+        now[quiet] = np.where(np.isfinite(now), now, 0.0)[quiet]
+        now[rng.random(n) < 1e-3] = np.nan
+        before[rng.random(n) < 1e-3] = np.inf
+        distance[rng.random(n) < 1e-3] *= 1e-3
+        active[rng.random(n) < 1e-3] = False
+        distance[500] = np.nan
+        before[700], now[700], distance[700] = 0.0, [3.0, 4.0, 0.0], 5.0  # as far as it may go
     way, ignored = np.empty(n), np.empty(n, bool)
     lists = np.empty((2, n), np.int32), np.zeros((chunks, 2), np.int64)
-    found = (status, safe_distance, found_near, found_uv, way, ignored)
+    found = (status, safe_distance, found_near, found_uv, way, ignored, old, feature, certified)
     size = -(-n // chunks)
     known = patch, uv, near, distance
     place_nb.place((before, now), known, active, found, lists, size, 0, chunks)
@@ -55,6 +73,27 @@ def test_every_point_is_placed_as_plain_numpy_says(chunks):
     np.testing.assert_array_equal(found_near, np.where(loose, near, -1))
     known = loose & (near >= 0)
     np.testing.assert_array_equal(found_uv, np.where(known[:, None], uv, 0.0))
+    assert (old == -1).all()
+    assert (feature == -1).all()
+    assert not certified.any()
     np.testing.assert_array_equal(ignored[near_by], distance[near_by] < 0.0)
     np.testing.assert_array_equal(touching, np.flatnonzero(held))
     np.testing.assert_array_equal(free, np.flatnonzero(loose & (left <= 0.0)))
+
+
+def test_what_is_held_is_listed_and_the_rest_forgets_its_parameters():
+    rng = np.random.default_rng(5)
+    n = 300
+    patch, near = rng.integers(-1, 2, (2, n)).astype(np.int32)
+    foot_uv, uv = rng.random((2, n, 2))
+    asked = rng.random(n) < 0.7
+    patch[~asked] = -1
+    first = asked & (rng.random(n) < 0.5)
+    lists = [np.flatnonzero(own).astype(np.int32) for own in (first, asked & ~first)]
+    for order in (lists, lists[::-1], [np.flatnonzero(asked).astype(np.int32), lists[0][:0]]):
+        own, rows = uv.copy(), np.empty(n, np.int32)
+        count = place_nb.held(tuple(order), patch, foot_uv, (near, own), rows)
+        np.testing.assert_array_equal(rows[:count], np.flatnonzero(patch >= 0))
+        wanted = np.where((patch >= 0)[:, None], foot_uv, uv)
+        wanted[asked & (patch < 0) & (near < 0)] = 0.0
+        np.testing.assert_array_equal(own, wanted)

@@ -69,7 +69,7 @@ def test_what_is_filled_is_what_was_given_or_new():
     ],
 )
 def test_what_cannot_be_filled_is_refused(wrong):
-    with pytest.raises(InputError, match="out must be a Projection of one row") as error:
+    with pytest.raises(InputError, match="out must have arrays of one row") as error:
         checked_out(feet()._replace(**wrong), np.zeros((4, 3)), None)
     assert error.value.where == f"out.{next(iter(wrong))}"
 

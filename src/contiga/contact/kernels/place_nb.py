@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from contiga.contact.kernels.status_nb import FREE, NOT_FINITE
 from contiga.num.jit import inner, kernel
+from contiga.num.scratch import scratch
+
+BLOCK = 128
+"""Points that are looked at together, first whether there is anything to be said of any."""
 
 
 @inner(error_model="numpy")
@@ -15,15 +21,32 @@ def _left(distance, way):
     return 0.0 if rest <= 0.0 else rest
 
 
+@inner()
+def _take_back(near, uv, feet, k):
+    """A row as it is of a point of which nothing is known; `feet` are (patch, feature, certified).
+
+    Most rows are so already, and are not written to.
+    """
+    patch, feature, certified = feet
+    if patch[k] >= 0:
+        patch[k] = feature[k] = -1
+        certified[k] = 0
+    elif near[k] < 0:
+        return
+    near[k] = -1
+    uv[k, 0] = uv[k, 1] = 0.0
+
+
 @kernel(error_model="numpy")
 def place(path, last, active, found, lists, size, start, stop):
     """Fill `found` for the points of chunks start … stop of `size`.
 
     `path` is (before, now), `last` (patch, uv, near, safe distance) of the last step, `found`
-    (status, safe distance, near, uv, way, ignored) of this one, zeros where nothing is said.
-    `lists` is (rows, counts): two (n,) lists that each chunk fills from its own place, of those in
-    contact and of free ones that may have come to the surface, and (chunks, 2) how many it has
-    listed. Of others, way and ignored are not told.
+    (status, safe distance, near, uv, way, ignored, patch, feature, certified) of this one, where
+    what is said of an earlier step is taken back: as in all states, parameters of points without a
+    patch are zero. `lists` is (rows, counts): two (n,) lists that each chunk fills from its own
+    place, of those in contact and of free ones that may have come to the surface, and (chunks, 2)
+    how many it has listed. Of others, way and ignored are not told.
     """
     rows, counts = lists
     for c in range(start, stop):
@@ -37,51 +60,117 @@ def place(path, last, active, found, lists, size, start, stop):
 def _place(path, last, active, found, rows, start, stop):
     """One chunk; returns where its lists end."""
     before, now = path
-    patch, uv, near, distance = last
-    status, safe_distance, found_near, found_uv, ways, ignored = found
+    patch, _, near, distance = last
+    status, safe_distance, found_near, found_patch = found[0], found[1], found[2], found[6]
     touching = free = start
-    for k in range(start, stop):
-        square = 0.0
-        for c in range(3):
-            d = now[k, c] - before[k, c]
-            square += d * d
-        way = math.sqrt(square)
-        if not way < math.inf:
-            way = math.inf
-        found_near[k] = -1
-        x, y, z = now[k]
-        if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
-            status[k] = NOT_FINITE
-            safe_distance[k] = 0.0 if active[k] else math.inf
-            continue
-        status[k] = FREE
-        if patch[k] >= 0:
-            safe_distance[k] = _left(distance[k], way)
-            rows[0, touching] = k
-            touching += 1
+    ways = scratch(BLOCK)
+    for first in range(start, stop, BLOCK):
+        past = min(first + BLOCK, stop)
+        _ways(before[first:past], now[first:past], ways)
+        none = _are_none(patch[first:past], near[first:past])
+        none = none and _are_none(found_patch[first:past], found_near[first:past])
+        if none and _are_far(ways, distance[first:past], active[first:past]):
+            status[first:past] = FREE
+            _stay(ways, distance[first:past], safe_distance[first:past])
+        else:
+            for k in range(first, past):
+                way = ways[k - first]
+                touching, free = _one(k, way, now, last, active, found, rows, touching, free)
+    return touching, free
+
+
+@inner(error_model="numpy")
+def _ways(before, now, ways):
+    """How far points have gone, infinite where that is not known."""
+    for k in range(now.shape[0]):
+        x, y, z = now[k, 0] - before[k, 0], now[k, 1] - before[k, 1], now[k, 2] - before[k, 2]
+        way = math.sqrt(x * x + y * y + z * z)
+        ways[k] = way if way < math.inf else math.inf
+
+
+@inner()
+def _are_none(patch, near):
+    """Whether no point has a patch, of a foot in contact or near by."""
+    # The bits that whole numbers have in common are a number below zero where all of them are.
+    common = np.int32(-1)
+    for k in range(patch.shape[0]):
+        common &= patch[k] & near[k]
+    return common < 0
+
+
+@inner(error_model="numpy")
+def _are_far(ways, distance, active):
+    """Whether all points take part and are farther than they have gone from where they touch."""
+    far = 0
+    for k in range(distance.shape[0]):
+        far += active[k] and abs(distance[k]) - ways[k] > 0.0
+    return far == distance.shape[0]
+
+
+@inner(error_model="numpy")
+def _stay(ways, distance, left):
+    """What is left of the distances of points that are far."""
+    for k in range(distance.shape[0]):
+        left[k] = math.copysign(abs(distance[k]) - ways[k], distance[k])
+
+
+@inner(error_model="numpy")
+def _one(k, way, now, last, active, found, rows, touching, free):
+    """One point, listed if it is to be looked at; returns where the lists end."""
+    patch, uv, near, distance = last
+    status, safe_distance, found_near, found_uv, ways, ignored = found[:6]
+    _take_back(found_near, found_uv, found[6:], k)
+    x, y, z = now[k]
+    if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
+        status[k] = NOT_FINITE
+        safe_distance[k] = 0.0 if active[k] else math.inf
+        return touching, free
+    status[k] = FREE
+    if patch[k] >= 0:
+        safe_distance[k] = _left(distance[k], way)
+        rows[0, touching] = k
+        touching += 1
+        ways[k] = way
+        ignored[k] = distance[k] < 0.0
+    elif active[k]:
+        rest = _left(abs(distance[k]), way)
+        safe_distance[k] = math.copysign(rest, distance[k])
+        if near[k] >= 0:
+            found_near[k] = near[k]
+            found_uv[k, 0] = uv[k, 0]
+            found_uv[k, 1] = uv[k, 1]
+        if rest <= 0.0:
+            rows[1, free] = k
+            free += 1
             ways[k] = way
             ignored[k] = distance[k] < 0.0
-        elif active[k]:
-            rest = _left(abs(distance[k]), way)
-            safe_distance[k] = math.copysign(rest, distance[k])
-            if near[k] >= 0:
-                found_near[k] = near[k]
-                found_uv[k, 0] = uv[k, 0]
-                found_uv[k, 1] = uv[k, 1]
-            if rest <= 0.0:
-                rows[1, free] = k
-                free += 1
-                ways[k] = way
-                ignored[k] = distance[k] < 0.0
-        else:
-            safe_distance[k] = math.inf
+    else:
+        safe_distance[k] = math.inf
     return touching, free
 
 
 @kernel()
-def fill_in(patch, foot_uv, uv, start, stop):
-    """Write the parameters of feet start … stop, where there is a patch, into `uv`."""
-    for k in range(start, stop):
+def held(lists, patch, foot_uv, known, rows):
+    """List the points in contact, ascending, in `rows`; returns how many there are.
+
+    `lists` are two ascending ones of all points that have been looked at, `known` is (near, uv): of
+    those in contact parameters of the foot are written there, of those without a patch zeros.
+    """
+    first, second = lists
+    near, uv = known
+    n = i = j = 0
+    while i < first.shape[0] or j < second.shape[0]:
+        if j == second.shape[0] or (i < first.shape[0] and first[i] < second[j]):
+            k = first[i]
+            i += 1
+        else:
+            k = second[j]
+            j += 1
         if patch[k] >= 0:
             uv[k, 0] = foot_uv[k, 0]
             uv[k, 1] = foot_uv[k, 1]
+            rows[n] = k
+            n += 1
+        elif near[k] < 0:
+            uv[k, 0] = uv[k, 1] = 0.0
+    return n

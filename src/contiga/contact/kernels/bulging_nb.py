@@ -1,0 +1,58 @@
+"""Which points may come to the surface on paths that bulge: two passes over all of them."""
+
+from __future__ import annotations
+
+import math
+
+from contiga.num.jit import inner, kernel
+
+
+@inner(error_model="numpy")
+def _way(before, now, k):
+    """How far a point has gone; infinite or not a number where that is not known."""
+    x, y, z = now[k, 0] - before[k, 0], now[k, 1] - before[k, 1], now[k, 2] - before[k, 2]
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@kernel(error_model="numpy")
+def farthest(path, most, size, start, stop):
+    """Fill rows start … stop of `most` (chunks, 2), of as many chunks of `size` points of `path`.
+
+    Of points whose ways are finite: the farthest way, and the largest coordinate before or now.
+    `path` is (before, now).
+    """
+    for c in range(start, stop):
+        before, now = path[0][c * size : (c + 1) * size], path[1][c * size : (c + 1) * size]
+        far = x = y = z = 0.0
+        for k in range(now.shape[0]):
+            way = _way(before, now, k)
+            if way < math.inf:
+                far = max(far, way)
+                x = max(x, abs(before[k, 0]), abs(now[k, 0]))
+                y = max(y, abs(before[k, 1]), abs(now[k, 1]))
+                z = max(z, abs(before[k, 2]), abs(now[k, 2]))
+        most[c, 0] = far
+        most[c, 1] = max(x, y, z)
+
+
+@kernel(error_model="numpy")
+def within_reach(path, known, bulge, lists, size, start, stop):
+    """List the points that come to the surface if their paths bulge by so much.
+
+    `known` is (patch, safe distance, active) of the last step; `lists` is (rows, counts): a list
+    (n,) that each chunk of `size` fills from its own place, and (chunks,) how many it has listed.
+    """
+    patch, distance, active = known
+    rows, counts = lists
+    for c in range(start, stop):
+        n = first = c * size
+        for k in range(first, min(first + size, patch.shape[0])):
+            touching = patch[k] >= 0
+            if not touching and not active[k]:
+                continue
+            way = _way(path[0], path[1], k)
+            room = 0.0 if touching else abs(distance[k])
+            if way < math.inf and room <= way + bulge:
+                rows[n] = k
+                n += 1
+        counts[c] = n - first
