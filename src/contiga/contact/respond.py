@@ -65,6 +65,11 @@ def _way(last: State, p_B: FloatArray, rows: IndexArray) -> FloatArray:
     return np.where(np.isfinite(way), way, 0.0)
 
 
+def _way_of(points: Carrying, last: State, p_B: FloatArray, rows: IndexArray) -> FloatArray:
+    """The same, which is known already where the rows are those of `points`."""
+    return points.path if np.array_equal(rows, points.rows) else _way(last, p_B, rows)
+
+
 def rates(points: Carrying, past: Past | None) -> FloatArray:
     """(k,) dλ/dt: exact where velocities are given, else of old contacts the change of λ over the
     step and of new ones their speed of approach."""
@@ -156,7 +161,7 @@ def balance(
         return ContactEnergy(stored, stored, 0.0, 0.0, 0.0)
     last, energy = past.state, past.state.energy
     rows, pressed = last.nonzero("normal_force")
-    way = _way(last, p_B, rows)
+    way = _way_of(points, last, p_B, rows)
     force = pressed[:, None] * last.part("normal_B", rows)
     if last.shape("traction_B")[0]:
         force = force + last.part("traction_B", rows)
@@ -167,7 +172,7 @@ def balance(
     # Also where it takes all of the normal force, of points that come out fast.
     rows, taken = last.nonzero("damping")
     if len(rows):
-        way = _way(last, p_B, rows)
+        way = _way_of(points, last, p_B, rows)
         damped += half_work(taken[:, None] * last.part("normal_B", rows), way)
     return ContactEnergy(
         energy.work + work,

@@ -177,9 +177,11 @@ class Columns(NamedTuple):
     @classmethod
     def of(cls, n: int) -> Columns:
         """New ones."""
-        none, blank = np.full((2, n), -1, np.int32), np.full(n, -1, np.int8)
-        status, certified = np.zeros((2, n), np.int8)
-        return cls(status, np.zeros(n), none[0], np.zeros((n, 2)), none[1], blank, certified)
+        near, patch, feature = np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n, np.int8)
+        for none in (near, patch, feature):
+            none.fill(-1)
+        status, certified = np.zeros(n, np.int8), np.zeros(n, np.int8)
+        return cls(status, np.zeros(n), near, np.zeros((n, 2)), patch, feature, certified)
 
 
 class Detected(NamedTuple):

@@ -6,8 +6,8 @@
 from __future__ import annotations
 
 from functools import reduce
+from itertools import chain
 from math import inf, isfinite
-from operator import mul
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -91,7 +91,7 @@ def as_pose(X: ArrayLike, where: str = "pose") -> FloatArray:
     except (TypeError, ValueError) as error:
         raise InputError("a pose must be an array of numbers", where=where) from error
     rows = pose.tolist()
-    if pose.shape != (4, 4) or not all(isfinite(entry) for row in rows for entry in row):
+    if pose.shape != (4, 4) or not all(map(isfinite, chain.from_iterable(rows))):
         raise InputError("a pose must be a finite (4, 4) matrix", where=where, found=pose.shape)
     if not _off_rigid(rows) <= _RIGID:
         raise InputError(
@@ -107,18 +107,18 @@ def _off_rigid(rows: list[list[float]]) -> float:
     """How far a finite (4, 4) matrix is from a pose: the largest entry of R Rᵀ − 1, infinite of a
     mirror, and where the last row is not 0, 0, 0, 1. In plain numbers: one matrix is too few for
     arrays to pay."""
-    x, y, z = (row[:3] for row in rows[:3])
-    turned = sum(
-        map(
-            mul,
-            x,
-            (y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0]),
-        )
-    )
-    if rows[3] != [0.0, 0.0, 0.0, 1.0] or turned < 0.0:
+    (a, b, c, _), (d, e, f, _), (g, h, i, _), last = rows
+    turned = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
+    if last != [0.0, 0.0, 0.0, 1.0] or turned < 0.0:
         return inf
-    ones = (sum(map(mul, a, a)) - 1.0 for a in (x, y, z))
-    return max(map(abs, (*ones, *(sum(map(mul, a, b)) for a, b in ((x, y), (y, z), (z, x))))))
+    return max(
+        abs(a * a + b * b + c * c - 1.0),
+        abs(d * d + e * e + f * f - 1.0),
+        abs(g * g + h * h + i * i - 1.0),
+        abs(a * d + b * e + c * f),
+        abs(d * g + e * h + f * i),
+        abs(g * a + h * b + i * c),
+    )
 
 
 def compose(*poses: FloatArray) -> FloatArray:

@@ -49,6 +49,9 @@ def place(path, last, active, found, lists, size, start, stop):
     how many it has listed. Of others, way and ignored are not told.
     """
     rows, counts = lists
+    before, now = path
+    # As numbers in a row: three axes would be looked at one by one.
+    path = before.reshape(-1), now.reshape(-1)
     for c in range(start, stop):
         first, past = c * size, min((c + 1) * size, active.shape[0])
         touching, free = _place(path, last, active, found, rows, first, past)
@@ -66,7 +69,7 @@ def _place(path, last, active, found, rows, start, stop):
     ways = scratch(BLOCK)
     for first in range(start, stop, BLOCK):
         past = min(first + BLOCK, stop)
-        _ways(before[first:past], now[first:past], ways)
+        _ways(before[3 * first : 3 * past], now[3 * first : 3 * past], ways)
         none = _are_none(patch[first:past], near[first:past])
         none = none and _are_none(found_patch[first:past], found_near[first:past])
         if none and _are_far(ways, distance[first:past], active[first:past]):
@@ -81,9 +84,10 @@ def _place(path, last, active, found, rows, start, stop):
 
 @inner(error_model="numpy")
 def _ways(before, now, ways):
-    """How far points have gone, infinite where that is not known."""
-    for k in range(now.shape[0]):
-        x, y, z = now[k, 0] - before[k, 0], now[k, 1] - before[k, 1], now[k, 2] - before[k, 2]
+    """How far points (3 n,) have gone, infinite where that is not known."""
+    for k in range(now.shape[0] // 3):
+        x, y = now[3 * k] - before[3 * k], now[3 * k + 1] - before[3 * k + 1]
+        z = now[3 * k + 2] - before[3 * k + 2]
         way = math.sqrt(x * x + y * y + z * z)
         ways[k] = way if way < math.inf else math.inf
 
@@ -116,11 +120,14 @@ def _stay(ways, distance, left):
 
 @inner(error_model="numpy")
 def _one(k, way, now, last, active, found, rows, touching, free):
-    """One point, listed if it is to be looked at; returns where the lists end."""
+    """One point, listed if it is to be looked at; returns where the lists end.
+
+    `now` is (3 n,).
+    """
     patch, uv, near, distance = last
     status, safe_distance, found_near, found_uv, ways, ignored = found[:6]
     _take_back(found_near, found_uv, found[6:], k)
-    x, y, z = now[k]
+    x, y, z = now[3 * k], now[3 * k + 1], now[3 * k + 2]
     if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
         status[k] = NOT_FINITE
         safe_distance[k] = 0.0 if active[k] else math.inf

@@ -1,4 +1,7 @@
-"""Rigid motion of many points: the same bits whatever the number of threads or rows."""
+"""Rigid motion of many points: the same bits whatever the number of threads or rows.
+
+Points are read and written as numbers in a row, as which compilers see three axes at once.
+"""
 
 from __future__ import annotations
 
@@ -9,22 +12,26 @@ from contiga.num.jit import kernel
 @kernel()
 def to_body(points, pose, out, start, stop):
     """Rᵀ (p − t) of points start … stop for a (4, 4) pose."""
-    for k in range(start, stop):
-        x = points[k, 0] - pose[0, 3]
-        y = points[k, 1] - pose[1, 3]
-        z = points[k, 2] - pose[2, 3]
-        for c in range(3):
-            out[k, c] = pose[0, c] * x + pose[1, c] * y + pose[2, c] * z
+    own, turned = points[start:stop].reshape(-1), out[start:stop].reshape(-1)
+    x0, x1, x2, tx = pose[0]
+    y0, y1, y2, ty = pose[1]
+    z0, z1, z2, tz = pose[2]
+    for k in range(own.shape[0] // 3):
+        x, y, z = own[3 * k] - tx, own[3 * k + 1] - ty, own[3 * k + 2] - tz
+        turned[3 * k] = x0 * x + y0 * y + z0 * z
+        turned[3 * k + 1] = x1 * x + y1 * y + z1 * z
+        turned[3 * k + 2] = x2 * x + y2 * y + z2 * z
 
 
 @kernel()
 def to_world(points, pose, shift, out, start, stop):
     """R p + t of points start … stop for a (4, 4) pose; R p where `shift` is 0."""
-    for k in range(start, stop):
-        for c in range(3):
-            out[k, c] = (
-                pose[c, 0] * points[k, 0]
-                + pose[c, 1] * points[k, 1]
-                + pose[c, 2] * points[k, 2]
-                + shift * pose[c, 3]
-            )
+    own, turned = points[start:stop].reshape(-1), out[start:stop].reshape(-1)
+    x0, x1, x2, tx = pose[0]
+    y0, y1, y2, ty = pose[1]
+    z0, z1, z2, tz = pose[2]
+    for k in range(own.shape[0] // 3):
+        x, y, z = own[3 * k], own[3 * k + 1], own[3 * k + 2]
+        turned[3 * k] = x0 * x + x1 * y + x2 * z + shift * tx
+        turned[3 * k + 1] = y0 * x + y1 * y + y2 * z + shift * ty
+        turned[3 * k + 2] = z0 * x + z1 * y + z2 * z + shift * tz
