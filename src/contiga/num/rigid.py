@@ -31,6 +31,7 @@ def turn_to_world(X_WB: FloatArray, n_B: FloatArray) -> FloatArray:
 
 
 def _to_world(X_WB: FloatArray, p_B: FloatArray, shift: float) -> FloatArray:
+    rows = locked(np.ascontiguousarray(p_B))  # what friction remembers is some columns of more
     out = np.empty(p_B.shape)
-    run_ranges(rigid_nb.to_world, len(out), POINTS, locked(p_B), X_WB, shift, out)
+    run_ranges(rigid_nb.to_world, len(out), POINTS, rows, X_WB, shift, out)
     return out

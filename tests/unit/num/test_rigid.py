@@ -61,3 +61,9 @@ def test_points_that_may_be_written_to_and_those_that_may_not_are_one_version(
     np.testing.assert_array_equal(to_world(X_WB, points), answers[1])
     assert [len(getattr(kernel, "overloads", ())) for kernel in kernels] == before
     points[0] = 1.0  # which is still the caller's to write to
+
+
+@pytest.mark.interpreted
+def test_columns_of_a_wider_array_are_turned(points: np.ndarray) -> None:
+    wide = np.hstack([points, points])
+    np.testing.assert_array_equal(turn_to_world(X_WB, wide[:, 3:]), turn_to_world(X_WB, points))
