@@ -23,8 +23,9 @@ RING = np.dtype(
         ("speed", "f8", 2),  # |S_u|, |S_v| at most, within `block`
         ("width", "f8", 2),  # part of S_u across S_v, of S_v across S_u at least
         ("block", "f8", 4),  # u0, u1, v0, v1 around the part
-        ("ends", "i4", 4),  # 1 where the element's side is not smooth and within reach
-        ("pole", "i4"),  # side that is a pole within reach, -1 none
+        ("ends", "i1", 4),  # 1 where the element's side is not smooth and within reach
+        ("reach", "i1", 4),  # parts of the element across each side that are among them
+        ("pole", "i1"),  # side that is a pole within reach, -1 none
     ],
     align=True,
 )

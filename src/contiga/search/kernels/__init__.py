@@ -48,9 +48,13 @@
   widths
 - pole_nb: how much an element bends over a box with a side that is one point, as at the pole of a
   sphere
+- part_nb: parts of elements, sixteen each, and what the record of a ring takes over of one
+- wide_ring_nb: surroundings of parts beside which elements are narrow: whole rows and columns of
+  parts
 - ring_nb: bounds around every sixteenth of an element: what the quick certificate of a tracked
   foot asks
 - branch_nb: the certificate of a tracked foot: that it is on the branch its start was on
+- onward_nb: where Newton's method goes on when it leaves an element
 - lane_proof_nb: the quick certificate of many feet of one element at once
 - nearest_nb: closest points: guessed by Newton's method, and the guess proved; else searched for
 - project_nb: the outer loops of tracking: ranges of rows, each row solved on its own

@@ -32,7 +32,7 @@ from contiga.elements.kernels.element_nb import locate
 from contiga.geometry.kernels.trim_nb import box_state
 from contiga.num.codes import IN, OK, SMOOTH
 from contiga.num.jit import inlined, inner, kernel
-from contiga.search.kernels.ring_nb import PARTS, part_of
+from contiga.search.kernels.part_nb import PARTS, part_of
 
 WIDER = 1.1
 """The ball is this many times as large as what has to be in it."""
@@ -114,11 +114,34 @@ def _part_along(side, s, t):
 
 
 @inner(error_model="numpy")
-def _from_side(row, ring, side, s, t):
+def _from_side(row, speed, side, s, t):
     """Length of the way from (s, t) straight to a side of its element `row`, at most."""
     axis = 0 if side < 2 else 1
     off = 0.5 + (s if side < 2 else t) * (1.0 if side & 1 == 0 else -1.0)
-    return off * (row["box"][2 * axis + 1] - row["box"][2 * axis]) * ring["speed"][axis]
+    return off * (row["box"][2 * axis + 1] - row["box"][2 * axis]) * speed[axis]
+
+
+@inner(error_model="numpy")
+def _speeds_to(rings, n, place, sides):
+    """Speeds (two) in the parts of element n from place = (s, t) to two of its sides, or to one."""
+    home = part_of(place[0], place[1])
+    i, j = home // PARTS, home % PARTS
+    first_i, last_i, first_j, last_j = i, i, j, j
+    for side in sides:
+        if side == 0:
+            first_i = 0
+        elif side == 1:
+            last_i = PARTS - 1
+        elif side == 2:
+            first_j = 0
+        else:
+            last_j = PARTS - 1
+    speed_s, speed_t = 0.0, 0.0
+    for a in range(first_i, last_i + 1):
+        for b in range(first_j, last_j + 1):
+            speed = rings[n, a * PARTS + b]["speed"]
+            speed_s, speed_t = max(speed_s, speed[0]), max(speed_t, speed[1])
+    return speed_s, speed_t
 
 
 @inner(error_model="numpy")
@@ -140,18 +163,50 @@ def way_beyond(table, rings, foot, start):
         if own["neighbour"][side] != n or own["kind"][side] != SMOOTH:
             continue
         there = own["neighbour_side"][side]
-        off, k = _part_along(side, s, t)
+        _, k = _part_along(side, s, t)
         off0, k0 = _part_along(there, s0, t0)
         x, x0 = (t if side < 2 else s), (t0 if there < 2 else s0)
         if own["flip"][side] == 1:
             k0 = PARTS - 1 - k0
             x0 = -x0
-        if off > 0 or off0 > 0 or abs(k - k0) > 1:
+        if off0 >= ring["reach"][side] or abs(k - k0) > 1:
             continue
         axis = 1 if side < 2 else 0
         aside = abs(x - x0) * (own["box"][2 * axis + 1] - own["box"][2 * axis])
-        over = _from_side(own, ring, side, s, t) + _from_side(other, ring0, there, s0, t0)
+        speeds = _speeds_to(rings, n, (s0, t0), (there, there))
+        over = _from_side(own, ring["speed"], side, s, t) + _from_side(other, speeds, there, s0, t0)
         way = min(way, aside * ring["speed"][axis] + over + own["width"][side])
+    return way if way < math.inf else _way_round(table, rings, foot, start)
+
+
+@inner(error_model="numpy")
+def _way_round(table, rings, foot, start):
+    """The same over a corner where four elements meet, by way of that."""
+    e, s, t = foot
+    n, s0, t0 = start
+    own, other = table[e], table[n]
+    ring = rings[e, part_of(s, t)]
+    way = math.inf
+    for pair in range(4):
+        side, beside = pair & 1, 2 + (pair >> 1)
+        smooth = own["kind"][side] == SMOOTH and own["kind"][beside] == SMOOTH
+        if not smooth or ring["reach"][side] == 0 or ring["reach"][beside] == 0:
+            continue
+        between, first = table[own["neighbour"][side]], own["neighbour_side"][side]
+        on = (2 if first < 2 else 0) + ((beside & 1) ^ own["flip"][side])
+        if between["kind"][on] != SMOOTH or between["neighbour"][on] != n:
+            continue
+        there = between["neighbour_side"][on]
+        back = (2 if there < 2 else 0) + ((first & 1) ^ between["flip"][on])
+        off, _ = _part_along(back, s0, t0)
+        off_beside, _ = _part_along(there, s0, t0)
+        if off >= ring["reach"][side] or off_beside >= ring["reach"][beside]:
+            continue
+        speed, speeds = ring["speed"], _speeds_to(rings, n, (s0, t0), (there, back))
+        to = _from_side(own, speed, side, s, t) + _from_side(own, speed, beside, s, t)
+        on_from = _from_side(other, speeds, there, s0, t0)
+        on_from += _from_side(other, speeds, back, s0, t0)
+        way = min(way, to + on_from + own["width"][side] + between["width"][on])
     return way
 
 

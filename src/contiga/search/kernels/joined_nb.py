@@ -25,7 +25,7 @@ from contiga.search.kernels.branch_nb import (
 )
 from contiga.search.kernels.cells_nb import CELL, cells_about, in_element, touched
 from contiga.search.kernels.crease_nb import over_crease
-from contiga.search.kernels.ring_nb import part_of
+from contiga.search.kernels.part_nb import part_of
 from contiga.search.kernels.vertex_nb import (
     along_crease,
     common_crease,

@@ -14,7 +14,7 @@ from contiga.search.kernels.bins_nb import BEFORE, NOW, START
 from contiga.search.kernels.branch_nb import ball_radius, seen_from
 from contiga.search.kernels.lanes_nb import LANES, ROW_FOOT, ROW_NORMAL, ROW_STATE, ROW_T
 from contiga.search.kernels.newton_nb import DONE
-from contiga.search.kernels.ring_nb import part_of
+from contiga.search.kernels.part_nb import part_of
 
 # Rows of the work array, each LANES long: the point before and now, in the body's axes, the start,
 # what is kept around the foot, and what is found.
@@ -60,10 +60,13 @@ def load_surroundings(elements, rings, e, lanes, n, proof, frame):
 
 
 @inner(linked=False)
-def prove_lanes(lanes, proof, frame, tolerance):
-    """Radii of balls that prove the feet of all lanes, or 0; trims are left to be looked at."""
+def prove_lanes(lanes, fours, proof, frame, tolerance):
+    """Radii of balls that prove the feet of so many fours of lanes, or 0.
+
+    Trims are left to be looked at.
+    """
     n = LANES
-    for l in range(LANES):
+    for l in range(4 * fours):
         u = frame[0] + (lanes[l] + 0.5) * frame[2]
         v = frame[1] + (lanes[ROW_T * n + l] + 0.5) * frame[3]
         foot = (

@@ -5,7 +5,7 @@ element and taken sixteen at a time: the coefficients are the same for all lanes
 lie one after the other in one work array, and the body of the lane loop has no branches, so the
 compiler turns it into vector code without gathers: as long as these kernels are compiled by
 themselves, and not within their callers. Lanes that want to leave the element go on from
-there in another block; those that meet an indefinite Hessian or do not descend are handed back, and
+there by themselves; those that meet an indefinite Hessian or do not descend are handed back, and
 the careful walk takes them.
 """
 
@@ -57,35 +57,35 @@ def _finish(lanes, l, x, y, z, tolerance):
 
 
 @inner(linked=False)
-def newton_rational(lanes, k, tolerance):
-    """One round on all lanes; k holds the coefficients of x, y, z, w, sixteen each.
+def newton_rational(lanes, fours, k, tolerance):
+    """One round on so many fours of lanes; k holds the coefficients of x, y, z, w, sixteen each.
 
     `tolerance` is the square of the accepted tangential miss.
     """
-    for l in range(LANES):
+    for l in range(4 * fours):
         x, y, z = rational_at(k, lanes[l], lanes[LANES + l])
         _round(lanes, l, x, y, z, tolerance)
 
 
 @inner(linked=False)
-def newton_polynomial(lanes, k, tolerance):
+def newton_polynomial(lanes, fours, k, tolerance):
     """As `newton_rational`, for elements whose weight is one."""
-    for l in range(LANES):
+    for l in range(4 * fours):
         x, y, z = polynomial_at(k, lanes[l], lanes[LANES + l])
         _round(lanes, l, x, y, z, tolerance)
 
 
 @inner(linked=False)
-def finish_rational(lanes, k, tolerance):
-    """The records of all lanes where they have come to; arguments as of `newton_rational`."""
-    for l in range(LANES):
+def finish_rational(lanes, fours, k, tolerance):
+    """The records of these lanes where they have come to; arguments as of `newton_rational`."""
+    for l in range(4 * fours):
         x, y, z = rational_at(k, lanes[l], lanes[LANES + l])
         _finish(lanes, l, x, y, z, tolerance)
 
 
 @inner(linked=False)
-def finish_polynomial(lanes, k, tolerance):
+def finish_polynomial(lanes, fours, k, tolerance):
     """As `finish_rational`, for elements whose weight is one."""
-    for l in range(LANES):
+    for l in range(4 * fours):
         x, y, z = polynomial_at(k, lanes[l], lanes[LANES + l])
         _finish(lanes, l, x, y, z, tolerance)

@@ -12,27 +12,24 @@ from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.num.scratch import scratch
 from contiga.search.kernels.bins_nb import (
+    BEFORE,
     BY_ROW,
     FLAG,
     FOOT,
     FOUND,
-    FROM,
     GAP,
-    GO_ON,
     HANDED,
-    HANDED_ON,
     NORMAL,
     NOW,
+    PATCH,
     PLACE,
     PROVED,
-    SO_FAR,
     START,
     bin_rows,
     fetch_rows,
-    hand_on_rows,
     hand_rows,
 )
-from contiga.search.kernels.branch_nb import is_whole
+from contiga.search.kernels.branch_nb import is_whole, kept_ball, seen_from
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import tracked_foot
 from contiga.search.kernels.lane_proof_nb import (
@@ -60,7 +57,11 @@ from contiga.search.kernels.lanes_nb import (
     newton_rational,
 )
 from contiga.search.kernels.newton_nb import ACTIVE, DONE, LEFT, ROUNDS, local_place
-from contiga.search.kernels.one_foot_nb import may_go_on
+from contiga.search.kernels.one_foot_nb import (
+    foot_in,
+    parameters_of,
+)
+from contiga.search.kernels.onward_nb import onward
 
 
 @inner()
@@ -85,102 +86,69 @@ def project_tracked(tables, points, starts, rows, out, first):
 
 @inner()
 def _load(elements, e, handed, lanes):
-    """Fill the lanes with what a block is handed; lanes beyond repeat its last row, done."""
+    """Fill the lanes with what a block is handed; lanes beyond repeat its last row, done.
+
+    Returns how many fours of lanes hold rows.
+    """
     u0 = elements.table[e]["box"][0]
     v0 = elements.table[e]["box"][2]
     scale_u = 1.0 / (elements.table[e]["box"][1] - u0)
     scale_v = 1.0 / (elements.table[e]["box"][3] - v0)
     n = handed.shape[0]
-    goes_on = handed.shape[1] > HANDED
-    at = FROM if goes_on else START
-    for l in range(LANES):
+    fours = (n + 3) // 4
+    for l in range(4 * fours):
         i = min(l, n - 1)
-        lanes[l] = local_place(handed[i, at], u0, scale_u)
-        lanes[ROW_T * LANES + l] = local_place(handed[i, at + 1], v0, scale_v)
+        lanes[l] = local_place(handed[i, START], u0, scale_u)
+        lanes[ROW_T * LANES + l] = local_place(handed[i, START + 1], v0, scale_v)
         for c in range(3):
             lanes[(ROW_X + c) * LANES + l] = handed[i, NOW + c] - elements.table[e]["origin"][c]
-        lanes[ROW_F * LANES + l] = handed[i, SO_FAR] if goes_on else math.inf
+        lanes[ROW_F * LANES + l] = math.inf
         lanes[ROW_STATE * LANES + l] = ACTIVE if l < n else DONE
+    return fours
 
 
 @inner()
-def _active(lanes):
+def _active(lanes, fours):
     n = 0
-    for l in range(LANES):
+    for l in range(4 * fours):
         if lanes[ROW_STATE * LANES + l] == ACTIVE:
             n += 1
     return n
 
 
 @inner(linked=False)
-def _project_blocks(tables, proves, handed, blocks, found):
-    """Feet of the rows of all blocks, with their quick certificates.
+def _go_on(tables, proves, left, row, found):
+    """The foot of a row that has left its element, from where it is, with its quick certificate.
 
-    A row is flagged, to be done one by one, when it does not descend, or its element is trimmed
-    away at the foot or of too high a degree; and to be gone on with from the place found when it
-    leaves its element for another of its patch.
+    `left` is (element, s, t, the square of the distance so far), `row` what the lanes were handed,
+    `found` what they answer of it.
     """
+    e, s, t, best = left
     elements = tables.elements
-    tolerance = tables.scale[1] ** 2
-    lanes, proof = np.empty(ROWS * LANES), np.zeros(PROOF_ROWS * LANES)
-    k, frame = scratch(64), scratch(FRAME)
-    for b in range(blocks.shape[0]):
-        e = blocks[b, 0]
-        rows = handed[blocks[b, 1] : blocks[b, 2]]
-        answers = found[blocks[b, 1] : blocks[b, 2]]
-        form = elements.table[e]["form"]
-        if form == GENERAL or elements.table[e]["trim"] == OUT:
-            answers[:, FLAG] = BY_ROW
-            continue
-        _load(elements, e, rows, lanes)
-        for i in range(64):
-            k[i] = elements.table[e]["cubic"][i]
-        for _ in range(ROUNDS):
-            if form == RATIONAL_CUBIC:
-                newton_rational(lanes, k, tolerance)
-            else:
-                newton_polynomial(lanes, k, tolerance)
-            if _active(lanes) == 0:
-                break
-        if form == RATIONAL_CUBIC:
-            finish_rational(lanes, k, tolerance)
-        else:
-            finish_polynomial(lanes, k, tolerance)
-        if proves:
-            for l in range(rows.shape[0]):
-                load_path(proof, l, rows[l])
-            load_surroundings(elements, tables.rings, e, lanes, rows.shape[0], proof, frame)
-            prove_lanes(lanes, proof, frame, tables.scale[1])
-        _store(tables, e, rows, (lanes, proof), answers)
-
-
-@kernel()
-def track_lanes(tables, path, starts, wanted, results, first):
-    """Fast tracking of the rows that have the flag `wanted`: 0 or GO_ON.
-
-    `path` is (points before, points now), the first without rows where nothing is to be certified;
-    `starts` (patch, uv) are the last feet, from which those with the flag 0 are looked for, others
-    from where they are in `results` = (projection, from its row `first` on; flags).
-    """
-    patch, uv = starts
-    out, back = results
-    if wanted == GO_ON:
-        last = first + patch.shape[0]
-        feet = (out.patch[first:last], out.uv[first:last])
-        place, blocks = bin_rows(tables, feet, back, wanted)
-    else:
-        place, blocks = bin_rows(tables, starts, back, wanted)
-    if blocks.shape[0] == 0:
+    found[FLAG] = BY_ROW
+    other, place = onward(tables, e, s, t)
+    if other < 0:
         return
-    n = blocks[-1, 2]
-    handed = np.empty((n, HANDED_ON if wanted == GO_ON else HANDED))
-    hand_rows(place, path, uv, handed)
-    if wanted == GO_ON:
-        hand_on_rows(place, out, first, handed)
-    found = np.empty((n, FOUND))
-    _project_blocks(tables, path[0].shape[0] > 0, handed, blocks, found)
-    # Rows that go on stay on their patch.
-    fetch_rows(place, found, patch, first, results)
+    n = locate(tables.grid, other, place[0], place[1])[0]
+    point = (row[NOW], row[NOW + 1], row[NOW + 2])
+    (s, t), state, record = foot_in(tables, n, place, best, point)
+    own = elements.table[n]
+    if state != DONE or (own["trim"] == CUT and not in_face(elements, tables.trims, n, s, t)):
+        return
+    at, normal, gap = record
+    uv = parameters_of(own["box"], (s, t))
+    found[FLAG], found[PATCH], found[GAP] = 0.0, other, gap
+    found[PLACE], found[PLACE + 1] = uv
+    for c in range(3):
+        found[FOOT + c], found[NORMAL + c] = at[c], normal[c]
+    found[PROVED] = 0.0
+    if proves:
+        before = (row[BEFORE], row[BEFORE + 1], row[BEFORE + 2])
+        seen = seen_from(at, normal, before, point, tables.scale[1])
+        patches, start = (elements.table[e]["patch"], other), (row[START], row[START + 1])
+        taken = (tables.grid, elements.table, tables.rings)
+        if kept_ball(tables, taken, patches, uv, start, seen) > 0.0:
+            found[PROVED] = 1.0
 
 
 @inner(linked=False)
@@ -192,7 +160,8 @@ def _is_whole(tables, patch, uv, proof, l):
 
 
 @inner()
-def _store(tables, e, handed, work, found):
+def _store(tables, proves, e, handed, work, found):
+    """What the lanes found of a block, into `found`; `work` is (lanes, proof)."""
     lanes, proof = work
     elements = tables.elements
     u0 = elements.table[e]["box"][0]
@@ -202,8 +171,7 @@ def _store(tables, e, handed, work, found):
     patch = elements.table[e]["patch"]
     cut = elements.table[e]["trim"] == CUT
     trimmed = tables.trims.trimmed[patch] != 0
-    goes_on = handed.shape[1] > HANDED
-    for l in range(handed.shape[0]):
+    for l in range(found.shape[0]):
         s = lanes[l]
         t = lanes[ROW_T * LANES + l]
         state = lanes[ROW_STATE * LANES + l]
@@ -211,9 +179,10 @@ def _store(tables, e, handed, work, found):
         v = v0 + (t + 0.5) * dv
         found[l, PLACE] = u
         found[l, PLACE + 1] = v
-        if state == LEFT and not goes_on and may_go_on(elements, e, s, t):
-            found[l, FLAG] = GO_ON
-            found[l, GAP] = lanes[ROW_F * LANES + l]
+        found[l, PATCH] = patch
+        if state == LEFT:
+            left = e, s, t, lanes[ROW_F * LANES + l]
+            _go_on(tables, proves, left, handed[l], found[l])
             continue
         if state != DONE or (cut and not in_face(elements, tables.trims, e, s, t)):
             found[l, FLAG] = BY_ROW
@@ -227,3 +196,63 @@ def _store(tables, e, handed, work, found):
         if proved and trimmed:
             proved = _is_whole(tables, patch, (u, v), proof, l)
         found[l, PROVED] = 1.0 if proved else 0.0
+
+
+@inner(linked=False)
+def _project_blocks(tables, proves, handed, blocks, found):
+    """Feet of the rows of all blocks, with their quick certificates.
+
+    A row is flagged, to be done one by one, when it does not descend, or its element is trimmed
+    away at the foot or of too high a degree, or left over other than smooth sides.
+    """
+    elements = tables.elements
+    tolerance = tables.scale[1] ** 2
+    lanes, proof = np.empty(ROWS * LANES), np.zeros(PROOF_ROWS * LANES)
+    k, frame = scratch(64), scratch(FRAME)
+    for b in range(blocks.shape[0]):
+        e = blocks[b, 0]
+        rows = handed[blocks[b, 1] : blocks[b, 2]]
+        answers = found[blocks[b, 1] : blocks[b, 2]]
+        form = elements.table[e]["form"]
+        if form == GENERAL or elements.table[e]["trim"] == OUT:
+            answers[:, FLAG] = BY_ROW
+            continue
+        fours = _load(elements, e, rows, lanes)
+        for i in range(64):
+            k[i] = elements.table[e]["cubic"][i]
+        for _ in range(ROUNDS):
+            if form == RATIONAL_CUBIC:
+                newton_rational(lanes, fours, k, tolerance)
+            else:
+                newton_polynomial(lanes, fours, k, tolerance)
+            if _active(lanes, fours) == 0:
+                break
+        if form == RATIONAL_CUBIC:
+            finish_rational(lanes, fours, k, tolerance)
+        else:
+            finish_polynomial(lanes, fours, k, tolerance)
+        if proves:
+            for l in range(rows.shape[0]):
+                load_path(proof, l, rows[l])
+            load_surroundings(elements, tables.rings, e, lanes, rows.shape[0], proof, frame)
+            prove_lanes(lanes, fours, proof, frame, tables.scale[1])
+        _store(tables, proves, e, rows, (lanes, proof), answers)
+
+
+@kernel()
+def track_lanes(tables, path, starts, results, first):
+    """Fast tracking of rows in lanes, each in the element of its start.
+
+    `path` is (points before, points now), the first without rows where nothing is to be certified;
+    `starts` (patch, uv) are the last feet, `results` (projection, from its row `first` on; flags).
+    """
+    uv = starts[1]
+    place, blocks = bin_rows(tables, starts)
+    if blocks.shape[0] == 0:
+        return
+    n = blocks[-1, 2]
+    handed = np.empty((n, HANDED))
+    hand_rows(place, path, uv, handed)
+    found = np.empty((n, FOUND))
+    _project_blocks(tables, path[0].shape[0] > 0, handed, blocks, found)
+    fetch_rows(place, found, first, results)

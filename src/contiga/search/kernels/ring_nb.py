@@ -27,23 +27,24 @@ from contiga.search.kernels.bend_nb import (
     length,
     principal,
 )
+from contiga.search.kernels.part_nb import (
+    PARTS,
+    adjoins,
+    is_whole,
+    part_of,
+    scales,
+    take_curvature,
+    take_metric,
+)
 from contiga.search.kernels.pole_nb import pole_bounds, pole_side
+from contiga.search.kernels.wide_ring_nb import widen
 
-PARTS = 4
 BY_POLE = 2
 """Parts this close to a pole have all that is round it for surroundings."""
 TIGHT = 1.3
 """Bounds this many times as large as the curvatures are good enough,"""
 FLAT = 0.02
 """and so are those of a cell that turns by no more than this (radians)."""
-
-
-@inner(error_model="numpy")
-def part_of(s, t):
-    """The part of its element that holds (s, t)."""
-    i = min(max(int((s + 0.5) * PARTS), 0), PARTS - 1)
-    j = min(max(int((t + 0.5) * PARTS), 0), PARTS - 1)
-    return i * PARTS + j
 
 
 @inner(error_model="numpy")
@@ -111,20 +112,6 @@ def bends_of_parts(elements, depth, raw, start, stop):
 
 
 @inner(error_model="numpy")
-def _adjoins(elements, e, n, side):
-    """Whether n goes on where e ends at `side`, in the parameters of the same patch."""
-    own = elements.table[e]
-    other = elements.table[n]
-    if own["patch"] != other["patch"] or own["box"][side] != other["box"][side ^ 1]:
-        return False
-    along = 2 if side < 2 else 0
-    return (
-        own["box"][along] == other["box"][along]
-        and own["box"][along + 1] == (other["box"][along + 1])
-    )
-
-
-@inner(error_model="numpy")
 def _beyond(elements, e, side, i, j):
     """The element across a side and its part that adjoins part (i, j) of element e."""
     n = elements.table[e]["neighbour"][side]
@@ -138,33 +125,11 @@ def _beyond(elements, e, side, i, j):
 
 
 @inner(error_model="numpy")
-def _take_curvature(ring, bend):
-    ring["curvature"][0] = max(ring["curvature"][0], bend[INNER])
-    ring["curvature"][1] = max(ring["curvature"][1], bend[OUTER])
-
-
-@inner(error_model="numpy")
-def _take_metric(ring, bend, scale_s, scale_t):
-    """Take over speeds and widths, measured in parameters `scale` times as long as e's own."""
-    ring["speed"][0] = max(ring["speed"][0], bend[SPEED_S] * scale_s)
-    ring["speed"][1] = max(ring["speed"][1], bend[SPEED_T] * scale_t)
-    ring["width"][0] = min(ring["width"][0], bend[WIDTH_S] * scale_s)
-    ring["width"][1] = min(ring["width"][1], bend[WIDTH_T] * scale_t)
-
-
-@inner(error_model="numpy")
-def _scales(elements, e, n):
-    a = elements.table[e]["box"]
-    b = elements.table[n]["box"]
-    return (a[1] - a[0]) / (b[1] - b[0]), (a[3] - a[2]) / (b[3] - b[2])
-
-
-@inner(error_model="numpy")
 def _add_inside(raw, e, part, way, ring):
     """Another part of the same element; `way` tells in which directions it lies off."""
     bend = raw[e, part]
-    _take_curvature(ring, bend)
-    _take_metric(ring, bend, 1.0, 1.0)
+    take_curvature(ring, bend)
+    take_metric(ring, bend, 1.0, 1.0)
     if way[0] != 0:
         ring["room"] = min(ring["room"], bend[WIDTH_S] / PARTS)
     if way[1] != 0:
@@ -180,13 +145,15 @@ def _add_across(elements, raw, e, side, along, ring):
             continue
         n, part, there = _beyond(elements, e, side, k, k)
         bend = raw[n, part]
-        _take_curvature(ring, bend)
+        if not is_whole(elements, e, n):
+            ring["room"] = 0.0
+        take_curvature(ring, bend)
         ring["room"] = min(ring["room"], bend[WIDTH_S if there < 2 else WIDTH_T] / PARTS)
         if step != 0:
             ring["room"] = min(ring["room"], bend[WIDTH_T if there < 2 else WIDTH_S] / PARTS)
-        if _adjoins(elements, e, n, side):
-            scale_s, scale_t = _scales(elements, e, n)
-            _take_metric(ring, bend, scale_s, scale_t)
+        if adjoins(elements, e, n, side):
+            scale_s, scale_t = scales(elements, e, n)
+            take_metric(ring, bend, scale_s, scale_t)
         else:  # linked point by point: the parameter along the side is the same
             beside = 1 if side < 2 else 0
             width = bend[WIDTH_T if there < 2 else WIDTH_S]
@@ -210,12 +177,14 @@ def _add_fan(elements, raw, e, corner, ring, work):
                 return False
         if e2 == e:
             continue
+        if not is_whole(elements, e, e2):
+            return False
         bend = raw[e2, part_of(s2, t2)]
-        _take_curvature(ring, bend)
+        take_curvature(ring, bend)
         ring["room"] = min(ring["room"], min(bend[WIDTH_S], bend[WIDTH_T]) / PARTS)
         if elements.table[e2]["patch"] == elements.table[e]["patch"]:
-            scale_s, scale_t = _scales(elements, e, e2)
-            _take_metric(ring, bend, scale_s, scale_t)
+            scale_s, scale_t = scales(elements, e, e2)
+            take_metric(ring, bend, scale_s, scale_t)
     return True
 
 
@@ -244,7 +213,7 @@ def _block(elements, e, i, j, ring):
                 side = 2 * axis + end
                 edge = box[side]
                 n = table[e]["neighbour"][side]
-                if table[e]["kind"][side] == SMOOTH and _adjoins(elements, e, n, side):
+                if table[e]["kind"][side] == SMOOTH and adjoins(elements, e, n, side):
                     own = (table[n]["box"][2 * axis + 1] - table[n]["box"][2 * axis]) / PARTS
                     edge += own if end == 1 else -own
             ring["block"][2 * axis + end] = edge
@@ -319,17 +288,19 @@ def _cap(elements, raw, foot, part, ring, work):
         ring["room"] = 0.0
     for f in range(n):
         e2 = list_e[f]
+        if not is_whole(elements, e, e2):
+            ring["room"] = 0.0
         own = elements.table[e2]["patch"] == elements.table[e]["patch"] and list_side[f] == side
         for depth in range(min(deep + 1, PARTS)):
             for along in range(PARTS):
                 bend = raw[e2, _part_at(list_side[f], along, depth)]
-                _take_curvature(ring, bend)
+                take_curvature(ring, bend)
                 if depth == deep:
                     across = bend[WIDTH_S if list_side[f] < 2 else WIDTH_T]
                     ring["room"] = min(ring["room"], across / PARTS)
                 if own:
-                    scale_s, scale_t = _scales(elements, e, e2)
-                    _take_metric(ring, bend, scale_s, scale_t)
+                    scale_s, scale_t = scales(elements, e, e2)
+                    take_metric(ring, bend, scale_s, scale_t)
         if own:
             other = elements.table[e2]["box"]
             low = 2 - axis
@@ -350,7 +321,7 @@ def _ring(elements, raw, e, i, j, ring, work):
     ring["width"][0] = bend[WIDTH_S]
     ring["width"][1] = bend[WIDTH_T]
     for side in range(4):
-        ring["ends"][side] = 0
+        ring["ends"][side] = ring["reach"][side] = 0
     ring["pole"] = _pole_near(kind, i, j)
     if ring["pole"] >= 0:
         _cap(elements, raw, (e, ring["pole"]), (i, j), ring, work)
@@ -364,6 +335,7 @@ def _ring(elements, raw, e, i, j, ring, work):
     for side in (out_s, out_t):
         if side >= 0:
             if kind[side] == SMOOTH:
+                ring["reach"][side] = 1
                 _add_across(elements, raw, e, side, j if side < 2 else i, ring)
             else:
                 ring["ends"][side] = 1
@@ -390,6 +362,7 @@ def join_parts(elements, raw, rings, start, stop):
             for j in range(PARTS):
                 ring = rings[e, i * PARTS + j]
                 _ring(elements, raw, e, i, j, ring, work)
+                widen(elements, raw, e, (i, j), ring)
                 for axis in range(2):  # from local parameters to those of the patch
                     scale = 1.0 / (box[2 * axis + 1] - box[2 * axis])
                     ring["speed"][axis] *= scale

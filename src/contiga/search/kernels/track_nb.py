@@ -12,7 +12,7 @@ import numpy as np
 
 from contiga.num.codes import BRANCH_EVENT, MAX_ITERATIONS, OK
 from contiga.num.jit import inner, kernel
-from contiga.search.kernels.bins_nb import BY_ROW, GO_ON
+from contiga.search.kernels.bins_nb import BY_ROW
 from contiga.search.kernels.branch_nb import FOLLOW, certify_rows
 from contiga.search.kernels.follow_nb import EVENT, follow_rows
 from contiga.search.kernels.nearest_nb import project_global
@@ -61,14 +61,12 @@ def _rows_with(flags, flag):
 
 @inner(linked=False)
 def _feet(tables, path, starts, results, first):
-    """Feet of rows: in lanes, in lanes of the next element, then one by one.
+    """Feet of rows: in lanes, then by careful walks.
 
     Rows without a foot to start from are flagged LOST.
     """
     out, back = results
-    track_lanes(tables, path, starts, 0, results, first)
-    if _rows_with(back, GO_ON).shape[0] > 0:
-        track_lanes(tables, path, starts, GO_ON, results, first)
+    track_lanes(tables, path, starts, results, first)
     project_tracked(tables, path[1], starts, _rows_with(back, BY_ROW), out, first)
     for i in range(back.shape[0]):
         if starts[0][i] < 0:

@@ -1,0 +1,46 @@
+"""A row of an array, asked for before it is needed: so it need not be waited for.
+
+It changes nothing but time. Rows that are read at random, with a choice hanging on each, are read
+one by one otherwise.
+"""
+
+from __future__ import annotations
+
+import llvmlite.ir as ir
+from numba import config
+from numba.core import cgutils, types
+from numba.extending import intrinsic
+from numba.np.arrayobj import make_array
+
+LINE = 64
+"""Bytes that are fetched at once."""
+
+
+def unfetched(array, row, offset):
+    """Nothing: the interpreter cannot."""
+
+
+@intrinsic
+def _prefetched(typingctx, array, row, offset):
+    if not (isinstance(array, types.Array) and isinstance(offset, types.Integer)):
+        return None
+
+    def generate(context, builder, signature, args):
+        rows = make_array(signature.args[0])(context, builder, args[0])
+        first = builder.extract_value(rows.strides, 0)
+        byte = ir.IntType(8).as_pointer()
+        off = builder.add(builder.mul(args[1], first), args[2])
+        at = builder.gep(builder.bitcast(rows.data, byte), [off])
+        whole = ir.IntType(32)
+        kind = ir.FunctionType(ir.VoidType(), [byte, whole, whole, whole])
+        name = "llvm.prefetch.p0"
+        function = cgutils.get_or_insert_function(builder.module, kind, name)
+        # To be read, to be kept, data and no code.
+        builder.call(function, [at, whole(0), whole(3), whole(1)])
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp, types.intp), generate
+
+
+prefetch = unfetched if config.DISABLE_JIT else _prefetched
+"""prefetch(array, row, offset): ask for the line `offset` bytes into a row, which may be none."""
