@@ -121,8 +121,8 @@ def main() -> None:
     proof += _count(_named(branch_nb, "way_within"), ring, box, uv, uv)
     proof += _count(_named(branch_nb, "by_ring"), ring, box, uv, one, seen, one)
     counts = {
-        "round": _count(_named(lanes_nb, "newton_rational"), lanes, k, one) / lanes_nb.LANES,
-        "record": _count(_named(lanes_nb, "finish_rational"), lanes, k, one) / lanes_nb.LANES,
+        "round": _count(_named(lanes_nb, "newton_rational"), lanes, 4, k, one) / lanes_nb.LANES,
+        "record": _count(_named(lanes_nb, "finish_rational"), lanes, 4, k, one) / lanes_nb.LANES,
         "proof": proof,
     }
     print(json.dumps(counts))

@@ -10,6 +10,7 @@ from tests.stress.tally import Tally
 SOLIDS = list(solids.RECIPES)
 SAMPLED = ("slot", "cup", "torus", "block, fillets 3", "internal gear")
 SURFACES = ("sphere", "cylinder", "ellipsoid", "high bumps", "rational", "with creases")
+SURFACES = (*SURFACES, "torus with slivers", "bumps with slivers")
 
 
 @pytest.fixture(autouse=True)

@@ -81,7 +81,20 @@ def _on_torus(p: np.ndarray) -> np.ndarray:
     return ring + 0.4 * d / norm(d)[:, None]
 
 
-SHAPES: dict[str, tuple[Callable[[], cg.NurbsSurface], Foot | None]] = {
+def slivers(patch: cg.NurbsSurface) -> list[cg.NurbsSurface]:
+    """A patch cut into 7 × 7, wide and narrow, every other piece turned over and about."""
+    share = np.array([0.0, 0.2, 0.21, 0.45, 0.52, 0.522, 0.8, 1.0])
+    u, v = (low + (high - low) * share for low, high in patch.domain)
+    parts = []
+    for i in range(7):
+        for j in range(7):
+            part = patch.restricted((u[i], u[i + 1]), (v[j], v[j + 1]))
+            parts.append(part.transposed().flipped() if (i + j) % 2 else part)
+    return parts
+
+
+Cut = cg.NurbsSurface | list[cg.NurbsSurface]
+SHAPES: dict[str, tuple[Callable[[], Cut], Foot | None]] = {
     "sphere": (lambda: cg.shapes.sphere(), _on_sphere),
     "torus": (lambda: cg.shapes.torus(major=1.0, minor=0.4), _on_torus),
     "cylinder": (
@@ -104,6 +117,8 @@ SHAPES: dict[str, tuple[Callable[[], cg.NurbsSurface], Foot | None]] = {
     "degree six": (lambda: surface(8, (6, 3), (2, 2), log_weights=0.3, rough=0.1), None),
     "bilinear net": (lambda: surface(9, (1, 1), (4, 3), log_weights=0.0, rough=0.2), None),
     "many spans": (lambda: surface(10, (3, 3), (12, 12), log_weights=0.3, rough=0.03), None),
+    "torus with slivers": (lambda: slivers(cg.shapes.torus(major=1.0, minor=0.4)), _on_torus),
+    "bumps with slivers": (lambda: slivers(cg.shapes.bumpy_plate(waves=(3, 2))), None),
 }
 FILES = (
     "dtmb5415_bulbous_bow.iges",
@@ -123,7 +138,8 @@ def tracked(name: str) -> Tracked:
     """A surface of `SHAPES`, or a file of the data folder."""
     if name in SHAPES:
         make, exact = SHAPES[name]
-        body = cg.Body([make()])
+        made = make()
+        body = cg.Body(made if isinstance(made, list) else [made])
         return Tracked(name, body, _width(body), exact)
     body = cg.read_cad(DATA / name)
     return Tracked(name, body, _width(body))

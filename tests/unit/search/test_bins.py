@@ -9,7 +9,7 @@ from numba import njit
 import contiga as cg
 from contiga.records import empty_projection, rows_of
 from contiga.search.kernels import bins_nb
-from contiga.search.kernels.bins_nb import BY_ROW, FOUND, GO_ON, HANDED, HANDED_ON
+from contiga.search.kernels.bins_nb import BY_ROW, FOUND, HANDED
 from contiga.search.tables import tables_of
 from contiga.statuses import Feature, Status
 
@@ -17,8 +17,8 @@ pytestmark = pytest.mark.interpreted
 
 
 @njit
-def bin_rows(tables, feet, flags, wanted):
-    return bins_nb.bin_rows(tables, feet, flags, wanted)
+def bin_rows(tables, feet):
+    return bins_nb.bin_rows(tables, feet)
 
 
 @njit
@@ -27,23 +27,17 @@ def hand_rows(place, path, starts, handed):
 
 
 @njit
-def hand_on_rows(place, out, first, handed):
-    bins_nb.hand_on_rows(place, out, first, handed)
-
-
-@njit
-def fetch_rows(place, found, patch, first, results):
-    bins_nb.fetch_rows(place, found, patch, first, results)
+def fetch_rows(place, found, first, results):
+    bins_nb.fetch_rows(place, found, first, results)
 
 
 def test_places_are_those_of_the_elements_in_order_and_blocks_hold_them():
     tables = tables_of(cg.Body([cg.shapes.bumpy_plate(waves=1)]))
     n = 75
     uv = np.random.default_rng(2).random((n, 2))
-    patch, flags = np.zeros(n, np.int32), np.zeros(n, np.uint8)
-    patch[[8, 45]] = -1
-    flags[15] = GO_ON
-    place, blocks = bin_rows(tables, (patch, uv), flags, 0)
+    patch = np.zeros(n, np.int32)
+    patch[[8, 15, 45]] = -1
+    place, blocks = bin_rows(tables, (patch, uv))
     left = np.isin(np.arange(n), [8, 15, 45])
     assert (place[left] == -1).all()
     np.testing.assert_array_equal(np.sort(place[~left]), np.arange(72))
@@ -55,9 +49,6 @@ def test_places_are_those_of_the_elements_in_order_and_blocks_hold_them():
         rows = [int(np.flatnonzero(place == at)[0]) for at in range(first, last)]
         assert rows == sorted(rows)
         assert ((box[e, ::2] <= uv[rows]) & (uv[rows] <= box[e, 1::2])).all()
-    place, blocks = bin_rows(tables, (patch, uv), flags, GO_ON)
-    assert np.flatnonzero(place >= 0).tolist() == [15]
-    assert len(blocks) == 1
 
 
 def test_what_is_handed_stands_in_its_place():
@@ -68,14 +59,9 @@ def test_what_is_handed_stands_in_its_place():
     hand_rows(place, (before, now), uv, handed)
     for i, at in ((0, 1), (2, 0)):
         np.testing.assert_array_equal(handed[at], [*now[i], *before[i], *uv[i]])
-    on = np.full((2, HANDED_ON), np.nan)
-    hand_rows(place, (np.empty((0, 3)), now), uv, on)
-    assert np.isnan(on[:, 3:6]).all()
-    out = empty_projection(6)
-    out.uv[:], out.gap[:] = rng.random((6, 2)), rng.random(6)
-    hand_on_rows(place, out, 2, on)
-    for k, at in ((2, 1), (4, 0)):
-        np.testing.assert_array_equal(on[at, HANDED:], [*out.uv[k], out.gap[k]])
+    without = np.full((2, HANDED), np.nan)
+    hand_rows(place, (np.empty((0, 3)), now), uv, without)
+    assert np.isnan(without[:, 3:6]).all()
 
 
 def test_what_is_found_is_fetched_by_its_flag():
@@ -85,16 +71,15 @@ def test_what_is_found_is_fetched_by_its_flag():
         array[:] = 7
     was = rows_of(out, np.arange(5))
     found = rng.random((3, FOUND))
-    found[:, 0], found[:, 1] = [0.0, GO_ON, BY_ROW], 1.0
-    patch, place = np.array([4, 4, 4, 4], np.int32), np.array([2, 0, -1, 1], np.int32)
-    fetch_rows(place, found, patch, 1, (out, back))
-    assert back.tolist() == [BY_ROW, 0, 0, GO_ON]
+    found[:, 0], found[:, 1], found[:, 11] = [0.0, 0.0, BY_ROW], [1.0, 0.0, 1.0], [4.0, 2.0, 3.0]
+    place = np.array([2, 0, -1, 1], np.int32)
+    fetch_rows(place, found, 1, (out, back))
+    assert back.tolist() == [BY_ROW, 0, 0, 0]
     for own, other in zip(out, was, strict=True):
         np.testing.assert_array_equal(own[[0, 1, 3]], other[[0, 1, 3]])
-    np.testing.assert_array_equal(out.uv[[2, 4]], found[:2, 2:4])
+    for name, columns in (("uv", [2, 3]), ("point", [4, 5, 6]), ("normal", [7, 8, 9])):
+        np.testing.assert_array_equal(getattr(out, name)[[2, 4]], found[:2][:, columns])
     np.testing.assert_array_equal(out.gap[[2, 4]], found[:2, 10])
-    np.testing.assert_array_equal(out.point[2], found[0, 4:7])
-    np.testing.assert_array_equal(out.normal[2], found[0, 7:10])
-    assert (out.point[4] == 7).all()
-    assert out.patch.tolist() == [7, 7, 4, 7, 4]
-    assert (out.feature[2], out.status[2], out.certified[2]) == (Feature.FACE, Status.OK, 1)
+    assert out.patch.tolist() == [7, 7, 4, 7, 2]
+    assert (out.feature[2], out.status[2]) == (Feature.FACE, Status.OK)
+    assert out.certified[[2, 4]].tolist() == [1, 0]

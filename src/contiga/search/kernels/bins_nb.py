@@ -68,9 +68,12 @@ def bin_rows(tables, feet):
     """
     patch, uv = feet
     n = patch.shape[0]
+    patches = tables.grid.patches
     element = np.empty(n, np.int32)
     places = np.zeros(tables.elements.table.shape[0], np.int64)
     for i in range(n):
+        if i + AHEAD < n:
+            prefetch(patches, patch[i + AHEAD], 0)
         e = np.int32(-1)
         if patch[i] >= 0:
             e = np.int32(locate(tables.grid, patch[i], uv[i, 0], uv[i, 1])[0])

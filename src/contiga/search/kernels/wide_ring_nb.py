@@ -94,17 +94,14 @@ def _nearby(table, raw, home):
 
 @inner(error_model="numpy")
 def _extents(table, raw, home, wanted, extents):
-    """How many parts make surroundings so deep in each direction; whether there are so many."""
+    """How many parts make surroundings so deep in each direction, or all up to a kink or an end."""
     for way in range(4):
-        depth, count, cell = 0.0, 0, home
-        while depth < wanted or count == 0:
-            cell = _beside(table, cell, way)
-            if cell[0] < 0 or count == MOST:
-                return False
+        depth, count, cell = 0.0, 0, _beside(table, home, way)
+        while cell[0] >= 0 and count < MOST and depth < wanted:
             depth += _width(raw, cell, way >> 1)
             count += 1
+            cell = _beside(table, cell, way)
         extents[way] = count
-    return True
 
 
 @inner(error_model="numpy")
@@ -216,10 +213,8 @@ def widen(elements, raw, e, part, ring):
         return
     extents, own = whole_scratch(4), scratch(4, 2)
     widths, bends = scratch(2, ACROSS), scratch(2)
-    if not (
-        _extents(table, raw, home, wanted, extents)
-        and _look(table, raw, home, extents, (widths, bends))
-    ):
+    _extents(table, raw, home, wanted, extents)
+    if not _look(table, raw, home, extents, (widths, bends)):
         return
     room = _depth(widths, extents)
     turn = max(BENT * bent * room, FLAT)
