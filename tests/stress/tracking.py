@@ -83,7 +83,7 @@ def _on_torus(p: np.ndarray) -> np.ndarray:
 
 def slivers(patch: cg.NurbsSurface) -> list[cg.NurbsSurface]:
     """A patch cut into 7 × 7, wide and narrow, every other piece turned over and about."""
-    share = np.array([0.0, 0.2, 0.21, 0.45, 0.52, 0.522, 0.8, 1.0])
+    share = np.array([0.0, 0.203, 0.2142, 0.4537, 0.5211, 0.5232, 0.8059, 1.0])
     u, v = (low + (high - low) * share for low, high in patch.domain)
     parts = []
     for i in range(7):

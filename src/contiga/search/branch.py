@@ -6,7 +6,7 @@ import numpy as np
 
 from contiga.elements.element_arrays import Elements, Records
 from contiga.num.threads import run_ranges
-from contiga.search.kernels import ring_nb
+from contiga.search.kernels import part_nb, ring_nb
 from contiga.search.table_types import RING
 
 # Elements below which a second thread does not pay.
@@ -18,7 +18,7 @@ QUARTERED = ((3, 100), (2, 400), (1, 4000))
 def build_rings(elements: Elements) -> Records:
     """(elements, 16) bounds around the parts of all elements."""
     n = len(elements.table)
-    parts = ring_nb.PARTS**2
+    parts = part_nb.PARTS**2
     raw = np.empty((n, parts, 6))
     rings = np.zeros((n, parts), RING)
     depth = next((d for d, most in QUARTERED if n <= most), 0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import config, njit
 
-from contiga.num.kernels.prefetch_nb import LINE, prefetch
+from contiga.num.prefetch import LINE, prefetch
 
 
 @njit

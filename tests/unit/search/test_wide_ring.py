@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from numba import njit
@@ -11,7 +13,7 @@ import contiga as cg
 from contiga.search.kernels import branch_nb
 from contiga.search.tables import tables_of
 
-SHARES = np.array([0.0, 0.2, 0.21, 0.45, 0.52, 0.522, 0.8, 1.0])
+SHARES = np.array([0.0, 0.203, 0.2142, 0.4537, 0.5211, 0.5232, 0.8059, 1.0])
 """Where `slivers` cuts."""
 
 
@@ -107,15 +109,15 @@ def way_beyond(table, rings, foot, start):
 
 @pytest.mark.parametrize("name", ["plane", "torus"])
 def test_ways_over_sides_slivers_and_corners_are_no_shorter_than_the_straight_ones(name):
-    """And those to starts that the surroundings do not hold are infinite."""
-    patch = cg.shapes.plane() if name == "plane" else cg.shapes.torus(major=1.0, minor=0.4)
-    body = cg.Body(slivers(patch))
+    """And infinite where the surroundings, those of the surface in one piece, hold no start."""
+    patch = uneven_plane() if name == "plane" else cg.shapes.torus(major=1.0, minor=0.4)
+    body, whole = cg.Body(slivers(patch)), tables_of(cg.Body([uneven_plane()]))
     tables, rng = tables_of(body), np.random.default_rng(2)
-    table = tables.elements.table
-    foot = body.project(rng.uniform(-1.4, 1.4, (6000, 3)) * [1.0, 1.0, 0.3])
-    start = body.project(
-        foot.point + 10.0 ** rng.uniform(-3, -1, (6000, 1)) * rng.normal(size=(6000, 3))
-    )
+    table, parts = tables.elements.table, parts_of(whole).reshape(-1, 4)
+    low, high = np.array(patch.domain).T
+    on = patch.evaluate(low + (high - low) * rng.random((6000, 2)))
+    foot = body.project(on)
+    start = body.project(on + 10.0 ** rng.uniform(-3, -1, (6000, 1)) * rng.normal(size=on.shape))
     box, told, corners = table["box"], 0, 0
     of = [np.flatnonzero(table["patch"] == p) for p in range(len(body.patches))]
 
@@ -135,8 +137,15 @@ def test_ways_over_sides_slivers_and_corners_are_no_shorter_than_the_straight_on
             told += 1
             corners += int(there[0] not in table["neighbour"][here[0]])
             assert way < 4.0 * straight + 0.05
+            if name == "plane":  # parameters of the whole are coordinates
+                x, y, _ = foot.point[k]
+                own = (parts[:, 0] <= x) & (x <= parts[:, 1]) & (parts[:, 2] <= y)
+                block = whole.rings["block"].reshape(-1, 4)[own & (y <= parts[:, 3])][0]
+                off = start.point[k, :2]
+                assert (block[::2] - 1e-9 <= off).all()
+                assert (off <= block[1::2] + 1e-9).all()
     assert told > 100
-    assert corners > 20
+    assert corners > 8
 
 
 def test_parts_beside_a_face_that_is_trimmed_have_no_room_there():
@@ -147,9 +156,7 @@ def test_parts_beside_a_face_that_is_trimmed_have_no_room_there():
     rim = np.array([[u0, v0], [u1, v0], [u1, v1], [u0, v1], [u0, v0]])
 
     def loop(points):
-        return [
-            cg.shapes.line([*a, 0.0], [*b, 0.0]) for a, b in zip(points, points[1:], strict=False)
-        ]
+        return [cg.shapes.line([*a, 0.0], [*b, 0.0]) for a, b in pairwise(points)]
 
     whole = tables_of(cg.Body([left, right]))
     holed = tables_of(cg.Body([left, right], trims=[None, [loop(rim), loop(hole)]]))
@@ -158,3 +165,38 @@ def test_parts_beside_a_face_that_is_trimmed_have_no_room_there():
     assert (whole.rings["room"][0, beside] > 0.0).all()
     assert (holed.rings["room"][0, beside] == 0.0).all()
     assert (holed.rings["room"][0, ~beside] > 0.0).all()
+
+
+@pytest.mark.interpreted
+def test_what_is_reached_beyond_a_side_is_what_the_block_holds_of_the_next_element():
+    tables = tables_of(cg.Body([uneven_plane()]))
+    table, seen = tables.elements.table, set()
+    for e, part in np.ndindex(tables.rings.shape):
+        ring = tables.rings[e, part]
+        for side, n in enumerate(table["neighbour"][e]):
+            if n >= 0:
+                box = table["box"][n]
+                wide = (box[2 * (side // 2) + 1] - box[2 * (side // 2)]) / 4
+                beyond = (ring["block"][side] - table["box"][e][side]) * (1 if side % 2 else -1)
+                assert ring["reach"][side] == np.clip(round(beyond / wide), 0, 4)
+                seen.add(int(ring["reach"][side]))
+    assert seen == {0, 1, 2, 3, 4}
+
+
+@pytest.mark.parametrize("count", [3, 5])
+def test_where_other_than_four_elements_meet_there_are_no_rows_and_columns(count):
+    """Kites of a plane around one corner: there is no wider rectangle about it than one part."""
+    angle = np.pi / count * np.arange(2 * count + 1)
+    rim = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+    body = cg.Body(
+        [
+            cg.shapes.bilinear([0, 0, 0], rim[2 * k], rim[2 * k + 2], 1.5 * rim[2 * k + 1])
+            for k in range(count)
+        ]
+    )
+    tables = tables_of(body)
+    assert (tables.elements.table["kind"][:, [0, 2]] == 0).all()
+    at_corner = tables.rings[:, 0]
+    assert (at_corner["room"] > 0.0).all()
+    assert at_corner["reach"][:, [0, 2]].max() == 1
+    assert at_corner["reach"][:, [1, 3]].max() == 0

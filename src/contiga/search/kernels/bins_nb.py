@@ -12,7 +12,7 @@ import numpy as np
 from contiga.elements.kernels.element_nb import locate
 from contiga.num.codes import FACE, OK
 from contiga.num.jit import inner
-from contiga.num.kernels.prefetch_nb import LINE, prefetch
+from contiga.num.prefetch import LINE, prefetch
 from contiga.search.kernels.lanes_nb import LANES
 
 AHEAD = 16

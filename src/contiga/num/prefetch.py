@@ -6,26 +6,30 @@ one by one otherwise.
 
 from __future__ import annotations
 
+from typing import Any
+
 import llvmlite.ir as ir
 from numba import config
-from numba.core import cgutils, types
+from numba.core import cgutils
+from numba.core import types as numba_types
 from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 
+types: Any = numba_types
 LINE = 64
 """Bytes that are fetched at once."""
 
 
-def unfetched(array, row, offset):
+def unfetched(array: Any, row: int, offset: int) -> None:
     """Nothing: the interpreter cannot."""
 
 
-@intrinsic
-def _prefetched(typingctx, array, row, offset):
+@intrinsic  # type: ignore[untyped-decorator]
+def _prefetched(typingctx: Any, array: Any, row: Any, offset: Any) -> Any:
     if not (isinstance(array, types.Array) and isinstance(offset, types.Integer)):
         return None
 
-    def generate(context, builder, signature, args):
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         rows = make_array(signature.args[0])(context, builder, args[0])
         first = builder.extract_value(rows.strides, 0)
         byte = ir.IntType(8).as_pointer()
