@@ -202,7 +202,8 @@ def check_state(state: State, n_points: int, memories: tuple[int, int], master: 
 def checked_answer(law: Law, inp: LawInput) -> LawOutput:
     """What a law answers: a row a point in contact, or it is told. Without any, none is asked.
 
-    A row too few or an axis too many would be spread over the points without a word.
+    A row too few or an axis too many would be spread over the points without a word. The arrays are
+    copies: whoever worked them out may go on with theirs.
     """
     n = len(inp.penetration)
     if n == 0:
@@ -226,7 +227,7 @@ def checked_answer(law: Law, inp: LawInput) -> LawOutput:
 def _numbers(name: str, answer: object, shape: tuple[int, ...]) -> FloatArray:
     where = f"law: {name}"
     try:
-        numbers = np.asarray(answer, dtype=np.float64)
+        numbers = np.array(answer, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
         raise InputError("the law must answer numbers", where=where, found=answer) from error
     if numbers.shape != shape:

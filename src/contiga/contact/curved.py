@@ -60,7 +60,8 @@ def detect_on_curves(
     memory: tuple[Room, Columns] | None = None,
 ) -> Detected:
     """One step of a body that goes from one to the other of its `poses` (4, 4); see `detect`."""
-    if np.array_equal(poses[0][:3, :3], poses[1][:3, :3]):
+    # As lists: four times as fast for so few numbers.
+    if poses[0][:3, :3].tolist() == poses[1][:3, :3].tolist():
         return detect(surface, now, last, active, options, memory)
     screw = screw_between(*poses)
     rows, bulge = _bulging(screw, relative(*poses), (last, now), active, options)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
@@ -146,17 +144,16 @@ class Rooms:
     def __reduce__(self) -> tuple[type[Rooms], tuple[()]]:
         return Rooms, ()  # copies, and what is written to files, start without
 
-    @contextmanager
-    def one(self, n: int) -> Iterator[Room]:
-        """A room for n points, for the time of a step."""
+    def take(self, n: int) -> Room:
+        """A room for n points, to be given back."""
         try:
-            room = self._free.pop()
+            return self._free.pop()
         except IndexError:
-            room = Room.of(n)
-        try:
-            yield room
-        finally:
-            self._free.append(room)
+            return Room.of(n)
+
+    def give(self, room: Room) -> None:
+        """Back, when nothing in it is needed any more."""
+        self._free.append(room)
 
 
 class Columns(NamedTuple):
