@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared, weights_of
+from contiga.contact.at_once import detect_moved
 from contiga.contact.checks import (
     check_friction,
     check_master,
@@ -22,7 +23,6 @@ from contiga.contact.checks import (
     kind,
     law_of,
 )
-from contiga.contact.curved import detect_on_curves
 from contiga.contact.detect import detect_at_start
 from contiga.contact.measured import Measure
 from contiga.contact.motion import Velocities, relative_velocity
@@ -254,13 +254,12 @@ class Contact(Shown):
             columns, p_B = Columns.of(len(p_W)), np.empty(p_W.shape)
         else:
             columns, p_B = given_up(out, state, p_W, self)
-        room = self._rooms.take(len(p_W))
+        memory = room, _ = self._rooms.take(len(p_W)), columns
         try:
             with clock("search"):
-                to_body(X_WB, p_W, p_B)
                 last = Last(state.points_B, state.patch, state.uv, state.near, state.safe_distance)
-                found = detect_on_curves(
-                    self._surface, p_B, last, active, self._options, poses, (room, columns)
+                found = detect_moved(
+                    self._surface, (p_W, X_WB, p_B), last, active, self._options, poses, memory
                 )
             answer = self._respond(found, p_B, X_WB, Past(state, dt, v_B), clock)
         finally:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.contact.desk import Small
 from contiga.masters.protocol import Master, Surface
 from contiga.num import codes
 from contiga.records import (
@@ -100,12 +101,14 @@ class Step(NamedTuple):
     """(n,) patch of the foot last known of free points, −1 none."""
     uv: FloatArray
     """(n, 2) its parameters."""
+    small: Small
+    """Memory for few points in contact."""
 
 
 class Room(NamedTuple):
     """Memory that the search of a step over n points works in, and of which nothing is kept.
 
-    90 bytes a point, which a contact holds from its first step on.
+    94 bytes a point, which a contact holds from its first step on.
     Rows of points that are not looked at, or have no foot, mean nothing.
     """
 
@@ -119,7 +122,9 @@ class Room(NamedTuple):
     """(n,), with the next, of a `Step`."""
     ignored: BoolArray
     rows: IntArray
-    """(2, n) lists of points."""
+    """(3, n) lists of points."""
+    small: Small
+    """For few points in contact."""
 
     @classmethod
     def of(cls, n: int) -> Room:
@@ -127,9 +132,8 @@ class Room(NamedTuple):
         point, normal = np.empty((2, n, 3))
         gap, way = np.empty((2, n))
         status, ignored = np.empty(n, np.int8), np.empty(n, np.bool_)
-        return cls(
-            np.empty((n, 2)), point, normal, gap, status, way, ignored, np.empty((2, n), np.int32)
-        )
+        uv, rows = np.empty((n, 2)), np.empty((3, n), np.int32)
+        return cls(uv, point, normal, gap, status, way, ignored, rows, Small())
 
 
 class Rooms:

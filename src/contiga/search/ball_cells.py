@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from contiga.elements.element_arrays import Records
 from contiga.geometry.kernels import trim_nb
+from contiga.handed import by_reference
 from contiga.num.codes import CUT, OUT
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray
@@ -106,6 +107,7 @@ GRID = np.dtype(
 )
 
 
+@by_reference
 class Balls(NamedTuple):
     """Radii of touching balls over a body: a grid of cells an element, some halved again."""
 
@@ -117,6 +119,9 @@ class Balls(NamedTuple):
     value: FloatArray
     """(cells, 2, 4) inner and outer radius at the corners, interpolated bilinearly."""
 
+
+NO_BALLS = Balls(np.zeros(0, GRID), np.zeros(0, np.int32), np.zeros((0, 2, 4)))
+"""Balls of no body."""
 
 Places = NDArray[np.intp]
 

@@ -11,9 +11,12 @@ from numpy.typing import NDArray
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import stitches
 from contiga.num.arrays import bytes_of
+from contiga.num.resident import Resident
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.search import ball, hits, project, safe_distance, side_grid
+from contiga.search.ball_cells import NO_BALLS
 from contiga.search.body_sides import sides_of
+from contiga.search.kept import Kept
 from contiga.search.openings import openings_of
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
@@ -37,6 +40,11 @@ class ExactSurface(NamedTuple):
     def nbytes(self) -> int:
         """Memory of the tables, bytes."""
         return bytes_of(self.tables)
+
+    def residents(self, with_balls: bool) -> tuple[Resident, ...]:
+        """Tables, sides and balls, laid out once for kernels."""
+        balls = _BALLS.of(self.tables) if with_balls else _NO_BALLS
+        return (*_RESIDENTS.of(self.tables, self.slit), balls)
 
     def closest(
         self,
@@ -98,6 +106,13 @@ class ExactSurface(NamedTuple):
         return ball.touching_radius(self.tables, patch, uv, rows, sides)
 
 
+def _laid_out(tables: Tables, slit: float) -> tuple[Resident, Resident]:
+    return Resident(tables), Resident(sides_of(tables, slit))
+
+
+_NO_BALLS = Resident(NO_BALLS)
+_RESIDENTS = Kept(_laid_out)
+_BALLS = Kept(lambda tables: Resident(ball.balls_of(tables)))
 _KEPT: WeakKeyDictionary[Faces, ExactSurface] = WeakKeyDictionary()
 
 
