@@ -156,8 +156,7 @@ def _at_once(
         _, left = touching_nb.touch(rows, path, last, into, found.feet, limits, places)
         if left >= 0:
             return told_on(small.desk, left)
-        solved = left == touching_nb.NO_BALLS
-        places = small.places(surface, True) if solved else None
+        places = small.places(surface, True) if left == touching_nb.NO_BALLS else None
     return None
 
 
@@ -224,6 +223,38 @@ def _look_at_free(
     """Settle the free points that are known to stay so; returns the others, if there are any."""
     if len(rows) == 0:
         return None
+    known = _free_at_once(surface, step, rows, found, options) if len(rows) <= MOST else None
+    side, reach, within, own = known or _free_one_by_one(surface, step, rows, found, options)
+    if len(own) == 0:
+        return None
+    return asked_of(rows[own], (side[own], reach[own]), within[own])
+
+
+Sides = tuple[ByteArray, FloatArray, FloatArray, IntArray]
+"""(side, reach, within) of free points, and which of them are not settled."""
+
+
+def _free_at_once(
+    surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options
+) -> Sides | None:
+    """Settle few free points by one kernel; None where that does not do."""
+    small, places = step.small, step.small.places(surface, False)
+    limits = options.penetration, options.balls, options.band, SHORT * options.size
+    into = found.status, found.safe_distance, found.near, found.uv
+    moved, old = (step.way, step.ignored, step.now), (step.near, step.uv)
+    while places is not None:
+        left = touching_nb.stay_free(rows, moved, old, into, limits, places)
+        if left >= 0:
+            desk = small.desk
+            return desk.own_side, desk.own_reach, desk.reach, desk.ways[:left]
+        places = small.places(surface, True) if left == touching_nb.NO_BALLS else None
+    return None
+
+
+def _free_one_by_one(
+    surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options
+) -> Sides:
+    """Settle free points by one question to the surface after the other."""
     side, reach, *place = surface.places(step.now, rows)
     known, within = (side, reach), np.full(len(rows), np.inf)
     n = len(rows)
@@ -240,10 +271,7 @@ def _look_at_free(
     held = _held(surface, step, rows, side, options)
     own = np.empty(len(rows), np.int32)
     n = settle_nb.leave(rows, known, held, options.band, found.safe_distance, own)
-    if n == 0:
-        return None
-    own = own[:n]
-    return asked_of(rows[own], (side[own], reach[own]), within[own])
+    return side, reach, within, own[:n]
 
 
 def tell(
@@ -259,7 +287,7 @@ def tell(
     """
     index, feet, points = followed
     asked = _listed(len(index))
-    m = settle_nb.askable(feet, options.band, asked)
+    m = settle_nb.askable(feet, len(index), options.band, asked)
     balls = _balls(surface, feet, (asked[0][:m], asked[1][:m]), options)
     settle_nb.tell(index, feet, points, balls, options.band, known, within)
 

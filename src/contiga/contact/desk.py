@@ -19,7 +19,7 @@ from contiga.records import (
     empty_projection,
 )
 
-MOST = 64
+MOST = 128
 """Points in contact that are few. Of more the calls are no longer what takes the time."""
 
 
@@ -35,6 +35,7 @@ class Desk(NamedTuple):
     own_reach: FloatArray
     patch: IntArray
     uv: FloatArray
+    spot: FloatArray
     before: FloatArray
     now: FloatArray
     feet: Projection
@@ -59,9 +60,9 @@ class Desk(NamedTuple):
         rows, patch, ways, way, asked = np.empty((5, n), np.int32)
         side, own_side, mark, which = np.empty((4, n), np.int8)
         reach, own_reach, radius = np.empty((3, n))
-        uv, before, now = np.empty((n, 2)), np.empty((n, 3)), np.empty((n, 3))
+        uv, spot, before, now = *np.empty((2, n, 2)), *np.empty((2, n, 3))
         flags, clear = np.empty(n, np.uint8), np.empty(n, np.bool_)
-        own = rows, own_side, own_reach, patch, uv, before, now
+        own = rows, own_side, own_reach, patch, uv, spot, before, now
         told = empty_projection(n), flags, mark, ways, way, clear, asked, which, radius
         nobody, counts = empty_projection(0), np.zeros((1, 2), np.int64)
         return cls._make((side, reach, *own, *told, nobody, counts))

@@ -55,8 +55,8 @@ def _plainly_apart(out: State, state: State, p_W: FloatArray) -> bool:
     """Whether the arrays of `out` can be written over, and it is plain to see.
 
     It is of states that steps have made: they are right but for a user who locked one, each lies
-    apart from all others, and only copies of a state share some, whole. To look at all pairs of
-    two states takes longer than a small step.
+    apart from all others and from what users made, and only copies of a state share some, whole.
+    To look at all pairs of two states takes longer than a small step.
     """
     if not (out.is_made and state.is_made):
         return False
@@ -64,5 +64,6 @@ def _plainly_apart(out: State, state: State, p_W: FloatArray) -> bool:
     return (
         all(array.flags.carray for array in own)
         and not any(map(is_, own, _arrays(state)))
-        and not any(np.may_share_memory(p_W, array) for array in own)
+        and p_W is not own[-1]
+        and (p_W.base is None or not any(np.may_share_memory(p_W, array) for array in own))
     )

@@ -224,11 +224,11 @@ def starts(rows, known, place, step, old, found_near, far, work):
 
 
 @kernel()
-def askable(feet, band, asked):
-    """List the feet that balls may tell of in `asked`, (index, side); returns how many."""
+def askable(feet, count, band, asked):
+    """List those of the first feet that balls may tell of in `asked`, (index, side); how many."""
     index, which = asked
     m = 0
-    for i in range(feet.status.shape[0]):
+    for i in range(count):
         if _is_sound(feet, i, band):
             index[m] = i
             which[m] = OUTER if feet.gap[i] > 0.0 else INNER

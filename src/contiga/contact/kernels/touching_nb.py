@@ -1,4 +1,4 @@
-"""Few points in contact with a closed exact body: all that is asked of them, in one call.
+"""Few points in contact with a closed exact body, or near it: all that is asked, in one call.
 
 `closed_body` says what follows from what; of few points its calls, one after the other, take longer
 than what is done in them. The results are the same bits.
@@ -6,14 +6,27 @@ than what is done in them. The results are the same bits.
 
 from __future__ import annotations
 
+import math
+
 from contiga.contact.kernels.place_nb import held, place
-from contiga.contact.kernels.settle_nb import KEPT, look, settle, stay
+from contiga.contact.kernels.settle_nb import (
+    KEPT,
+    askable,
+    leave,
+    look,
+    remember_foot,
+    settle,
+    starts,
+    stay,
+    tell,
+)
 from contiga.num.codes import MAX_ITERATIONS
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.rigid_nb import to_body
 from contiga.num.resident import reader
 from contiga.search.kernels.ball_nb import radii
 from contiga.search.kernels.side_nb import clear_ways, sides
+from contiga.search.kernels.side_nb import places as places_of
 from contiga.search.kernels.track_nb import track_chunks
 
 tables_at = reader("contiga.search.table_types.Tables")
@@ -21,16 +34,16 @@ sides_at = reader("contiga.search.side_grid.SideGrid")
 balls_at = reader("contiga.search.ball_cells.Balls")
 desk_at = reader("contiga.contact.desk.Desk")
 
-NO_BALLS, NOT_SOLVED, MANY = -1, -2, -3
+NO_BALLS, NOT_SOLVED, MANY, NOT_IN = -1, -2, -3, -4
 """Answers in place of a number of rows: balls are needed, and not worked out; the feet of some rows
-have to be looked for elsewhere; there are more rows than the desk has. What has been written is
-written again then."""
+have to be looked for elsewhere; there are more rows than the desk has; some may lie inside since
+the start. What has been written is written again then."""
 
 
 @inner(linked=False)
-def _follow(tables, desk, n):
+def _follow(tables, desk, n, certified):
     """Feet of the first n rows; whether all are solved."""
-    path = (desk.before[:n], desk.now[:n], desk.nobody)
+    path = (desk.before[: n * certified], desk.now[:n], desk.nobody)
     starts = (desk.patch[:n], desk.uv[:n])
     desk.flags[:n] = 0
     track_chunks(tables, path, starts, n, (desk.feet, desk.flags[:n]), 0, 1)
@@ -52,6 +65,20 @@ def _keep_clear(grid, desk, path, n):
             desk.mark[desk.ways[j]] |= KEPT
 
 
+@inner(linked=False)
+def _ask_balls(places, desk, n):
+    """Radii of the balls at the first n feet that are asked for; whether there are any balls."""
+    if n == 0:
+        return True
+    balls = balls_at(places[2])
+    if balls.elements.shape[0] == 0:
+        return False
+    feet = (desk.feet.patch, desk.feet.uv)
+    grid = tables_at(places[0]).grid
+    radii(balls, grid, feet, desk.asked[:n], desk.which[:n], desk.radius, 0, n)
+    return True
+
+
 @kernel()
 def touch(rows, path, last, found, feet, limits, places):
     """Settle the points `rows` that were in contact; returns how many are on the desk, those that
@@ -71,7 +98,7 @@ def touch(rows, path, last, found, feet, limits, places):
     n = stay(rows, known, (before, now), last, (found[0], found[1]), band, work)
     if n == 0:
         return 0, 0
-    if not _follow(tables, desk, n):
+    if not _follow(tables, desk, n, 1):
         return n, NOT_SOLVED
     own_rows, mark = desk.rows[:n], desk.mark[:n]
     asked, limited = (desk.asked, desk.which), (hold, band)
@@ -80,17 +107,47 @@ def touch(rows, path, last, found, feet, limits, places):
     )
     if ways > 0:
         _keep_clear(grid, desk, path, ways)
-    if not with_balls:
-        balls = 0
-    if balls > 0:
-        found_balls = balls_at(places[2])
-        if found_balls.elements.shape[0] == 0:
-            return n, NO_BALLS
-        spots = (desk.feet.patch, desk.feet.uv)
-        which = desk.asked[:balls], desk.which[:balls]
-        radii(found_balls, tables.grid, spots, which[0], which[1], desk.radius, 0, balls)
+    balls = balls if with_balls else 0
+    if not _ask_balls(places, desk, balls):
+        return n, NO_BALLS
     told = (desk.asked[:balls], desk.radius[:balls])
     return n, settle(own_rows, desk.feet, own, mark, told, band, found, feet, desk.ways)
+
+
+@kernel()
+def stay_free(rows, step, old, found, limits, places):
+    """Settle the free points `rows` that stay so; returns how many are left, listed in the desk's
+    `ways`, with what is known of all: sides, reaches (both its own) and distances (its `reach`).
+
+    `step` is (way, ignored, now), `old` (near, uv) of the last step and `found` as `touch` has it,
+    all of all points; `limits` is (search by penetration, whether balls are asked, band, how far a
+    point may have gone for its last foot to be near), `places` as of `touch`.
+    """
+    tables, grid, desk = tables_at(places[0]), sides_at(places[1]), desk_at(places[3])
+    way, ignored, now = step
+    penetration, with_balls, band, far = limits
+    n = rows.shape[0]
+    known, spots = (desk.own_side, desk.own_reach), (desk.way, desk.spot)
+    places_of(grid, now, rows, known, spots, 0, n)
+    desk.reach[:n] = math.inf
+    work = (desk.rows, desk.patch, desk.uv, desk.now)
+    m = starts(rows, known, spots, (way, now), old, found[2], far, work)
+    if m > 0:
+        if not _follow(tables, desk, m, 0):
+            return NOT_SOLVED
+        for j in range(m):
+            remember_foot(found, rows[desk.rows[j]], desk.feet, j)
+        balls = askable(desk.feet, m, band, (desk.asked, desk.which)) if with_balls else 0
+        if not _ask_balls(places, desk, balls):
+            return NO_BALLS
+        told = (desk.asked[:balls], desk.radius[:balls])
+        tell(desk.rows[:m], desk.feet, desk.now[:m], told, band, known, desk.reach)
+    for i in range(n):
+        k = rows[i]
+        desk.clear[i] = False
+        if not penetration and desk.own_side[i] < 0 and ignored[k] and math.isfinite(way[k]):
+            return NOT_IN
+    return leave(rows, known, desk.clear[:n], band, found[1], desk.ways)
 
 
 @kernel()
