@@ -150,7 +150,7 @@ def _friction_input(
         known = past.velocity_B
         velocity = points.path / past.dt if known is None else known[rows]
     return FrictionInput(
-        normal=n,
+        normal=locked(n),
         normal_before=before,
         force=answer.force,
         stiffness=_stiffness(points, answer),

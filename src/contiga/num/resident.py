@@ -64,6 +64,9 @@ class Resident:
         self.place = int(self._memory.ctypes.data)
         PLACES[self.place] = self
 
+    def __reduce__(self) -> tuple[type[Resident], tuple[Any]]:
+        return Resident, (self.record,)  # copies, and what is written to files, lie elsewhere
+
     def _words(self, value: Any) -> list[int]:
         """A member as it stands in memory, eight bytes each."""
         if isinstance(value, np.ndarray):

@@ -30,6 +30,8 @@ class ExactSurface(NamedTuple):
     """Whether the body has no border anywhere."""
     slit: float
     """How far faces may be apart where they meet, length."""
+    resident: Resident
+    """The tables, laid out once for kernels."""
 
     @property
     def n_elements(self) -> int:
@@ -44,7 +46,7 @@ class ExactSurface(NamedTuple):
     def residents(self, with_balls: bool) -> tuple[Resident, ...]:
         """Tables, sides and balls, laid out once for kernels."""
         balls = _BALLS.of(self.tables) if with_balls else _NO_BALLS
-        return (*_RESIDENTS.of(self.tables, self.slit), balls)
+        return self.resident, _SIDES.of(self.tables, self.slit), balls
 
     def closest(
         self,
@@ -106,12 +108,9 @@ class ExactSurface(NamedTuple):
         return ball.touching_radius(self.tables, patch, uv, rows, sides)
 
 
-def _laid_out(tables: Tables, slit: float) -> tuple[Resident, Resident]:
-    return Resident(tables), Resident(sides_of(tables, slit))
-
-
 _NO_BALLS = Resident(NO_BALLS)
-_RESIDENTS = Kept(_laid_out)
+# Kept for as long as the tables, which none of them may hold.
+_SIDES = Kept(lambda tables, slit: Resident(sides_of(tables, slit)))
 _BALLS = Kept(lambda tables: Resident(ball.balls_of(tables)))
 _KEPT: WeakKeyDictionary[Faces, ExactSurface] = WeakKeyDictionary()
 
@@ -123,5 +122,6 @@ def exact_surface(faces: Faces) -> ExactSurface:
         openings = openings_of(faces)
         # Faces are off the edges they share, and their loops off themselves where they close.
         slit = openings.slit + float(stitches(faces)[0].max(initial=0.0))
-        surface = _KEPT[faces] = ExactSurface(tables_of(faces), openings.closed, slit)
+        tables = tables_of(faces)
+        surface = _KEPT[faces] = ExactSurface(tables, openings.closed, slit, Resident(tables))
     return surface

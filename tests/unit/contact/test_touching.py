@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable, Iterator
 from dataclasses import fields
 from functools import cache
@@ -17,6 +18,7 @@ from contiga.contact import at_once, closed_body
 from contiga.contact.desk import MOST
 from contiga.contact.kernels import touching_nb
 from contiga.contact.state import State
+from contiga.num.resident import PLACES
 from contiga.search.exact_surface import ExactSurface
 
 N = 70
@@ -140,6 +142,23 @@ def test_of_many_points_nothing_is_done_at_once(answers: list[tuple[int, ...]]) 
     assert state.n_contact == n
     assert contact.step(state, 0.98 * around).n_contact == n
     assert answers[-1] == (n, 0, touching_nb.MANY, 0)
+
+
+def test_a_body_that_is_gone_takes_what_was_laid_out_with_it() -> None:
+    def stepped() -> list[Any]:
+        points, body = np.array([[0.3, 0.2, 1.1]]), cg.Body([cg.shapes.sphere()])
+        contact = cg.Contact(body, cg.Slave(points, area=[1.0]), law=cg.PenaltyLaw(1.0))
+        state = contact.start(points)
+        for k in range(1, 5):
+            state = contact.step(state, points - [0.0, 0.0, 0.15 + 0.02 * k])
+        assert state.n_contact == 1
+        laid_out = body.surface.residents(True)
+        assert PLACES[laid_out[0].place] is laid_out[0]
+        return [part.place for part in laid_out]
+
+    places = stepped()
+    gc.collect()
+    assert not any(place in PLACES for place in places)
 
 
 def test_of_triangles_nothing_is_done_at_once() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import pickle
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -117,6 +118,13 @@ def test_it_is_gone_with_what_holds_it() -> None:
     del resident
     gc.collect()
     assert place not in PLACES
+
+
+def test_copies_lie_elsewhere() -> None:
+    resident = Resident(outer(1))
+    other = pickle.loads(pickle.dumps(resident))
+    assert other.place != resident.place
+    assert looked_up(other.place) == looked_up(resident.place)
 
 
 def test_what_cannot_be_laid_out_is_refused() -> None:
