@@ -120,9 +120,6 @@ class Balls(NamedTuple):
     """(cells, 2, 4) inner and outer radius at the corners, interpolated bilinearly."""
 
 
-NO_BALLS = Balls(np.zeros(0, GRID), np.zeros(0, np.int32), np.zeros((0, 2, 4)))
-"""Balls of no body."""
-
 Places = NDArray[np.intp]
 
 

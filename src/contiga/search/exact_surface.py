@@ -14,7 +14,7 @@ from contiga.num.arrays import bytes_of
 from contiga.num.resident import Resident
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.search import ball, hits, project, safe_distance, side_grid
-from contiga.search.ball_cells import NO_BALLS
+from contiga.search.ball_cells import GRID, Balls
 from contiga.search.body_sides import sides_of
 from contiga.search.kept import Kept
 from contiga.search.openings import openings_of
@@ -108,7 +108,7 @@ class ExactSurface(NamedTuple):
         return ball.touching_radius(self.tables, patch, uv, rows, sides)
 
 
-_NO_BALLS = Resident(NO_BALLS)
+_NO_BALLS = Resident(Balls(np.zeros(0, GRID), np.zeros(0, np.int32), np.zeros((0, 2, 4))))
 # Kept for as long as the tables, which none of them may hold.
 _SIDES = Kept(lambda tables, slit: Resident(sides_of(tables, slit)))
 _BALLS = Kept(lambda tables: Resident(ball.balls_of(tables)))

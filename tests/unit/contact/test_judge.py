@@ -122,7 +122,8 @@ def test_plain_points_are_judged_as_all_are(
     own = rows_of_asked(asked, np.flatnonzero(plain))
     now, _ = found_by(own, step, options)
     monkeypatch.setattr(judging.judge_nb, "judge_plain", lambda *_: False)
-    wanted, _ = found_by(own, step, options)
+    wanted, questions = found_by(own, step, options)
+    assert questions == 0
     for name in ("status", "safe_distance", "near", "uv"):
         a, b = getattr(now, name), getattr(wanted, name)
         assert a.tobytes() == b.tobytes(), name

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from numba import njit
 
-from contiga.contact.kernels.sums_nb import sum_of
+from contiga.contact.kernels import sums_nb
 
 pytestmark = pytest.mark.interpreted
 
 
 @njit
 def summed(values, n):
-    return sum_of(values, n)
+    return sums_nb.sum_of(values, n)
 
 
 def numbers(n: int) -> np.ndarray:
