@@ -114,8 +114,7 @@ class Balls(NamedTuple):
     elements: Records
     """(elements,) `GRID`."""
     child: IntArray
-    """(cells,) twice the first of a cell's halves, plus 0 or 1 where it is halved across s or t;
-    −1 where it is not."""
+    """(cells,) twice the first of a cell's halves, plus 1 where it is halved across t; or −1."""
     value: FloatArray
     """(cells, 2, 4) inner and outer radius at the corners, interpolated bilinearly."""
 
