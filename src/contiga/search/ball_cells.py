@@ -257,8 +257,7 @@ def _measure(place: _Place, cells: Records) -> None:
 
 def _with_homes(place: _Place, bases: Places, cells: Records) -> _Cells:
     """The cells of the grids with the smooth blocks around them."""
-    n = len(cells)
-    homes = np.zeros(n, HOME)
+    n, homes = len(cells), np.zeros(len(cells), HOME)
     homes["patch"] = cells["patch"]
     cells["home"] = np.arange(n)
     tables = place.tables
