@@ -202,7 +202,8 @@ def check_state(state: State, n_points: int, memories: tuple[int, int], master: 
 def checked_answer(law: Law, inp: LawInput) -> LawOutput:
     """What a law answers: a row a point in contact, or it is told. Without any, none is asked.
 
-    A row too few or an axis too many would be spread over the points without a word.
+    A row too few or an axis too many would be spread over the points without a word. The arrays are
+    copies: whoever worked them out may go on with theirs.
     """
     n = len(inp.penetration)
     if n == 0:
@@ -215,24 +216,29 @@ def checked_answer(law: Law, inp: LawInput) -> LawOutput:
             found=type(answer).__name__,
             allowed="LawOutput(force, stiffness, stored, memory)",
         )
-    shapes = {"force": (n,), "stiffness": (n,), "stored": (n,), "memory": (n, law.n_memory)}
-    numbers = {name: _numbers(name, getattr(answer, name), shape) for name, shape in shapes.items()}
-    for name in ("hysteresis", "damping"):
-        if getattr(answer, name) is not None:
-            numbers[name] = _numbers(name, getattr(answer, name), (n,))
-    return LawOutput(**numbers)
+    force, stiffness, stored, memory, hysteresis, damping = answer
+    row = (n,)
+    return LawOutput(
+        _numbers("force", force, row),
+        _numbers("stiffness", stiffness, row),
+        _numbers("stored", stored, row),
+        _numbers("memory", memory, (n, law.n_memory)),
+        None if hysteresis is None else _numbers("hysteresis", hysteresis, row),
+        None if damping is None else _numbers("damping", damping, row),
+    )
 
 
 def _numbers(name: str, answer: object, shape: tuple[int, ...]) -> FloatArray:
-    where = f"law: {name}"
     try:
-        numbers = np.asarray(answer, dtype=np.float64)
+        numbers = np.array(answer, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
-        raise InputError("the law must answer numbers", where=where, found=answer) from error
+        raise InputError(
+            "the law must answer numbers", where=f"law: {name}", found=answer
+        ) from error
     if numbers.shape != shape:
         raise InputError(
             "the law must answer one row a point in contact",
-            where=where,
+            where=f"law: {name}",
             found=numbers.shape,
             allowed=str(shape),
         )

@@ -9,12 +9,13 @@ inside has come in (`judge`); they are not looked for on ways that are known to 
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.contact.desk import MOST, Desk
 from contiga.contact.judge import Asked, asked_of, free_distance, joined, judge, within_depth
-from contiga.contact.kernels import settle_nb
+from contiga.contact.kernels import settle_nb, touching_nb
 from contiga.contact.tracked import (
     BoolArray,
     Detected,
@@ -40,6 +41,19 @@ from contiga.records import (
 
 # A point that went no farther than this share of the body's size has its last foot near by.
 SHORT = 2e-3
+
+
+class Told(NamedTuple):
+    """What is known of points in contact that are not outside, one row each."""
+
+    rows: IntArray
+    known: tuple[ByteArray, FloatArray]
+    """(side, reach)."""
+    now: FloatArray
+    feet: Projection
+    mark: ByteArray
+    own: IntArray
+    """Which of them are not settled."""
 
 
 def detect_at_start(
@@ -80,13 +94,17 @@ def detect(
     rows: tuple[IntArray, IntArray],
     found: Detected,
     options: Options,
+    told: Told | None = None,
 ) -> None:
     """Fill `found` for the points that were in contact and the free ones that are near.
 
-    `last` is (patch, uv) of the feet of all points, `rows` (in contact, near).
+    `last` is (patch, uv) of the feet of all points, `rows` (in contact, near); `told` what is known
+    of the first, where they have been looked at.
     """
     touching, near = rows
-    held = _look_at_touching(surface, step, last, touching, found, options)
+    if told is None and len(touching):
+        told = _look_at_touching(surface, step, last, touching, found, options)
+    held = _left_of(told) if told else None
     free = _look_at_free(surface, step, near, found, options)
     asked = joined(held, free) if held and free else held or free
     if asked is not None:
@@ -100,13 +118,63 @@ def _look_at_touching(
     rows: IntArray,
     found: Detected,
     options: Options,
-) -> Asked | None:
+) -> Told:
     """Settle the points in contact whose sides and feet tell what becomes of them.
 
-    Returns the others, if there are any. What is outside needs no foot.
+    What is outside needs no foot.
     """
-    if len(rows) == 0:
+    few = len(rows) <= MOST
+    told = _at_once(surface, step, last, rows, found, options) if few else None
+    return told or _one_by_one(surface, step, last, rows, found, options)
+
+
+def _left_of(told: Told) -> Asked | None:
+    """Those points in contact that are not settled, if there are any."""
+    rows, known, now, feet, mark, own = told
+    if len(own) == 0:
         return None
+    feet = rows_of(feet, own)
+    kept = (mark[own] & settle_nb.KEEP) > 0
+    within = distances(feet, now[own])
+    side, reach = known
+    return asked_of(rows[own], (side[own], reach[own]), within, (kept, continued(feet), feet))
+
+
+def _at_once(
+    surface: Surface,
+    step: Step,
+    last: tuple[IntArray, FloatArray],
+    rows: IntArray,
+    found: Detected,
+    options: Options,
+) -> Told | None:
+    """Settle few points by one kernel; None where that does not do."""
+    small, places = step.small, step.small.places(surface, False)
+    path, limits = (step.now, step.before), (options.hold, options.balls, options.band)
+    into = found.status, found.safe_distance, found.near, found.uv
+    while places is not None:
+        _, left = touching_nb.touch(rows, path, last, into, found.feet, limits, places)
+        if left >= 0:
+            return told_on(small.desk, left)
+        places = small.places(surface, True) if left == touching_nb.NO_BALLS else None
+    return None
+
+
+def told_on(desk: Desk, left: int) -> Told:
+    """What stands on the desk after a kernel has settled all points but `left`."""
+    known = desk.own_side, desk.own_reach
+    return Told(desk.rows, known, desk.now, desk.feet, desk.mark, desk.ways[:left].copy())
+
+
+def _one_by_one(
+    surface: Surface,
+    step: Step,
+    last: tuple[IntArray, FloatArray],
+    rows: IntArray,
+    found: Detected,
+    options: Options,
+) -> Told:
+    """Settle points by one question to the surface after the other."""
     known, band = surface.sides(step.now, rows), options.band
     work, ends = _of_touching(len(rows)), (step.before, step.now)
     places = found.status, found.safe_distance, found.near, found.uv
@@ -122,13 +190,7 @@ def _look_at_touching(
         mark[ways[:n][clear]] |= settle_nb.KEPT
     balls = _balls(surface, feet, (asked[0][:m], asked[1][:m]), options)
     n = settle_nb.settle(rows, feet, (side, reach), mark, balls, band, places, found.feet, ways)
-    if n == 0:
-        return None
-    own = ways[:n]
-    feet = rows_of(feet, own)
-    kept = (mark[own] & settle_nb.KEEP) > 0
-    within = distances(feet, now[own])
-    return asked_of(rows[own], (side[own], reach[own]), within, (kept, continued(feet), feet))
+    return Told(rows, (side, reach), now, feet, mark, ways[:n])
 
 
 def _of_touching(n: int) -> tuple[Any, ...]:
@@ -161,6 +223,38 @@ def _look_at_free(
     """Settle the free points that are known to stay so; returns the others, if there are any."""
     if len(rows) == 0:
         return None
+    known = _free_at_once(surface, step, rows, found, options) if len(rows) <= MOST else None
+    side, reach, within, own = known or _free_one_by_one(surface, step, rows, found, options)
+    if len(own) == 0:
+        return None
+    return asked_of(rows[own], (side[own], reach[own]), within[own])
+
+
+Sides = tuple[ByteArray, FloatArray, FloatArray, IntArray]
+"""(side, reach, within) of free points, and which of them are not settled."""
+
+
+def _free_at_once(
+    surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options
+) -> Sides | None:
+    """Settle few free points by one kernel; None where that does not do."""
+    small, places = step.small, step.small.places(surface, False)
+    limits = options.penetration, options.balls, options.band, SHORT * options.size
+    into = found.status, found.safe_distance, found.near, found.uv
+    moved, old = (step.way, step.ignored, step.now), (step.near, step.uv)
+    while places is not None:
+        left = touching_nb.stay_free(rows, moved, old, into, limits, places)
+        if left >= 0:
+            desk = small.desk
+            return desk.own_side, desk.own_reach, desk.reach, desk.ways[:left]
+        places = small.places(surface, True) if left == touching_nb.NO_BALLS else None
+    return None
+
+
+def _free_one_by_one(
+    surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options
+) -> Sides:
+    """Settle free points by one question to the surface after the other."""
     side, reach, *place = surface.places(step.now, rows)
     known, within = (side, reach), np.full(len(rows), np.inf)
     n = len(rows)
@@ -177,10 +271,7 @@ def _look_at_free(
     held = _held(surface, step, rows, side, options)
     own = np.empty(len(rows), np.int32)
     n = settle_nb.leave(rows, known, held, options.band, found.safe_distance, own)
-    if n == 0:
-        return None
-    own = own[:n]
-    return asked_of(rows[own], (side[own], reach[own]), within[own])
+    return side, reach, within, own[:n]
 
 
 def tell(
@@ -196,7 +287,7 @@ def tell(
     """
     index, feet, points = followed
     asked = _listed(len(index))
-    m = settle_nb.askable(feet, options.band, asked)
+    m = settle_nb.askable(feet, len(index), options.band, asked)
     balls = _balls(surface, feet, (asked[0][:m], asked[1][:m]), options)
     settle_nb.tell(index, feet, points, balls, options.band, known, within)
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared, weights_of
+from contiga.contact.at_once import detect_moved
 from contiga.contact.checks import (
     check_friction,
     check_master,
@@ -22,24 +23,15 @@ from contiga.contact.checks import (
     kind,
     law_of,
 )
-from contiga.contact.curved import detect_on_curves
 from contiga.contact.detect import detect_at_start
-from contiga.contact.kernels import totals_nb
 from contiga.contact.measured import Measure
 from contiga.contact.motion import Velocities, relative_velocity
 from contiga.contact.points import default_area, pressure_of, sampling_of
 from contiga.contact.rehearsed import Rehearsed, rehearsed
-from contiga.contact.respond import (
-    Past,
-    balance,
-    carrying,
-    columns_of,
-    law_input,
-    respond,
-)
+from contiga.contact.respond import Past, columns_of, forces, law_input, respond, touching
 from contiga.contact.reused import given_up
 from contiga.contact.sparse import Sparse
-from contiga.contact.state import Column, State
+from contiga.contact.state import State
 from contiga.contact.tracked import Columns, Detected, Last, Options, Rooms, options_of
 from contiga.errors import InputError
 from contiga.laws.friction import Friction
@@ -47,7 +39,7 @@ from contiga.laws.normal import Law, StressLaw
 from contiga.masters.protocol import Master, Surface
 from contiga.num.arrays import as_points, positive
 from contiga.num.pose import as_pose, identity
-from contiga.num.rigid import to_body, turn_to_world
+from contiga.num.rigid import to_body
 from contiga.records import FloatArray, IndexArray, rows_of
 from contiga.shown import Facts, Shown
 from contiga.slaves.sampling import QUADRATURES
@@ -262,14 +254,16 @@ class Contact(Shown):
             columns, p_B = Columns.of(len(p_W)), np.empty(p_W.shape)
         else:
             columns, p_B = given_up(out, state, p_W, self)
-        with self._rooms.one(len(p_W)) as room:
+        memory = room, _ = self._rooms.take(len(p_W)), columns
+        try:
             with clock("search"):
-                to_body(X_WB, p_W, p_B)
                 last = Last(state.points_B, state.patch, state.uv, state.near, state.safe_distance)
-                found = detect_on_curves(
-                    self._surface, p_B, last, active, self._options, poses, (room, columns)
+                found = detect_moved(
+                    self._surface, (p_W, X_WB, p_B), last, active, self._options, poses, memory
                 )
             answer = self._respond(found, p_B, X_WB, Past(state, dt, v_B), clock)
+        finally:
+            self._rooms.give(room)
         return answer if out is None else out.become(answer)
 
     def rehearse(
@@ -363,31 +357,30 @@ class Contact(Shown):
     ) -> State:
         """Forces and sums of what the search has found."""
         sampling = self._sampling
-        held = found.held
-        rows = held[held >= sampling.first] if sampling.first else held
-        points = carrying(rows, rows_of(found.feet, rows), p_B, past)
+        held = touching(found, p_B, past)
+        points = held.since(sampling.first)
         seen = areas = None
         if self.weights == "area":
             with clock("area"):
-                seen = self._measure.input(p_B, found.feet.patch, points.feet)
+                feet = rows_of(found.feet, points.rows)
+                seen = self._measure.input(p_B, found.feet.patch, feet)
                 areas = self._measure.areas(seen)
         with clock("forces"):
-            area = sampling.weights(rows) if areas is None else areas.area
+            area = sampling.weights(points.rows) if areas is None else areas.area
             inp = law_input(points, sampling, area, past, self.law.n_memory)
             answer = respond(self.law, self.friction, points, inp, past)
-            force_W = turn_to_world(X_WB, answer.force_B)
-            force: Column = Sparse.of(len(p_B), rows, force_W)
             # The forces act where the slave's points are: so those on slave and master balance,
             # with their moments, whatever friction adds along the surface.
-            about = self.master.reference_point
-            total = totals_nb.wrench_of(rows, force_W, p_B, about, X_WB)
-            if sampling.first:
-                force = sampling.nodal(rows, force_W)
-                total[:3] = force.sum(axis=0)
-            energies = np.array(balance(points, answer, p_B, past))
-        columns = columns_of(found, held, p_B, points, (inp, answer))
-        columns |= {"force": force, "pose": X_WB, "wrench": 0.0 - total, "energies": energies}
-        state = State.of_columns(columns, self)
+            felt = forces(points, answer, p_B, past, (X_WB, self.master.reference_point))
+        whole, sparse = columns_of(found, held, p_B, points, (answer, felt))
+        wrench = 0.0 - felt.wrench
+        if sampling.first:
+            whole["force"] = force = sampling.nodal(points.rows, felt.world)
+            wrench[:3] = 0.0 - force.sum(axis=0)
+        else:
+            sparse["force"] = Sparse(len(p_B), points.rows, felt.world)
+        whole |= {"pose": X_WB, "wrench": wrench, "energies": felt.energies}
+        state = State.of_columns(whole, sparse, self)
         if seen is not None and areas is not None:
             state.keep(seen, areas)
         return state

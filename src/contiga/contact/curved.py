@@ -60,7 +60,7 @@ def detect_on_curves(
     memory: tuple[Room, Columns] | None = None,
 ) -> Detected:
     """One step of a body that goes from one to the other of its `poses` (4, 4); see `detect`."""
-    if np.array_equal(poses[0][:3, :3], poses[1][:3, :3]):
+    if not is_turned(poses):
         return detect(surface, now, last, active, options, memory)
     screw = screw_between(*poses)
     rows, bulge = _bulging(screw, relative(*poses), (last, now), active, options)
@@ -80,6 +80,12 @@ def detect_on_curves(
         path = Path(screw, *ends, now[own])
         _put(whole, own, _follow(surface, path, _rows_of(last, own), options, int(count)))
     return whole._replace(held=np.flatnonzero(whole.feet.patch >= 0).astype(np.int32))
+
+
+def is_turned(poses: tuple[FloatArray, FloatArray]) -> bool:
+    """Whether a body turns from one to the other of its poses."""
+    # As lists: four times as fast for so few numbers.
+    return bool(poses[0][:3, :3].tolist() != poses[1][:3, :3].tolist())
 
 
 class Path(NamedTuple):

@@ -42,11 +42,11 @@ def detect_at_start(
     rows = np.flatnonzero(np.isfinite(p_B).all(axis=1) & active).astype(np.int32)
     if options.closed:
         closed_body.detect_at_start(surface, p_B, rows, found, options)
-        return _with_feet(found, (rows, rows[:0]))
+        return with_feet(found, (rows, rows[:0]))
     surface.safe_distance(p_B, rows, found.safe_distance)
     if options.penetration:
         detect_inside(surface, p_B, rows, found, options)
-    return _with_feet(found, (rows, rows[:0]))
+    return with_feet(found, (rows, rows[:0]))
 
 
 def detect(
@@ -62,20 +62,20 @@ def detect(
     What is found lies in `memory`, and what is in the room is gone with the next step in it.
     """
     room, columns = memory or (Room.of(len(now)), Columns.of(len(now)))
-    found = _nowhere(room, columns)
-    step = Step(last.points_B, now, room.way, room.ignored, last.near, last.uv)
+    found = nowhere(room, columns)
+    step = Step(last.points_B, now, room.way, room.ignored, last.near, last.uv, room.small)
     lists = rows, near = _place(step, last, active, columns, room.rows)
     if options.through:
         feet = last.patch, last.uv
         rows, near = through.detect(surface, step, feet, lists, found, options)
     if options.closed:
         closed_body.detect(surface, step, (last.patch, last.uv), (rows, near), found, options)
-        return _with_feet(found, lists)
+        return with_feet(found, lists)
     tracked = track(
         surface, (last.points_B[rows], now[rows]), (last.patch[rows], last.uv[rows]), options
     )
     open_body.detect(surface, step, (rows, near), tracked, found, options)
-    return _with_feet(found, lists)
+    return with_feet(found, lists)
 
 
 def _place(
@@ -98,13 +98,13 @@ def _place(
 
 def _nothing(p_B: FloatArray, active: np.ndarray) -> Detected:
     """Nothing in contact, and nothing known of inactive points but that they never are."""
-    found = _nowhere(Room.of(len(p_B)), Columns.of(len(p_B)))
+    found = nowhere(Room.of(len(p_B)), Columns.of(len(p_B)))
     found.status[~np.isfinite(p_B).all(axis=1)] = ContactStatus.NOT_FINITE
     found.safe_distance[~active] = np.inf
     return found
 
 
-def _nowhere(room: Room, columns: Columns) -> Detected:
+def nowhere(room: Room, columns: Columns) -> Detected:
     """Points without feet, of which nothing is said."""
     status, safe_distance, near, uv, patch, feature, certified = columns
     where = room.uv, room.point, room.normal, room.gap
@@ -112,7 +112,7 @@ def _nowhere(room: Room, columns: Columns) -> Detected:
     return Detected(status, feet, safe_distance, near, uv, room.rows[0, :0])
 
 
-def _with_feet(found: Detected, lists: tuple[IntArray, IntArray]) -> Detected:
+def with_feet(found: Detected, lists: tuple[IntArray, IntArray]) -> Detected:
     """`found` with the points in contact, which are some of the `lists`, and their parameters."""
     rows = np.empty(len(lists[0]) + len(lists[1]), np.int32)
     known, feet = (found.near, found.uv), found.feet

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from contiga.records import FloatArray
-
 
 class ContactEnergy(NamedTuple):
     """Energies of a contact since its start. Only `stored` is a state; the others add up."""
 
     work: float
-    """Done on the contact by what moves its two sides, by the trapezoidal rule over each step;
-    what was stored at the start counts as done."""
+    """Done on the contact by what moves its two sides, by the trapezoidal rule over each step, just
+    the work by which a central difference or Verlet integrator moves bodies; what was stored at the
+    start counts as done."""
     stored: float
     """What the law and sticking friction would give back."""
     hysteresis: float
@@ -27,12 +26,3 @@ class ContactEnergy(NamedTuple):
         """Work that is nowhere: the error of integrating over steps, which falls with their
         square, and what forces that are no gradient make or lose."""
         return self.work - self.stored - self.hysteresis - self.damping - self.friction
-
-
-def half_work(force: FloatArray, path: FloatArray) -> float:
-    """Work against forces (k, 3) at one end of the step, on points that went along `path` (k, 3),
-    by the trapezoidal rule: half of it, the forces at the other end do the rest.
-
-    A central difference or Verlet integrator moves bodies by just this work.
-    """
-    return float(-0.5 * (force * path).sum())

@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.contact.kernels import judge_nb
+from contiga.contact.kernels.judge_nb import NOT_ASKED
 from contiga.contact.tracked import (
     BoolArray,
     Detected,
@@ -37,8 +39,6 @@ from contiga.statuses import Status
 
 # Feet closer than this, relative to the body's size, are one.
 SAME_FOOT = 1e-9
-# Status of closest points that were not asked for.
-NOT_ASKED = -1
 
 
 class Asked(NamedTuple):
@@ -101,6 +101,13 @@ def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: 
     told = asked.side != 0
     needed = ~told | (~was & options.penetration)
     _find(surface, step, asked, np.flatnonzero(needed))
+    columns, limits = asked[:6], (options.penetration, options.band, options.depth)
+    into = found.status, found.safe_distance, found.near, found.uv
+    if judge_nb.judge_plain(
+        *(columns, asked.feet, truth, (step.way, step.ignored)),
+        *((*limits, SAME_FOOT * options.size), into, found.feet),
+    ):
+        return
     solved = ~needed | (truth.status == Status.OK)
     inside = solved & np.where(told, asked.side < 0, truth.gap <= 0.0)
     deep = inside & (told | (truth.gap < -options.band))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import attrgetter, is_
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,9 @@ from contiga.contact.tracked import Columns
 from contiga.errors import InputError
 from contiga.num.query_checks import check_apart, check_fillable
 from contiga.records import FloatArray
+
+_arrays: Any = attrgetter(*Columns._fields, "points_B")
+"""Those of a state that are written over."""
 
 
 def given_up(out: State, state: State, p_W: FloatArray, owner: Owner) -> tuple[Columns, FloatArray]:
@@ -34,13 +38,32 @@ def given_up(out: State, state: State, p_W: FloatArray, owner: Owner) -> tuple[C
         raise InputError(
             "out must be a state of this contact", where="out", allowed="what its steps answered"
         )
-    n = len(p_W)
-    likes: tuple[Any, ...] = Columns.of(0)
-    for name, like in zip(Columns._fields, likes, strict=True):
-        check_fillable(getattr(out, name), (n, *like.shape[1:]), like.dtype, f"out.{name}")
-    check_fillable(out.points_B, (n, 3), np.float64, "out.points_B")
-    columns, points = Columns(*(getattr(out, name) for name in Columns._fields)), out.points_B
-    read = [p_W, state.points_B, *(getattr(state, name) for name in Columns._fields)]
-    check_apart([*columns, points], read, "a state whose arrays are not those of state or points")
+    own = _arrays(out)
+    if not _plainly_apart(out, state, p_W):
+        n = len(p_W)
+        likes: tuple[Any, ...] = Columns.of(0)
+        for name, array, like in zip(Columns._fields, own, likes, strict=False):
+            check_fillable(array, (n, *like.shape[1:]), like.dtype, f"out.{name}")
+        check_fillable(own[-1], (n, 3), np.float64, "out.points_B")
+        read = [p_W, *_arrays(state)]
+        check_apart(own, read, "a state whose arrays are not those of state or points")
     out.spend()
-    return columns, points
+    return Columns._make(own[:-1]), own[-1]
+
+
+def _plainly_apart(out: State, state: State, p_W: FloatArray) -> bool:
+    """Whether the arrays of `out` can be written over, and it is plain to see.
+
+    It is of states that steps have made: they are right but for a user who locked one, each lies
+    apart from all others and from what users made, and only copies of a state share some, whole.
+    To look at all pairs of two states takes longer than a small step.
+    """
+    if not (out.is_made and state.is_made):
+        return False
+    own = _arrays(out)
+    return (
+        all(array.flags.carray for array in own)
+        and not any(map(is_, own, _arrays(state)))
+        and p_W is not own[-1]
+        and (p_W.base is None or not any(np.may_share_memory(p_W, array) for array in own))
+    )

@@ -39,10 +39,6 @@ class Owner(Protocol):
         """(m, 3) what each point has slid, body axes."""
 
 
-Column = NDArray[Any] | Sparse
-"""An array of a state, or its rows in contact."""
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class State(Shown):
     """Where the n nodes of a slave stand after a step, in world axes where not said otherwise.
@@ -120,13 +116,19 @@ class State(Shown):
         self.__dict__.update(_contact=of, _sparse={})
 
     @classmethod
-    def of_columns(cls, columns: dict[str, Column], of: Owner) -> State:
-        """A state of `columns`, all fields by name, whose sparse ones are made when asked for."""
+    def of_columns(cls, whole: dict[str, Any], sparse: dict[str, Sparse], of: Owner) -> State:
+        """A state of all fields by name, the sparse ones of which are made when asked for.
+
+        The arrays are its own, and right for that contact.
+        """
         state: State = object.__new__(cls)
-        sparse = {name: column for name, column in columns.items() if isinstance(column, Sparse)}
-        whole = {name: column for name, column in columns.items() if name not in sparse}
-        state.__dict__.update(whole, _contact=of, _sparse=sparse)
+        state.__dict__.update(whole, _contact=of, _sparse=sparse, _made=True)
         return state
+
+    @property
+    def is_made(self) -> bool:
+        """Whether a start or a step of a contact has made it, and not somebody by hand."""
+        return "_made" in self.__dict__
 
     def is_of(self, contact: object) -> bool:
         """Whether it is a state of that one."""
@@ -162,6 +164,14 @@ class State(Shown):
         """(len(rows), …) some rows of the array `name`, which is not made for that."""
         column = self.__dict__["_sparse"].get(name)
         return getattr(self, name)[rows] if column is None else column.at(rows)
+
+    def listed(self, name: str) -> tuple[IntArray, FloatArray]:
+        """Rows (k,) of the array `name` (m, …), ascending, and their values; others are zero."""
+        column = self.__dict__["_sparse"].get(name)
+        if column is not None:
+            return column.rows, column.values
+        whole = getattr(self, name)
+        return np.arange(len(whole), dtype=np.int32), whole
 
     def nonzero(self, name: str) -> tuple[IndexArray, FloatArray]:
         """Rows (k,) of the array `name` (m,) that are not zero, and their values (k,)."""

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.contact.desk import Small
 from contiga.masters.protocol import Master, Surface
 from contiga.num import codes
 from contiga.records import (
@@ -102,12 +101,14 @@ class Step(NamedTuple):
     """(n,) patch of the foot last known of free points, −1 none."""
     uv: FloatArray
     """(n, 2) its parameters."""
+    small: Small
+    """Memory for few points in contact."""
 
 
 class Room(NamedTuple):
     """Memory that the search of a step over n points works in, and of which nothing is kept.
 
-    90 bytes a point, which a contact holds from its first step on.
+    94 bytes a point, which a contact holds from its first step on.
     Rows of points that are not looked at, or have no foot, mean nothing.
     """
 
@@ -121,7 +122,9 @@ class Room(NamedTuple):
     """(n,), with the next, of a `Step`."""
     ignored: BoolArray
     rows: IntArray
-    """(2, n) lists of points."""
+    """(3, n) lists of points."""
+    small: Small
+    """For few points in contact."""
 
     @classmethod
     def of(cls, n: int) -> Room:
@@ -129,9 +132,8 @@ class Room(NamedTuple):
         point, normal = np.empty((2, n, 3))
         gap, way = np.empty((2, n))
         status, ignored = np.empty(n, np.int8), np.empty(n, np.bool_)
-        return cls(
-            np.empty((n, 2)), point, normal, gap, status, way, ignored, np.empty((2, n), np.int32)
-        )
+        uv, rows = np.empty((n, 2)), np.empty((3, n), np.int32)
+        return cls(uv, point, normal, gap, status, way, ignored, rows, Small())
 
 
 class Rooms:
@@ -146,17 +148,16 @@ class Rooms:
     def __reduce__(self) -> tuple[type[Rooms], tuple[()]]:
         return Rooms, ()  # copies, and what is written to files, start without
 
-    @contextmanager
-    def one(self, n: int) -> Iterator[Room]:
-        """A room for n points, for the time of a step."""
+    def take(self, n: int) -> Room:
+        """A room for n points, to be given back."""
         try:
-            room = self._free.pop()
+            return self._free.pop()
         except IndexError:
-            room = Room.of(n)
-        try:
-            yield room
-        finally:
-            self._free.append(room)
+            return Room.of(n)
+
+    def give(self, room: Room) -> None:
+        """Back, when nothing in it is needed any more."""
+        self._free.append(room)
 
 
 class Columns(NamedTuple):

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from contiga.elements.element_arrays import Records
 from contiga.geometry.kernels import trim_nb
+from contiga.handed import by_reference
 from contiga.num.codes import CUT, OUT
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray
@@ -106,14 +107,14 @@ GRID = np.dtype(
 )
 
 
+@by_reference
 class Balls(NamedTuple):
     """Radii of touching balls over a body: a grid of cells an element, some halved again."""
 
     elements: Records
     """(elements,) `GRID`."""
     child: IntArray
-    """(cells,) twice the first of a cell's halves, plus 0 or 1 where it is halved across s or t;
-    −1 where it is not."""
+    """(cells,) twice the first of a cell's halves, plus 1 where it is halved across t; or −1."""
     value: FloatArray
     """(cells, 2, 4) inner and outer radius at the corners, interpolated bilinearly."""
 
@@ -256,8 +257,7 @@ def _measure(place: _Place, cells: Records) -> None:
 
 def _with_homes(place: _Place, bases: Places, cells: Records) -> _Cells:
     """The cells of the grids with the smooth blocks around them."""
-    n = len(cells)
-    homes = np.zeros(n, HOME)
+    n, homes = len(cells), np.zeros(len(cells), HOME)
     homes["patch"] = cells["patch"]
     cells["home"] = np.arange(n)
     tables = place.tables

@@ -11,9 +11,12 @@ from numpy.typing import NDArray
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import stitches
 from contiga.num.arrays import bytes_of
+from contiga.num.resident import Resident
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.search import ball, hits, project, safe_distance, side_grid
+from contiga.search.ball_cells import GRID, Balls
 from contiga.search.body_sides import sides_of
+from contiga.search.kept import Kept
 from contiga.search.openings import openings_of
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
@@ -27,6 +30,8 @@ class ExactSurface(NamedTuple):
     """Whether the body has no border anywhere."""
     slit: float
     """How far faces may be apart where they meet, length."""
+    resident: Resident
+    """The tables, laid out once for kernels."""
 
     @property
     def n_elements(self) -> int:
@@ -37,6 +42,11 @@ class ExactSurface(NamedTuple):
     def nbytes(self) -> int:
         """Memory of the tables, bytes."""
         return bytes_of(self.tables)
+
+    def residents(self, with_balls: bool) -> tuple[Resident, ...]:
+        """Tables, sides and balls, laid out once for kernels."""
+        balls = _BALLS.of(self.tables) if with_balls else _NO_BALLS
+        return self.resident, _SIDES.of(self.tables, self.slit), balls
 
     def closest(
         self,
@@ -98,6 +108,10 @@ class ExactSurface(NamedTuple):
         return ball.touching_radius(self.tables, patch, uv, rows, sides)
 
 
+_NO_BALLS = Resident(Balls(np.zeros(0, GRID), np.zeros(0, np.int32), np.zeros((0, 2, 4))))
+# Kept for as long as the tables, which none of them may hold.
+_SIDES = Kept(lambda tables, slit: Resident(sides_of(tables, slit)))
+_BALLS = Kept(lambda tables: Resident(ball.balls_of(tables)))
 _KEPT: WeakKeyDictionary[Faces, ExactSurface] = WeakKeyDictionary()
 
 
@@ -108,5 +122,6 @@ def exact_surface(faces: Faces) -> ExactSurface:
         openings = openings_of(faces)
         # Faces are off the edges they share, and their loops off themselves where they close.
         slit = openings.slit + float(stitches(faces)[0].max(initial=0.0))
-        surface = _KEPT[faces] = ExactSurface(tables_of(faces), openings.closed, slit)
+        tables = tables_of(faces)
+        surface = _KEPT[faces] = ExactSurface(tables, openings.closed, slit, Resident(tables))
     return surface

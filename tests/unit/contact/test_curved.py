@@ -17,6 +17,7 @@ from contiga.num import pose
 from contiga.num.rigid import to_world
 from contiga.num.screw import screw_between
 from contiga.records import ContactStatus as Is
+from contiga.search.exact_surface import ExactSurface
 
 UNIT = cg.PenaltyLaw(1.0)
 FLAGGED = (Is.LOST, Is.FOUND, Is.REACQUIRED)
@@ -200,16 +201,21 @@ def test_what_cannot_touch_costs_no_pieces(monkeypatch: pytest.MonkeyPatch) -> N
     assert state.status[1] == Is.NOT_FINITE
 
 
-def test_a_step_without_turning_is_one_search(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("at_once", [False, True])
+def test_a_step_without_turning_is_one_search(
+    monkeypatch: pytest.MonkeyPatch, at_once: bool
+) -> None:
     points, end, _ = _both_move(30.0, 0.05)
     contact = _contact("blade", len(points))
     turned = pose.rotation("z", 0.7)
     states = [contact.start(points, turned)]
     counted = _Counted(monkeypatch)
     monkeypatch.setattr(curved, "screw_between", None)
+    if not at_once:
+        monkeypatch.setattr(ExactSurface, "residents", lambda *_: None)
     moved = pose.compose(pose.translation([0.1, 0.2, 0.3]), turned)
     state = contact.step(states[0], end, moved)
-    assert counted.points == [len(points)]
+    assert counted.points == ([] if at_once else [len(points)])
     np.testing.assert_array_equal(state.pose, moved)
 
 

@@ -12,7 +12,6 @@ import pytest
 import contiga as cg
 from contiga.contact.state import State
 from contiga.contact.tracked import Rooms
-from contiga.errors import InputError
 
 N = 3000
 
@@ -108,16 +107,38 @@ def test_later_steps_change_no_state_whatever_they_work_in(closed: bool, through
 
 def test_rooms_are_taken_by_one_step_at_a_time_and_given_back() -> None:
     rooms = Rooms()
-    for _ in range(2):
-        with rooms.one(4) as first, rooms.one(4) as second:
-            assert not any(np.shares_memory(a, b) for a in first for b in second)
-            assert {len(array) for array in first} == {4, 2}
-    with pytest.raises(InputError), rooms.one(4):
-        raise InputError("a step that fails")
-    with rooms.one(4) as again:
-        assert again is first
-    with copy.deepcopy(rooms).one(4) as other:
-        assert other is not first
+    first, second = rooms.take(4), rooms.take(4)
+    *arrays, small = first
+    *others, other = second
+    assert small is not other
+    assert small.desk.rows is not other.desk.rows
+    assert not any(np.shares_memory(a, b) for a in arrays for b in others)
+    assert {len(array) for array in arrays} == {4, 3}
+    rooms.give(first)
+    assert rooms.take(4) is first
+    rooms.give(first)
+    assert copy.deepcopy(rooms).take(4) is not first
+
+
+def test_a_step_that_fails_gives_its_room_back() -> None:
+    points = np.array([[0.0, 0.0, 1.1]])
+    ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    contact = cg.Contact(ball, cg.Slave(points, area=[1.0]), law=_Failing(1.0))
+    state = contact.start(points)
+    with pytest.raises(ZeroDivisionError):
+        contact.step(state, points - [0.0, 0.0, 0.2])
+    room = contact._rooms.take(1)
+    contact._rooms.give(room)
+    with pytest.raises(ZeroDivisionError):
+        contact.step(state, points - [0.0, 0.0, 0.2])
+    assert contact._rooms.take(1) is room
+
+
+class _Failing(cg.PenaltyLaw):
+    """A law that cannot answer."""
+
+    def respond(self, pressed: cg.LawInput) -> cg.LawOutput:
+        raise ZeroDivisionError
 
 
 @pytest.mark.parametrize("search", ["intersection", "penetration"])

@@ -30,6 +30,8 @@ class _Looked:
             return inner(*args)
 
         monkeypatch.setattr(ExactSurface, name, counted)
+        # Few points would be looked at without asking it.
+        monkeypatch.setattr(ExactSurface, "residents", lambda *_: None)
 
 
 @pytest.mark.parametrize("search", ["intersection", "penetration"])

@@ -159,7 +159,7 @@ def test_what_feet_tell_of_free_points() -> None:
     side, reach = rng.integers(-1, 2, 2 * N).astype(np.int8), rng.random(2 * N)
     within = np.full(2 * N, np.inf)
     asked = np.empty(N, np.int32), np.empty(N, np.int8)
-    m = settle_nb.askable(feet, BAND, asked)
+    m = settle_nb.askable(feet, len(feet.gap), BAND, asked)
     own = np.flatnonzero(_sound(feet))
     np.testing.assert_array_equal(asked[0][:m], own)
     np.testing.assert_array_equal(asked[1][:m], feet.gap[own] > 0.0)

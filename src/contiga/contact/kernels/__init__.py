@@ -5,5 +5,9 @@
 - bulging_nb: which points may come to the surface on paths that bulge
 - settle_nb: points of a closed body whose sides and feet tell what becomes of them: settled in
   single passes
-- totals_nb: sums over the points that carry forces
+- judge_nb: points whose feet do not tell, where their closest points do
+- touching_nb: all that is asked of few points in contact, in one call
+- carrying_nb: what is known of the points in contact before forces
+- sums_nb: sums in one order, as NumPy takes them
+- totals_nb: world forces, and sums over the points that carry them: wrench and energies
 """

@@ -62,7 +62,7 @@ def _by_ball(feet, i, radius, band, side, reach):
 
 
 @inner()
-def _take(feet, k, source, i):
+def take_foot(feet, k, source, i):
     """Write foot i of `source` to row k of `feet`."""
     feet.patch[k] = source.patch[i]
     feet.gap[k] = source.gap[i]
@@ -77,7 +77,7 @@ def _take(feet, k, source, i):
 
 
 @inner()
-def _remember(found, k, feet, i):
+def remember_foot(found, k, feet, i):
     """Keep the foot of a free point: what its side is proved by the next time."""
     _, _, near, uv = found
     near[k] = feet.patch[i]
@@ -171,11 +171,11 @@ def settle(rows, feet, known, mark, balls, band, found, taken, own):
             safe_distance[k] = way
         if mark[i] & KEPT:
             status[k] = becomes(feet.status[i])
-            _take(taken, k, feet, i)
+            take_foot(taken, k, feet, i)
         if side[i] > 0:
             status[k] = RELEASED
             safe_distance[k] = reach[i] - band
-            _remember(found, k, feet, i)
+            remember_foot(found, k, feet, i)
         elif not mark[i] & KEPT:
             own[n] = i
             n += 1
@@ -224,11 +224,11 @@ def starts(rows, known, place, step, old, found_near, far, work):
 
 
 @kernel()
-def askable(feet, band, asked):
-    """List the feet that balls may tell of in `asked`, (index, side); returns how many."""
+def askable(feet, count, band, asked):
+    """List those of the first feet that balls may tell of in `asked`, (index, side); how many."""
     index, which = asked
     m = 0
-    for i in range(feet.status.shape[0]):
+    for i in range(count):
         if _is_sound(feet, i, band):
             index[m] = i
             which[m] = OUTER if feet.gap[i] > 0.0 else INNER

@@ -1,0 +1,75 @@
+"""Sums in one order: in halves down to blocks, and in those in eight strands, as NumPy sums rows.
+
+The error grows with the logarithm of their number (Higham, The accuracy of floating point
+summation, 1993), and the bits are those of ``values.sum()``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.num.jit import inner
+
+BLOCK = 128
+"""Numbers that are not halved any more."""
+STRANDS = 8
+MOST_HALVINGS = 64
+
+
+@inner()
+def _of_block(values, first, n):
+    """The sum of n numbers from `first` on, no more than a block."""
+    if n < STRANDS:
+        total = 0.0
+        for k in range(first, first + n):
+            total += values[k]
+        return total
+    a, b, c, d = values[first], values[first + 1], values[first + 2], values[first + 3]
+    e, f, g, h = values[first + 4], values[first + 5], values[first + 6], values[first + 7]
+    whole = first + n - n % STRANDS
+    for k in range(first + STRANDS, whole, STRANDS):
+        a += values[k]
+        b += values[k + 1]
+        c += values[k + 2]
+        d += values[k + 3]
+        e += values[k + 4]
+        f += values[k + 5]
+        g += values[k + 6]
+        h += values[k + 7]
+    total = ((a + b) + (c + d)) + ((e + f) + (g + h))
+    for k in range(whole, first + n):
+        total += values[k]
+    return total
+
+
+@inner(linked=False)
+def _of_halves(values, n):
+    """The sum of n numbers, more than a block."""
+    first, count = np.zeros(MOST_HALVINGS, np.int64), np.zeros(MOST_HALVINGS, np.int64)
+    left, told = np.zeros(MOST_HALVINGS), np.zeros(MOST_HALVINGS, np.bool_)
+    count[0], top, total = n, 0, 0.0
+    while top >= 0:
+        if count[top] <= BLOCK:
+            total = _of_block(values, first[top], count[top])
+            top -= 1
+            # What was waiting for this, its second half, is done with it, and so on up.
+            while top >= 0 and told[top]:
+                total = left[top] + total
+                top -= 1
+            if top < 0:
+                break
+            left[top], told[top] = total, True
+        half = count[top] // 2
+        half -= half % STRANDS
+        second = told[top]
+        first[top + 1] = first[top] + (half if second else 0)
+        count[top + 1] = count[top] - half if second else half
+        top += 1
+        told[top] = False
+    return total
+
+
+@inner()
+def sum_of(values, n):
+    """The sum of the first n of `values` (m,)."""
+    return 0.0 + (_of_block(values, 0, n) if n <= BLOCK else _of_halves(values, n))

@@ -1,0 +1,123 @@
+"""Records of arrays laid out in memory once, for kernels that are called all the time.
+
+A call from Python looks at every array of the records it is handed, and lays them out anew: of the
+tables of a body, forty arrays, that takes as long as to follow some ten points. A `Resident` does
+so once. Kernels are handed the place, a whole number, and read the record there by a `reader` of
+its class, as they read one that they were handed by reference (`contiga.handed`).
+
+Laid out is what numba has of arrays (its model of them: two owners, of which there are none here,
+the numbers and bytes of one, where they are, shape and strides), floats, whole numbers, and records
+that are by reference themselves, by their places.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+from weakref import WeakValueDictionary
+
+import numpy as np
+from numba import typeof
+from numba.core import types as numba_types
+from numba.core.errors import TypingError
+from numba.core.imputils import lower_builtin
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+
+from contiga.handed import HANDED
+from contiga.num import reference as reference  # the type of what is read
+
+types: Any = numba_types
+TYPES: dict[str, Any] = {}
+"""numba's types of records, by the names of their classes, from the first one laid out on."""
+PLACES: WeakValueDictionary[int, Resident] = WeakValueDictionary()
+"""Where no kernel is compiled records are found by their places."""
+
+
+class Resident:
+    """A record in memory that stays for as long as this.
+
+    The numbers in its arrays may change; arrays and numbers of its own may not.
+
+    Parameters
+    ----------
+    record : a named tuple whose class is marked by `contiga.handed.by_reference`
+
+    Raises
+    ------
+    TypeError
+        It is not by reference, or holds something else than arrays, numbers and such records;
+        or its arrays are of other types than those of the first of its class, for which kernels
+        are compiled.
+    """
+
+    def __init__(self, record: Any) -> None:
+        kind = type(record)
+        name, own = f"{kind.__module__}.{kind.__qualname__}", typeof(record)
+        if kind not in HANDED:
+            raise TypeError(f"{name} is not by reference")
+        if TYPES.setdefault(name, own) != own:
+            raise TypeError(f"another {name} had other types than {own}")
+        self.record = record
+        self._parts: list[Resident] = []
+        words = [word for value in record for word in self._words(value)]
+        self._memory = np.array([word & (2**64 - 1) for word in words], np.uint64)
+        self.place = int(self._memory.ctypes.data)
+        PLACES[self.place] = self
+
+    def __reduce__(self) -> tuple[type[Resident], tuple[Any]]:
+        return Resident, (self.record,)  # copies, and what is written to files, lie elsewhere
+
+    def _words(self, value: Any) -> list[int]:
+        """A member as it stands in memory, eight bytes each."""
+        if isinstance(value, np.ndarray):
+            return [
+                0,
+                0,
+                value.size,
+                value.itemsize,
+                value.ctypes.data,
+                *value.shape,
+                *value.strides,
+            ]
+        if type(value) in HANDED:
+            self._parts.append(Resident(value))
+            return [self._parts[-1].place]
+        if isinstance(value, float):
+            return [int(np.float64(value).view(np.int64))]
+        if isinstance(value, (int, np.integer)) and not isinstance(value, bool):
+            return [int(value)]
+        raise TypeError(f"{type(value).__name__} cannot be laid out")
+
+
+def reader(name: str) -> Callable[[int], Any]:
+    """A function that kernels read records of the class `name` by, from their places.
+
+    The name is the full one, with the module: kernels import no others. Before a kernel with a
+    reader is compiled a record has to be laid out, as the first of a class tells its types.
+    """
+
+    def read(place: int) -> Any:
+        """The record there."""
+        return PLACES[place].record
+
+    class Read(AbstractTemplate):  # type: ignore[misc]
+        """What numba asks for the type of a call."""
+
+        key = read
+
+        def generic(self, places: tuple[Any, ...], names: dict[str, Any]) -> Any:
+            """A record by reference; nothing where no whole number is given."""
+            if names or len(places) != 1 or not isinstance(places[0], types.Integer):
+                return None
+            if name not in TYPES:
+                raise TypingError(f"no {name} has been laid out yet")
+            return signature(TYPES[name], types.intp)
+
+    infer_global(read, types.Function(Read))
+    lower_builtin(read, types.intp)(_pointer)
+    return read
+
+
+def _pointer(context: Any, builder: Any, asked: Any, places: tuple[Any, ...]) -> Any:
+    """Code that takes a place for a pointer."""
+    return builder.inttoptr(places[0], context.get_value_type(asked.return_type))

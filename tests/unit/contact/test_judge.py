@@ -1,0 +1,143 @@
+"""Points that their closest points judge, by one kernel: as the whole of `judge` has it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from contiga.contact import judge as judging
+from contiga.contact.desk import Small
+from contiga.contact.judge import Asked, judge
+from contiga.contact.kernels import judge_nb
+from contiga.contact.tracked import Detected, Options, Step, blank
+from contiga.records import ContactStatus, Hit, Projection, empty_hit, rows_of
+from contiga.statuses import Status
+
+pytestmark = pytest.mark.interpreted
+
+N = 1500
+BAND = 0.01
+LOOKED_FOR = ContactStatus.NEW, ContactStatus.REACQUIRED, ContactStatus.FOUND
+
+
+class Told:
+    """A surface that counts what it is asked: nothing crosses it, and no point of it is closer."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+
+    def last_crossings(self, _: Any, __: Any, rows: np.ndarray) -> tuple[Hit, np.ndarray]:
+        self.asked += 1
+        return empty_hit(len(rows)), np.zeros(len(rows), np.int8)
+
+    def closest(self, _: Any, __: Any, out: Projection, ___: Any = None) -> None:
+        self.asked += 1
+        out.status[:] = Status.MAX_ITERATIONS
+
+    def track(self, *_: Any) -> None:
+        """Of no points, as none crosses it."""
+
+
+def feet_of(rng: np.random.Generator, n: int, status: list[int]) -> Projection:
+    gap = rng.normal(size=n)
+    gap[::5] = 0.5 * BAND * np.sign(gap[::5])
+    gap[1::11] = 0.0
+    return Projection(
+        rng.integers(0, 5, n).astype(np.int32),
+        *(rng.random((n, 2)), rng.normal(size=(n, 3)), rng.normal(size=(n, 3)), gap),
+        *(rng.integers(0, 3, n).astype(np.int8), rng.choice(status, n).astype(np.int8)),
+        rng.integers(0, 2, n).astype(np.int8),
+    )
+
+
+def scene(seed: int) -> tuple[Asked, Step]:
+    """Points to be judged, and their ways."""
+    rng = np.random.default_rng(seed)
+    truth = feet_of(rng, N, [Status.OK, Status.OK, Status.MAX_ITERATIONS])
+    feet = feet_of(rng, N, [Status.OK, Status.BORDER])
+    same = rng.random(N) < 0.7
+    feet.point[same] = truth.point[same]
+    side = rng.integers(-1, 2, N).astype(np.int8)
+    was = rng.random(N) < 0.5
+    # As `judge` has it, who asks for the closest points that it needs.
+    spared = (side != 0) & was & (rng.random(N) < 0.5)
+    truth.status[spared], truth.patch[spared] = judge_nb.NOT_ASKED, -1
+    rows = np.sort(rng.choice(2 * N, N, replace=False)).astype(np.int32)
+    becomes = rng.choice([ContactStatus.OLD, ContactStatus.HELD], N).astype(np.int8)
+    kept = was & (rng.random(N) < 0.6)
+    asked = Asked(rows, was, kept, becomes, side, rng.random(N), rng.random(N), feet, truth)
+    way, ignored = rng.random(2 * N), rng.random(2 * N) < 0.3
+    way[::7] = np.inf
+    points, near = rng.normal(size=(2 * N, 3)), np.zeros(2 * N, np.int32)
+    return asked, Step(points, points, way, ignored, near, rng.random((2 * N, 2)), Small())
+
+
+def rows_of_asked(asked: Asked, which: np.ndarray) -> Asked:
+    columns: Any = [column[which] for column in asked[:7]]
+    return Asked(*columns, rows_of(asked.feet, which), rows_of(asked.truth, which))
+
+
+def found_by(asked: Asked, step: Step, options: Options) -> tuple[Detected, int]:
+    """What `judge` makes of them, and how often it asked the surface."""
+    n, surface = len(step.way), Told()
+    none = np.zeros((0,), np.int32)
+    found = Detected(
+        *(np.full(n, -9, np.int8), blank(n), np.full(n, -7.0), np.full(n, -5, np.int32)),
+        *(np.full((n, 2), -3.0), none),
+    )
+    judge(surface, step, asked, found, options)  # type: ignore[arg-type]
+    return found, surface.asked
+
+
+def options_of(penetration: bool, depth: float) -> Options:
+    bounds = np.array([[-1.0] * 3, [1.0] * 3])
+    return Options(penetration, False, False, depth, True, 2.0, BAND, bounds)
+
+
+@pytest.mark.parametrize(("penetration", "depth"), [(False, np.inf), (True, np.inf), (True, 0.5)])
+def test_plain_points_are_judged_as_all_are(
+    monkeypatch: pytest.MonkeyPatch, penetration: bool, depth: float
+) -> None:
+    asked, step = scene(3)
+    options = options_of(penetration, depth)
+    plain = np.zeros(N, bool)
+    kernel = judge_nb.judge_plain
+
+    def seen(*given: Any) -> bool:
+        own = kernel(*given)
+        if len(given[0][0]) == 1:
+            plain[np.searchsorted(asked.rows, given[0][0][0])] = own
+        return bool(own)
+
+    monkeypatch.setattr(judging.judge_nb, "judge_plain", seen)
+    for i in range(N):
+        found, questions = found_by(rows_of_asked(asked, np.array([i])), step, options)
+        if not plain[i]:
+            assert questions > 0 or found.status[asked.rows[i]] in LOOKED_FOR
+        else:
+            assert questions == 0
+    assert 0.2 * N < plain.sum() < 0.9 * N
+    own = rows_of_asked(asked, np.flatnonzero(plain))
+    now, _ = found_by(own, step, options)
+    monkeypatch.setattr(judging.judge_nb, "judge_plain", lambda *_: False)
+    wanted, questions = found_by(own, step, options)
+    assert questions == 0
+    for name in ("status", "safe_distance", "near", "uv"):
+        a, b = getattr(now, name), getattr(wanted, name)
+        assert a.tobytes() == b.tobytes(), name
+    for a, b in zip(now.feet, wanted.feet, strict=True):
+        assert a.tobytes() == b.tobytes()
+
+
+def test_where_one_is_not_plain_nothing_is_written() -> None:
+    asked, step = scene(4)
+    n = len(step.way)
+    into = np.zeros(n, np.int8), np.zeros(n), np.zeros(n, np.int32), np.zeros((n, 2))
+    taken = blank(n)
+    limits = False, BAND, np.inf, 1e-9
+    ways = step.way, step.ignored
+    assert not judge_nb.judge_plain(asked[:6], asked.feet, asked.truth, ways, limits, into, taken)
+    assert not any(array.any() for array in into)
+    assert (taken.patch == -1).all()

@@ -1,0 +1,139 @@
+"""Records laid out once: read in kernels as they are, and refused where they cannot be."""
+
+from __future__ import annotations
+
+import gc
+import pickle
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from numba import njit
+
+from contiga.handed import by_reference
+from contiga.num.resident import PLACES, Resident, reader
+
+pytestmark = pytest.mark.interpreted
+
+
+@by_reference
+class Inner(NamedTuple):
+    """What an outer record holds."""
+
+    weight: np.ndarray
+    share: float
+
+
+@by_reference
+class Outer(NamedTuple):
+    """Arrays of several kinds and shapes, numbers, a record."""
+
+    points: np.ndarray
+    cells: np.ndarray
+    inner: Inner
+    count: int
+    size: float
+    rows: np.ndarray
+
+
+@by_reference
+class Other(NamedTuple):
+    """One that no kernel knows."""
+
+    value: Any
+
+
+class Plain(NamedTuple):
+    """One that is not by reference."""
+
+    value: np.ndarray
+
+
+CELL = np.dtype([("kind", "i4"), ("box", "f8", 4)], align=True)
+outer_at = reader(f"{__name__}.Outer")
+
+
+def outer(seed: int) -> Outer:
+    rng = np.random.default_rng(seed)
+    cells = np.zeros(5, CELL)
+    cells["kind"], cells["box"] = rng.integers(0, 9, 5), rng.random((5, 4))
+    inner = Inner(rng.random(7), -float(rng.random()))
+    rows = rng.integers(0, 9, (2, 3, 4)).astype(np.int32)
+    return Outer(rng.random((6, 3)), cells, inner, -3 - seed, float(rng.random()), rows)
+
+
+@njit
+def looked_up(place):
+    """Something of every member."""
+    own = outer_at(place)
+    return (
+        own.points[4, 2],
+        own.points.shape[0],
+        own.cells[3]["box"][1],
+        own.cells[2]["kind"],
+        own.inner.weight.sum(),
+        own.inner.share,
+        own.count,
+        own.size,
+        own.rows[1, 2, 3],
+        own.rows.shape[1],
+    )
+
+
+@njit
+def written(place, value):
+    outer_at(place).points[1, 1] = value
+
+
+def test_kernels_read_what_the_record_has() -> None:
+    kept = [Resident(outer(seed)) for seed in range(3)]
+    for seed, resident in enumerate(kept):
+        own = outer(seed)
+        assert looked_up(resident.place) == (
+            own.points[4, 2],
+            6,
+            own.cells[3]["box"][1],
+            own.cells[2]["kind"],
+            pytest.approx(own.inner.weight.sum(), rel=1e-15),
+            own.inner.share,
+            own.count,
+            own.size,
+            own.rows[1, 2, 3],
+            3,
+        )
+
+
+def test_numbers_in_its_arrays_may_change() -> None:
+    resident = Resident(outer(1))
+    written(resident.place, 7.5)
+    assert resident.record.points[1, 1] == 7.5
+    resident.record.points[4, 2] = -2.0
+    assert looked_up(resident.place)[0] == -2.0
+
+
+def test_it_is_gone_with_what_holds_it() -> None:
+    resident = Resident(outer(2))
+    place = resident.place
+    assert PLACES[place] is resident
+    del resident
+    gc.collect()
+    assert place not in PLACES
+
+
+def test_copies_lie_elsewhere() -> None:
+    resident = Resident(outer(1))
+    other = pickle.loads(pickle.dumps(resident))
+    assert other.place != resident.place
+    assert looked_up(other.place) == looked_up(resident.place)
+
+
+def test_what_cannot_be_laid_out_is_refused() -> None:
+    with pytest.raises(TypeError, match="not by reference"):
+        Resident(Plain(np.zeros(3)))
+    with pytest.raises(TypeError, match="bool cannot be laid out"):
+        Resident(Other(True))
+    with pytest.raises(TypeError, match="other types"):
+        Resident(Other(np.zeros(3)))
+    Resident(outer(0))
+    with pytest.raises(TypeError, match="other types"):
+        Resident(outer(0)._replace(rows=np.zeros((2, 2), np.int32)))
