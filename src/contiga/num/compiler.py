@@ -34,12 +34,12 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, DefaultPassBuilder
 from numba.core.registry import CPUDispatcher
-from numba.core.targetconfig import TargetConfig
 from numba.core.typed_passes import AnnotateTypes
 from numba.core.untyped_passes import ExtractByteCode
 from numba.extending import overload
 from numba.np import arrayobj, linalg
 
+from contiga.num import lean as lean  # numba, without what it does for nothing
 from contiga.num.locks import alone
 from contiga.num.stamps import stamp_at_import
 from contiga.num.uncounted import Uncounted
@@ -154,30 +154,6 @@ class CalledCompiler(KernelCompiler):
         self.state.lifted_from = None
         with _short_message():
             return self._compile_bytecode()
-
-
-def _compare_faster() -> None:
-    """Let numba compare its options without writing them all out.
-
-    It asks for every call it has to type whether the options are those of a version it has; that
-    was a tenth of all compiling.
-    """
-
-    def equal(self: Any, other: Any) -> Any:
-        if self is other:
-            return True
-        # What numba compares, written out; numba does it where one to come has it elsewhere.
-        own = getattr(self, "_values", None)
-        if own is not None and type(self) is type(other) and own == other._values:
-            return True
-        return written_out(self, other)
-
-    written_out = TargetConfig.__eq__
-    TargetConfig.__eq__ = equal
-    TargetConfig.__hash__ = lambda self: hash(type(self))  # numba's own: of the options' names
-
-
-_compare_faster()
 
 
 def _shapes_differ(source: Any, target: Any) -> None:
