@@ -10,6 +10,7 @@ from typing import Any
 
 from llvmlite.binding import ffi
 from numba.core import ir
+from numba.core.inline_closurecall import InlineWorker
 from numba.core.targetconfig import ConfigStack, TargetConfig
 from numba.core.types.functions import BaseFunction
 
@@ -64,7 +65,7 @@ def _type_calls_once() -> None:
         return signature
 
     asked = BaseFunction.get_call_type
-    BaseFunction.get_call_type = get_call_type
+    BaseFunction.get_call_type = get_call_type  # type: ignore[method-assign]
 
 
 def _lock_without_telling() -> None:
@@ -102,7 +103,26 @@ def _list_variables_faster() -> None:
     ir.Inst._rec_list_vars = variables
 
 
+def _read_inlined_once() -> None:
+    """Let numba remember what it made of the text of a function that is put in place of its calls.
+
+    It reads it anew for each of them; what it is given it copies before it changes anything.
+    """
+    known: dict[Any, Any] = {}
+
+    def run_untyped_passes(self: Any, func: Any, enable_ssa: bool = False) -> Any:
+        self.flags.enable_ssa = enable_ssa  # as numba does, which its caller relies on
+        of = func, self.typingctx, self.flags
+        if of not in known:
+            known[(*of[:2], self.flags.copy())] = asked(self, func, enable_ssa)
+        return known[of]
+
+    asked = InlineWorker.run_untyped_passes
+    InlineWorker.run_untyped_passes = run_untyped_passes
+
+
 _compare_faster()
 _type_calls_once()
+_read_inlined_once()
 _list_variables_faster()
 _lock_without_telling()
