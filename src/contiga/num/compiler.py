@@ -75,7 +75,7 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
 
     def _finalize_final_module(self) -> None:
         """Keep the code for the callers; the engine gets what they share."""
-        self._shared_module = self._final_module.clone()
+        self._shared_module = self._final_module
         for function in self._shared_module.functions:
             if not function.is_declaration and function.linkage == llvm.Linkage.external:
                 function.linkage = "linkonce_odr"
@@ -116,6 +116,7 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
 
     state: Any
     library: type[JITCodeLibrary] | None = None
+    uncounted = True
 
     def __init__(self, typingctx: Any, targetctx: Any, library: Any, *rest: Any) -> None:
         if library is None and self.library is not None:
@@ -132,7 +133,8 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
         """numba's passes that have something to do, and one that looks whether references are to be
         counted."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        passes.add_pass_after(Uncounted, AnnotateTypes)
+        if self.uncounted:
+            passes.add_pass_after(Uncounted, AnnotateTypes)
         passes.passes = [(LEAN.get(one, one), why) for one, why in passes.passes]
         passes._ENFORCING = False  # what is known of variables, after each pass: see `passes`
         passes.finalize()
@@ -143,6 +145,12 @@ class InnerCompiler(KernelCompiler):
     """The same, with a library that is linked and not run."""
 
     library = LinkedLibrary
+
+
+class OverloadCompiler(InnerCompiler):
+    """The same for what numba has as Python, which may count references by hand."""
+
+    uncounted = False
 
 
 @contextmanager
@@ -158,7 +166,7 @@ def _linked_overloads() -> Iterator[None]:
 
     def decorated(self: Any) -> Any:
         jit = asked(self)
-        own = {"pipeline_class": InnerCompiler, "no_cfunc_wrapper": True}
+        own = {"pipeline_class": OverloadCompiler, "no_cfunc_wrapper": True}
         return lambda **options: jit(**(options | own))
 
     _OverloadFunctionTemplate._get_jit_decorator = decorated

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numba import njit
 from numba.core import ir
 from numba.core.compiler import DefaultPassBuilder
-from numba.core.typing.templates import _OverloadFunctionTemplate
+from numba.core.typed_passes import NopythonRewrites
+from numba.core.typing.context import BaseContext
 from numba.core.untyped_passes import InlineClosureLikes
 
-from contiga.num.compiler import KernelCompiler
+from contiga.num.compiler import KernelCompiler, LinkedLibrary
 from contiga.num.jit import inlined
 
 compiled = njit(pipeline_class=KernelCompiler, error_model="numpy")
@@ -18,13 +21,14 @@ compiled = njit(pipeline_class=KernelCompiler, error_model="numpy")
 
 
 class Called:
-    """Counts the calls of a method that goes on as before."""
+    """Counts the calls of a method that goes on as before, and whose kernels they were of."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, owner: type, name: str) -> None:
-        own, self.count = getattr(owner, name), 0
+        own, self.count, self.of = getattr(owner, name), 0, set[str]()
 
-        def counted(*args: object, **named: object) -> object:
+        def counted(*args: Any, **named: Any) -> object:
             self.count += 1
+            self.of |= {state.func_id.func_name for state in args if hasattr(state, "func_id")}
             return own(*args, **named)
 
         static = isinstance(vars(owner)[name], staticmethod)
@@ -41,7 +45,7 @@ def test_the_type_of_a_sum_is_asked_for_once(monkeypatch: pytest.MonkeyPatch) ->
         return (a - b) * (a + b) + a * b - a
 
     assert one(2.0, 3.0) == 5.0
-    asked = Called(monkeypatch, _OverloadFunctionTemplate, "_get_impl")
+    asked = Called(monkeypatch, BaseContext, "resolve_overload")
     assert other(2.0, 3.0) == -1.0
     assert asked.count == 0
 
@@ -117,8 +121,15 @@ def test_functions_in_kernels_and_lists_are_still_put_in_place(
     assert listed(a) == 6.0
 
 
-def test_arithmetic_with_whole_arrays_and_fields_by_name_stay() -> None:
+def test_arithmetic_with_whole_arrays_and_fields_by_name_stay(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    looked = Called(monkeypatch, NopythonRewrites, "run_pass")
     row = np.dtype([("x", "f8"), ("n", "i8")])
+
+    @compiled
+    def plain(a):
+        return -a[0] * a[1]
 
     @compiled
     def whole(a, b, rows):
@@ -128,9 +139,12 @@ def test_arithmetic_with_whole_arrays_and_fields_by_name_stay() -> None:
         return c
 
     a, b, rows = np.array([1.0, 2.0]), np.array([4.0, 0.0]), np.zeros(2, row)
+    assert plain(np.array([1.0, 2.0])) == -2.0
     np.testing.assert_array_equal(whole(a, b, rows), [4.0, 4.0])
     assert rows[0]["x"] == 4.0
     assert rows[1]["n"] == 1
+    assert "whole" in looked.of
+    assert "plain" not in looked.of
 
 
 def test_errors_of_slices_and_of_numbas_own_kernels_are_raised() -> None:
@@ -140,3 +154,14 @@ def test_errors_of_slices_and_of_numbas_own_kernels_are_raised() -> None:
 
     with pytest.raises(ValueError, match="negative dimensions"):
         sized(-1)
+
+
+def test_what_numba_has_as_python_is_linked_and_not_run() -> None:
+    @compiled
+    def zeros(n):
+        return np.zeros((n, n, 2, n)).sum()
+
+    assert zeros(3) == 0.0
+    (found,) = zeros.overloads.values()
+    linked = found.library._linking_libraries
+    assert any(isinstance(library, LinkedLibrary) for library in linked)
