@@ -34,13 +34,15 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, DefaultPassBuilder
 from numba.core.registry import CPUDispatcher
-from numba.core.targetconfig import TargetConfig
-from numba.core.typed_passes import AnnotateTypes
-from numba.core.untyped_passes import ExtractByteCode
+from numba.core.typed_passes import AnnotateTypes, NopythonRewrites
+from numba.core.typing.templates import _OverloadFunctionTemplate
+from numba.core.untyped_passes import ExtractByteCode, InlineClosureLikes
 from numba.extending import overload
 from numba.np import arrayobj, linalg
 
+from contiga.num import lean as lean  # numba, without what it does for nothing
 from contiga.num.locks import alone
+from contiga.num.passes import Closures, Rewrites
 from contiga.num.stamps import stamp_at_import
 from contiga.num.uncounted import Uncounted
 
@@ -50,6 +52,8 @@ PLACE_IN_MEMORY = re.compile(r"\b0x[0-9a-f]+")
 """In the names of types of functions: another process has another."""
 LOCAL = "<locals>"
 """In the names of functions made in functions: there may be several of one name."""
+LEAN = {InlineClosureLikes: Closures, NopythonRewrites: Rewrites}
+"""Passes that stand for numba's."""
 Call = tuple[str, str, str, Any]
 """(Name of a function, its module, its kernel, types of its arguments)."""
 CALLED: dict[str, Call] = {}
@@ -71,7 +75,7 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
 
     def _finalize_final_module(self) -> None:
         """Keep the code for the callers; the engine gets what they share."""
-        self._shared_module = self._final_module.clone()
+        self._shared_module = self._final_module
         for function in self._shared_module.functions:
             if not function.is_declaration and function.linkage == llvm.Linkage.external:
                 function.linkage = "linkonce_odr"
@@ -112,6 +116,7 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
 
     state: Any
     library: type[JITCodeLibrary] | None = None
+    uncounted = True
 
     def __init__(self, typingctx: Any, targetctx: Any, library: Any, *rest: Any) -> None:
         if library is None and self.library is not None:
@@ -121,13 +126,17 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
 
     def compile_extra(self, func: Any) -> Any:
         """Compile a Python function."""
-        with _short_message():
+        with _short_message(), _linked_overloads():
             return super().compile_extra(func)
 
     def define_pipelines(self) -> list[Any]:
-        """numba's passes, and one that looks whether references are to be counted."""
+        """numba's passes that have something to do, and one that looks whether references are to be
+        counted."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        passes.add_pass_after(Uncounted, AnnotateTypes)
+        if self.uncounted:
+            passes.add_pass_after(Uncounted, AnnotateTypes)
+        passes.passes = [(LEAN.get(one, one), why) for one, why in passes.passes]
+        passes._ENFORCING = False  # what is known of variables, after each pass: see `passes`
         passes.finalize()
         return [passes]
 
@@ -136,6 +145,35 @@ class InnerCompiler(KernelCompiler):
     """The same, with a library that is linked and not run."""
 
     library = LinkedLibrary
+
+
+class OverloadCompiler(InnerCompiler):
+    """The same for what numba has as Python, which may count references by hand."""
+
+    uncounted = False
+
+
+@contextmanager
+def _linked_overloads() -> Iterator[None]:
+    """Within this, what numba has of its own as Python is compiled to be linked, and not to run.
+
+    It would be optimised by itself, and get a way in from C.
+    """
+    asked = getattr(_OverloadFunctionTemplate, "_get_jit_decorator", None)
+    if asked is None:  # a numba to come does it elsewhere
+        yield
+        return
+
+    def decorated(self: Any) -> Any:
+        jit = asked(self)
+        own = {"pipeline_class": OverloadCompiler, "no_cfunc_wrapper": True}
+        return lambda **options: jit(**(options | own))
+
+    _OverloadFunctionTemplate._get_jit_decorator = decorated
+    try:
+        yield
+    finally:
+        _OverloadFunctionTemplate._get_jit_decorator = asked
 
 
 class CalledCompiler(KernelCompiler):
@@ -152,32 +190,8 @@ class CalledCompiler(KernelCompiler):
         ExtractByteCode().run_pass(self.state)
         self.state.lifted = ()
         self.state.lifted_from = None
-        with _short_message():
+        with _short_message(), _linked_overloads():
             return self._compile_bytecode()
-
-
-def _compare_faster() -> None:
-    """Let numba compare its options without writing them all out.
-
-    It asks for every call it has to type whether the options are those of a version it has; that
-    was a tenth of all compiling.
-    """
-
-    def equal(self: Any, other: Any) -> Any:
-        if self is other:
-            return True
-        # What numba compares, written out; numba does it where one to come has it elsewhere.
-        own = getattr(self, "_values", None)
-        if own is not None and type(self) is type(other) and own == other._values:
-            return True
-        return written_out(self, other)
-
-    written_out = TargetConfig.__eq__
-    TargetConfig.__eq__ = equal
-    TargetConfig.__hash__ = lambda self: hash(type(self))  # numba's own: of the options' names
-
-
-_compare_faster()
 
 
 def _shapes_differ(source: Any, target: Any) -> None:

@@ -1,0 +1,128 @@
+"""What numba does again and again while it compiles, done once or not at all.
+
+Two thirds of the time of compiling is Python's, in numba. Each of these leaves what is compiled as
+it was, to the letter; where a numba to come has things elsewhere, it does them its own way.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite.binding import ffi
+from numba.core import ir
+from numba.core.inline_closurecall import InlineWorker
+from numba.core.targetconfig import ConfigStack, TargetConfig
+from numba.core.types.functions import BaseFunction
+
+
+def _compare_faster() -> None:
+    """Let numba compare its options without writing them all out.
+
+    It asks for every call it has to type whether the options are those of a version it has; that
+    was a tenth of all compiling.
+    """
+
+    def equal(self: Any, other: Any) -> Any:
+        if self is other:
+            return True
+        # What numba compares, written out; numba does it where one to come has it elsewhere.
+        own, others = getattr(self, "_values", None), getattr(other, "_values", None)
+        if own is None or others is None or type(self) is not type(other):
+            return written_out(self, other)
+        if own == others:
+            return True
+        options = type(self).options
+        return all(
+            own.get(name, options[name].default) == others.get(name, options[name].default)
+            for name in {*own, *others}
+        )
+
+    written_out = TargetConfig.__eq__
+    TargetConfig.__eq__ = equal
+    TargetConfig.__hash__ = lambda self: hash(type(self))  # numba's own: of the options' names
+
+
+def _type_calls_once() -> None:
+    """Let numba remember what type a call has.
+
+    For a sum of two numbers it asks ten templates, one after the other, each time one is written;
+    that was an eighth of all compiling.
+    """
+    known: dict[Any, tuple[Any, Any]] = {}
+
+    def get_call_type(self: Any, context: Any, args: Any, kws: Any) -> Any:
+        args = tuple(args)
+        of = None if kws else (context, self, args, ConfigStack.top_or_none())
+        if of not in known:
+            signature = asked(self, context, args, kws)
+            if of is None or signature is None:
+                return signature
+            flags = of[3] if of[3] is None else of[3].copy()
+            known[(*of[:3], flags)] = signature, self.get_impl_key(signature)
+            return signature
+        signature, key = known[of]
+        self._impl_keys[signature.args] = key
+        return signature
+
+    asked = BaseFunction.get_call_type
+    BaseFunction.get_call_type = get_call_type  # type: ignore[method-assign]
+
+
+def _lock_without_telling() -> None:
+    """Have LLVM's lock taken and let go without an event of each.
+
+    It is taken for every name that is asked for, and numba tells its listeners, of which there are
+    some for each kernel that is being compiled.
+    """
+    lock = getattr(getattr(ffi, "lib", None), "_lock", None)
+    for pair in list(getattr(lock, "_cblist", ())):
+        if all(getattr(part, "__module__", "") == "numba.core.base" for part in pair):
+            ffi.unregister_lock_callback(*pair)
+
+
+def _list_variables_faster() -> None:
+    """Let numba find the variables of a statement by the kinds of what it holds, as they come.
+
+    It goes through all statements ten times for a kernel, and asked of each part whether it is one
+    of six kinds.
+    """
+
+    def variables(self: Any, held: Any) -> list[Any]:
+        kind = type(held)
+        if kind is ir.Var:
+            return [held]
+        if kind in (str, ir.Loc, int, bool, type(None)):
+            return []
+        if kind in (tuple, list):
+            return [var for part in held for var in variables(self, part)]
+        if kind is dict:
+            return [var for part in held.values() for var in variables(self, part)]
+        return list(asked(self, held))
+
+    asked = ir.Inst._rec_list_vars
+    ir.Inst._rec_list_vars = variables
+
+
+def _read_inlined_once() -> None:
+    """Let numba remember what it made of the text of a function that is put in place of its calls.
+
+    It reads it anew for each of them; what it is given it copies before it changes anything.
+    """
+    known: dict[Any, Any] = {}
+
+    def run_untyped_passes(self: Any, func: Any, enable_ssa: bool = False) -> Any:
+        self.flags.enable_ssa = enable_ssa  # as numba does, which its caller relies on
+        of = func, self.typingctx, self.flags
+        if of not in known:
+            known[(*of[:2], self.flags.copy())] = asked(self, func, enable_ssa)
+        return known[of]
+
+    asked = InlineWorker.run_untyped_passes
+    InlineWorker.run_untyped_passes = run_untyped_passes
+
+
+_compare_faster()
+_type_calls_once()
+_read_inlined_once()
+_list_variables_faster()
+_lock_without_telling()

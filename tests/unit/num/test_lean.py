@@ -1,0 +1,167 @@
+"""What numba does once: what comes out is what it would make of it anyway."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numba import njit
+from numba.core import ir
+from numba.core.compiler import DefaultPassBuilder
+from numba.core.typed_passes import NopythonRewrites
+from numba.core.typing.context import BaseContext
+from numba.core.untyped_passes import InlineClosureLikes
+
+from contiga.num.compiler import KernelCompiler, LinkedLibrary
+from contiga.num.jit import inlined
+
+compiled = njit(pipeline_class=KernelCompiler, error_model="numpy")
+"""A kernel that is kept nowhere: each test compiles its own."""
+
+
+class Called:
+    """Counts the calls of a method that goes on as before, and whose kernels they were of."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, owner: type, name: str) -> None:
+        own, self.count, self.of = getattr(owner, name), 0, set[str]()
+
+        def counted(*args: Any, **named: Any) -> object:
+            self.count += 1
+            self.of |= {state.func_id.func_name for state in args if hasattr(state, "func_id")}
+            return own(*args, **named)
+
+        static = isinstance(vars(owner)[name], staticmethod)
+        monkeypatch.setattr(owner, name, staticmethod(counted) if static else counted)
+
+
+def test_the_type_of_a_sum_is_asked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    @compiled
+    def one(a, b):
+        return a + b * a - b
+
+    @compiled
+    def other(a, b):
+        return (a - b) * (a + b) + a * b - a
+
+    assert one(2.0, 3.0) == 5.0
+    asked = Called(monkeypatch, BaseContext, "resolve_overload")
+    assert other(2.0, 3.0) == -1.0
+    assert asked.count == 0
+
+
+def test_the_type_depends_on_the_arguments() -> None:
+    @compiled
+    def halves(a):
+        return a[0] + a[1] + a[0] // 2
+
+    assert halves((3, 4)) == 8
+    assert halves((3.0, 4.5)) == 8.5
+    assert halves((3, 4.5)) == 8.5
+
+
+@inlined()
+def squared(a):
+    return a * a
+
+
+def test_a_function_in_place_of_its_calls_is_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    @compiled
+    def one(a, b):
+        return squared(a) + squared(b)
+
+    @compiled
+    def other(a, b):
+        c = squared(a)
+        return squared(c) - squared(b)
+
+    read = Called(monkeypatch, DefaultPassBuilder, "define_untyped_pipeline")
+    assert one(2.0, 3.0) == 13.0
+    assert read.count == 1 + 1
+    assert other(2.0, 3.0) == 7.0
+    assert read.count == 2 + 1
+
+
+def test_the_variables_of_a_statement_are_those_that_numba_finds() -> None:
+    here = ir.Loc("file", 1)
+    a, b, c = (ir.Var(ir.Scope(None, here), name, here) for name in "abc")
+    call = ir.Expr.call(a, [b, c], (("name", b),), here)
+    assert [var.name for var in call.list_vars()] == ["a", "b", "c", "b"]
+    assert sorted(var.name for var in ir.Assign(call, c, here).list_vars()) == sorted("cabcb")
+    assert ir.Jump(3, here).list_vars() == []
+    built = ir.Expr.build_map([(a, b)], 1, {}, {}, here)
+    assert {var.name for var in built.list_vars()} == {"a", "b"}
+
+
+def test_functions_in_kernels_and_lists_are_still_put_in_place(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    looked = Called(monkeypatch, InlineClosureLikes, "run_pass")
+
+    @compiled
+    def plain(a):
+        return 2.0 * a[0]
+
+    @compiled
+    def within(a):
+        def twice(x):
+            return 2.0 * x
+
+        return twice(a[0]) + twice(a[1])
+
+    @compiled
+    def listed(a):
+        return np.array([2.0 * x for x in a]).sum()
+
+    a = np.array([1.0, 2.0])
+    assert plain(a) == 2.0
+    assert looked.count == 0
+    assert within(a) == 6.0
+    assert looked.count > 0
+    assert listed(a) == 6.0
+
+
+def test_arithmetic_with_whole_arrays_and_fields_by_name_stay(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    looked = Called(monkeypatch, NopythonRewrites, "run_pass")
+    row = np.dtype([("x", "f8"), ("n", "i8")])
+
+    @compiled
+    def plain(a):
+        return -a[0] * a[1]
+
+    @compiled
+    def whole(a, b, rows):
+        c = np.sqrt(a * a + 2.0 * b) - (-a)
+        rows[0]["x"] = c[0]
+        rows[1]["n"] = rows[0]["n"] + 1
+        return c
+
+    a, b, rows = np.array([1.0, 2.0]), np.array([4.0, 0.0]), np.zeros(2, row)
+    assert plain(np.array([1.0, 2.0])) == -2.0
+    np.testing.assert_array_equal(whole(a, b, rows), [4.0, 4.0])
+    assert rows[0]["x"] == 4.0
+    assert rows[1]["n"] == 1
+    assert "whole" in looked.of
+    assert "plain" not in looked.of
+
+
+def test_errors_of_slices_and_of_numbas_own_kernels_are_raised() -> None:
+    @compiled
+    def sized(n):
+        return np.empty(n).sum() * 0.0
+
+    with pytest.raises(ValueError, match="negative dimensions"):
+        sized(-1)
+
+
+def test_what_numba_has_as_python_is_linked_and_not_run() -> None:
+    @compiled
+    def zeros(n):
+        return np.zeros((n, n, 2, n)).sum()
+
+    assert zeros(3) == 0.0
+    (found,) = zeros.overloads.values()
+    linked = found.library._linking_libraries
+    assert any(isinstance(library, LinkedLibrary) for library in linked)
