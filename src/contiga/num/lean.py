@@ -6,6 +6,7 @@ it was, to the letter; where a numba to come has things elsewhere, it does them 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from llvmlite.binding import ffi
@@ -13,6 +14,14 @@ from numba.core import ir
 from numba.core.inline_closurecall import InlineWorker
 from numba.core.targetconfig import ConfigStack, TargetConfig
 from numba.core.types.functions import BaseFunction
+
+
+def _replaced(owner: type, name: str, new: Callable[..., Any]) -> Any:
+    """Put a method in place of numba's, and answer that: nothing is done where there is none."""
+    own = vars(owner).get(name)
+    if own is not None:
+        setattr(owner, name, new)
+    return own
 
 
 def _compare_faster() -> None:
@@ -64,8 +73,7 @@ def _type_calls_once() -> None:
         self._impl_keys[signature.args] = key
         return signature
 
-    asked = BaseFunction.get_call_type
-    BaseFunction.get_call_type = get_call_type  # type: ignore[method-assign]
+    asked = _replaced(BaseFunction, "get_call_type", get_call_type)
 
 
 def _lock_without_telling() -> None:
@@ -99,8 +107,7 @@ def _list_variables_faster() -> None:
             return [var for part in held.values() for var in variables(self, part)]
         return list(asked(self, held))
 
-    asked = ir.Inst._rec_list_vars
-    ir.Inst._rec_list_vars = variables
+    asked = _replaced(ir.Inst, "_rec_list_vars", variables)
 
 
 def _read_inlined_once() -> None:
@@ -117,8 +124,7 @@ def _read_inlined_once() -> None:
             known[(*of[:2], self.flags.copy())] = asked(self, func, enable_ssa)
         return known[of]
 
-    asked = InlineWorker.run_untyped_passes
-    InlineWorker.run_untyped_passes = run_untyped_passes
+    asked = _replaced(InlineWorker, "run_untyped_passes", run_untyped_passes)
 
 
 _compare_faster()

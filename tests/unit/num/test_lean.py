@@ -15,6 +15,7 @@ from numba.core.untyped_passes import InlineClosureLikes
 
 from contiga.num.compiler import KernelCompiler, LinkedLibrary
 from contiga.num.jit import inlined
+from contiga.num.lean import _replaced
 
 compiled = njit(pipeline_class=KernelCompiler, error_model="numpy")
 """A kernel that is kept nowhere: each test compiles its own."""
@@ -165,3 +166,15 @@ def test_what_numba_has_as_python_is_linked_and_not_run() -> None:
     (found,) = zeros.overloads.values()
     linked = found.library._linking_libraries
     assert any(isinstance(library, LinkedLibrary) for library in linked)
+
+
+def test_what_a_numba_to_come_has_elsewhere_is_let_be() -> None:
+    class Owner:
+        def here(self) -> int:
+            return 1
+
+    own = Owner.here
+    assert _replaced(Owner, "here", lambda self: 2) is own
+    assert Owner().here() == 2
+    assert _replaced(Owner, "elsewhere", lambda self: 3) is None
+    assert not hasattr(Owner, "elsewhere")
