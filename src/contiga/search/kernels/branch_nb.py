@@ -173,8 +173,9 @@ def way_beyond(table, rings, foot, start):
             continue
         axis = 1 if side < 2 else 0
         aside = abs(x - x0) * (own["box"][2 * axis + 1] - own["box"][2 * axis])
+        speed = (ring["speed"][0], ring["speed"][1])
         speeds = _speeds_to(rings, n, (s0, t0), (there, there))
-        over = _from_side(own, ring["speed"], side, s, t) + _from_side(other, speeds, there, s0, t0)
+        over = _from_side(own, speed, side, s, t) + _from_side(other, speeds, there, s0, t0)
         way = min(way, aside * ring["speed"][axis] + over + own["width"][side])
     return way if way < math.inf else _way_round(table, rings, foot, start)
 
@@ -202,7 +203,8 @@ def _way_round(table, rings, foot, start):
         off_beside, _ = _part_along(there, s0, t0)
         if off >= ring["reach"][side] or off_beside >= ring["reach"][beside]:
             continue
-        speed, speeds = ring["speed"], _speeds_to(rings, n, (s0, t0), (there, back))
+        speed = (ring["speed"][0], ring["speed"][1])
+        speeds = _speeds_to(rings, n, (s0, t0), (there, back))
         to = _from_side(own, speed, side, s, t) + _from_side(own, speed, beside, s, t)
         on_from = _from_side(other, speeds, there, s0, t0)
         on_from += _from_side(other, speeds, back, s0, t0)
