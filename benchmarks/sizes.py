@@ -20,7 +20,7 @@ class Sizes(NamedTuple):
     rounds: int = 7
     """Repeats of which the median is taken; the first one is left out."""
     faces: tuple[int, ...] = (1, 100, 10_000)
-    face_points: int = 200_000
+    face_points: int = 1_000_000
     counts: tuple[int, ...] = (10_000, 100_000, 1_000_000, 10_000_000)
     stream: int = 20_000_000
     """Numbers in the arrays of the test of the memory."""

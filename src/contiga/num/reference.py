@@ -29,9 +29,12 @@ class Reference(types.Type):  # type: ignore[misc]
 
     def __init__(self, members: Any) -> None:
         self.members = members
-        name = members.instance_class.__qualname__
+        kind = members.instance_class
         # The names of types go into the names of functions: the full one has thousands of letters.
-        super().__init__(f"ref{name}{sha256(str(members).encode()).hexdigest()[:DIGITS]}")
+        # To numba types of one name are one: fields and module belong to it.
+        full = f"{kind.__module__} {members.fields} {members}"
+        name = f"{kind.__qualname__}{sha256(full.encode()).hexdigest()[:DIGITS]}"
+        super().__init__(f"ref{name}")
 
 
 @register_model(Reference)

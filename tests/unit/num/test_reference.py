@@ -107,6 +107,16 @@ def test_the_type_is_of_the_class_and_of_what_is_in_it():
     assert not isinstance(typeof(outer(2).plain), Reference)
 
 
+def test_classes_of_one_name_and_other_members_are_two_types():
+    """To numba types of one name are one."""
+    fields = [("values", np.ndarray), ("size", float)]
+    other = by_reference(NamedTuple("Inner", [("weights", np.ndarray), ("share", float)]))
+    same = by_reference(NamedTuple("Inner", fields))
+    own = typeof(Inner(np.zeros(2), 1.0))
+    assert typeof(same(np.zeros(2), 1.0)).name == own.name
+    assert typeof(other(np.zeros(2), 1.0)).name != own.name
+
+
 def test_a_name_that_is_none_is_refused_as_ever():
     @njit
     def wrong(t):
