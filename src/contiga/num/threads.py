@@ -17,6 +17,8 @@ from typing import Any, TypeVar
 
 import numba
 
+from contiga.num.heap import keep_freed
+
 RANGES_PER_THREAD = 6
 
 _own = threading.local()
@@ -43,6 +45,7 @@ def _pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(thread_count(), thread_name_prefix="contiga", initializer=_begin)
 
 
+keep_freed()  # what a range makes for itself is made again by the next one
 # Threads do not live on in a process that was forked off: it makes its own.
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_pool.cache_clear)

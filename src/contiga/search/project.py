@@ -23,8 +23,8 @@ SMALLEST, LARGEST = 512, 16384
 """Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
 CHUNKS = 4
 """Chunks a thread, so that none waits long for another."""
-ROWS_AN_ELEMENT = 32
-"""With fewer the lanes are not full."""
+ROWS_AN_ELEMENT = 64
+"""With fewer many lanes are empty."""
 NOWHERE = np.zeros((0, 3))
 """Where points were, where that is not told."""
 
