@@ -11,9 +11,11 @@ from contiga.geometry.faces import Faces
 from contiga.num.arrays import as_points
 from contiga.num.query_checks import NO_FEET, checked_mode, checked_out, checked_start
 from contiga.num.threads import run_ranges, thread_count
+from contiga.num.workspace import Workspace
 from contiga.records import FloatArray, IntArray, Projection
 from contiga.search.ball import known_balls
 from contiga.search.kernels import nearest_nb, track_nb
+from contiga.search.kernels.bins_nb import FOUND, HANDED
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
 
@@ -27,6 +29,7 @@ ROWS_AN_ELEMENT = 64
 """With fewer many lanes are empty."""
 NOWHERE = np.zeros((0, 3))
 """Where points were, where that is not told."""
+_workspace = Workspace()
 
 
 def project(
@@ -102,7 +105,13 @@ def track(
     there = before if isinstance(before, np.ndarray) else NOWHERE
     results = out, np.zeros(n, np.uint8)
     path = there, p_B, feet
-    run_ranges(track_nb.track_chunks, ceil(n / size), 1, tables, path, starts, size, results)
+
+    def chunks(first: int, last: int) -> None:
+        rows = min(size, n)
+        room = _workspace.rows(rows, HANDED), _workspace.rows(rows, FOUND)
+        track_nb.track_chunks(tables, path, starts, size, room, results, first, last)
+
+    run_ranges(chunks, ceil(n / size), 1)
 
 
 def _chunk(n: int, elements: int) -> int:

@@ -13,6 +13,7 @@ import contiga as cg
 from contiga.num.compiler import CalledCompiler
 from contiga.records import empty_projection
 from contiga.search.kernels import lanes_nb, project_nb
+from contiga.search.kernels.bins_nb import FOUND, HANDED
 from contiga.search.tables import tables_of
 
 PATCHES = {
@@ -25,7 +26,8 @@ PATCHES = {
 def in_lanes(tables, points, start, results, before=None):
     path = np.empty((0, 3)) if before is None else before, points
     starts = start.patch, start.uv
-    project_nb.track_lanes(tables, path, starts, results, 0)
+    room = np.empty((len(points), HANDED)), np.empty((len(points), FOUND))
+    project_nb.track_lanes(tables, path, starts, room, results, 0)
 
 
 def lanes_only(body, points, start):

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from contiga.contact.kernels.place_nb import held, place
 from contiga.contact.kernels.settle_nb import (
     KEPT,
@@ -25,6 +27,7 @@ from contiga.num.jit import inner, kernel
 from contiga.num.kernels.rigid_nb import to_body
 from contiga.num.resident import reader
 from contiga.search.kernels.ball_nb import radii
+from contiga.search.kernels.bins_nb import FOUND, HANDED
 from contiga.search.kernels.side_nb import clear_ways, sides
 from contiga.search.kernels.side_nb import places as places_of
 from contiga.search.kernels.track_nb import track_chunks
@@ -46,7 +49,8 @@ def _follow(tables, desk, n, certified):
     path = (desk.before[: n * certified], desk.now[:n], desk.nobody)
     starts = (desk.patch[:n], desk.uv[:n])
     desk.flags[:n] = 0
-    track_chunks(tables, path, starts, n, (desk.feet, desk.flags[:n]), 0, 1)
+    room = np.empty((n, HANDED)), np.empty((n, FOUND))
+    track_chunks(tables, path, starts, n, room, (desk.feet, desk.flags[:n]), 0, 1)
     failed = 0
     for i in range(n):
         failed += desk.feet.status[i] == MAX_ITERATIONS

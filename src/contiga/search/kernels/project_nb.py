@@ -16,9 +16,7 @@ from contiga.search.kernels.bins_nb import (
     BY_ROW,
     FLAG,
     FOOT,
-    FOUND,
     GAP,
-    HANDED,
     NORMAL,
     NOW,
     PATCH,
@@ -240,19 +238,18 @@ def _project_blocks(tables, proves, handed, blocks, found):
 
 
 @kernel()
-def track_lanes(tables, path, starts, results, first):
+def track_lanes(tables, path, starts, room, results, first):
     """Fast tracking of rows in lanes, each in the element of its start.
 
     `path` is (points before, points now), the first without rows where nothing is to be certified;
-    `starts` (patch, uv) are the last feet, `results` (projection, from its row `first` on; flags).
+    `starts` (patch, uv) are the last feet, `room` (handed, found) tables of as many rows or more to
+    work in, `results` (projection, from its row `first` on; flags).
     """
     uv = starts[1]
     place, blocks = bin_rows(tables, starts)
     if blocks.shape[0] == 0:
         return
-    n = blocks[-1, 2]
-    handed = np.empty((n, HANDED))
+    handed, found = room
     hand_rows(place, path, uv, handed)
-    found = np.empty((n, FOUND))
     _project_blocks(tables, path[0].shape[0] > 0, handed, blocks, found)
     fetch_rows(place, found, first, results)

@@ -60,13 +60,13 @@ def _rows_with(flags, flag):
 
 
 @inner(linked=False)
-def _feet(tables, path, starts, results, first):
+def _feet(tables, path, starts, room, results, first):
     """Feet of rows: in lanes, then by careful walks.
 
     Rows without a foot to start from are flagged LOST.
     """
     out, back = results
-    track_lanes(tables, path, starts, results, first)
+    track_lanes(tables, path, starts, room, results, first)
     project_tracked(tables, path[1], starts, _rows_with(back, BY_ROW), out, first)
     for i in range(back.shape[0]):
         if starts[0][i] < 0:
@@ -90,13 +90,14 @@ def _certificates(tables, path, starts, results, first):
 
 
 @kernel()
-def track_chunks(tables, path, starts, size, results, start, stop):
+def track_chunks(tables, path, starts, size, room, results, start, stop):
     """Track the chunks start … stop of `size` points each.
 
     `path` is (points before, points now, their feet before): either the first or the last has no
-    rows, and neither has any where nothing is to be certified. `starts` are (patch, uv), `results`
-    (projection, flags); flags are zeros. The projection may be the one that was started from: each
-    chunk takes what it needs of that before it writes.
+    rows, and neither has any where nothing is to be certified. `starts` are (patch, uv), `room`
+    what the lanes of a chunk work in (see `track_lanes`), `results` (projection, flags); flags are
+    zeros. The projection may be the one that was started from: each chunk takes what it needs of
+    that before it writes.
     """
     points = path[1]
     patch, uv = starts
@@ -108,7 +109,7 @@ def track_chunks(tables, path, starts, size, results, start, stop):
         own_starts = (patch[first:last].copy(), uv[first:last].copy())
         own = (out, back[first:last])
         out.certified[first:last] = 0
-        _feet(tables, own_path, own_starts, own, first)
+        _feet(tables, own_path, own_starts, room, own, first)
         _closest(tables, points, _rows_with(own[1], LOST), first, out)
         if before.shape[0] == 0:
             continue
