@@ -38,9 +38,10 @@ def warmup(
         if not quiet:
             print(_line(0, kept, perf_counter() - start))
         return
+    jobs = min(jobs or min(thread_count(), MOST), len(EXERCISES))
     with progress_bar("warmup", quiet=quiet) as show:
-        count = _Count(show, len(EXERCISES))
-        with Crew(EXERCISES, jobs or min(thread_count(), MOST), count.hear) as crew:
+        count = _Count(show, len(EXERCISES) + jobs)  # each process has a last one
+        with Crew(EXERCISES, jobs, count.hear) as crew:
             crew.wait()
     kept = [str(file) for folder in count.folders for file in Path(folder).glob("*.nb[ci]")]
     if not quiet:

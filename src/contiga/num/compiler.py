@@ -254,15 +254,13 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
         return _calls(compiled.library), super().reduce(compiled)
 
     def rebuild(self, target: Any, kept: Any) -> Any:
-        """A compiled kernel of what was written, once all that it calls is there.
+        """A compiled kernel of what was written, once all that it calls is there (`known_as`).
 
         None where that has another name by now: it is compiled anew.
         """
         calls, own = kept
         for name, module, kernel, arguments in calls:
-            callee = getattr(import_module(module), kernel)
-            callee.compile(arguments)
-            if callee.overloads[arguments].fndesc.mangled_name != name:
+            if getattr(import_module(module), kernel).known_as(arguments) != name:
                 return None
         compiled = super().rebuild(target, own)
         library = compiled.library
@@ -275,7 +273,8 @@ def _calls(library: Any) -> list[Call]:
     """Of `CALLED`, what a library calls by name."""
     linked = isinstance(library, LinkedLibrary)
     module = library._shared_module if linked else library._final_module
-    names = (function.name for function in module.functions if function.is_declaration)
+    declared = (function for function in module.functions if function.is_declaration)
+    names = (named.name for named in (*declared, *module.global_variables))
     return [CALLED[name] for name in names if name in CALLED]
 
 
@@ -342,6 +341,11 @@ class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
         finally:
             if isinstance(self._cache, KernelCache):  # not what came out of a pickle
                 self._cache.done(signature)
+
+    def known_as(self, arguments: Any) -> str:
+        """The name by which callers know a version, once it is there: read, or compiled."""
+        self.compile(arguments)
+        return str(self.overloads[arguments].fndesc.mangled_name)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """What numba asks how a call is to be typed."""

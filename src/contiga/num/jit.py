@@ -23,6 +23,7 @@ from numba.core import caching
 
 from contiga.num import reference as reference  # the types of tuples of tables
 from contiga.num.compiler import CalledCompiler, InnerCompiler, KernelCompiler, decorator
+from contiga.num.lazy import lazily
 from contiga.num.stamps import PACKAGE, PACKAGES, stamp_at_import
 
 DIGITS = 16
@@ -49,6 +50,15 @@ def inner(linked: bool = True, **options: Any) -> Decorator:
     """
     made_by = InnerCompiler if linked else CalledCompiler
     return decorator(made_by, no_cpython_wrapper=True, **options)
+
+
+def lazy(returns: Any, **options: Any) -> Decorator:
+    """Decorator of kernels that only kernels call, and in most runs none: fallbacks.
+
+    They are called, as what is not `linked`, and compiled when they are called first; no caller
+    has to wait for them. `returns` is the type of what they answer, numba's.
+    """
+    return lazily(returns, no_cpython_wrapper=True, **options)
 
 
 inlined = partial(njit, inline="always")

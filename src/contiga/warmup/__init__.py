@@ -6,5 +6,7 @@ EXERCISES = (
 )
 """Functions of `contiga.warmup.exercises`. After a whole run come what a run comes to late and what
 stands apart from its beginning."""
+LAST = "fallbacks"
+"""Done by every process once no other is left: it knows the kernels of those that it did."""
 BESIDE = EXERCISES[1:]
 """Those of processes beside a run: what it gets to late is there by then."""

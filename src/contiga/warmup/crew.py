@@ -1,4 +1,7 @@
-"""Processes that go through exercises, each taking the next one when it is done with its last."""
+"""Processes that go through exercises, each taking the next one when it is done with its last.
+
+Once there is none left, each compiles the fallbacks of the kernels that it has by then.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,10 @@ import subprocess
 import sys
 import threading
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Self
+
+from contiga.warmup import LAST
 
 _BOOT = (
     "import json, sys; sys.path[:] = json.loads(sys.stdin.readline()); "
@@ -73,15 +78,21 @@ class Crew:
         """Hand one exercise after the other to a process, and hear what it says."""
         assert process.stdin is not None
         assert process.stdout is not None
-        with contextlib.suppress(IndexError, OSError), process.stdin, process.stdout:
+        with contextlib.suppress(OSError), process.stdin, process.stdout:
             self._say(process, json.dumps(_modules()))
-            while True:
-                name = self._waiting.popleft()
+            for name in self._handed_out():
                 if not self._one(number, process, name):
                     code = process.wait()
                     if not self._ended:
                         self._hear(number, {"lost": name, "code": code})
                     return
+
+    def _handed_out(self) -> Iterator[str]:
+        """What one process does: what it takes of what is waiting, and the last of all."""
+        with contextlib.suppress(IndexError):
+            while True:
+                yield self._waiting.popleft()
+        yield LAST
 
     def _one(self, number: int, process: subprocess.Popen[str], name: str) -> bool:
         """Whether the process came to the end of an exercise."""

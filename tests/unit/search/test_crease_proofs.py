@@ -20,7 +20,10 @@ pytestmark = pytest.mark.interpreted
 
 @njit
 def over_crease(near, foot, last, path):
-    return crease_nb.over_crease(near, foot, last, path, joined_nb.prove_work())
+    side = crease_nb.crease_beside(near[0], foot, last)
+    if side < 0:
+        return False
+    return crease_nb.over_crease(near, foot, last, side, path, joined_nb.prove_work())
 
 
 def near(body):

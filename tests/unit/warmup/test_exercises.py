@@ -12,12 +12,12 @@ from typing import Any
 
 import pytest
 
-from contiga.warmup import BESIDE, EXERCISES, exercises
+from contiga.warmup import BESIDE, EXERCISES, LAST, exercises
 from contiga.warmup.crew import Crew
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", EXERCISES)
+@pytest.mark.parametrize("name", [*EXERCISES, LAST])
 def test_an_exercise_can_be_done(name: str) -> None:
     getattr(exercises, name)()
 
@@ -28,7 +28,7 @@ def test_all_are_handed_out() -> None:
         for name, found in vars(exercises).items()
         if inspect.isfunction(found) and found.__module__ == exercises.__name__
     ]
-    assert sorted(EXERCISES) == sorted(name for name in own if not name.startswith("_"))
+    assert sorted([*EXERCISES, LAST]) == sorted(name for name in own if not name.startswith("_"))
     assert {"run", *BESIDE} == set(EXERCISES)
 
 
@@ -36,12 +36,13 @@ def test_a_process_does_an_exercise_and_says_what_it_took() -> None:
     told: list[dict[str, Any]] = []
     with Crew(["flight", "no such exercise"], 1, lambda _, said: told.append(said)) as crew:
         crew.wait()
-    first, second = (said for said in told if "done" in said)
+    first, second, last = (said for said in told if "done" in said)
     assert first["done"] == "flight"
     assert first["error"] is None
     assert all(Path(folder).is_dir() for folder in first["folders"])
     assert any(file for folder in first["folders"] for file in Path(folder).glob("*.kick-*.nbc"))
     assert second["error"].startswith("AttributeError: ")
+    assert (last["done"], last["error"]) == (LAST, None)
 
 
 def test_processes_end_with_the_one_that_started_them() -> None:

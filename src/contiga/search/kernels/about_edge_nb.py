@@ -13,11 +13,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import types
 
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.codes import CREASE
-from contiga.num.jit import inner
+from contiga.num.jit import inner, lazy
 from contiga.num.kernels.vector_nb import cross, dot
 from contiga.search.kernels.around_nb import cross as beyond_side
 from contiga.search.kernels.bend_nb import (
@@ -47,6 +48,15 @@ NONE, LINKED = -1, -2
 """Instead of an edge: there is none, or it is a crease between linked elements."""
 BENT = 1.2
 """Ways along a strand are so many times as long as their chords at most: 1/cos(1/2) = 1.14."""
+PLACE = types.UniTuple(types.float64, 3)
+FRAME = types.UniTuple(PLACE, 4)
+ALONG = types.Tuple((types.float64, types.float64, types.int64))
+THERE = types.Tuple((types.int64, types.float64, types.float64))
+FOLD = types.Tuple((types.boolean, FRAME, FRAME, types.float64, ALONG, THERE, PLACE))
+"""What `fold_about` answers."""
+NOWHERE = (0.0, 0.0, 0.0)
+NO_FRAME = (NOWHERE, NOWHERE, NOWHERE, NOWHERE)
+NOTHING = (False, NO_FRAME, NO_FRAME, math.inf, (0.0, 0.0, 0), (-1, 0.0, 0.0), NOWHERE)
 ASIDE = 0.25
 """How far from the edge, in radii of the ball, its faces are told from what is beyond."""
 
@@ -230,6 +240,32 @@ def _goes_on(tables, there, reach, edge, work):
     return same
 
 
+@lazy(FOLD, error_model="numpy")
+def _fold_of(tables, foot, r, seen, work):
+    """As `fold_about`, where there is an edge; `seen` is (cell, edge, number of its stretches, side
+    of the element)."""
+    bends, strand, _ = work
+    h = bends[2]
+    cell, edge, n, side = seen
+    e = foot[0]
+    at, slope, (arc, bent) = along(strand, n, foot, cell, bends[3])
+    if not arc * bent <= 1.0:
+        return NOTHING
+    way = abs(at[0] - foot[1]) * bends[0][SPEED_S] + abs(at[1] - foot[2]) * bends[0][SPEED_T]
+    forward = tangent(tables.elements, e, at, slope, h)
+    first, good = _frame(tables, (e, at[0], at[1]), forward, ASIDE * r, h)
+    if not good:
+        return NOTHING
+    there, (width, slip, turn) = _across(tables, foot, at, edge, side, first[0], work)
+    if there[0] < 0:
+        return NOTHING
+    second, good = _frame(tables, there, forward, ASIDE * r, h)
+    if not (good and _goes_on(tables, there, BENT * (way + r) + 2.0 * width, edge, work)):
+        return NOTHING
+    slip = max(slip, abs(dot(forward, second[3])))
+    return True, first, second, way, (arc, bent, n), there, (width, slip, turn)
+
+
 @inner(linked=False, error_model="numpy")
 def fold_about(tables, foot, r, work):
     """The fold next to a foot, no farther than r, with the cells of both faces.
@@ -240,33 +276,13 @@ def fold_about(tables, foot, r, work):
     strand as the first face has it.
     """
     bends, strand, _ = work
-    h = bends[2]
-    nowhere = (0.0, 0.0, 0.0)
-    no_frame = (nowhere, nowhere, nowhere, nowhere)
-    nothing = (False, no_frame, no_frame, math.inf, (0.0, 0.0, 0), (-1, 0.0, 0.0), nowhere)
     cell = cell_of(tables, foot, BENT * r, bends[0], bends[3])
     if cell[1] == cell[0]:
-        return nothing
-    e = foot[0]
-    edge, n, side = _strand_of(tables, e, cell, strand)
+        return NOTHING
+    edge, n, side = _strand_of(tables, foot[0], cell, strand)
     if edge == NONE:
-        return nothing
-    at, slope, (arc, bent) = along(strand, n, foot, cell, bends[3])
-    if not arc * bent <= 1.0:
-        return nothing
-    way = abs(at[0] - foot[1]) * bends[0][SPEED_S] + abs(at[1] - foot[2]) * bends[0][SPEED_T]
-    forward = tangent(tables.elements, e, at, slope, h)
-    first, good = _frame(tables, (e, at[0], at[1]), forward, ASIDE * r, h)
-    if not good:
-        return nothing
-    there, (width, slip, turn) = _across(tables, foot, at, edge, side, first[0], work)
-    if there[0] < 0:
-        return nothing
-    second, good = _frame(tables, there, forward, ASIDE * r, h)
-    if not (good and _goes_on(tables, there, BENT * (way + r) + 2.0 * width, edge, work)):
-        return nothing
-    slip = max(slip, abs(dot(forward, second[3])))
-    return True, first, second, way, (arc, bent, n), there, (width, slip, turn)
+        return NOTHING
+    return _fold_of(tables, foot, r, (cell, edge, n, side), work)
 
 
 @inner(error_model="numpy")

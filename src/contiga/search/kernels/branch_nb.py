@@ -28,10 +28,12 @@ from __future__ import annotations
 
 import math
 
+from numba import types
+
 from contiga.elements.kernels.element_nb import locate
 from contiga.geometry.kernels.trim_nb import box_state
 from contiga.num.codes import IN, OK, SMOOTH
-from contiga.num.jit import inlined, inner, kernel
+from contiga.num.jit import inlined, inner, kernel, lazy
 from contiga.search.kernels.part_nb import PARTS, part_of
 
 WIDER = 1.1
@@ -144,7 +146,7 @@ def _speeds_to(rings, n, place, sides):
     return speed_s, speed_t
 
 
-@inner(error_model="numpy")
+@lazy(types.float64, error_model="numpy")
 def way_beyond(table, rings, foot, start):
     """Length of a way from a foot to a start, (element, s, t) each, over a smooth side, at most;
     infinite where that is not in the surroundings of the foot.

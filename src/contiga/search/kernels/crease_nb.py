@@ -28,9 +28,11 @@ from __future__ import annotations
 
 import math
 
+from numba import types
+
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.codes import CREASE
-from contiga.num.jit import inner
+from contiga.num.jit import inner, lazy
 from contiga.num.kernels.vector_nb import dot, minus
 from contiga.search.kernels.around_nb import stands
 from contiga.search.kernels.bend_nb import INNER, OUTER
@@ -197,16 +199,14 @@ def _is_convex(foot, sides, fold, ends, size, slip, work):
     return most_jump(bends, (fold[0][2], fold[1][2]), ends, reach, curve[3]) <= 0.0
 
 
-@inner(linked=False, error_model="numpy")
-def over_crease(near, foot, last, path, work):
-    """Whether one branch joins the feet `last` of path[0] and `foot` of path[1] by a crease.
+@lazy(types.boolean, error_model="numpy")
+def over_crease(near, foot, last, side, path, work):
+    """Whether one branch joins the feet `last` of path[0] and `foot` of path[1] by the crease that
+    is a side of the foot's element.
 
     `near` and `work` are as for `prove`.
     """
     elements, _, _, tolerance = near
-    side = crease_beside(elements, foot, last)
-    if side < 0:
-        return False
     e, s, t = foot
     h = work[2]
     x = t if side < 2 else s

@@ -24,7 +24,7 @@ from contiga.search.kernels.branch_nb import (
     way_within,
 )
 from contiga.search.kernels.cells_nb import CELL, cells_about, in_element, touched
-from contiga.search.kernels.crease_nb import over_crease
+from contiga.search.kernels.crease_nb import crease_beside, over_crease
 from contiga.search.kernels.part_nb import part_of
 from contiga.search.kernels.vertex_nb import (
     along_crease,
@@ -116,7 +116,8 @@ def prove(near, foot, last, path, work):
         return True
     if moved != 0.0:
         return False
-    if over_crease(near, foot, last, path, work):
+    side = crease_beside(elements, foot, last)
+    if side >= 0 and over_crease(near, foot, last, side, path, work):
         return True
     side = common_crease(elements, foot, last) if foot[0] == last[0] else -1
     return side >= 0 and along_crease(near, foot, last, side, path, work)

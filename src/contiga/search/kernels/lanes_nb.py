@@ -11,7 +11,9 @@ the careful walk takes them.
 
 from __future__ import annotations
 
-from contiga.num.jit import inlined, inner
+from numba import types
+
+from contiga.num.jit import inlined, lazy
 from contiga.search.kernels.newton_nb import foot_record, newton_step, polynomial_at, rational_at
 
 LANES = 16
@@ -56,7 +58,7 @@ def _finish(lanes, l, x, y, z, tolerance):
     lanes[ROW_GAP * n + l] = gap
 
 
-@inner(linked=False)
+@lazy(types.void)
 def newton_rational(lanes, fours, k, tolerance):
     """One round on so many fours of lanes; k holds the coefficients of x, y, z, w, sixteen each.
 
@@ -67,7 +69,7 @@ def newton_rational(lanes, fours, k, tolerance):
         _round(lanes, l, x, y, z, tolerance)
 
 
-@inner(linked=False)
+@lazy(types.void)
 def newton_polynomial(lanes, fours, k, tolerance):
     """As `newton_rational`, for elements whose weight is one."""
     for l in range(4 * fours):
@@ -75,7 +77,7 @@ def newton_polynomial(lanes, fours, k, tolerance):
         _round(lanes, l, x, y, z, tolerance)
 
 
-@inner(linked=False)
+@lazy(types.void)
 def finish_rational(lanes, fours, k, tolerance):
     """The records of these lanes where they have come to; arguments as of `newton_rational`."""
     for l in range(4 * fours):
@@ -83,7 +85,7 @@ def finish_rational(lanes, fours, k, tolerance):
         _finish(lanes, l, x, y, z, tolerance)
 
 
-@inner(linked=False)
+@lazy(types.void)
 def finish_polynomial(lanes, fours, k, tolerance):
     """As `finish_rational`, for elements whose weight is one."""
     for l in range(4 * fours):

@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import types
 
 from contiga.elements.kernels.sides_nb import normal_at, side_point
 from contiga.geometry.kernels.trim_nb import point_in_trim
-from contiga.num.jit import inner
+from contiga.num.jit import inner, lazy
 from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.around_nb import MOST, around, collapsed_side
 from contiga.search.kernels.curve_nb import curve_point, piece_parameters, surface_foot
@@ -235,7 +236,7 @@ def _add_face(tables, patch, place, found, total, h):
     total[2] += weight * z
 
 
-@inner(linked=False)
+@lazy(types.void)
 def pseudo_normal(tables, foot, found, total, h):
     """Angle-weighted sum of the normals of all faces at a foot on a kink, into total[3].
 
@@ -267,7 +268,7 @@ def pseudo_normal(tables, foot, found, total, h):
             _add_face(tables, grid.adjacent[k], place, found, total, h)
 
 
-@inner()
+@lazy(types.float64)
 def side_of_squarest(tables, home, place, found, h):
     """On which side of the face that it sees most squarely a point lies: positive is free.
 

@@ -26,9 +26,11 @@ from __future__ import annotations
 
 import math
 
+from numba import types
+
 from contiga.elements.kernels.sides_nb import side_point
 from contiga.num.codes import CREASE
-from contiga.num.jit import inner
+from contiga.num.jit import inner, lazy
 from contiga.num.kernels.vector_nb import dot, minus
 from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.around_nb import MOST, around, inward_slope, stands
@@ -91,7 +93,7 @@ def _rises(near, foot, path, free, h):
     return left_out == (0 if free[0][0] < 0 else 4)
 
 
-@inner(linked=False, error_model="numpy")
+@lazy(types.boolean, error_model="numpy")
 def stays_at_vertex(near, foot, path, h):
     """Whether the corner `foot` is a strict minimum for all points of a motion."""
     return _rises(near, foot, path, ((-1, -1), (-1, -1)), h)
@@ -113,7 +115,7 @@ def _rises_into(bend, b, ends, reach, bent, miss):
     return max(first[1], second[1]) < -miss
 
 
-@inner(linked=False, error_model="numpy")
+@lazy(types.boolean, error_model="numpy")
 def along_crease(near, foot, last, side, path, work):
     """Whether one branch joins the feet `last` of path[0] and `foot` of path[1], both of one
     element and on one side of it, a crease.
@@ -197,7 +199,7 @@ def _lowest_crease(elements, foot, point, h):
     return found
 
 
-@inner(linked=False, error_model="numpy")
+@lazy(types.boolean, error_model="numpy")
 def leaves_vertex(near, foot, path, work):
     """Whether a foot at a corner stays there, or goes so little along a crease that it is the same
     to within rounding; `near` and `work` are as for `prove`."""
