@@ -1,102 +1,133 @@
 """The step of few points in contact with a closed exact body, by one kernel as far as that goes.
 
-Where nothing has to be judged, which is most steps, that is all of the search. Of few points the
+Where no path has to be looked at, which is most steps, that is all of the search. Of few points the
 calls from Python, one after the other, take several times as long as what is done in them.
 """
 
 from __future__ import annotations
 
 from contiga.contact import closed_body
-from contiga.contact.curved import detect_on_curves, is_turned
-from contiga.contact.desk import MOST
-from contiga.contact.detect import nowhere, with_feet
+from contiga.contact.closed_body import SHORT
+from contiga.contact.curved import detect_on_curves
+from contiga.contact.detect import no_feet, nowhere, with_feet
+from contiga.contact.judge import SAME_FOOT, judge
 from contiga.contact.kernels import touching_nb
+from contiga.contact.state import State
+from contiga.contact.touching import Past, Touching, touching
 from contiga.contact.tracked import CHUNK, BoolArray, Columns, Detected, Last, Options, Room, Step
-from contiga.masters.protocol import Surface
+from contiga.masters.protocol import Master, Surface
 from contiga.num.arrays import locked
 from contiga.num.rigid import to_body
-from contiga.records import FloatArray
+from contiga.records import FloatArray, Projection
 
 Moved = tuple[FloatArray, FloatArray, FloatArray]
 """(p_W, X_WB, p_B): points in the world and the pose, and what body axes are written into."""
 
 
 def detect_moved(
-    surface: Surface,
+    master: Master,
     moved: Moved,
-    last: Last,
+    past: Past,
     active: BoolArray,
     options: Options,
-    poses: tuple[FloatArray, FloatArray],
     memory: tuple[Room, Columns],
-) -> Detected:
-    """One step of a body that goes from one to the other of its `poses` (4, 4); see `detect`.
+) -> tuple[Detected, Touching]:
+    """One step of a body that goes from the pose of `past` to that it is `moved` to; see `detect`.
 
     The points in body axes are filled in.
     """
-    if not is_turned(poses):
-        found = detect_at_once(surface, moved, last, active, options, memory)
-        if found is not None:
-            return found
+    known = detect_at_once(master, moved, past, active, options, memory)
+    if known is not None:
+        return known
     p_W, X_WB, p_B = moved
+    state = past.state
     to_body(X_WB, p_W, p_B)
-    return detect_on_curves(surface, p_B, last, active, options, poses, memory)
+    last = Last(state.points_B, state.patch, state.uv, state.near, state.safe_distance)
+    poses = state.pose, X_WB
+    found = detect_on_curves(master.surface, p_B, last, active, options, poses, memory)
+    return found, touching(found, p_B, past)
 
 
 def detect_at_once(
-    surface: Surface,
+    master: Master,
     moved: Moved,
-    last: Last,
+    past: Past,
     active: BoolArray,
     options: Options,
     memory: tuple[Room, Columns],
-) -> Detected | None:
-    """One step of a body that does not turn, `moved` from where `last` says; see `detect`.
+) -> tuple[Detected, Touching] | None:
+    """One step of a body that does not turn, `moved` from where it was; see `detect`.
 
-    None where the body or the number of points is not such: then nothing is filled in.
+    None where the body, its motion or the number of points is not such: then nothing is filled in.
+    States that steps have made are of arrays as kernels take them.
     """
     room, columns = memory
-    if not options.closed or options.through or len(moved[0]) > CHUNK:
+    if not options.closed or options.through or len(moved[0]) > CHUNK or not past.state.is_made:
         return None
-    places = room.small.places(surface, False)
+    places = room.small.of(master)
     if places is None:
         return None
-    found = nowhere(room, columns)
-    counts = _advance(moved, last, active, options, (room, columns), found, places)
+    feet = no_feet(room, columns)
+    counts = _advance(moved, past, active, options, memory, feet, places)
     if counts[2] == touching_nb.NO_BALLS:
-        places = room.small.places(surface, True) or places
-        counts = _advance(moved, last, active, options, (room, columns), found, places)
-    touching, near, left, held = counts
-    if left == 0 and near == 0:
-        return found._replace(held=room.rows[2, :held].copy())
-    step = Step(last.points_B, moved[2], room.way, room.ignored, last.near, last.uv, room.small)
-    lists = room.rows[0, :touching], room.rows[1, :near]
-    told = closed_body.told_on(room.small.desk, left) if left >= 0 else None
-    feet = last.patch, last.uv
-    closed_body.detect(surface, step, feet, lists, found, options, told)
+        places = room.small.places(master.surface, True) or places
+        counts = _advance(moved, past, active, options, memory, feet, places)
+    in_contact, near, left, held = counts
+    if left == touching_nb.TURNED:
+        return None
+    if left == 0:
+        rows = room.rows[2, :held].copy()
+        status, safe_distance, close, uv, *_ = columns
+        found = Detected(status, feet, safe_distance, close, uv, rows)
+        return found, Touching.on(room.small.desk, rows)
+    found = _finish(master.surface, moved[2], past.state, options, memory, (in_contact, near, left))
+    return found, touching(found, moved[2], past)
+
+
+def _finish(
+    surface: Surface,
+    p_B: FloatArray,
+    state: State,
+    options: Options,
+    memory: tuple[Room, Columns],
+    counts: tuple[int, int, int],
+) -> Detected:
+    """What the kernel has left of a step; `counts` is what it answered."""
+    (room, columns), (in_contact, near, left) = memory, counts
+    found = nowhere(room, columns)
+    step = Step(state.points_B, p_B, room.way, room.ignored, state.near, state.uv, room.small)
+    lists = room.rows[0, :in_contact], room.rows[1, :near]
+    if left > 0:
+        judge(surface, step, room.small.desk.doubtful.first(left), found, options)
+    else:
+        closed_body.detect(surface, step, (state.patch, state.uv), lists, found, options)
     return with_feet(found, lists)
 
 
 def _advance(
     moved: Moved,
-    last: Last,
+    past: Past,
     active: BoolArray,
     options: Options,
     memory: tuple[Room, Columns],
-    found: Detected,
+    feet: Projection,
     places: tuple[int, ...],
 ) -> tuple[int, int, int, int]:
     """See `touching_nb.advance`."""
     p_W, X_WB, p_B = moved
-    room, (status, safe_distance, near, uv, *feet) = memory
+    room, (status, safe_distance, near, uv, *rest) = memory
+    state, size = past.state, options.size
+    shares = SHORT * size, SAME_FOOT * size
+    limits = options.hold, options.balls, options.penetration, options.band, options.depth, *shares
+    last = state.patch, state.uv, state.near, state.safe_distance
     counts: tuple[int, int, int, int] = touching_nb.advance(
-        (locked(p_W), p_B, last.points_B),
-        X_WB,
-        (last.patch, last.uv, last.near, last.safe_distance),
+        (locked(p_W), X_WB, state.pose, p_B, state.points_B),
+        (*last, *state.deep),
         locked(active),
-        (status, safe_distance, near, uv, room.way, room.ignored, *feet),
-        found.feet,
+        (status, safe_distance, near, uv, room.way, room.ignored, *rest),
+        feet,
         room.rows,
-        (options.hold, options.balls, options.band, MOST, *places),
+        past.speed,
+        (limits, places),
     )
     return counts

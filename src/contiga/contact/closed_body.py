@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.contact.desk import MOST, Desk
-from contiga.contact.judge import Asked, asked_of, free_distance, joined, judge, within_depth
+from contiga.contact.desk import MOST, Asked
+from contiga.contact.judge import asked_of, free_distance, joined, judge, within_depth
 from contiga.contact.kernels import settle_nb, touching_nb
 from contiga.contact.tracked import (
     BoolArray,
@@ -94,17 +94,15 @@ def detect(
     rows: tuple[IntArray, IntArray],
     found: Detected,
     options: Options,
-    told: Told | None = None,
 ) -> None:
     """Fill `found` for the points that were in contact and the free ones that are near.
 
-    `last` is (patch, uv) of the feet of all points, `rows` (in contact, near); `told` what is known
-    of the first, where they have been looked at.
+    `last` is (patch, uv) of the feet of all points, `rows` (in contact, near).
     """
     touching, near = rows
-    if told is None and len(touching):
-        told = _look_at_touching(surface, step, last, touching, found, options)
-    held = _left_of(told) if told else None
+    held = None
+    if len(touching):
+        held = _left_of(_look_at_touching(surface, step, last, touching, found, options))
     free = _look_at_free(surface, step, near, found, options)
     asked = joined(held, free) if held and free else held or free
     if asked is not None:
@@ -155,15 +153,11 @@ def _at_once(
     while places is not None:
         _, left = touching_nb.touch(rows, path, last, into, found.feet, limits, places)
         if left >= 0:
-            return told_on(small.desk, left)
+            desk, own = small.desk, small.desk.ways[:left].copy()
+            known = desk.own_side, desk.own_reach
+            return Told(desk.rows, known, desk.now, desk.feet, desk.mark, own)
         places = small.places(surface, True) if left == touching_nb.NO_BALLS else None
     return None
-
-
-def told_on(desk: Desk, left: int) -> Told:
-    """What stands on the desk after a kernel has settled all points but `left`."""
-    known = desk.own_side, desk.own_reach
-    return Told(desk.rows, known, desk.now, desk.feet, desk.mark, desk.ways[:left].copy())
 
 
 def _one_by_one(

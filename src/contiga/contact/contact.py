@@ -28,18 +28,18 @@ from contiga.contact.measured import Measure
 from contiga.contact.motion import Velocities, relative_velocity
 from contiga.contact.points import default_area, pressure_of, sampling_of
 from contiga.contact.rehearsed import Rehearsed, rehearsed
-from contiga.contact.respond import Past, columns_of, forces, law_input, respond, touching
+from contiga.contact.respond import forces, law_input, loads_of, respond, whole_of
 from contiga.contact.reused import given_up
-from contiga.contact.sparse import Sparse
 from contiga.contact.state import State
-from contiga.contact.tracked import Columns, Detected, Last, Options, Rooms, options_of
+from contiga.contact.touching import Past, Touching, touching
+from contiga.contact.tracked import Columns, Detected, Options, Rooms, options_of
 from contiga.errors import InputError
 from contiga.laws.friction import Friction
 from contiga.laws.normal import Law, StressLaw
 from contiga.masters.protocol import Master, Surface
 from contiga.num.arrays import as_points, positive
-from contiga.num.pose import as_pose, identity
-from contiga.num.rigid import to_body
+from contiga.num.pose import identity
+from contiga.num.rigid import standing, to_body
 from contiga.records import FloatArray, IndexArray, rows_of
 from contiga.shown import Facts, Shown
 from contiga.slaves.sampling import QUADRATURES
@@ -55,8 +55,11 @@ StageClock = Callable[[str], AbstractContextManager[None]]
 """Called with the name of a stage, gives a context that times it."""
 
 
+_NO_CLOCK: AbstractContextManager[None] = nullcontext()
+
+
 def _untimed(_: str) -> AbstractContextManager[None]:
-    return nullcontext()
+    return _NO_CLOCK
 
 
 class Contact(Shown):
@@ -205,7 +208,7 @@ class Contact(Shown):
         with clock("search"):
             p_B = to_body(X_WB, p_W)
             found = detect_at_start(self._surface, p_B, self._sampling.active, self._options)
-        return self._respond(found, p_B, X_WB, None, clock)
+        return self._respond(found, touching(found, p_B, None), (p_B, X_WB), None, clock)
 
     def step(
         self,
@@ -249,7 +252,7 @@ class Contact(Shown):
         dt = positive(dt, "dt")
         self._check_state(state)
         poses, active = (state.pose, X_WB), self._sampling.active
-        v_B = relative_velocity(self._sampling, p_W, poses, velocity, twist)
+        past = Past(state, dt, relative_velocity(self._sampling, p_W, poses, velocity, twist))
         if out is None:
             columns, p_B = Columns.of(len(p_W)), np.empty(p_W.shape)
         else:
@@ -257,11 +260,10 @@ class Contact(Shown):
         memory = room, _ = self._rooms.take(len(p_W)), columns
         try:
             with clock("search"):
-                last = Last(state.points_B, state.patch, state.uv, state.near, state.safe_distance)
-                found = detect_moved(
-                    self._surface, (p_W, X_WB, p_B), last, active, self._options, poses, memory
+                found, held = detect_moved(
+                    self.master, (p_W, X_WB, p_B), past, active, self._options, memory
                 )
-            answer = self._respond(found, p_B, X_WB, Past(state, dt, v_B), clock)
+            answer = self._respond(found, held, (p_B, X_WB), past, clock)
         finally:
             self._rooms.give(room)
         return answer if out is None else out.become(answer)
@@ -318,7 +320,7 @@ class Contact(Shown):
             that do not tell where contact ends (constant nodal areas).
         """
         self._check_state(state)
-        X_WB = state.pose if pose is None else as_pose(pose)
+        X_WB = state.pose if pose is None else standing(pose)
         return self._measure.outlines(state.area_input, X_WB)
 
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> FloatArray:
@@ -340,7 +342,7 @@ class Contact(Shown):
                 found=len(p_W),
                 allowed=str(len(self.slave)),
             )
-        return self._sampling.points(p_W), identity() if pose is None else as_pose(pose)
+        return self._sampling.points(p_W), identity() if pose is None else standing(pose)
 
     def _check_state(self, state: State) -> None:
         grip = 0 if self.friction is None else self.friction.n_memory
@@ -350,20 +352,22 @@ class Contact(Shown):
     def _respond(
         self,
         found: Detected,
-        p_B: FloatArray,
-        X_WB: FloatArray,
+        held: Touching,
+        places: tuple[FloatArray, FloatArray],
         past: Past | None,
         clock: StageClock,
     ) -> State:
-        """Forces and sums of what the search has found."""
-        sampling = self._sampling
-        held = touching(found, p_B, past)
+        """Forces and sums of what the search has found, points `held` in contact.
+
+        `places` are those of all points, body axes, and the pose.
+        """
+        sampling, (p_B, X_WB) = self._sampling, places
         points = held.since(sampling.first)
         seen = areas = None
         if self.weights == "area":
             with clock("area"):
-                feet = rows_of(found.feet, points.rows)
-                seen = self._measure.input(p_B, found.feet.patch, feet)
+                own = rows_of(found.feet, points.rows)
+                seen = self._measure.input(p_B, found.feet.patch, own)
                 areas = self._measure.areas(seen)
         with clock("forces"):
             area = sampling.weights(points.rows) if areas is None else areas.area
@@ -372,15 +376,13 @@ class Contact(Shown):
             # The forces act where the slave's points are: so those on slave and master balance,
             # with their moments, whatever friction adds along the surface.
             felt = forces(points, answer, p_B, past, (X_WB, self.master.reference_point))
-        whole, sparse = columns_of(found, held, p_B, points, (answer, felt))
-        wrench = 0.0 - felt.wrench
+        whole = whole_of(found, places, felt)
+        loads = loads_of(held, points, answer, felt)
         if sampling.first:
             whole["force"] = force = sampling.nodal(points.rows, felt.world)
-            wrench[:3] = 0.0 - force.sum(axis=0)
-        else:
-            sparse["force"] = Sparse(len(p_B), points.rows, felt.world)
-        whole |= {"pose": X_WB, "wrench": wrench, "energies": felt.energies}
-        state = State.of_columns(whole, sparse, self)
+            felt.wrench[:3] = 0.0 - force.sum(axis=0)
+            loads = loads._replace(world=None)
+        state = State.of_columns(whole, loads, self)
         if seen is not None and areas is not None:
             state.keep(seen, areas)
         return state

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.handed import by_reference
-from contiga.masters.protocol import Surface
+from contiga.masters.protocol import Master, Surface
 from contiga.num.resident import Resident
 from contiga.records import (
     ByteArray,
@@ -21,6 +21,60 @@ from contiga.records import (
 
 MOST = 128
 """Points in contact that are few. Of more the calls are no longer what takes the time."""
+
+
+@by_reference
+class Asked(NamedTuple):
+    """Points to be judged, one row each."""
+
+    rows: IntArray
+    was: NDArray[np.bool_]
+    """In contact before."""
+    kept: NDArray[np.bool_]
+    """In contact before, with a foot that would do."""
+    status: ByteArray
+    """What the foot would make of a point that is kept."""
+    side: ByteArray
+    """1 outside, −1 inside, 0 not known."""
+    safe_distance: FloatArray
+    """Way to the surface at least, where the side is known."""
+    within: FloatArray
+    """Distance to a point of the surface, infinite where none is known."""
+    feet: Projection
+    """The feet that would do; then those of all points inside."""
+    truth: Projection
+    """The closest points, of the rows that are asked for them; status −1 in others."""
+
+    @classmethod
+    def of(cls, n: int) -> Asked:
+        """For n points, with nothing filled in."""
+        flags, codes, lengths = np.empty((2, n), np.bool_), np.empty((2, n), np.int8), (2, n)
+        feet = empty_projection(n), empty_projection(n)
+        return cls._make((np.empty(n, np.int32), *flags, *codes, *np.empty(lengths), *feet))
+
+    def first(self, n: int) -> Asked:
+        """The first n of them."""
+        *columns, feet, truth = self
+        both = (Projection._make(values[:n] for values in part) for part in (feet, truth))
+        return Asked._make((*(values[:n] for values in columns), *both))
+
+
+@by_reference
+class Carried(NamedTuple):
+    """What is known of points in contact before forces, a row each; see `Touching`."""
+
+    depth: FloatArray
+    normal: FloatArray
+    foot: FloatArray
+    path: FloatArray
+    old: NDArray[np.bool_]
+    rate: FloatArray
+
+    @classmethod
+    def of(cls, n: int) -> Carried:
+        """For n points, with nothing filled in."""
+        old, rate = np.empty(n, np.bool_), np.empty(n)
+        return cls._make((np.empty(n), *np.empty((3, n, 3)), old, rate))
 
 
 @by_reference
@@ -51,6 +105,16 @@ class Desk(NamedTuple):
     radius: FloatArray
     nobody: Projection
     """Feet of no points."""
+    doubtful: Asked
+    """Twice as many: those in contact, and free ones."""
+    stand: FloatArray
+    """(2 n, 3) where these are."""
+    needed: IntArray
+    """(2 n,) those of them whose closest points are looked for."""
+    within: FloatArray
+    """(2 n,) how far these are at most."""
+    carried: Carried
+    """Those in contact after the step: of as many."""
     counts: IndexArray
     """(1, 2) how many points are listed."""
 
@@ -65,7 +129,9 @@ class Desk(NamedTuple):
         own = rows, own_side, own_reach, patch, uv, spot, before, now
         told = empty_projection(n), flags, mark, ways, way, clear, asked, which, radius
         nobody, counts = empty_projection(0), np.zeros((1, 2), np.int64)
-        return cls._make((side, reach, *own, *told, nobody, counts))
+        doubtful = Asked.of(2 * n), np.empty((2 * n, 3)), np.empty(2 * n, np.int32)
+        last = np.empty(2 * n), Carried.of(2 * n), counts
+        return cls._make((side, reach, *own, *told, nobody, *doubtful, *last))
 
 
 class Small:
@@ -75,8 +141,16 @@ class Small:
         self.desk = Desk.of(MOST)
         self._resident = Resident(self.desk)
         self._search: tuple[Resident, ...] | None = None
+        self._master: Master | None = None
         self._surface: Surface | None = None
         self._places: tuple[int, ...] = ()
+
+    def of(self, master: Master) -> tuple[int, ...] | None:
+        """The places of the surface of a closed master, which is asked for once."""
+        if self._master is not master:
+            self._master = master
+            return self.places(master.surface, False)
+        return None if self._search is None else self._places
 
     def places(self, surface: Surface, with_balls: bool) -> tuple[int, ...] | None:
         """Where the search of a closed surface stands (see `Surface.residents`), and the desk;

@@ -106,10 +106,15 @@ def _nothing(p_B: FloatArray, active: np.ndarray) -> Detected:
 
 def nowhere(room: Room, columns: Columns) -> Detected:
     """Points without feet, of which nothing is said."""
-    status, safe_distance, near, uv, patch, feature, certified = columns
-    where = room.uv, room.point, room.normal, room.gap
-    feet = Projection(patch, *where, feature, room.status, certified)
-    return Detected(status, feet, safe_distance, near, uv, room.rows[0, :0])
+    status, safe_distance, near, uv, *_ = columns
+    return Detected(status, no_feet(room, columns), safe_distance, near, uv, room.rows[0, :0])
+
+
+def no_feet(room: Room, columns: Columns) -> Projection:
+    """Where feet are written into: what states keep of them into their `columns`."""
+    _, _, _, _, patch, feature, certified = columns
+    uv, point, normal, gap, status, *_ = room
+    return Projection(patch, uv, point, normal, gap, feature, status, certified)
 
 
 def with_feet(found: Detected, lists: tuple[IntArray, IntArray]) -> Detected:

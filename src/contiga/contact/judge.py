@@ -8,10 +8,11 @@ foot.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from contiga.contact.desk import Asked
 from contiga.contact.kernels import judge_nb
 from contiga.contact.kernels.judge_nb import NOT_ASKED
 from contiga.contact.tracked import (
@@ -39,28 +40,6 @@ from contiga.statuses import Status
 
 # Feet closer than this, relative to the body's size, are one.
 SAME_FOOT = 1e-9
-
-
-class Asked(NamedTuple):
-    """Points to be judged, one row each."""
-
-    rows: IntArray
-    was: BoolArray
-    """In contact before."""
-    kept: BoolArray
-    """In contact before, with a foot that would do."""
-    status: ByteArray
-    """What the foot would make of a point that is kept."""
-    side: ByteArray
-    """1 outside, −1 inside, 0 not known."""
-    safe_distance: FloatArray
-    """Way to the surface at least, where the side is known."""
-    within: FloatArray
-    """Distance to a point of the surface, infinite where none is known."""
-    feet: Projection
-    """The feet that would do; then those of all points inside."""
-    truth: Projection
-    """The closest points, of the rows that are asked for them; status −1 in others."""
 
 
 def asked_of(

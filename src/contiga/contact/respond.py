@@ -7,56 +7,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.contact.checks import checked_answer
-from contiga.contact.kernels import carrying_nb, totals_nb
-from contiga.contact.sparse import Sparse
-from contiga.contact.state import State
-from contiga.contact.tracked import BoolArray, Detected
+from contiga.contact.kernels import totals_nb
+from contiga.contact.loads import NO_ROWS, NONE, NOWHERE, Loads
+from contiga.contact.touching import Past, Touching
+from contiga.contact.tracked import Detected
 from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
 from contiga.laws.normal import Law
 from contiga.num.arrays import locked
-from contiga.records import FloatArray, IntArray, LawInput, LawOutput
+from contiga.records import ByteArray, FloatArray, IntArray, LawInput, LawOutput
 from contiga.slaves.sampling import Sampling
-
-
-class Past(NamedTuple):
-    """How the points came where they are."""
-
-    state: State
-    """Of the last step."""
-    dt: float
-    velocity_B: FloatArray | None
-    """(m, 3) against the body, body axes, where it is known exactly."""
-
-
-class Touching(NamedTuple):
-    """Points in contact, one row each, body axes."""
-
-    rows: IntArray
-    depth: FloatArray
-    """(k,) λ."""
-    normal: FloatArray
-    foot: FloatArray
-    path: FloatArray
-    """(k, 3) against the body in the step; zero at the start and of points without a past."""
-    old: BoolArray
-    """(k,) whether each was in contact before."""
-    rate: FloatArray
-    """(k,) dλ/dt: exact where velocities are given, else of old contacts the change of λ over the
-    step and of new ones their speed of approach; zero at the start."""
-
-    @classmethod
-    def of(cls, rows: IntArray) -> Touching:
-        """Of these rows, with nothing filled in."""
-        k = len(rows)
-        depth, rate, old = np.empty(k), np.empty(k), np.empty(k, np.bool_)
-        return cls(rows, depth, np.empty((k, 3)), np.empty((k, 3)), np.empty((k, 3)), old, rate)
-
-    def since(self, first: int) -> Touching:
-        """Those of them from the point `first` on: the ones that carry forces."""
-        if first == 0:
-            return self
-        k = int(np.searchsorted(self.rows, first))
-        return Touching._make(values[k:] for values in self)
 
 
 class Response(NamedTuple):
@@ -74,35 +33,16 @@ class Forces(NamedTuple):
     viscosity: FloatArray | None
     """(k,) damping over the rate of penetration; None where nothing is damped."""
     wrench: FloatArray
-    """(6,) on the points, about the body's reference point, world axes."""
+    """(6,) on the body, about its reference point, world axes."""
     energies: FloatArray
     """(5,) where the work went up to now, as `ContactEnergy`."""
 
 
-NOWHERE = np.zeros((0, 3))
-"""Velocities that are not told."""
-NONE = np.zeros(0)
-NO_ROWS = np.zeros(0, np.int32)
-FORCES = ("normal_force", "normal_B", "traction_B", "damping")
 NO_FORCES = (NO_ROWS, NONE), (NO_ROWS, NOWHERE), (NO_ROWS, NOWHERE), (NO_ROWS, NONE)
-"""`FORCES` of the last step, where there was none."""
-
-
-def touching(found: Detected, p_B: FloatArray, past: Past | None) -> Touching:
-    """What is known of the points in contact before forces."""
-    points = Touching.of(found.held)
-    rows, out = found.held, points[1:]
-    if past is None:
-        last = np.full(len(p_B), -1, np.int32), NO_ROWS, NONE
-        carrying_nb.gather(rows, found.feet, (p_B, p_B), last, NOWHERE, 1.0, out)
-        points.rate.fill(0.0)
-        return points
-    state, velocity = past.state, past.velocity_B
-    last = state.patch, *state.listed("penetration")
-    velocity = NOWHERE if velocity is None else velocity
-    path = p_B, state.points_B
-    carrying_nb.gather(rows, found.feet, path, last, velocity, past.dt, out)
-    return points
+"""`State.carried` of the last step, where there was none."""
+NO_ENERGIES = np.zeros(5)
+NO_GRIP = NOWHERE, NONE, NONE
+"""Forces of friction, what it stored and what it lost, where there is none."""
 
 
 def law_input(
@@ -190,41 +130,30 @@ def forces(
 
     `p_B` (m, 3) are all points, `frame` the pose of the body and its reference point.
     """
-    normal, grip = response.normal, response.friction
-    world, viscosity, totals = (
-        np.empty(points.normal.shape),
-        np.empty(len(points.rows)),
-        _totals(past),
-    )
-    lost = NONE if normal.hysteresis is None else normal.hysteresis
-    damping = NONE if normal.damping is None else normal.damping
-    held = (
-        (NOWHERE, NONE, NONE) if grip is None else (grip.force, _row(grip.stored), _row(grip.lost))
-    )
-    carrying = points.rows, points.normal, points.path, points.rate
-    last = NO_FORCES if past is None else tuple(map(past.state.listed, FORCES))
-    path = p_B, p_B if past is None else past.state.points_B
+    (force, _, stored, _, hysteresis, damping), grip = response
+    k = len(points.rows)
+    world, viscosity, totals = np.empty((k, 3)), np.empty(k), np.empty(totals_nb.TOTALS)
+    lost = NONE if hysteresis is None else hysteresis
+    damped = NONE if damping is None else damping
+    held = NO_GRIP if grip is None else (grip.force, _row(grip.stored), _row(grip.lost))
+    last: tuple[Any, ...]
+    if past is None:
+        last, before = (*NO_FORCES, NO_ENERGIES), p_B
+    else:
+        last, before = (*past.state.carried, past.state.energies), past.state.points_B
     viscous = totals_nb.forces(
-        carrying,
-        (normal.force, normal.stored, lost, damping, *held),
+        (points.rows, points.normal, points.path, points.rate),
+        (force, stored, lost, damped, *held),
         last,
-        path,
+        (p_B, before),
         frame,
         (world, viscosity, totals),
     )
     energies = totals[totals_nb.WORK :]
     if past is None:
-        stored = totals[totals_nb.STORED]
-        energies[:] = stored, stored, 0.0, 0.0, 0.0
+        all_stored = totals[totals_nb.STORED]
+        energies[:] = all_stored, all_stored, 0.0, 0.0, 0.0
     return Forces(world, viscosity if viscous else None, totals[: totals_nb.WORK], energies)
-
-
-def _totals(past: Past | None) -> FloatArray:
-    """Totals to be added to: of energies those of the last step."""
-    totals = np.zeros(totals_nb.TOTALS)
-    if past is not None:
-        totals[totals_nb.WORK :] = past.state.energies
-    return totals
 
 
 def _row(values: FloatArray) -> FloatArray:
@@ -232,48 +161,39 @@ def _row(values: FloatArray) -> FloatArray:
     return np.array(values, dtype=np.float64).reshape(-1)
 
 
-def columns_of(
-    found: Detected,
-    held: Touching,
-    p_B: FloatArray,
-    points: Touching,
-    answers: tuple[Response, Forces],
-) -> tuple[dict[str, Any], dict[str, Sparse]]:
-    """The columns of a state that are one row a point, by name: whole ones, and those of some rows.
+def whole_of(
+    found: Detected, places: tuple[FloatArray, FloatArray], felt: Forces
+) -> dict[str, FloatArray | IntArray | ByteArray]:
+    """The arrays of a state that say something of all points, or of none, by name.
 
-    `held` are those in contact, also where they carry no forces, `p_B` (m, 3) all points.
+    `places` are those of the points, body axes, and the pose.
     """
-    n, feet, rows = len(p_B), found.feet, points.rows
-    response, felt = answers
-    normal, grip = response.normal, response.friction
-    whole: dict[str, Any] = {
+    feet, (p_B, X_WB) = found.feet, places
+    return {
         "status": found.status,
         "feature": feet.feature,
         "patch": feet.patch,
         "uv": found.uv,
         "near": found.near,
         "points_B": p_B,
+        "pose": X_WB,
         "certified": feet.certified,
         "safe_distance": found.safe_distance,
+        "wrench": felt.wrench,
+        "energies": felt.energies,
     }
-    sparse = {
-        "penetration": Sparse(n, held.rows, held.depth),
-        "normal_B": Sparse(n, held.rows, held.normal),
-        "foot_B": Sparse(n, held.rows, held.foot, p_B),
-        "normal_force": Sparse(n, rows, normal.force),
-        "stiffness": Sparse(n, rows, normal.stiffness),
-        "memory": Sparse(n, rows, normal.memory),
-    }
-    if felt.viscosity is None or normal.damping is None:
-        whole |= {"damping": np.zeros(0), "viscosity": np.zeros(0)}
-    else:
-        sparse["damping"] = Sparse(n, rows, normal.damping)
-        sparse["viscosity"] = Sparse(n, rows, felt.viscosity)
-    if grip is None:
-        whole |= {"grip": np.zeros((n, 0)), "traction_B": np.zeros((0, 3))}
-        whole["tangential"] = np.zeros(0)
-    else:
-        sparse["grip"] = Sparse.of(n, rows, grip.memory)
-        sparse["traction_B"] = Sparse(n, rows, grip.force)
-        sparse["tangential"] = Sparse.of(n, rows, grip.stiffness)
-    return whole, sparse
+
+
+def loads_of(held: Touching, points: Touching, response: Response, felt: Forces) -> Loads:
+    """What a state keeps of the points in contact, `held`, also where they carry no forces."""
+    (force, stiffness, _, memory, _, damping), grip = response
+    rows, depth, normal, foot, *_ = held
+    carried = points.rows, force, stiffness, memory, felt.world
+    loads = Loads(rows, depth, normal, foot, *carried)
+    if felt.viscosity is not None:
+        loads = loads._replace(damping=damping, viscosity=felt.viscosity)
+    if grip is not None:
+        # Copies: whoever worked these out may go on with theirs.
+        memory, tangential = np.array(grip.memory), np.array(grip.stiffness)
+        loads = loads._replace(grip=memory, traction=grip.force, tangential=tangential)
+    return loads

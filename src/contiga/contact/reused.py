@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from operator import attrgetter, is_
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -39,7 +39,7 @@ def given_up(out: State, state: State, p_W: FloatArray, owner: Owner) -> tuple[C
             "out must be a state of this contact", where="out", allowed="what its steps answered"
         )
     own = _arrays(out)
-    if not _plainly_apart(out, state, p_W):
+    if not _plainly_apart(out, state, own, p_W):
         n = len(p_W)
         likes: tuple[Any, ...] = Columns.of(0)
         for name, array, like in zip(Columns._fields, own, likes, strict=False):
@@ -51,8 +51,8 @@ def given_up(out: State, state: State, p_W: FloatArray, owner: Owner) -> tuple[C
     return Columns._make(own[:-1]), own[-1]
 
 
-def _plainly_apart(out: State, state: State, p_W: FloatArray) -> bool:
-    """Whether the arrays of `out` can be written over, and it is plain to see.
+def _plainly_apart(out: State, state: State, own: Any, p_W: FloatArray) -> bool:
+    """Whether `own`, the arrays of `out`, can be written over, and it is plain to see.
 
     It is of states that steps have made: they are right but for a user who locked one, each lies
     apart from all others and from what users made, and only copies of a state share some, whole.
@@ -60,10 +60,9 @@ def _plainly_apart(out: State, state: State, p_W: FloatArray) -> bool:
     """
     if not (out.is_made and state.is_made):
         return False
-    own = _arrays(out)
-    return (
-        all(array.flags.carray for array in own)
-        and not any(map(is_, own, _arrays(state)))
-        and p_W is not own[-1]
-        and (p_W.base is None or not any(np.may_share_memory(p_W, array) for array in own))
-    )
+    # Arrays that own their memory share none, and views name the one that does.
+    owner = p_W if p_W.base is None else p_W.base
+    for array, read in zip(own, _arrays(state), strict=True):
+        if array is read or array is owner or array.base is not None or not array.flags.carray:
+            return False
+    return owner is p_W or (type(owner) is np.ndarray and owner.base is None)

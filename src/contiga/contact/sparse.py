@@ -23,11 +23,6 @@ class Sparse(NamedTuple):
     base: FloatArray | None = None
     """(n, …), zeros if omitted."""
 
-    @classmethod
-    def of(cls, n: int, rows: IndexArray, values: FloatArray) -> Sparse:
-        """With a copy of `values`: whoever worked them out may go on with theirs."""
-        return cls(n, rows, np.array(values))
-
     @property
     def shape(self) -> tuple[int, ...]:
         """Of all of it."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from contiga.area.method import AreaInput, Areas
 from contiga.contact.energy import ContactEnergy
+from contiga.contact.loads import Column, Loads
 from contiga.contact.sparse import Sparse
 from contiga.errors import InputError
 from contiga.num.ordered import product
@@ -116,19 +117,19 @@ class State(Shown):
         self.__dict__.update(_contact=of, _sparse={})
 
     @classmethod
-    def of_columns(cls, whole: dict[str, Any], sparse: dict[str, Sparse], of: Owner) -> State:
-        """A state of all fields by name, the sparse ones of which are made when asked for.
+    def of_columns(cls, whole: dict[str, Any], loads: Loads, of: Owner) -> State:
+        """A state of some fields by name, the others of which are made when asked for.
 
         The arrays are its own, and right for that contact.
         """
         state: State = object.__new__(cls)
-        state.__dict__.update(whole, _contact=of, _sparse=sparse, _made=True)
+        state.__dict__.update(whole, _contact=of, _loads=loads)
         return state
 
     @property
     def is_made(self) -> bool:
         """Whether a start or a step of a contact has made it, and not somebody by hand."""
-        return "_made" in self.__dict__
+        return "_loads" in self.__dict__
 
     def is_of(self, contact: object) -> bool:
         """Whether it is a state of that one."""
@@ -147,35 +148,72 @@ class State(Shown):
 
         def __getattr__(self, name: str) -> Any:
             """An array of which only some rows are kept, made when first asked for."""
-            column = self.__dict__.get("_sparse", {}).get(name)
-            if column is None:
-                spent = "" if self.__dict__ else " any more: it was the out of a step that failed"
-                raise AttributeError(f"a State has no {name!r}{spent}", name=name, obj=self)
-            whole = self.__dict__[name] = column.whole()
-            return whole
+            column = self._column(name)
+            if column is not None:
+                whole = self.__dict__[name] = column.whole()
+                return whole
+            if name in self.__dict__:
+                return self.__dict__[name]
+            spent = "" if self.__dict__ else " any more: it was the out of a step that failed"
+            raise AttributeError(f"a State has no {name!r}{spent}", name=name, obj=self)
+
+    def _column(self, name: str) -> Sparse | None:
+        """What is kept of the array `name`; None where that is whole, or there is none."""
+        own = self.__dict__
+        if "_sparse" not in own:
+            if "_loads" not in own:
+                return None
+            p_B = own["points_B"]
+            own.update(own["_loads"].without(len(p_B)), _sparse=own["_loads"].sparse(p_B))
+        column: Sparse | None = own["_sparse"].get(name)
+        return column
 
     def shape(self, name: str) -> tuple[int, ...]:
         """Shape of the array `name`, which is not made for that."""
-        column = self.__dict__["_sparse"].get(name)
+        column = self._column(name)
         shape = getattr(self, name).shape if column is None else column.shape
         return tuple(shape)
 
     def part(self, name: str, rows: IndexArray) -> FloatArray:
         """(len(rows), …) some rows of the array `name`, which is not made for that."""
-        column = self.__dict__["_sparse"].get(name)
+        column = self._column(name)
         return getattr(self, name)[rows] if column is None else column.at(rows)
 
-    def listed(self, name: str) -> tuple[IntArray, FloatArray]:
+    def listed(self, name: str) -> Column:
         """Rows (k,) of the array `name` (m, …), ascending, and their values; others are zero."""
-        column = self.__dict__["_sparse"].get(name)
+        column = self._column(name)
         if column is not None:
             return column.rows, column.values
         whole = getattr(self, name)
         return np.arange(len(whole), dtype=np.int32), whole
 
+    @property
+    def deep(self) -> Column:
+        """`penetration`, as `listed`."""
+        loads: Loads | None = self.__dict__.get("_loads")
+        return self.listed("penetration") if loads is None else loads.deep
+
+    @property
+    def carried(self) -> tuple[Column, Column, Column, Column]:
+        """Normal forces, normals, friction and damping, each as `listed`."""
+        loads: Loads | None = self.__dict__.get("_loads")
+        if loads is not None:
+            return loads.carried
+        names = "normal_force", "normal_B", "traction_B", "damping"
+        size, normals, tractions, damping = map(self.listed, names)
+        return size, normals, tractions, damping
+
+    @property
+    def widths(self) -> tuple[int, int]:
+        """Numbers a point that law and friction remember."""
+        loads: Loads | None = self.__dict__.get("_loads")
+        if loads is None:
+            return self.shape("memory")[1], self.shape("grip")[1]
+        return loads.memory.shape[1], 0 if loads.grip is None else loads.grip.shape[1]
+
     def nonzero(self, name: str) -> tuple[IndexArray, FloatArray]:
         """Rows (k,) of the array `name` (m,) that are not zero, and their values (k,)."""
-        column = self.__dict__["_sparse"].get(name)
+        column = self._column(name)
         values = getattr(self, name) if column is None else column.values
         own = np.flatnonzero(values)
         return own if column is None else column.rows[own], values[own]

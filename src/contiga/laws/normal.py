@@ -65,13 +65,18 @@ class PenaltyLaw:
 
     def respond(self, inp: LawInput) -> LawOutput:
         """Forces k λ + c λ̇ and energies k λ²/2."""
-        elastic = self.stiffness * inp.penetration
-        force = elastic + self.damping * inp.rate
-        stiffness = np.full(force.shape, self.stiffness)
+        force = elastic = self.stiffness * inp.penetration
+        stiffness = np.empty(elastic.shape)
+        stiffness.fill(self.stiffness)
         stored = 0.5 * self.stiffness * inp.penetration**2
+        damped = self.damping > 0.0 or self.damping_ratio > 0.0
+        if damped:
+            force = elastic + self.damping * inp.rate
         if self.per_area:
             elastic, force = elastic * inp.area, force * inp.area
             stiffness, stored = stiffness * inp.area, stored * inp.area
+        if not damped:
+            return no_memory(force, stiffness, stored)
         if self.damping_ratio > 0.0:
             force = force + critical_damping(self.damping_ratio, stiffness, inp.mass) * inp.rate
         return no_memory(np.maximum(force, 0.0), stiffness, stored, elastic)
@@ -126,8 +131,7 @@ class AdaptiveLaw:
                 remedy="Give the slave a mass, or use the penalty law",
             )
         if inp.dt == 0.0:
-            none = np.zeros(inp.penetration.shape)
-            return no_memory(none, none, none)
+            return no_memory(*np.zeros((3, len(inp.penetration))))
         stiffness = self.scale * inp.mass / inp.dt**2
         force = stiffness * inp.penetration
         return no_memory(force, stiffness, 0.5 * force * inp.penetration)

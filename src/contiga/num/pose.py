@@ -19,7 +19,8 @@ from contiga.num.ordered import product
 from contiga.num.transform import Axis
 from contiga.records import FloatArray
 
-_RIGID = 1e-9
+RIGID = 1e-9
+"""Largest entry of R Rᵀ − 1 of what counts as a pose."""
 
 
 def identity() -> FloatArray:
@@ -93,12 +94,12 @@ def as_pose(X: ArrayLike, where: str = "pose") -> FloatArray:
     rows = pose.tolist()
     if pose.shape != (4, 4) or not all(map(isfinite, chain.from_iterable(rows))):
         raise InputError("a pose must be a finite (4, 4) matrix", where=where, found=pose.shape)
-    if not _off_rigid(rows) <= _RIGID:
+    if not _off_rigid(rows) <= RIGID:
         raise InputError(
             "a pose must be a rotation and a translation",
             where=where,
             found=rows,
-            allowed=f"R Rᵀ = 1 to {_RIGID:g}, det R = 1, last row 0, 0, 0, 1",
+            allowed=f"R Rᵀ = 1 to {RIGID:g}, det R = 1, last row 0, 0, 0, 1",
         )
     return pose
 

@@ -3,14 +3,28 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from contiga.num.arrays import locked
 from contiga.num.kernels import rigid_nb
+from contiga.num.pose import RIGID, as_pose
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray
 
 # Points below which a second thread does not pay.
 POINTS = 32768
+
+
+def standing(X: ArrayLike) -> FloatArray:
+    """`X` checked to be a rigid pose, a copy; see `as_pose`, which says what is wrong with others.
+
+    Arrays are looked at by a kernel: four times as fast, and once in every step.
+    """
+    if type(X) is np.ndarray and X.shape == (4, 4) and X.dtype == np.float64:
+        pose = X.copy()
+        if rigid_nb.is_rigid(pose, RIGID):
+            return pose
+    return as_pose(X)
 
 
 def to_body(X_WB: FloatArray, p_W: FloatArray, out: FloatArray | None = None) -> FloatArray:

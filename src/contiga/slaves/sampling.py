@@ -128,7 +128,7 @@ class Sampling:
 
     def weights(self, rows: IndexArray) -> FloatArray:
         """(len(rows),) fixed areas of some points; one each where they are not known."""
-        return np.ones(len(rows)) if self.weight is None else self.weight[rows]
+        return np.ones(len(rows)) if self.weight is None else self.weight.take(rows)
 
     def points(self, nodal: FloatArray) -> FloatArray:
         """(n_points, 3) of what (n, 3) is at the nodes: places or velocities."""

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from contiga.contact.kernels.carrying_nb import gather
-from contiga.contact.respond import NOWHERE, Touching
+from contiga.contact.loads import NOWHERE
+from contiga.contact.touching import Touching
 from contiga.records import Projection
 
 pytestmark = pytest.mark.interpreted

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from contiga.contact import judge as judging
-from contiga.contact.desk import Small
-from contiga.contact.judge import Asked, judge
+from contiga.contact.desk import Asked, Small
+from contiga.contact.judge import judge
 from contiga.contact.kernels import judge_nb
 from contiga.contact.tracked import Detected, Options, Step, blank
 from contiga.records import ContactStatus, Hit, Projection, empty_hit, rows_of

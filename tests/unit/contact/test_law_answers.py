@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations, product
 
 import numpy as np
 import pytest
 
 import contiga as cg
+from contiga.contact.checks import checked_answer
 from contiga.errors import InputError
 
 PLANE = cg.Body([cg.shapes.plane()])
@@ -59,3 +61,30 @@ def test_stiffness_and_energy_of_a_state_are_those_of_its_law() -> None:
     state = contact.step(state, heights(-0.5, 0.1, -0.25, -1.0))
     np.testing.assert_allclose(state.stiffness, [4.0, 0.0, 16.0, 32.0], rtol=1e-12)
     assert state.energy.stored == pytest.approx(0.5 + 0.5 + 16.0)
+
+
+def test_plain_laws_answer_arrays_of_their_own() -> None:
+    seen = cg.LawInput(*np.full((3, 4), 0.25), None, np.ones(4), 0.0, np.zeros((4, 0)))
+    for law in (cg.AdaptiveLaw(), cg.PenaltyLaw(2.0), cg.PenaltyLaw(2.0, per_area=True)):
+        for inp in (seen, seen._replace(dt=0.5)):
+            answer = checked_answer(law, inp)
+            kept = [answer.force, answer.stiffness, answer.stored, answer.memory]
+            assert all(array.flags.carray for array in kept)
+            assert [array.shape for array in kept] == [(4,), (4,), (4,), (4, 0)]
+            given = [inp.penetration, inp.rate, inp.area, inp.mass]
+            pairs = [*combinations(kept, 2), *product(kept, given)]
+            assert not any(np.shares_memory(one, other) for one, other in pairs)
+
+
+class TooFew(cg.PenaltyLaw):
+    """A law derived from a plain one, that answers a row too few."""
+
+    def respond(self, inp: cg.LawInput) -> cg.LawOutput:
+        return super().respond(inp)._replace(force=np.ones(len(inp.penetration) - 1))
+
+
+def test_laws_derived_from_plain_ones_are_looked_at() -> None:
+    contact = cg.Contact(PLANE, CLOUD, law=TooFew(1.0))
+    state = contact.start(heights(0.1, 0.1, 0.1, 0.1))
+    with pytest.raises(InputError, match="one row a point in contact"):
+        contact.step(state, heights(-0.1, -0.1, 0.1, 0.1))

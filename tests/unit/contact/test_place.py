@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from contiga.contact.kernels import place_nb
+from contiga.num.arrays import locked
 from contiga.records import ContactStatus
 
 pytestmark = pytest.mark.interpreted
@@ -97,3 +98,9 @@ def test_what_is_held_is_listed_and_the_rest_forgets_its_parameters():
         wanted = np.where((patch >= 0)[:, None], foot_uv, uv)
         wanted[asked & (patch < 0) & (near < 0)] = 0.0
         np.testing.assert_array_equal(own, wanted)
+
+
+def test_the_largest_patch_is_none_of_none() -> None:
+    patch = np.array([-1, 4, 0, 7, 2], np.int32)
+    assert place_nb.largest(locked(patch)) == 7
+    assert place_nb.largest(locked(patch[:1])) == place_nb.largest(locked(patch[:0])) == -1

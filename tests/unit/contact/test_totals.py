@@ -9,7 +9,7 @@ import pytest
 
 import contiga as cg
 from contiga.contact.kernels import totals_nb
-from contiga.contact.respond import NONE, NOWHERE
+from contiga.contact.loads import NONE, NOWHERE
 
 pytestmark = pytest.mark.interpreted
 
@@ -42,7 +42,7 @@ def scene() -> dict[str, Any]:
     way = np.where(np.isfinite(now - before), now - before, 0.0)[rows]
     normal, rate = rng.normal(size=(len(rows), 3)), rng.normal(size=len(rows))
     rate[2] = 0.0
-    last = some(rng), some(rng, 3), some(rng, 3), some(rng)
+    last = some(rng), some(rng, 3), some(rng, 3), some(rng), rng.random(5)
     last[0][1][1], last[3][1][::2] = 0.0, 0.0
     return {
         "carrying": (rows, normal, way, rate),
@@ -52,7 +52,6 @@ def scene() -> dict[str, Any]:
         "path": (now, before),
         "pose": cg.motion.pose.rotation([1.0, 2.0, 3.0], 0.7, centre=(0.1, 0.2, 0.3)),
         "about": rng.normal(size=3),
-        "energies": rng.random(5),
     }
 
 
@@ -66,7 +65,7 @@ def test_forces_wrench_and_energies_are_those_of_plain_numpy(
     friction = scene["friction"] if rubbed else (NOWHERE, NONE, NONE)
     now, before = scene["path"]
     k = len(rows)
-    out = np.full((k, 3), np.nan), np.full(k, np.nan), np.r_[np.zeros(6), scene["energies"]]
+    out = np.full((k, 3), np.nan), np.full(k, np.nan), np.full(totals_nb.TOTALS, np.nan)
     answer = size, stored, lost, damping if damped else NONE, *friction
     frame = scene["pose"], scene["about"]
     viscous = totals_nb.forces(scene["carrying"], answer, scene["last"], scene["path"], frame, out)
@@ -76,13 +75,13 @@ def test_forces_wrench_and_energies_are_those_of_plain_numpy(
     turn = scene["pose"][:3, :3]
     np.testing.assert_allclose(out[0], force @ turn.T, rtol=1e-13)
     arm = (now[rows] - scene["about"]) @ turn.T
-    np.testing.assert_allclose(out[2][:3], out[0].sum(axis=0), rtol=1e-13)
-    np.testing.assert_allclose(out[2][3:6], np.cross(arm, out[0]).sum(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(out[2][:3], -out[0].sum(axis=0), rtol=1e-13)
+    np.testing.assert_allclose(out[2][3:6], -np.cross(arm, out[0]).sum(axis=0), rtol=1e-12)
     if damped:
         each = np.where(rate != 0.0, np.abs(damping / np.where(rate != 0.0, rate, 1.0)), 0.0)
         np.testing.assert_array_equal(out[1], each)
 
-    f, n, t, d = map(whole, scene["last"])
+    f, n, t, d = map(whole, scene["last"][:4])
     own = np.flatnonzero(f)
     went = np.where(np.isfinite(now - before), now - before, 0.0)
     before_now = half_work(f[own, None] * n[own] + t[own], went[own])
@@ -91,7 +90,7 @@ def test_forces_wrench_and_energies_are_those_of_plain_numpy(
     taken = half_work(damping[:, None] * normal, way) if damped else 0.0
     taken += half_work(d[took, None] * n[took], went[took])
     added = [work, 0.0, lost.sum(), taken, friction[2].sum()]
-    wanted = scene["energies"] + added
+    wanted = scene["last"][4] + added
     wanted[1] = stored.sum() + friction[1].sum()
     np.testing.assert_array_equal(out[2][6:], wanted)
 
@@ -99,6 +98,6 @@ def test_forces_wrench_and_energies_are_those_of_plain_numpy(
 def test_a_law_that_damps_nothing_has_no_viscosity(scene: dict[str, Any]) -> None:
     size, stored, lost, damping = scene["answer"]
     answer = size, stored, lost, 0.0 * damping, NOWHERE, NONE, NONE
-    out = np.empty((len(size), 3)), np.empty(len(size)), np.zeros(totals_nb.TOTALS)
+    out = np.empty((len(size), 3)), np.empty(len(size)), np.empty(totals_nb.TOTALS)
     frame = scene["pose"], scene["about"]
     assert not totals_nb.forces(scene["carrying"], answer, scene["last"], scene["path"], frame, out)

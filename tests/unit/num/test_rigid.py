@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from contiga.errors import InputError
 from contiga.num import pose
 from contiga.num.arrays import locked
 from contiga.num.kernels import rigid_nb
-from contiga.num.rigid import to_body, to_world, turn_to_world
+from contiga.num.rigid import standing, to_body, to_world, turn_to_world
 
 X_WB = pose.compose(pose.translation([1.0, -2.0, 3.0]), pose.rotation("z", 0.7))
 
@@ -67,3 +68,53 @@ def test_points_that_may_be_written_to_and_those_that_may_not_are_one_version(
 def test_columns_of_a_wider_array_are_turned(points: np.ndarray) -> None:
     wide = np.hstack([points, points])
     np.testing.assert_array_equal(turn_to_world(X_WB, wide[:, 3:]), turn_to_world(X_WB, points))
+
+
+@pytest.mark.interpreted
+def test_a_pose_is_taken_as_a_copy_of_its_own() -> None:
+    given = np.asfortranarray(X_WB)
+    given.flags.writeable = False
+    taken = standing(given)
+    assert taken.flags.carray
+    assert not np.shares_memory(taken, given)
+    np.testing.assert_array_equal(taken, X_WB)
+    np.testing.assert_array_equal(standing(X_WB.tolist()), X_WB)
+    assert standing(np.eye(4, dtype=np.int64)).dtype == np.float64
+
+
+def changed(*entries: tuple[int, int, float]) -> np.ndarray:
+    wrong = X_WB.copy()
+    for i, j, value in entries:
+        wrong[i, j] = value
+    return wrong
+
+
+WRONG = {
+    "far too long": 1.1 * X_WB,
+    "mirrored": X_WB * [1.0, 1.0, -1.0, 1.0],
+    "sheared": changed((0, 2, 1e-6)),
+    "of another last row": changed((3, 0, 1e-3)),
+    "of another last number": changed((3, 3, 2.0)),
+    "not a number": changed((1, 1, np.nan)),
+    "moved without end": changed((2, 3, np.inf)),
+    "not square": X_WB[:3],
+    "text": np.full((4, 4), "a"),
+}
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("name", WRONG)
+def test_what_is_no_pose_is_refused_with_the_words_of_poses(name: str) -> None:
+    with pytest.raises(InputError) as wanted:
+        pose.as_pose(WRONG[name])
+    with pytest.raises(InputError) as error:
+        standing(WRONG[name])
+    assert str(error.value) == str(wanted.value)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("off", [0.4e-9, 1.1e-9, -0.4e-9, -1.1e-9])
+def test_a_pose_may_be_off_by_as_much_as_poses_may(off: float) -> None:
+    matrix = np.eye(4)
+    matrix[0, 1] = off
+    assert rigid_nb.is_rigid(matrix, pose.RIGID) == (abs(off) <= pose.RIGID)

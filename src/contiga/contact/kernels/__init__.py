@@ -6,8 +6,9 @@
 - settle_nb: points of a closed body whose sides and feet tell what becomes of them: settled in
   single passes
 - judge_nb: points whose feet do not tell, where their closest points do
-- touching_nb: all that is asked of few points in contact, in one call
 - carrying_nb: what is known of the points in contact before forces
+- asked_nb: few points whose feet do not tell, gathered, and judged by their closest points
+- touching_nb: the step of few points in contact and near it, in one call
 - sums_nb: sums in one order, as NumPy takes them
 - totals_nb: world forces, and sums over the points that carry them: wrench and energies
 """

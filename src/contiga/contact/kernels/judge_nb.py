@@ -32,13 +32,19 @@ def _above_zero(x):
 
 
 @inner()
+def is_needed(was, side, penetration):
+    """Whether a point's closest point is: it tells the side, or how deep one is that comes in."""
+    return side == 0 or (not was and penetration)
+
+
+@inner()
 def _kind(asked, truth, limits, i):
     """Of row i: whether its closest point was needed, whether its place is known, whether it lies
     inside."""
     was, side = asked[1], asked[4]
     penetration, band, _, _ = limits
     told = side[i] != 0
-    needed = not told or (not was[i] and penetration)
+    needed = is_needed(was[i], side[i], penetration)
     solved = not needed or truth.status[i] == OK
     inside = solved and (side[i] < 0 if told else truth.gap[i] <= 0.0)
     deep = inside and (told or truth.gap[i] < -band)

@@ -36,7 +36,7 @@ def _is_sound(feet, i, band):
 
 
 @inner()
-def _distance(feet, i, p):
+def distance(feet, i, p):
     """From a point to its foot; infinite where that may be off the surface."""
     if not _is_foot(feet.status[i]):
         return math.inf
@@ -249,7 +249,7 @@ def tell(index, feet, points, balls, band, known, within):
     j = 0
     for m in range(index.shape[0]):
         i = index[m]
-        within[i] = _distance(feet, m, points[m])
+        within[i] = distance(feet, m, points[m])
         if j < asked.shape[0] and asked[j] == m:
             side[i], reach[i], _ = _by_ball(feet, m, radius[j], band, side[i], reach[i])
             j += 1

@@ -68,7 +68,7 @@ def _energies(work, damped, answer, last, path, totals):
     """
     n = work.shape[0]
     _, stored, hysteresis, damping, _, held, lost = answer
-    size, normals, tractions, taken = last
+    size, normals, tractions, taken, _ = last
     before = _work_before(size, normals, tractions, path)
     totals[WORK] += before + -0.5 * sum_of(work, n)
     totals[STORED] = sum_of(stored, stored.shape[0]) + sum_of(held, held.shape[0])
@@ -89,10 +89,10 @@ def forces(carrying, answer, last, path, frame, out):
     `carrying` is (rows, normal, way, rate) of the k points, `answer` what law and friction say of
     them, (force, stored, hysteresis, damping, friction, stored by it, lost by it), each without
     rows where it is not told; `last` is what was at the last step, columns of some rows each,
-    (normal force, normal, friction, damping). `path` is (now, before) of all points and `frame`
-    (pose, about), the point (3,) that the moment is about, body axes. `out` is (force (k, 3),
-    viscosity (k,), totals): to the energies in these is added what the step adds. Returns whether
-    any damping is not zero.
+    (normal force, normal, friction, damping), and its energies (5,). `path` is (now, before) of all
+    points and `frame` (pose, about), the point (3,) that the moment is about, body axes. `out` is
+    (force (k, 3), viscosity (k,), totals): the wrench on the body, and the last energies with what
+    the step adds. Returns whether any damping is not zero.
     """
     rows, normal, way, rate = carrying
     size, damping, friction = answer[0], answer[3], answer[4]
@@ -101,6 +101,7 @@ def forces(carrying, answer, last, path, frame, out):
     n = rows.shape[0]
     work, damped, own = np.empty(3 * n), np.empty(3 * n), scratch(3)
     viscous = False
+    totals[:WORK], totals[WORK:] = 0.0, last[4]
     for i in range(n):
         for c in range(3):
             own[c] = size[i] * normal[i, c]
@@ -116,4 +117,6 @@ def forces(carrying, answer, last, path, frame, out):
             for c in range(3):
                 damped[3 * i + c] = damping[i] * normal[i, c] * way[i, c]
     _energies(work, damped, answer, last, path, totals)
+    for c in range(WORK):
+        totals[c] = 0.0 - totals[c]
     return viscous

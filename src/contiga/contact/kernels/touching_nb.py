@@ -1,4 +1,4 @@
-"""Few points in contact with a closed exact body, or near it: all that is asked, in one call.
+"""Few points in contact with a closed exact body, or near it: the search of a step in one call.
 
 `closed_body` says what follows from what; of few points its calls, one after the other, take longer
 than what is done in them. The results are the same bits.
@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 
+from contiga.contact.kernels.asked_nb import ask_free, ask_touching, judge_asked
+from contiga.contact.kernels.carrying_nb import gather
 from contiga.contact.kernels.place_nb import held, place
 from contiga.contact.kernels.settle_nb import (
     KEPT,
@@ -34,10 +36,10 @@ sides_at = reader("contiga.search.side_grid.SideGrid")
 balls_at = reader("contiga.search.ball_cells.Balls")
 desk_at = reader("contiga.contact.desk.Desk")
 
-NO_BALLS, NOT_SOLVED, MANY, NOT_IN = -1, -2, -3, -4
+NO_BALLS, NOT_SOLVED, MANY, NOT_IN, TURNED = -1, -2, -3, -4, -5
 """Answers in place of a number of rows: balls are needed, and not worked out; the feet of some rows
 have to be looked for elsewhere; there are more rows than the desk has; some may lie inside since
-the start. What has been written is written again then."""
+the start; the body turns. What has been written is written again then."""
 
 
 @inner(linked=False)
@@ -150,40 +152,78 @@ def stay_free(rows, step, old, found, limits, places):
     return leave(rows, known, desk.clear[:n], band, found[1], desk.ways)
 
 
-@kernel()
-def advance(path, pose, last, active, found, feet, rows, how):
-    """The step of all points of a closed body, if few were in contact, up to what is left to judge.
+@inner(linked=False)
+def _settle(lists, path, last, found, feet, limits, places):
+    """Settle points that were in contact and free ones near by; how many are left to judge.
 
-    `path` is (now in the world, now, before), body axes from the pose on; `last`, `active` and
-    `found` are as `place` has them, for one chunk of all points, `feet` the columns of `touch`,
-    `rows` (3, n) for lists. `how` is (hold, whether balls are asked, band, most points that are
-    few, and the four places of `touch`).
+    `lists` is (those in contact, those near), `path` (now, before), all else as of `advance`.
+    """
+    hold, with_balls, penetration, band, depth, far, same_foot = limits
+    touching, near = lists
+    now, desk = path[0], desk_at(places[3])
+    into, left = (found[0], found[1], found[2], found[3]), 0
+    # The free ones first: what has become of them does not hinder that all is done anew.
+    if near.shape[0] > 0:
+        moved, old = (found[4], found[5], now), (last[2], last[1])
+        how = (penetration, with_balls, band, far)
+        left = stay_free(near, moved, old, into, how, places)
+        ask_free(desk, left, near, now)
+    if touching.shape[0] > 0 and left >= 0:
+        how = (hold, with_balls, band)
+        _, own = touch(touching, path, (last[0], last[1]), into, feet, how, places)
+        ask_touching(desk, own, left)
+        left = left + own if own >= 0 else own
+    if left > 0:
+        step, bounds = (found[4], found[5]), (penetration, band, depth, same_foot)
+        if judge_asked(desk, left, places, step, bounds, into, feet):
+            left = 0
+    return left
+
+
+@inner()
+def _is_turned(pose, was):
+    """Whether two poses (4, 4) differ in more than where they are."""
+    for i in range(3):
+        for j in range(3):
+            if pose[i, j] != was[i, j]:
+                return True
+    return False
+
+
+@kernel()
+def advance(path, last, active, found, feet, rows, speed, how):
+    """The step of all points of a closed body, if few were in contact or are near.
+
+    `path` is (now in the world, pose, last pose, now, before), the last two in body axes. `last`,
+    `active` and `found` are as `place` has them, of one chunk; `last` goes on with the rows and
+    depths of `gather`, `speed` is its (velocity, dt). `feet` are the columns of `touch` and `rows`
+    (3, n) for lists. `how` is (limits, the four places of `touch`), the first of these (hold,
+    whether balls are asked, search by penetration, band, depth, how far a point may have gone for
+    its last foot to be near, how far feet that are one may be apart).
 
     Returns how many points were in contact and how many others are near, listed in the first rows,
-    how many of the first are left (see `touch`), and, where none is left and none near, how many
-    are in contact, listed in the last row. Of many that were in contact nothing is settled.
+    how many of all these are left, the desk's `doubtful`, and, where none is left, how many are in
+    contact, listed in the last row, and on the desk with what is known of them before forces. Of
+    many nothing is settled, and of a body that turns nothing is done.
     """
-    hold, with_balls, band, most, tables, grid, balls, desk = how
-    outside, now, before = path
+    outside, pose, was, now, before = path
+    limits, places = how
+    if _is_turned(pose, was):
+        return 0, 0, TURNED, 0
+    desk = desk_at(places[3])
     n = now.shape[0]
     to_body(outside, pose, now, 0, n)
-    counts = desk_at(desk).counts
-    place((before, now), last, active, found, (rows, counts), max(n, 1), 0, 1)
-    touching, near = counts[0, 0], counts[0, 1]
-    if touching > most:
+    known, lists = (last[0], last[1], last[2], last[3]), (rows, desk.counts)
+    place((before, now), known, active, found, lists, max(n, 1), 0, 1)
+    touching, near = desk.counts[0, 0], desk.counts[0, 1]
+    if max(touching, near) > desk.rows.shape[0]:
         return touching, near, MANY, 0
-    left = 0
-    if touching > 0:
-        _, left = touch(
-            rows[0][:touching],
-            (now, before),
-            (last[0], last[1]),
-            (found[0], found[1], found[2], found[3]),
-            feet,
-            (hold, with_balls, band),
-            (tables, grid, balls, desk),
-        )
-    if left != 0 or near > 0:
-        return touching, near, left, 0
     lists = (rows[0][:touching], rows[1][:near])
-    return touching, near, left, held(lists, feet.patch, feet.uv, (found[2], found[3]), rows[2])
+    left = _settle(lists, (now, before), known, found, feet, limits, places)
+    if left != 0:
+        return touching, near, left, 0
+    k = held(lists, feet.patch, feet.uv, (found[2], found[3]), rows[2])
+    deep, out = (last[0], last[4], last[5]), desk.carried
+    out = (out.depth, out.normal, out.foot, out.path, out.old, out.rate)
+    gather(rows[2][:k], feet, (now, before), deep, speed[0], speed[1], out)
+    return touching, near, left, k

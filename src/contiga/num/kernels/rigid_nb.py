@@ -5,6 +5,8 @@ Points are read and written as numbers in a row, as which compilers see three ax
 
 from __future__ import annotations
 
+import math
+
 import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
 from contiga.num.jit import kernel
 
@@ -35,3 +37,21 @@ def to_world(points, pose, shift, out, start, stop):
         turned[3 * k] = x0 * x + x1 * y + x2 * z + shift * tx
         turned[3 * k + 1] = y0 * x + y1 * y + y2 * z + shift * ty
         turned[3 * k + 2] = z0 * x + z1 * y + z2 * z + shift * tz
+
+
+@kernel()
+def is_rigid(pose, tolerance):
+    """Whether R Rᵀ = 1 to `tolerance`, det R ≥ 0 and the last row is 0, 0, 0, 1; t finite."""
+    turned = 0.0
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        turned += pose[0, i] * (pose[1, j] * pose[2, k] - pose[1, k] * pose[2, j])
+        if not (math.isfinite(pose[i, 3]) and pose[3, i] == 0.0):
+            return False
+        for row in range(i, 3):
+            along = 0.0
+            for c in range(3):
+                along += pose[i, c] * pose[row, c]
+            if not abs(along - (1.0 if i == row else 0.0)) <= tolerance:
+                return False
+    return turned >= 0.0 and pose[3, 3] == 1.0

@@ -1,0 +1,88 @@
+"""What a state keeps of the points in contact: some rows, of which whole arrays can be made."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.contact.sparse import Sparse
+from contiga.records import FloatArray, IndexArray, IntArray
+
+NOWHERE = np.zeros((0, 3))
+"""Velocities that are not told, and forces there are none of."""
+NONE = np.zeros(0)
+NO_ROWS = np.zeros(0, np.int32)
+
+Column = tuple[IndexArray, FloatArray]
+"""(rows, values): rows (k,), ascending, and their values (k, …)."""
+
+
+class Loads(NamedTuple):
+    """Of points in contact, one row each, body axes; see `State`."""
+
+    held: IntArray
+    """Those in contact, with the three that follow."""
+    penetration: FloatArray
+    normal: FloatArray
+    foot: FloatArray
+    rows: IntArray
+    """Those of them that carry forces, with all that follows."""
+    normal_force: FloatArray
+    stiffness: FloatArray
+    memory: FloatArray
+    world: FloatArray | None
+    """(k, 3) forces, world axes; None where they are those of other points."""
+    damping: FloatArray | None = None
+    """None, with the next, where nothing is damped."""
+    viscosity: FloatArray | None = None
+    grip: FloatArray | None = None
+    """None, with the two that follow, without friction."""
+    traction: FloatArray | None = None
+    tangential: FloatArray | None = None
+
+    @property
+    def deep(self) -> Column:
+        """How deep points are."""
+        return self.held, self.penetration
+
+    @property
+    def carried(self) -> tuple[Column, Column, Column, Column]:
+        """Normal forces, normals, friction and damping, whose work the next step counts."""
+        damping, traction = self.damping, self.traction
+        return (
+            (self.rows, self.normal_force),
+            (self.held, self.normal),
+            (NO_ROWS, NOWHERE) if traction is None else (self.rows, traction),
+            (NO_ROWS, NONE) if damping is None else (self.rows, damping),
+        )
+
+    def sparse(self, p_B: FloatArray) -> dict[str, Sparse]:
+        """The arrays of a state that are of n points, p_B (n, 3), by name."""
+        n, rows = len(p_B), self.rows
+        told = {
+            "normal_force": self.normal_force,
+            "stiffness": self.stiffness,
+            "memory": self.memory,
+            "force": self.world,
+            "damping": self.damping,
+            "viscosity": self.viscosity,
+            "grip": self.grip,
+            "traction_B": self.traction,
+            "tangential": self.tangential,
+        }
+        return {
+            "penetration": Sparse(n, self.held, self.penetration),
+            "normal_B": Sparse(n, self.held, self.normal),
+            "foot_B": Sparse(n, self.held, self.foot, p_B),
+        } | {name: Sparse(n, rows, values) for name, values in told.items() if values is not None}
+
+    def without(self, n: int) -> dict[str, Any]:
+        """The arrays of a state of n points that say that there is no such thing, by name."""
+        none: dict[str, Any] = {}
+        if self.damping is None:
+            none |= {"damping": np.zeros(0), "viscosity": np.zeros(0)}
+        if self.grip is None:
+            none |= {"grip": np.zeros((n, 0)), "traction_B": np.zeros((0, 3))}
+            none["tangential"] = np.zeros(0)
+        return none

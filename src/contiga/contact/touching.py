@@ -1,0 +1,86 @@
+"""The points in contact after a step, with all that is known of them before forces."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.contact.desk import Desk
+from contiga.contact.kernels import carrying_nb
+from contiga.contact.loads import NO_ROWS, NONE, NOWHERE
+from contiga.contact.state import State
+from contiga.contact.tracked import BoolArray, Detected
+from contiga.records import FloatArray, IntArray
+
+
+class Past(NamedTuple):
+    """How the points came where they are."""
+
+    state: State
+    """Of the last step."""
+    dt: float
+    velocity_B: FloatArray | None
+    """(m, 3) against the body, body axes, where it is known exactly."""
+
+    @property
+    def speed(self) -> tuple[FloatArray, float]:
+        """Velocities, of no rows where they are not known, and dt, as kernels take them."""
+        return NOWHERE if self.velocity_B is None else self.velocity_B, self.dt
+
+
+class Touching(NamedTuple):
+    """Points in contact, one row each, body axes."""
+
+    rows: IntArray
+    depth: FloatArray
+    """(k,) λ."""
+    normal: FloatArray
+    foot: FloatArray
+    path: FloatArray
+    """(k, 3) against the body in the step; zero at the start and of points without a past."""
+    old: BoolArray
+    """(k,) whether each was in contact before."""
+    rate: FloatArray
+    """(k,) dλ/dt: exact where velocities are given, else of old contacts the change of λ over the
+    step and of new ones their speed of approach; zero at the start."""
+
+    @classmethod
+    def of(cls, rows: IntArray) -> Touching:
+        """Of these rows, with nothing filled in."""
+        k = len(rows)
+        depth, rate, old = np.empty(k), np.empty(k), np.empty(k, np.bool_)
+        return cls(rows, depth, np.empty((k, 3)), np.empty((k, 3)), np.empty((k, 3)), old, rate)
+
+    @classmethod
+    def on(cls, desk: Desk, rows: IntArray) -> Touching:
+        """These rows, of which a kernel has told on the desk. What states keep, and laws are
+        handed, is copied."""
+        k = len(rows)
+        depth, normal, foot, path, old, rate = desk.carried
+        kept = depth[:k].copy(), normal[:k].copy(), foot[:k].copy()
+        return cls(rows, *kept, path[:k], old[:k], rate[:k].copy())
+
+    def since(self, first: int) -> Touching:
+        """Those of them from the point `first` on: the ones that carry forces."""
+        if first == 0:
+            return self
+        k = int(np.searchsorted(self.rows, first))
+        return Touching._make(values[k:] for values in self)
+
+
+def touching(found: Detected, p_B: FloatArray, past: Past | None) -> Touching:
+    """What is known of the points in contact before forces."""
+    points = Touching.of(found.held)
+    last: tuple[Any, ...]
+    rows, out = found.held, points[1:]
+    if past is None:
+        last = np.full(len(p_B), -1, np.int32), NO_ROWS, NONE
+        carrying_nb.gather(rows, found.feet, (p_B, p_B), last, NOWHERE, 1.0, out)
+        points.rate.fill(0.0)
+        return points
+    state = past.state
+    last = state.patch, *state.deep
+    path = p_B, state.points_B
+    carrying_nb.gather(rows, found.feet, path, last, *past.speed, out)
+    return points
