@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from contiga.contact import closed_body
 from contiga.contact.closed_body import SHORT
-from contiga.contact.curved import detect_on_curves
-from contiga.contact.detect import no_feet, nowhere, with_feet
+from contiga.contact.curved import detect_on_curves, is_turned
+from contiga.contact.detect import detect, no_feet, nowhere, with_feet
 from contiga.contact.judge import SAME_FOOT, judge
 from contiga.contact.kernels import touching_nb
 from contiga.contact.state import State
@@ -41,10 +41,14 @@ def detect_moved(
         return known
     p_W, X_WB, p_B = moved
     state = past.state
-    to_body(X_WB, p_W, p_B)
     last = Last(state.points_B, state.patch, state.uv, state.near, state.safe_distance)
     poses = state.pose, X_WB
-    found = detect_on_curves(master.surface, p_B, last, active, options, poses, memory)
+    if is_turned(poses):
+        to_body(X_WB, p_W, p_B)
+        found = detect_on_curves(master.surface, p_B, last, active, options, poses, memory)
+    else:
+        own = p_W, X_WB
+        found = detect(master.surface, p_B, last, active, options, memory, own)
     return found, touching(found, p_B, past)
 
 

@@ -56,15 +56,17 @@ def detect(
     active: np.ndarray,
     options: Options,
     memory: tuple[Room, Columns] | None = None,
+    moved: tuple[FloatArray, FloatArray] | None = None,
 ) -> Detected:
     """One step: from the points of the last step to those of this one, body axes.
 
-    What is found lies in `memory`, and what is in the room is gone with the next step in it.
+    What is found lies in `memory`, and what is in the room is gone with the next step in it. With
+    `moved`, the points in world axes and the pose of the body, `now` is filled in.
     """
     room, columns = memory or (Room.of(len(now)), Columns.of(len(now)))
     found = nowhere(room, columns)
     step = Step(last.points_B, now, room.way, room.ignored, last.near, last.uv, room.small)
-    lists = rows, near = _place(step, last, active, columns, room.rows)
+    lists = rows, near = _place(step, last, active, columns, room.rows, moved)
     if options.through:
         feet = last.patch, last.uv
         rows, near = through.detect(surface, step, feet, lists, found, options)
@@ -79,7 +81,12 @@ def detect(
 
 
 def _place(
-    step: Step, last: Last, active: np.ndarray, columns: Columns, rows: IntArray
+    step: Step,
+    last: Last,
+    active: np.ndarray,
+    columns: Columns,
+    rows: IntArray,
+    moved: tuple[FloatArray, FloatArray] | None,
 ) -> tuple[IntArray, IntArray]:
     """The points that were in contact, and the free ones that may have come to the surface.
 
@@ -92,7 +99,12 @@ def _place(
     places = status, safe_distance, near, uv, step.way, step.ignored, *feet
     counts = np.zeros((chunks, 2), np.int64)
     path, lists = (step.before, step.now), (rows, counts)
-    run_ranges(place_nb.place, chunks, 1, path, known, locked(active), places, lists, CHUNK)
+    given = path, known, locked(active), places, lists, CHUNK
+    if moved is None:
+        run_ranges(place_nb.place, chunks, 1, *given)
+    else:
+        own = locked(moved[0]), moved[1]
+        run_ranges(place_nb.move_and_place, chunks, 1, own, *given)
     return listed(rows[0], counts[:, 0]), listed(rows[1], counts[:, 1])
 
 

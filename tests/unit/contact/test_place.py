@@ -7,6 +7,7 @@ import pytest
 
 from contiga.contact.kernels import place_nb
 from contiga.num.arrays import locked
+from contiga.num.rigid import to_body
 from contiga.records import ContactStatus
 
 pytestmark = pytest.mark.interpreted
@@ -104,3 +105,33 @@ def test_the_largest_patch_is_none_of_none() -> None:
     patch = np.array([-1, 4, 0, 7, 2], np.int32)
     assert place_nb.largest(locked(patch)) == 7
     assert place_nb.largest(locked(patch[:1])) == place_nb.largest(locked(patch[:0])) == -1
+
+
+@pytest.mark.parametrize("chunks", [1, 3])
+def test_points_that_are_moved_are_placed_as_those_that_were(chunks):
+    rng = np.random.default_rng(3)
+    n = 1000
+    p_W, before = rng.normal(size=(2, n, 3))
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = np.linalg.qr(rng.normal(size=(3, 3)))[0], [0.3, -2.0, 1.0]
+    now, size = to_body(pose, p_W), -(-n // chunks)
+    known = np.full(n, -1, np.int32), np.zeros((n, 2)), np.full(n, -1, np.int32), rng.random(n)
+
+    def placed(kernel, *first):
+        status, safe, near, uv = (
+            np.zeros(n, np.int8),
+            np.zeros(n),
+            known[2].copy(),
+            np.zeros((n, 2)),
+        )
+        feet = known[0].copy(), np.full(n, -1, np.int8), np.zeros(n, np.int8)
+        found = status, safe, near, uv, np.zeros(n), np.zeros(n, bool), *feet
+        lists = np.zeros((2, n), np.int32), np.zeros((chunks, 2), np.int64)
+        kernel(*first, known, np.ones(n, bool), found, lists, size, 0, chunks)
+        return *found, *lists
+
+    filled = np.full((n, 3), np.nan)
+    moved = placed(place_nb.move_and_place, (locked(p_W), pose), (before, filled))
+    assert np.array_equal(filled, now)
+    for own, other in zip(placed(place_nb.place, (before, now)), moved, strict=True):
+        assert np.array_equal(own, other)

@@ -8,6 +8,7 @@ import numpy as np
 
 from contiga.contact.kernels.status_nb import FREE, NOT_FINITE
 from contiga.num.jit import inner, kernel
+from contiga.num.kernels.rigid_nb import to_body
 from contiga.num.scratch import scratch
 
 BLOCK = 128
@@ -57,6 +58,18 @@ def place(path, last, active, found, lists, size, start, stop):
         touching, free = _place(path, last, active, found, rows, first, past)
         counts[c, 0] = touching - first
         counts[c, 1] = free - first
+
+
+@kernel(error_model="numpy")
+def move_and_place(moved, path, last, active, found, lists, size, start, stop):
+    """The same of points that `moved` = (p_W, X_WB) tells in world axes, which fill in `now` first.
+
+    Each chunk at once: its points are still near by when they are placed.
+    """
+    p_W, pose = moved
+    for c in range(start, stop):
+        to_body(p_W, pose, path[1], c * size, min((c + 1) * size, active.shape[0]))
+        place(path, last, active, found, lists, size, c, c + 1)
 
 
 @inner(error_model="numpy")
