@@ -99,12 +99,12 @@ def _place(
     places = status, safe_distance, near, uv, step.way, step.ignored, *feet
     counts = np.zeros((chunks, 2), np.int64)
     path, lists = (step.before, step.now), (rows, counts)
-    given = path, known, locked(active), places, lists, CHUNK
+    given = known, locked(active), places, lists, CHUNK
     if moved is None:
-        run_ranges(place_nb.place, chunks, 1, *given)
+        run_ranges(place_nb.place, chunks, 1, path, *given)
     else:
-        own = locked(moved[0]), moved[1]
-        run_ranges(place_nb.move_and_place, chunks, 1, own, *given)
+        way = *path, locked(moved[0]), moved[1]
+        run_ranges(place_nb.move_and_place, chunks, 1, way, *given)
     return listed(rows[0], counts[:, 0]), listed(rows[1], counts[:, 1])
 
 

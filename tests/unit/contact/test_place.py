@@ -117,7 +117,7 @@ def test_points_that_are_moved_are_placed_as_those_that_were(chunks):
     now, size = to_body(pose, p_W), -(-n // chunks)
     known = np.full(n, -1, np.int32), np.zeros((n, 2)), np.full(n, -1, np.int32), rng.random(n)
 
-    def placed(kernel, *first):
+    def placed(kernel, *path):
         status, safe, near, uv = (
             np.zeros(n, np.int8),
             np.zeros(n),
@@ -127,11 +127,11 @@ def test_points_that_are_moved_are_placed_as_those_that_were(chunks):
         feet = known[0].copy(), np.full(n, -1, np.int8), np.zeros(n, np.int8)
         found = status, safe, near, uv, np.zeros(n), np.zeros(n, bool), *feet
         lists = np.zeros((2, n), np.int32), np.zeros((chunks, 2), np.int64)
-        kernel(*first, known, np.ones(n, bool), found, lists, size, 0, chunks)
+        kernel(path, known, np.ones(n, bool), found, lists, size, 0, chunks)
         return *found, *lists
 
     filled = np.full((n, 3), np.nan)
-    moved = placed(place_nb.move_and_place, (locked(p_W), pose), (before, filled))
+    moved = placed(place_nb.move_and_place, before, filled, locked(p_W), pose)
     assert np.array_equal(filled, now)
-    for own, other in zip(placed(place_nb.place, (before, now)), moved, strict=True):
+    for own, other in zip(placed(place_nb.place, before, now), moved, strict=True):
         assert np.array_equal(own, other)

@@ -61,15 +61,15 @@ def place(path, last, active, found, lists, size, start, stop):
 
 
 @kernel(error_model="numpy")
-def move_and_place(moved, path, last, active, found, lists, size, start, stop):
-    """The same of points that `moved` = (p_W, X_WB) tells in world axes, which fill in `now` first.
+def move_and_place(path, last, active, found, lists, size, start, stop):
+    """The same of points that are not in body axes yet: `path` is (before, now, p_W, X_WB).
 
-    Each chunk at once: its points are still near by when they are placed.
+    `now` is filled in, chunk by chunk: its points are still near by when they are placed.
     """
-    p_W, pose = moved
+    before, now, p_W, pose = path
     for c in range(start, stop):
-        to_body(p_W, pose, path[1], c * size, min((c + 1) * size, active.shape[0]))
-        place(path, last, active, found, lists, size, c, c + 1)
+        to_body(p_W, pose, now, c * size, min((c + 1) * size, active.shape[0]))
+        place((before, now), last, active, found, lists, size, c, c + 1)
 
 
 @inner(error_model="numpy")
