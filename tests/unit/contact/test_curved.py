@@ -10,7 +10,7 @@ import pytest
 from tests.scenes import box
 
 import contiga as cg
-from contiga.contact import curved
+from contiga.contact import at_once, curved
 from contiga.contact.curved import Path, Story, bulge_of
 from contiga.contact.tracked import BULGE, Detected, blank
 from contiga.num import pose
@@ -184,6 +184,7 @@ class _Counted:
             return inner(surface, now, *others)  # type: ignore[arg-type]
 
         monkeypatch.setattr(curved, "detect", counted)
+        monkeypatch.setattr(at_once, "detect", counted)
 
 
 def test_what_cannot_touch_costs_no_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -201,21 +202,19 @@ def test_what_cannot_touch_costs_no_pieces(monkeypatch: pytest.MonkeyPatch) -> N
     assert state.status[1] == Is.NOT_FINITE
 
 
-@pytest.mark.parametrize("at_once", [False, True])
-def test_a_step_without_turning_is_one_search(
-    monkeypatch: pytest.MonkeyPatch, at_once: bool
-) -> None:
+@pytest.mark.parametrize("few", [False, True])
+def test_a_step_without_turning_is_one_search(monkeypatch: pytest.MonkeyPatch, few: bool) -> None:
     points, end, _ = _both_move(30.0, 0.05)
     contact = _contact("blade", len(points))
     turned = pose.rotation("z", 0.7)
     states = [contact.start(points, turned)]
     counted = _Counted(monkeypatch)
     monkeypatch.setattr(curved, "screw_between", None)
-    if not at_once:
+    if not few:
         monkeypatch.setattr(ExactSurface, "residents", lambda *_: None)
     moved = pose.compose(pose.translation([0.1, 0.2, 0.3]), turned)
     state = contact.step(states[0], end, moved)
-    assert counted.points == ([] if at_once else [len(points)])
+    assert counted.points == ([] if few else [len(points)])
     np.testing.assert_array_equal(state.pose, moved)
 
 
