@@ -16,7 +16,7 @@ from collections import Counter
 from functools import reduce
 from typing import Any
 
-from llvmlite.ir import Constant, IntType, IRBuilder, Undefined, instructions
+from llvmlite.ir import Constant, IRBuilder, Undefined, instructions
 from numba.core import cgutils, ir
 from numba.core import types as numba_types
 from numba.core.analysis import compute_cfg_from_blocks, compute_use_defs, must_use_alloca
@@ -99,9 +99,7 @@ class Context(CPUContext):  # type: ignore[misc]
 
 
 class Ended:
-    """How a call ended: what numba may ask of that, worked out when it does."""
-
-    is_none = Constant(IntType(1), 0)
+    """How a call ended: whether with an error, and where that is written."""
 
     def __init__(self, builder: Any, code: Any, place: Any) -> None:
         self.code = code
@@ -112,11 +110,6 @@ class Ended:
     def is_error(self) -> Any:
         """Whether with an error."""
         return self._builder.icmp_signed("!=", self.code, RETCODE_OK)
-
-    @property
-    def is_ok(self) -> Any:
-        """Whether without."""
-        return self._builder.icmp_signed("==", self.code, RETCODE_OK)
 
 
 class Values(Lower):  # type: ignore[misc]
@@ -265,7 +258,7 @@ def _shape(lower: Any, resty: Any, expr: Any) -> Any:
     return _field(lower, kind, lower.loadvar(expr.value.name), "shape")
 
 
-def _counted(lower: Any, resty: Any, expr: Any) -> Any:
+def _range(lower: Any, resty: Any, expr: Any) -> Any:
     """A range; nothing for other calls."""
     if not isinstance(resty, types.RangeType) or expr.kws or expr.vararg:
         return None
@@ -285,7 +278,7 @@ def _counted(lower: Any, resty: Any, expr: Any) -> Any:
     return value
 
 
-def _begun(lower: Any, resty: Any, expr: Any) -> Any:
+def _range_iterator(lower: Any, resty: Any, expr: Any) -> Any:
     """An iterator over a range that goes up by ones; nothing for others."""
     if not isinstance(resty, types.RangeIteratorType):
         return None
@@ -304,7 +297,7 @@ def _begun(lower: Any, resty: Any, expr: Any) -> Any:
     return value
 
 
-def _next(lower: Any, resty: Any, expr: Any) -> Any:
+def _range_next(lower: Any, resty: Any, expr: Any) -> Any:
     """The next number of a range, and whether there is one; nothing for other iterators."""
     if not isinstance(lower.typeof(expr.value.name), types.RangeIteratorType):
         return None
@@ -334,9 +327,9 @@ def _second(lower: Any, resty: Any, expr: Any) -> Any:
 
 EXPRESSIONS = {
     "getattr": _shape,
-    "call": _counted,
-    "getiter": _begun,
-    "iternext": _next,
+    "call": _range,
+    "getiter": _range_iterator,
+    "iternext": _range_next,
     "pair_first": _first,
     "pair_second": _second,
 }

@@ -9,7 +9,7 @@ from typing import Any
 import llvmlite.ir as ll
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from llvmlite.ir import builder as llvm_builder
 from numba import njit
@@ -24,6 +24,8 @@ INT = ll.IntType(64)
 PAIR = ll.LiteralStructType([INT, ll.LiteralStructType([INT, INT])])
 NODE = np.dtype([("link", "i4", (3, 2)), ("mark", "i1"), ("at", "f8", 3)])
 small = st.integers(-4, 4)
+COMPILES = settings(deadline=None, derandomize=True)
+"""The first example compiles, on a busy machine for seconds."""
 
 
 def _builder() -> Builder:
@@ -100,6 +102,7 @@ def _picked(a, i, j):
     return a[i, j], a[i][j], a[-1, 0], a[i, -2], a[0, 1]
 
 
+@COMPILES
 @given(small, small)
 @pytest.mark.parametrize("order", ["C", "F", "A"])
 def test_items_of_arrays(order: str, i: int, j: int) -> None:
@@ -119,6 +122,7 @@ def _set(a, i, j, value):
     return row.shape[0], a[1:].shape, row.size, row.strides[0]
 
 
+@COMPILES
 @given(small, small)
 @pytest.mark.parametrize("order", ["C", "F"])
 @pytest.mark.parametrize("kind", [np.float64, np.int32, np.bool_])
@@ -173,6 +177,7 @@ def _through_ranges(start, stop, step):
     return seen, last, sum([i for i in both]) + len(both)  # noqa: C416
 
 
+@COMPILES
 @given(small, small, st.sampled_from([-3, -1, 1, 2, 3]))
 def test_ranges(start: int, stop: int, step: int) -> None:
     assert _through_ranges(start, stop, step) == _through_ranges.py_func(start, stop, step)
@@ -209,11 +214,13 @@ def _on_some_ways(a):
     return 0.0
 
 
+@COMPILES
 @given(small)
 def test_variables_that_some_ways_give_none(a: int) -> None:
     assert _on_some_ways(a) == _on_some_ways.py_func(a)
 
 
+@COMPILES
 @given(st.integers(0, 9), small, small)
 def test_variables_of_several_values(n: int, x: int, y: int) -> None:
     a = np.array([x, y])
