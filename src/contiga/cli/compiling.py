@@ -27,6 +27,7 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
         return
     from numba.core import event
 
+    from contiga.num.compiler import COMPANY
     from contiga.num.threads import thread_count
 
     helpers = min(thread_count() - 1, HELPERS) if helped else 0
@@ -53,6 +54,7 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
     def end() -> None:
         event.unregister("numba:compile", watcher)
         for one in crew:
+            COMPANY.remove(one)
             one.end()
 
 
@@ -62,7 +64,9 @@ def _line(helpers: int) -> str:
 
 
 def _crew(helpers: int) -> Crew:
-    from contiga.warmup import BESIDE
+    from contiga.num.compiler import COMPANY
     from contiga.warmup.crew import Crew
 
-    return Crew(BESIDE, helpers)
+    crew = Crew(helpers)
+    COMPANY.append(crew)
+    return crew

@@ -23,7 +23,7 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import cache, cached_property
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, Protocol
 
 import llvmlite.binding as llvm
 from numba import njit
@@ -59,6 +59,21 @@ Call = tuple[str, str, str, Any]
 """(Name of a function, its module, its kernel, types of its arguments)."""
 CALLED: dict[str, Call] = {}
 """Where a function that is called by name comes from."""
+
+
+class Company(Protocol):
+    """Others who compile, too. They are told of a kernel by its module, its name and the types of
+    its arguments."""
+
+    def before(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
+        """It is needed and not kept, and will be compiled unless it is kept after this."""
+
+    def after(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
+        """It is kept, or cannot be compiled."""
+
+
+COMPANY: list[Company] = []
+"""Of this process."""
 
 
 class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
@@ -286,12 +301,16 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
     def __init__(self, function: Any) -> None:
         _know_arrays()
         super().__init__(function)
+        self._home = function.__module__, function.__qualname__
         self._locks: dict[Any, ExitStack] = {}
 
     def load_overload(self, signature: Any, target: Any) -> Any:
         """What is kept. Where nothing is, the caller compiles, and alone, until `done`."""
         found = super().load_overload(signature, target)
         if found is None and signature not in self._locks:
+            for company in COMPANY:
+                with _waiting():
+                    company.before(*self._home, signature)
             lock = self._locks[signature] = ExitStack()
             lock.enter_context(self._alone(str(signature), _waiting))
             found = super().load_overload(signature, target)
@@ -305,6 +324,8 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
     def done(self, signature: Any) -> None:
         """It is there, or cannot be compiled: others may look."""
         self._locks.pop(signature, ExitStack()).close()
+        for company in COMPANY:
+            company.after(*self._home, signature)
 
     def _alone(self, what: str, *how: Any) -> AbstractContextManager[None]:
         name = f"{self._cache_file._index_name} {PLACE_IN_MEMORY.sub('', what)}"

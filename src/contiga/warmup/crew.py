@@ -1,7 +1,4 @@
-"""Processes that go through exercises, each taking the next one when it is done with its last.
-
-Once there is none left, each compiles the fallbacks of the kernels that it has by then.
-"""
+"""Processes that compile the kernels of a list, each taking the next one when it is done."""
 
 from __future__ import annotations
 
@@ -11,42 +8,58 @@ import os
 import subprocess
 import sys
 import threading
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Self
+from collections.abc import Callable
+from typing import Any, NamedTuple, Self
 
-from contiga.warmup import LAST
+from contiga.warmup.listing import Row, listing
+from contiga.warmup.plan import Plan
 
 _BOOT = (
     "import json, sys; sys.path[:] = json.loads(sys.stdin.readline()); "
     "from contiga.warmup.worker import serve; serve()"
 )
-Hear = Callable[[int, dict[str, Any]], None]
+
+
+class Told(NamedTuple):
+    """What becomes of a kernel that a process is given."""
+
+    row: Row
+    done: bool = False
+    """False where it is begun."""
+    made: bool = False
+    """It was compiled, and not there already."""
+    folder: str = ""
+    """Where it is kept."""
+    error: str = ""
+    """Why it cannot be had: words, none where it can."""
+
+
+Hear = Callable[[int, Told], None]
 """Called with the number of a process and what it tells, on a thread for each process."""
 
 
-def _unheard(process: int, told: dict[str, Any]) -> None:
+def _unheard(process: int, told: Told) -> None:
     """Nobody listens."""
 
 
 class Crew:
-    """Processes at work.
+    """Processes at work on the kernels of the package's list.
 
     Parameters
     ----------
-    names : exercises, in the order they are handed out
     jobs : how many processes
-    hear : told what they say: ``compiling`` a kernel, having ``compiled`` one, ``done`` with an
-        exercise, or ``lost``: the process ended in it
+    hear : told what they say
+    plan : what is to be done, and by default everything
     """
 
-    def __init__(self, names: Sequence[str], jobs: int, hear: Hear = _unheard) -> None:
-        self._waiting = deque(names)
+    def __init__(self, jobs: int, hear: Hear = _unheard, plan: Plan | None = None) -> None:
+        self._plan = plan or Plan([kernel.parts for kernel in listing().kernels])
+        self._own: set[Row] = set()
+        """What this process has taken itself."""
         self._hear = hear
-        self._ended = False
         self._processes: list[subprocess.Popen[str]] = []
         self._threads: list[threading.Thread] = []
-        for number in range(min(jobs, len(names))):
+        for number in range(jobs):
             process = _started()
             self._processes.append(process)
             keep = threading.Thread(target=self._keep_busy, args=(number, process), daemon=True)
@@ -60,50 +73,63 @@ class Crew:
         self.end()
 
     def wait(self) -> None:
-        """Until all exercises are done."""
+        """Until all kernels are there, or no process is left."""
         for thread in self._threads:
             thread.join()
 
     def end(self) -> None:
         """End them, whatever they are at."""
-        self._ended = True
-        self._waiting.clear()
+        self._plan.end()
         for process in self._processes:
             process.kill()
         for process in self._processes:
             process.wait()
         self.wait()
 
+    def before(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
+        """Have the parts of a kernel that this process is about to compile, or the kernel itself.
+
+        This process compiles as well, what others are not at.
+        """
+        row = listing().find(module, name, arguments)
+        if row is None or row in self._own:
+            return
+        while (taken := self._plan.take_towards(row)) is not None:
+            self._own.add(taken)
+            if taken == row:
+                return
+            with contextlib.suppress(Exception):  # whoever needs it hears of it
+                listing().compile(taken)
+            self._plan.done(taken)
+
+    def after(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
+        """A kernel is there, or cannot be compiled."""
+        row = listing().find(module, name, arguments)
+        if row is not None:
+            self._plan.done(row)
+
     def _keep_busy(self, number: int, process: subprocess.Popen[str]) -> None:
-        """Hand one exercise after the other to a process, and hear what it says."""
+        """Hand one kernel after the other to a process, and hear what it says."""
         assert process.stdin is not None
         assert process.stdout is not None
         with contextlib.suppress(OSError), process.stdin, process.stdout:
             self._say(process, json.dumps(_modules()))
-            for name in self._handed_out():
-                if not self._one(number, process, name):
-                    code = process.wait()
-                    if not self._ended:
-                        self._hear(number, {"lost": name, "code": code})
+            while (row := self._plan.take()) is not None:
+                self._hear(number, Told(row))
+                told = self._one(process, row)
+                self._plan.done(row)
+                self._hear(number, told)
+                if process.poll() is not None:
                     return
 
-    def _handed_out(self) -> Iterator[str]:
-        """What one process does: what it takes of what is waiting, and the last of all."""
-        with contextlib.suppress(IndexError):
-            while True:
-                yield self._waiting.popleft()
-        yield LAST
-
-    def _one(self, number: int, process: subprocess.Popen[str], name: str) -> bool:
-        """Whether the process came to the end of an exercise."""
+    def _one(self, process: subprocess.Popen[str], row: Row) -> Told:
+        """What a process says of a kernel, once it is done with it."""
         assert process.stdout is not None
-        self._say(process, name)
-        for line in process.stdout:
-            told = json.loads(line)
-            self._hear(number, told)
-            if "done" in told:
-                return True
-        return False
+        self._say(process, str(row))
+        line = process.stdout.readline()
+        if line:
+            return Told(row, True, **json.loads(line))
+        return Told(row, True, error=f"its process ended with code {process.wait()}")
 
     @staticmethod
     def _say(process: subprocess.Popen[str], line: str) -> None:

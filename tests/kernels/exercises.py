@@ -16,8 +16,13 @@ from contiga.num.lazy import compile_all
 from contiga.records import FloatArray, IntArray
 from contiga.report import write_report
 from contiga.search.piece_lists import WORTH
-from contiga.warmup.scenes import cloud, plate, puck, sheet
+from tests.kernels.scenes import cloud, plate, puck, sheet
 
+ALL = (
+    *("run", "flight", "meshes", "balls", "followed", "paths", "sides", "closest", "rubbed"),
+    *("crowds", "areas", "pressed", "simulations", "files", "triangles", "shapes", "fallbacks"),
+)
+"""In the order in which runs come to what they need; the last is of all kernels before it."""
 MANY = 300
 """Points of a search: threads and lanes take no fewer."""
 CROWD = 5000
@@ -207,7 +212,7 @@ def files() -> None:
 
 
 def fallbacks() -> None:
-    """What the kernels of this process may call, and no exercise did."""
+    """What the kernels of this process may call, and no other exercise did."""
     compile_all()
 
 
