@@ -41,8 +41,10 @@ class Recording:
         if self._at and listed:
             self._at[-1].add(version)
         self._at.append(set())
-        yield
-        own = self._at.pop()
+        try:
+            yield
+        finally:
+            own = self._at.pop()
         if listed:
             self.parts.setdefault(version, own)
 
