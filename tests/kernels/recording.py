@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -31,7 +32,15 @@ class Recording:
 
     def __init__(self) -> None:
         self.parts: dict[Version, set[Version]] = {}
-        self._at: list[set[Version]] = []
+        self._of = threading.local()
+
+    @property
+    def _at(self) -> list[set[Version]]:
+        """What is at work on this thread: the parts so far of each, the innermost last."""
+        if not hasattr(self._of, "at"):
+            self._of.at = []
+        at: list[set[Version]] = self._of.at
+        return at
 
     @contextmanager
     def of(self, version: Version) -> Iterator[None]:
