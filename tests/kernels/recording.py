@@ -142,7 +142,7 @@ class Types:
                 [name, field.base.str, list(field.shape), offset]
                 for name, (field, offset, *_) in of.dtype.fields.items()
             ]
-            return ["record", fields, of.dtype.itemsize]
+            return ["record", fields, of.dtype.itemsize, of.dtype.isalignedstruct]
         return str(of)
 
 

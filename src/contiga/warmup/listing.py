@@ -10,7 +10,7 @@ rows of types above it::
     ["tuple", types...]
     ["named", "module:class of the tuple", types...]
     ["reference", a named tuple]
-    ["record", [[name, kind of number, shape, offset], ...], bytes]
+    ["record", [[name, kind of number, shape, offset], ...], bytes, whether it is aligned]
 """
 
 from __future__ import annotations
@@ -107,12 +107,11 @@ class Listing:
         return types.BaseTuple.from_types(parts, getattr(import_module(module), name))
 
 
-def _record(fields: list[Any], size: int) -> Any:
+def _record(fields: list[Any], size: int, aligned: bool) -> Any:
     names, kinds, shapes, offsets = zip(*fields, strict=True)
     formats = [(kind, tuple(shape)) for kind, shape in zip(kinds, shapes, strict=True)]
-    return from_dtype(
-        np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": size})
-    )
+    told = {"names": names, "formats": formats, "offsets": offsets, "itemsize": size}
+    return from_dtype(np.dtype(told, align=aligned))
 
 
 @cache
