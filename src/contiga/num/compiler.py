@@ -61,15 +61,20 @@ CALLED: dict[str, Call] = {}
 """Where a function that is called by name comes from."""
 
 
-class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """Code of a kernel and of those that it calls, to be linked into its callers and not run."""
+class OurLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """Code of a kernel of ours."""
 
     _final_module: Any
-    _shared_module: Any
 
     def _optimize_functions(self, ll_module: Any) -> None:
-        """Nothing: as below."""
+        """Nothing: what is linked is optimised all at once."""
         ll_module.data_layout = self._codegen._data_layout
+
+
+class LinkedLibrary(OurLibrary):
+    """Code of a kernel and of those that it calls, to be linked into its callers and not run."""
+
+    _shared_module: Any
 
     def _optimize_final_module(self) -> None:
         """Nothing: the caller that Python calls does it for all at once."""
@@ -85,10 +90,8 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
         super()._finalize_final_module()
 
 
-class CalledLibrary(JITCodeLibrary):  # type: ignore[misc]
+class CalledLibrary(OurLibrary):
     """Code of a kernel that its callers know by name."""
-
-    _final_module: Any
 
     def _get_module_for_linking(self) -> Any:
         """What callers are linked with: nothing."""
