@@ -34,16 +34,15 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, DefaultPassBuilder
 from numba.core.registry import CPUDispatcher
-from numba.core.typed_passes import AnnotateTypes, NativeLowering, NopythonRewrites
+from numba.core.typed_passes import NoPythonSupportedFeatureValidation
 from numba.core.typing.templates import _OverloadFunctionTemplate
-from numba.core.untyped_passes import ExtractByteCode, InlineClosureLikes
+from numba.core.untyped_passes import ExtractByteCode
 from numba.extending import overload
 from numba.np import arrayobj, linalg
 
 from contiga.num import lean as lean  # numba, without what it does for nothing
 from contiga.num.locks import alone
-from contiga.num.lowering import Lowering
-from contiga.num.passes import Closures, Rewrites
+from contiga.num.passes import LEAN
 from contiga.num.stamps import stamp_at_import
 from contiga.num.uncounted import Uncounted
 
@@ -53,8 +52,6 @@ PLACE_IN_MEMORY = re.compile(r"\b0x[0-9a-f]+")
 """In the names of types of functions: another process has another."""
 LOCAL = "<locals>"
 """In the names of functions made in functions: there may be several of one name."""
-LEAN = {InlineClosureLikes: Closures, NopythonRewrites: Rewrites, NativeLowering: Lowering}
-"""Passes that stand for numba's."""
 Call = tuple[str, str, str, Any]
 """(Name of a function, its module, its kernel, types of its arguments)."""
 CALLED: dict[str, Call] = {}
@@ -76,15 +73,20 @@ COMPANY: list[Company] = []
 """Of this process."""
 
 
-class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """Code of a kernel and of those that it calls, to be linked into its callers and not run."""
+class OurLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """Code of a kernel of ours."""
 
     _final_module: Any
-    _shared_module: Any
 
     def _optimize_functions(self, ll_module: Any) -> None:
-        """Nothing: as below."""
+        """Nothing: what is linked is optimised all at once."""
         ll_module.data_layout = self._codegen._data_layout
+
+
+class LinkedLibrary(OurLibrary):
+    """Code of a kernel and of those that it calls, to be linked into its callers and not run."""
+
+    _shared_module: Any
 
     def _optimize_final_module(self) -> None:
         """Nothing: the caller that Python calls does it for all at once."""
@@ -100,10 +102,8 @@ class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
         super()._finalize_final_module()
 
 
-class CalledLibrary(JITCodeLibrary):  # type: ignore[misc]
+class CalledLibrary(OurLibrary):
     """Code of a kernel that its callers know by name."""
-
-    _final_module: Any
 
     def _get_module_for_linking(self) -> Any:
         """What callers are linked with: nothing."""
@@ -150,7 +150,7 @@ class KernelCompiler(Compiler):  # type: ignore[misc]
         counted."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         if self.uncounted:
-            passes.add_pass_after(Uncounted, AnnotateTypes)
+            passes.add_pass_after(Uncounted, NoPythonSupportedFeatureValidation)
         passes.passes = [(LEAN.get(one, one), why) for one, why in passes.passes]
         passes._ENFORCING = False  # what is known of variables, after each pass: see `passes`
         passes.finalize()

@@ -10,14 +10,14 @@ from collections.abc import Callable
 from typing import Any
 
 from llvmlite.binding import ffi
-from numba.core import ir
+from numba.core import analysis, base, ir, postproc, transforms
 from numba.core.inline_closurecall import InlineWorker
 from numba.core.targetconfig import ConfigStack, TargetConfig
 from numba.core.types.functions import BaseFunction
 
 
-def _replaced(owner: type, name: str, new: Callable[..., Any]) -> Any:
-    """Put a method in place of numba's, and answer that: nothing is done where there is none."""
+def _replaced(owner: Any, name: str, new: Callable[..., Any]) -> Any:
+    """Put a function in place of numba's, and answer that: nothing is done where there is none."""
     own = vars(owner).get(name)
     if own is not None:
         setattr(owner, name, new)
@@ -127,8 +127,71 @@ def _read_inlined_once() -> None:
     asked = _replaced(InlineWorker, "run_untyped_passes", run_untyped_passes)
 
 
+class _Entered(dict[Any, Any]):
+    """Variables that are alive where a block begins, worked out where somebody asks for them."""
+
+    def __init__(self, blocks: Any, lifetime: Any) -> None:
+        super().__init__()
+        self._blocks, self._lifetime = dict(blocks), lifetime
+
+    def __contains__(self, block: Any) -> bool:
+        return any(own is block for own in self._blocks.values())
+
+    def __missing__(self, block: Any) -> Any:
+        found = self._lifetime
+        alive = analysis.compute_live_variables(
+            found.cfg, self._blocks, found.usedefs.defmap, found.deadmaps.combined
+        )
+        self.update((own, alive[at]) for at, own in self._blocks.items())
+        return self[block] if block in self else set()
+
+
+def _live_when_asked() -> None:
+    """Let numba work out where variables live when something asks for it.
+
+    It does so after each of its passes that may change that, six times for a kernel; only Python's
+    own objects and generators ask.
+    """
+
+    def run(self: Any, emit_dels: bool = False, extend_lifetimes: bool = False) -> None:
+        own = self.func_ir
+        if emit_dels or own.is_generator:
+            asked(self, emit_dels, extend_lifetimes)
+            return
+        own.blocks = transforms.canonicalize_cfg(own.blocks)
+        own.variable_lifetime = postproc.VariableLifetime(own.blocks)
+        own.block_entry_vars = _Entered(own.blocks, own.variable_lifetime)
+        own.generator_info = None
+
+    asked = _replaced(postproc.PostProcessor, "run", run)
+
+
+def _copy_no_lines() -> None:
+    """Let numba share the lines of what it copies, which nothing changes: they were half of it."""
+    if "__deepcopy__" not in vars(ir.Loc):
+        ir.Loc.__deepcopy__ = lambda self, memo: self
+
+
+def _look_for_places_faster() -> None:
+    """Let numba see by the code of a function whether it takes a place in the source.
+
+    It asks `inspect` for the whole signature, each time that it writes a call.
+    """
+
+    def has_loc(function: Any) -> Any:
+        code = getattr(function, "__code__", None)
+        if code is None or hasattr(function, "__wrapped__") or hasattr(function, "__signature__"):
+            return asked(function)
+        return "loc" in code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+
+    asked = _replaced(base, "_has_loc", has_loc)
+
+
 _compare_faster()
 _type_calls_once()
 _read_inlined_once()
 _list_variables_faster()
 _lock_without_telling()
+_live_when_asked()
+_copy_no_lines()
+_look_for_places_faster()

@@ -28,6 +28,8 @@ from numba.core.typed_passes import NativeLowering
 from numba.core.unsafe.eh import exception_check
 from numba.np.arrayobj import fix_integer_index, load_item, store_item
 
+from contiga.num.way_in import Api
+
 types: Any = numba_types
 
 
@@ -96,6 +98,10 @@ class Context(CPUContext):  # type: ignore[misc]
     def call_conv(self) -> Any:
         """How kernels call each other."""
         return Calls(self)
+
+    def get_python_api(self, builder: Any) -> Any:
+        """How Python is called."""
+        return Api(self, builder)
 
 
 class Ended:

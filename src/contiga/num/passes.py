@@ -9,11 +9,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba.core import ir
+from numba.core import config, ir
 from numba.core import types as numba_types
-from numba.core.compiler_machinery import FunctionPass, register_pass
-from numba.core.typed_passes import NopythonRewrites
+from numba.core.compiler_machinery import AnalysisPass, FunctionPass, register_pass
+from numba.core.typed_passes import AnnotateTypes, IRLegalization, NativeLowering, NopythonRewrites
 from numba.core.untyped_passes import InlineClosureLikes
+
+from contiga.num.lowering import Lowering
 
 types: Any = numba_types
 OPERATORS = ("binop", "inplace_binop", "unary")
@@ -51,6 +53,40 @@ class Rewrites(FunctionPass):  # type: ignore[misc]
         return False
 
 
+@register_pass(mutates_CFG=False, analysis_only=True)
+class Legal(AnalysisPass):  # type: ignore[misc]
+    """numba's pass that writes down where each variable is let go."""
+
+    _name = "contiga_legal"
+
+    def __init__(self) -> None:
+        AnalysisPass.__init__(self)
+
+    def run_pass(self, state: Any) -> bool:
+        """Run numba's where that is more than nothing: references are counted, or it is a
+        generator."""
+        if state.targetctx.enable_nrt or state.func_ir.is_generator:
+            return bool(IRLegalization().run_pass(state))
+        return False
+
+
+@register_pass(mutates_CFG=False, analysis_only=True)
+class Annotated(AnalysisPass):  # type: ignore[misc]
+    """numba's pass that keeps the source of a kernel with the types of all that is in it."""
+
+    _name = "contiga_annotated"
+
+    def __init__(self) -> None:
+        AnalysisPass.__init__(self)
+
+    def run_pass(self, state: Any) -> bool:
+        """Run numba's where somebody has asked for it to be shown."""
+        state.type_annotation = None
+        if config.ANNOTATE or config.HTML:
+            return bool(AnnotateTypes().run_pass(state))
+        return False
+
+
 def _lines(state: Any) -> list[Any]:
     return [line for block in state.func_ir.blocks.values() for line in block.body]
 
@@ -83,3 +119,13 @@ def _rewritten(line: Any, typemap: Any) -> bool:
     if value.op == "call":
         return isinstance(getattr(typemap[value.func.name], "typing_key", None), np.ufunc)
     return value.op in OPERATORS
+
+
+LEAN = {
+    InlineClosureLikes: Closures,
+    NopythonRewrites: Rewrites,
+    IRLegalization: Legal,
+    AnnotateTypes: Annotated,
+    NativeLowering: Lowering,
+}
+"""Passes of ours, by those of numba that they stand for."""

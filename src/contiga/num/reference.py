@@ -7,6 +7,7 @@ invariant. The arrays are held by whoever calls; kernels count no references to 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from hashlib import sha256
 from typing import Any
 
@@ -19,6 +20,7 @@ from numba.core.typing.typeof import typeof_impl
 from numba.extending import NativeValue, infer_getattr, models, register_model, unbox
 
 from contiga.handed import HANDED
+from contiga.num.way_in import BORROWED, adapted, shared
 
 types: Any = numba_types
 DIGITS = 12
@@ -55,8 +57,8 @@ def type_of_tuple(value: tuple[Any, ...], asked: Any) -> Any:
 @unbox(Reference)  # type: ignore[untyped-decorator]
 def lay_out(reference: Reference, value: Any, c: Any) -> NativeValue:
     """The members of a tuple of Python's in memory, and a pointer to them."""
-    native = c.unbox(reference.members, value)
-    place = cgutils.alloca_once_value(c.builder, native.value)
+    place = cgutils.alloca_once(c.builder, _room(c.context, reference.members))
+    failed = _laid_out(c.pyapi, reference, value, place)
     # Loads marked as invariant may go up to where their pointer is made, but not before the
     # members are there: what this instruction, which does nothing, gives back is made after them.
     pointer = ir.IntType(8).as_pointer()
@@ -67,14 +69,60 @@ def lay_out(reference: Reference, value: Any, c: Any) -> NativeValue:
         [c.builder.bitcast(place, pointer)],
         side_effect=True,
     )
+    return NativeValue(place, is_error=failed)
 
-    def let_go() -> None:
-        if native.cleanup is not None:
-            native.cleanup()
-        if c.context.enable_nrt:
-            c.context.nrt.decref(c.builder, reference.members, native.value)
 
-    return NativeValue(place, cleanup=let_go, is_error=native.is_error)
+def _room(context: Any, members: Any) -> Any:
+    """The kind of memory that a tuple is laid out in: its members, and the rooms of those that are
+    handed by reference too."""
+    return ir.LiteralStructType(
+        [context.get_value_type(members), *(_room(context, own) for own in _within(members))]
+    )
+
+
+def _laid_out(api: Any, reference: Reference, value: Any, place: Any) -> Any:
+    """Code that lays the members of a tuple out in its `_room`; whether that failed."""
+    function = shared(api, f"contiga_lay_out_{reference.name}", [place.type])
+    if function.is_declaration:
+        builder = ir.IRBuilder(function.append_basic_block())
+        own, home = function.args
+        count = len(place.type.pointee.elements)
+        first, *rooms = (cgutils.gep_inbounds(builder, home, 0, k) for k in range(count))
+        inside = api.context.get_python_api(builder)
+        failed = _fill(inside, reference.members, own, first, iter(rooms))
+        builder.ret(failed)
+    return api.builder.call(function, [value, place])
+
+
+def _within(of: Any) -> list[Any]:
+    """The members of those tuples in a tuple that are handed by reference, in their order."""
+    if isinstance(of, Reference):
+        return [of.members]
+    parts = of.types if isinstance(of, types.BaseTuple) else ()
+    return [own for part in parts for own in _within(part)]
+
+
+def _fill(api: Any, of: Any, value: Any, place: Any, rooms: Iterator[Any]) -> Any:
+    """Code that puts a thing of Python at a place; whether that failed."""
+    builder, context = api.builder, api.context
+    if isinstance(of, types.Array):
+        return adapted(api, of, value, place, BORROWED)
+    if isinstance(of, types.BaseTuple):
+        failed = cgutils.false_bit
+        for k, part in enumerate(of.types):
+            at = cgutils.gep_inbounds(builder, place, 0, k)
+            own = _fill(api, part, api.tuple_getitem(value, k), at, rooms)
+            failed = builder.or_(failed, own)
+        return failed
+    if isinstance(of, Reference):
+        own = next(rooms)
+        builder.store(builder.bitcast(own, place.type.pointee), place)
+        return _laid_out(api, of, value, own)
+    if context.data_model_manager[of].contains_nrt_meminfo():
+        raise TypeError(f"a tuple that is handed by reference holds numbers and arrays, not {of}")
+    native = api.to_native_value(of, value)
+    builder.store(native.value, place)
+    return native.is_error
 
 
 @infer_getattr

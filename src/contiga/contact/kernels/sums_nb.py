@@ -16,7 +16,7 @@ STRANDS = 8
 MOST_HALVINGS = 64
 
 
-@inner()
+@inner(linked=False)
 def _of_block(values, first, n):
     """The sum of n numbers from `first` on, no more than a block."""
     if n < STRANDS:

@@ -80,7 +80,7 @@ def direction(q, x, y, z):
     )
 
 
-@inner(error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def _inertia(q, one, tensor):
     """The inertia tensor in world axes."""
     tensor[:] = 0.0

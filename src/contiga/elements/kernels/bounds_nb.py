@@ -32,7 +32,7 @@ def _cut(net, n, stride, start, a, b):
                 net[start + i * stride, c] = x + r * (net[start + (i + 1) * stride, c] - x)
 
 
-@inner()
+@inner(linked=False)
 def restrict(coefs, degree, box, net):
     """Coefficients of the element on `box` (s0, s1, t0, t1 in [-1/2, 1/2]) into net[k, 4]."""
     p, q = degree

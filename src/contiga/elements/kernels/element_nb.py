@@ -196,7 +196,7 @@ def _bernstein(coefs, start, degree, s, t, h, components):
         h[c, 5] = v_tt
 
 
-@kernel(linked=True)
+@kernel()
 def evaluate(elements, e, s, t, h):
     """Point and derivatives of element e at (s, t) into h[:3, :6], relative to its origin."""
     form = elements.table[e]["form"]
@@ -219,7 +219,7 @@ def evaluate(elements, e, s, t, h):
                 h[c, i] = x[i]
 
 
-@inner()
+@inner(linked=False)
 def locate(grid, patch, u, v):
     """Element of `patch` that holds (u, v), and the local (s, t) there."""
     row = grid.patches[patch]

@@ -44,7 +44,7 @@ def _square(h, a):
     return h[0, a] ** 2 + h[1, a] ** 2 + h[2, a] ** 2
 
 
-@inner()
+@inner(linked=False)
 def normal_at(elements, e, s, t, h):
     """Unit normal at (s, t); `h` holds the derivatives there afterwards.
 

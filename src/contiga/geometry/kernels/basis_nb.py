@@ -26,7 +26,7 @@ def find_span(knots, degree, count, t):
     return low
 
 
-@kernel(linked=True)
+@kernel()
 def basis_derivatives(knots, degree, span, t, order, out):
     """Derivatives 0..order of the degree + 1 basis functions that live on `span`.
 

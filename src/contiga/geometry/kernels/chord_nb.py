@@ -18,7 +18,7 @@ from contiga.num.scratch import scratch
 MAX_DEPTH = 4
 
 
-@inner()
+@inner(linked=False)
 def cut(coefs, axis, t, keep_low):
     """Bernstein coefficients (p + 1, q + 1, d) of the part below or above `t`, in place."""
     p = coefs.shape[axis] - 1

@@ -86,7 +86,7 @@ def nearest_point(knots, degree, span, t):
     return span - degree + round(degree * share)
 
 
-@inner()
+@inner(linked=False)
 def surface_sums(s, u, v, order, work):
     """Derivatives of the numerator and the weight at one point, in ``work.sums``.
 
@@ -147,7 +147,7 @@ def quotient(sums, binomial, order, rational, out):
                 out[a, b, d] /= sums[0, 0, 3]
 
 
-@inner()
+@inner(linked=False)
 def surface_point(s, u, v, order, work, out):
     """Point and derivatives at one parameter, `out` (order + 1, order + 1, 3)."""
     ci, cj = surface_sums(s, u, v, order, work)

@@ -122,7 +122,7 @@ def opposite(t, triangle, k):
     return -1
 
 
-@inner()
+@inner(linked=False)
 def flip(t, triangle, k):
     """Turn side k, if the two triangles at it make a strictly convex quadrangle; True if done.
 
@@ -150,7 +150,7 @@ def flip(t, triangle, k):
     return True
 
 
-@inner()
+@inner(linked=False)
 def place_in(t, triangle, v):
     """Where v, which is not outside the triangle, is: a side, INSIDE or ON_VERTEX."""
     on = INSIDE
@@ -172,7 +172,7 @@ def from_centre(xy, corners, v):
     return x, y
 
 
-@inner()
+@inner(linked=False)
 def walk(t, start, v):
     """Triangle that vertex v lies in, and where: a side, INSIDE, ON_VERTEX or OUTSIDE.
 
@@ -219,7 +219,7 @@ def split_triangle(t, triangle, v, stack):
     return 3
 
 
-@inner()
+@inner(linked=False)
 def split_side(t, triangle, k, v, stack):
     """Put v on the inner side k; writes the four parts, v their corner 0, to `stack`."""
     other = t.beside[triangle, k]

@@ -81,7 +81,7 @@ def _add_element(coefs, along, across, rule, factor, out):
             out[0] += weight * jacobian(A, A_s, A_t)
 
 
-@inner()
+@inner(linked=False)
 def add_strip(grid, start, place, rule, factor, out):
     """Add `factor` ∫ … du from u = `start` to the u of `place` (u, v), element by element.
 

@@ -78,7 +78,7 @@ def bernstein_at(coefs, degree, k, t):
     return value
 
 
-@kernel(linked=True)
+@kernel()
 def parameter_at(coefs, degree, axis, value):
     """t in [0, 1] at which the monotone coordinate `axis` of a piece takes `value`.
 
@@ -124,7 +124,7 @@ def parameter_at(coefs, degree, axis, value):
     return 0.5 * (a + b)
 
 
-@inner()
+@inner(linked=False)
 def other_coordinate(tables, piece, axis, value):
     """The coordinate other than `axis` where piece `piece` has coordinate `axis` = value."""
     coefs = tables.piece_coefs[piece]

@@ -192,7 +192,7 @@ def _less_affine(net, degree, h, sizes, rest):
                         rest[new, c] += part * (net[old, c] - w * flat)
 
 
-@inner()
+@inner(linked=False)
 def measure(elements, e, centre, cell):
     """Fill in the bounds of a cell whose element and box are set; lengths about `centre`."""
     box = cell["box"]

@@ -70,7 +70,7 @@ def frame_of(v):
     return x, xy / x, math.sqrt(max(yy - (xy / x) ** 2, 0.0))
 
 
-@inner(error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def second_form(h, alpha, beta, gamma):
     """Second derivatives in the frame S_p = α S_s, S_q = β S_s + γ S_t: their normal parts, and the
     largest tangential one. `h` holds the derivatives of S."""

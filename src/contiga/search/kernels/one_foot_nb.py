@@ -54,7 +54,7 @@ def _derivatives(k, rational, s, t):
     return x, y, z
 
 
-@inner()
+@inner(linked=False)
 def _newton(own, place, best, p, tolerance):
     """Newton's method in the element `own` from place = (s, t), `p` relative to its origin.
 

@@ -47,7 +47,7 @@ def _shift(a, n, beside, along, at, half):
                     a[c, m, i] *= factor
 
 
-@inner(error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def centred(elements, e, cell, a):
     """Coefficients of (A, w) over a cell in powers of x, y in [-1, 1], into a[4, 8, 8]."""
     p = elements.table[e]["degree"][0]
@@ -103,7 +103,7 @@ def _add(total, i, j, size):
     total[5] += j * (j - 1) * size
 
 
-@inner(error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def sums_of(a, p, q, h, normal, sums):
     """Bounds of B (0), of its part along the normal (1) and of w (2) with derivatives to the
     second, into sums[3, 6]; returns the least weight."""

@@ -94,7 +94,7 @@ def through(trims, piece, cell):
     return max(a0, b0), min(a1, b1)
 
 
-@inner(error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def stretch(trims, piece, span, cell, coefs):
     """Coefficients of a piece over span = [t0, t1] into coefs, in parameters that run over
     [-1, 1]² in a cell (u0, u1, v0, v1); returns its degree."""

@@ -43,7 +43,7 @@ def _where_they_were(path, first, last):
     return own
 
 
-@inner()
+@inner(linked=False)
 def _rows_with(flags, flag):
     """Rows that have the flag."""
     n = 0
