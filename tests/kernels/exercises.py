@@ -7,6 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from tests.kernels.scenes import cloud, plate, puck, sheet
 
 import contiga as cg
 from contiga.contact.tracked import blank
@@ -16,7 +17,6 @@ from contiga.num.lazy import compile_all
 from contiga.records import FloatArray, IntArray
 from contiga.report import write_report
 from contiga.search.piece_lists import WORTH
-from tests.kernels.scenes import cloud, plate, puck, sheet
 
 ALL = (
     *("run", "flight", "meshes", "balls", "followed", "paths", "sides", "closest", "rubbed"),

@@ -14,12 +14,13 @@ from unittest.mock import patch
 
 from numba.core import types as numba_types
 from numba.core.sigutils import normalize_signature
+from tests.kernels import exercises
 
 import contiga as cg
+from contiga.io import apart
 from contiga.num.compiler import LOCAL, KernelDispatcher
 from contiga.num.reference import Reference
 from contiga.warmup.listing import FILE
-from tests.kernels import exercises
 
 types: Any = numba_types
 DEMO = Path(__file__).resolve().parents[2] / "examples" / "01_headform.toml"
@@ -75,6 +76,7 @@ def recorded() -> Iterator[Recording]:
     with (
         patch.object(KernelDispatcher, "compile", compiled),
         patch.object(KernelDispatcher, "get_overload", called),
+        patch.object(apart, "_is_python", lambda: False),  # files are read in this process
     ):
         yield recording
 
@@ -105,7 +107,8 @@ def text(recording: Recording) -> str:
         kernels.append([module, name, own, sorted(rows[part] for part in parts)])
     told = {"types": coded.codes, "kernels": kernels}
     lists = (
-        f' "{what}": [\n  ' + ",\n  ".join(map(json.dumps, of)) + "\n ]" for what, of in told.items()
+        f' "{what}": [\n  ' + ",\n  ".join(map(json.dumps, of)) + "\n ]"
+        for what, of in told.items()
     )
     return "{\n" + ",\n".join(lists) + "\n}\n"
 

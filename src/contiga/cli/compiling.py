@@ -11,10 +11,10 @@ import typer
 if TYPE_CHECKING:
     from contiga.warmup.crew import Crew
 
-MANY = 10
+MANY = 4
 """Kernels that are compiled before there is a need of others: a first run compiles hundreds."""
-HELPERS = 3
-"""Processes beside a run, at most: what kernels are built of is compiled one after the other."""
+HELPERS = 7
+"""Processes beside a run, at most: each takes some 300 MB."""
 
 
 def watch_compiling(context: typer.Context, helped: bool = False) -> None:

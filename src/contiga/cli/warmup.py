@@ -6,15 +6,18 @@ import os
 import threading
 from pathlib import Path
 from time import perf_counter
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from contiga.cli.progress import Show, progress_bar
 from contiga.errors import RunError
 
-MOST = 8
-"""Processes where none are asked for, at most: each has half a GB, and more help little."""
+if TYPE_CHECKING:
+    from contiga.warmup.crew import Told
+
+MOST = 16
+"""Processes where none are asked for, at most: each takes some 300 MB, and more help little."""
 
 
 def warmup(
@@ -26,8 +29,9 @@ def warmup(
 ) -> None:
     """Compile all kernels now, on all cores, so that no run has to wait for them."""
     from contiga.num.threads import thread_count
-    from contiga.warmup import EXERCISES, record
+    from contiga.warmup import record
     from contiga.warmup.crew import Crew
+    from contiga.warmup.listing import listing
 
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         print("nothing to compile: NUMBA_DISABLE_JIT is set")
@@ -38,53 +42,50 @@ def warmup(
         if not quiet:
             print(_line(0, kept, perf_counter() - start))
         return
-    jobs = min(jobs or min(thread_count(), MOST), len(EXERCISES))
+    jobs = jobs or min(thread_count(), MOST)
     with progress_bar("warmup", quiet=quiet) as show:
-        count = _Count(show, len(EXERCISES) + jobs)  # each process has a last one
-        with Crew(EXERCISES, jobs, count.hear) as crew:
+        count = _Count(show, [f"{one.module}.{one.name}" for one in listing().kernels])
+        with Crew(jobs, count.hear) as crew:
             crew.wait()
     kept = [str(file) for folder in count.folders for file in Path(folder).glob("*.nb[ci]")]
     if not quiet:
-        print(_line(len(count.compiled), kept, perf_counter() - start))
+        print(_line(count.compiled, kept, perf_counter() - start))
     if not count.failed:
         record.written(count.folders)
     else:
         failed = "; ".join(count.failed)
-        raise RunError(f"not all exercises of kernels could be done ({failed}); runs go on without")
+        raise RunError(f"not all kernels could be compiled ({failed}); runs go on without")
 
 
 class _Count:
     """What the processes tell, added up and shown."""
 
-    def __init__(self, show: Show, exercises: int) -> None:
-        self._show, self._exercises = show, exercises
+    def __init__(self, show: Show, names: list[str]) -> None:
+        self._show, self._names = show, names
         self._lock = threading.Lock()
-        self._done = self._so_far = 0
+        self._done = 0
         self._at: dict[int, str] = {}
-        self.compiled: set[str] = set()
+        self.compiled = 0
         self.folders: set[str] = set()
         self.failed: list[str] = []
 
-    def hear(self, process: int, told: dict[str, Any]) -> None:
+    def hear(self, process: int, told: Told) -> None:
         """A message of a process."""
+        name = self._names[told.row]
         with self._lock:
-            self._so_far += told.get("compiled", 0)
-            if "compiling" in told:
-                self._at[process] = told["compiling"]
-            name = told.get("done") or told.get("lost")
-            if name is not None:
+            if told.done:
                 self._done += 1
                 self._at.pop(process, None)
-                self.compiled.update(told.get("made", ()))
-                self.folders.update(told.get("folders", ()))
-                lost = f"its process ended with code {told.get('code')}"
-                error = told.get("error", lost)
-                if error is not None:
-                    self.failed.append(f"{name}: {error}")
-            self._show(self._done, self._exercises, self._said())
+                self.compiled += told.made
+                self.folders |= {told.folder} - {""}
+                if told.error:
+                    self.failed.append(f"{name}: {told.error}")
+            else:
+                self._at[process] = name.rpartition("kernels.")[2].replace("_nb.", ".")
+            self._show(self._done, len(self._names), self._said())
 
     def _said(self) -> str:
-        return ", ".join((f"{self._so_far} kernels compiled", *self._at.values()))
+        return ", ".join((f"{self.compiled} kernels compiled", *self._at.values()))
 
 
 def _line(compiled: int, files: list[str], seconds: float) -> str:

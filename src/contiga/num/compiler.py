@@ -1,16 +1,5 @@
 """How kernels are compiled: each once, in one version.
 
-numba links the code of a callee into each of its callers and optimises it there, all the way up.
-It also optimises each kernel by itself and makes machine code of it, for calls from Python; for
-kernels that Python never calls that is half of all compiling, for nothing. A `LinkedLibrary` holds
-its code as it was lowered, to be linked. The engine is given the places of its environments only,
-since the code of callers refers to those by name.
-
-What is large and part of several kernels is better called: a `CalledLibrary` is compiled by itself
-and gives its callers nothing but its name. That is made of the stamp of its sources, so that code
-that was compiled by another process calls the same. What a kept kernel calls is kept beside it,
-and loaded before it.
-
 What is to be compiled is compiled by one process at a time; others wait for it and read it. Locks
 are by kernel and types: as kernels call each other in no circle, neither can processes that wait.
 """
@@ -25,7 +14,6 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any, Protocol
 
-import llvmlite.binding as llvm
 from numba import njit
 from numba.core import event
 from numba.core import types as numba_types
@@ -41,6 +29,7 @@ from numba.extending import overload
 from numba.np import arrayobj, linalg
 
 from contiga.num import lean as lean  # numba, without what it does for nothing
+from contiga.num.libraries import CalledLibrary, LinkedLibrary, module_of
 from contiga.num.locks import alone
 from contiga.num.passes import LEAN
 from contiga.num.stamps import stamp_at_import
@@ -71,60 +60,6 @@ class Company(Protocol):
 
 COMPANY: list[Company] = []
 """Of this process."""
-
-
-class OurLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """Code of a kernel of ours."""
-
-    _final_module: Any
-
-    def _optimize_functions(self, ll_module: Any) -> None:
-        """Nothing: what is linked is optimised all at once."""
-        ll_module.data_layout = self._codegen._data_layout
-
-
-class LinkedLibrary(OurLibrary):
-    """Code of a kernel and of those that it calls, to be linked into its callers and not run."""
-
-    _shared_module: Any
-
-    def _optimize_final_module(self) -> None:
-        """Nothing: the caller that Python calls does it for all at once."""
-
-    def _finalize_final_module(self) -> None:
-        """Keep the code for the callers; the engine gets what they share."""
-        self._shared_module = self._final_module
-        for function in self._shared_module.functions:
-            if not function.is_declaration and function.linkage == llvm.Linkage.external:
-                function.linkage = "linkonce_odr"
-        own = [str(at) for at in self._final_module.global_variables if "NumbaEnv" in at.name]
-        self._final_module = _module_of(own, self._final_module)
-        super()._finalize_final_module()
-
-
-class CalledLibrary(OurLibrary):
-    """Code of a kernel that its callers know by name."""
-
-    def _get_module_for_linking(self) -> Any:
-        """What callers are linked with: nothing."""
-        self._ensure_finalized()
-        return _module_of([], self._final_module)
-
-    def serialize_using_object_code(self) -> Any:
-        """What is kept: numba asks the second part which names the first one has."""
-        own = [function.name for function in self.get_defined_functions()]
-        names = _module_of(
-            [f'define void @"{name}"() {{ ret void }}' for name in own], self._final_module
-        )
-        return self.name, "object", (self._get_compiled_object(), names.as_bitcode())
-
-
-def _module_of(lines: list[str], like: Any) -> Any:
-    """A module of nothing but `lines`, of the kind of the module `like`."""
-    head = f'target triple = "{like.triple}"\ntarget datalayout = "{like.data_layout}"\n'
-    module = llvm.parse_assembly(head + "\n".join(lines))
-    module.name = like.name
-    return module
 
 
 class KernelCompiler(Compiler):  # type: ignore[misc]
@@ -280,7 +215,7 @@ class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
         compiled = super().rebuild(target, own)
         library = compiled.library
         if library.name == CalledLibrary.__name__:
-            library._shared_module = _module_of([], library._final_module)
+            library._shared_module = module_of([], library._final_module)
         return compiled
 
 

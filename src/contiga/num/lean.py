@@ -143,7 +143,7 @@ class _Entered(dict[Any, Any]):
             found.cfg, self._blocks, found.usedefs.defmap, found.deadmaps.combined
         )
         self.update((own, alive[at]) for at, own in self._blocks.items())
-        return self[block] if block in self else set()
+        return self.get(block, set())
 
 
 def _live_when_asked() -> None:

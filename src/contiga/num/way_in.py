@@ -53,9 +53,7 @@ def _write_adapter(context: Any, function: Any, how: str) -> None:
     code = builder.call(cgutils.get_or_insert_function(builder.module, kind, how), [value, place])
     head = builder.bitcast(place, HEAD.as_pointer())
     own = builder.load(cgutils.gep_inbounds(builder, head, 0, ITEM_SIZE))
-    failed = builder.or_(
-        cgutils.is_not_null(builder, code), builder.icmp_unsigned("!=", own, size)
-    )
+    failed = builder.or_(cgutils.is_not_null(builder, code), builder.icmp_unsigned("!=", own, size))
     with cgutils.if_unlikely(builder, failed):
         text = "an array whose numbers have another size than the kernel was compiled for"
         api.err_set_string("PyExc_TypeError", text)

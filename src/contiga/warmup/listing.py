@@ -110,7 +110,7 @@ class Listing:
 def _record(fields: list[Any], size: int, aligned: bool) -> Any:
     names, kinds, shapes, offsets = zip(*fields, strict=True)
     formats = [(kind, tuple(shape)) for kind, shape in zip(kinds, shapes, strict=True)]
-    told = {"names": names, "formats": formats, "offsets": offsets, "itemsize": size}
+    told: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": size}
     return from_dtype(np.dtype(told, align=aligned))
 
 

@@ -43,7 +43,8 @@ def compiled(row: int) -> dict[str, Any]:
         kernel = listing().compile(row)
     except Exception as failed:
         return {"error": f"{type(failed).__name__}: {failed}"}
-    return {"made": bool(kernel.stats.cache_misses), "folder": kernel.stats.cache_path}
+    made = listing().arguments(row) in kernel.stats.cache_misses
+    return {"made": made, "folder": kernel.stats.cache_path}
 
 
 def tell(answers: TextIO, **what: object) -> None:

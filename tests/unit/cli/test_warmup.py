@@ -11,7 +11,8 @@ import typer
 
 from contiga.cli import commands, compiling
 from contiga.cli.options import WITH_CASE
-from contiga.warmup import BESIDE, EXERCISES, LAST, crew, record
+from contiga.warmup import crew, record
+from contiga.warmup.listing import Listing
 
 from .conftest import Command, one_message
 
@@ -20,31 +21,36 @@ import json, os, sys, time
 sys.stdin.readline()
 open({log!r} + "/" + str(os.getpid()), "w").close()
 for line in sys.stdin:
-    name, told = line.strip(), dict(error=None, made=[], folders=[{kept!r} + "/a"])
-    if {made!r} == "all":
-        print(json.dumps(dict(compiling="rooms." + name)), flush=True)
-        print(json.dumps(dict(compiled=1)), flush=True)
-        told.update(made=["k", name], folders=[{kept!r} + "/b", {kept!r} + "/a"])
-    if name == {failing!r}:
-        told["error"] = "ValueError: of the stub"
-    if name == {lost!r}:
+    row = int(line)
+    if row == {lost!r}:
         os._exit(7)
-    print(json.dumps(dict(done=name, **told)), flush=True)
+    folder = {kept!r} + ("/b" if {made!r} and row % 2 else "/a")
+    told = dict(made={made!r} and row > 0, folder=folder)
+    if row == {failing!r}:
+        told = dict(error="ValueError: of the stub")
+    print(json.dumps(told), flush=True)
 """
+PARTS: list[list[int]] = [[], [], [0, 1], [2], [0], [], []]
+"""Of the kernels that are listed, what they are built of."""
 
 
 @pytest.fixture
 def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Has processes run a stub of the worker; the folder gets a file for each of them."""
+    """Has processes run a stub of the worker, which has all kernels but one to compile; the folder
+    gets a file for each of them."""
+    kernels = [["contiga.rooms_nb", f"k{k}", [], parts] for k, parts in enumerate(PARTS)]
+    listed = Listing({"types": [], "kernels": kernels})
+    monkeypatch.setattr("contiga.warmup.listing.listing", lambda: listed)
+    monkeypatch.setattr(crew, "listing", lambda: listed)
     monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
     monkeypatch.setattr(record, "_place", lambda: tmp_path / record.FILE)
     log, kept = tmp_path / "log", tmp_path / "kept"
     for folder in (log, kept / "a", kept / "b"):
         folder.mkdir(parents=True)
-    for k in range(len(EXERCISES) + 3):
+    for k in range(len(PARTS)):
         (kept / ("a" if k % 2 else "b") / f"{k}.nbc").touch()
 
-    def put(made: str = "all", failing: str = "", lost: str = "") -> Path:
+    def put(made: bool = True, failing: int = -1, lost: int = -1) -> Path:
         text = STUB.format(log=str(log), kept=str(kept), made=made, failing=failing, lost=lost)
         monkeypatch.setattr(crew, "_BOOT", text)
         return log
@@ -56,17 +62,16 @@ def test_it_says_what_was_compiled_and_where_it_is(command: Command, stub: Any) 
     log = stub()
     code, out, err = command("warmup", "--jobs", "3")
     assert code == 0
-    line = f"{len(EXERCISES) + 2} kernels compiled, 1 were there already; "
-    assert out.startswith(line)
+    assert out.startswith(f"{len(PARTS) - 1} kernels compiled, 1 were there already; ")
     assert out.endswith(f"s; kept in {log.parent / 'kept'}\n")
-    assert f"{len(EXERCISES) + 3}/{len(EXERCISES) + 3}" in err
+    assert f"{len(PARTS)}/{len(PARTS)}" in err
     assert len(list(log.iterdir())) == 3
 
 
 def test_a_second_time_there_is_nothing_to_compile(command: Command, stub: Any) -> None:
-    stub(made="none")
+    stub(made=False)
     code, out, _ = command("warmup", "--jobs", "1")
-    there = (len(EXERCISES) + 3) // 2  # in the one folder that is told of
+    there = len(PARTS) // 2  # in the one folder that is told of
     assert code == 0
     assert out.startswith(f"nothing to compile: {there} kernels were there already; ")
 
@@ -77,7 +82,7 @@ def test_what_was_warmed_up_is_not_gone_through_again(command: Command, stub: An
     processes = len(list(log.iterdir()))
     code, out, _ = command("warmup")
     assert code == 0
-    assert out.startswith(f"nothing to compile: {len(EXERCISES) + 3} kernels were there already; ")
+    assert out.startswith(f"nothing to compile: {len(PARTS)} kernels were there already; ")
     assert out.endswith(f"s; kept in {log.parent / 'kept'}\n")
     assert len(list(log.iterdir())) == processes
     next((log.parent / "kept" / "a").glob("*.nbc")).unlink()
@@ -111,12 +116,12 @@ def test_a_record_of_other_sources_or_of_another_processor_is_none(
 @pytest.mark.parametrize(
     ("how", "said"),
     [
-        ({"failing": "balls"}, "balls: ValueError: of the stub"),
-        ({"lost": "balls"}, "balls: its process ended with code 7"),
+        ({"failing": 2}, "contiga.rooms_nb.k2: ValueError: of the stub"),
+        ({"lost": 2}, "contiga.rooms_nb.k2: its process ended with code 7"),
     ],
 )
 def test_one_message_says_what_failed_and_the_others_go_on(
-    command: Command, stub: Any, how: dict[str, str], said: str
+    command: Command, stub: Any, how: dict[str, int], said: str
 ) -> None:
     log = stub(**how)
     code, out, err = command("warmup", "--jobs", "2", "--quiet")
@@ -127,11 +132,12 @@ def test_one_message_says_what_failed_and_the_others_go_on(
 
 
 def test_a_process_that_is_lost_leaves_the_rest_to_the_others(stub: Any) -> None:
-    stub(lost=BESIDE[0])
-    told: list[dict[str, Any]] = []
-    with crew.Crew(BESIDE, 2, lambda _, said: told.append(said)) as team:
+    stub(lost=0)
+    told: list[crew.Told] = []
+    with crew.Crew(2, lambda _, said: told.append(said)) as team:
         team.wait()
-    assert {said["done"] for said in told if "done" in said} == {*BESIDE[1:], LAST}
+    assert sorted(said.row for said in told if said.done) == list(range(len(PARTS)))
+    assert [said.row for said in told if said.error] == [0]
 
 
 def test_without_a_compiler_there_is_nothing_to_do(

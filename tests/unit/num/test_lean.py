@@ -13,7 +13,8 @@ from numba.core.typed_passes import NopythonRewrites
 from numba.core.typing.context import BaseContext
 from numba.core.untyped_passes import InlineClosureLikes
 
-from contiga.num.compiler import KernelCompiler, LinkedLibrary
+from contiga.num.compiler import KernelCompiler
+from contiga.num.libraries import LinkedLibrary
 from contiga.num.jit import inlined
 from contiga.num.lean import _replaced
 

@@ -1,0 +1,74 @@
+"""What becomes of the code of kernels: it is linked into that of their callers, or called.
+
+numba links the code of a callee into each of its callers and optimises it there, all the way up.
+It also optimises each kernel by itself and makes machine code of it, for calls from Python; for
+kernels that Python never calls that is half of all compiling, for nothing. A `LinkedLibrary` holds
+its code as it was lowered, to be linked. The engine is given the places of its environments only,
+since the code of callers refers to those by name.
+
+What is large and part of several kernels is better called: a `CalledLibrary` is compiled by itself
+and gives its callers nothing but its name. That is made of the stamp of its sources, so that code
+that was compiled by another process calls the same. What a kept kernel calls is kept beside it,
+and loaded before it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import llvmlite.binding as llvm
+from numba.core.codegen import JITCodeLibrary
+
+
+class KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """Code of a kernel of ours."""
+
+    _final_module: Any
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        """Nothing: what is linked is optimised all at once."""
+        ll_module.data_layout = self._codegen._data_layout
+
+
+class LinkedLibrary(KernelLibrary):
+    """Code of a kernel and of those that it calls, to be linked into its callers and not run."""
+
+    _shared_module: Any
+
+    def _optimize_final_module(self) -> None:
+        """Nothing: the caller that Python calls does it for all at once."""
+
+    def _finalize_final_module(self) -> None:
+        """Keep the code for the callers; the engine gets what they share."""
+        self._shared_module = self._final_module
+        for function in self._shared_module.functions:
+            if not function.is_declaration and function.linkage == llvm.Linkage.external:
+                function.linkage = "linkonce_odr"
+        own = [str(at) for at in self._final_module.global_variables if "NumbaEnv" in at.name]
+        self._final_module = module_of(own, self._final_module)
+        super()._finalize_final_module()
+
+
+class CalledLibrary(KernelLibrary):
+    """Code of a kernel that its callers know by name."""
+
+    def _get_module_for_linking(self) -> Any:
+        """What callers are linked with: nothing."""
+        self._ensure_finalized()
+        return module_of([], self._final_module)
+
+    def serialize_using_object_code(self) -> Any:
+        """What is kept: numba asks the second part which names the first one has."""
+        own = [function.name for function in self.get_defined_functions()]
+        names = module_of(
+            [f'define void @"{name}"() {{ ret void }}' for name in own], self._final_module
+        )
+        return self.name, "object", (self._get_compiled_object(), names.as_bitcode())
+
+
+def module_of(lines: list[str], like: Any) -> Any:
+    """A module of nothing but `lines`, of the kind of the module `like`."""
+    head = f'target triple = "{like.triple}"\ntarget datalayout = "{like.data_layout}"\n'
+    module = llvm.parse_assembly(head + "\n".join(lines))
+    module.name = like.name
+    return module
