@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 MANY = 4
 """Kernels that are compiled before there is a need of others: a first run compiles hundreds."""
 HELPERS = 7
-"""Processes beside a run, at most: each takes some 300 MB."""
+"""Processes beside a run, at most: each takes some 400 MB."""
 
 
 def watch_compiling(context: typer.Context, helped: bool = False) -> None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from contiga.warmup.crew import Told
 
 MOST = 16
-"""Processes where none are asked for, at most: each takes some 300 MB, and more help little."""
+"""Processes where none are asked for, at most: each takes some 400 MB, and more help little."""
 
 
 def warmup(

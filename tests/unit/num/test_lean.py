@@ -14,9 +14,9 @@ from numba.core.typing.context import BaseContext
 from numba.core.untyped_passes import InlineClosureLikes
 
 from contiga.num.compiler import KernelCompiler
-from contiga.num.libraries import LinkedLibrary
 from contiga.num.jit import inlined
 from contiga.num.lean import _replaced
+from contiga.num.libraries import LinkedLibrary
 
 compiled = njit(pipeline_class=KernelCompiler, error_model="numpy")
 """A kernel that is kept nowhere: each test compiles its own."""
