@@ -20,6 +20,7 @@ import contiga as cg
 from contiga.io import apart
 from contiga.num.compiler import LOCAL, KernelDispatcher
 from contiga.num.reference import Reference
+from contiga.num.resident import TYPES, is_reader
 from contiga.warmup.listing import FILE
 
 types: Any = numba_types
@@ -105,12 +106,17 @@ def text(recording: Recording) -> str:
     for (module, name, arguments), parts in recording.parts.items():
         own = [coded.row(of) for of in arguments]
         kernels.append([module, name, own, sorted(rows[part] for part in parts)])
-    told = {"types": coded.codes, "kernels": kernels}
-    lists = (
-        f' "{what}": [\n  ' + ",\n  ".join(map(json.dumps, of)) + "\n ]"
-        for what, of in told.items()
-    )
-    return "{\n" + ",\n".join(lists) + "\n}\n"
+    modules = sorted({module for module, _, _ in recording.parts})
+    told = {
+        "records": {name: coded.row(of) for name, of in sorted(TYPES.items())},
+        "readers": [
+            name for name in modules if any(map(is_reader, vars(sys.modules[name]).values()))
+        ],
+    }
+    lines = [f' "{what}": {json.dumps(of)}' for what, of in told.items()]
+    for what, listed in (("types", coded.codes), ("kernels", kernels)):
+        lines.append(f' "{what}": [\n  ' + ",\n  ".join(map(json.dumps, listed)) + "\n ]")
+    return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 class Types:

@@ -32,6 +32,7 @@ from contiga.num import lean as lean  # numba, without what it does for nothing
 from contiga.num.libraries import CalledLibrary, LinkedLibrary, module_of
 from contiga.num.locks import alone
 from contiga.num.passes import LEAN
+from contiga.num.resident import types_read
 from contiga.num.stamps import stamp_at_import
 from contiga.num.uncounted import Uncounted
 
@@ -250,6 +251,9 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
             lock.enter_context(self._alone(str(signature), _waiting))
             found = super().load_overload(signature, target)
         return found
+
+    def _index_key(self, signature: Any, codegen: Any) -> Any:
+        return *super()._index_key(signature, codegen), types_read(self._py_func)
 
     def save_overload(self, signature: Any, compiled: Any) -> None:
         """numba's own reads the index of a kernel, and writes it with one line more."""

@@ -13,6 +13,7 @@ that are by reference themselves, by their places.
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any
 from weakref import WeakValueDictionary
 
@@ -31,6 +32,10 @@ TYPES: dict[str, Any] = {}
 """numba's types of records, by the names of their classes, from the first one laid out on."""
 PLACES: WeakValueDictionary[int, Resident] = WeakValueDictionary()
 """Where no kernel is compiled records are found by their places."""
+
+
+_READ: dict[Callable[[int], Any], str] = {}
+"""Classes by their readers."""
 
 
 class Resident:
@@ -115,7 +120,22 @@ def reader(name: str) -> Callable[[int], Any]:
 
     infer_global(read, types.Function(Read))
     lower_builtin(read, types.intp)(_pointer)
+    _READ[read] = name
     return read
+
+
+def types_read(function: Any) -> tuple[tuple[str, str], ...]:
+    """The classes that readers in the module of a kernel read, and the types of their records.
+
+    What is compiled of the kernel depends on them, and its arguments do not tell.
+    """
+    found = {_READ[of] for of in function.__globals__.values() if is_reader(of)}
+    return tuple((name, str(TYPES.get(name))) for name in sorted(found))
+
+
+def is_reader(value: Any) -> bool:
+    """Whether something is a function that `reader` has made."""
+    return isinstance(value, FunctionType) and value in _READ
 
 
 def _pointer(context: Any, builder: Any, asked: Any, places: tuple[Any, ...]) -> Any:

@@ -53,7 +53,7 @@ class Crew:
     """
 
     def __init__(self, jobs: int, hear: Hear = _unheard, plan: Plan | None = None) -> None:
-        self._plan = plan or Plan([kernel.parts for kernel in listing().kernels])
+        self._plan = plan or _everything()
         self._own: set[Row] = set()
         """What this process has taken itself."""
         self._hear = hear
@@ -138,6 +138,12 @@ class Crew:
         with contextlib.suppress(OSError):
             process.stdin.write(line + "\n")
             process.stdin.flush()
+
+
+def _everything() -> Plan:
+    kernels = listing().kernels
+    aside = filter(listing().reads_records, range(len(kernels)))
+    return Plan([kernel.parts for kernel in kernels], aside)
 
 
 def _started() -> subprocess.Popen[str]:

@@ -6,7 +6,7 @@ What a run waits for, and what that is built of, goes first.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence, Set
 from threading import Condition
 
 from contiga.warmup.listing import Row
@@ -18,10 +18,12 @@ class Plan:
     Parameters
     ----------
     parts : of each kernel, those that it is built of; they stand before it
+    aside : kernels that one who needs others does not make in between
     """
 
-    def __init__(self, parts: Sequence[Sequence[Row]]) -> None:
+    def __init__(self, parts: Sequence[Sequence[Row]], aside: Iterable[Row] = ()) -> None:
         self._parts = parts
+        self._aside = frozenset(aside)
         self._builds: list[list[Row]] = [[] for _ in parts]
         for row, own in enumerate(parts):
             for part in own:
@@ -37,7 +39,7 @@ class Plan:
         """A kernel to be compiled, as soon as there is one; None once none is left."""
         with self._changed:
             while self._left and not self._ended:
-                found = self._first()
+                found = self._first(self._ready)
                 if found is not None:
                     return found
                 self._changed.wait()
@@ -53,7 +55,7 @@ class Plan:
             self._wanted.append(row)
             try:
                 while row in self._left and not self._ended:
-                    found = self._first()
+                    found = self._first(self._ready - self._aside)
                     if found is not None:
                         return found
                     self._changed.wait()
@@ -80,10 +82,10 @@ class Plan:
             self._ended = True
             self._changed.notify_all()
 
-    def _first(self) -> Row | None:
-        """Take what comes first of what can be made."""
+    def _first(self, other: Set[Row]) -> Row | None:
+        """Take what comes first of what can be made: what is wanted, or else one of `other`."""
         wanted = self._ready & self._needed() if self._wanted else set()
-        among = wanted or self._ready
+        among = wanted or other
         if not among:
             return None
         found = min(among)

@@ -16,15 +16,21 @@ from typing import Any, TextIO
 from contiga.num.garbage import look_seldom
 from contiga.warmup.listing import listing
 
+MODEST = 10
+"""A run that needs all cores for its steps gets them first."""
+
 
 def serve() -> None:
     """Compile what is asked for, one after the other."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started this one
+    if hasattr(os, "nice"):
+        os.nice(MODEST)
     look_seldom()
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in (1, 2):  # what libraries print
         os.dup2(nowhere, stream)
+    listing().suppose_records()
     rows: SimpleQueue[int] = SimpleQueue()
     threading.Thread(target=_listen, args=(rows,), daemon=True).start()
     while True:
