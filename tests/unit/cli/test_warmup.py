@@ -39,7 +39,7 @@ def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Has processes run a stub of the worker, which has all kernels but one to compile; the folder
     gets a file for each of them."""
     kernels = [["contiga.rooms_nb", f"k{k}", [], parts] for k, parts in enumerate(PARTS)]
-    listed = Listing({"types": [], "kernels": kernels})
+    listed = Listing({"types": [], "records": {}, "readers": [], "kernels": kernels})
     monkeypatch.setattr("contiga.warmup.listing.listing", lambda: listed)
     monkeypatch.setattr(crew, "listing", lambda: listed)
     monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)

@@ -146,3 +146,20 @@ def test_rows_that_are_written_between_reads_are_read_anew():
 
     t = outer(10)
     assert sums(t) == 45.0
+
+
+def test_an_array_of_numbers_of_another_size_is_refused_wherever_it_stands() -> None:
+    record = outer(3)
+    assert total(record) == total.py_func(record)
+    way_in = next(iter(total.overloads.values())).entry_point
+    narrow = record.inner.values.astype(np.float32)
+    for wrong in (
+        record._replace(inner=record.inner._replace(values=narrow)),
+        record._replace(plain=record.plain._replace(values=narrow)),
+        record._replace(flags=narrow),
+    ):
+        with pytest.raises(TypeError, match="numbers have another size than the kernel"):
+            way_in(wrong)
+    with pytest.raises(TypeError):
+        way_in(record._replace(flags=[True]))
+    assert way_in(record) == total.py_func(record)

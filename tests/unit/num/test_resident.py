@@ -8,10 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from numba import njit
+from numba import config, njit, typeof
 
+from contiga.contact.kernels import touching_nb
 from contiga.handed import by_reference
-from contiga.num.resident import PLACES, Resident, reader
+from contiga.num.kernels import rigid_nb
+from contiga.num.resident import PLACES, TYPES, Resident, reader, types_read
 
 pytestmark = pytest.mark.interpreted
 
@@ -137,3 +139,17 @@ def test_what_cannot_be_laid_out_is_refused() -> None:
     Resident(outer(0))
     with pytest.raises(TypeError, match="other types"):
         Resident(outer(0)._replace(rows=np.zeros((2, 2), np.int32)))
+
+
+@pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is kept")
+def test_kernels_that_read_records_are_kept_by_the_types_of_those(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    kept = touching_nb.advance
+    ((name, before), *_) = types_read(kept.py_func)
+    assert name == "contiga.contact.desk.Desk"
+    assert types_read(rigid_nb.to_body.py_func) == ()
+    key = kept._cache._index_key((), kept.targetctx.codegen())
+    monkeypatch.setitem(TYPES, name, typeof(outer(1)))
+    assert dict(types_read(kept.py_func))[name] != before
+    assert kept._cache._index_key((), kept.targetctx.codegen()) != key
