@@ -172,6 +172,28 @@ def _copy_no_lines() -> None:
         ir.Loc.__deepcopy__ = lambda self, memo: self
 
 
+def _copy_scopes_as_lists() -> None:
+    """Let numba copy the list of a scope's variables and not each of them.
+
+    It copies a function that is put in place of a call block by block, twice, and with every block
+    all variables of the function. Of those in the list it reads names and lines, which nothing
+    changes.
+    """
+
+    def copied(self: Any, memo: dict[int, Any]) -> Any:
+        new = ir.Scope(self.parent, self.loc)
+        new.localvars._con.update(self.localvars._con)
+        new.redefined.update(self.redefined)
+        new.var_redefinitions.update((k, set(v)) for k, v in self.var_redefinitions.items())
+        memo[id(self)] = new
+        return new
+
+    known = {"parent", "localvars", "loc", "redefined", "var_redefinitions"}
+    own = vars(ir.Scope(None, ir.Loc("", 0)))
+    if set(own) == known and set(vars(own["localvars"])) == {"_con"}:
+        ir.Scope.__deepcopy__ = copied
+
+
 def _look_for_places_faster() -> None:
     """Let numba see by the code of a function whether it takes a place in the source.
 
@@ -194,4 +216,5 @@ _list_variables_faster()
 _lock_without_telling()
 _live_when_asked()
 _copy_no_lines()
+_copy_scopes_as_lists()
 _look_for_places_faster()

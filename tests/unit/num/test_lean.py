@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -179,3 +180,48 @@ def test_what_a_numba_to_come_has_elsewhere_is_let_be() -> None:
     assert Owner().here() == 2
     assert _replaced(Owner, "elsewhere", lambda self: 3) is None
     assert not hasattr(Owner, "elsewhere")
+
+
+def test_a_function_in_place_of_a_call_leaves_its_own_variables_behind() -> None:
+    """Each place has variables of its own, and so has what is put in next time."""
+
+    @inlined
+    def swapped(a, b):
+        keep = a
+        a = b
+        b = keep
+        return a, b
+
+    @compiled
+    def twice(x, y):
+        keep = 10.0 * x
+        if x > 0.0:
+            x, y = swapped(x, y)
+        x, y = swapped(x, y + keep)
+        return x, y, keep
+
+    @compiled
+    def once(x, y):
+        return swapped(x, y)
+
+    assert twice(1.0, 2.0) == twice.py_func(1.0, 2.0)
+    assert once(1.0, 2.0) == (2.0, 1.0)
+    assert twice(-1.0, 2.0) == twice.py_func(-1.0, 2.0)
+
+
+def test_a_copied_scope_changes_without_the_first() -> None:
+    where = ir.Loc("here", 1)
+    scope = ir.Scope(None, where)
+    for name in "aab":
+        scope.redefine(name, where)
+    block = ir.Block(scope, where)
+    block.body = [ir.Assign(ir.Const(1, where), scope.get_exact("a.1"), where)]
+    copied = copy.deepcopy(block)
+    (statement,) = copied.body
+    assert copied.scope is statement.target.scope is not scope
+    assert statement.target is not block.body[0].target
+    assert copied.scope.redefine("a", where).name == "a.2"
+    copied.scope.redefine("c", where)
+    assert list(scope.localvars._con) == ["a", "a.1", "b"]
+    assert (scope.redefined["a"], scope.get_versions_of("a")) == (1, {"a.1"})
+    assert copied.scope.get_versions_of("a") == {"a.1", "a.2"}

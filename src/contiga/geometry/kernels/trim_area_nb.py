@@ -10,6 +10,7 @@ import numpy as np
 from contiga.geometry.kernels.quadrature_nb import bernstein, jacobian
 from contiga.geometry.kernels.trim_nb import bernstein_at, parameter_at, point_in_trim
 from contiga.num.jit import inner, kernel
+from contiga.num.kernels.sort_nb import sort
 from contiga.num.scratch import scratch
 
 
@@ -132,7 +133,9 @@ def _knot_crossings(tables, piece, u_breaks, v_breaks):
             if min(first, last) < level < max(first, last):
                 found[n] = parameter_at(coefs, degree, axis, level)
                 n += 1
-    return np.sort(found[:n])
+    found = found[:n]
+    sort(found)
+    return found
 
 
 @inner()

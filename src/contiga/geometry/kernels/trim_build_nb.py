@@ -9,6 +9,7 @@ import numpy as np
 from contiga.geometry.kernels.trim_nb import MARGIN, _crosses_right, _range_in_row
 from contiga.num.codes import CUT
 from contiga.num.jit import inner, kernel
+from contiga.num.kernels.sort_nb import sort
 
 ROOT_WIDTH = 1e-14
 FLAT = 1e-15
@@ -109,7 +110,9 @@ def roots_inside(c):
         lows[top], widths[top] = low + 0.5 * width, 0.5 * width
         lows[top + 1], widths[top + 1] = low, 0.5 * width
         top += 2
-    return np.sort(roots[:count])
+    roots = roots[:count]
+    sort(roots)
+    return roots
 
 
 @inner()
@@ -124,7 +127,7 @@ def monotone_breaks(coefs, degree):
     breaks[1 : 1 + ru.size] = ru
     breaks[1 + ru.size : 1 + ru.size + rv.size] = rv
     breaks[-1] = 1.0
-    breaks.sort()
+    sort(breaks)
     keep = 1
     for i in range(1, breaks.size):
         if breaks[i] - breaks[keep - 1] > 1e-12:
@@ -229,7 +232,8 @@ def _cell_toggles(tables, pieces, first, column, rows):
             if rows[0] < v <= rows[1]:
                 heights[n] = v
                 n += 1
-    ordered = np.sort(heights[:n])
+    ordered = heights[:n]
+    sort(ordered)
     keep = 0
     for k in range(n):
         if keep > 0 and ordered[keep - 1] == ordered[k]:

@@ -10,6 +10,7 @@ from contiga.elements.kernels.bounds_nb import cell_bounds, derivative_bounds, r
 from contiga.elements.kernels.element_nb import locate
 from contiga.geometry.kernels.trim_nb import parameter_at
 from contiga.num.jit import inner, kernel
+from contiga.num.kernels.sort_nb import sort
 from contiga.num.scratch import scratch
 from contiga.search.kernels.curve_nb import curve_point, piece_parameters
 
@@ -38,7 +39,7 @@ def _cuts(grid, trims, piece, cuts):
             if low < grid.breaks[k] < high:
                 cuts[n] = parameter_at(coefs, degree, axis, grid.breaks[k])
                 n += 1
-    cuts[:n].sort()
+    sort(cuts[:n])
     return n
 
 

@@ -40,9 +40,15 @@ def polynomial_at(k, s, t):
 
 
 @inlined()
+def weight_at(k, s, t):
+    """The weight and its derivatives, whose coefficients are behind those of the coordinates."""
+    return bicubic(k, 48, s, t)
+
+
+@inlined()
 def rational_at(k, s, t):
-    """As `polynomial_at`, with the coefficients of the weight behind those of the coordinates."""
-    w = bicubic(k, 48, s, t)
+    """As `polynomial_at`, of a rational element."""
+    w = weight_at(k, s, t)
     x = quotient(bicubic(k, 0, s, t), w)
     y = quotient(bicubic(k, 16, s, t), w)
     z = quotient(bicubic(k, 32, s, t), w)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from contiga.elements.kernels.element_nb import locate
+from contiga.elements.kernels.element_nb import locate, quotient
 from contiga.num.codes import FACE, GENERAL, OK, OUT, RATIONAL_CUBIC, SMOOTH
 from contiga.num.jit import inlined, inner
 from contiga.search.kernels.newton_nb import (
@@ -21,7 +21,7 @@ from contiga.search.kernels.newton_nb import (
     local_place,
     newton_step,
     polynomial_at,
-    rational_at,
+    weight_at,
 )
 
 FARTHEST = 1.0
@@ -45,15 +45,6 @@ def may_go_on(elements, e, s, t):
     return True
 
 
-@inlined()
-def _derivatives(k, rational, s, t):
-    if rational:
-        x, y, z = rational_at(k, s, t)
-    else:
-        x, y, z = polynomial_at(k, s, t)
-    return x, y, z
-
-
 @inner(linked=False)
 def _newton(own, place, best, p, tolerance):
     """Newton's method in the element `own` from place = (s, t), `p` relative to its origin.
@@ -64,12 +55,16 @@ def _newton(own, place, best, p, tolerance):
     rational = own["form"] == RATIONAL_CUBIC
     s, t = place
     state = ACTIVE
-    for _ in range(ROUNDS):
-        x, y, z = _derivatives(k, rational, s, t)
-        s, t, best, state = newton_step((s, t), (best, state), p, x, y, z, tolerance)
-        if state != ACTIVE:
+    left = ROUNDS
+    while True:  # the text of what is worked out here is long, and stands here once
+        x, y, z = polynomial_at(k, s, t)
+        if rational:
+            w = weight_at(k, s, t)
+            x, y, z = quotient(x, w), quotient(y, w), quotient(z, w)
+        if state != ACTIVE or left == 0:
             break
-    x, y, z = _derivatives(k, rational, s, t)
+        left -= 1
+        s, t, best, state = newton_step((s, t), (best, state), p, x, y, z, tolerance)
     n_x, n_y, n_z, gap, state = foot_record(p, state, x, y, z, tolerance)
     return (s, t), best, state, ((x[0], y[0], z[0]), (n_x, n_y, n_z), gap)
 

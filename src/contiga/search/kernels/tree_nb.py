@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from contiga.num.jit import inner, kernel
+from contiga.num.kernels.sort_nb import sort_by
 
 LEAF_SIZE = 2
 
@@ -15,8 +16,13 @@ LEAF_SIZE = 2
 def build(low, high):
     """Node arrays (low, high, first, count) and the order of the n boxes `low`, `high` (n, 3)."""
     n = low.shape[0]
-    order = np.arange(n).astype(np.int32)
-    middle = 0.5 * (low + high)
+    order = np.empty(n, np.int32)
+    spare = np.empty(n, np.int32)
+    middle = np.empty((n, 3))
+    for i in range(n):
+        order[i] = i
+        for c in range(3):
+            middle[i, c] = 0.5 * (low[i, c] + high[i, c])
     size = max(1, 2 * n)
     node_low = np.empty((size, 3))
     node_high = np.empty((size, 3))
@@ -29,26 +35,27 @@ def build(low, high):
     while top > 0:
         top -= 1
         node, start, stop = stack[top]
-        spread_low = np.full(3, math.inf)
-        spread_high = np.full(3, -math.inf)
+        axis = 0
+        widest = -math.inf
         for c in range(3):
+            least = math.inf
+            most = -math.inf
             node_low[node, c] = math.inf
             node_high[node, c] = -math.inf
-        for k in range(start, stop):
-            i = order[k]
-            for c in range(3):
+            for k in range(start, stop):
+                i = order[k]
                 node_low[node, c] = min(node_low[node, c], low[i, c])
                 node_high[node, c] = max(node_high[node, c], high[i, c])
-                spread_low[c] = min(spread_low[c], middle[i, c])
-                spread_high[c] = max(spread_high[c], middle[i, c])
+                least = min(least, middle[i, c])
+                most = max(most, middle[i, c])
+            if most - least > widest:
+                axis = c
+                widest = most - least
         if stop - start <= LEAF_SIZE:
             first[node] = start
             count[node] = stop - start
             continue
-        axis = int(np.argmax(spread_high - spread_low))
-        part = order[start:stop]
-        ranks = np.argsort(middle[part, axis], kind="mergesort")
-        order[start:stop] = part[ranks]
+        sort_by(middle, axis, order[start:stop], spare[start:stop])
         half = (start + stop) // 2
         first[node] = used
         stack[top] = (used, start, half)

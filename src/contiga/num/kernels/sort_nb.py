@@ -1,0 +1,45 @@
+"""Sorting in kernels: a page to compile, where numba's takes a second."""
+
+from __future__ import annotations
+
+from contiga.num.jit import inner
+
+
+@inner(linked=False)
+def sort(values):
+    """Put numbers in ascending order where they are (Shell 1959)."""
+    n = values.size
+    gap = n
+    while gap > 1:
+        gap = max(1, 4 * gap // 9)
+        for i in range(gap, n):
+            value = values[i]
+            k = i
+            while k >= gap and values[k - gap] > value:
+                values[k] = values[k - gap]
+                k -= gap
+            values[k] = value
+
+
+@inner(linked=False)
+def sort_by(keys, column, rows, spare):
+    """Put rows in ascending order of keys[row, column] where they are; of equals, which was first
+    stays first. `spare` is as long as `rows`."""
+    n = rows.size
+    width = 1
+    while width < n:
+        for low in range(0, n, 2 * width):
+            middle = min(low + width, n)
+            high = min(middle + width, n)
+            i = low
+            j = middle
+            for k in range(low, high):
+                if j == high or (i < middle and keys[rows[i], column] <= keys[rows[j], column]):
+                    spare[k] = rows[i]
+                    i += 1
+                else:
+                    spare[k] = rows[j]
+                    j += 1
+        for k in range(n):
+            rows[k] = spare[k]
+        width *= 2
