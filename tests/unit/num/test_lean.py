@@ -220,6 +220,7 @@ def test_a_copied_scope_changes_without_the_first() -> None:
     (statement,) = copied.body
     assert copied.scope is statement.target.scope is not scope
     assert statement.target is not block.body[0].target
+    assert copied.scope.get("a").name == "a.1"
     assert copied.scope.redefine("a", where).name == "a.2"
     copied.scope.redefine("c", where)
     assert list(scope.localvars._con) == ["a", "a.1", "b"]
