@@ -60,7 +60,7 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
 
 def _line(helpers: int) -> str:
     cores = f" on {1 + helpers} cores" if helpers else ""
-    return f"compiling kernels{cores}, which a first run on a machine does: some minutes, once"
+    return f"compiling kernels{cores}, which a first run on a machine does: a minute or so, once"
 
 
 def _crew(helpers: int) -> Crew:
