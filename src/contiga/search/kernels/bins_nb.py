@@ -13,18 +13,23 @@ from contiga.elements.kernels.element_nb import locate
 from contiga.num.codes import FACE, OK
 from contiga.num.jit import inner
 from contiga.num.prefetch import LINE, prefetch
-from contiga.search.kernels.lanes_nb import LANES
+from contiga.search.kernels.lanes_nb import (
+    BY_ROW,
+    FLAG,
+    FOOT,
+    GAP,
+    LANES,
+    NORMAL,
+    PATCH,
+    PLACE,
+    PROVED,
+    ROW_BEFORE,
+    ROW_NOW,
+    ROW_START,
+)
 
 AHEAD = 16
 """Rows that are asked for before they are come to: 0.4 of the time with many elements."""
-BY_ROW = 1
-"""Flag of rows that are left to the careful walk."""
-# Columns of what is handed: the point now and before, and the start (u, v).
-NOW, BEFORE, START = 0, 3, 6
-HANDED = 8
-# Columns of what is found; the place is (u, v).
-FLAG, PROVED, PLACE, FOOT, NORMAL, GAP, PATCH = 0, 1, 2, 4, 7, 10, 11
-FOUND = 12
 
 
 @inner()
@@ -101,12 +106,12 @@ def hand_rows(place, path, starts, handed):
         if at < 0:
             continue
         for c in range(3):
-            handed[at, NOW + c] = points[i, c]
+            handed[at, ROW_NOW + c] = points[i, c]
         if proves:
             for c in range(3):
-                handed[at, BEFORE + c] = before[i, c]
+                handed[at, ROW_BEFORE + c] = before[i, c]
         for c in range(2):
-            handed[at, START + c] = starts[i, c]
+            handed[at, ROW_START + c] = starts[i, c]
 
 
 @inner(linked=False)
