@@ -130,15 +130,16 @@ def _is_whole(tables, patch, uv, bank, l):
 
 
 @inner(linked=False)
-def _one_by_one(tables, proves, e, handed, lanes, found):
-    """What is left to be seen to of what lanes of element e have found: feet that have left it,
+def _one_by_one(tables, proves, block, handed, lanes, found):
+    """What is left to be seen to of a block that lanes have found: feet that have left its element,
     and trims."""
     elements = tables.elements
+    e, first, last = block
     patch = elements.table[e]["patch"]
     cut = elements.table[e]["trim"] == CUT
     trimmed = tables.trims.trimmed[patch] != 0
-    for i in range(found.shape[0]):
-        bank, l = lanes[i // WIDE], i % WIDE
+    for i in range(first, last):
+        bank, l = lanes[(i - first) // WIDE], (i - first) % WIDE
         s, t, state = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l], bank[ROW_STATE * WIDE + l]
         if state == LEFT:
             _go_on(tables, proves, (e, s, t, bank[ROW_F * WIDE + l]), handed[i], found[i])
@@ -187,7 +188,7 @@ def _project_blocks(tables, proves, handed, blocks, found):
         unload(lanes, found, first, end)
         trimmed = tables.trims.trimmed[elements.table[e]["patch"]] != 0
         if trimmed or trim == CUT or _lanes_in(DONE, lanes, banks) < banks * WIDE:
-            _one_by_one(tables, proves, e, handed[first:end], lanes, found[first:end])
+            _one_by_one(tables, proves, (e, first, end), handed, lanes, found)
 
 
 @kernel()
