@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.elements.kernels.element_nb import locate
 from contiga.num.codes import CUT, GENERAL, NOT_FINITE, OUT, RATIONAL_CUBIC
 from contiga.num.jit import inner, kernel
@@ -17,7 +15,6 @@ from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import tracked_foot
 from contiga.search.kernels.lane_proof_nb import WIDTH, load_surroundings, prove_lanes
 from contiga.search.kernels.lanes_nb import (
-    BANKS,
     BY_ROW,
     FLAG,
     FOOT,
@@ -35,12 +32,12 @@ from contiga.search.kernels.lanes_nb import (
     ROW_START,
     ROW_STATE,
     ROW_T,
-    ROWS,
     TOLD,
     WIDE,
     finish_polynomial,
     finish_rational,
     load,
+    new_lanes,
     newton_polynomial,
     newton_rational,
     start_lanes,
@@ -158,7 +155,7 @@ def _project_blocks(tables, proves, handed, blocks, found):
     away at the foot or of too high a degree, or left over other than smooth sides.
     """
     elements = tables.elements
-    lanes, told = np.empty((BANKS, ROWS * WIDE)), scratch(TOLD)
+    lanes, told = new_lanes(), scratch(TOLD)
     last = -1
     for b in range(blocks.shape[0]):
         e, first, end = blocks[b, 0], blocks[b, 1], blocks[b, 2]
