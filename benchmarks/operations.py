@@ -105,8 +105,11 @@ def main() -> None:
     newton_nb.math = branch_nb.math = SimpleNamespace(sqrt=_sqrt, inf=math.inf)
     rng = np.random.default_rng(0)
     net = np.concatenate([rng.normal(size=48), [2.0], rng.uniform(0.0, 0.01, 15)])
-    k = [Number(x) for x in net]
-    lanes = [Number(x) for x in 0.1 * rng.random(lanes_nb.ROWS * lanes_nb.LANES)]
+    told = [Number(x) for x in (*net, *np.ones(lanes_nb.TOLD - 64))]
+    banks = lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.WIDE
+    lanes = [[Number(x) for x in bank] for bank in 0.1 * rng.random(banks)]
+    lanes_nb.scratch = lambda n: [0.0] * n
+    of_lanes = lanes, lanes_nb.BANKS, told
     three = [tuple(Number(x) for x in rng.normal(size=3)) for _ in range(4)]
     one = Number(1.0)
     ring = {
@@ -121,8 +124,8 @@ def main() -> None:
     proof += _count(_named(branch_nb, "way_within"), ring, box, uv, uv)
     proof += _count(_named(branch_nb, "by_ring"), ring, box, uv, one, seen, one)
     counts = {
-        "round": _count(_named(lanes_nb, "newton_rational"), lanes, 4, k, one) / lanes_nb.LANES,
-        "record": _count(_named(lanes_nb, "finish_rational"), lanes, 4, k, one) / lanes_nb.LANES,
+        "round": _count(_named(lanes_nb, "newton_rational"), *of_lanes) / lanes_nb.LANES,
+        "record": _count(_named(lanes_nb, "finish_rational"), *of_lanes) / lanes_nb.LANES,
         "proof": proof,
     }
     print(json.dumps(counts))

@@ -15,7 +15,7 @@ from contiga.num.workspace import Workspace
 from contiga.records import FloatArray, IntArray, Projection
 from contiga.search.ball import known_balls
 from contiga.search.kernels import nearest_nb, track_nb
-from contiga.search.kernels.bins_nb import FOUND, HANDED
+from contiga.search.kernels.lanes_nb import FOUND, HANDED
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
 

@@ -9,7 +9,7 @@ from numba import njit
 import contiga as cg
 from contiga.records import empty_projection, rows_of
 from contiga.search.kernels import bins_nb
-from contiga.search.kernels.bins_nb import BY_ROW, FOUND, HANDED
+from contiga.search.kernels.lanes_nb import BY_ROW, FOUND, HANDED
 from contiga.search.tables import tables_of
 from contiga.statuses import Feature, Status
 

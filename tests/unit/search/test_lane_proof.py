@@ -84,7 +84,7 @@ def test_lanes_look_at_holes_within_the_ball_of_a_proof():
 
 
 def test_the_loop_over_the_lanes_of_a_proof_is_vector_code():
-    lanes, proof = (np.zeros(n * lanes_nb.LANES) for n in (lanes_nb.ROWS, lane_proof_nb.PROOF_ROWS))
-    name, frame = "prove_lanes", np.zeros(lane_proof_nb.FRAME)
-    code = vector_code(getattr(lane_proof_nb, name), lanes, 4, proof, frame, 1e-12)
+    lanes, told = np.zeros((lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.WIDE)), np.ones(lanes_nb.TOLD)
+    kernel = getattr(lane_proof_nb, "prove_lanes")  # noqa: B009
+    code = vector_code(kernel, lanes, lanes_nb.BANKS, told, 1e-12)
     assert len(re.findall(r"fmul <\d+ x double>", code)) > 30

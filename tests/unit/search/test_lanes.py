@@ -13,7 +13,7 @@ import contiga as cg
 from contiga.num.compiler import CalledCompiler
 from contiga.records import empty_projection
 from contiga.search.kernels import lanes_nb, project_nb
-from contiga.search.kernels.bins_nb import FOUND, HANDED
+from contiga.search.kernels.lanes_nb import FOUND, HANDED
 from contiga.search.tables import tables_of
 
 PATCHES = {
@@ -141,9 +141,12 @@ def vector_code(kernel, *arguments):
 @pytest.mark.parametrize("name", ["newton_rational", "newton_polynomial"])
 def test_the_loop_over_the_lanes_is_vector_code(name):
     """As it is not where the kernel is compiled within its callers: half the speed of tracking."""
-    lanes = np.zeros(lanes_nb.ROWS * lanes_nb.LANES)
-    code = vector_code(getattr(lanes_nb, name), lanes, 4, np.ones(64), 1e-20)
-    assert len(re.findall(r"call <\d+ x double> @llvm\.fma", code)) > 50
+    lanes = np.zeros((lanes_nb.BANKS, lanes_nb.ROWS * lanes_nb.WIDE))
+    code = vector_code(getattr(lanes_nb, name), lanes, lanes_nb.BANKS, np.ones(lanes_nb.TOLD))
+    fused = re.findall(r"call <(\d+) x double> @llvm\.fma", code)
+    assert len(fused) > 50
+    assert set(fused) == {str(lanes_nb.WIDE)}
+    assert "double @llvm.fma.f64" not in code.replace("declare double @llvm.fma.f64", "")
 
 
 def test_points_on_the_surface_are_done_in_the_fast_lane():

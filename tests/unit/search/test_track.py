@@ -8,7 +8,7 @@ import pytest
 import contiga as cg
 from contiga.records import Projection, empty_projection
 from contiga.search.kernels import track_nb
-from contiga.search.kernels.bins_nb import FOUND, HANDED
+from contiga.search.kernels.lanes_nb import FOUND, HANDED
 from contiga.search.tables import tables_of
 from contiga.statuses import Status
 

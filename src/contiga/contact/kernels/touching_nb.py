@@ -29,7 +29,7 @@ from contiga.num.jit import inner, kernel
 from contiga.num.kernels.rigid_nb import to_body
 from contiga.num.resident import reader
 from contiga.search.kernels.ball_nb import radii
-from contiga.search.kernels.bins_nb import FOUND, HANDED
+from contiga.search.kernels.lanes_nb import FOUND, HANDED
 from contiga.search.kernels.side_nb import clear_ways, sides
 from contiga.search.kernels.side_nb import places as places_of
 from contiga.search.kernels.track_nb import track_chunks

@@ -9,22 +9,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.elements.kernels.element_nb import locate
+from contiga.elements.kernels.element_nb import span, spans_a_length
 from contiga.num.codes import FACE, OK
 from contiga.num.jit import inner
 from contiga.num.prefetch import LINE, prefetch
-from contiga.search.kernels.lanes_nb import LANES
+from contiga.search.kernels.lanes_nb import (
+    BY_ROW,
+    FLAG,
+    FOOT,
+    GAP,
+    LANES,
+    NORMAL,
+    PATCH,
+    PLACE,
+    PROVED,
+    ROW_BEFORE,
+    ROW_NOW,
+    ROW_START,
+)
 
 AHEAD = 16
 """Rows that are asked for before they are come to: 0.4 of the time with many elements."""
-BY_ROW = 1
-"""Flag of rows that are left to the careful walk."""
-# Columns of what is handed: the point now and before, and the start (u, v).
-NOW, BEFORE, START = 0, 3, 6
-HANDED = 8
-# Columns of what is found; the place is (u, v).
-FLAG, PROVED, PLACE, FOOT, NORMAL, GAP, PATCH = 0, 1, 2, 4, 7, 10, 11
-FOUND = 12
 
 
 @inner()
@@ -68,16 +73,25 @@ def bin_rows(tables, feet):
     """
     patch, uv = feet
     n = patch.shape[0]
-    patches = tables.grid.patches
+    patches, breaks = tables.grid.patches, tables.grid.breaks
     element = np.empty(n, np.int32)
     places = np.zeros(tables.elements.table.shape[0], np.int64)
+    home, first, u0, u1, v0, v1 = np.int32(-1), 0, 0, 0, 0, 0
+    in_u = in_v = 0.0
     for i in range(n):
         if i + AHEAD < n:
             prefetch(patches, patch[i + AHEAD], 0)
-        e = np.int32(-1)
-        if patch[i] >= 0:
-            e = np.int32(locate(tables.grid, patch[i], uv[i, 0], uv[i, 1])[0])
-            places[e] += 1
+        if patch[i] < 0:
+            element[i] = -1
+            continue
+        if patch[i] != home:
+            home = patch[i]
+            row = patches[home]
+            first, u0, u1, v0, v1 = row["first"], row["u"][0], row["u"][1], row["v"][0], row["v"][1]
+            in_u, in_v = spans_a_length(breaks, u0, u1), spans_a_length(breaks, v0, v1)
+        u, v = span(breaks, u0, u1, in_u, uv[i, 0]), span(breaks, v0, v1, in_v, uv[i, 1])
+        e = first + (u - u0) * (v1 - v0 - 1) + v - v0
+        places[e] += 1
         element[i] = e
     starts = _first_places(places)
     for i in range(n):
@@ -101,12 +115,12 @@ def hand_rows(place, path, starts, handed):
         if at < 0:
             continue
         for c in range(3):
-            handed[at, NOW + c] = points[i, c]
+            handed[at, ROW_NOW + c] = points[i, c]
         if proves:
             for c in range(3):
-                handed[at, BEFORE + c] = before[i, c]
+                handed[at, ROW_BEFORE + c] = before[i, c]
         for c in range(2):
-            handed[at, START + c] = starts[i, c]
+            handed[at, ROW_START + c] = starts[i, c]
 
 
 @inner(linked=False)
@@ -114,6 +128,11 @@ def fetch_rows(place, found, first, results):
     """What was found of rows, into `results` = (projection, from its row `first` on; flags)."""
     out, back = results
     n = place.shape[0]
+    last = first + n
+    # Taken out of their record once: within the loop each would be looked for there.
+    patch, gap, feature = out.patch[first:last], out.gap[first:last], out.feature[first:last]
+    uv, point, normal = out.uv[first:last], out.point[first:last], out.normal[first:last]
+    status, certified = out.status[first:last], out.certified[first:last]
     for i in range(n):
         if i + AHEAD < n:
             prefetch(found, place[i + AHEAD], 0)
@@ -124,14 +143,13 @@ def fetch_rows(place, found, first, results):
         flag = back[i] = int(found[at, FLAG])
         if flag == BY_ROW:
             continue
-        k = first + i
-        out.patch[k] = int(found[at, PATCH])
+        patch[i] = int(found[at, PATCH])
         for c in range(2):
-            out.uv[k, c] = found[at, PLACE + c]
-        out.gap[k] = found[at, GAP]
+            uv[i, c] = found[at, PLACE + c]
+        gap[i] = found[at, GAP]
         for c in range(3):
-            out.point[k, c] = found[at, FOOT + c]
-            out.normal[k, c] = found[at, NORMAL + c]
-        out.feature[k] = FACE
-        out.status[k] = OK
-        out.certified[k] = int(found[at, PROVED])
+            point[i, c] = found[at, FOOT + c]
+            normal[i, c] = found[at, NORMAL + c]
+        feature[i] = FACE
+        status[i] = OK
+        certified[i] = int(found[at, PROVED])

@@ -9,100 +9,107 @@ from __future__ import annotations
 
 import math
 
-from contiga.num.jit import inner
-from contiga.search.kernels.bins_nb import BEFORE, NOW, START
+from contiga.num.block import bits_of, read_anew, turn
+from contiga.num.jit import inlined, inner
+from contiga.num.scratch import scratch
 from contiga.search.kernels.branch_nb import ball_radius, seen_from
-from contiga.search.kernels.lanes_nb import LANES, ROW_FOOT, ROW_NORMAL, ROW_STATE, ROW_T
+from contiga.search.kernels.lanes_nb import (
+    BOX,
+    FOOT,
+    NORMAL,
+    PLACE,
+    PROVED,
+    ROW_BEFORE,
+    ROW_FOUND,
+    ROW_KEPT,
+    ROW_NOW,
+    ROW_RADIUS,
+    ROW_S,
+    ROW_START,
+    ROW_STATE,
+    ROW_T,
+    TOLD,
+    WIDE,
+    below,
+    columns_from,
+)
 from contiga.search.kernels.newton_nb import DONE
-from contiga.search.kernels.part_nb import part_of
+from contiga.search.kernels.part_nb import PARTS, part_of
 
-# Rows of the work array, each LANES long: the point before and now, in the body's axes, the start,
-# what is kept around the foot, and what is found.
-ROW_BEFORE, ROW_NOW, ROW_START = 0, 3, 6
-ROW_CURVATURE, ROW_ROOM, ROW_SPEED, ROW_WIDTH, ROW_BLOCK, ROW_ENDS = 8, 10, 11, 13, 15, 19
-ROW_RADIUS = 23
-PROOF_ROWS = 24
-FRAME = 9
-"""Of an element: u0, v0, its length in u and in v, u1, v1, origin (3)."""
+# Rows of what is kept around a foot, as the record of a ring holds it.
+CURVATURE, ROOM, SPEED, WIDTH, BLOCK, ENDS = 0, 2, 3, 5, 7, 11
+KEPT = 12
+NUMBERS = 13
+"""Of a record."""
 
 
 @inner()
-def load_path(proof, l, row):
-    """The way of a row, and its start (u, v), into lane l, of what lanes are handed of it."""
-    for c in range(3):
-        proof[(ROW_BEFORE + c) * LANES + l] = row[BEFORE + c]
-        proof[(ROW_NOW + c) * LANES + l] = row[NOW + c]
-    for c in range(2):
-        proof[(ROW_START + c) * LANES + l] = row[START + c]
+def load_surroundings(rings, e, lanes, banks):
+    """What is kept around the feet of so many banks of lanes of element e into these."""
+    for b in range(banks):
+        bank = lanes[b]
+        for l in range(0, WIDE, 4):
+            records = (
+                _record(e, bank, l),
+                _record(e, bank, l + 1),
+                _record(e, bank, l + 2),
+                _record(e, bank, l + 3),
+            )
+            for c in range(0, KEPT, 4):
+                turn(rings, below(records, c), bank, columns_from(ROW_KEPT + c, l))
 
 
-@inner()
-def load_surroundings(elements, rings, e, lanes, n, proof, frame):
-    """What is kept around the feet of the first n lanes into the work arrays, and their element."""
-    box = elements.table[e]["box"]
-    frame[0], frame[1], frame[4], frame[5] = box[0], box[2], box[1], box[3]
-    frame[2], frame[3] = box[1] - box[0], box[3] - box[2]
-    for c in range(3):
-        frame[6 + c] = elements.table[e]["origin"][c]
-    for l in range(n):
-        proof[ROW_ROOM * LANES + l] = -1.0
-        if lanes[ROW_STATE * LANES + l] != DONE:
-            continue
-        ring = rings[e, part_of(lanes[l], lanes[ROW_T * LANES + l])]
-        proof[ROW_ROOM * LANES + l] = ring["room"]
-        for c in range(2):
-            proof[(ROW_CURVATURE + c) * LANES + l] = ring["curvature"][c]
-            proof[(ROW_SPEED + c) * LANES + l] = ring["speed"][c]
-            proof[(ROW_WIDTH + c) * LANES + l] = ring["width"][c]
-        for c in range(4):
-            proof[(ROW_BLOCK + c) * LANES + l] = ring["block"][c]
-            proof[(ROW_ENDS + c) * LANES + l] = ring["ends"][c]
+@inlined()
+def _record(e, bank, l):
+    """Where the record of what is kept around the foot of lane l begins."""
+    part = part_of(bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+    return NUMBERS * (e * PARTS * PARTS + part)
+
+
+@inlined()
+def _three(bank, row, l):
+    n = WIDE
+    return bank[row * n + l], bank[(row + 1) * n + l], bank[(row + 2) * n + l]
 
 
 @inner(linked=False)
-def prove_lanes(lanes, fours, proof, frame, tolerance):
-    """Radii of balls that prove the feet of so many fours of lanes, or 0.
+def prove_lanes(lanes, banks, told, tolerance):
+    """Radii of balls that prove the feet of so many banks of lanes, or 0.
 
     Trims are left to be looked at.
     """
-    n = LANES
-    for l in range(4 * fours):
-        u = frame[0] + (lanes[l] + 0.5) * frame[2]
-        v = frame[1] + (lanes[ROW_T * n + l] + 0.5) * frame[3]
-        foot = (
-            lanes[ROW_FOOT * n + l] + frame[6],
-            lanes[(ROW_FOOT + 1) * n + l] + frame[7],
-            lanes[(ROW_FOOT + 2) * n + l] + frame[8],
-        )
-        normal = (
-            lanes[ROW_NORMAL * n + l],
-            lanes[(ROW_NORMAL + 1) * n + l],
-            lanes[(ROW_NORMAL + 2) * n + l],
-        )
-        a = (proof[l], proof[n + l], proof[2 * n + l])
-        b = (
-            proof[ROW_NOW * n + l],
-            proof[(ROW_NOW + 1) * n + l],
-            proof[(ROW_NOW + 2) * n + l],
-        )
-        seen = seen_from(foot, normal, a, b, tolerance)
-        u0, v0 = proof[ROW_START * n + l], proof[(ROW_START + 1) * n + l]
-        around = (
-            (proof[ROW_BLOCK * n + l] <= u0)
-            & (u0 <= proof[(ROW_BLOCK + 1) * n + l])
-            & (proof[(ROW_BLOCK + 2) * n + l] <= v0)
-            & (v0 <= proof[(ROW_BLOCK + 3) * n + l])
-        )
-        way = abs(u0 - u) * proof[ROW_SPEED * n + l] + abs(v0 - v) * proof[(ROW_SPEED + 1) * n + l]
-        way = way if around else math.inf
-        width_u, width_v = proof[ROW_WIDTH * n + l], proof[(ROW_WIDTH + 1) * n + l]
-        off_0, off_1 = (u - frame[0]) * width_u, (frame[4] - u) * width_u
-        off_2, off_3 = (v - frame[1]) * width_v, (frame[5] - v) * width_v
-        off_0 = off_0 if proof[ROW_ENDS * n + l] > 0.0 else math.inf
-        off_1 = off_1 if proof[(ROW_ENDS + 1) * n + l] > 0.0 else math.inf
-        off_2 = off_2 if proof[(ROW_ENDS + 2) * n + l] > 0.0 else math.inf
-        off_3 = off_3 if proof[(ROW_ENDS + 3) * n + l] > 0.0 else math.inf
-        margin = min(min(off_0, off_1), min(off_2, off_3))
-        curvature = (proof[ROW_CURVATURE * n + l], proof[(ROW_CURVATURE + 1) * n + l])
-        room = proof[ROW_ROOM * n + l]
-        proof[ROW_RADIUS * n + l] = ball_radius(curvature, room, margin, way, seen, tolerance)
+    n = WIDE
+    own = scratch(TOLD)
+    for k in range(banks):
+        bank = lanes[k]
+        read_anew(told, own, TOLD)
+        for l in range(WIDE):
+            first, kept = ROW_FOUND * n + l, ROW_KEPT * n + l
+            u, v = bank[first + PLACE * n], bank[first + (PLACE + 1) * n]
+            foot = _three(bank, ROW_FOUND + FOOT, l)
+            normal = _three(bank, ROW_FOUND + NORMAL, l)
+            a, b = _three(bank, ROW_BEFORE, l), _three(bank, ROW_NOW, l)
+            seen = seen_from(foot, normal, a, b, tolerance)
+            u0, v0 = bank[ROW_START * n + l], bank[(ROW_START + 1) * n + l]
+            around = (
+                (bank[kept + BLOCK * n] <= u0)
+                & (u0 <= bank[kept + (BLOCK + 1) * n])
+                & (bank[kept + (BLOCK + 2) * n] <= v0)
+                & (v0 <= bank[kept + (BLOCK + 3) * n])
+            )
+            way = abs(u0 - u) * bank[kept + SPEED * n] + abs(v0 - v) * bank[kept + (SPEED + 1) * n]
+            way = way if around else math.inf
+            width_u, width_v = bank[kept + WIDTH * n], bank[kept + (WIDTH + 1) * n]
+            off_0, off_1 = (u - own[BOX]) * width_u, (own[BOX + 4] - u) * width_u
+            off_2, off_3 = (v - own[BOX + 1]) * width_v, (own[BOX + 5] - v) * width_v
+            ends = bits_of(bank[kept + ENDS * n])
+            off_0 = off_0 if ends & 0xFF else math.inf
+            off_1 = off_1 if ends & 0xFF00 else math.inf
+            off_2 = off_2 if ends & 0xFF0000 else math.inf
+            off_3 = off_3 if ends & 0xFF000000 else math.inf
+            margin = min(min(off_0, off_1), min(off_2, off_3))
+            curvature = (bank[kept + CURVATURE * n], bank[kept + (CURVATURE + 1) * n])
+            r = ball_radius(curvature, bank[kept + ROOM * n], margin, way, seen, tolerance)
+            r = r if bank[ROW_STATE * n + l] == DONE else 0.0
+            bank[ROW_RADIUS * n + l] = r
+            bank[first + PROVED * n] = 1.0 if r > 0.0 else 0.0

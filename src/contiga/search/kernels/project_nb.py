@@ -4,57 +4,47 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from contiga.elements.kernels.element_nb import locate
 from contiga.num.codes import CUT, GENERAL, NOT_FINITE, OUT, RATIONAL_CUBIC
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.num.scratch import scratch
-from contiga.search.kernels.bins_nb import (
-    BEFORE,
+from contiga.search.kernels.bins_nb import bin_rows, fetch_rows, hand_rows
+from contiga.search.kernels.branch_nb import is_whole, kept_ball, seen_from
+from contiga.search.kernels.face_nb import in_face
+from contiga.search.kernels.foot_nb import tracked_foot
+from contiga.search.kernels.lane_proof_nb import WIDTH, load_surroundings, prove_lanes
+from contiga.search.kernels.lanes_nb import (
     BY_ROW,
     FLAG,
     FOOT,
     GAP,
     NORMAL,
-    NOW,
     PATCH,
     PLACE,
     PROVED,
-    START,
-    bin_rows,
-    fetch_rows,
-    hand_rows,
-)
-from contiga.search.kernels.branch_nb import is_whole, kept_ball, seen_from
-from contiga.search.kernels.face_nb import in_face
-from contiga.search.kernels.foot_nb import tracked_foot
-from contiga.search.kernels.lane_proof_nb import (
-    FRAME,
-    PROOF_ROWS,
-    ROW_RADIUS,
-    ROW_WIDTH,
-    load_path,
-    load_surroundings,
-    prove_lanes,
-)
-from contiga.search.kernels.lanes_nb import (
-    LANES,
+    ROW_BEFORE,
     ROW_F,
-    ROW_FOOT,
-    ROW_GAP,
-    ROW_NORMAL,
+    ROW_KEPT,
+    ROW_NOW,
+    ROW_RADIUS,
+    ROW_S,
+    ROW_START,
     ROW_STATE,
     ROW_T,
-    ROW_X,
-    ROWS,
+    TOLD,
+    WIDE,
     finish_polynomial,
     finish_rational,
+    load,
+    new_lanes,
     newton_polynomial,
     newton_rational,
+    start_lanes,
+    tell,
+    unload,
 )
-from contiga.search.kernels.newton_nb import ACTIVE, DONE, LEFT, ROUNDS, local_place
+from contiga.search.kernels.newton_nb import ACTIVE, DONE, LEFT, ROUNDS
 from contiga.search.kernels.one_foot_nb import (
     foot_in,
     parameters_of,
@@ -83,34 +73,13 @@ def project_tracked(tables, points, starts, rows, out, first):
 
 
 @inner()
-def _load(elements, e, handed, lanes):
-    """Fill the lanes with what a block is handed; lanes beyond repeat its last row, done.
-
-    Returns how many fours of lanes hold rows.
-    """
-    u0 = elements.table[e]["box"][0]
-    v0 = elements.table[e]["box"][2]
-    scale_u = 1.0 / (elements.table[e]["box"][1] - u0)
-    scale_v = 1.0 / (elements.table[e]["box"][3] - v0)
-    n = handed.shape[0]
-    fours = (n + 3) // 4
-    for l in range(4 * fours):
-        i = min(l, n - 1)
-        lanes[l] = local_place(handed[i, START], u0, scale_u)
-        lanes[ROW_T * LANES + l] = local_place(handed[i, START + 1], v0, scale_v)
-        for c in range(3):
-            lanes[(ROW_X + c) * LANES + l] = handed[i, NOW + c] - elements.table[e]["origin"][c]
-        lanes[ROW_F * LANES + l] = math.inf
-        lanes[ROW_STATE * LANES + l] = ACTIVE if l < n else DONE
-    return fours
-
-
-@inner()
-def _active(lanes, fours):
+def _lanes_in(state, lanes, banks):
+    """How many lanes of so many banks are in a state."""
     n = 0
-    for l in range(4 * fours):
-        if lanes[ROW_STATE * LANES + l] == ACTIVE:
-            n += 1
+    for b in range(banks):
+        bank = lanes[b]
+        for l in range(WIDE):
+            n += bank[ROW_STATE * WIDE + l] == state
     return n
 
 
@@ -128,7 +97,7 @@ def _go_on(tables, proves, left, row, found):
     if other < 0:
         return
     n = locate(tables.grid, other, place[0], place[1])[0]
-    point = (row[NOW], row[NOW + 1], row[NOW + 2])
+    point = (row[ROW_NOW], row[ROW_NOW + 1], row[ROW_NOW + 2])
     (s, t), state, record = foot_in(tables, n, place, best, point)
     own = elements.table[n]
     if state != DONE or (own["trim"] == CUT and not in_face(elements, tables.trims, n, s, t)):
@@ -141,59 +110,41 @@ def _go_on(tables, proves, left, row, found):
         found[FOOT + c], found[NORMAL + c] = at[c], normal[c]
     found[PROVED] = 0.0
     if proves:
-        before = (row[BEFORE], row[BEFORE + 1], row[BEFORE + 2])
+        before = (row[ROW_BEFORE], row[ROW_BEFORE + 1], row[ROW_BEFORE + 2])
         seen = seen_from(at, normal, before, point, tables.scale[1])
-        patches, start = (elements.table[e]["patch"], other), (row[START], row[START + 1])
+        patches, start = (elements.table[e]["patch"], other), (row[ROW_START], row[ROW_START + 1])
         taken = (tables.grid, elements.table, tables.rings)
         if kept_ball(tables, taken, patches, uv, start, seen) > 0.0:
             found[PROVED] = 1.0
 
 
 @inner(linked=False)
-def _is_whole(tables, patch, uv, proof, l):
+def _is_whole(tables, patch, uv, bank, l):
     """Whether nothing is trimmed away from the ball about the foot (u, v) of a lane."""
-    r = proof[ROW_RADIUS * LANES + l]
-    far_u = r / proof[ROW_WIDTH * LANES + l]
-    return is_whole(tables, patch, uv, far_u, r / proof[(ROW_WIDTH + 1) * LANES + l])
+    r = bank[ROW_RADIUS * WIDE + l]
+    far_u = r / bank[(ROW_KEPT + WIDTH) * WIDE + l]
+    return is_whole(tables, patch, uv, far_u, r / bank[(ROW_KEPT + WIDTH + 1) * WIDE + l])
 
 
-@inner()
-def _store(tables, proves, e, handed, work, found):
-    """What the lanes found of a block, into `found`; `work` is (lanes, proof)."""
-    lanes, proof = work
+@inner(linked=False)
+def _one_by_one(tables, proves, block, handed, lanes, found):
+    """What is left to be seen to of a block that lanes have found: feet that have left its element,
+    and trims."""
     elements = tables.elements
-    u0 = elements.table[e]["box"][0]
-    v0 = elements.table[e]["box"][2]
-    du = elements.table[e]["box"][1] - u0
-    dv = elements.table[e]["box"][3] - v0
+    e, first, last = block
     patch = elements.table[e]["patch"]
     cut = elements.table[e]["trim"] == CUT
     trimmed = tables.trims.trimmed[patch] != 0
-    for l in range(found.shape[0]):
-        s = lanes[l]
-        t = lanes[ROW_T * LANES + l]
-        state = lanes[ROW_STATE * LANES + l]
-        u = u0 + (s + 0.5) * du
-        v = v0 + (t + 0.5) * dv
-        found[l, PLACE] = u
-        found[l, PLACE + 1] = v
-        found[l, PATCH] = patch
+    for i in range(first, last):
+        bank, l = lanes[(i - first) // WIDE], (i - first) % WIDE
+        s, t, state = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l], bank[ROW_STATE * WIDE + l]
         if state == LEFT:
-            left = e, s, t, lanes[ROW_F * LANES + l]
-            _go_on(tables, proves, left, handed[l], found[l])
-            continue
-        if state != DONE or (cut and not in_face(elements, tables.trims, e, s, t)):
-            found[l, FLAG] = BY_ROW
-            continue
-        found[l, FLAG] = 0.0
-        for c in range(3):
-            found[l, FOOT + c] = lanes[(ROW_FOOT + c) * LANES + l] + elements.table[e]["origin"][c]
-            found[l, NORMAL + c] = lanes[(ROW_NORMAL + c) * LANES + l]
-        found[l, GAP] = lanes[ROW_GAP * LANES + l]
-        proved = proof[ROW_RADIUS * LANES + l] > 0.0
-        if proved and trimmed:
-            proved = _is_whole(tables, patch, (u, v), proof, l)
-        found[l, PROVED] = 1.0 if proved else 0.0
+            _go_on(tables, proves, (e, s, t, bank[ROW_F * WIDE + l]), handed[i], found[i])
+        elif cut and not in_face(elements, tables.trims, e, s, t):
+            found[i, FLAG] = BY_ROW
+        elif trimmed and found[i, PROVED] != 0.0:
+            uv = found[i, PLACE], found[i, PLACE + 1]
+            found[i, PROVED] = 1.0 if _is_whole(tables, patch, uv, bank, l) else 0.0
 
 
 @inner(linked=False)
@@ -204,37 +155,37 @@ def _project_blocks(tables, proves, handed, blocks, found):
     away at the foot or of too high a degree, or left over other than smooth sides.
     """
     elements = tables.elements
-    tolerance = tables.scale[1] ** 2
-    lanes, proof = np.empty(ROWS * LANES), np.zeros(PROOF_ROWS * LANES)
-    k, frame = scratch(64), scratch(FRAME)
+    lanes, told = new_lanes(), scratch(TOLD)
+    last = -1
     for b in range(blocks.shape[0]):
-        e = blocks[b, 0]
-        rows = handed[blocks[b, 1] : blocks[b, 2]]
-        answers = found[blocks[b, 1] : blocks[b, 2]]
-        form = elements.table[e]["form"]
-        if form == GENERAL or elements.table[e]["trim"] == OUT:
-            answers[:, FLAG] = BY_ROW
+        e, first, end = blocks[b, 0], blocks[b, 1], blocks[b, 2]
+        form, trim = elements.table[e]["form"], elements.table[e]["trim"]
+        if form == GENERAL or trim == OUT:
+            found[first:end, FLAG] = BY_ROW
             continue
-        fours = _load(elements, e, rows, lanes)
-        for i in range(64):
-            k[i] = elements.table[e]["cubic"][i]
+        if e != last:
+            tell(elements, e, tables.scale[1] ** 2, told)
+            last = e
+        banks = load(handed, first, end, lanes)
+        start_lanes(lanes, end - first, told)
         for _ in range(ROUNDS):
             if form == RATIONAL_CUBIC:
-                newton_rational(lanes, fours, k, tolerance)
+                newton_rational(lanes, banks, told)
             else:
-                newton_polynomial(lanes, fours, k, tolerance)
-            if _active(lanes, fours) == 0:
+                newton_polynomial(lanes, banks, told)
+            if _lanes_in(ACTIVE, lanes, banks) == 0:
                 break
         if form == RATIONAL_CUBIC:
-            finish_rational(lanes, fours, k, tolerance)
+            finish_rational(lanes, banks, told)
         else:
-            finish_polynomial(lanes, fours, k, tolerance)
+            finish_polynomial(lanes, banks, told)
         if proves:
-            for l in range(rows.shape[0]):
-                load_path(proof, l, rows[l])
-            load_surroundings(elements, tables.rings, e, lanes, rows.shape[0], proof, frame)
-            prove_lanes(lanes, fours, proof, frame, tables.scale[1])
-        _store(tables, proves, e, rows, (lanes, proof), answers)
+            load_surroundings(tables.rings, e, lanes, banks)
+            prove_lanes(lanes, banks, told, tables.scale[1])
+        unload(lanes, found, first, end)
+        trimmed = tables.trims.trimmed[elements.table[e]["patch"]] != 0
+        if trimmed or trim == CUT or _lanes_in(DONE, lanes, banks) < banks * WIDE:
+            _one_by_one(tables, proves, (e, first, end), handed, lanes, found)
 
 
 @kernel()

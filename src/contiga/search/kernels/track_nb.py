@@ -12,9 +12,9 @@ import numpy as np
 
 from contiga.num.codes import BRANCH_EVENT, MAX_ITERATIONS, OK
 from contiga.num.jit import inner, kernel
-from contiga.search.kernels.bins_nb import BY_ROW
 from contiga.search.kernels.branch_nb import FOLLOW, certify_rows
 from contiga.search.kernels.follow_nb import EVENT, follow_rows
+from contiga.search.kernels.lanes_nb import BY_ROW
 from contiga.search.kernels.nearest_nb import project_global
 from contiga.search.kernels.project_nb import project_tracked, track_lanes
 
