@@ -11,6 +11,7 @@ from tests.laws.test_search_laws import surface
 import contiga as cg
 from contiga.records import empty_projection
 from contiga.search.kernels import branch_nb, lane_proof_nb, lanes_nb
+from contiga.search.table_types import RING
 from contiga.search.tables import tables_of
 
 from .folds import ring
@@ -21,6 +22,23 @@ BODIES = {
     "with creases": [surface(6, (2, 2), (3, 3), log_weights=0.3, multiplicity=2)],
     "in four": [b for a in cg.shapes.torus().split(u=0.3) for b in a.split(v=0.6)],
 }
+
+
+def test_numbers_of_a_record_are_where_lanes_look_for_them():
+    places = {name: RING.fields[name][1] for name in RING.names}
+    rows = lane_proof_nb
+    expected = {
+        "curvature": rows.CURVATURE,
+        "room": rows.ROOM,
+        "speed": rows.SPEED,
+        "width": rows.WIDTH,
+        "block": rows.BLOCK,
+        "ends": rows.ENDS,
+    }
+    assert {name: places[name] for name in expected} == {n: 8 * r for n, r in expected.items()}
+    assert RING.itemsize == 8 * rows.NUMBERS
+    assert RING["ends"].shape == (4,)
+    assert RING["ends"].base == np.int8
 
 
 @pytest.mark.parametrize("kind", BODIES)

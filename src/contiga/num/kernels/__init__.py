@@ -4,6 +4,7 @@
   5.4.1)
 - query_nb: what searches of splines and of triangles share: blank rows, and the lengths of paths
 - rigid_nb: rigid motion of many points: the same bits whatever the number of threads or rows
+- sort_nb: numbers put in order, and rows of a table by one of its columns
 - union_nb: sets that are joined, by union and find
 - vector_nb: vectors of three numbers in kernels, as tuples
 """
