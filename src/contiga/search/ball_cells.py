@@ -17,6 +17,8 @@ from contiga.handed import by_reference
 from contiga.num.codes import CUT, OUT
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray
+from contiga.search.ball_caps import Caps, find_caps
+from contiga.search.ball_records import CELL, HOME
 from contiga.search.kernels import (
     ball_block_nb,
     ball_bound_nb,
@@ -54,48 +56,6 @@ SURROUNDINGS = (2.0, 1.0, 0.0)
 ENOUGH = 3.0
 # Sides that lie closer than this share of the body's size are one.
 CLOSE = 1e-12
-
-CELL = np.dtype(
-    [
-        ("element", "i4"),
-        ("patch", "i4"),
-        ("home", "i4"),  # its smooth block
-        ("state", "i4"),  # OUT, IN or CUT by the trims
-        ("box", "f8", 4),  # s0, s1, t0, t1
-        ("uv", "f8", 4),
-        ("wide", "f8", 2),  # in u and v
-        ("corner", "f8", (4, 3)),  # (s0, t0), (s0, t1), (s1, t0), (s1, t1)
-        ("middle", "f8", 3),
-        ("normal", "f8", 3),
-        ("first", "f8", (2, 3)),  # derivatives at the middle, per cell
-        ("metric", "f8", 3),  # r11, r12, r22
-        ("second", "f8", 3),  # |S_xx|, |S_xy|, |S_yy| at most
-        ("change", "f8", 2),  # how far the derivatives are from the middle's, at most
-        ("slide", "f8", 3),  # and of their parts along the tangent plane of the middle
-        ("corner_normal", "f8", (4, 3)),
-        ("wobble", "f8"),  # how far normals leave the bilinear patch of the corners' normals
-        ("form", "f8", 6),  # least and largest n·S_xx, n·S_xy, n·S_yy
-        ("bulge", "f8"),  # how far the surface leaves the bilinear patch of its corners
-        ("rise", "f8"),  # and how far above and below it, along the normal
-        ("sink", "f8"),
-        ("turn", "f8"),  # derivatives differ from the middle's by at most this share,
-        ("shear", "f8"),  # and this much along its tangent plane
-        ("tilt", "f8"),  # sine of the largest angle between normals and the middle's
-        ("bend", "f8", 2),  # least and largest normal curvature, positive towards the normal
-        ("extent", "f8"),  # about half its diagonal
-    ],
-    align=True,
-)
-
-HOME = np.dtype(
-    [
-        ("patch", "i4"),
-        ("uv", "f8", 4),  # the smooth block around a cell
-        ("period", "f8", 2),  # of the patch, zero where it does not close
-        ("near", "f8", 2),  # inner and outer ball as the block alone bounds them
-    ],
-    align=True,
-)
 
 GRID = np.dtype(
     [
@@ -140,12 +100,18 @@ class _Place(NamedTuple):
     centre: FloatArray
     """All lengths of cells are about this point."""
     size: float
+    tolerance: float
+    """Sides that lie closer than this are one."""
+    caps: Caps
 
 
 def build_balls(tables: Tables) -> Balls:
     root = tables.tree[0]
-    place = _Place(tables, 0.5 * (root["low"] + root["high"]), float(tables.scale[0]))
-    elements, bases, cells = _grid(place)
+    centre, size = 0.5 * (root["low"] + root["high"]), float(tables.scale[0])
+    reach = np.finfo(float).eps * float(np.abs(centre).max())
+    tolerance = CLOSE * size + 8.0 * reach
+    elements, bases, cells = _grid(tables, centre, size)
+    place = _Place(tables, centre, size, tolerance, find_caps(tables, cells, tolerance))
     _measure(place, cells)
     all_cells = _with_homes(place, bases, cells)
     while True:
@@ -168,11 +134,11 @@ def build_balls(tables: Tables) -> Balls:
     return Balls(elements, all_cells.child, all_cells.value)
 
 
-def _grid(place: _Place) -> tuple[Records, Places, Records]:
+def _grid(tables: Tables, centre: FloatArray, size: float) -> tuple[Records, Places, Records]:
     """Cells of every element: as many a span as the most that any element of the span needs."""
-    elements, grid = place.tables.elements, place.tables.grid
+    elements, grid = tables.elements, tables.grid
     n = len(elements.table)
-    wants = _counts(_quarters(place), place)
+    wants = _counts(_quarters(tables, centre), size)
     rows = np.zeros(n, GRID)
     bases = np.zeros((len(grid.patches), 3), np.intp)
     parts: list[Records] = []
@@ -194,24 +160,24 @@ def _grid(place: _Place) -> tuple[Records, Places, Records]:
     return rows, bases, np.concatenate(parts)
 
 
-def _quarters(place: _Place) -> Records:
+def _quarters(tables: Tables, centre: FloatArray) -> Records:
     """The four quarters of every element, one after the other."""
-    n = len(place.tables.elements.table)
+    n = len(tables.elements.table)
     cells = np.zeros(4 * n, CELL)
     cells["element"] = np.repeat(np.arange(n), 4)
     halves = [(-0.5, 0.0), (0.0, 0.5)]
     cells["box"] = np.tile([(*a, *b) for a in halves for b in halves], (n, 1))
-    ball_cell_nb.measure_cells(place.tables.elements, place.centre, cells, 0, 4 * n)
+    ball_cell_nb.measure_cells(tables.elements, centre, cells, 0, 4 * n)
     return cells
 
 
-def _counts(quarters: Records, place: _Place) -> IntArray:
+def _counts(quarters: Records, size: float) -> IntArray:
     """(n, 2) cells that an element wants in s and in t: fewer where that would be too many."""
     # The longest quarter counts: towards a pole lengths vanish, and bends with them.
     lengths = np.linalg.norm(quarters["first"], axis=2).reshape(-1, 4, 2).max(axis=1)
     second = quarters["second"][:, [0, 2]].reshape(-1, 4, 2).max(axis=1)
     turn = second / np.maximum(lengths, 1e-300)
-    long = 2.0 * lengths / (CELL_LENGTH * place.size)
+    long = 2.0 * lengths / (CELL_LENGTH * size)
     for share in CELL_TURN:
         counts = np.clip(np.ceil(np.maximum(turn / share, long)), 1, MOST_CELLS).astype(np.int32)
         if counts.prod(axis=1).sum() <= GRID_BUDGET:
@@ -246,9 +212,10 @@ def _place_cells(cells: Records, box: FloatArray, table: Records) -> None:
 
 
 def _measure(place: _Place, cells: Records) -> None:
-    """Bounds of cells, and where they lie in the trims."""
+    """Bounds of cells, and where they lie in caps and in the trims."""
     tables = place.tables
     ball_cell_nb.measure_cells(tables.elements, place.centre, cells, 0, len(cells))
+    place.caps.mark(cells)
     cells["state"] = tables.elements.table["trim"][cells["element"]]
     for k in np.flatnonzero(cells["state"] == CUT):
         box = cells["uv"][k].tolist()
@@ -262,14 +229,20 @@ def _with_homes(place: _Place, bases: Places, cells: Records) -> _Cells:
     cells["home"] = np.arange(n)
     tables = place.tables
     smooth = np.ones((n, 2), bool)
-    reach = np.finfo(float).eps * float(np.abs(place.centre).max())
-    tolerance = CLOSE * place.size + 8.0 * reach
-    closes = ball_block_nb.joints(tables.elements, tables.grid, bases, cells, tolerance, smooth)
+    joints = (tables.elements, tables.grid, bases, cells, place.tolerance, smooth)
+    closes = ball_block_nb.joints(*joints)
     domain = tables.trims.domain.reshape(-1, 2, 2)
     homes["period"] = (closes * np.diff(domain, axis=2)[:, :, 0])[cells["patch"]]
+    homes["cap"] = -1
     ball_block_nb.base_homes(cells, smooth, bases, homes)
+    place.caps.take(cells, homes, _limit(place))
     child = np.full(n, -1, np.int32)
     return _Cells(cells, homes, child, np.zeros((n, 2, 4)), np.zeros(n), np.zeros(n, int))
+
+
+def _limit(place: _Place) -> float:
+    """Balls that a smooth block is to allow."""
+    return ENOUGH * GOAL * place.size
 
 
 def _is_leaf(all_cells: _Cells) -> NDArray[np.bool_]:
@@ -288,14 +261,20 @@ def _is_rough(all_cells: _Cells, place: _Place) -> NDArray[np.bool_]:
     """Cells whose derivatives differ too much to say anything, and that can be cut."""
     cells = all_cells.cells
     rough = ~(cells["turn"] <= LARGEST_TURN) & (_length(cells) > ROUGH * place.size)
-    return _is_leaf(all_cells) & rough & (all_cells.depth < DEEPEST)
+    return _is_leaf(all_cells) & rough & ~_has_cap(all_cells) & (all_cells.depth < DEEPEST)
+
+
+def _has_cap(all_cells: _Cells) -> NDArray[np.bool_]:
+    """Cells whose smooth block is a cap."""
+    caps: NDArray[np.bool_] = all_cells.homes["cap"][all_cells.cells["home"]] >= 0
+    return caps
 
 
 def _worth_cutting(all_cells: _Cells, place: _Place, most: int) -> Places:
     """Cells in which much is wanting, the largest first until the budget is spent."""
     cells = all_cells.cells
     loss = all_cells.want * _length(cells) ** 2
-    sound = cells["turn"] <= LARGEST_TURN
+    sound = (cells["turn"] <= LARGEST_TURN) | _has_cap(all_cells)
     able = _is_leaf(all_cells) & sound & (_length(cells) > SHORTEST * place.size)
     able &= all_cells.depth < DEEPEST
     rows = np.flatnonzero(able & (all_cells.want > WANTING))
@@ -318,7 +297,7 @@ def _cut(place: _Place, old: _Cells, rows: Places, own_homes: bool) -> _Cells:
     _measure(place, parts)
     inherited = old.homes[parts["home"]]
     if own_homes:
-        inherited["near"] = 0.0
+        inherited["near"], inherited["cap"] = 0.0, -1
     parts["home"] = len(old.homes) + each
     homes = np.concatenate([old.homes, _own_homes(place, parts, inherited)])
     child = np.concatenate([old.child, np.full(len(parts), -1, np.int32)])
@@ -372,10 +351,11 @@ def _own_homes(place: _Place, parts: Records, homes: Records) -> Records:
         _place_cells(row, np.clip(wider, -0.5, 0.5), place.tables.elements.table)
     rows = np.flatnonzero(~at_side)
     own = homes[rows]
-    limit = ENOUGH * GOAL * place.size
+    limit = _limit(place)
     own_around = np.ascontiguousarray(around[:, rows])
     ball_block_nb.homes_within(place.tables.elements, place.centre, own_around, limit, own)
     homes[rows] = own
+    place.caps.take(parts, homes, limit)
     return homes
 
 

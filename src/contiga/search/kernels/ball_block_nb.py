@@ -270,6 +270,7 @@ def homes_within(elements, centre, around, enough, homes):
             if min(trial[0]["near"][0], trial[0]["near"][1]) > least:
                 homes[k]["near"][:] = trial[0]["near"]
                 homes[k]["uv"][:] = around[i, k]["uv"]
+                homes[k]["cap"] = -1
 
 
 @kernel()

@@ -27,6 +27,8 @@ ENOUGH = 2.0
 @inner()
 def _is_home(home, b):
     """Whether cell b lies in the smooth block of `home`."""
+    if home["cap"] >= 0:
+        return home["cap"] == b["cap"]
     if home["patch"] != b["patch"]:
         return False
     box = home["uv"]

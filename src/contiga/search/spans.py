@@ -1,0 +1,120 @@
+"""Arrays of intervals, and what Bernstein coefficients say of polynomials and quotients over boxes.
+
+Ends are rounded to nearest, not outwards: who claims something leaves more room than that.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from contiga.records import FloatArray
+
+ORDERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+
+
+@dataclass(frozen=True)
+class Span:
+    """Numbers known to lie between `low` and `high`, arrays of one shape."""
+
+    low: FloatArray
+    high: FloatArray
+
+    def __add__(self, other: Span) -> Span:
+        return Span(self.low + other.low, self.high + other.high)
+
+    def __sub__(self, other: Span) -> Span:
+        return Span(self.low - other.high, self.high - other.low)
+
+    def __mul__(self, other: Span) -> Span:
+        a, b = self.low * other.low, self.low * other.high
+        c, d = self.high * other.low, self.high * other.high
+        return Span(
+            np.minimum(np.minimum(a, b), np.minimum(c, d)),
+            np.maximum(np.maximum(a, b), np.maximum(c, d)),
+        )
+
+    def __truediv__(self, other: Span) -> Span:
+        """By what is positive."""
+        return Span(
+            np.minimum(self.low / other.low, self.low / other.high),
+            np.maximum(self.high / other.low, self.high / other.high),
+        )
+
+    def times(self, factor: float) -> Span:
+        """A multiple that is not negative."""
+        return Span(factor * self.low, factor * self.high)
+
+    @property
+    def size(self) -> FloatArray:
+        return np.maximum(-self.low, self.high)
+
+
+def restriction(degree: int, low: FloatArray, high: FloatArray) -> FloatArray:
+    """(m, degree + 1, degree + 1) what takes Bernstein coefficients over [0, 1] to [low, high].
+
+    Row i is the blossom at (low^(degree − i), high^i).
+    """
+    m = len(low)
+    out = np.zeros((m, degree + 1, degree + 1))
+    for i in range(degree + 1):
+        out[:, i, 0] = 1.0
+        for k in range(degree):
+            at = (high if k < i else low)[:, None]
+            row = out[:, i].copy()
+            out[:, i] = (1.0 - at) * row
+            out[:, i, 1:] += at * row[:, :-1]
+    return out
+
+
+def elevated(net: FloatArray, degree: int) -> FloatArray:
+    """Bernstein coefficients along the last axis, of a higher degree."""
+    while (n := net.shape[-1]) <= degree:
+        share = np.arange(n + 1) / n
+        first = np.concatenate([net, np.zeros_like(net[..., :1])], axis=-1)
+        last = np.concatenate([np.zeros_like(net[..., :1]), net], axis=-1)
+        net = (1.0 - share) * first + share * last
+    return net
+
+
+def less_a_factor(net: FloatArray) -> FloatArray:
+    """Coefficients along the last axis of the polynomial over its variable; the first are zero."""
+    degree = net.shape[-1] - 1
+    return net[..., 1:] * (degree / np.arange(1.0, degree + 1.0))
+
+
+def basis(degree: int, at: FloatArray) -> FloatArray:
+    """(len(at), degree + 1) Bernstein polynomials at places in [0, 1]."""
+    k = np.arange(degree + 1)
+    count = np.array([float(math.comb(degree, int(i))) for i in k])
+    return count * at[:, None] ** k * (1.0 - at[:, None]) ** (degree - k)
+
+
+def spans_of(net: FloatArray, wide: tuple[FloatArray, FloatArray]) -> list[Span]:
+    """Ranges of polynomials and their derivatives (`ORDERS`), nets (…, p + 1, q + 1) over boxes
+    `wide` in their two variables."""
+    result = []
+    for order in ORDERS:
+        part = net
+        for axis in range(2):
+            for _ in range(order[axis]):
+                degree = part.shape[axis - 2] - 1
+                if degree == 0:
+                    part = np.zeros_like(part)
+                else:
+                    part = degree * np.diff(part, axis=axis - 2) / wide[axis][..., None, None]
+        result.append(Span(part.min(axis=(-2, -1)), part.max(axis=(-2, -1))))
+    return result
+
+
+def quotient(n: list[Span], w: list[Span]) -> list[Span]:
+    """Ranges of a quotient and its derivatives from those of numerator and denominator."""
+    v = n[0] / w[0]
+    x = (n[1] - v * w[1]) / w[0]
+    y = (n[2] - v * w[2]) / w[0]
+    xx = (n[3] - (x * w[1]).times(2.0) - v * w[3]) / w[0]
+    xy = (n[4] - x * w[2] - y * w[1] - v * w[4]) / w[0]
+    yy = (n[5] - (y * w[2]).times(2.0) - v * w[5]) / w[0]
+    return [v, x, y, xx, xy, yy]
