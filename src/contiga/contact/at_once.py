@@ -127,7 +127,7 @@ def _advance(
     counts: tuple[int, int, int, int] = touching_nb.advance(
         (locked(p_W), X_WB, state.pose, p_B, state.points_B),
         (*last, *state.deep),
-        locked(active),
+        active,
         (status, safe_distance, near, uv, room.way, room.ignored, *rest),
         feet,
         room.rows,

@@ -263,10 +263,9 @@ class Contact(Shown):
                 found, held = detect_moved(
                     self.master, (p_W, X_WB, p_B), past, active, self._options, memory
                 )
-            answer = self._respond(found, held, (p_B, X_WB), past, clock)
+            return self._respond(found, held, (p_B, X_WB), past, clock, out)
         finally:
             self._rooms.give(room)
-        return answer if out is None else out.become(answer)
 
     def rehearse(
         self, standing: Iterable[tuple[ArrayLike, ArrayLike | None]], *, most: int | None = None
@@ -356,10 +355,12 @@ class Contact(Shown):
         places: tuple[FloatArray, FloatArray],
         past: Past | None,
         clock: StageClock,
+        out: State | None = None,
     ) -> State:
         """Forces and sums of what the search has found, points `held` in contact.
 
-        `places` are those of all points, body axes, and the pose.
+        `places` are those of all points, body axes, and the pose; `out` is a state that was given
+        up, to become the answer.
         """
         sampling, (p_B, X_WB) = self._sampling, places
         points = held.since(sampling.first)
@@ -371,7 +372,7 @@ class Contact(Shown):
                 areas = self._measure.areas(seen)
         with clock("forces"):
             area = sampling.weights(points.rows) if areas is None else areas.area
-            inp = law_input(points, sampling, area, past, self.law.n_memory)
+            inp = law_input(points, sampling, area, past, self.law)
             answer = respond(self.law, self.friction, points, inp, past)
             # The forces act where the slave's points are: so those on slave and master balance,
             # with their moments, whatever friction adds along the surface.
@@ -382,7 +383,7 @@ class Contact(Shown):
             whole["force"] = force = sampling.nodal(points.rows, felt.world)
             felt.wrench[:3] = 0.0 - force.sum(axis=0)
             loads = loads._replace(world=None)
-        state = State.of_columns(whole, loads, self)
+        state = State.of_columns(whole, loads, self, out)
         if seen is not None and areas is not None:
             state.keep(seen, areas)
         return state

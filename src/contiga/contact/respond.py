@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.contact.checks import checked_answer
+from contiga.contact.checks import PLAIN, checked_answer
 from contiga.contact.kernels import totals_nb
 from contiga.contact.loads import NO_ROWS, NONE, NOWHERE, Loads
 from contiga.contact.touching import Past, Touching
@@ -46,18 +46,21 @@ NO_GRIP = NOWHERE, NONE, NONE
 
 
 def law_input(
-    points: Touching, sampling: Sampling, area: FloatArray, past: Past | None, n_memory: int
+    points: Touching, sampling: Sampling, area: FloatArray, past: Past | None, law: Law
 ) -> LawInput:
-    """What the law sees of the points that carry."""
+    """What the law sees of the points that carry; laws that are not ours cannot write to it."""
+    n_memory, depth = law.n_memory, points.depth
+    if type(law) not in PLAIN:
+        depth, area = locked(depth), locked(area)
     rows, thickness, mass = points.rows, sampling.thickness, sampling.mass
     if past is None or n_memory == 0:
         memory = np.zeros((len(rows), n_memory))
     else:
         memory = past.state.part("memory", rows)
     return LawInput(
-        locked(points.depth),
+        depth,
         points.rate,
-        locked(area),
+        area,
         None if thickness is None else thickness[rows],
         None if mass is None else mass[rows],
         0.0 if past is None else past.dt,
@@ -94,7 +97,7 @@ def _friction_input(
         normal_before=before,
         force=answer.force,
         stiffness=_stiffness(points, answer),
-        area=inp.area,
+        area=locked(inp.area),
         path=points.path * _part_inside(points)[:, None],
         velocity=velocity,
         dt=inp.dt,

@@ -117,12 +117,14 @@ class State(Shown):
         self.__dict__.update(_contact=of, _sparse={})
 
     @classmethod
-    def of_columns(cls, whole: dict[str, Any], loads: Loads, of: Owner) -> State:
+    def of_columns(
+        cls, whole: dict[str, Any], loads: Loads, of: Owner, spent: State | None = None
+    ) -> State:
         """A state of some fields by name, the others of which are made when asked for.
 
-        The arrays are its own, and right for that contact.
+        The arrays are its own, and right for that contact. One that is `spent` becomes it.
         """
-        state: State = object.__new__(cls)
+        state: State = object.__new__(cls) if spent is None else spent
         state.__dict__.update(whole, _contact=of, _loads=loads)
         return state
 
@@ -138,11 +140,6 @@ class State(Shown):
     def spend(self) -> None:
         """Give up all arrays: others are going to be written over them."""
         self.__dict__.clear()
-
-    def become(self, other: State) -> State:
-        """Itself, with all that `other` has."""
-        self.__dict__.update(other.__dict__)
-        return self
 
     if not TYPE_CHECKING:  # it would answer to any name
 

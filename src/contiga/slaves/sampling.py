@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import InputError
+from contiga.num.arrays import locked
 from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.slaves.skin import facet_areas
 from contiga.slaves.slave import Slave
@@ -96,7 +97,7 @@ class Sampling:
     weight: FloatArray | None
     """(n_points,) fixed areas, zero of nodes that carry nothing; None where they are not known."""
     active: NDArray[np.bool_]
-    """(n_points,) which take part: quadrature points of facets whose corners all do."""
+    """(n_points,) which take part: quadrature points of facets whose corners all do. Locked."""
     thickness: FloatArray | None
     """(n_points,) of the slave there, the mean of the corners that have one."""
     mass: FloatArray | None
@@ -108,7 +109,11 @@ class Sampling:
         if rule is None:
             self.n_points, self.first = self.n_nodes, 0
             self.weight = weight
-            self.active, self.thickness, self.mass = slave.active, slave.thickness, slave.mass
+            self.active, self.thickness, self.mass = (
+                locked(slave.active),
+                slave.thickness,
+                slave.mass,
+            )
             return
         if slave.facets is None or len(slave.facets) == 0:
             raise InputError(
@@ -122,7 +127,7 @@ class Sampling:
         area = (facet_areas(slave.points, slave.facets)[:, None] * rule.weight).ravel()
         self.weight = np.concatenate([np.zeros(self.n_nodes), area])
         whole = slave.active[slave.facets].all(axis=1)
-        self.active = np.concatenate([slave.active, np.repeat(whole, len(rule.weight))])
+        self.active = locked(np.concatenate([slave.active, np.repeat(whole, len(rule.weight))]))
         self.thickness = None if slave.thickness is None else self._mean(slave.thickness)
         self.mass = None if slave.mass is None else self._shared(slave.mass, area)
 

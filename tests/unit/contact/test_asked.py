@@ -12,6 +12,8 @@ import contiga as cg
 from contiga.contact.state import State
 from contiga.search.exact_surface import ExactSurface
 
+from .pointed import pointed_ball
+
 WAYS = [0.02, -1.5e-3, *(-1.6e-3 + 3e-4 * np.sin(1.3 * np.arange(60))), 2e-3, -1e-3, -2e-2, -0.1]
 
 
@@ -30,9 +32,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 def pressed(ways: list[float] | None = None, **how: Any) -> list[State]:
-    """A ball whose pole, where no balls touch that are known of, presses a sheet."""
+    """A ball whose point, where no balls touch that are known of, presses a sheet."""
     sheet = cg.clouds.sample(cg.shapes.plane(width=0.55, length=0.55), 12, 12)
-    ball = cg.Body([cg.shapes.sphere()])
+    ball = pointed_ball()
     law, area = cg.PenaltyLaw(1.0), cg.NodalArea(1.0)
     contact = cg.Contact(ball, cg.Slave(sheet), law=law, area=area, **how)
     poses = [cg.motion.pose.translation([0.0, 0.0, 1.0 + up]) for up in ways or WAYS]

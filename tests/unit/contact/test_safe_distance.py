@@ -9,6 +9,8 @@ import contiga as cg
 from contiga.records import ContactStatus as Is
 from contiga.search.exact_surface import ExactSurface
 
+from .pointed import pointed_ball
+
 NAN = float("nan")
 
 
@@ -36,7 +38,7 @@ class _Looked:
 
 @pytest.mark.parametrize("search", ["intersection", "penetration"])
 def test_far_points_are_not_looked_at(monkeypatch: pytest.MonkeyPatch, search: str) -> None:
-    ball = cg.Body([cg.shapes.sphere()])
+    ball = pointed_ball()
     points = np.random.default_rng(0).uniform([-1.0, -1.0, 5.0], [1.0, 1.0, 7.0], (500, 3))
     contact = _contact(ball, 500, search=search)
     state = contact.start(points)
