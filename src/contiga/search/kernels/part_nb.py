@@ -14,7 +14,7 @@ PARTS = 4
 def part_of(s, t):
     """The part of its element that holds (s, t); the first where that is not a number."""
     x, y = (s + 0.5) * PARTS, (t + 0.5) * PARTS
-    # Of numbers there is a smaller one without a branch, that would be foreseen every other time.
+    # Kept within as numbers: of whole ones it takes a branch, which is as random as the points.
     x = x if x > 0.0 else 0.0
     y = y if y > 0.0 else 0.0
     x = x if x < PARTS - 1.0 else PARTS - 1.0
