@@ -49,6 +49,7 @@ class Span:
 
     @property
     def size(self) -> FloatArray:
+        """The largest absolute values."""
         return np.maximum(-self.low, self.high)
 
 

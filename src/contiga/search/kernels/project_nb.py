@@ -140,7 +140,7 @@ def _one_by_one(tables, proves, block, handed, lanes, found):
         s, t, state = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l], bank[ROW_STATE * WIDE + l]
         if state == LEFT:
             _go_on(tables, proves, (e, s, t, bank[ROW_F * WIDE + l]), handed[i], found[i])
-        elif cut and not in_face(elements, tables.trims, e, s, t):
+        elif state == DONE and cut and not in_face(elements, tables.trims, e, s, t):
             found[i, FLAG] = BY_ROW
         elif trimmed and found[i, PROVED] != 0.0:
             uv = found[i, PLACE], found[i, PLACE + 1]
