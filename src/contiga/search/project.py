@@ -15,7 +15,7 @@ from contiga.num.workspace import Workspace
 from contiga.records import FloatArray, IntArray, Projection
 from contiga.search.ball import known_balls
 from contiga.search.kernels import nearest_nb, track_nb
-from contiga.search.kernels.lanes_nb import FOUND, HANDED
+from contiga.search.kernels.lanes_nb import RECORD
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
 
@@ -108,8 +108,8 @@ def track(
 
     def chunks(first: int, last: int) -> None:
         rows = min(size, n)
-        room = _workspace.rows(rows, HANDED), _workspace.rows(rows, FOUND)
-        track_nb.track_chunks(tables, path, starts, size, room, results, first, last)
+        records = _workspace.rows(rows, RECORD)
+        track_nb.track_chunks(tables, path, starts, size, records, results, first, last)
 
     run_ranges(chunks, ceil(n / size), 1)
 

@@ -79,7 +79,7 @@ def test_what_is_no_nearer_than_allowed_is_given_back():
 
 @pytest.mark.interpreted
 def test_a_record_beside_the_foot_is_given_back():
-    derivatives = newton_nb.polynomial_at(bowl(), 1e-9, 0.0)
+    derivatives = newton_nb.polynomial_at(bowl(), 0, 1, 1e-9, 0.0)
     p = (0.0, 0.0, 0.5)
     assert newton_nb.foot_record(p, DONE, *derivatives, TOLERANCE)[4] == GIVEN_BACK
     assert newton_nb.foot_record(p, DONE, *derivatives, 1e-17)[4] == DONE

@@ -29,7 +29,7 @@ from contiga.num.jit import inner, kernel
 from contiga.num.kernels.rigid_nb import to_body
 from contiga.num.resident import reader
 from contiga.search.kernels.ball_nb import radii
-from contiga.search.kernels.lanes_nb import FOUND, HANDED
+from contiga.search.kernels.lanes_nb import RECORD
 from contiga.search.kernels.side_nb import clear_ways, sides
 from contiga.search.kernels.side_nb import places as places_of
 from contiga.search.kernels.track_nb import track_chunks
@@ -51,8 +51,8 @@ def _follow(tables, desk, n, certified):
     path = (desk.before[: n * certified], desk.now[:n], desk.nobody)
     starts = (desk.patch[:n], desk.uv[:n])
     desk.flags[:n] = 0
-    room = np.empty((n, HANDED)), np.empty((n, FOUND))
-    track_chunks(tables, path, starts, n, room, (desk.feet, desk.flags[:n]), 0, 1)
+    records = np.empty((n, RECORD))
+    track_chunks(tables, path, starts, n, records, (desk.feet, desk.flags[:n]), 0, 1)
     failed = 0
     for i in range(n):
         failed += desk.feet.status[i] == MAX_ITERATIONS

@@ -36,12 +36,12 @@ def cubic(a, b, c, d, x):
 
 
 @inlined()
-def bicubic(k, o, s, t):
-    """Value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt² of the sixteen coefficients from k[o]."""
-    b0, p0, q0 = cubic(k[o], k[o + 1], k[o + 2], k[o + 3], t)
-    b1, p1, q1 = cubic(k[o + 4], k[o + 5], k[o + 6], k[o + 7], t)
-    b2, p2, q2 = cubic(k[o + 8], k[o + 9], k[o + 10], k[o + 11], t)
-    b3, p3, q3 = cubic(k[o + 12], k[o + 13], k[o + 14], k[o + 15], t)
+def bicubic(k, o, n, s, t):
+    """Value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt² of sixteen coefficients, each n-th from k[o]."""
+    b0, p0, q0 = cubic(k[o], k[o + n], k[o + 2 * n], k[o + 3 * n], t)
+    b1, p1, q1 = cubic(k[o + 4 * n], k[o + 5 * n], k[o + 6 * n], k[o + 7 * n], t)
+    b2, p2, q2 = cubic(k[o + 8 * n], k[o + 9 * n], k[o + 10 * n], k[o + 11 * n], t)
+    b3, p3, q3 = cubic(k[o + 12 * n], k[o + 13 * n], k[o + 14 * n], k[o + 15 * n], t)
     v, v_s, v_ss = cubic(b0, b1, b2, b3, s)
     v_t, v_st, _ = cubic(p0, p1, p2, p3, s)
     v_tt = fma(fma(fma(q3, s, q2), s, q1), s, q0)
@@ -64,11 +64,11 @@ def quotient(n, w):
 @inner(inline="never")
 def _cubic_element(k, s, t, h, rational):
     """As `_horner`, for coefficients kept as a bicubic: 2.5 times as fast, unrolled."""
-    x = bicubic(k, 0, s, t)
-    y = bicubic(k, 16, s, t)
-    z = bicubic(k, 32, s, t)
+    x = bicubic(k, 0, 1, s, t)
+    y = bicubic(k, 16, 1, s, t)
+    z = bicubic(k, 32, 1, s, t)
     if rational:
-        w = bicubic(k, 48, s, t)
+        w = bicubic(k, 48, 1, s, t)
         x = quotient(x, w)
         y = quotient(y, w)
         z = quotient(z, w)
@@ -219,18 +219,20 @@ def evaluate(elements, e, s, t, h):
                 h[c, i] = x[i]
 
 
+@inlined()
+def place_in(u, first, last):
+    """s of the parameter u in an element from `first` to `last`, no farther out than its side."""
+    return min(max((u - first) / (last - first) - 0.5, -0.5), 0.5)
+
+
 @inner(linked=False)
 def locate(grid, patch, u, v):
     """Element of `patch` that holds (u, v), and the local (s, t) there."""
     row = grid.patches[patch]
     ku = _span(grid.breaks, row["u"][0], row["u"][1], u)
     kv = _span(grid.breaks, row["v"][0], row["v"][1], v)
-    u0 = grid.breaks[ku]
-    v0 = grid.breaks[kv]
-    s = (u - u0) / (grid.breaks[ku + 1] - u0) - 0.5
-    t = (v - v0) / (grid.breaks[kv + 1] - v0) - 0.5
-    s = min(max(s, -0.5), 0.5)
-    t = min(max(t, -0.5), 0.5)
+    s = place_in(u, grid.breaks[ku], grid.breaks[ku + 1])
+    t = place_in(v, grid.breaks[kv], grid.breaks[kv + 1])
     nv = row["v"][1] - row["v"][0] - 1
     return row["first"] + (ku - row["u"][0]) * nv + kv - row["v"][0], s, t
 

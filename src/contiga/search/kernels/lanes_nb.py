@@ -46,11 +46,16 @@ ROW_X, ROW_S, ROW_T, ROW_F, ROW_STATE = 8, 11, 12, 13, 14
 ROW_FOUND = 15
 FLAG, PROVED, PLACE, FOOT, NORMAL, GAP, PATCH = 0, 1, 2, 4, 7, 10, 11
 FOUND = 12
+RECORD = 16
+"""Numbers of a row's record, two lines of the memory: what is handed is in the first, and what is
+found takes its place."""
 # The proof: what is kept around the foot (see `lane_proof_nb`), and the radius of the ball.
 ROW_KEPT, ROW_RADIUS = 27, 39
 ROWS = 40
 BY_ROW = 1
 """Flag of rows that are left to the careful walk."""
+LOST = 3
+"""Flag of rows that have no foot to start from."""
 # What is told of an element: coefficients of x, y, z and the weight, sixteen each, its origin, the
 # square of the tolerance, u0, v0, the lengths in u and v, u1, v1, their reciprocals, the patch.
 ORIGIN, TOLERANCE, BOX, SCALE, HOME = 64, 67, 68, 74, 76
@@ -63,7 +68,18 @@ def _point(bank, l):
 
 
 @inlined()
-def _round(bank, l, x, y, z, tolerance):
+def start(bank, l, place, told, o, k):
+    """Where lane l starts from place = (u, v), in the element whose every k-th number from told[o]
+    is told."""
+    n = WIDE
+    bank[ROW_S * n + l] = local_place(place[0], told[o + BOX * k], told[o + SCALE * k])
+    bank[ROW_T * n + l] = local_place(place[1], told[o + (BOX + 1) * k], told[o + (SCALE + 1) * k])
+    for c in range(3):
+        bank[(ROW_X + c) * n + l] = bank[(ROW_NOW + c) * n + l] - told[o + (ORIGIN + c) * k]
+
+
+@inlined()
+def one_round(bank, l, x, y, z, tolerance):
     """One Newton round of lane l, from the derivatives x, y, z of the surface's coordinates."""
     n = WIDE
     place = (bank[ROW_S * n + l], bank[ROW_T * n + l])
@@ -76,55 +92,68 @@ def _round(bank, l, x, y, z, tolerance):
 
 
 @inlined()
-def _finish(bank, l, told, x, y, z):
-    """What is found of lane l; it is given back if it misses by more than tolerated."""
+def finish(bank, l, x, y, z, told, o, k):
+    """What is found of lane l; it is given back if it misses by more than tolerated.
+
+    What is told of its element is each k-th number from told[o].
+    """
     n, first = WIDE, ROW_FOUND * WIDE + l
     s, t, state = bank[ROW_S * n + l], bank[ROW_T * n + l], bank[ROW_STATE * n + l]
-    n_x, n_y, n_z, gap, now = foot_record(_point(bank, l), state, x, y, z, told[TOLERANCE])
+    n_x, n_y, n_z, gap, now = foot_record(_point(bank, l), state, x, y, z, told[o + TOLERANCE * k])
     bank[ROW_STATE * n + l] = now
     bank[first + FLAG * n] = 0.0 if now == DONE else float(BY_ROW)
     bank[first + PROVED * n] = 0.0
-    bank[first + PLACE * n] = told[BOX] + (s + 0.5) * told[BOX + 2]
-    bank[first + (PLACE + 1) * n] = told[BOX + 1] + (t + 0.5) * told[BOX + 3]
-    bank[first + FOOT * n] = x[0] + told[ORIGIN]
-    bank[first + (FOOT + 1) * n] = y[0] + told[ORIGIN + 1]
-    bank[first + (FOOT + 2) * n] = z[0] + told[ORIGIN + 2]
+    bank[first + PLACE * n] = told[o + BOX * k] + (s + 0.5) * told[o + (BOX + 2) * k]
+    bank[first + (PLACE + 1) * n] = told[o + (BOX + 1) * k] + (t + 0.5) * told[o + (BOX + 3) * k]
+    bank[first + FOOT * n] = x[0] + told[o + ORIGIN * k]
+    bank[first + (FOOT + 1) * n] = y[0] + told[o + (ORIGIN + 1) * k]
+    bank[first + (FOOT + 2) * n] = z[0] + told[o + (ORIGIN + 2) * k]
     bank[first + NORMAL * n] = n_x
     bank[first + (NORMAL + 1) * n] = n_y
     bank[first + (NORMAL + 2) * n] = n_z
     bank[first + GAP * n] = gap
-    bank[first + PATCH * n] = told[HOME]
+    bank[first + PATCH * n] = told[o + HOME * k]
+
+
+@inner()
+def tell_place(elements, e, tolerance, told, o, k):
+    """What lanes are told of an element beside its coefficients, into each k-th number from
+    told[o]."""
+    own = elements.table[e]
+    for c in range(3):
+        told[o + (ORIGIN + c) * k] = own["origin"][c]
+    told[o + TOLERANCE * k] = tolerance
+    told[o + HOME * k] = own["patch"]
+    for axis in range(2):
+        first, last = own["box"][2 * axis], own["box"][2 * axis + 1]
+        told[o + (BOX + axis) * k] = first
+        told[o + (BOX + 2 + axis) * k] = last - first
+        told[o + (BOX + 4 + axis) * k] = last
+        told[o + (SCALE + axis) * k] = 1.0 / (last - first)
 
 
 @inner()
 def tell(elements, e, tolerance, told):
     """What lanes are told of element e."""
-    own = elements.table[e]
-    for i in range(64):
-        told[i] = own["cubic"][i]
-    for c in range(3):
-        told[ORIGIN + c] = own["origin"][c]
-    told[TOLERANCE] = tolerance
-    told[HOME] = own["patch"]
-    for axis in range(2):
-        first, last = own["box"][2 * axis], own["box"][2 * axis + 1]
-        told[BOX + axis], told[BOX + 2 + axis], told[BOX + 4 + axis] = first, last - first, last
-        told[SCALE + axis] = 1.0 / (last - first)
+    own = elements.table[e]["cubic"]
+    for i in range(ORIGIN):
+        told[i] = own[i]
+    tell_place(elements, e, tolerance, told, 0, 1)
 
 
 @inner()
-def new_lanes():
-    """Lanes of a block, (BANKS, ROWS * WIDE): from a line of the memory on, as vectors across two
+def new_lanes(rows):
+    """Lanes of a block, (BANKS, rows * WIDE): from a line of the memory on, as vectors across two
     take 4 % of a tracked point."""
-    n = ROWS * WIDE
+    n = rows * WIDE
     memory = np.empty(BANKS * n + LINE // SIZE)
     start = -memory.ctypes.data % LINE // SIZE
     return memory[start : start + BANKS * n].reshape(BANKS, n)
 
 
 @inner()
-def load(handed, first, last, lanes):
-    """Rows first … last of what lanes are handed into the lanes; those beyond repeat the last.
+def load(records, order, first, last, lanes):
+    """What is handed of the rows order[first:last] into the lanes; those beyond repeat the last.
 
     Returns how many banks hold rows.
     """
@@ -132,34 +161,34 @@ def load(handed, first, last, lanes):
     for b in range(banks):
         bank = lanes[b]
         for l in range(0, WIDE, 4):
-            rows = rows_from(first + b * WIDE + l, last, HANDED)
+            rows = _records_of(order, first + b * WIDE + l, last)
             for c in range(0, HANDED, 4):
-                turn(handed, below(rows, c), bank, columns_from(c, l))
+                turn(records, below(rows, c), bank, columns_from(c, l))
     return banks
 
 
 @inner()
-def unload(lanes, found, first, last):
-    """What lanes have found into the rows first … last."""
+def unload(lanes, records, order, first, last):
+    """What lanes have found of the rows order[first:last] into their records."""
     for b in range((last - first + WIDE - 1) // WIDE):
         bank = lanes[b]
         for l in range(0, WIDE, 4):
-            row = first + b * WIDE + l
-            if row < last:
-                rows = rows_from(row, last, FOUND)
+            at = first + b * WIDE + l
+            if at < last:
+                rows = _records_of(order, at, last)
                 for c in range(0, FOUND, 4):
-                    turn(bank, columns_from(ROW_FOUND + c, l), found, below(rows, c))
+                    turn(bank, columns_from(ROW_FOUND + c, l), records, below(rows, c))
 
 
 @inlined()
-def rows_from(row, last, columns):
-    """Places of four rows from `row` on, before `last`, in a table of so many columns."""
+def _records_of(order, at, last):
+    """Where the records of four rows begin, of those from `at` on and before `last`."""
     end = last - 1
     return (
-        columns * min(row, end),
-        columns * min(row + 1, end),
-        columns * min(row + 2, end),
-        columns * min(row + 3, end),
+        RECORD * order[min(at, end)],
+        RECORD * order[min(at + 1, end)],
+        RECORD * order[min(at + 2, end)],
+        RECORD * order[min(at + 3, end)],
     )
 
 
@@ -185,10 +214,7 @@ def start_lanes(lanes, n, told):
         read_anew(told, own, TOLD)
         for l in range(WIDE):
             u, v = bank[ROW_START * WIDE + l], bank[(ROW_START + 1) * WIDE + l]
-            bank[ROW_S * WIDE + l] = local_place(u, own[BOX], own[SCALE])
-            bank[ROW_T * WIDE + l] = local_place(v, own[BOX + 1], own[SCALE + 1])
-            for c in range(3):
-                bank[(ROW_X + c) * WIDE + l] = bank[(ROW_NOW + c) * WIDE + l] - own[ORIGIN + c]
+            start(bank, l, (u, v), own, 0, 1)
             bank[ROW_F * WIDE + l] = math.inf
             bank[ROW_STATE * WIDE + l] = ACTIVE if b * WIDE + l < n else DONE
 
@@ -202,7 +228,7 @@ def newton_rational(lanes, banks, told):
         read_anew(told, own, TOLD)
         for l in range(WIDE):
             x, y, z = rational_at(own, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
-            _round(bank, l, x, y, z, own[TOLERANCE])
+            one_round(bank, l, x, y, z, own[TOLERANCE])
 
 
 @lazy(types.void)
@@ -213,8 +239,8 @@ def newton_polynomial(lanes, banks, told):
         bank = lanes[b]
         read_anew(told, own, TOLD)
         for l in range(WIDE):
-            x, y, z = polynomial_at(own, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
-            _round(bank, l, x, y, z, own[TOLERANCE])
+            x, y, z = polynomial_at(own, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            one_round(bank, l, x, y, z, own[TOLERANCE])
 
 
 @lazy(types.void)
@@ -226,7 +252,7 @@ def finish_rational(lanes, banks, told):
         read_anew(told, own, TOLD)
         for l in range(WIDE):
             x, y, z = rational_at(own, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
-            _finish(bank, l, own, x, y, z)
+            finish(bank, l, x, y, z, own, 0, 1)
 
 
 @lazy(types.void)
@@ -237,5 +263,5 @@ def finish_polynomial(lanes, banks, told):
         bank = lanes[b]
         read_anew(told, own, TOLD)
         for l in range(WIDE):
-            x, y, z = polynomial_at(own, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
-            _finish(bank, l, own, x, y, z)
+            x, y, z = polynomial_at(own, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            finish(bank, l, x, y, z, own, 0, 1)

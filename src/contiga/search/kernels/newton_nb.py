@@ -34,24 +34,26 @@ def local_place(u, u0, scale):
 
 
 @inlined()
-def polynomial_at(k, s, t):
-    """Derivatives of the coordinates x, y, z at (s, t), six each, of the coefficients k."""
-    return bicubic(k, 0, s, t), bicubic(k, 16, s, t), bicubic(k, 32, s, t)
+def polynomial_at(k, o, n, s, t):
+    """Derivatives of the coordinates x, y, z at (s, t), six each, of coefficients that are each
+    n-th number from k[o]."""
+    x = bicubic(k, o, n, s, t)
+    return x, bicubic(k, o + 16 * n, n, s, t), bicubic(k, o + 32 * n, n, s, t)
 
 
 @inlined()
-def weight_at(k, s, t):
+def weight_at(k, o, n, s, t):
     """The weight and its derivatives, whose coefficients are behind those of the coordinates."""
-    return bicubic(k, 48, s, t)
+    return bicubic(k, o + 48 * n, n, s, t)
 
 
 @inlined()
 def rational_at(k, s, t):
-    """As `polynomial_at`, of a rational element."""
-    w = weight_at(k, s, t)
-    x = quotient(bicubic(k, 0, s, t), w)
-    y = quotient(bicubic(k, 16, s, t), w)
-    z = quotient(bicubic(k, 32, s, t), w)
+    """The same of a rational element, whose coefficients are from k[0] on."""
+    w = weight_at(k, 0, 1, s, t)
+    x = quotient(bicubic(k, 0, 1, s, t), w)
+    y = quotient(bicubic(k, 16, 1, s, t), w)
+    z = quotient(bicubic(k, 32, 1, s, t), w)
     return x, y, z
 
 

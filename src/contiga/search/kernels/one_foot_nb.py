@@ -57,9 +57,9 @@ def _newton(own, place, best, p, tolerance):
     state = ACTIVE
     left = ROUNDS
     while True:  # the text of what is worked out here is long, and stands here once
-        x, y, z = polynomial_at(k, s, t)
+        x, y, z = polynomial_at(k, 0, 1, s, t)
         if rational:
-            w = weight_at(k, s, t)
+            w = weight_at(k, 0, 1, s, t)
             x, y, z = quotient(x, w), quotient(y, w), quotient(z, w)
         if state != ACTIVE or left == 0:
             break

@@ -8,30 +8,21 @@ from contiga.elements.kernels.element_nb import locate
 from contiga.num.codes import CUT, GENERAL, NOT_FINITE, OUT, RATIONAL_CUBIC
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
+from contiga.num.prefetch import LINE
 from contiga.num.scratch import scratch
-from contiga.search.kernels.bins_nb import bin_rows, fetch_rows, hand_rows
-from contiga.search.kernels.branch_nb import is_whole, kept_ball, seen_from
+from contiga.search.kernels.bins_nb import ask_for, bin_rows, fetch_rows, hand_rows
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import tracked_foot
-from contiga.search.kernels.lane_proof_nb import WIDTH, load_surroundings, prove_lanes
+from contiga.search.kernels.lane_proof_nb import load_surroundings, prove_lanes
 from contiga.search.kernels.lanes_nb import (
     BY_ROW,
     FLAG,
-    FOOT,
-    GAP,
-    NORMAL,
-    PATCH,
-    PLACE,
+    LANES,
     PROVED,
-    ROW_BEFORE,
-    ROW_F,
-    ROW_KEPT,
-    ROW_NOW,
-    ROW_RADIUS,
     ROW_S,
-    ROW_START,
     ROW_STATE,
     ROW_T,
+    ROWS,
     TOLD,
     WIDE,
     finish_polynomial,
@@ -44,12 +35,15 @@ from contiga.search.kernels.lanes_nb import (
     tell,
     unload,
 )
-from contiga.search.kernels.newton_nb import ACTIVE, DONE, LEFT, ROUNDS
-from contiga.search.kernels.one_foot_nb import (
-    foot_in,
-    parameters_of,
+from contiga.search.kernels.mixed_lanes_nb import (
+    FEW,
+    go_on,
+    is_whole_about,
+    new_queue,
+    wait,
+    wait_beyond,
 )
-from contiga.search.kernels.onward_nb import onward
+from contiga.search.kernels.newton_nb import ACTIVE, DONE, LEFT, ROUNDS
 
 
 @inner()
@@ -83,90 +77,71 @@ def _lanes_in(state, lanes, banks):
     return n
 
 
-@inner(linked=False)
-def _go_on(tables, proves, left, row, found):
-    """The foot of a row that has left its element, from where it is, with its quick certificate.
-
-    `left` is (element, s, t, the square of the distance so far), `row` what the lanes were handed,
-    `found` what they answer of it.
-    """
-    e, s, t, best = left
-    elements = tables.elements
-    found[FLAG] = BY_ROW
-    other, place = onward(tables, e, s, t)
-    if other < 0:
-        return
-    n = locate(tables.grid, other, place[0], place[1])[0]
-    point = (row[ROW_NOW], row[ROW_NOW + 1], row[ROW_NOW + 2])
-    (s, t), state, record = foot_in(tables, n, place, best, point)
-    own = elements.table[n]
-    if state != DONE or (own["trim"] == CUT and not in_face(elements, tables.trims, n, s, t)):
-        return
-    at, normal, gap = record
-    uv = parameters_of(own["box"], (s, t))
-    found[FLAG], found[PATCH], found[GAP] = 0.0, other, gap
-    found[PLACE], found[PLACE + 1] = uv
-    for c in range(3):
-        found[FOOT + c], found[NORMAL + c] = at[c], normal[c]
-    found[PROVED] = 0.0
-    if proves:
-        before = (row[ROW_BEFORE], row[ROW_BEFORE + 1], row[ROW_BEFORE + 2])
-        seen = seen_from(at, normal, before, point, tables.scale[1])
-        patches, start = (elements.table[e]["patch"], other), (row[ROW_START], row[ROW_START + 1])
-        taken = (tables.grid, elements.table, tables.rings)
-        if kept_ball(tables, taken, patches, uv, start, seen) > 0.0:
-            found[PROVED] = 1.0
+@inner()
+def _room(tables, proves, queue, waiting, records):
+    """Go on with what waits where there is no room for more; answers how many wait then."""
+    while waiting == LANES:
+        waiting = go_on(tables, proves, queue, waiting, records)
+    return waiting
 
 
 @inner(linked=False)
-def _is_whole(tables, patch, uv, bank, l):
-    """Whether nothing is trimmed away from the ball about the foot (u, v) of a lane."""
-    r = bank[ROW_RADIUS * WIDE + l]
-    far_u = r / bank[(ROW_KEPT + WIDTH) * WIDE + l]
-    return is_whole(tables, patch, uv, far_u, r / bank[(ROW_KEPT + WIDTH + 1) * WIDE + l])
-
-
-@inner(linked=False)
-def _one_by_one(tables, proves, block, handed, lanes, found):
-    """What is left to be seen to of a block that lanes have found: feet that have left its element,
-    and trims."""
+def _one_by_one(tables, block, lanes, feet, queue, waiting, proves):
+    """What is left to be seen to of a block that lanes have found: feet that have left its element
+    wait, and trims. `feet` is (records, order). Answers how many wait then."""
+    records, order = feet
     elements = tables.elements
     e, first, last = block
     patch = elements.table[e]["patch"]
     cut = elements.table[e]["trim"] == CUT
     trimmed = tables.trims.trimmed[patch] != 0
     for i in range(first, last):
-        bank, l = lanes[(i - first) // WIDE], (i - first) % WIDE
-        s, t, state = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l], bank[ROW_STATE * WIDE + l]
+        bank, l, row = lanes[(i - first) // WIDE], (i - first) % WIDE, order[i]
+        state = bank[ROW_STATE * WIDE + l]
+        s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
         if state == LEFT:
-            _go_on(tables, proves, (e, s, t, bank[ROW_F * WIDE + l]), handed[i], found[i])
+            waiting = _room(tables, proves, queue, waiting, records)
+            wait_beyond(tables, e, (bank, l), row, queue, waiting)
+            waiting += 1
         elif state == DONE and cut and not in_face(elements, tables.trims, e, s, t):
-            found[i, FLAG] = BY_ROW
-        elif trimmed and found[i, PROVED] != 0.0:
-            uv = found[i, PLACE], found[i, PLACE + 1]
-            found[i, PROVED] = 1.0 if _is_whole(tables, patch, uv, bank, l) else 0.0
+            records[row, FLAG] = BY_ROW
+        elif trimmed and records[row, PROVED] != 0.0:
+            records[row, PROVED] = 1.0 if is_whole_about(tables, patch, bank, l) else 0.0
+    return waiting
 
 
 @inner(linked=False)
-def _project_blocks(tables, proves, handed, blocks, found):
+def _project_blocks(tables, proves, records, order, blocks):
     """Feet of the rows of all blocks, with their quick certificates.
 
     A row is flagged, to be done one by one, when it does not descend, or its element is trimmed
     away at the foot or of too high a degree, or left over other than smooth sides.
     """
     elements = tables.elements
-    lanes, told = new_lanes(), scratch(TOLD)
+    lanes, told = new_lanes(ROWS), scratch(TOLD)
+    queue, waiting = new_queue(), 0
     last = -1
     for b in range(blocks.shape[0]):
         e, first, end = blocks[b, 0], blocks[b, 1], blocks[b, 2]
         form, trim = elements.table[e]["form"], elements.table[e]["trim"]
         if form == GENERAL or trim == OUT:
-            found[first:end, FLAG] = BY_ROW
+            for i in range(first, end):
+                records[order[i], FLAG] = BY_ROW
             continue
+        alone = (end - first) % WIDE
+        if alone < FEW:
+            for i in range(end - alone, end):
+                waiting = _room(tables, proves, queue, waiting, records)
+                wait(tables, e, records, order[i], queue, waiting)
+                waiting += 1
+            end -= alone
+            if first == end:
+                continue
         if e != last:
             tell(elements, e, tables.scale[1] ** 2, told)
             last = e
-        banks = load(handed, first, end, lanes)
+        banks = load(records, order, first, end, lanes)
+        ask_for(records, order, first, end, LINE)
         start_lanes(lanes, end - first, told)
         for _ in range(ROUNDS):
             if form == RATIONAL_CUBIC:
@@ -175,6 +150,7 @@ def _project_blocks(tables, proves, handed, blocks, found):
                 newton_polynomial(lanes, banks, told)
             if _lanes_in(ACTIVE, lanes, banks) == 0:
                 break
+        ask_for(records, order, blocks[b, 2], blocks[b, 2] + LANES, 0)
         if form == RATIONAL_CUBIC:
             finish_rational(lanes, banks, told)
         else:
@@ -182,25 +158,25 @@ def _project_blocks(tables, proves, handed, blocks, found):
         if proves:
             load_surroundings(tables.rings, e, lanes, banks)
             prove_lanes(lanes, banks, told, tables.scale[1])
-        unload(lanes, found, first, end)
+        unload(lanes, records, order, first, end)
         trimmed = tables.trims.trimmed[elements.table[e]["patch"]] != 0
         if trimmed or trim == CUT or _lanes_in(DONE, lanes, banks) < banks * WIDE:
-            _one_by_one(tables, proves, (e, first, end), handed, lanes, found)
+            block = (e, first, end)
+            feet = (records, order)
+            waiting = _one_by_one(tables, block, lanes, feet, queue, waiting, proves)
+    while waiting > 0:
+        waiting = go_on(tables, proves, queue, waiting, records)
 
 
 @kernel()
-def track_lanes(tables, path, starts, room, results, first):
+def track_lanes(tables, path, starts, records, results, first):
     """Fast tracking of rows in lanes, each in the element of its start.
 
     `path` is (points before, points now), the first without rows where nothing is to be certified;
-    `starts` (patch, uv) are the last feet, `room` (handed, found) tables of as many rows or more to
-    work in, `results` (projection, from its row `first` on; flags).
+    `starts` (patch, uv) are the last feet, `records` a table of as many rows or more to work in,
+    `results` (projection, from its row `first` on; flags).
     """
-    uv = starts[1]
-    place, blocks = bin_rows(tables, starts)
-    if blocks.shape[0] == 0:
-        return
-    handed, found = room
-    hand_rows(place, path, uv, handed)
-    _project_blocks(tables, path[0].shape[0] > 0, handed, blocks, found)
-    fetch_rows(place, found, first, results)
+    hand_rows(path, starts, records)
+    order, blocks = bin_rows(tables, starts)
+    _project_blocks(tables, path[0].shape[0] > 0, records, order, blocks)
+    fetch_rows(records, starts[0].shape[0], first, results)

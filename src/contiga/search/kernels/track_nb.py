@@ -14,12 +14,9 @@ from contiga.num.codes import BRANCH_EVENT, MAX_ITERATIONS, OK
 from contiga.num.jit import inner, kernel
 from contiga.search.kernels.branch_nb import FOLLOW, certify_rows
 from contiga.search.kernels.follow_nb import EVENT, follow_rows
-from contiga.search.kernels.lanes_nb import BY_ROW
+from contiga.search.kernels.lanes_nb import BY_ROW, LOST
 from contiga.search.kernels.nearest_nb import project_global
 from contiga.search.kernels.project_nb import project_tracked, track_lanes
-
-LOST = 3
-"""Flag of rows that have no foot to start from."""
 
 
 @inner(linked=False)
@@ -60,17 +57,14 @@ def _rows_with(flags, flag):
 
 
 @inner(linked=False)
-def _feet(tables, path, starts, room, results, first):
+def _feet(tables, path, starts, records, results, first):
     """Feet of rows: in lanes, then by careful walks.
 
     Rows without a foot to start from are flagged LOST.
     """
     out, back = results
-    track_lanes(tables, path, starts, room, results, first)
+    track_lanes(tables, path, starts, records, results, first)
     project_tracked(tables, path[1], starts, _rows_with(back, BY_ROW), out, first)
-    for i in range(back.shape[0]):
-        if starts[0][i] < 0:
-            back[i] = LOST
 
 
 @inner(linked=False)
@@ -90,11 +84,11 @@ def _certificates(tables, path, starts, results, first):
 
 
 @kernel()
-def track_chunks(tables, path, starts, size, room, results, start, stop):
+def track_chunks(tables, path, starts, size, records, results, start, stop):
     """Track the chunks start … stop of `size` points each.
 
     `path` is (points before, points now, their feet before): either the first or the last has no
-    rows, and neither has any where nothing is to be certified. `starts` are (patch, uv), `room`
+    rows, and neither has any where nothing is to be certified. `starts` are (patch, uv), `records`
     what the lanes of a chunk work in (see `track_lanes`), `results` (projection, flags); flags are
     zeros. The projection may be the one that was started from: each chunk takes what it needs of
     that before it writes.
@@ -109,7 +103,7 @@ def track_chunks(tables, path, starts, size, room, results, start, stop):
         own_starts = (patch[first:last].copy(), uv[first:last].copy())
         own = (out, back[first:last])
         out.certified[first:last] = 0
-        _feet(tables, own_path, own_starts, room, own, first)
+        _feet(tables, own_path, own_starts, records, own, first)
         _closest(tables, points, _rows_with(own[1], LOST), first, out)
         if before.shape[0] == 0:
             continue
