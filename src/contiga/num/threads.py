@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import os
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import lru_cache
 from math import ceil
 from typing import Any, TypeVar
@@ -63,11 +64,32 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
         return
     grains = ceil(n / grain)
     step = ceil(grains / min(threads * RANGES_PER_THREAD, grains)) * grain
-    jobs = [
-        _pool().submit(kernel, *args, start, min(start + step, n)) for start in range(0, n, step)
-    ]
-    for job in jobs:
-        job.result()
+    starts = deque(range(0, n, step))
+
+    def work() -> None:
+        while (start := _taken(starts)) is not None:
+            kernel(*args, start, min(start + step, n))
+
+    # The thread that asks works, too: another wakes up in the time of a thousand points.
+    helpers = [_pool().submit(work) for _ in range(min(threads, len(starts)) - 1)]
+    try:
+        _own.busy = True
+        work()
+    finally:
+        _own.busy = False
+        starts.clear()
+        wait([helper for helper in helpers if not helper.cancel()])
+    for helper in helpers:
+        if not helper.cancelled():
+            helper.result()
+
+
+def _taken(starts: deque[int]) -> int | None:
+    """The next one, which no other thread takes."""
+    try:
+        return starts.popleft()
+    except IndexError:
+        return None
 
 
 def map_threads(function: Callable[[T], R], items: Iterable[T]) -> list[R]:

@@ -21,7 +21,7 @@ from contiga.search.tables import tables_of
 
 # Rows below which a second thread does not pay.
 POINTS = 256
-SMALLEST, LARGEST = 512, 16384
+SMALLEST, LARGEST = 2048, 16384
 """Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
 CHUNKS = 4
 """Chunks a thread, so that none waits long for another."""

@@ -86,6 +86,46 @@ def test_an_error_in_a_kernel_comes_out(monkeypatch: pytest.MonkeyPatch) -> None
         threads.run_ranges(fail, 100, 8)
 
 
+@pytest.mark.parametrize("on_the_caller", [True, False])
+@pytest.mark.parametrize("error", [IndexError, KeyboardInterrupt])
+def test_an_error_comes_out_of_either_thread_and_none_works_on(
+    monkeypatch: pytest.MonkeyPatch, error: type[BaseException], on_the_caller: bool
+) -> None:
+    monkeypatch.setattr(threads, "thread_count", lambda: 2)
+    caller, failed, ended = threading.current_thread(), threading.Event(), [0]
+
+    def kernel(start: int, stop: int) -> None:
+        if (threading.current_thread() is caller) == on_the_caller:
+            failed.set()
+            raise error
+        assert failed.wait(20.0)
+        ended[0] += 1
+
+    with pytest.raises(error):
+        threads.run_ranges(kernel, 100, 8)
+    was = ended[0]
+    done = np.zeros(100)
+    threads.run_ranges(lambda start, stop: done.__setitem__(slice(start, stop), 1.0), 100, 8)
+    assert done.all()
+    assert ended[0] == was
+
+
+def test_the_caller_takes_ranges_and_waits_for_no_thread_that_has_not_begun(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(threads, "thread_count", lambda: 2)
+    threads._pool.cache_clear()
+    hold = threading.Event()
+    others = [threads._pool().submit(hold.wait, 20.0) for _ in range(2)]
+    rows = np.zeros(100, dtype=int)
+    threads.run_ranges(_count, 100, 8, rows)
+    assert (rows == 1).all()
+    assert not any(other.done() for other in others)
+    assert not hasattr(threads._own, "busy") or not threads._own.busy
+    hold.set()
+    threads._pool.cache_clear()
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no processes are forked here")
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
 def test_a_forked_process_has_threads_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ import contiga as cg
 from contiga.num.compiler import CalledCompiler
 from contiga.records import empty_projection
 from contiga.search.kernels import lanes_nb, project_nb
-from contiga.search.kernels.lanes_nb import FOUND, HANDED
+from contiga.search.kernels.lanes_nb import RECORD
 from contiga.search.tables import tables_of
 
 PATCHES = {
@@ -26,8 +26,8 @@ PATCHES = {
 def in_lanes(tables, points, start, results, before=None):
     path = np.empty((0, 3)) if before is None else before, points
     starts = start.patch, start.uv
-    room = np.empty((len(points), HANDED)), np.empty((len(points), FOUND))
-    project_nb.track_lanes(tables, path, starts, room, results, 0)
+    records = np.empty((len(points), RECORD))
+    project_nb.track_lanes(tables, path, starts, records, results, 0)
 
 
 def lanes_only(body, points, start):

@@ -28,7 +28,7 @@ def rounds(at, k, p, place, most=newton_nb.ROUNDS):
     s, t = place
     best, state, seen = math.inf, ACTIVE, []
     while state == ACTIVE and len(seen) < most:
-        x, y, z = at(k, s, t)
+        x, y, z = at(k, 0, 1, s, t)
         s, t, best, state = newton_nb.newton_step((s, t), (best, state), p, x, y, z, TOLERANCE)
         seen.append(state)
     return seen, (s, t), best
@@ -47,7 +47,7 @@ def test_rounds_lead_to_the_foot_and_its_record(way):
     assert seen == [ACTIVE] * (len(seen) - 1) + [DONE]
     np.testing.assert_allclose((s, t), (0.3, 0.0), rtol=0, atol=1e-13)
     assert best >= 0.04 * (1.0 - 1e-12)
-    x, y, z, gap, state = newton_nb.foot_record(p, DONE, *at(k, s, t), TOLERANCE)
+    x, y, z, gap, state = newton_nb.foot_record(p, DONE, *at(k, 0, 1, s, t), TOLERANCE)
     np.testing.assert_allclose((x, y, z, gap), (*n, 0.2), rtol=0, atol=1e-13)
     assert state == DONE
 
@@ -69,7 +69,7 @@ def test_a_foot_beyond_the_element_is_left_for():
 @pytest.mark.interpreted
 def test_what_is_no_nearer_than_allowed_is_given_back():
     at = newton_nb.polynomial_at
-    x, y, z = at(bowl(), 0.2, 0.0)
+    x, y, z = at(bowl(), 0, 1, 0.2, 0.0)
     p, place = (0.1, 0.0, 0.5), (0.2, 0.0)
     f = 0.1**2 + 0.48**2
     for best, wanted in ((f * (1.0 + 1e-9), ACTIVE), (f * (1.0 - 1e-9), GIVEN_BACK)):

@@ -8,6 +8,7 @@ from numba import njit
 from tests.stress.tracking import slivers
 
 import contiga as cg
+from contiga.elements.kernels import element_nb
 from contiga.num.codes import CREASE, POLE
 from contiga.search.kernels import onward_nb
 from contiga.search.tables import tables_of
@@ -18,6 +19,17 @@ pytestmark = pytest.mark.interpreted
 @njit
 def onward(tables, e, s, t):
     return onward_nb.onward(tables, e, s, t)
+
+
+@njit
+def holder(tables, e, uv):
+    """The element of the patch of e that holds (u, v)."""
+    patch = tables.elements.table[e]["patch"]
+    return element_nb.locate(tables.grid, patch, uv[0], uv[1])[0]
+
+
+def patch_of(tables, e):
+    return tables.elements.table[e]["patch"]
 
 
 def at(body, patch, uv):
@@ -41,12 +53,13 @@ def test_over_sides_slivers_and_corners_of_a_plane_it_is_the_same_point():
         e = int(rng.integers(len(tables.elements.table)))
         s, t = rng.uniform(-0.98, 0.98, 2)
         point = beyond(body, e, s, t)
-        patch, uv = onward(tables, e, s, t)
-        if patch < 0 or max(abs(s), abs(t)) <= 0.5:
+        other, uv = onward(tables, e, s, t)
+        if other < 0 or max(abs(s), abs(t)) <= 0.5:
             continue
         gone += 1
         corners += int(min(abs(s), abs(t)) > 0.5)
-        np.testing.assert_allclose(at(body, patch, uv), point, rtol=0, atol=1e-12)
+        assert other == holder(tables, other, uv)
+        np.testing.assert_allclose(at(body, patch_of(tables, other), uv), point, rtol=0, atol=1e-12)
     assert gone > 300
     assert corners > 80
 
@@ -56,9 +69,9 @@ def test_from_a_sliver_it_may_be_as_far_as_is_near_in_the_next():
     tables = tables_of(body)
     # 0.01 wide, and turned about: its t runs across it.
     narrow = int(np.flatnonzero(tables.elements.table["patch"] == 7 + 2)[0])
-    patch, uv = onward(tables, narrow, 0.0, 4.0)
+    other, uv = onward(tables, narrow, 0.0, 4.0)
     where = beyond(body, narrow, 0.0, 4.0)
-    np.testing.assert_allclose(at(body, patch, uv), where, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(at(body, patch_of(tables, other), uv), where, rtol=0, atol=1e-12)
     assert onward(tables, narrow, 0.0, 40.0)[0] == -1
 
 

@@ -8,7 +8,7 @@ import pytest
 import contiga as cg
 from contiga.records import Projection, empty_projection
 from contiga.search.kernels import track_nb
-from contiga.search.kernels.lanes_nb import FOUND, HANDED
+from contiga.search.kernels.lanes_nb import RECORD
 from contiga.search.tables import tables_of
 from contiga.statuses import Status
 
@@ -23,8 +23,8 @@ def _tracked(
     out = empty_projection(n)
     results = out, np.zeros(n, np.uint8)
     path = *path, empty_projection(0)
-    room = np.full((size, HANDED), np.nan), np.full((size, FOUND), np.nan)
-    track_nb.track_chunks(tables_of(body), path, start, size, room, results, 0, -(-n // size))
+    records = np.full((size, RECORD), np.nan)
+    track_nb.track_chunks(tables_of(body), path, start, size, records, results, 0, -(-n // size))
     return out
 
 

@@ -180,6 +180,17 @@ def unload(lanes, records, order, first, last):
                     turn(bank, columns_from(ROW_FOUND + c, l), records, below(rows, c))
 
 
+@inner()
+def lanes_in(state, lanes, banks):
+    """How many lanes of so many banks are in a state."""
+    n = 0
+    for b in range(banks):
+        bank = lanes[b]
+        for l in range(WIDE):
+            n += bank[ROW_STATE * WIDE + l] == state
+    return n
+
+
 @inlined()
 def _records_of(order, at, last):
     """Where the records of four rows begin, of those from `at` on and before `last`."""
@@ -227,7 +238,7 @@ def newton_rational(lanes, banks, told):
         bank = lanes[b]
         read_anew(told, own, TOLD)
         for l in range(WIDE):
-            x, y, z = rational_at(own, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            x, y, z = rational_at(own, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
             one_round(bank, l, x, y, z, own[TOLERANCE])
 
 
@@ -251,7 +262,7 @@ def finish_rational(lanes, banks, told):
         bank = lanes[b]
         read_anew(told, own, TOLD)
         for l in range(WIDE):
-            x, y, z = rational_at(own, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
+            x, y, z = rational_at(own, 0, 1, bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l])
             finish(bank, l, x, y, z, own, 0, 1)
 
 

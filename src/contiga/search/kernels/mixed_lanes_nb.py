@@ -44,6 +44,7 @@ from contiga.search.kernels.lanes_nb import (
     below,
     columns_from,
     finish,
+    lanes_in,
     new_lanes,
     one_round,
     start,
@@ -304,16 +305,6 @@ def is_whole_about(tables, patch, bank, l):
 
 
 @inner(linked=False)
-def _any_active(lanes, banks):
-    for b in range(banks):
-        bank = lanes[b]
-        for l in range(WIDE):
-            if bank[ROW_STATE * WIDE + l] == ACTIVE:
-                return True
-    return False
-
-
-@inner(linked=False)
 def _wait_again(tables, queue, n, first):
     """Those of n rows that have left the element of their start wait again; answers how many.
 
@@ -343,7 +334,7 @@ def go_on(tables, proves, queue, n, records):
     banks = _start(tables, queue, n)
     for _ in range(ROUNDS):
         newton_mixed(lanes, banks, tables.scale[1] ** 2)
-        if not _any_active(lanes, banks):
+        if lanes_in(ACTIVE, lanes, banks) == 0:
             break
     finish_mixed(lanes, banks)
     _keep_to_faces(tables, queue, n)

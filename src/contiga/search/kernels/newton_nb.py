@@ -48,12 +48,12 @@ def weight_at(k, o, n, s, t):
 
 
 @inlined()
-def rational_at(k, s, t):
-    """The same of a rational element, whose coefficients are from k[0] on."""
-    w = weight_at(k, 0, 1, s, t)
-    x = quotient(bicubic(k, 0, 1, s, t), w)
-    y = quotient(bicubic(k, 16, 1, s, t), w)
-    z = quotient(bicubic(k, 32, 1, s, t), w)
+def rational_at(k, o, n, s, t):
+    """As `polynomial_at`, of a rational element."""
+    w = weight_at(k, o, n, s, t)
+    x = quotient(bicubic(k, o, n, s, t), w)
+    y = quotient(bicubic(k, o + 16 * n, n, s, t), w)
+    z = quotient(bicubic(k, o + 32 * n, n, s, t), w)
     return x, y, z
 
 

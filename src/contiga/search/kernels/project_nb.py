@@ -27,6 +27,7 @@ from contiga.search.kernels.lanes_nb import (
     WIDE,
     finish_polynomial,
     finish_rational,
+    lanes_in,
     load,
     new_lanes,
     newton_polynomial,
@@ -67,17 +68,6 @@ def project_tracked(tables, points, starts, rows, out, first):
 
 
 @inner()
-def _lanes_in(state, lanes, banks):
-    """How many lanes of so many banks are in a state."""
-    n = 0
-    for b in range(banks):
-        bank = lanes[b]
-        for l in range(WIDE):
-            n += bank[ROW_STATE * WIDE + l] == state
-    return n
-
-
-@inner()
 def _room(tables, proves, queue, waiting, records):
     """Go on with what waits where there is no room for more; answers how many wait then."""
     while waiting == LANES:
@@ -86,9 +76,25 @@ def _room(tables, proves, queue, waiting, records):
 
 
 @inner(linked=False)
-def _one_by_one(tables, block, lanes, feet, queue, waiting, proves):
-    """What is left to be seen to of a block that lanes have found: feet that have left its element
-    wait, and trims. `feet` is (records, order). Answers how many wait then."""
+def _wait_beyond(tables, proves, block, lanes, feet, queue, waiting):
+    """Have the rows of a block wait that have left its element; answers how many wait then.
+
+    `feet` is (records, order).
+    """
+    records, order = feet
+    e, first, last = block
+    for i in range(first, last):
+        bank, l = lanes[(i - first) // WIDE], (i - first) % WIDE
+        if bank[ROW_STATE * WIDE + l] == LEFT:
+            waiting = _room(tables, proves, queue, waiting, records)
+            wait_beyond(tables, e, (bank, l), order[i], queue, waiting)
+            waiting += 1
+    return waiting
+
+
+@inner(linked=False)
+def _see_to_trims(tables, block, lanes, feet):
+    """Flag the feet of a block that are trimmed away, and take back what trims leave unproved."""
     records, order = feet
     elements = tables.elements
     e, first, last = block
@@ -97,17 +103,13 @@ def _one_by_one(tables, block, lanes, feet, queue, waiting, proves):
     trimmed = tables.trims.trimmed[patch] != 0
     for i in range(first, last):
         bank, l, row = lanes[(i - first) // WIDE], (i - first) % WIDE, order[i]
-        state = bank[ROW_STATE * WIDE + l]
         s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
-        if state == LEFT:
-            waiting = _room(tables, proves, queue, waiting, records)
-            wait_beyond(tables, e, (bank, l), row, queue, waiting)
-            waiting += 1
-        elif state == DONE and cut and not in_face(elements, tables.trims, e, s, t):
+        if bank[ROW_STATE * WIDE + l] != DONE:
+            continue
+        if cut and not in_face(elements, tables.trims, e, s, t):
             records[row, FLAG] = BY_ROW
         elif trimmed and records[row, PROVED] != 0.0:
             records[row, PROVED] = 1.0 if is_whole_about(tables, patch, bank, l) else 0.0
-    return waiting
 
 
 @inner(linked=False)
@@ -148,7 +150,7 @@ def _project_blocks(tables, proves, records, order, blocks):
                 newton_rational(lanes, banks, told)
             else:
                 newton_polynomial(lanes, banks, told)
-            if _lanes_in(ACTIVE, lanes, banks) == 0:
+            if lanes_in(ACTIVE, lanes, banks) == 0:
                 break
         ask_for(records, order, blocks[b, 2], blocks[b, 2] + LANES, 0)
         if form == RATIONAL_CUBIC:
@@ -159,11 +161,11 @@ def _project_blocks(tables, proves, records, order, blocks):
             load_surroundings(tables.rings, e, lanes, banks)
             prove_lanes(lanes, banks, told, tables.scale[1])
         unload(lanes, records, order, first, end)
-        trimmed = tables.trims.trimmed[elements.table[e]["patch"]] != 0
-        if trimmed or trim == CUT or _lanes_in(DONE, lanes, banks) < banks * WIDE:
-            block = (e, first, end)
-            feet = (records, order)
-            waiting = _one_by_one(tables, block, lanes, feet, queue, waiting, proves)
+        block, feet = (e, first, end), (records, order)
+        if trim == CUT or tables.trims.trimmed[elements.table[e]["patch"]] != 0:
+            _see_to_trims(tables, block, lanes, feet)
+        if lanes_in(LEFT, lanes, banks) > 0:
+            waiting = _wait_beyond(tables, proves, block, lanes, feet, queue, waiting)
     while waiting > 0:
         waiting = go_on(tables, proves, queue, waiting, records)
 

@@ -1,0 +1,90 @@
+"""Rows that share a vector, an element each, find what those of one element find together."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from tests.stress.tracking import slivers
+
+import contiga as cg
+from contiga.elements.element_arrays import ELEMENT
+from contiga.records import empty_projection, rows_of
+from contiga.search.kernels import lanes_nb, mixed_lanes_nb
+from contiga.search.tables import tables_of
+
+from .folds import ring
+from .test_lanes import PATCHES, in_lanes, vector_code
+
+PLATE = cg.shapes.bilinear([0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0])
+BODIES = {
+    **{name: cg.Body([patch]) for name, patch in PATCHES.items()},
+    "turned about": cg.Body(slivers(PATCHES["rational"])),
+    "of both kinds": cg.Body([cg.shapes.bumpy_plate(), cg.shapes.torus(major=0.5, minor=0.2)]),
+    "with a hole": cg.Body([PLATE], trims=[[ring(0.0, 1.0), ring(0.4, 0.6)]]),
+}
+
+
+def step(body, way, n=1200):
+    """Points near a body, their feet, and where the points are after a step."""
+    rng = np.random.default_rng(7)
+    low, high = body.bounds()
+    at = body.project(low + (high - low) * rng.uniform(0.0, 1.0, (n, 3)))
+    p = at.point + 0.02 * body.size * rng.uniform(-1.0, 1.0, (n, 1)) * at.normal
+    return p, body.project(p), p + way * body.size * rng.normal(size=p.shape)
+
+
+def tracked(body, p, start, q, rows):
+    """Of these rows, in the order of `rows`, and which are done."""
+    out, back = empty_projection(len(rows)), np.zeros(len(rows), np.uint8)
+    in_lanes(tables_of(body), q[rows], rows_of(start, rows), (out, back), p[rows])
+    return out, back == 0
+
+
+@pytest.mark.parametrize("way", [1e-6, 1e-2])
+@pytest.mark.parametrize("kind", BODIES)
+def test_a_row_alone_finds_the_bits_that_it_finds_among_others_of_its_element(kind, way):
+    p, start, q = step(BODIES[kind], way)
+    all_rows = np.arange(len(p))
+    whole, done = tracked(BODIES[kind], p, start, q, all_rows)
+    assert done.mean() > 0.5
+    assert whole.certified[done].mean() > 0.2
+    # Elements of these bodies have hundreds of rows of all, and few of a dozen.
+    for few in np.array_split(np.random.default_rng(1).permutation(all_rows), 100):
+        out, back = tracked(BODIES[kind], p, start, q, few)
+        np.testing.assert_array_equal(back, done[few])
+        for own, other in zip(out, whole, strict=True):
+            assert own[back].tobytes() == other[few][back].tobytes()
+
+
+def test_a_row_that_leaves_its_element_waits_again_and_one_that_leaves_two_is_flagged():
+    body = cg.Body(cg.shapes.plane().split(u=0.5))
+    tables = tables_of(body)
+    box = tables.elements.table["box"]
+    far = np.array([0.0, 0.1, 0.3, 0.9, 2.0])
+    p = np.column_stack([np.full(5, -0.2), np.zeros(5), np.full(5, 0.1)])
+    q = p + far[:, None] * [1.0, 0.0, 0.0]
+    start = body.project(p)
+    assert len(box) == 2
+    for rows in (np.arange(5), *np.arange(5)[:, None]):
+        out, done = tracked(body, p, start, q, rows)
+        inside = far[rows] < 0.5
+        np.testing.assert_array_equal(done, inside)
+        np.testing.assert_allclose(out.point[done][:, 0], q[rows][done][:, 0], atol=1e-15)
+        assert (out.patch[done] == (q[rows][done][:, 0] > 0.0)).all()
+
+
+def test_what_is_told_of_an_element_is_where_lanes_look_for_it():
+    assert ELEMENT.itemsize == 8 * mixed_lanes_nb.ELEMENT_NUMBERS
+    assert ELEMENT.fields["cubic"][1] == 8 * mixed_lanes_nb.CUBIC
+    assert ELEMENT["cubic"].shape == (lanes_nb.ORIGIN,)
+    assert ELEMENT.itemsize <= 64 * (mixed_lanes_nb.AHEAD + 2)
+
+
+@pytest.mark.parametrize("name", ["newton_mixed", "finish_mixed", "prove_mixed"])
+def test_the_loop_over_the_lanes_is_vector_code(name):
+    lanes = np.ones((lanes_nb.BANKS, mixed_lanes_nb.MIXED_ROWS * lanes_nb.WIDE))
+    tolerance = () if name == "finish_mixed" else (1e-12,)
+    code = vector_code(getattr(mixed_lanes_nb, name), lanes, lanes_nb.BANKS, *tolerance)
+    assert len(re.findall(rf"fmul <{lanes_nb.WIDE} x double>", code)) > 20
