@@ -72,7 +72,7 @@ MIXED_ROWS = ROW_WAY + 1
 ROW, BEFORE, NOW = 0, 1, 2
 """Of a lane: the row, the element of its start, the one it is in or −1 where it has left."""
 ELEMENT_NUMBERS = ELEMENT.itemsize // SIZE
-CUBIC = ELEMENT.fields["cubic"][1] // SIZE
+CUBIC = ELEMENT_NUMBERS - ORIGIN
 """Numbers of an element's record, and where its coefficients begin."""
 AHEAD = 10
 """Lines of an element's record that are asked for before it is come to."""

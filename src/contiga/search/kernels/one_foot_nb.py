@@ -92,17 +92,6 @@ def parameters_of(box, place):
 
 
 @inner()
-def foot_in(tables, e, start, best, point):
-    """The foot in element e from start = (u, v), where the square of the distance was `best`.
-
-    Returns its (s, t), its state and its record (point, normal, gap).
-    """
-    place, _, state, ((x, y, z), normal, gap) = _in_element(tables, e, start, best, point)
-    origin = tables.elements.table[e]["origin"]
-    return place, state, ((x + origin[0], y + origin[1], z + origin[2]), normal, gap)
-
-
-@inner()
 def foot_from(tables, e, start, point):
     """The foot in element e, or in the one that Newton's method goes on to from start = (u, v).
 
