@@ -56,6 +56,8 @@
 - branch_nb: the certificate of a tracked foot: that it is on the branch its start was on
 - onward_nb: where Newton's method goes on when it leaves an element
 - lane_proof_nb: the quick certificate of many feet of one element at once
+- mixed_lanes_nb: lanes of an element each: feet that have left their element, and those of elements
+  that have few
 - nearest_nb: closest points: guessed by Newton's method, and the guess proved; else searched for
 - project_nb: the outer loops of tracking: ranges of rows, each row solved on its own
 - cells_nb: the cell about a foot, and how it goes on across a side of its element

@@ -12,7 +12,6 @@ import math
 import numpy as np
 from numba import types
 
-from contiga.elements.element_arrays import ELEMENT
 from contiga.elements.kernels.element_nb import place_in, quotient
 from contiga.num.block import SIZE, turn
 from contiga.num.codes import CUT, GENERAL, OUT, RATIONAL_CUBIC
@@ -71,7 +70,7 @@ ROW_WAY = ROW_RATIONAL + 1
 MIXED_ROWS = ROW_WAY + 1
 ROW, BEFORE, NOW = 0, 1, 2
 """Of a lane: the row, the element of its start, the one it is in or −1 where it has left."""
-ELEMENT_NUMBERS = ELEMENT.itemsize // SIZE
+ELEMENT_NUMBERS = 91
 CUBIC = ELEMENT_NUMBERS - ORIGIN
 """Numbers of an element's record, and where its coefficients begin."""
 AHEAD = 10
