@@ -10,8 +10,6 @@ from typing import Any
 
 import numba
 
-from contiga.num import threads
-
 
 def median_seconds(work: Callable[[Any], Any], inputs: Iterable[Any], warm: int = 1) -> float:
     """Median time of `work` over `inputs`, the first `warm` left out (compiling, caches)."""
@@ -65,12 +63,11 @@ def _nothing(_: int) -> None:
 
 @contextmanager
 def on_threads(count: int) -> Iterator[None]:
-    """What runs inside is run on `count` threads."""
+    """Ranges of rows are run on `count` threads inside, of those there are."""
     before = numba.config.NUMBA_NUM_THREADS
-    threads._pool.cache_clear()
+    assert count <= before
     numba.config.NUMBA_NUM_THREADS = count
     try:
         yield
     finally:
         numba.config.NUMBA_NUM_THREADS = before
-        threads._pool.cache_clear()

@@ -137,22 +137,24 @@ def swept(size: Sizes) -> Iterator[Row]:
 
 
 def threads(size: Sizes) -> Iterator[Row]:
-    """The same steps on one thread and on two, in turns."""
+    """The same steps on one thread and on two, in turns; each continues feet of its own."""
     if thread_count() < 2:
         yield not_measured(THREADS, "this process has one thread")
         return
     patch = surface()
     start, feet = with_feet(patch, size.points, "shuffled")
-    tracker = Tracker(cg.Body(patch), start, feet)
+    body = cg.Body(patch)
 
-    def work(count: int, p: np.ndarray) -> None:
+    def work(count: int, tracker: Tracker, p: np.ndarray) -> None:
         with on_threads(count):
             tracker(p)
 
-    works = {
-        str(n): Given(lambda p, n=n: work(n, p), lambda k: moved(start, k))
-        for n in range(1, thread_count() + 1)
-    }
+    works = {}
+    for n in range(1, thread_count() + 1):
+        tracker = Tracker(body, start, feet)
+        works[str(n)] = Given(
+            lambda p, n=n, tracker=tracker: work(n, tracker, p), lambda k: moved(start, k)
+        )
     seconds = in_turns(works, size.rounds)
     detail = {"nanoseconds": {n: 1e9 * t / size.points for n, t in seconds.items()}}
     note = f"{detail['nanoseconds']['1']:.0f} ns and {detail['nanoseconds']['2']:.0f} ns a point"
