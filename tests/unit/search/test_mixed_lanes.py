@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from numba import njit
 from tests.stress.tracking import slivers
 
 import contiga as cg
@@ -50,8 +51,8 @@ def test_a_row_alone_finds_the_bits_that_it_finds_among_others_of_its_element(ki
     whole, done = tracked(BODIES[kind], p, start, q, all_rows)
     assert done.mean() > 0.5
     assert whole.certified[done].mean() > 0.2
-    # Elements of these bodies have hundreds of rows of all, and few of a dozen.
-    for few in np.array_split(np.random.default_rng(1).permutation(all_rows), 100):
+    # Their elements have dozens of all rows or hundreds, so most find theirs in lanes of their own.
+    for few in (*all_rows[:, None], *np.array_split(all_rows[::-1], 100)):
         out, back = tracked(BODIES[kind], p, start, q, few)
         np.testing.assert_array_equal(back, done[few])
         for own, other in zip(out, whole, strict=True):
@@ -62,17 +63,46 @@ def test_a_row_that_leaves_its_element_waits_again_and_one_that_leaves_two_is_fl
     body = cg.Body(cg.shapes.plane().split(u=0.5))
     tables = tables_of(body)
     box = tables.elements.table["box"]
-    far = np.array([0.0, 0.1, 0.3, 0.9, 2.0])
-    p = np.column_stack([np.full(5, -0.2), np.zeros(5), np.full(5, 0.1)])
+    far = np.array([0.0, 0.1, 0.3, 0.8, 0.9, 2.0])
+    p = np.column_stack([np.full(6, -0.2), np.zeros(6), np.full(6, 0.1)])
     q = p + far[:, None] * [1.0, 0.0, 0.0]
     start = body.project(p)
     assert len(box) == 2
-    for rows in (np.arange(5), *np.arange(5)[:, None]):
+    for rows in (np.arange(6), *np.arange(6)[:, None]):
         out, done = tracked(body, p, start, q, rows)
         inside = far[rows] < 0.5
         np.testing.assert_array_equal(done, inside)
         np.testing.assert_allclose(out.point[done][:, 0], q[rows][done][:, 0], atol=1e-15)
         assert (out.patch[done] == (q[rows][done][:, 0] > 0.0)).all()
+
+
+@njit
+def gone_on(tables, e, left, point):
+    """The record of one row that was at (s, t) = left of element e, however it got there."""
+    lanes, records = lanes_nb.new_lanes(lanes_nb.ROWS), np.zeros((1, lanes_nb.RECORD))
+    queue = mixed_lanes_nb.new_queue()
+    bank, n = lanes[0], lanes_nb.WIDE
+    for c in range(3):
+        bank[(lanes_nb.ROW_NOW + c) * n] = point[c]
+        bank[(lanes_nb.ROW_BEFORE + c) * n] = point[c]
+    bank[lanes_nb.ROW_S * n], bank[lanes_nb.ROW_T * n] = left
+    bank[lanes_nb.ROW_F * n] = 1.0
+    bank[lanes_nb.ROW_START * n] = bank[(lanes_nb.ROW_START + 1) * n] = 0.5
+    mixed_lanes_nb.wait_beyond(tables, e, (bank, 0), 0, queue, 0)
+    waiting = mixed_lanes_nb.go_on(tables, True, queue, 1, records)
+    return records[0], waiting
+
+
+def test_a_row_that_has_left_for_nowhere_is_flagged_wherever_its_foot_would_be():
+    """Over the border of a plate, and over the edge that two plates meet at at an angle."""
+    wall = cg.shapes.bilinear([1, 0, 0], [1, 0, 1], [1, 1, 0], [1, 1, 1])
+    for body in (cg.Body([PLATE]), cg.Body([PLATE, wall])):
+        record, waiting = gone_on(tables_of(body), 0, (0.7, 0.0), (0.5, 0.5, 0.1))
+        assert (record[lanes_nb.FLAG], waiting) == (lanes_nb.BY_ROW, 0)
+    flat = cg.Body([PLATE, PLATE.translated([1.0, 0.0, 0.0])])
+    record, waiting = gone_on(tables_of(flat), 0, (0.7, 0.0), (1.2, 0.5, 0.1))
+    assert (record[lanes_nb.FLAG], waiting) == (0.0, 0)
+    np.testing.assert_allclose(record[lanes_nb.FOOT : lanes_nb.FOOT + 3], [1.2, 0.5, 0.0])
 
 
 def test_what_is_told_of_an_element_is_where_lanes_look_for_it():
