@@ -84,6 +84,8 @@ def test_what_is_filled_is_a_projection_that_shares_nothing_with_what_is_read():
         (out.point, None),
         (np.zeros((4, 3)), start._replace(uv=out.uv)),
         (out.normal, out),
+        (out.normal[:], None),
+        (out.normal[::-1][::-1], out),
     ):
         with pytest.raises(InputError, match="shares memory"):
             checked_out(out, points, other)

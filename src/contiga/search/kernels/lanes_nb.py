@@ -6,8 +6,9 @@ same for all lanes, the lanes' data lie one after the other in a bank, and the b
 has no branches, so the compiler turns it into vector code without gathers: as long as these kernels
 are compiled by themselves, and not within their callers. Coefficients are read anew for each bank,
 where they are needed: read before the loop they were all written to the stack, whole vectors of
-each, a fifth of a round. Lanes that want to leave the element go on from there by themselves; those
-that meet an indefinite Hessian or do not descend are handed back, and the careful walk takes them.
+each, a fifth of a round. Rows that want to leave the element go on from there in lanes with others
+that do (`mixed_lanes_nb`); those that meet an indefinite Hessian or do not descend are handed back,
+and the careful walk takes them.
 """
 
 from __future__ import annotations
