@@ -93,7 +93,6 @@ class Desk(NamedTuple):
     before: FloatArray
     now: FloatArray
     feet: Projection
-    flags: NDArray[np.uint8]
     mark: ByteArray
     ways: IntArray
     """The rows whose ways are looked at; then those that are left."""
@@ -125,9 +124,9 @@ class Desk(NamedTuple):
         side, own_side, mark, which = np.empty((4, n), np.int8)
         reach, own_reach, radius = np.empty((3, n))
         uv, spot, before, now = *np.empty((2, n, 2)), *np.empty((2, n, 3))
-        flags, clear = np.empty(n, np.uint8), np.empty(n, np.bool_)
+        clear = np.empty(n, np.bool_)
         own = rows, own_side, own_reach, patch, uv, spot, before, now
-        told = empty_projection(n), flags, mark, ways, way, clear, asked, which, radius
+        told = empty_projection(n), mark, ways, way, clear, asked, which, radius
         nobody, counts = empty_projection(0), np.zeros((1, 2), np.int64)
         doubtful = Asked.of(2 * n), np.empty((2 * n, 3)), np.empty(2 * n, np.int32)
         last = np.empty(2 * n), Carried.of(2 * n), counts

@@ -103,13 +103,12 @@ def track(
     size = _chunk(n, len(tables.elements.table))
     feet = before if isinstance(before, Projection) else NO_FEET
     there = before if isinstance(before, np.ndarray) else NOWHERE
-    results = out, np.zeros(n, np.uint8)
     path = there, p_B, feet
 
     def chunks(first: int, last: int) -> None:
         rows = min(size, n)
         records = _workspace.rows(rows, RECORD)
-        track_nb.track_chunks(tables, path, starts, size, records, results, first, last)
+        track_nb.track_chunks(tables, path, starts, size, records, out, first, last)
 
     run_ranges(chunks, ceil(n / size), 1)
 

@@ -50,9 +50,8 @@ def _follow(tables, desk, n, certified):
     """Feet of the first n rows; whether all are solved."""
     path = (desk.before[: n * certified], desk.now[:n], desk.nobody)
     starts = (desk.patch[:n], desk.uv[:n])
-    desk.flags[:n] = 0
     records = np.empty((n, RECORD))
-    track_chunks(tables, path, starts, n, records, (desk.feet, desk.flags[:n]), 0, 1)
+    track_chunks(tables, path, starts, n, records, desk.feet, 0, 1)
     failed = 0
     for i in range(n):
         failed += desk.feet.status[i] == MAX_ITERATIONS

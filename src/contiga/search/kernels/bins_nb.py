@@ -8,11 +8,13 @@ work on one: nothing else goes through the memory at random.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from contiga.elements.kernels.element_nb import span, spans_a_length
-from contiga.num.codes import FACE, OK
-from contiga.num.jit import inner
+from contiga.num.codes import BRANCH_EVENT, FACE, OK
+from contiga.num.jit import inlined, inner
 from contiga.num.prefetch import prefetch
 from contiga.search.kernels.lanes_nb import (
     FLAG,
@@ -67,63 +69,98 @@ def _blocks_of(start):
 
 
 @inner(linked=False)
-def bin_rows(tables, feet):
-    """Rows in the order of the elements of their feet, and blocks of these.
+def order_rows(element, counts):
+    """Rows in the order of their elements, (n,) each, and blocks of these.
 
-    `feet` is (patch, uv); rows without one are left out.
+    Those of element -1 are left out; `counts` (elements,) are how many rows each has, and are
+    spoilt.
     """
-    patch, uv = feet
-    n = patch.shape[0]
-    patches, breaks = tables.grid.patches, tables.grid.breaks
-    element = np.empty(n, np.int32)
-    places = np.zeros(tables.elements.table.shape[0], np.int64)
-    home, first, u0, u1, v0, v1 = np.int32(-1), 0, 0, 0, 0, 0
-    in_u = in_v = 0.0
-    for i in range(n):
-        if i + AHEAD < n:
-            prefetch(patches, patch[i + AHEAD], 0)
-        if patch[i] < 0:
-            element[i] = -1
-            continue
-        if patch[i] != home:
-            home = patch[i]
-            row = patches[home]
-            first, u0, u1, v0, v1 = row["first"], row["u"][0], row["u"][1], row["v"][0], row["v"][1]
-            in_u, in_v = spans_a_length(breaks, u0, u1), spans_a_length(breaks, v0, v1)
-        u, v = span(breaks, u0, u1, in_u, uv[i, 0]), span(breaks, v0, v1, in_v, uv[i, 1])
-        e = first + (u - u0) * (v1 - v0 - 1) + v - v0
-        places[e] += 1
-        element[i] = e
-    starts = _first_places(places)
+    starts = _first_places(counts)
     order = np.empty(starts[starts.shape[0] - 1], np.int32)
-    for i in range(n):
+    for i in range(element.shape[0]):
         e = element[i]
         if e >= 0:
-            order[places[e]] = i
-            places[e] += 1
+            order[counts[e]] = i
+            counts[e] += 1
     return order, _blocks_of(starts)
 
 
-@inner(linked=False)
-def hand_rows(path, starts, records):
-    """What lanes are handed of rows.
+@inlined()
+def _where_it_was(there, feet, k):
+    """Where point k was before the step: told, or by the foot it had; not a number where unknown.
 
-    `path` is (points before, points now), `starts` (patch, uv).
+    `feet` is (status, foot, gap, normal). A tracked foot held at a border has the surface's own
+    normal, which does not lead to the point.
     """
-    before, points = path
+    status, foot, gap, normal = feet
+    if gap.shape[0] == 0:
+        return there[k, 0], there[k, 1], there[k, 2]
+    if status[k] != OK and status[k] != BRANCH_EVENT:
+        return math.nan, math.nan, math.nan
+    return (
+        foot[k, 0] + gap[k] * normal[k, 0],
+        foot[k, 1] + gap[k] * normal[k, 1],
+        foot[k, 2] + gap[k] * normal[k, 2],
+    )
+
+
+@inlined()
+def _taken(feet):
+    """What tells where points were, out of its record: within a loop each would be looked for
+    there."""
+    return feet.status, feet.point, feet.gap, feet.normal
+
+
+@inner(linked=False)
+def hand_rows(tables, path, starts, chunk, records):
+    """What lanes are handed of the rows of a chunk = (first, last), into `records`.
+
+    Returns the element of each, -1 where it has no foot to start from, and how many rows each
+    element has. The rest as of `track_lanes`.
+    """
+    there, points, before = path
+    feet = _taken(before)
+    proves = tells(path)
     patch, uv = starts
-    proves = before.shape[0] > 0
-    for i in range(patch.shape[0]):
-        if patch[i] < 0:
+    first, last = chunk
+    patches, breaks = tables.grid.patches, tables.grid.breaks
+    element = np.empty(last - first, np.int32)
+    counts = np.zeros(tables.elements.table.shape[0], np.int64)
+    home, start, u0, u1, v0, v1 = np.int32(-1), 0, 0, 0, 0, 0
+    in_u = in_v = 0.0
+    for k in range(first, last):
+        i = k - first
+        if k + AHEAD < last:
+            prefetch(patches, patch[k + AHEAD], 0)
+        if patch[k] < 0:
+            element[i] = -1
             records[i, FLAG] = LOST
             continue
+        if patch[k] != home:
+            home = patch[k]
+            row = patches[home]
+            start, u0, u1, v0, v1 = row["first"], row["u"][0], row["u"][1], row["v"][0], row["v"][1]
+            in_u, in_v = spans_a_length(breaks, u0, u1), spans_a_length(breaks, v0, v1)
+        u, v = span(breaks, u0, u1, in_u, uv[k, 0]), span(breaks, v0, v1, in_v, uv[k, 1])
+        e = start + (u - u0) * (v1 - v0 - 1) + v - v0
+        counts[e] += 1
+        element[i] = e
         for c in range(3):
-            records[i, ROW_NOW + c] = points[i, c]
+            records[i, ROW_NOW + c] = points[k, c]
         if proves:
-            for c in range(3):
-                records[i, ROW_BEFORE + c] = before[i, c]
+            x, y, z = _where_it_was(there, feet, k)
+            records[i, ROW_BEFORE] = x
+            records[i, ROW_BEFORE + 1] = y
+            records[i, ROW_BEFORE + 2] = z
         for c in range(2):
-            records[i, ROW_START + c] = uv[i, c]
+            records[i, ROW_START + c] = uv[k, c]
+    return element, counts
+
+
+@inner()
+def tells(path):
+    """Whether `path` tells where points were."""
+    return path[0].shape[0] > 0 or path[2].gap.shape[0] > 0
 
 
 @inner()
@@ -134,25 +171,45 @@ def ask_for(records, order, first, last, offset):
 
 
 @inner(linked=False)
-def fetch_rows(records, n, first, results):
-    """What was found of n rows, into `results` = (projection, from its row `first` on; flags)."""
-    out, back = results
-    last = first + n
-    # Taken out of their record once: within the loop each would be looked for there.
-    patch, gap, feature = out.patch[first:last], out.gap[first:last], out.feature[first:last]
-    uv, point, normal = out.uv[first:last], out.point[first:last], out.normal[first:last]
-    status, certified = out.status[first:last], out.certified[first:last]
-    for i in range(n):
-        flag = back[i] = int(records[i, FLAG])
+def fetch_rows(records, path, starts, chunk, out):
+    """What was found of the rows of a chunk, into `out`; returns what is left to do.
+
+    That is (rows, flags, points before, (patch, uv) of their starts) of the rows that are flagged,
+    or not proved though it is told where they were. Each row is read before it is written, so `out`
+    may be what was started from.
+    """
+    there, _, before = path
+    feet = _taken(before)
+    proves = tells(path)
+    last_patch, last_uv = starts
+    first, last = chunk
+    patch, gap, feature, status = out.patch, out.gap, out.feature, out.status
+    uv, point, normal, certified = out.uv, out.point, out.normal, out.certified
+    n, m = last - first, 0
+    rows, flags = np.empty(n, np.int32), np.empty(n, np.uint8)
+    was, home, place = np.empty((n, 3)), np.empty(n, np.int32), np.empty((n, 2))
+    for k in range(first, last):
+        i = k - first
+        flag, proved = int(records[i, FLAG]), int(records[i, PROVED])
+        if flag != 0 or (proves and proved == 0):
+            rows[m], flags[m] = k, flag
+            home[m] = last_patch[k]
+            for c in range(2):
+                place[m, c] = last_uv[k, c]
+            if proves:
+                was[m, 0], was[m, 1], was[m, 2] = _where_it_was(there, feet, k)
+            m += 1
         if flag != 0:
+            certified[k] = 0
             continue
-        patch[i] = int(records[i, PATCH])
+        patch[k] = int(records[i, PATCH])
         for c in range(2):
-            uv[i, c] = records[i, PLACE + c]
-        gap[i] = records[i, GAP]
+            uv[k, c] = records[i, PLACE + c]
+        gap[k] = records[i, GAP]
         for c in range(3):
-            point[i, c] = records[i, FOOT + c]
-            normal[i, c] = records[i, NORMAL + c]
-        feature[i] = FACE
-        status[i] = OK
-        certified[i] = int(records[i, PROVED])
+            point[k, c] = records[i, FOOT + c]
+            normal[k, c] = records[i, NORMAL + c]
+        feature[k] = FACE
+        status[k] = OK
+        certified[k] = proved
+    return rows[:m], flags[:m], was[:m], (home[:m], place[:m])

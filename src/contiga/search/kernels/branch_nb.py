@@ -284,41 +284,35 @@ def kept_ball(tables, taken, patches, foot, start, seen):
 
 
 @kernel(error_model="numpy")
-def certify_rows(tables, path, starts, results, first):
-    """Certify the feet of rows by the bounds kept around them.
+def certify_rows(tables, points, rest, out):
+    """Certify the feet of the rows of `rest` by the bounds kept around them.
 
-    `path` is (points before, points now), `starts` (patch, uv), `results` (projection, from its row
-    `first` on; flags). A row is flagged FOLLOW where that is not enough. Those that are certified
-    already are let be.
+    `rest` is (rows, flags, points before, (patch, uv) of their starts). A row is flagged FOLLOW
+    where that is not enough, and not any more otherwise.
     """
-    before, points = path
-    patch, uv = starts
-    out, back = results
+    rows, flags, before, (patch, uv) = rest
     # Taken out of their tuples once: to hand those on costs more than the test.
     table = tables.elements.table
     rings = tables.rings
     grid = tables.grid
     tolerance = tables.scale[1]
-    point, normal, foot_uv = out.point, out.normal, out.uv
-    for i in range(patch.shape[0]):
-        k = first + i
-        back[i] = 0
-        if out.certified[k] == 1:
+    for j in range(rows.shape[0]):
+        k = rows[j]
+        flags[j] = 0
+        a = (before[j, 0], before[j, 1], before[j, 2])
+        b = (points[k, 0], points[k, 1], points[k, 2])
+        if patch[j] < 0 or not math.isfinite(a[0] + a[1] + a[2] + b[0] + b[1] + b[2]):
             continue
-        a = (before[i, 0], before[i, 1], before[i, 2])
-        b = (points[i, 0], points[i, 1], points[i, 2])
-        if patch[i] < 0 or not math.isfinite(a[0] + a[1] + a[2] + b[0] + b[1] + b[2]):
-            continue
-        back[i] = FOLLOW
+        flags[j] = FOLLOW
         # A foot on a kink or an end is refused by its surroundings; one on a pole may not be.
         if out.status[k] != OK:
             continue
-        x = (point[k, 0], point[k, 1], point[k, 2])
-        n = (normal[k, 0], normal[k, 1], normal[k, 2])
+        x = (out.point[k, 0], out.point[k, 1], out.point[k, 2])
+        n = (out.normal[k, 0], out.normal[k, 1], out.normal[k, 2])
         seen = seen_from(x, n, a, b, tolerance)
-        patches, start = (patch[i], out.patch[k]), (uv[i, 0], uv[i, 1])
-        foot = (foot_uv[k, 0], foot_uv[k, 1])
+        patches, start = (patch[j], out.patch[k]), (uv[j, 0], uv[j, 1])
+        foot = (out.uv[k, 0], out.uv[k, 1])
         r = kept_ball(tables, (grid, table, rings), patches, foot, start, seen)
         if r > 0.0:
-            back[i] = 0
+            flags[j] = 0
             out.certified[k] = 1

@@ -17,7 +17,7 @@ from contiga.num.scratch import scratch
 from contiga.search.kernels.about_edge_nb import edge_work, may_join
 from contiga.search.kernels.around_nb import cross, inward_slope, stands, vertex_exit
 from contiga.search.kernels.bend_nb import principal
-from contiga.search.kernels.branch_nb import seen_from
+from contiga.search.kernels.branch_nb import FOLLOW, seen_from
 from contiga.search.kernels.cells_nb import is_untrimmed, whole_around
 from contiga.search.kernels.edge_nb import over_edge, rests_on_edge, runs_into_fold
 from contiga.search.kernels.face_nb import in_face
@@ -246,8 +246,8 @@ def _is_start(tables, last, point, work):
 
 
 @kernel(error_model="numpy")
-def follow_rows(tables, path, starts, rows, results, first):
-    """Follow the branches of `rows`; arguments as of `certify_rows`.
+def follow_rows(tables, points, rest, out):
+    """Follow the branches of the rows flagged FOLLOW; arguments as of `certify_rows`.
 
     A foot that is not the one on its branch is put right. Rows whose branch ends are flagged EVENT,
     or, where it ran into a fold and the foot fell on to the other face, a BRANCH_EVENT at once.
@@ -255,14 +255,14 @@ def follow_rows(tables, path, starts, rows, results, first):
     work = edge_work()
     elements = tables.elements
     near = (elements, tables.rings, tables.trims.trimmed, tables.scale[1])
-    before, points = path
-    patch, uv = starts
-    out, back = results
-    for i in rows:
-        k = first + i
-        last = locate(tables.grid, patch[i], uv[i, 0], uv[i, 1])
-        a = (before[i, 0], before[i, 1], before[i, 2])
-        b = (points[i, 0], points[i, 1], points[i, 2])
+    rows, flags, before, (patch, uv) = rest
+    for j in range(rows.shape[0]):
+        if flags[j] != FOLLOW:
+            continue
+        k = rows[j]
+        last = locate(tables.grid, patch[j], uv[j, 0], uv[j, 1])
+        a = (before[j, 0], before[j, 1], before[j, 2])
+        b = (points[k, 0], points[k, 1], points[k, 2])
         if not _is_start(tables, last, a, work):
             continue
         step = 1.0
@@ -279,7 +279,7 @@ def follow_rows(tables, path, starts, rows, results, first):
             step = 0.5
         outcome, e, s, t, feature = follow(tables, last, (a, b), step, work)
         if outcome == ENDED:
-            back[i] = EVENT
+            flags[j] = EVENT
         elif outcome == FELL and out.status[k] == OK:
             out.status[k] = BRANCH_EVENT
         elif outcome == PROVED:

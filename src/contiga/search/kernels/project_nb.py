@@ -10,7 +10,7 @@ from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.num.prefetch import LINE
 from contiga.num.scratch import scratch
-from contiga.search.kernels.bins_nb import ask_for, bin_rows, fetch_rows, hand_rows
+from contiga.search.kernels.bins_nb import ask_for, fetch_rows, hand_rows, order_rows, tells
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import tracked_foot
 from contiga.search.kernels.lane_proof_nb import load_surroundings, prove_lanes
@@ -53,18 +53,21 @@ def _finite(points, k):
 
 
 @kernel()
-def project_tracked(tables, points, starts, rows, out, first):
-    """Continued feet of points[rows] from starts[rows] = (patch, uv) into out[first + rows]."""
+def project_tracked(tables, points, rest, out):
+    """Continued feet of those rows of `rest` (see `fetch_rows`) that are left to careful walks."""
     h = scratch(4, 6)
     found = scratch(4)
-    patch, uv = starts
-    for i in rows:
-        if not _finite(points, i):
-            blank_foot(out, first + i, NOT_FINITE)
+    rows, flags, _, (patch, uv) = rest
+    for j in range(rows.shape[0]):
+        if flags[j] != BY_ROW:
             continue
-        point = (points[i, 0], points[i, 1], points[i, 2])
-        foot = locate(tables.grid, patch[i], uv[i, 0], uv[i, 1])
-        tracked_foot(tables, first + i, foot, point, out, found, h)
+        k = rows[j]
+        if not _finite(points, k):
+            blank_foot(out, k, NOT_FINITE)
+            continue
+        point = (points[k, 0], points[k, 1], points[k, 2])
+        foot = locate(tables.grid, patch[j], uv[j, 0], uv[j, 1])
+        tracked_foot(tables, k, foot, point, out, found, h)
 
 
 @inner()
@@ -171,14 +174,16 @@ def _project_blocks(tables, proves, records, order, blocks):
 
 
 @kernel()
-def track_lanes(tables, path, starts, records, results, first):
-    """Fast tracking of rows in lanes, each in the element of its start.
+def track_lanes(tables, path, starts, chunk, records, out):
+    """Fast tracking of the rows of a chunk = (first, last) in lanes, each in the element of its
+    start.
 
-    `path` is (points before, points now), the first without rows where nothing is to be certified;
-    `starts` (patch, uv) are the last feet, `records` a table of as many rows or more to work in,
-    `results` (projection, from its row `first` on; flags).
+    `path` is (points before, points now, their feet before): either the first or the last has no
+    rows, and neither has any where nothing is to be certified. `starts` are (patch, uv), `records`
+    a table of as many rows as the chunk or more to work in. Returns what is left to do of the feet
+    in `out`, which may be what was started from: see `fetch_rows`.
     """
-    hand_rows(path, starts, records)
-    order, blocks = bin_rows(tables, starts)
-    _project_blocks(tables, path[0].shape[0] > 0, records, order, blocks)
-    fetch_rows(records, starts[0].shape[0], first, results)
+    element, counts = hand_rows(tables, path, starts, chunk, records)
+    order, blocks = order_rows(element, counts)
+    _project_blocks(tables, tells(path), records, order, blocks)
+    return fetch_rows(records, path, starts, chunk, out)
