@@ -105,10 +105,12 @@ def _where_it_was(there, feet, k):
 
 
 @inlined()
-def _taken(feet):
-    """What tells where points were, out of its record: within a loop each would be looked for
-    there."""
-    return feet.status, feet.point, feet.gap, feet.normal
+def _of_chunk(feet, first, last):
+    """What tells where points were, of the rows of a chunk, out of its record: within a loop each
+    would be looked for there."""
+    rows = feet.gap.shape[0]
+    a, b = min(first, rows), min(last, rows)
+    return feet.status[a:b], feet.point[a:b], feet.gap[a:b], feet.normal[a:b]
 
 
 @inner(linked=False)
@@ -118,42 +120,41 @@ def hand_rows(tables, path, starts, chunk, records):
     Returns the element of each, -1 where it has no foot to start from, and how many rows each
     element has. The rest as of `track_lanes`.
     """
-    there, points, before = path
-    feet = _taken(before)
-    proves = tells(path)
-    patch, uv = starts
     first, last = chunk
+    n = last - first
+    there, points, feet = path[0][first:last], path[1][first:last], _of_chunk(path[2], first, last)
+    patch, uv = starts[0][first:last], starts[1][first:last]
+    proves = tells(path)
     patches, breaks = tables.grid.patches, tables.grid.breaks
-    element = np.empty(last - first, np.int32)
+    element = np.empty(n, np.int32)
     counts = np.zeros(tables.elements.table.shape[0], np.int64)
     home, start, u0, u1, v0, v1 = np.int32(-1), 0, 0, 0, 0, 0
     in_u = in_v = 0.0
-    for k in range(first, last):
-        i = k - first
-        if k + AHEAD < last:
-            prefetch(patches, patch[k + AHEAD], 0)
-        if patch[k] < 0:
+    for i in range(n):
+        if i + AHEAD < n:
+            prefetch(patches, patch[i + AHEAD], 0)
+        if patch[i] < 0:
             element[i] = -1
             records[i, FLAG] = LOST
             continue
-        if patch[k] != home:
-            home = patch[k]
+        if patch[i] != home:
+            home = patch[i]
             row = patches[home]
             start, u0, u1, v0, v1 = row["first"], row["u"][0], row["u"][1], row["v"][0], row["v"][1]
             in_u, in_v = spans_a_length(breaks, u0, u1), spans_a_length(breaks, v0, v1)
-        u, v = span(breaks, u0, u1, in_u, uv[k, 0]), span(breaks, v0, v1, in_v, uv[k, 1])
+        u, v = span(breaks, u0, u1, in_u, uv[i, 0]), span(breaks, v0, v1, in_v, uv[i, 1])
         e = start + (u - u0) * (v1 - v0 - 1) + v - v0
         counts[e] += 1
         element[i] = e
         for c in range(3):
-            records[i, ROW_NOW + c] = points[k, c]
+            records[i, ROW_NOW + c] = points[i, c]
         if proves:
-            x, y, z = _where_it_was(there, feet, k)
+            x, y, z = _where_it_was(there, feet, i)
             records[i, ROW_BEFORE] = x
             records[i, ROW_BEFORE + 1] = y
             records[i, ROW_BEFORE + 2] = z
         for c in range(2):
-            records[i, ROW_START + c] = uv[k, c]
+            records[i, ROW_START + c] = uv[i, c]
     return element, counts
 
 
@@ -178,38 +179,37 @@ def fetch_rows(records, path, starts, chunk, out):
     or not proved though it is told where they were. Each row is read before it is written, so `out`
     may be what was started from.
     """
-    there, _, before = path
-    feet = _taken(before)
-    proves = tells(path)
-    last_patch, last_uv = starts
     first, last = chunk
-    patch, gap, feature, status = out.patch, out.gap, out.feature, out.status
-    uv, point, normal, certified = out.uv, out.point, out.normal, out.certified
+    there, feet = path[0][first:last], _of_chunk(path[2], first, last)
+    last_patch, last_uv = starts[0][first:last], starts[1][first:last]
+    proves = tells(path)
+    patch, gap, feature = out.patch[first:last], out.gap[first:last], out.feature[first:last]
+    uv, point, normal = out.uv[first:last], out.point[first:last], out.normal[first:last]
+    status, certified = out.status[first:last], out.certified[first:last]
     n, m = last - first, 0
     rows, flags = np.empty(n, np.int32), np.empty(n, np.uint8)
     was, home, place = np.empty((n, 3)), np.empty(n, np.int32), np.empty((n, 2))
-    for k in range(first, last):
-        i = k - first
+    for i in range(n):
         flag, proved = int(records[i, FLAG]), int(records[i, PROVED])
         if flag != 0 or (proves and proved == 0):
-            rows[m], flags[m] = k, flag
-            home[m] = last_patch[k]
+            rows[m], flags[m] = first + i, flag
+            home[m] = last_patch[i]
             for c in range(2):
-                place[m, c] = last_uv[k, c]
+                place[m, c] = last_uv[i, c]
             if proves:
-                was[m, 0], was[m, 1], was[m, 2] = _where_it_was(there, feet, k)
+                was[m, 0], was[m, 1], was[m, 2] = _where_it_was(there, feet, i)
             m += 1
         if flag != 0:
-            certified[k] = 0
+            certified[i] = 0
             continue
-        patch[k] = int(records[i, PATCH])
+        patch[i] = int(records[i, PATCH])
         for c in range(2):
-            uv[k, c] = records[i, PLACE + c]
-        gap[k] = records[i, GAP]
+            uv[i, c] = records[i, PLACE + c]
+        gap[i] = records[i, GAP]
         for c in range(3):
-            point[k, c] = records[i, FOOT + c]
-            normal[k, c] = records[i, NORMAL + c]
-        feature[k] = FACE
-        status[k] = OK
-        certified[k] = proved
+            point[i, c] = records[i, FOOT + c]
+            normal[i, c] = records[i, NORMAL + c]
+        feature[i] = FACE
+        status[i] = OK
+        certified[i] = proved
     return rows[:m], flags[:m], was[:m], (home[:m], place[:m])

@@ -105,7 +105,7 @@ def wait(tables, e, records, row, queue, n):
     _ask_for_element(tables.elements.table, e)
 
 
-@inner(linked=False)
+@inner()
 def wait_beyond(tables, e, lane, row, queue, n):
     """Have a row wait that has left element e, behind n others; lane = (bank, number) is where it
     was."""

@@ -65,8 +65,13 @@ def _over(tables, e, s, t):
 @inner(linked=False, error_model="numpy")
 def onward(tables, e, s, t):
     """(element, (u, v)) to go on from where (s, t) lies beyond element e; −1 where nowhere."""
-    row = tables.elements.table[e]
-    if may_go_on(tables.elements, e, s, t):
+    table = tables.elements.table
+    row = table[e]
+    side, _, _ = side_beyond(s, t)
+    beyond = row["neighbour"][side]
+    # Asked first: of many faces most are one element, and of four sides any may be gone over.
+    same = beyond >= 0 and table[beyond]["patch"] == row["patch"]
+    if same and may_go_on(tables.elements, e, s, t):
         u, v = parameters_of(row["box"], (s, t))
         return locate(tables.grid, row["patch"], u, v)[0], (u, v)
     for _ in range(HOPS):

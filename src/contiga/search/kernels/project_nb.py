@@ -9,7 +9,7 @@ from contiga.num.codes import CUT, GENERAL, NOT_FINITE, OUT, RATIONAL_CUBIC
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.num.prefetch import LINE
-from contiga.num.scratch import scratch
+from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.bins_nb import ask_for, fetch_rows, hand_rows, order_rows, tells
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import tracked_foot
@@ -86,12 +86,16 @@ def _wait_beyond(tables, proves, block, lanes, feet, queue, waiting):
     """
     records, order = feet
     e, first, last = block
-    for i in range(first, last):
-        bank, l = lanes[(i - first) // WIDE], (i - first) % WIDE
-        if bank[ROW_STATE * WIDE + l] == LEFT:
-            waiting = _room(tables, proves, queue, waiting, records)
-            wait_beyond(tables, e, (bank, l), order[i], queue, waiting)
-            waiting += 1
+    # Listed without a choice: which rows have left is as random as the points.
+    gone, n = whole_scratch(LANES), 0
+    for i in range(last - first):
+        gone[n] = i
+        n += lanes[i // WIDE, ROW_STATE * WIDE + i % WIDE] == LEFT
+    for j in range(n):
+        i = gone[j]
+        waiting = _room(tables, proves, queue, waiting, records)
+        wait_beyond(tables, e, (lanes[i // WIDE], i % WIDE), order[first + i], queue, waiting)
+        waiting += 1
     return waiting
 
 
