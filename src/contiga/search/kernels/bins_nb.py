@@ -15,7 +15,7 @@ import numpy as np
 from contiga.elements.kernels.element_nb import span, spans_a_length
 from contiga.num.codes import BRANCH_EVENT, FACE, OK
 from contiga.num.jit import inlined, inner
-from contiga.num.prefetch import prefetch
+from contiga.num.prefetch import LINE, prefetch
 from contiga.search.kernels.lanes_nb import (
     FLAG,
     FOOT,
@@ -190,6 +190,8 @@ def fetch_rows(records, path, starts, chunk, out):
     rows, flags = np.empty(n, np.int32), np.empty(n, np.uint8)
     was, home, place = np.empty((n, 3)), np.empty(n, np.int32), np.empty((n, 2))
     for i in range(n):
+        prefetch(records, i + AHEAD, 0)
+        prefetch(records, i + AHEAD, LINE)
         flag, proved = int(records[i, FLAG]), int(records[i, PROVED])
         if flag != 0 or (proves and proved == 0):
             rows[m], flags[m] = first + i, flag

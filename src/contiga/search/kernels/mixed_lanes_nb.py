@@ -73,8 +73,8 @@ ROW, BEFORE, NOW = 0, 1, 2
 ELEMENT_NUMBERS = 91
 CUBIC = ELEMENT_NUMBERS - ORIGIN
 """Numbers of an element's record, and where its coefficients begin."""
-AHEAD = 10
-"""Lines of an element's record that are asked for before it is come to."""
+HEAD, ALL = 4, 12
+"""Lines of an element's record before its coefficients, and of all of it."""
 FEW = WIDE // 2
 """Rows of an element below which they wait for those of others to fill a vector."""
 
@@ -86,8 +86,14 @@ def new_queue():
 
 
 @inner()
-def _ask_for_element(table, e):
-    for line in range(AHEAD):
+def _ask_for_head(table, e):
+    for line in range(HEAD):
+        prefetch(table, e, line * LINE)
+
+
+@inner()
+def _ask_for_coefficients(table, e):
+    for line in range(HEAD, ALL):
         prefetch(table, e, line * LINE)
 
 
@@ -102,7 +108,7 @@ def wait(tables, e, records, row, queue, n):
         bank[(ROW_S + c) * WIDE + l] = records[row, ROW_START + c]
     bank[ROW_F * WIDE + l] = math.inf
     who[ROW, n], who[BEFORE, n], who[NOW, n] = row, e, e
-    _ask_for_element(tables.elements.table, e)
+    _ask_for_head(tables.elements.table, e)
 
 
 @inner()
@@ -123,7 +129,7 @@ def wait_beyond(tables, e, lane, row, queue, n):
     side, _, along = side_beyond(s, t)
     beyond = here["neighbour"][side]
     if beyond >= 0:
-        _ask_for_element(tables.elements.table, beyond)
+        _ask_for_head(tables.elements.table, beyond)
         s, t = across(here, side, along)
         for line in range(2):
             prefetch(tables.rings, beyond, part_of(s, t) * NUMBERS * SIZE + line * LINE)
@@ -165,6 +171,7 @@ def _start(tables, queue, n):
         else:
             who[NOW, i] = who[NOW, 0]
         e = who[NOW, i]
+        _ask_for_coefficients(tables.elements.table, e)
         tell_place(tables.elements, e, tables.scale[1] ** 2, bank, o, WIDE)
         rational = tables.elements.table[e]["form"] == RATIONAL_CUBIC
         bank[ROW_RATIONAL * WIDE + l] = 1.0 if rational else 0.0

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 
 from contiga.elements.kernels.element_nb import locate
+from contiga.num.block import SIZE
 from contiga.num.codes import CUT, GENERAL, NOT_FINITE, OUT, RATIONAL_CUBIC
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
-from contiga.num.prefetch import LINE
+from contiga.num.prefetch import LINE, prefetch
 from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.bins_nb import ask_for, fetch_rows, hand_rows, order_rows, tells
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import tracked_foot
-from contiga.search.kernels.lane_proof_nb import load_surroundings, prove_lanes
+from contiga.search.kernels.lane_proof_nb import NUMBERS, load_surroundings, prove_lanes
 from contiga.search.kernels.lanes_nb import (
     BY_ROW,
     FLAG,
@@ -45,6 +46,10 @@ from contiga.search.kernels.mixed_lanes_nb import (
     wait_beyond,
 )
 from contiga.search.kernels.newton_nb import ACTIVE, DONE, LEFT, ROUNDS
+from contiga.search.kernels.part_nb import PARTS
+
+RING_LINES = PARTS * PARTS * NUMBERS * SIZE // LINE
+"""Lines of the memory of what is kept of the surroundings of an element's parts."""
 
 
 @inner()
@@ -119,6 +124,14 @@ def _see_to_trims(tables, block, lanes, feet):
             records[row, PROVED] = 1.0 if is_whole_about(tables, patch, bank, l) else 0.0
 
 
+@inner()
+def _ask_for_next(rings, blocks, b, half):
+    """Ask for half of the surroundings kept of the next block's element, if that is another one."""
+    if b + 1 < blocks.shape[0] and blocks[b + 1, 0] != blocks[b, 0]:
+        for line in range(half * RING_LINES // 2, (half + 1) * RING_LINES // 2):
+            prefetch(rings, blocks[b + 1, 0], line * LINE)
+
+
 @inner(linked=False)
 def _project_blocks(tables, proves, records, order, blocks):
     """Feet of the rows of all blocks, with their quick certificates.
@@ -150,23 +163,30 @@ def _project_blocks(tables, proves, records, order, blocks):
             tell(elements, e, tables.scale[1] ** 2, told)
             last = e
         banks = load(records, order, first, end, lanes)
-        ask_for(records, order, first, end, LINE)
+        # Half a block at a time: where more lines are on their way the lanes wait for theirs.
+        half, then = first + LANES // 2, blocks[b, 2]
+        ask_for(records, order, first, min(half, end), LINE)
         start_lanes(lanes, end - first, told)
-        for _ in range(ROUNDS):
+        ask_for(records, order, half, end, LINE)
+        for k in range(ROUNDS):
+            if k == 0:
+                ask_for(records, order, then, then + LANES // 2, 0)
             if form == RATIONAL_CUBIC:
                 newton_rational(lanes, banks, told)
             else:
                 newton_polynomial(lanes, banks, told)
             if lanes_in(ACTIVE, lanes, banks) == 0:
                 break
-        ask_for(records, order, blocks[b, 2], blocks[b, 2] + LANES, 0)
+        ask_for(records, order, then + LANES // 2, then + LANES, 0)
         if form == RATIONAL_CUBIC:
             finish_rational(lanes, banks, told)
         else:
             finish_polynomial(lanes, banks, told)
         if proves:
             load_surroundings(tables.rings, e, lanes, banks)
+            _ask_for_next(tables.rings, blocks, b, 0)
             prove_lanes(lanes, banks, told, tables.scale[1])
+            _ask_for_next(tables.rings, blocks, b, 1)
         unload(lanes, records, order, first, end)
         block, feet = (e, first, end), (records, order)
         if trim == CUT or tables.trims.trimmed[elements.table[e]["patch"]] != 0:
