@@ -25,6 +25,8 @@ SMALLEST, LARGEST = 2048, 16384
 """Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
 CHUNKS = 4
 """Chunks a thread, so that none waits long for another."""
+HEAD_START = 512
+"""Rows that the thread that asks is ahead of one that has to wake up first."""
 ROWS_AN_ELEMENT = 64
 """With fewer many lanes are empty."""
 NOWHERE = np.zeros((0, 3))
@@ -114,10 +116,16 @@ def track(
 
 
 def _chunk(n: int, elements: int) -> int:
-    """Rows that are tracked together: enough of them to an element, and some chunks a thread."""
+    """Rows that are tracked together: enough of them to an element, and some chunks a thread.
+
+    As many chunks for each thread, and they all end at once.
+    """
     threads = thread_count()
-    least = min(ROWS_AN_ELEMENT * elements, ceil(n / threads))
-    return max(min(ceil(n / (CHUNKS * threads)), LARGEST), least, SMALLEST)
+    own = n / threads
+    wanted = max(min(own / CHUNKS, LARGEST), min(ROWS_AN_ELEMENT * elements, own), SMALLEST)
+    chunks = max(round(own / wanted), 1)
+    late = HEAD_START if threads > 1 else 0
+    return max(ceil((own + late) / chunks), SMALLEST)
 
 
 def closest_of_rows(
