@@ -33,6 +33,8 @@ from contiga.search.kernels.lanes_nb import (
 
 AHEAD = 16
 """Rows that are asked for before they are come to."""
+MANY = 100
+"""Patches above which what is read of them does not stay near."""
 
 
 @inner()
@@ -130,9 +132,15 @@ def hand_rows(tables, path, starts, chunk, records):
     counts = np.zeros(tables.elements.table.shape[0], np.int64)
     home, start, u0, u1, v0, v1 = np.int32(-1), 0, 0, 0, 0, 0
     in_u = in_v = 0.0
+    many = patches.shape[0] > MANY
     for i in range(n):
         if i + AHEAD < n:
             prefetch(patches, patch[i + AHEAD], 0)
+            soon = patch[i + AHEAD // 2]
+            if many and soon >= 0:
+                prefetch(counts, patches[soon]["first"], 0)
+                prefetch(breaks, patches[soon]["u"][0], 0)
+                prefetch(breaks, patches[soon]["v"][0], 0)
         if patch[i] < 0:
             element[i] = -1
             records[i, FLAG] = LOST
