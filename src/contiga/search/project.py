@@ -25,7 +25,7 @@ SMALLEST, LARGEST = 2048, 16384
 """Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
 CHUNKS = 4
 """Chunks a thread, so that none waits long for another."""
-HEAD_START = 512
+HEAD_START = 400
 """Rows that the thread that asks is ahead of one that has to wake up first."""
 ROWS_AN_ELEMENT = 64
 """With fewer many lanes are empty."""

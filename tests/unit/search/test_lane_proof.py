@@ -51,16 +51,17 @@ def test_lanes_prove_what_the_bounds_around_a_foot_prove_one_by_one(kind):
     p = at.point + 0.02 * body.size * rng.uniform(-1.0, 1.0, (3000, 1)) * at.normal
     start = body.project(p)
     q = p + 10.0 ** rng.uniform(-6.0, -2.0, (3000, 1)) * body.size * rng.normal(size=p.shape)
-    out, back = empty_projection(len(q)), np.zeros(len(q), np.uint8)
-    in_lanes(tables, q, start, (out, back), p)
+    out = empty_projection(len(q))
+    back = in_lanes(tables, q, start, out, p)
     done = back == 0
     in_lanes_proved = out.certified.copy()
     assert set(np.unique(in_lanes_proved[done])) == {0, 1}
     out.certified[:] = 0
     rows = np.flatnonzero(done)
     few = type(out)(*(x[rows] for x in out))
-    path, starts = (p[rows], q[rows]), (start.patch[rows], start.uv[rows])
-    branch_nb.certify_rows(tables, path, starts, (few, back[rows]), 0)
+    flags, starts = np.zeros(len(rows), np.uint8), (start.patch[rows], start.uv[rows])
+    rest = np.arange(len(rows), dtype=np.int32), flags, p[rows], starts
+    branch_nb.certify_rows(tables, q[rows], rest, few)
     alone = few.certified == 1
     told = in_lanes_proved[rows] == 1
     assert not (told & ~alone).any()
@@ -76,8 +77,8 @@ def test_the_ball_of_a_proof_ends_before_the_face_does():
     p = np.column_stack([rng.uniform(-0.49, 0.49, (3000, 2)), np.full(3000, 0.1)])
     start = body.project(p)
     q = p + rng.uniform(-0.1, 0.1, (3000, 3)) * [1.0, 1.0, 0.0]
-    out, back = empty_projection(len(q)), np.zeros(len(q), np.uint8)
-    in_lanes(tables, q, start, (out, back), p)
+    out = empty_projection(len(q))
+    back = in_lanes(tables, q, start, out, p)
     off, far = 0.5 - np.abs(q[:, :2]).max(axis=1), np.linalg.norm(q - p, axis=1)
     proved = (out.certified == 1) & (back == 0)
     assert (off[proved] > 1.1 * far[proved]).all()
@@ -92,8 +93,8 @@ def test_lanes_look_at_holes_within_the_ball_of_a_proof():
     p = np.column_stack([rng.uniform(0.05, 0.35, (2000, 2)), np.full(2000, 0.1)])
     start = body.project(p)
     q = p + rng.uniform(-0.05, 0.05, (2000, 3)) * [1.0, 1.0, 0.0]
-    out, back = empty_projection(len(q)), np.zeros(len(q), np.uint8)
-    in_lanes(tables, q, start, (out, back), p)
+    out = empty_projection(len(q))
+    back = in_lanes(tables, q, start, out, p)
     far = np.linalg.norm(q - p, axis=1)
     off = np.minimum(q[:, :2], np.maximum(0.0, 0.4 - q[:, :2]).max(axis=1)[:, None]).min(axis=1)
     proved = (out.certified == 1) & (back == 0)

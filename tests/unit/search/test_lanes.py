@@ -13,7 +13,7 @@ import contiga as cg
 from contiga.num.compiler import CalledCompiler
 from contiga.records import empty_projection
 from contiga.search.kernels import lanes_nb, project_nb
-from contiga.search.kernels.lanes_nb import RECORD
+from contiga.search.kernels.lanes_nb import BY_ROW, RECORD
 from contiga.search.tables import tables_of
 
 PATCHES = {
@@ -23,23 +23,26 @@ PATCHES = {
 }
 
 
-def in_lanes(tables, points, start, results, before=None):
-    path = np.empty((0, 3)) if before is None else before, points
-    starts = start.patch, start.uv
-    records = np.empty((len(points), RECORD))
-    project_nb.track_lanes(tables, path, starts, records, results, 0)
+def in_lanes(tables, points, start, out, before=None):
+    """Feet of the rows that lanes can do into `out`; the flag of each row."""
+    path = np.empty((0, 3)) if before is None else before, points, empty_projection(0)
+    records, flags = np.empty((len(points), RECORD)), np.zeros(len(points), np.uint8)
+    starts, chunk = (start.patch, start.uv), (0, len(points))
+    rows, own, *_ = project_nb.track_lanes(tables, path, starts, chunk, records, out)
+    flags[rows] = own
+    return flags
 
 
 def lanes_only(body, points, start):
-    out, back = empty_projection(len(points)), np.zeros(len(points), np.uint8)
-    in_lanes(tables_of(body), points, start, (out, back))
-    return out, back == 0
+    out = empty_projection(len(points))
+    return out, in_lanes(tables_of(body), points, start, out) == 0
 
 
 def walk_only(body, points, start):
     tables, out = tables_of(body), empty_projection(len(points))
-    rows = np.arange(len(points), dtype=np.int32)
-    project_nb.project_tracked(tables, points, (start.patch, start.uv), rows, out, 0)
+    rows, flags = np.arange(len(points), dtype=np.int32), np.full(len(points), BY_ROW, np.uint8)
+    rest = rows, flags, np.empty((0, 3)), (start.patch, start.uv)
+    project_nb.project_tracked(tables, points, rest, out)
     return out
 
 

@@ -38,8 +38,8 @@ def step(body, way, n=1200):
 
 def tracked(body, p, start, q, rows):
     """Of these rows, in the order of `rows`, and which are done."""
-    out, back = empty_projection(len(rows)), np.zeros(len(rows), np.uint8)
-    in_lanes(tables_of(body), q[rows], rows_of(start, rows), (out, back), p[rows])
+    out = empty_projection(len(rows))
+    back = in_lanes(tables_of(body), q[rows], rows_of(start, rows), out, p[rows])
     return out, back == 0
 
 
@@ -109,7 +109,8 @@ def test_what_is_told_of_an_element_is_where_lanes_look_for_it():
     assert ELEMENT.itemsize == 8 * mixed_lanes_nb.ELEMENT_NUMBERS
     assert ELEMENT.fields["cubic"][1] == 8 * mixed_lanes_nb.CUBIC
     assert ELEMENT["cubic"].shape == (lanes_nb.ORIGIN,)
-    assert ELEMENT.itemsize <= 64 * (mixed_lanes_nb.AHEAD + 2)
+    assert 8 * mixed_lanes_nb.CUBIC <= 64 * mixed_lanes_nb.HEAD
+    assert ELEMENT.itemsize <= 64 * mixed_lanes_nb.ALL
 
 
 @pytest.mark.parametrize("name", ["newton_mixed", "finish_mixed", "prove_mixed"])

@@ -21,10 +21,9 @@ def _tracked(
 ) -> Projection:
     n = len(path[1])
     out = empty_projection(n)
-    results = out, np.zeros(n, np.uint8)
     path = *path, empty_projection(0)
     records = np.full((size, RECORD), np.nan)
-    track_nb.track_chunks(tables_of(body), path, start, size, records, results, 0, -(-n // size))
+    track_nb.track_chunks(tables_of(body), path, start, size, records, out, 0, -(-n // size))
     return out
 
 
