@@ -84,6 +84,21 @@ def _room(tables, proves, queue, waiting, records):
 
 
 @inner(linked=False)
+def _wait(tables, proves, block, feet, queue, waiting):
+    """Have the rows of a block wait; answers how many wait then.
+
+    `feet` is (records, order).
+    """
+    records, order = feet
+    e, first, last = block
+    for i in range(first, last):
+        waiting = _room(tables, proves, queue, waiting, records)
+        wait(tables, e, records, order[i], queue, waiting)
+        waiting += 1
+    return waiting
+
+
+@inner(linked=False)
 def _wait_beyond(tables, proves, block, lanes, feet, queue, waiting):
     """Have the rows of a block wait that have left its element; answers how many wait then.
 
@@ -152,10 +167,8 @@ def _project_blocks(tables, proves, records, order, blocks):
             continue
         alone = (end - first) % WIDE
         if alone < FEW:
-            for i in range(end - alone, end):
-                waiting = _room(tables, proves, queue, waiting, records)
-                wait(tables, e, records, order[i], queue, waiting)
-                waiting += 1
+            few = (e, end - alone, end)
+            waiting = _wait(tables, proves, few, (records, order), queue, waiting)
             end -= alone
             if first == end:
                 continue
