@@ -8,7 +8,9 @@ import pytest
 import contiga as cg
 from contiga.records import Projection, empty_projection
 from contiga.search.kernels import track_nb
-from contiga.search.kernels.lanes_nb import RECORD
+from contiga.search.kernels.branch_nb import FOLLOW, certify_rows
+from contiga.search.kernels.follow_nb import follow_rows
+from contiga.search.kernels.lanes_nb import LOST, RECORD
 from contiga.search.tables import tables_of
 from contiga.statuses import Status
 
@@ -86,3 +88,26 @@ def test_a_chunk_without_compilation() -> None:
     out = _tracked(body, (before, now), (patch, feet.uv), 2)
     np.testing.assert_allclose(out.gap, now[:, 2], atol=1e-12)
     assert out.certified.tolist() == [1, 1, 1]
+
+
+def test_only_rows_that_are_flagged_are_followed() -> None:
+    body, before, now, feet = _scene()
+    out = _tracked(body, (before, now), (feet.patch, feet.uv), len(now))
+    rows = np.flatnonzero(out.certified == 1).astype(np.int32)
+    flags = np.arange(len(rows), dtype=np.uint8) % 2 * np.uint8(FOLLOW)
+    out.certified[:] = 0
+    rest = rows, flags, before[rows], (feet.patch[rows], feet.uv[rows])
+    follow_rows(tables_of(body), now, rest, out)
+    np.testing.assert_array_equal(out.certified[rows], flags == FOLLOW)
+
+
+def test_of_rows_to_be_certified_flags_are_what_is_left_to_follow() -> None:
+    body, before, now, feet = _scene()
+    patch = feet.patch.copy()
+    patch[::17] = -1
+    before[12] = np.nan
+    out = _tracked(body, (before, now), (patch, feet.uv), len(now))
+    rows, flags = np.arange(len(now), dtype=np.int32), np.full(len(now), LOST, np.uint8)
+    certify_rows(tables_of(body), now, (rows, flags, before, (patch, feet.uv)), out)
+    assert set(np.unique(flags)) == {0, FOLLOW}
+    assert (flags[(patch < 0) | np.isnan(before[:, 0])] == 0).all()

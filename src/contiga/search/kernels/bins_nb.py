@@ -210,7 +210,6 @@ def fetch_rows(records, path, starts, chunk, out):
                 was[m, 0], was[m, 1], was[m, 2] = _where_it_was(there, feet, i)
             m += 1
         if flag != 0:
-            certified[i] = 0
             continue
         patch[i] = int(records[i, PATCH])
         for c in range(2):
