@@ -107,6 +107,7 @@ def test_what_is_found_is_fetched_by_its_flag_and_the_rest_is_kept(told):
     _, _, out, was = scene()
     out = rows_of(out, np.array([0, 0, 1, 2, 3]))
     was = was[[0, 0, 1, 2, 3]]
+    out.patch[:] = [5, 6, 7, 8, 9]
     last = rows_of(out, np.arange(5))
     records = rng.random((4, RECORD))
     records[:, 0] = [BY_ROW, 0.0, LOST, 0.0]
