@@ -22,7 +22,13 @@ from numba import njit
 from numba.core import caching
 
 from contiga.num import reference as reference  # the types of tuples of tables
-from contiga.num.compiler import CalledCompiler, InnerCompiler, KernelCompiler, decorator
+from contiga.num.compiler import (
+    CalledCompiler,
+    InnerCompiler,
+    KernelCompiler,
+    KernelDispatcher,
+    decorator,
+)
 from contiga.num.lazy import lazily
 from contiga.num.stamps import PACKAGE, PACKAGES, stamp_at_import
 
@@ -59,6 +65,12 @@ def lazy(returns: Any, **options: Any) -> Decorator:
     has to wait for them. `returns` is the type of what they answer, numba's.
     """
     return lazily(returns, no_cpython_wrapper=True, **options)
+
+
+def straight(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A kernel as it is called all the time, without a look at what it is handed: see
+    `KernelDispatcher.straight`. All arguments are given by their places."""
+    return function.straight if isinstance(function, KernelDispatcher) else function
 
 
 inlined = partial(njit, inline="always")

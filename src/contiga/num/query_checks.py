@@ -17,6 +17,9 @@ NO_FEET = empty_projection(0)
 """A projection without rows."""
 EMPTY: tuple[NDArray[Any], ...] = NO_FEET
 """Its arrays: the type and shape that each has."""
+DTYPES = tuple(array.dtype for array in EMPTY)
+ROWS = tuple(array.shape[1:] for array in EMPTY)
+"""The types of its arrays, and what of each a row is."""
 
 
 def checked_mode(mode: str) -> bool:
@@ -51,6 +54,31 @@ def checked_start(start: Projection | None, n: int, count: int, what: str) -> Pr
         )
     if not isinstance(start, Projection):
         raise InputError("start must be a Projection", where="start", found=type(start).__name__)
+    last = start if _is_laid_out(start, n) else _laid_out(start, n)
+    if n and int(last.patch.max()) >= count:
+        raise InputError(
+            f"start names a {what} that is not there",
+            where="start.patch",
+            found=int(last.patch.max()),
+            allowed=f"-1 … {count - 1}",
+        )
+    return last
+
+
+def _is_laid_out(feet: Projection, n: int) -> bool:
+    """Whether all arrays are as kernels take them, with n rows."""
+    arrays: tuple[Any, ...] = feet
+    for array, dtype, row in zip(arrays, DTYPES, ROWS, strict=True):
+        # Types that are the same need not be one thing; these are then looked at one by one.
+        if type(array) is not np.ndarray or array.dtype is not dtype or array.shape != (n, *row):
+            return False
+        if not array.flags.carray:
+            return False
+    return True
+
+
+def _laid_out(start: Projection, n: int) -> Projection:
+    """A projection of n rows whose arrays are as kernels take them; see `checked_start`."""
     own = []
     arrays: tuple[Any, ...] = start
     for name, values, like in zip(Projection._fields, arrays, EMPTY, strict=True):
@@ -71,15 +99,7 @@ def checked_start(start: Projection | None, n: int, count: int, what: str) -> Pr
                 allowed=f"{name} {(n, *like.shape[1:])}",
             )
         own.append(array)
-    last = Projection(*own)
-    if n and int(last.patch.max()) >= count:
-        raise InputError(
-            f"start names a {what} that is not there",
-            where="start.patch",
-            found=int(last.patch.max()),
-            allowed=f"-1 … {count - 1}",
-        )
-    return last
+    return Projection(*own)
 
 
 def checked_out(out: Projection | None, points: FloatArray, start: Projection | None) -> Projection:
@@ -95,8 +115,9 @@ def checked_out(out: Projection | None, points: FloatArray, start: Projection | 
     if not isinstance(out, Projection):
         raise InputError("out must be a Projection", where="out", found=type(out).__name__)
     arrays: tuple[NDArray[Any], ...] = out
-    for name, own, like in zip(Projection._fields, arrays, EMPTY, strict=True):
-        check_fillable(own, (len(points), *like.shape[1:]), like.dtype, f"out.{name}")
+    if not _is_laid_out(out, len(points)):
+        for name, own, like in zip(Projection._fields, arrays, EMPTY, strict=True):
+            check_fillable(own, (len(points), *like.shape[1:]), like.dtype, f"out.{name}")
     read = [points] if start is None or start is out else [points, *start]
     check_apart(arrays, read, "arrays of their own, or those of start: out=start")
     return out

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from contiga.geometry.faces import Faces
 from contiga.num.arrays import as_points
+from contiga.num.jit import straight
 from contiga.num.query_checks import NO_FEET, checked_mode, checked_out, checked_start
 from contiga.num.threads import run_ranges, thread_count
 from contiga.num.workspace import Workspace
@@ -25,7 +26,7 @@ SMALLEST, LARGEST = 2048, 16384
 """Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
 CHUNKS = 4
 """Chunks a thread, so that none waits long for another."""
-HEAD_START = 400
+HEAD_START = 80
 """Rows that the thread that asks is ahead of one that has to wake up first."""
 ROWS_AN_ELEMENT = 64
 """With fewer many lanes are empty."""
@@ -110,7 +111,8 @@ def track(
     def chunks(first: int, last: int) -> None:
         rows = min(size, n)
         records = _workspace.rows(rows, RECORD)
-        track_nb.track_chunks(tables, path, starts, size, records, out, first, last)
+        given = tables, path, starts, size, records, out
+        straight(track_nb.track_chunks)(*given, first, last)
 
     run_ranges(chunks, ceil(n / size), 1)
 
