@@ -14,8 +14,8 @@ pytestmark = pytest.mark.interpreted
 
 
 @njit
-def rest_of(elements, e, cell, h, rest, work):
-    return rest_nb.rest_of(elements, e, cell, h, rest, work)
+def rest_of(elements, e, cell, h, rest):
+    return rest_nb.rest_of(elements, e, cell, h, rest)
 
 
 def rough(seed):
@@ -32,10 +32,9 @@ def test_the_rest_is_bounded_and_the_bound_is_no_waste(seed, size):
     patch = rough(seed)
     elements = tables_of(cg.Body([patch])).elements
     rng, h, rest = np.random.default_rng(seed), np.zeros((4, 6)), np.empty((2, 5))
-    work = np.empty((4, 8, 8)), np.empty((3, 6)), np.empty(9)
     low = rng.uniform(-0.5, 0.5 - size, 2)
     cell = (low[0], low[0] + size, low[1], low[1] + size)
-    assert rest_of(elements, 0, cell, h, rest, work)
+    assert rest_of(elements, 0, cell, h, rest)
     xy = rng.uniform(-1.0, 1.0, (500, 2))
     uv = low + 0.5 + 0.5 * size * (xy + 1.0)
     half = 0.5 * size

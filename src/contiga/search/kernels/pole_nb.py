@@ -71,22 +71,22 @@ def _from_pole(elements, e, cell, side, a, b):
     for c in range(4):
         for i in range(n + 1):
             for j in range(m + 1):
-                a[c, i, j] = b[c, j, i] if side < 2 else b[c, i, j]
+                a[i, j, c] = b[j, i, c] if side < 2 else b[i, j, c]
             for k in range(m):  # powers of y about the pole
                 for j in range(m - 1, k - 1, -1):
-                    a[c, i, j] += sign * a[c, i, j + 1]
+                    a[i, j, c] += sign * a[i, j + 1, c]
             factor = 1.0
             for j in range(m + 1):
-                a[c, i, j] *= factor
+                a[i, j, c] *= factor
                 factor *= -2.0 * sign
     for c in range(3):
-        at = a[c, 0, 0] / a[3, 0, 0]
+        at = a[0, 0, c] / a[0, 0, 3]
         for i in range(n + 1):
             for j in range(m + 1):
-                a[c, i, j] -= at * a[3, i, j]
+                a[i, j, c] -= at * a[i, j, 3]
         for i in range(n + 1):
             for j in range(MOST - 1):
-                a[c, i, j] = a[c, i, j + 1]
+                a[i, j, c] = a[i, j + 1, c]
     return n, m
 
 
@@ -100,8 +100,8 @@ def _bowl(a, n, m, normal, least):
         for j in range(m + 1):
             value = along = 0.0
             for c in range(3):
-                value += a[c, i, j] * normal[c]
-                along += a[c, i, j] ** 2
+                value += a[i, j, c] * normal[c]
+                along += a[i, j, c] ** 2
             if j == 0:
                 off = max(off, abs(value))
                 size = max(size, along)
@@ -109,8 +109,8 @@ def _bowl(a, n, m, normal, least):
                 f[0] += abs(value)
                 f[1] += i * abs(value)
                 f[2] += i * (i - 1) * abs(value)
-            w[1] += i * abs(a[3, i, j])
-            w[2] += i * (i - 1) * abs(a[3, i, j])
+            w[1] += i * abs(a[i, j, 3])
+            w[2] += i * (i - 1) * abs(a[i, j, 3])
     if not off <= PLANE * math.sqrt(size):
         return math.inf
     first = (f[1] + w[1] * f[0] / least) / least
@@ -194,10 +194,11 @@ def _plane_of(v, x, across):
 def pole_bounds(elements, e, cell, side, bend, work):
     """As `bend_bounds`, over a cell whose `side` is a pole; no width along that."""
     unbounded(bend)
-    h, rest, a, sums, _ = work
+    h, rest = work
     if elements.table[e]["monomial"] < 0:
         return False
-    n, m = _from_pole(elements, e, cell, side, a, scratch(4, MOST, MOST))
+    a, sums = scratch(MOST, MOST, 4), scratch(3, 6)
+    n, m = _from_pole(elements, e, cell, side, a, scratch(MOST, MOST, 4))
     taylor(a, h)
     v = scratch(3, 6)
     _tangents(h, v)

@@ -16,7 +16,7 @@ import math
 
 from contiga.elements.kernels.bounds_nb import cell_bounds
 from contiga.elements.kernels.element_nb import evaluate
-from contiga.num.jit import inner
+from contiga.num.jit import inlined, inner
 from contiga.num.scratch import scratch
 
 MOST = 8
@@ -25,31 +25,42 @@ D10, D01, D20, D11, D02 = 0, 1, 2, 3, 4
 
 
 @inner(error_model="numpy")
-def _shift(a, n, beside, along, at, half):
-    """Powers of x along one direction turned into those of (x − at)/half, in place.
+def _shift_rows(a, n, at, half):
+    """Powers of x along the first direction, n at most, turned into those of (x − at)/half.
 
-    There are n + 1 coefficients along it and `beside` + 1 along the other.
+    In place, and of all the columns there is room for: a loop of that many needs no choice.
     """
-    for c in range(4):
-        for m in range(beside + 1):
-            for k in range(n):
-                for i in range(n - 1, k - 1, -1):
-                    if along == 0:
-                        a[c, i, m] += at * a[c, i + 1, m]
-                    else:
-                        a[c, m, i] += at * a[c, m, i + 1]
-            factor = 1.0
-            for i in range(1, n + 1):
-                factor *= half
-                if along == 0:
-                    a[c, i, m] *= factor
-                else:
-                    a[c, m, i] *= factor
+    for k in range(n):
+        for i in range(n - 1, k - 1, -1):
+            for m in range(MOST):
+                for c in range(4):
+                    a[i, m, c] += at * a[i + 1, m, c]
+    factor = 1.0
+    for i in range(1, n + 1):
+        factor *= half
+        for m in range(MOST):
+            for c in range(4):
+                a[i, m, c] *= factor
+
+
+@inner(error_model="numpy")
+def _shift_columns(a, n, beside, at, half):
+    """The same along the second, of the first `beside` + 1 rows."""
+    for m in range(beside + 1):
+        for k in range(n):
+            for i in range(n - 1, k - 1, -1):
+                for c in range(4):
+                    a[m, i, c] += at * a[m, i + 1, c]
+        factor = 1.0
+        for i in range(1, n + 1):
+            factor *= half
+            for c in range(4):
+                a[m, i, c] *= factor
 
 
 @inner(linked=False, error_model="numpy")
 def centred(elements, e, cell, a):
-    """Coefficients of (A, w) over a cell in powers of x, y in [-1, 1], into a[4, 8, 8]."""
+    """Coefficients of (A, w) over a cell in powers of x, y in [-1, 1], into a[8, 8, 4]."""
     p = elements.table[e]["degree"][0]
     q = elements.table[e]["degree"][1]
     start = elements.table[e]["monomial"]
@@ -57,79 +68,84 @@ def centred(elements, e, cell, a):
     for i in range(p + 1):
         for j in range(q + 1):
             for c in range(4):
-                a[c, i, j] = elements.coefs[start + (i * (q + 1) + j) * 4 + c]
-    _shift(a, p, q, 0, 0.5 * (cell[0] + cell[1]), 0.5 * (cell[1] - cell[0]))
-    _shift(a, q, p, 1, 0.5 * (cell[2] + cell[3]), 0.5 * (cell[3] - cell[2]))
+                a[i, j, c] = elements.coefs[start + (i * (q + 1) + j) * 4 + c]
+    _shift_rows(a, p, 0.5 * (cell[0] + cell[1]), 0.5 * (cell[1] - cell[0]))
+    _shift_columns(a, q, p, 0.5 * (cell[2] + cell[3]), 0.5 * (cell[3] - cell[2]))
     return p, q
 
 
 @inner(error_model="numpy")
 def taylor(a, h):
     """S and its derivatives by x and y to second order in the middle, into h[:3, :6]."""
-    i = 1.0 / a[3, 0, 0]
+    i = 1.0 / a[0, 0, 3]
     for c in range(3):
-        v = a[c, 0, 0] * i
-        x = (a[c, 1, 0] - a[3, 1, 0] * v) * i
-        y = (a[c, 0, 1] - a[3, 0, 1] * v) * i
+        v = a[0, 0, c] * i
+        x = (a[1, 0, c] - a[1, 0, 3] * v) * i
+        y = (a[0, 1, c] - a[0, 1, 3] * v) * i
         h[c, 0] = v
         h[c, 1] = x
         h[c, 2] = y
-        h[c, 3] = 2.0 * (a[c, 2, 0] - a[3, 1, 0] * x - a[3, 2, 0] * v) * i
-        h[c, 4] = (a[c, 1, 1] - a[3, 1, 0] * y - a[3, 0, 1] * x - a[3, 1, 1] * v) * i
-        h[c, 5] = 2.0 * (a[c, 0, 2] - a[3, 0, 1] * y - a[3, 0, 2] * v) * i
+        h[c, 3] = 2.0 * (a[2, 0, c] - a[1, 0, 3] * x - a[2, 0, 3] * v) * i
+        h[c, 4] = (a[1, 1, c] - a[1, 0, 3] * y - a[0, 1, 3] * x - a[1, 1, 3] * v) * i
+        h[c, 5] = 2.0 * (a[0, 2, c] - a[0, 1, 3] * y - a[0, 2, 3] * v) * i
 
 
-@inner(error_model="numpy")
-def _at(a, c, i, j):
-    return a[c, i, j] if i >= 0 and j >= 0 else 0.0
+@inlined()
+def _with(total, i, j, size):
+    """A total with the largest value and derivatives of a term x^i y^j times `size` added."""
+    return (
+        total[0] + size,
+        total[1] + i * size,
+        total[2] + j * size,
+        total[3] + i * (i - 1) * size,
+        total[4] + i * j * size,
+        total[5] + j * (j - 1) * size,
+    )
 
 
-@inner(error_model="numpy")
-def _size(b, normal, along):
-    """Length of a vector, or of its part along the normal."""
-    if along:
-        return abs(b[0] * normal[0] + b[1] * normal[1] + b[2] * normal[2])
-    return math.sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2])
+@inlined()
+def _departure(a, h, c, i, j):
+    """A coordinate of the coefficient of x^i y^j of B; each of i and j with the two before it."""
+    return (
+        a[i[0], j[0], c]
+        - h[c, 0] * a[i[0], j[0], 3]
+        - h[c, 1] * a[i[1], j[0], 3]
+        - h[c, 2] * a[i[0], j[1], 3]
+        - 0.5 * h[c, 3] * a[i[2], j[0], 3]
+        - h[c, 4] * a[i[1], j[1], 3]
+        - 0.5 * h[c, 5] * a[i[0], j[2], 3]
+    )
 
 
-@inner(error_model="numpy")
-def _add(total, i, j, size):
-    """Add the largest value and derivatives of a term x^i y^j times `size`."""
-    total[0] += size
-    total[1] += i * size
-    total[2] += j * size
-    total[3] += i * (i - 1) * size
-    total[4] += i * j * size
-    total[5] += j * (j - 1) * size
+@inlined()
+def _before(i):
+    """Where the coefficient before the i-th stands; of the first, one of those that are zero."""
+    return (i - 1) & (MOST - 1)
 
 
 @inner(linked=False, error_model="numpy")
 def sums_of(a, p, q, h, normal, sums):
     """Bounds of B (0), of its part along the normal (1) and of w (2) with derivatives to the
     second, into sums[3, 6]; returns the least weight."""
-    sums[:] = 0.0
+    whole = along = weight = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(p + 1):
         for j in range(q + 1):
             if i + j > 0:
-                _add(sums[2], i, j, abs(a[3, i, j]))
-    b = scratch(3)
+                weight = _with(weight, i, j, abs(a[i, j, 3]))
     for i in range(p + 3):
-        for j in range(q + 3):
-            if i + j < 3:
-                continue
-            for c in range(3):
-                b[c] = (
-                    a[c, i, j]
-                    - h[c, 0] * a[3, i, j]
-                    - h[c, 1] * _at(a, 3, i - 1, j)
-                    - h[c, 2] * _at(a, 3, i, j - 1)
-                    - 0.5 * h[c, 3] * _at(a, 3, i - 2, j)
-                    - h[c, 4] * _at(a, 3, i - 1, j - 1)
-                    - 0.5 * h[c, 5] * _at(a, 3, i, j - 2)
-                )
-            _add(sums[0], i, j, _size(b, normal, False))
-            _add(sums[1], i, j, _size(b, normal, True))
-    return a[3, 0, 0] - sums[2, 0]
+        i1 = _before(i)
+        i2 = _before(i1)
+        for j in range(max(3 - i, 0), q + 3):
+            j1 = _before(j)
+            j2 = _before(j1)
+            x = _departure(a, h, 0, (i, i1, i2), (j, j1, j2))
+            y = _departure(a, h, 1, (i, i1, i2), (j, j1, j2))
+            z = _departure(a, h, 2, (i, i1, i2), (j, j1, j2))
+            whole = _with(whole, i, j, math.sqrt(x * x + y * y + z * z))
+            along = _with(along, i, j, abs(x * normal[0] + y * normal[1] + z * normal[2]))
+    for k in range(6):
+        sums[0, k], sums[1, k], sums[2, k] = whole[k], along[k], weight[k]
+    return a[0, 0, 3] - weight[0]
 
 
 @inner(error_model="numpy")
@@ -157,7 +173,7 @@ def unit_normal(h):
 
 
 @inner(error_model="numpy")
-def _by_third(elements, e, cell, h, rest, bound):
+def _by_third(elements, e, cell, h, rest):
     """As `rest_of` for elements that have no powers: from bounds of the third derivatives."""
     hs = 0.5 * (cell[1] - cell[0])
     ht = 0.5 * (cell[3] - cell[2])
@@ -168,6 +184,7 @@ def _by_third(elements, e, cell, h, rest, bound):
         h[c, 3] *= hs * hs
         h[c, 4] *= hs * ht
         h[c, 5] *= ht * ht
+    bound = scratch(9)
     cell_bounds(elements, e, cell, bound)
     xxx = bound[5] * hs**3
     xxy = bound[6] * hs * hs * ht
@@ -182,16 +199,16 @@ def _by_third(elements, e, cell, h, rest, bound):
 
 
 @inner(error_model="numpy")
-def rest_of(elements, e, cell, h, rest, work):
+def rest_of(elements, e, cell, h, rest):
     """Bounds of D_x, D_y, D_xx, D_xy, D_yy over a cell into rest[0], along the normal in rest[1].
 
-    x and y run over [-1, 1] in the cell; `h` takes the derivatives by them in its middle. `work` is
-    (a (4, 8, 8), sums (3, 6), bound (9)). False where the weights allow no bound.
+    x and y run over [-1, 1] in the cell; `h` takes the derivatives by them in its middle. False
+    where the weights allow no bound.
     """
-    a, sums, bound = work
     if elements.table[e]["monomial"] < 0:
-        _by_third(elements, e, cell, h, rest, bound)
+        _by_third(elements, e, cell, h, rest)
         return True
+    a, sums = scratch(MOST, MOST, 4), scratch(3, 6)
     p, q = centred(elements, e, cell, a)
     taylor(a, h)
     least = sums_of(a, p, q, h, unit_normal(h), sums)
