@@ -17,6 +17,8 @@ NO_FEET = empty_projection(0)
 """A projection without rows."""
 EMPTY: tuple[NDArray[Any], ...] = NO_FEET
 """Its arrays: the type and shape that each has."""
+APART = "arrays of their own, or those of start: out=start"
+"""What `out` is allowed to be."""
 DTYPES = tuple(array.dtype for array in EMPTY)
 ROWS = tuple(array.shape[1:] for array in EMPTY)
 """The types of its arrays, and what of each a row is."""
@@ -102,6 +104,17 @@ def _laid_out(start: Projection, n: int) -> Projection:
     return Projection(*own)
 
 
+def checked_feet(
+    start: Projection | None, out: Projection | None, points: FloatArray, count: int, what: str
+) -> tuple[Projection, Projection]:
+    """The projection that points are tracked from and that to fill: see the two."""
+    last = checked_start(start, len(points), count, what)
+    if out is None or out is not last:
+        return last, checked_out(out, points, start)
+    check_apart(out, [points], APART)  # what is laid out can be filled
+    return last, out
+
+
 def checked_out(out: Projection | None, points: FloatArray, start: Projection | None) -> Projection:
     """The projection to fill for `points`: `out`, which may be `start`, or a new one.
 
@@ -119,7 +132,7 @@ def checked_out(out: Projection | None, points: FloatArray, start: Projection | 
         for name, own, like in zip(Projection._fields, arrays, EMPTY, strict=True):
             check_fillable(own, (len(points), *like.shape[1:]), like.dtype, f"out.{name}")
     read = [points] if start is None or start is out else [points, *start]
-    check_apart(arrays, read, "arrays of their own, or those of start: out=start")
+    check_apart(arrays, read, APART)
     return out
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import ceil
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike
 from contiga.geometry.faces import Faces
 from contiga.num.arrays import as_points
 from contiga.num.jit import straight
-from contiga.num.query_checks import NO_FEET, checked_mode, checked_out, checked_start
+from contiga.num.query_checks import NO_FEET, checked_feet, checked_mode, checked_out
 from contiga.num.threads import run_ranges, thread_count
 from contiga.num.workspace import Workspace
 from contiga.records import FloatArray, IntArray, Projection
@@ -26,7 +27,7 @@ SMALLEST, LARGEST = 2048, 16384
 """Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
 CHUNKS = 4
 """Chunks a thread, so that none waits long for another."""
-HEAD_START = 80
+HEAD_START = 150
 """Rows that the thread that asks is ahead of one that has to wake up first."""
 ROWS_AN_ELEMENT = 64
 """With fewer many lanes are empty."""
@@ -82,8 +83,7 @@ def project(
         feet.certified[:] = 0
         closest_of_rows(tables, p_B, np.arange(len(p_B), dtype=np.int32), feet)
         return feet
-    last = checked_start(start, len(p_B), len(body.patches), "patch")
-    feet = checked_out(out, p_B, start)
+    last, feet = checked_feet(start, out, p_B, len(body.patches), "patch")
     track(tables, p_B, (last.patch, last.uv), feet, last)
     return feet
 
@@ -103,7 +103,7 @@ def track(
     fold, with the one that goes on in the other face.
     """
     n = len(p_B)
-    size = _chunk(n, len(tables.elements.table))
+    size = _chunk(n, len(tables.elements.table), thread_count())
     feet = before if isinstance(before, Projection) else NO_FEET
     there = before if isinstance(before, np.ndarray) else NOWHERE
     path = there, p_B, feet
@@ -117,12 +117,12 @@ def track(
     run_ranges(chunks, ceil(n / size), 1)
 
 
-def _chunk(n: int, elements: int) -> int:
+@lru_cache
+def _chunk(n: int, elements: int, threads: int) -> int:
     """Rows that are tracked together: enough of them to an element, and some chunks a thread.
 
     As many chunks for each thread, and they all end at once.
     """
-    threads = thread_count()
     own = n / threads
     wanted = max(min(own / CHUNKS, LARGEST), min(ROWS_AN_ELEMENT * elements, own), SMALLEST)
     chunks = max(round(own / wanted), 1)

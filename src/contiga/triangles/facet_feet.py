@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import InputError
 from contiga.num.arrays import as_points
-from contiga.num.query_checks import checked_mode, checked_out, checked_start
+from contiga.num.query_checks import checked_feet, checked_mode, checked_out
 from contiga.num.threads import run_ranges
 from contiga.records import FloatArray, IntArray, Projection
 from contiga.statuses import Feature, Status
@@ -78,10 +78,9 @@ def project(
         feet.certified[:] = 0
         closest_of_rows(tables.facets, p_M, np.arange(len(p_M), dtype=np.int32), smooth, feet)
         return feet
-    last = checked_start(start, len(p_M), len(mesh.triangles), "triangle")
+    last, feet = checked_feet(start, out, p_M, len(mesh.triangles), "triangle")
     # A foot is its own foot: it tells as well as its point whether it was inside a triangle.
     inside = np.where((last.feature == Feature.FACE)[:, None], last.point, np.nan)
-    feet = checked_out(out, p_M, start)
     feet.certified[:] = 0
     track(tables, p_M, (last.patch, inside), smooth, feet)
     return feet
