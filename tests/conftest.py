@@ -4,12 +4,41 @@ from __future__ import annotations
 
 import importlib.util
 import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
+import numba
 import pytest
 
+from contiga.num.compiler import KernelDispatcher
+
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _looked_at() -> Iterator[None]:
+    """In tests kernels that are called straight look at the types of what they are handed."""
+    entry = KernelDispatcher.straight.fget
+    assert entry is not None
+
+    def straight(kernel: KernelDispatcher) -> Callable[..., Any]:
+        found = entry(kernel)
+        if found is kernel:
+            return kernel
+
+        def call(*arguments: Any) -> Any:
+            (known,) = kernel.overloads
+            given = tuple(numba.typeof(argument) for argument in arguments)
+            assert given == known, f"{kernel.py_func.__name__} was handed {given}, not {known}"
+            return found(*arguments)
+
+        return call
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(KernelDispatcher, "straight", property(straight))
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -28,7 +28,7 @@ SMALLEST, LARGEST = 2048, 16384
 CHUNKS = 4
 """Chunks a thread, so that none waits long for another."""
 HEAD_START = 150
-"""Rows that the thread that asks is ahead of one that has to wake up first."""
+"""Rows that the thread that asks takes more than one that it asks, which begins later."""
 ROWS_AN_ELEMENT = 64
 """With fewer many lanes are empty."""
 NOWHERE = np.zeros((0, 3))

@@ -16,7 +16,7 @@ from numba.core.compiler import Flags
 
 from contiga.num import compiler
 from contiga.num.compiler import InnerCompiler
-from contiga.num.jit import inner, kernel
+from contiga.num.jit import inner, kernel, straight
 
 part = partial(njit, no_cpython_wrapper=True, no_cfunc_wrapper=True, pipeline_class=InnerCompiler)
 
@@ -295,3 +295,42 @@ def test_a_kept_kernel_whose_callee_has_another_name_by_now_is_compiled_anew(
     other = said("numpy", NUMBA_DEBUGINFO="1")  # a part of the names
     assert other != first
     assert said("python") == other
+
+
+def test_a_kernel_is_called_straight_once_it_has_its_one_version() -> None:
+    @kernel()
+    def first(numbers, n):  # type: ignore[no-untyped-def]
+        return numbers[0] + n
+
+    assert straight(first) is first
+    assert first(np.arange(3.0), 2) == 2.0
+    assert straight(first) is not first
+    assert straight(first)(np.arange(1.0, 3.0), 2) == 3.0
+    first(np.arange(3), 2)
+    assert straight(first) is first
+
+
+def test_a_kernel_called_straight_takes_numbers_for_what_it_was_compiled_for() -> None:
+    """In tests it does not: what it would be handed is compared."""
+
+    @kernel()
+    def first(numbers):  # type: ignore[no-untyped-def]
+        return numbers[0]
+
+    first(np.arange(3.0))
+    with pytest.raises(AssertionError, match="first was handed"):
+        straight(first)(np.arange(3))
+
+
+def test_an_error_of_a_kernel_called_straight_arrives() -> None:
+    @kernel(error_model="python")
+    def quotient(x, y):  # type: ignore[no-untyped-def]
+        return x / y
+
+    assert quotient(1.0, 2.0) == 0.5
+    with pytest.raises(ZeroDivisionError):
+        straight(quotient)(1.0, 0.0)
+
+
+def test_what_is_no_kernel_is_called_as_it_is() -> None:
+    assert straight(len) is len

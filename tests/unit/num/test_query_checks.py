@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from contiga.errors import InputError
-from contiga.num.query_checks import checked_out, checked_start
+from contiga.num.query_checks import checked_feet, checked_out, checked_start
 from contiga.records import Projection, empty_projection
 
 
@@ -89,3 +89,25 @@ def test_what_is_filled_is_a_projection_that_shares_nothing_with_what_is_read():
     ):
         with pytest.raises(InputError, match="shares memory"):
             checked_out(out, points, other)
+
+
+def test_what_is_filled_and_started_from_is_looked_at_as_both():
+    points, start, out = np.zeros((4, 3)), feet(), feet()
+    assert checked_feet(start, start, points, 1, "patch") == (start, start)
+    last, filled = checked_feet(start, out, points, 1, "patch")
+    assert last is not filled
+    assert filled is out
+    assert len(checked_feet(start, None, points, 1, "patch")[1].gap) == 4
+
+
+def test_what_is_started_from_and_cannot_be_filled_is_refused():
+    start = feet()
+    start.gap.flags.writeable = False
+    with pytest.raises(InputError, match="can be written") as error:
+        checked_feet(start, start, np.zeros((4, 3)), 1, "patch")
+    assert error.value.where == "out.gap"
+    start = feet()
+    with pytest.raises(InputError, match="shares memory"):
+        checked_feet(start, start, start.normal, 1, "patch")
+    with pytest.raises(InputError, match="not there"):
+        checked_feet(start, start, np.zeros((4, 3)), 0, "patch")

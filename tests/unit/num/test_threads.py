@@ -5,11 +5,28 @@ from __future__ import annotations
 import os
 import signal
 import threading
+from collections.abc import Iterator
+from time import sleep
 
 import numpy as np
 import pytest
 
 from contiga.num import threads
+
+
+def anew() -> None:
+    """Have no helpers left, as at the beginning."""
+    if threads._helpers.cache_info().currsize:
+        threads._helpers().end()
+    threads._helpers.cache_clear()
+
+
+@pytest.fixture(autouse=True)
+def _own_helpers() -> Iterator[None]:
+    """Helpers by as many threads as a test says, and none left of it."""
+    anew()
+    yield
+    anew()
 
 
 def _count(rows: np.ndarray, start: int, stop: int) -> None:
@@ -20,11 +37,9 @@ def _count(rows: np.ndarray, start: int, stop: int) -> None:
 @pytest.mark.parametrize("n", [0, 1, 7, 8, 9, 100, 1001])
 def test_every_row_is_done_once(monkeypatch: pytest.MonkeyPatch, n: int, n_threads: int) -> None:
     monkeypatch.setattr(threads, "thread_count", lambda: n_threads)
-    threads._pool.cache_clear()
     rows = np.zeros(n, dtype=int)
     threads.run_ranges(_count, n, 8, rows)
     assert (rows == 1).all()
-    threads._pool.cache_clear()
 
 
 def test_ranges_start_at_multiples_of_the_grain(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -40,16 +55,13 @@ def test_calls_on_threads_come_back_in_order_and_hand_on_what_they_raise(
     monkeypatch: pytest.MonkeyPatch, n_threads: int
 ) -> None:
     monkeypatch.setattr(threads, "thread_count", lambda: n_threads)
-    threads._pool.cache_clear()
     assert threads.map_threads(lambda k: k * k, range(50)) == [k * k for k in range(50)]
     with pytest.raises(ZeroDivisionError):
         threads.map_threads(lambda k: 1 // (k - 3), range(5))
-    threads._pool.cache_clear()
 
 
 def test_calls_within_calls_do_not_wait_for_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(threads.numba.config, "NUMBA_NUM_THREADS", 2)
-    threads._pool.cache_clear()
 
     def fill(k: int) -> int:
         rows = np.zeros(1000, dtype=int)
@@ -57,19 +69,15 @@ def test_calls_within_calls_do_not_wait_for_each_other(monkeypatch: pytest.Monke
         return int(rows.sum())
 
     assert threads.map_threads(fill, range(8)) == 8 * [1000]
-    threads._pool.cache_clear()
 
 
 def test_few_rows_stay_on_the_calling_thread(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(threads, "thread_count", lambda: 2)
 
-    def no_pool() -> None:
-        raise AssertionError("a pool was asked for")
-
-    monkeypatch.setattr(threads, "_pool", no_pool)
     rows = np.zeros(8, dtype=int)
     threads.run_ranges(_count, 8, 8, rows)
     assert (rows == 1).all()
+    assert not threads._helpers.cache_info().currsize
 
 
 def test_no_rows_call_no_kernel() -> None:
@@ -114,16 +122,14 @@ def test_the_caller_takes_ranges_and_waits_for_no_thread_that_has_not_begun(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(threads, "thread_count", lambda: 2)
-    threads._pool.cache_clear()
     hold = threading.Event()
-    others = [threads._pool().submit(hold.wait, 20.0) for _ in range(2)]
+    threads._helpers().put(lambda: hold.wait(20.0))
     rows = np.zeros(100, dtype=int)
     threads.run_ranges(_count, 100, 8, rows)
     assert (rows == 1).all()
-    assert not any(other.done() for other in others)
+    assert not hold.is_set()
     assert not hasattr(threads._own, "busy") or not threads._own.busy
     hold.set()
-    threads._pool.cache_clear()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no processes are forked here")
@@ -168,3 +174,78 @@ def test_an_error_of_what_is_started_comes_out(monkeypatch: pytest.MonkeyPatch) 
     result = threads.started(fail, 100, 8)
     with pytest.raises(ZeroDivisionError):
         result()
+
+
+@pytest.mark.parametrize("late", [0.0, 0.02])
+def test_a_letter_is_got_whether_or_not_who_waits_sleeps_by_then(late: float) -> None:
+    letters: threads.Letters[int] = threads.Letters()
+    got: list[int] = []
+    thread = threading.Thread(target=lambda: [got.append(letters.get(10)) for _ in range(100)])
+    thread.start()
+    for k in range(100):
+        if k % 25 == 0:
+            sleep(late)
+        letters.put(k)
+    thread.join(20.0)
+    assert got == list(range(100))
+
+
+def test_letters_that_wait_are_got_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_watch(*_: object) -> None:
+        raise AssertionError("there was something to get")
+
+    letters: threads.Letters[int] = threads.Letters()
+    letters.put(1)
+    letters.put(2)
+    monkeypatch.setattr(threads, "watch", no_watch)
+    assert [letters.get(0), letters.get(0)] == [1, 2]
+
+
+def test_who_waits_looks_until_a_letter_comes_and_sleeps_if_none_does(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    letters: threads.Letters[int] = threads.Letters()
+    looks: list[tuple[int, int, int]] = []
+
+    def watch(count: np.ndarray, seen: int, most: int, longer: int) -> None:
+        looks.append((int(count[0]) - seen, most, longer))
+        letters.put(7)
+
+    monkeypatch.setattr(threads, "watch", watch)
+    assert letters.get(5) == 7
+    assert looks == [(0, threads.LOOKS, 5)]
+
+
+def test_helpers_do_what_was_put_before_they_end() -> None:
+    helpers, done = threads.Helpers(2), []
+    for k in range(20):
+        helpers.put(lambda k=k: done.append(k))
+    helpers.end()
+    assert sorted(done) == list(range(20))
+    assert not any(thread.is_alive() for thread in helpers._threads)
+
+
+def test_ranges_are_done_without_helpers_that_have_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threads, "thread_count", lambda: 2)
+    threads._helpers().end()
+    rows = np.zeros(100, dtype=int)
+    threads.run_ranges(_count, 100, 8, rows)
+    assert (rows == 1).all()
+
+
+def test_callers_on_many_threads_share_the_helpers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threads.numba.config, "NUMBA_NUM_THREADS", 3)
+    sums: list[int] = []
+
+    def call() -> None:
+        for _ in range(50):
+            rows = np.zeros(200, dtype=int)
+            threads.run_ranges(_count, 200, 8, rows)
+            sums.append(int(rows.sum()))
+
+    callers = [threading.Thread(target=call) for _ in range(4)]
+    for caller in callers:
+        caller.start()
+    for caller in callers:
+        caller.join(60.0)
+    assert sums == 200 * [200]
