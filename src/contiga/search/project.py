@@ -27,7 +27,7 @@ SMALLEST, LARGEST = 2048, 16384
 """Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
 CHUNKS = 4
 """Chunks a thread, so that none waits long for another."""
-HEAD_START = 150
+HEAD_START = 80
 """Rows that the thread that asks takes more than one that it asks, which begins later."""
 ROWS_AN_ELEMENT = 64
 """With fewer many lanes are empty."""
