@@ -8,17 +8,17 @@ from threading import Barrier
 import numpy as np
 import pytest
 
-from contiga.num.prefetch import LINE
-from contiga.num.workspace import KEPT, Workspace
+from contiga.num.workspace import KEPT, PAGE, Workspace
 
 
 def test_it_is_the_same_until_more_is_asked_for() -> None:
     space = Workspace()
-    first = space.rows(100, 8)
-    assert first.shape == (100, 8)
-    assert np.shares_memory(first, space.rows(40, 8))
-    assert not np.shares_memory(first, space.rows(101, 8))
-    assert np.shares_memory(space.rows(101, 8), space.rows(40, 8))
+    few, most, more = 100, PAGE // 64, PAGE // 64 + 1
+    first = space.rows(few, 8)
+    assert first.shape == (few, 8)
+    assert np.shares_memory(first, space.rows(most, 8))  # a whole page from the first call on
+    assert not np.shares_memory(first, space.rows(more, 8))
+    assert np.shares_memory(space.rows(more, 8), space.rows(few, 8))
 
 
 def test_tables_of_other_columns_lie_elsewhere() -> None:
@@ -27,10 +27,10 @@ def test_tables_of_other_columns_lie_elsewhere() -> None:
 
 
 @pytest.mark.parametrize("n", [1, 7, 1000, 100_000])
-def test_tables_start_with_a_line(n: int) -> None:
+def test_tables_start_with_a_large_page(n: int) -> None:
     for columns in (8, 12):
         table = Workspace().rows(n, columns)
-        assert table.ctypes.data % LINE == 0
+        assert table.ctypes.data % PAGE == 0
         assert table.flags.c_contiguous
 
 
