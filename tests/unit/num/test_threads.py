@@ -249,3 +249,40 @@ def test_callers_on_many_threads_share_the_helpers(monkeypatch: pytest.MonkeyPat
     for caller in callers:
         caller.join(60.0)
     assert sums == 200 * [200]
+
+
+@pytest.mark.parametrize("on_the_caller", [True, False])
+def test_after_an_error_no_more_ranges_are_begun(
+    monkeypatch: pytest.MonkeyPatch, on_the_caller: bool
+) -> None:
+    monkeypatch.setattr(threads, "thread_count", lambda: 2)
+    caller, ended = threading.current_thread(), [0]
+    begun, failed = threading.Event(), threading.Event()
+
+    def kernel(start: int, stop: int) -> None:
+        if (threading.current_thread() is caller) == on_the_caller:
+            assert begun.wait(20.0)
+            failed.set()
+            raise ZeroDivisionError
+        begun.set()
+        assert failed.wait(20.0)
+        sleep(0.05)
+        ended[0] += 1
+
+    with pytest.raises(ZeroDivisionError):
+        threads.run_ranges(kernel, 100, 8)
+    assert ended[0] <= 2
+
+
+def test_what_runs_on_a_thread_has_that_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threads.numba.config, "NUMBA_NUM_THREADS", 2)
+    counts: dict[str, int] = {}
+
+    def kernel(start: int, stop: int) -> None:
+        sleep(0.01)
+        counts[threading.current_thread().name] = threads.thread_count()
+
+    threads.run_ranges(kernel, 100, 8)
+    assert len(counts) == 2
+    assert set(counts.values()) == {1}
+    assert threads.thread_count() == 2
