@@ -30,7 +30,7 @@ from contiga.num.kernels.watch_nb import watch
 RANGES_PER_THREAD = 6
 LOOKS = 0 if numba.config.DISABLE_JIT else 8_000
 """How often a thread looks for something before it sleeps: 0.2 ms in all."""
-LONGER, SHORTLY = 400, 150
+LONGER_FOR_JOBS, LONGER_FOR_ENDS = 400, 150
 """Looks by which helpers, and those who wait for them, look longer: who has put something has to
 let go of the GIL first. Who asks for it too soon sleeps until then, and has to be woken up."""
 
@@ -48,16 +48,16 @@ def thread_count() -> int:
     return 1 if getattr(_own, "busy", False) else int(numba.config.NUMBA_NUM_THREADS)
 
 
-class Letters(Generic[T]):
+class Mailbox(Generic[T]):
     """What threads put for others, which look out for it before they sleep."""
 
     def __init__(self) -> None:
         self._queue: SimpleQueue[T] = SimpleQueue()
         self._count = np.zeros(1, np.int64)
 
-    def put(self, letter: T) -> None:
+    def put(self, item: T) -> None:
         """Have a thread get it."""
-        self._queue.put(letter)
+        self._queue.put(item)
         self._count[0] += 1
 
     def get(self, longer: int) -> T:
@@ -72,7 +72,7 @@ class Helpers:
     """So many threads beside those that ask."""
 
     def __init__(self, count: int) -> None:
-        self._jobs: Letters[Callable[[], object] | None] = Letters()
+        self._jobs: Mailbox[Callable[[], object] | None] = Mailbox()
         self._threads = [
             threading.Thread(target=self._help, name=f"contiga_{k}", daemon=True)
             for k in range(count)
@@ -94,7 +94,7 @@ class Helpers:
     def _help(self) -> None:
         # A job that waited for others of the same helpers could wait for ever.
         _own.busy = True
-        while (job := self._jobs.get(LONGER)) is not None:
+        while (job := self._jobs.get(LONGER_FOR_JOBS)) is not None:
             job()
             del job  # and what it holds, while there is no other
 
@@ -128,7 +128,7 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
     step = ceil(grains / min(threads * RANGES_PER_THREAD, grains)) * grain
     starts = deque(range(0, n, step))
     begun: list[None] = []
-    ends: Letters[BaseException | None] = Letters()
+    ends: Mailbox[BaseException | None] = Mailbox()
 
     def work() -> None:
         while (start := _taken(starts)) is not None:
@@ -153,7 +153,7 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
     finally:
         _own.busy = False
         starts.clear()  # one who begins from now on finds nothing to do
-        errors = [ends.get(SHORTLY) for _ in begun]
+        errors = [ends.get(LONGER_FOR_ENDS) for _ in begun]
     for error in errors:
         if error is not None:
             raise error

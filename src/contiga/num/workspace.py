@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from math import ceil
 
 import numpy as np
 
@@ -32,7 +33,7 @@ class Workspace(threading.local):
         """A table (n, columns), the thread's until it asks for the next."""
         table = self._tables.get(columns)
         if table is None or len(table) < n:
-            table = _on_a_page(max(n, PAGE // (SIZE * columns)), columns)
+            table = _on_a_page(max(n, ceil(PAGE / (SIZE * columns))), columns)
             if n <= KEPT:
                 self._tables[columns] = table
         return table[:n]

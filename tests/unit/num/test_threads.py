@@ -177,42 +177,42 @@ def test_an_error_of_what_is_started_comes_out(monkeypatch: pytest.MonkeyPatch) 
 
 
 @pytest.mark.parametrize("late", [0.0, 0.02])
-def test_a_letter_is_got_whether_or_not_who_waits_sleeps_by_then(late: float) -> None:
-    letters: threads.Letters[int] = threads.Letters()
+def test_an_item_is_got_whether_or_not_who_waits_sleeps_by_then(late: float) -> None:
+    mailbox: threads.Mailbox[int] = threads.Mailbox()
     got: list[int] = []
-    thread = threading.Thread(target=lambda: [got.append(letters.get(10)) for _ in range(100)])
+    thread = threading.Thread(target=lambda: [got.append(mailbox.get(10)) for _ in range(100)])
     thread.start()
     for k in range(100):
         if k % 25 == 0:
             sleep(late)
-        letters.put(k)
+        mailbox.put(k)
     thread.join(20.0)
     assert got == list(range(100))
 
 
-def test_letters_that_wait_are_got_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_items_that_wait_are_got_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     def no_watch(*_: object) -> None:
         raise AssertionError("there was something to get")
 
-    letters: threads.Letters[int] = threads.Letters()
-    letters.put(1)
-    letters.put(2)
+    mailbox: threads.Mailbox[int] = threads.Mailbox()
+    mailbox.put(1)
+    mailbox.put(2)
     monkeypatch.setattr(threads, "watch", no_watch)
-    assert [letters.get(0), letters.get(0)] == [1, 2]
+    assert [mailbox.get(0), mailbox.get(0)] == [1, 2]
 
 
-def test_who_waits_looks_until_a_letter_comes_and_sleeps_if_none_does(
+def test_who_waits_looks_until_an_item_comes_and_sleeps_if_none_does(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    letters: threads.Letters[int] = threads.Letters()
+    mailbox: threads.Mailbox[int] = threads.Mailbox()
     looks: list[tuple[int, int, int]] = []
 
     def watch(count: np.ndarray, seen: int, most: int, longer: int) -> None:
         looks.append((int(count[0]) - seen, most, longer))
-        letters.put(7)
+        mailbox.put(7)
 
     monkeypatch.setattr(threads, "watch", watch)
-    assert letters.get(5) == 7
+    assert mailbox.get(5) == 7
     assert looks == [(0, threads.LOOKS, 5)]
 
 

@@ -29,8 +29,10 @@ def test_tables_of_other_columns_lie_elsewhere() -> None:
 @pytest.mark.parametrize("n", [1, 7, 1000, 100_000])
 def test_tables_start_with_a_large_page(n: int) -> None:
     for columns in (8, 12):
-        table = Workspace().rows(n, columns)
+        space = Workspace()
+        table = space.rows(n, columns)
         assert table.ctypes.data % PAGE == 0
+        assert space._tables[columns].nbytes >= PAGE
         assert table.flags.c_contiguous
 
 
