@@ -101,6 +101,8 @@ class Fields:
 
     def close(self) -> None:
         """End writing."""
+        if self._outlines is not None:
+            self._outlines.close()
         self._writer.close()
 
 

@@ -39,3 +39,7 @@ class OutlinesFile:
             np.concatenate(points), first, np.concatenate(clusters), np.concatenate(contacts)
         )
         self._writer.append(time, loops)
+
+    def close(self) -> None:
+        """End writing."""
+        self._writer.close()

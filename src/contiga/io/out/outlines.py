@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from contiga.errors import FileError
 from contiga.io.out.files import atomic_write
-from contiga.io.out.vtkhdf_layout import open_file, put_rows
+from contiga.io.out.vtkhdf_layout import Growing, Steps, open_file
 from contiga.records import FloatArray, IntArray
 
 _CELLS = ("Vertices", "Lines", "Polygons", "Strips")
@@ -38,7 +38,7 @@ class Loops(NamedTuple):
 
 
 class OutlinesWriter:
-    """Appends steps to a file of outlines; the file is closed and readable after every step.
+    """Appends steps to a file of outlines; it is whole and readable after every step.
 
     Parameters
     ----------
@@ -53,6 +53,7 @@ class OutlinesWriter:
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         self.n_steps = 0
+        self._steps = Steps(self.path)
         with atomic_write(self.path) as temporary, open_file(temporary, "w") as file:
             _write_frame(file.create_group("VTKHDF"))
 
@@ -75,6 +76,7 @@ class OutlinesWriter:
             )
         writer = cls.__new__(cls)
         writer.path, writer.n_steps = Path(path), n_steps
+        writer._steps = Steps(writer.path)
         with open_file(writer.path, "r+") as file:
             _truncate(file["VTKHDF"], n_steps)
         return writer
@@ -82,49 +84,50 @@ class OutlinesWriter:
     def append(self, time: float, loops: Loops) -> None:
         """Add a step; one without lines is empty."""
         points, first = loops.points, loops.first
-        count = np.diff(first)
-        with open_file(self.path, "r+") as file:
-            root = file["VTKHDF"]
-            steps = root["Steps"]
-            lines = root["Lines"]
-            starts = {
-                "PartOffsets": self.n_steps,
-                "NumberOfParts": 1,
-                "PointOffsets": len(root["Points"]),
-                "PointDataOffsets/cluster": len(root["Points"]),
-                "PointDataOffsets/contact": len(root["Points"]),
-                "Values": float(time),
-            }
-            for name, value in starts.items():
-                _extend(steps[name], [value])
-            for name, value in (
-                # Each step has an entry more than cells: readers add the step's number to what is
-                # said here, but take 0 for a topology that never changes.
-                ("CellOffsets", len(lines["Offsets"]) - self.n_steps),
-                ("ConnectivityIdOffsets", len(lines["Connectivity"])),
-            ):
-                row = np.zeros((1, len(_CELLS)), np.int64)
-                row[0, _LINES] = value
-                _extend(steps[name], row)
-            _extend(root["Points"], points)
-            for name in _LABELS:
-                _extend(root[f"PointData/{name}"], np.repeat(getattr(loops, name), count))
-            _extend(root["NumberOfPoints"], [len(points)])
-            _append_cells(root, first)
-            file.flush()
-            steps.attrs["NSteps"] = np.int64(self.n_steps + 1)
+        steps = self._steps
+        before = steps["Points"].length
+        starts = {
+            "PartOffsets": self.n_steps,
+            "NumberOfParts": 1,
+            "PointOffsets": before,
+            "PointDataOffsets/cluster": before,
+            "PointDataOffsets/contact": before,
+            "Values": float(time),
+        }
+        for name, value in starts.items():
+            steps[f"Steps/{name}"].extend([value])
+        for name, value in (
+            # Each step has an entry more than cells: readers add the step's number to what is
+            # said here, but take 0 for a topology that never changes.
+            ("CellOffsets", steps["Lines/Offsets"].length - self.n_steps),
+            ("ConnectivityIdOffsets", steps["Lines/Connectivity"].length),
+        ):
+            row = np.zeros((1, len(_CELLS)), np.int64)
+            row[0, _LINES] = value
+            steps[f"Steps/{name}"].extend(row)
+        steps["Points"].extend(points)
+        for name in _LABELS:
+            labels = np.repeat(getattr(loops, name), np.diff(first))
+            steps[f"PointData/{name}"].extend(labels)
+        steps["NumberOfPoints"].extend([len(points)])
+        _append_cells(steps, first)
+        steps.count(self.n_steps + 1)
         self.n_steps += 1
 
+    def close(self) -> None:
+        """Let go of the file."""
+        self._steps.close()
 
-def _append_cells(root: Any, first: NDArray[np.int64]) -> None:
+
+def _append_cells(steps: Steps, first: NDArray[np.int64]) -> None:
     """A step's cells: closed lines points[first[i]:first[i + 1]], and none of the other kinds."""
     count = len(first) - 1
     for name in _CELLS:
-        group, own = root[name], name == "Lines"
-        _extend(group["NumberOfCells"], [count if own else 0])
-        _extend(group["NumberOfConnectivityIds"], [int(first[-1]) + count if own else 0])
-        _extend(group["Offsets"], first + np.arange(count + 1) if own else [0])
-    _extend(root["Lines/Connectivity"], _closed(first))
+        own = name == "Lines"
+        steps[f"{name}/NumberOfCells"].extend([count if own else 0])
+        steps[f"{name}/NumberOfConnectivityIds"].extend([int(first[-1]) + count if own else 0])
+        steps[f"{name}/Offsets"].extend(first + np.arange(count + 1) if own else [0])
+    steps["Lines/Connectivity"].extend(_closed(first))
 
 
 class OutlineSeries:
@@ -191,7 +194,7 @@ def _write_frame(root: Any) -> None:
         group = root.create_group(name)
         for array in ("NumberOfCells", "NumberOfConnectivityIds", "Offsets", "Connectivity"):
             _growing(group, array, (), np.int64)
-    _extend(root["Lines/Offsets"], [0])  # so that no step starts at 0
+    Growing(root["Lines/Offsets"]).extend([0])  # so that no step starts at 0
     data, steps = root.create_group("PointData"), root.create_group("Steps")
     steps.attrs["NSteps"] = np.int64(0)
     for name in _LABELS:
@@ -208,10 +211,6 @@ def _growing(group: Any, name: str, columns: tuple[int, ...], dtype: Any) -> Non
     group.create_dataset(
         name, (0, *columns), dtype, maxshape=(None, *columns), chunks=(_CHUNK, *columns)
     )
-
-
-def _extend(stored: Any, values: Any) -> None:
-    put_rows(stored, len(stored), values)
 
 
 def _truncate(root: Any, n: int) -> None:

@@ -23,12 +23,12 @@ from contiga.errors import FileError, InputError
 from contiga.io.out.files import atomic_write
 from contiga.io.out.vtkhdf_layout import (
     Part,
+    Steps,
     arrays_of,
     checked_part,
     create_array,
     offsets_of,
     open_file,
-    put_rows,
     read_parts,
     truncate,
     write_frame,
@@ -41,8 +41,8 @@ __all__ = ["FieldSeries", "FieldsWriter", "Part", "read_fields"]
 class FieldsWriter:
     """Appends steps to a VTKHDF file.
 
-    The file is closed after every step: it is whole and readable then, by ParaView too while a
-    run goes on, and a program that dies leaves all steps it had appended.
+    After every step the file is whole and readable, by ParaView too while a run goes on, and a
+    program that dies leaves all steps it had appended.
 
     Parameters
     ----------
@@ -66,7 +66,10 @@ class FieldsWriter:
         self.parts = tuple(checked_part(part) for part in parts)
         self.n_points = sum(part.n_points for part in self.parts)
         self.n_steps = 0
+        self._names: tuple[str, ...] = ()
+        self._time = -np.inf
         self._last: dict[str, tuple[int, NDArray[Any]]] = {}
+        self._steps = Steps(self.path)
         with atomic_write(self.path) as temporary, open_file(temporary, "w") as file:
             write_frame(file, self.parts)
 
@@ -93,7 +96,9 @@ class FieldsWriter:
         writer.parts = series.parts
         writer.n_points = sum(part.n_points for part in series.parts)
         writer.n_steps = n_steps
+        writer._time = float(series.times[n_steps - 1]) if n_steps else -np.inf
         writer._last = {}
+        writer._steps = Steps(writer.path)
         with open_file(writer.path, "r+") as file:
             root = file["VTKHDF"]
             truncate(root, n_steps, writer.n_points)
@@ -101,6 +106,7 @@ class FieldsWriter:
                 for name, values, offsets in arrays_of(root):
                     start = int(offsets[n_steps - 1])
                     writer._last[name] = (start, values[start : start + writer.n_points])
+        writer._names = tuple(writer._last)
         return writer
 
     def append(
@@ -124,25 +130,21 @@ class FieldsWriter:
         arrays = {"Points": _as_rows("points", points, self.n_points, 3)}
         for name, values in (point_data or {}).items():
             arrays[f"PointData/{name}"] = _as_rows(name, values, self.n_points, None)
-        with open_file(self.path, "r+") as file:
-            root = file["VTKHDF"]
-            if self.n_steps == 0:
-                self._create(root, arrays)
-            stored = {name: (values, offsets) for name, values, offsets in arrays_of(root)}
-            steps = root["Steps"]
-            self._check_step(steps, float(time), arrays, {k: v for k, (v, _) in stored.items()})
-            for name, values in arrays.items():
-                start = self._append_array(stored[name][0], name, values)
-                put_rows(stored[name][1], self.n_steps, start)
-            put_rows(steps["Values"], self.n_steps, float(time))
-            for name in ("PartOffsets", "CellOffsets", "ConnectivityIdOffsets"):
-                put_rows(steps[name], self.n_steps, np.zeros((1, *steps[name].shape[1:])))
-            put_rows(steps["NumberOfParts"], self.n_steps, 1)
-            # The count comes last, when all it counts has been handed to the system: what is cut
-            # off before this line is a step that readers do not see.
-            file.flush()
-            steps.attrs["NSteps"] = np.int64(self.n_steps + 1)
+        if self.n_steps == 0:
+            self._create(arrays)
+        steps = self._steps
+        self._check_step(float(time), arrays)
+        for name, values in arrays.items():
+            start = self._append_array(name, values)
+            steps[f"Steps/{offsets_of(name)}"].put(self.n_steps, start)
+        steps["Steps/Values"].put(self.n_steps, float(time))
+        for name in ("PartOffsets", "CellOffsets", "ConnectivityIdOffsets"):
+            offsets = steps[f"Steps/{name}"]
+            offsets.put(self.n_steps, np.zeros((1, *offsets.columns)))
+        steps["Steps/NumberOfParts"].put(self.n_steps, 1)
+        steps.count(self.n_steps + 1)
         self.n_steps += 1
+        self._time = float(time)
 
     def flush(self) -> None:
         """Have the steps appended so far brought to the disk by the operating system."""
@@ -150,7 +152,8 @@ class FieldsWriter:
             os.fsync(file.fileno())
 
     def close(self) -> None:
-        """End writing. The file is complete after every step; this makes sure it is on the disk."""
+        """End writing: let go of the file, and make sure that it is on the disk."""
+        self._steps.close()
         self.flush()
 
     def __enter__(self) -> FieldsWriter:
@@ -159,35 +162,37 @@ class FieldsWriter:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _create(self, root: Any, arrays: dict[str, NDArray[Any]]) -> None:
+    def _create(self, arrays: dict[str, NDArray[Any]]) -> None:
+        root = self._steps.root
         for name, values in arrays.items():
             create_array(root, name, values)
             if unit := self._units.get(name.rpartition("/")[2]):
                 root[name].attrs["units"] = unit
+        self._names = tuple(name for name, _, _ in arrays_of(root))
 
-    def _check_step(
-        self, steps: Any, time: float, arrays: dict[str, NDArray[Any]], known: dict[str, Any]
-    ) -> None:
+    def _check_step(self, time: float, arrays: dict[str, NDArray[Any]]) -> None:
         if self.n_steps == 0:
             return
-        last = float(steps["Values"][self.n_steps - 1])
-        if not time > last:
-            raise InputError("time must rise from step to step", found=time, allowed=f"> {last}")
-        if set(known) != set(arrays):
+        if not time > self._time:
+            raise InputError(
+                "time must rise from step to step", found=time, allowed=f"> {self._time}"
+            )
+        if set(self._names) != set(arrays):
             raise InputError(
                 "point data must have the same names at every step",
-                found=sorted(set(arrays) ^ set(known)),
-                allowed=", ".join(sorted(known)),
+                found=sorted(set(arrays) ^ set(self._names)),
+                allowed=", ".join(sorted(self._names)),
             )
         for name, values in arrays.items():
-            if values.shape[1:] != known[name].shape[1:] or values.dtype != known[name].dtype:
+            known = self._steps[name]
+            if values.shape[1:] != known.columns or values.dtype != known.dtype:
                 raise InputError(
                     f"{name} must have the same type and columns at every step",
                     found=f"shape {values.shape} of {values.dtype}",
-                    allowed=f"{known[name].shape[1:]} of {known[name].dtype}",
+                    allowed=f"{known.columns} of {known.dtype}",
                 )
 
-    def _append_array(self, stored: Any, name: str, values: NDArray[Any]) -> int:
+    def _append_array(self, name: str, values: NDArray[Any]) -> int:
         """Row at which this step's values start."""
         if name in self._last:
             start, last = self._last[name]
@@ -196,9 +201,9 @@ class FieldsWriter:
                 return start
         # Steps start with a chunk: one that held the end of a step too would be packed anew, and
         # the room it had would be lost.
-        rows: int = stored.chunks[0]
-        start = -(-len(stored) // rows) * rows
-        put_rows(stored, start, values)
+        stored = self._steps[name]
+        start = -(-stored.length // stored.chunk) * stored.chunk
+        stored.put(start, values)
         self._last[name] = (start, values.copy())
         return start
 

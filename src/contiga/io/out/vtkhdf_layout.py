@@ -190,19 +190,93 @@ def arrays_of(root: Any) -> list[tuple[str, Any, Any]]:
     return [(name, root[name], root["Steps"][offsets_of(name)]) for name in names]
 
 
-def put_rows(stored: Any, start: int, values: Any) -> None:
-    """Write `values` from row `start` on of a growing array, which then ends with them.
+class Growing:
+    """An array of an open file that grows by rows.
 
-    By h5py's lower level: its slices cost four times as much, and steps are many small arrays.
+    By h5py's lower level, and kept open: h5py's slices cost four times as much, to look an array up
+    by its name as much as to write to it, and steps are many small arrays.
+
+    Parameters
+    ----------
+    stored : the h5py dataset
     """
-    from h5py import h5s
 
-    rows = np.ascontiguousarray(values, dtype=stored.dtype).reshape(-1, *stored.shape[1:])
-    stored.id.set_extent((start + len(rows), *rows.shape[1:]))
-    if len(rows):
-        place = stored.id.get_space()
-        place.select_hyperslab((start, *(0 for _ in rows.shape[1:])), rows.shape)
-        stored.id.write(h5s.create_simple(rows.shape), place, rows)
+    def __init__(self, stored: Any) -> None:
+        self._id = stored.id
+        self.dtype: np.dtype[Any] = stored.dtype
+        self.columns: tuple[int, ...] = stored.shape[1:]
+        self.chunk: int = stored.chunks[0]
+        self.length: int = stored.shape[0]
+
+    def put(self, start: int, values: Any) -> None:
+        """Write `values` from row `start` on; the array ends with them."""
+        from h5py import h5s
+
+        rows = np.ascontiguousarray(values, dtype=self.dtype).reshape(-1, *self.columns)
+        self.length = start + len(rows)
+        self._id.set_extent((self.length, *self.columns))
+        if len(rows):
+            place = self._id.get_space()
+            place.select_hyperslab((start, *(0 for _ in self.columns)), rows.shape)
+            self._id.write(h5s.create_simple(rows.shape), place, rows)
+
+    def extend(self, values: Any) -> None:
+        """Write `values` at the end."""
+        self.put(self.length, values)
+
+
+class Steps:
+    """A file that steps are appended to, open from the first of them until it is closed.
+
+    All of a step is handed to the system before it is counted, and so is the count. So the file on
+    the disk is whole between steps: programs may read it while it is written, and one that dies
+    leaves all steps it had appended.
+
+    Parameters
+    ----------
+    path : a file with the groups of VTKHDF and its steps
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._file: Any = None
+        self._arrays: dict[str, Growing] = {}
+
+    @property
+    def root(self) -> Any:
+        """The group of VTKHDF, of the file opened if it is not.
+
+        Raises
+        ------
+        OutputError
+            It cannot be opened.
+        """
+        if self._file is None:
+            self._file = open_file(self._path, "r+")
+        return self._file["VTKHDF"]
+
+    def __getitem__(self, name: str) -> Growing:
+        """An array by its name below the group of VTKHDF."""
+        found = self._arrays.get(name)
+        if found is None:
+            found = self._arrays[name] = Growing(self.root[name])
+        return found
+
+    def count(self, n_steps: int) -> None:
+        """Have readers see that many steps."""
+        # The count comes last, when all it counts has been handed to the system: what is cut off
+        # before is a step that readers do not see.
+        steps = self.root["Steps"]
+        self._file.flush()
+        steps.attrs["NSteps"] = np.int64(n_steps)
+        self._file.flush()
+
+    def close(self) -> None:
+        """Let go of the file; it is opened again where more is to be written."""
+        file, self._file = self._file, None
+        self._arrays.clear()
+        if file is not None:
+            file.close()
 
 
 def truncate(root: Any, n_steps: int, n_points: int) -> None:

@@ -48,7 +48,9 @@ def test_units_stand_beside_the_values_and_stay(tmp_path):
     writer = FieldsWriter(path, PARTS, units)
     for i in range(2):
         writer.append(0.25 * i, *step(i))
-    FieldsWriter.reopen(path, 1).append(0.25, *step(1))
+    writer.close()
+    with FieldsWriter.reopen(path, 1) as writer:
+        writer.append(0.25, *step(1))
     assert read_fields(path).units == {"Points": "mm", "force": "N"}
     with h5py.File(path) as file:
         assert file["VTKHDF/PointData/force"].attrs["units"] == "N"
@@ -151,6 +153,7 @@ def test_a_reopened_file_goes_on_as_if_never_closed(tmp_path, kept):
         writer.append(0.25 * i, *step(i))
     assert_reads_back(path, 6)
     assert_vtk_reads(path, list(range(6)))
+    writer.close()
     with h5py.File(path) as file, h5py.File(write(tmp_path / "g.vtkhdf")) as straight:
         for name in ("Points", "PointData/part", "PointData/penetration", "PointData/force"):
             assert np.array_equal(file["VTKHDF"][name], straight["VTKHDF"][name])
@@ -170,6 +173,29 @@ def test_the_file_is_readable_while_it_is_written(tmp_path):
         writer.append(0.25 * i, *step(i))
         assert_reads_back(path, i + 1)
         assert_vtk_reads(path, list(range(i + 1)))
+
+
+def test_another_program_reads_the_file_while_it_is_written(tmp_path):
+    path = tmp_path / "f.vtkhdf"
+    writer = FieldsWriter(path, PARTS)
+    program = (
+        "import h5py\n"
+        f"with h5py.File({str(path)!r}) as file:\n"
+        "    print(file['VTKHDF/Steps'].attrs['NSteps'], len(file['VTKHDF/Points']))\n"
+    )
+    for i in range(2):
+        writer.append(0.25 * i, *step(i))
+        found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+        assert found.stdout.split() == [str(i + 1), str((i + 1) * N)]
+
+
+def test_a_closed_writer_goes_on_where_it_is_asked_to(tmp_path):
+    path = tmp_path / "f.vtkhdf"
+    writer = FieldsWriter(path, PARTS)
+    for i in range(3):
+        writer.append(0.25 * i, *step(i))
+        writer.close()
+    assert_reads_back(path, 3)
 
 
 def test_a_program_that_dies_leaves_the_steps_it_appended(tmp_path):
@@ -211,6 +237,7 @@ def test_many_points_are_chunked_and_light(tmp_path):
     series = read_fields(path)
     assert all(np.array_equal(series.points(i), points) for i, points in enumerate(moved))
     assert path.stat().st_size < 1.05 * 2 * moved[0].nbytes
+    writer.close()
     with h5py.File(path) as file:
         assert file["VTKHDF/Points"].chunks[0] < n
         # Each step starts with a chunk.
