@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from contiga.warmup.crew import Crew
 
 MANY = 4
-"""Kernels that are compiled before there is a need of others: a first run compiles hundreds."""
+"""Kernels that are compiled before there is a need of others, where not all of them are missing."""
 HELPERS = 7
 """Processes beside a run, at most: each takes some 400 MB."""
 
@@ -20,7 +20,8 @@ HELPERS = 7
 def watch_compiling(context: typer.Context, helped: bool = False) -> None:
     """Listen to numba until a command ends; with `helped`, have others compile as well if it pays.
 
-    Where all kernels are kept from before nothing is ever heard, and nothing is started.
+    A first run compiles hundreds, so they begin at once, while it reads its case and CAD. Where all
+    kernels are kept from before nothing is ever heard, and nothing is started.
     """
     tell = sys.stderr.isatty() and "--quiet" not in sys.argv
     if not tell and not helped:
@@ -34,21 +35,26 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
     crew: list[Crew] = []
     counted = 0
 
+    def count(compiling: int) -> None:
+        nonlocal counted
+        before, counted = counted, counted + compiling
+        if before == 0 and tell:
+            print(_line(helpers), file=sys.stderr, flush=True)
+        if before < MANY <= counted and helpers:
+            with suppress(OSError):  # no more processes: the run compiles by itself
+                crew.append(_crew(helpers))
+
     class Watcher(event.Listener):  # type: ignore[misc]
         def on_start(self, _: Any) -> None:
-            nonlocal counted
-            counted += 1
-            if counted == 1 and tell:
-                print(_line(helpers), file=sys.stderr, flush=True)
-            if counted == MANY and helpers:
-                with suppress(OSError):  # no more processes: the run compiles by itself
-                    crew.append(_crew(helpers))
+            count(1)
 
         def on_end(self, _: Any) -> None:
             pass
 
     watcher = Watcher()
     event.register("numba:compile", watcher)
+    if helpers and _is_first():
+        count(MANY)
 
     @context.call_on_close
     def end() -> None:
@@ -56,6 +62,14 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
         for one in crew:
             COMPANY.remove(one)
             one.end()
+
+
+def _is_first() -> bool:
+    """Whether not even what every case comes to is kept."""
+    from contiga.num.preload import is_missing
+    from contiga.search.kernels.track_nb import track_chunks
+
+    return is_missing(track_chunks)
 
 
 def _line(helpers: int) -> str:

@@ -21,6 +21,11 @@ def preload(kernels: Iterable[Any]) -> int:
     return loaded
 
 
+def is_missing(kernel: Any) -> bool:
+    """Whether a kernel would have to be compiled: its cache holds no version of it."""
+    return getattr(kernel, "_cache", None) is not None and not (kernel.overloads or _kept(kernel))
+
+
 def _kept(kernel: Any) -> list[Any]:
     """Signatures of a kernel that its cache holds for this processor and that are not loaded."""
     cache = getattr(kernel, "_cache", None)
