@@ -6,14 +6,20 @@ it was, to the letter; where a numba to come has things elsewhere, it does them 
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
+from itertools import chain
 from typing import Any
+from weakref import ref
 
 from llvmlite.binding import ffi
 from numba.core import analysis, base, ir, postproc, transforms
+from numba.core.datamodel.manager import DataModelManager
 from numba.core.inline_closurecall import InlineWorker
 from numba.core.targetconfig import ConfigStack, TargetConfig
+from numba.core.types.abstract import Type
 from numba.core.types.functions import BaseFunction
+from numba.core.typing.context import BaseContext as TypingContext
 
 
 def _replaced(owner: Any, name: str, new: Callable[..., Any]) -> Any:
@@ -94,18 +100,24 @@ def _list_variables_faster() -> None:
     It goes through all statements ten times for a kernel, and asked of each part whether it is one
     of six kinds.
     """
+    plain = frozenset((str, ir.Loc, int, bool, type(None)))
 
     def variables(self: Any, held: Any) -> list[Any]:
-        kind = type(held)
-        if kind is ir.Var:
-            return [held]
-        if kind in (str, ir.Loc, int, bool, type(None)):
-            return []
-        if kind in (tuple, list):
-            return [var for part in held for var in variables(self, part)]
-        if kind is dict:
-            return [var for part in held.values() for var in variables(self, part)]
-        return list(asked(self, held))
+        found: list[Any] = []
+        gather(self, (held,), found)
+        return found
+
+    def gather(self: Any, parts: Any, found: list[Any]) -> None:
+        for part in parts:
+            kind = type(part)
+            if kind is ir.Var:
+                found.append(part)
+            elif kind is dict:
+                gather(self, part.values(), found)
+            elif kind is tuple or kind is list:
+                gather(self, part, found)
+            elif kind not in plain:
+                found.extend(asked(self, part))
 
     asked = _replaced(ir.Inst, "_rec_list_vars", variables)
 
@@ -209,6 +221,88 @@ def _look_for_places_faster() -> None:
     asked = _replaced(base, "_has_loc", has_loc)
 
 
+def _tell_kinds_of_types_faster() -> None:
+    """Let numba ask what kind a type is as of any object.
+
+    Its classes of types are abstract ones, and Python looks in a table whether something that is
+    none of their kind was declared to be; of these nothing is.
+    """
+    kinds: Any = type(Type)
+    if "__instancecheck__" not in vars(kinds):
+        kinds.__instancecheck__ = type.__instancecheck__
+
+
+def _hash_types_once() -> None:
+    """Let numba remember the hashes of types, and see that a type is equal to itself.
+
+    It looks types up all the time, and a tuple of tables hashes all their arrays each time. Hashes
+    are not kept in the types: they are written to files, and another process has other hashes.
+    """
+    known: dict[int, int] = {}
+    alive: dict[int, Any] = {}
+
+    def hashed(self: Any) -> int:
+        at = id(self)
+        found = known.get(at)
+        if found is None:
+
+            def forget(_: Any) -> None:
+                del known[at], alive[at]
+
+            found = known[at] = asked(self)
+            alive[at] = ref(self, forget)
+        return found
+
+    def equal(self: Any, other: Any) -> Any:
+        return self is other or compared(self, other)
+
+    asked = _replaced(Type, "__hash__", hashed)
+    compared = _replaced(Type, "__eq__", equal)
+
+
+def _find_models_faster() -> None:
+    """Let numba find the model of a type by the object, which the model keeps alive."""
+
+    def lookup(self: Any, of: Any) -> Any:
+        known = self.__dict__.setdefault("_models", {})
+        found = known.get(id(of))
+        if found is None:
+            found = asked(self, of)
+            if getattr(found, "_fe_type", None) is of:
+                known[id(of)] = found
+        return found
+
+    asked = _replaced(DataModelManager, "lookup", lookup)
+
+
+def _refresh_when_there_is_more() -> None:
+    """Let numba look for declarations of functions where there are more than there were.
+
+    It goes through all its lists of them, twice for a kernel, also one that is only read.
+    """
+
+    def told(context: Any) -> tuple[int, int]:
+        typing = getattr(context, "typing_context", context)
+        lists = chain(context._registries.items(), typing._registries.items())
+        counts = (
+            len(getattr(registry, name))
+            for registry, loader in lists
+            for name in loader.registry_items
+        )
+        return len(sys.modules), sum(counts)
+
+    def refreshes(kind: Any) -> None:
+        def refresh(self: Any) -> None:
+            if vars(self).get("_told") != told(self):
+                asked(self)
+                self._told = told(self)
+
+        asked = _replaced(kind, "refresh", refresh)
+
+    refreshes(TypingContext)
+    refreshes(base.BaseContext)
+
+
 _compare_faster()
 _type_calls_once()
 _read_inlined_once()
@@ -218,3 +312,7 @@ _live_when_asked()
 _copy_no_lines()
 _copy_scopes_as_lists()
 _look_for_places_faster()
+_tell_kinds_of_types_faster()
+_hash_types_once()
+_find_models_faster()
+_refresh_when_there_is_more()

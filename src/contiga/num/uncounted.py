@@ -9,6 +9,7 @@ arrays are of these, or parts of them, there is nothing to count.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from numba.core import ir
@@ -87,7 +88,12 @@ def _check_stays(state: Any) -> None:
 def _holder(state: Any) -> Callable[[Any], bool]:
     """Tells whether things of a type are arrays, or hold some."""
     models = state.targetctx.data_model_manager
-    return lambda of: bool(models[of].contains_nrt_meminfo())
+
+    @cache
+    def holds(of: Any) -> bool:
+        return bool(models[of].contains_nrt_meminfo())
+
+    return holds
 
 
 def _is_scratch(value: Any, typemap: Any) -> bool:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import _abc
 import copy
+import pickle
+import weakref
 from typing import Any
 
 import numpy as np
 import pytest
 from numba import njit
-from numba.core import ir
+from numba.core import ir, types
 from numba.core.compiler import DefaultPassBuilder
+from numba.core.registry import cpu_target
 from numba.core.typed_passes import NopythonRewrites
 from numba.core.typing.context import BaseContext
 from numba.core.untyped_passes import InlineClosureLikes
+from numba.extending import overload
 
 from contiga.num.compiler import KernelCompiler
 from contiga.num.jit import inlined
@@ -226,3 +231,71 @@ def test_a_copied_scope_changes_without_the_first() -> None:
     assert list(scope.localvars._con) == ["a", "a.1", "b"]
     assert (scope.redefined["a"], scope.get_versions_of("a")) == (1, {"a.1"})
     assert copied.scope.get_versions_of("a") == {"a.1", "a.2"}
+
+
+def kinds_of_types(of: Any = types.Type) -> list[Any]:
+    return [of, *(kind for below in of.__subclasses__() for kind in kinds_of_types(below))]
+
+
+def test_nothing_was_declared_to_be_a_kind_of_types_that_is_none() -> None:
+    kinds = kinds_of_types()
+    assert len(kinds) > 100
+    assert all(_abc._get_dump(kind)[0] == set() for kind in kinds)  # type: ignore[attr-defined]
+
+
+def test_kinds_of_types_are_told_as_ever() -> None:
+    assert isinstance(types.float64, types.Number)
+    assert not isinstance(types.float64, types.Integer)
+    assert not isinstance(1.0, types.Type)
+    assert isinstance(types.UniTuple(types.int64, 2), types.BaseTuple)
+
+
+def test_types_hash_as_ever_and_none_is_kept_for_it() -> None:
+    pair = types.UniTuple(types.int64, 2)
+    assert hash(pair) == hash(pair.key) == hash(types.UniTuple(types.int64, 2))
+    assert pair == types.UniTuple(types.int64, 2) != types.UniTuple(types.int64, 3)
+    once = [hash(types.UniTuple(types.int64, n)) for n in range(100, 200)]
+    gone = weakref.ref(types.UniTuple(types.int64, 500))
+    assert gone() is None
+    # Others may stand where those stood, which are gone.
+    assert [hash(types.UniTuple(types.int64, n)) for n in range(199, 99, -1)] == once[::-1]
+
+
+def test_no_hash_goes_into_files() -> None:
+    one = types.Array(types.float64, 7, "C")
+    before = pickle.dumps(one)
+    assert hash(one) == hash(pickle.loads(before))
+    assert pickle.dumps(one) == before
+
+
+def test_models_of_types_are_found_again() -> None:
+    models = cpu_target.target_context.data_model_manager
+    pair = types.UniTuple(types.int64, 2)
+    assert models[pair] is models.lookup(pair)
+    assert models[pair]._fe_type is pair
+    assert models.copy()[pair] is not models[pair]
+
+
+def test_declarations_are_looked_for_where_there_are_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    def doubled(a: float) -> float:
+        return 2.0 * a
+
+    @compiled
+    def one(a):
+        return a + 1.0
+
+    @compiled
+    def other(a):
+        return a - 1.0
+
+    @compiled
+    def calls(a):
+        return doubled(a)
+
+    assert one(1.0) == 2.0
+    looked = Called(monkeypatch, BaseContext, "install_registry")
+    assert other(1.0) == 0.0
+    assert looked.count == 0
+    overload(doubled)(lambda a: lambda a: 3.0 * a)
+    assert calls(1.0) == 3.0
+    assert looked.count > 0
