@@ -39,7 +39,7 @@ main()
 def _seconds(*arguments: str, cache: str | None = None) -> tuple[float, float]:
     """Of a command of Python's from its start to its end: by the clock, and of processors."""
     environment = dict(os.environ) | ({} if cache is None else {"NUMBA_CACHE_DIR": cache})
-    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # modules are kept compiled, as Python's way is
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # compiled modules are kept, as ever
     start, before = perf_counter(), os.times()
     subprocess.run(
         [sys.executable, *arguments],
