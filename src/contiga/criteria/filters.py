@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.criteria.kernels import two_poles_nb
 from contiga.criteria.samples import finite_rows, numbers
 from contiga.errors import InputError
 from contiga.num.arrays import positive
@@ -69,8 +70,8 @@ def cfc(signal: ArrayLike, dt: float, cls: int | str) -> FloatArray:
             remedy="dt is in seconds",
         )
     a, b = coefficients(number, step)
-    first = _forward(_extended(values, step), a, b)
-    both = _forward(first[::-1], a, b)[::-1]
+    both = np.ascontiguousarray(_extended(values, step))
+    two_poles_nb.forward_and_back(both.reshape(len(both), -1), a, b)
     pad = (len(both) - len(values)) // 2
     return np.ascontiguousarray(both[pad : pad + len(values)])
 
@@ -83,15 +84,6 @@ def coefficients(cls: int, dt: float) -> tuple[FloatArray, FloatArray]:
     b1 = -2.0 * (w * w - 1.0) / below
     b2 = (-1.0 + math.sqrt(2.0) * w - w * w) / below
     return np.array([a0, 2.0 * a0, a0]), np.array([b1, b2])
-
-
-def _forward(values: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
-    """One pass of the filter, settled on the first value."""
-    from scipy.signal import lfilter
-
-    # Counted from the first value, a filter at rest is settled on it.
-    passed: FloatArray = lfilter(a, np.array([1.0, -b[0], -b[1]]), values - values[:1], axis=0)
-    return passed + values[:1]
 
 
 def _extended(values: FloatArray, dt: float) -> FloatArray:

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.records import FloatArray, IndexArray
-from contiga.report.peak import Outline, Peak, at_frame, rows_of, seen_parts
+from contiga.report.peak import Outline, Peak, Touched, lines_at, rows_of, seen_parts, touched_at
 from contiga.report.run_folder import Units
 from contiga.report.shown import MANY, fields_of, region_colours
 from contiga.report.style import number
 
 if TYPE_CHECKING:
     from contiga.io.out.outlines import OutlineSeries
-    from contiga.io.out.vtkhdf import FieldSeries
+    from contiga.report.fields import Fields
 
 MOST = 40
 """Steps that a page shows at most."""
@@ -76,7 +76,7 @@ class Frames(NamedTuple):
 
 
 def frames_of(
-    series: FieldSeries, outlines: OutlineSeries | None, shown: int, peak: Peak, units: Units
+    series: Fields, outlines: OutlineSeries | None, shown: int, peak: Peak, units: Units
 ) -> Frames:
     """Recorded steps of a run, the one `shown` first among them.
 
@@ -91,15 +91,23 @@ def frames_of(
     tops = {name: field.top for name, field in fields_of(peak, units).items()}
     wanted = (*tops, *(() if peak.cluster is None else ("cluster",)))
     frames, ends = [], []
-    for step in chosen:
-        scene = at_frame(series, int(step), outlines)
-        points = series.points(int(step))
-        places = tuple(place_of(base[rows], points[rows]) for rows in parts)
-        frames.append(_frame(scene, places, wanted))
-        ends += _ends(_in_focus(series, int(step), peak))
+    for step in chosen.tolist():
+        touched = touched_at(series, step)
+        points = series.points(step)
+        rows = np.flatnonzero(touched.in_contact).astype(np.int32)
+        frames.append(
+            Frame(
+                time=float(series.times[step]),
+                places=tuple(place_of(base[part], points[part]) for part in parts),
+                rows=rows,
+                values=_values(touched, rows, wanted),
+                outlines=lines_at(outlines, step),
+            )
+        )
+        ends += _ends(_in_focus(series, step, peak))
         # a few nodes at a rim say nothing of the rest, as in a picture of one step
-        if scene.in_contact.sum() >= MANY:
-            for name, field in fields_of(scene, units).items():
+        if len(rows) >= MANY:
+            for name, field in fields_of(touched, units).items():
                 tops[name] = max(tops.get(name, 0.0), field.top)
     sizes = np.array([frame.size for frame in frames])
     kept = within(series.times[chosen], sizes, int(np.searchsorted(chosen, shown)))
@@ -114,7 +122,7 @@ def frames_of(
     )
 
 
-def _in_focus(series: FieldSeries, step: int, peak: Peak) -> FloatArray:
+def _in_focus(series: Fields, step: int, peak: Peak) -> FloatArray:
     """Where the parts that the peak is framed by are at a step; all that are seen without one."""
     parts = seen_parts(series, step)
     if peak.focus is None:
@@ -136,14 +144,16 @@ def spans(points: FloatArray) -> list[list[float]]:
     return both
 
 
-def _frame(scene: Peak, places: tuple[FloatArray, ...], wanted: Iterable[str]) -> Frame:
-    rows = np.flatnonzero(scene.in_contact).astype(np.int32)
-    values = {
-        name: np.asarray(getattr(scene, name)[rows], np.float32)
+def _values(
+    touched: Touched, rows: NDArray[np.int32], wanted: Iterable[str]
+) -> dict[str, NDArray[np.float32]]:
+    """(k,) of those rows, by field."""
+    fields = touched._asdict()
+    return {
+        name: np.asarray(fields[name][rows], np.float32)
         for name in wanted
-        if getattr(scene, name) is not None
+        if fields[name] is not None
     }
-    return Frame(scene.time, places, rows, values, scene.outlines)
 
 
 def chosen_steps(times: FloatArray, shown: int, most: int) -> IndexArray:

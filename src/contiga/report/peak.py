@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.records import IN_CONTACT, FloatArray, IntArray
+from contiga.records import IN_CONTACT, FloatArray, IndexArray, IntArray
 from contiga.report.focus import Focus, focus_of
 
 if TYPE_CHECKING:
     from contiga.io.out.outlines import OutlineSeries
-    from contiga.io.out.vtkhdf import FieldSeries
+    from contiga.report.fields import Fields
 
 
 class Outline(NamedTuple):
@@ -67,29 +67,41 @@ class Peak(NamedTuple):
         return np.asarray(points[np.isfinite(points).all(axis=1)])
 
 
-def stacked(series: FieldSeries, frame: int, kind: str) -> tuple[FloatArray, IntArray, IntArray]:
+class Touched(NamedTuple):
+    """What is in contact at a recorded time, by the slave points (n_s,); see `Peak`."""
+
+    status: IntArray
+    in_contact: NDArray[np.bool_]
+    penetration: FloatArray
+    pressure: FloatArray | None
+    cluster: IntArray | None
+
+
+def stacked(series: Fields, frame: int, kind: str) -> tuple[FloatArray, IntArray, IntArray]:
     """Points (n, 3), triangles (m, 3) and row numbers (n,) of all parts of one `kind`."""
     points = np.asarray(series.points(frame), dtype=np.float64)
-    rows, triangles = [], []
-    start = count = 0
+    triangles, count = [np.zeros((0, 3), dtype=np.int32)], 0
     for part in series.parts:
         if part.kind == kind:
-            rows.append(np.arange(start, start + part.n_points))
             if part.triangles is not None and len(part.triangles):
-                triangles.append(np.asarray(part.triangles, dtype=np.int32) + count)
+                triangles.append(np.asarray(part.triangles, dtype=np.int32) + np.int32(count))
             count += part.n_points
-        start += part.n_points
-    chosen = np.concatenate(rows) if rows else np.zeros(0, dtype=np.int64)
-    faces = np.concatenate(triangles) if triangles else np.zeros((0, 3), dtype=np.int32)
-    return points[chosen], faces.astype(np.int32), chosen.astype(np.int32)
+    chosen = _chosen(series, kind)
+    return points[chosen], np.concatenate(triangles), chosen.astype(np.int32)
 
 
-def rows_of(series: FieldSeries, kind: str) -> list[slice]:
+def _chosen(series: Fields, kind: str) -> IndexArray:
+    """(n,) row numbers of all parts of one `kind`."""
+    rows = [np.arange(part.start, part.stop) for part in rows_of(series, kind)]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *rows])
+
+
+def rows_of(series: Fields, kind: str) -> list[slice]:
     """Rows among the stacked points of each part of one `kind`."""
     return [series.rows(part.name) for part in series.parts if part.kind == kind]
 
 
-def peak_frame(series: FieldSeries, times: FloatArray, force: FloatArray) -> int:
+def peak_frame(series: Fields, times: FloatArray, force: FloatArray) -> int:
     """The recorded frame with the greatest force; without any force, that of the deepest point.
 
     `times` and `force` (n_steps,) come from the history, which has every step.
@@ -102,12 +114,10 @@ def peak_frame(series: FieldSeries, times: FloatArray, force: FloatArray) -> int
     return int(np.argmax(depth))
 
 
-def at_frame(series: FieldSeries, frame: int, outlines: OutlineSeries | None = None) -> Peak:
-    """The scene of one recorded frame; `outlines` has the same frames as `series`."""
-    body_points, body_triangles, _ = stacked(series, frame, "body")
-    slave_points, slave_triangles, rows = stacked(series, frame, "slave")
+def touched_at(series: Fields, frame: int) -> Touched:
+    """What is in contact at one recorded frame."""
+    rows = _chosen(series, "slave")
     status = np.asarray(series.data(frame, "contact_status"))[rows]
-    active = status >= 0  # bodies, and nodes that take no part, have none
     in_contact = np.isin(status, [int(member) for member in IN_CONTACT])
     penetration = np.where(in_contact, np.asarray(series.data(frame, "penetration"))[rows], 0.0)
     pressure = cluster = None
@@ -115,6 +125,15 @@ def at_frame(series: FieldSeries, frame: int, outlines: OutlineSeries | None = N
         pressure = np.where(in_contact, np.asarray(series.data(frame, "pressure"))[rows], 0.0)
     if "cluster" in series.names:
         cluster = np.where(in_contact, np.asarray(series.data(frame, "cluster"))[rows], -1)
+    return Touched(status, in_contact, penetration, pressure, cluster)
+
+
+def at_frame(series: Fields, frame: int, outlines: OutlineSeries | None = None) -> Peak:
+    """The scene of one recorded frame; `outlines` has the same frames as `series`."""
+    body_points, body_triangles, _ = stacked(series, frame, "body")
+    slave_points, slave_triangles, rows = stacked(series, frame, "slave")
+    status, in_contact, penetration, pressure, cluster = touched_at(series, frame)
+    active = status >= 0  # bodies, and nodes that take no part, have none
     normal = np.asarray(series.data(frame, "normal"), dtype=np.float64)[rows]
     normal = np.where(in_contact[:, None], np.nan_to_num(normal), 0.0)
     mean = normal.sum(axis=0)
@@ -133,14 +152,14 @@ def at_frame(series: FieldSeries, frame: int, outlines: OutlineSeries | None = N
         direction=mean / length if length > 0.0 else mean,
         pressure=pressure,
         cluster=cluster,
-        outlines=_lines(outlines, frame),
+        outlines=lines_at(outlines, frame),
         active=None if active.all() else active,
         focus=focus,
         framed=framed,
     )
 
 
-def seen_parts(series: FieldSeries, frame: int) -> list[FloatArray]:
+def seen_parts(series: Fields, frame: int) -> list[FloatArray]:
     """Points (n, 3) of each part at a recorded time, of slaves those that take part in contact."""
     points = np.asarray(series.points(frame), dtype=np.float64)
     status = np.asarray(series.data(frame, "contact_status"))
@@ -152,7 +171,7 @@ def seen_parts(series: FieldSeries, frame: int) -> list[FloatArray]:
 
 
 def _focus(
-    series: FieldSeries, frame: int, patch: FloatArray, depth: float
+    series: Fields, frame: int, patch: FloatArray, depth: float
 ) -> tuple[Focus | None, FloatArray | None]:
     parts = seen_parts(series, frame)
     focus = focus_of(parts, patch, depth)
@@ -162,7 +181,8 @@ def _focus(
     return focus, framed[np.isfinite(framed).all(axis=1)]
 
 
-def _lines(outlines: OutlineSeries | None, frame: int) -> tuple[Outline, ...]:
+def lines_at(outlines: OutlineSeries | None, frame: int) -> tuple[Outline, ...]:
+    """Lines around the regions of contact at a recorded time."""
     if outlines is None or frame >= len(outlines.times):
         return ()
     points, first, cluster, contact = outlines.loops(frame)

@@ -13,7 +13,7 @@ from contiga.records import FloatArray
 
 if TYPE_CHECKING:
     from contiga.io.out.outlines import OutlineSeries
-    from contiga.io.out.vtkhdf import FieldSeries
+    from contiga.report.fields import Fields
 
 Columns = dict[str, FloatArray]
 _ONLY_ONE = "contact"
@@ -157,15 +157,16 @@ def sort_columns(history: Columns, contacts: list[str], sensors: list[str]) -> O
     return owners
 
 
-def read_fields(run: Run) -> FieldSeries | None:
+def read_fields(run: Run) -> Fields | None:
     """The fields over time, None where the run wrote none."""
     path = run.folder / "fields.vtkhdf"
     if not path.is_file():
         return None
     from contiga.io.out.vtkhdf import read_fields as read
+    from contiga.report.fields import ReadOnce
 
     series = read(path)
-    return series if len(series.times) else None
+    return ReadOnce(series) if len(series.times) else None
 
 
 def read_outlines(run: Run) -> OutlineSeries | None:

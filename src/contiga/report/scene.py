@@ -6,18 +6,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from contiga.records import FloatArray
 from contiga.report import shading
 from contiga.report.camera import Camera, look, project, unit
+from contiga.report.colours import channels, scale_colours
 from contiga.report.labels import spread
 from contiga.report.peak import Peak
 from contiga.report.run_folder import Units
+from contiga.report.shading import Picture
 from contiga.report.shown import Shown, first_field, region_colours
 from contiga.report.style import colour_map, number
-
-Picture = NDArray[np.float32]
 
 BODY = np.array([0.56, 0.62, 0.69])
 SLAVE = np.array([0.90, 0.88, 0.83])
@@ -81,29 +80,26 @@ def _slave_layer(camera: Camera, peak: Peak) -> shading.Layer:
 def slave_colours(layer: shading.Layer, peak: Peak, shown: Shown) -> FloatArray:
     """(k, 3) colours of the slave's pixels: by what is `shown` in contact, plain elsewhere."""
     touching = layer.at_pixels(peak.in_contact.astype(np.float64)) > 0.5
-    share = np.clip(layer.at_pixels(shown.values) / shown.top, 0.0, 1.0)
-    return np.asarray(np.where(touching[:, None], colour_map()(share)[:, :3], SLAVE))
+    share = layer.at_pixels(shown.values)[touching] / shown.top
+    colours = np.broadcast_to(SLAVE, (len(touching), 3)).copy()
+    colours[touching] = scale_colours(share)
+    return colours
 
 
 def render(camera: Camera, peak: Peak, shown: Shown, *, through: bool) -> Picture:
     """(h, w, 3) picture; with `through` the body is only hinted at."""
-    span = float(np.ptp(camera.axes @ peak.seen.T))
-    # single precision is plenty for eight bits a colour and halves the memory
     picture = np.ones((*camera.size, 3), dtype=np.float32)
-    body = shading.mesh_layer(camera, peak.body_points, peak.body_triangles)
-    slave = _slave_layer(camera, peak)
-    picture[slave.seen] = shading.lit(slave, slave_colours(slave, peak, shown), span)
     if through:
-        facing = -body.normal[body.seen][:, 2]
-        veil = (0.05 + 0.38 * (1.0 - np.clip(facing, 0.0, 1.0)) ** 2)[:, None]
-        picture[body.seen] = (1.0 - veil) * picture[body.seen] + veil * (0.75 * BODY)
+        nearest = _paint_slave(camera, peak, shown, picture)
+        body = shading.mesh_layer(camera, peak.body_points, peak.body_triangles)
+        shading.veil(picture, body, 0.75 * BODY)
         if not peak.outlines:  # else the dots would hide the lines
             _draw_dots(camera, peak, picture)
-        _draw_outlines(camera, peak, picture, np.full(camera.size, np.inf), 0.0)
+        _draw_outlines(camera, peak, picture, nearest, np.inf)
         return picture
-    front = (body.buffer.depth < slave.buffer.depth)[body.seen]
-    picture[body.seen] = np.where(front[:, None], shading.lit(body, BODY, span), picture[body.seen])
-    nearest = np.minimum(body.buffer.depth, slave.buffer.depth)
+    behind = _paint_body(camera, peak, picture)
+    nearest = _paint_slave(camera, peak, shown, picture, behind)
+    bias = 2e-3 * _span(camera, peak)
     for points, triangles in (
         (peak.body_points, peak.body_triangles),
         (peak.slave_points, peak.slave_triangles),
@@ -111,18 +107,41 @@ def render(camera: Camera, peak: Peak, shown: Shown, *, through: bool) -> Pictur
         edges = np.concatenate(
             [shading.free_edges(triangles), shading.crease_edges(points, triangles)]
         )
-        inked = shading.line_ink(camera, points, edges, nearest, 2e-3 * span) > 0.0
+        inked = shading.line_ink(camera, points, edges, nearest, bias)
         picture[inked] = 0.6 * picture[inked] + 0.4 * INK
-    _draw_outlines(camera, peak, picture, nearest, 2e-3 * span)
+    _draw_outlines(camera, peak, picture, nearest, bias)
     return picture
+
+
+def _span(camera: Camera, peak: Peak) -> float:
+    return float(np.ptp(camera.axes @ peak.seen.T))
+
+
+# Layers are painted one after the other, and nothing but their depth is kept: memory that a
+# process has not had before costs as much time as what is done with it.
+def _paint_body(camera: Camera, peak: Peak, picture: Picture) -> FloatArray:
+    """Returns its depth (h, w)."""
+    body = shading.mesh_layer(camera, peak.body_points, peak.body_triangles)
+    shading.paint(picture, body, BODY, _span(camera, peak), body.buffer.depth)
+    return body.buffer.depth
+
+
+def _paint_slave(
+    camera: Camera, peak: Peak, shown: Shown, picture: Picture, behind: FloatArray | None = None
+) -> FloatArray:
+    """Over what is not nearer than it; returns the depth (h, w) of both."""
+    slave = _slave_layer(camera, peak)
+    own = slave.buffer.depth
+    nearest = own if behind is None else behind
+    colours = slave_colours(slave, peak, shown)
+    shading.paint(picture, slave, colours, _span(camera, peak), nearest)
+    return np.minimum(own, nearest, out=nearest)
 
 
 def _draw_outlines(
     camera: Camera, peak: Peak, picture: Picture, nearest: FloatArray, bias: float
 ) -> None:
     """Lines around the regions, each region in a colour of its own with a pale rim."""
-    from matplotlib.colors import to_rgb
-
     width = max(1, camera.size[0] // 360)
     for key, colour in region_colours(peak.outlines).items():
         for line in peak.outlines:
@@ -130,10 +149,10 @@ def _draw_outlines(
                 continue
             k = np.arange(len(line.points), dtype=np.int32)
             edges = np.stack([k, np.roll(k, -1)], axis=1)
-            ink = shading.line_ink(camera, line.points, edges, nearest, bias) > 0.0
+            ink = shading.line_ink(camera, line.points, edges, nearest, bias)
             rim = shading.thickened(ink, width + max(1, width // 2))
             picture[rim] = 0.25 * picture[rim] + 0.75
-            picture[shading.thickened(ink, width)] = to_rgb(colour)
+            picture[shading.thickened(ink, width)] = channels(colour)
 
 
 def _label_outlines(axes: Any, camera: Camera, peak: Peak) -> None:

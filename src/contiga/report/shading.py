@@ -7,18 +7,21 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from contiga.num.arrays import laid_out
 from contiga.records import FloatArray, IntArray
 from contiga.report.camera import Camera, project
+from contiga.report.kernels import shading_groups_nb, shading_nb
 from contiga.report.kernels.raster_nb import (
     Buffer,
     draw_balls,
     draw_lines,
     draw_triangles,
     empty_buffer,
-    light_at_pixels,
-    normals_at_pixels,
+    values_at_pixels,
 )
 
+Picture = NDArray[np.float32]
+"""(h, w, 3): single precision is plenty for eight bits a colour and halves the memory."""
 _KEY = np.array([-0.45, -0.65, -0.62]) / np.linalg.norm([0.45, 0.65, 0.62])
 """Towards the main light in camera axes (right, down, forward): over the left shoulder."""
 _LAMPS = np.stack([_KEY, (_KEY - [0.0, 0.0, 1.0]) / np.linalg.norm(_KEY - [0.0, 0.0, 1.0])])
@@ -30,8 +33,10 @@ class Layer(NamedTuple):
     """One mesh or cloud as the camera sees it."""
 
     buffer: Buffer
-    normal: FloatArray
-    """(h, w, 3) unit normals in camera axes, turned to the eye."""
+    axes: FloatArray
+    """(3, 3) of the camera."""
+    corners: FloatArray
+    """(m, 3, 3) unit normals at the corners of the facets, no rows for a cloud."""
     triangles: IntArray | None
     """(m, 3) of the mesh, None for a cloud."""
 
@@ -42,12 +47,11 @@ class Layer(NamedTuple):
 
     def at_pixels(self, values: FloatArray) -> FloatArray:
         """(k,) `values` (n,) of the points, interpolated at the pixels of `seen`."""
-        owner = self.buffer.owner[self.seen]
         if self.triangles is None:
-            return np.asarray(values[owner])
-        a, b = self.buffer.a[self.seen], self.buffer.b[self.seen]
-        corners = values[self.triangles[owner]]
-        return np.asarray(a * corners[:, 0] + b * corners[:, 1] + (1 - a - b) * corners[:, 2])
+            return np.asarray(values[self.buffer.owner[self.seen]])
+        found = np.empty(np.count_nonzero(self.seen))
+        values_at_pixels(self.buffer, self.triangles, laid_out(values, np.float64), found)
+        return found
 
 
 def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
@@ -77,19 +81,14 @@ def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     return np.asarray(total[group].reshape(-1, 3, 3))
 
 
-def _smooth_corners(triangles: IntArray, facet: FloatArray) -> tuple[int, IntArray]:
+def _smooth_corners(triangles: IntArray, facet: FloatArray) -> tuple[int, NDArray[np.int64]]:
     """How many groups of corners share a normal, and the group of each: corner c of facet f is
     3 f + c, and both ends of a smooth edge join the corners that meet there."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     inner = _inner_edges(triangles)
     smooth = np.einsum("ei,ei->e", facet[inner.left], facet[inner.right]) >= _CREASE
     pairs = np.concatenate([inner.first[smooth], inner.second[smooth]])
-    n = triangles.size
-    graph = coo_array((np.ones(len(pairs), np.int8), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    count, group = connected_components(graph, directed=False)
-    return count, group
+    group = np.empty(triangles.size, np.int64)
+    return shading_groups_nb.joined(pairs, np.arange(triangles.size), group), group
 
 
 def _facet_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
@@ -143,9 +142,7 @@ def mesh_layer(camera: Camera, points: FloatArray, triangles: IntArray) -> Layer
     buffer = empty_buffer(*camera.size)
     triangles = np.ascontiguousarray(triangles, dtype=np.int32)
     draw_triangles(project(camera, points), triangles, buffer)
-    normal = np.zeros((*camera.size, 3))
-    normals_at_pixels(buffer, corner_normals(points, triangles), camera.axes, normal)
-    return Layer(buffer, normal, triangles)
+    return Layer(buffer, camera.axes, corner_normals(points, triangles), triangles)
 
 
 def cloud_layer(camera: Camera, points: FloatArray, radius: float) -> Layer:
@@ -154,55 +151,50 @@ def cloud_layer(camera: Camera, points: FloatArray, radius: float) -> Layer:
     screen = project(camera, points)
     depth = float(np.nanmedian(screen[:, 2])) if len(screen) else 1.0
     draw_balls(screen, radius, depth / camera.focus, buffer)
-    normal = np.zeros((*camera.size, 3))
-    seen = buffer.owner >= 0
-    dx, dy = buffer.a[seen], buffer.b[seen]
-    normal[seen] = np.stack([dx, dy, -np.sqrt(np.maximum(1.0 - dx**2 - dy**2, 0.0))], axis=1)
-    return Layer(buffer, normal, None)
+    return Layer(buffer, camera.axes, np.zeros((0, 3, 3)), None)
 
 
 def hollows(depth: FloatArray, reach: int, size: float) -> FloatArray:
-    """(h, w) in [−1, 1]: positive where both opposite neighbours are nearer to the eye.
+    """(h / 2, w / 2) in [−1, 1]: positive where both opposite neighbours are nearer to the eye.
 
-    Opposite pairs cancel the slope of a plane, so that only its bending shows. `size` is the
-    depth that counts as one.
+    Of every other pixel of `depth` (h, w): a soft shade needs no more. Opposite pairs cancel the
+    slope of a plane, so that only its bending shows; beyond the outline and the picture nothing is
+    known, and there is no bending. `size` is the depth that counts as one.
     """
-    total = np.zeros_like(depth)
+    total = np.zeros(depth[::2, ::2].shape)
     steps = sorted({max(1, reach // 4), max(1, reach // 2), reach})
     for step in steps:
-        for rows, columns in ((0, 1), (1, 0), (1, 1), (1, -1)):
-            shift = (rows * step, columns * step)
-            ahead, behind = _moved(depth, shift), _moved(depth, (-shift[0], -shift[1]))
-            with np.errstate(invalid="ignore"):
-                bend = np.clip(depth - ahead, -size, size) + np.clip(depth - behind, -size, size)
-            # beyond the outline and the picture nothing is known: no bending there
-            total += np.where(np.isfinite(ahead) & np.isfinite(behind), bend, 0.0)
-    return np.clip(np.nan_to_num(total) / (8.0 * len(steps) * size), -1.0, 1.0)
+        shading_nb.add_bends(depth, step, size, total)
+    total /= 8.0 * len(steps) * size
+    return np.clip(total, -1.0, 1.0, out=total)
 
 
-def _moved(depth: FloatArray, shift: tuple[int, int]) -> FloatArray:
-    """`depth` moved by whole pixels, infinity coming in from outside."""
-    rows, columns = shift
-    moved = np.full_like(depth, np.inf)
-    h, w = depth.shape
-    moved[max(rows, 0) : h + min(rows, 0), max(columns, 0) : w + min(columns, 0)] = depth[
-        max(-rows, 0) : h + min(-rows, 0), max(-columns, 0) : w + min(-columns, 0)
-    ]
-    return moved
+def paint(
+    picture: Picture,
+    layer: Layer,
+    colours: FloatArray,
+    size: float,
+    nearest: FloatArray,
+    opacity: float = 1.0,
+) -> None:
+    """Blend a shaded `layer` over `picture` (h, w, 3) where nothing of `nearest` is before it.
 
-
-def lit(layer: Layer, colour: FloatArray, size: float) -> FloatArray:
-    """(k, 3) colours in [0, 1] of the pixels of `layer.seen`; `colour` is (3,) or (k, 3).
-
-    `size` is that of the scene: bends of a fiftieth of it are the strongest that are shaded.
+    Parameters
+    ----------
+    colours : (3,), or (k, 3) of the pixels of `layer.seen`
+    size : that of the scene: bends of a fiftieth of it are the strongest that are shaded
+    nearest : (h, w) depths
     """
-    depth = layer.buffer.depth
-    # every other pixel: a soft shade needs no more, and it takes a quarter of the time
-    hollow = hollows(depth[::2, ::2], max(2, depth.shape[0] // 120), 0.02 * size)
-    light = np.zeros((*depth.shape, 2))
-    light_at_pixels(layer.buffer.owner, layer.normal, hollow, _LAMPS, light)
-    factor, added = light[layer.seen].T
-    return np.asarray(np.clip(colour * factor[:, None] + added[:, None], 0.0, 1.0))
+    hollow = hollows(layer.buffer.depth, max(2, len(picture) // 120), 0.02 * size)
+    eye, own = np.concatenate([layer.axes, _LAMPS]), np.atleast_2d(colours)
+    shading_nb.paint(
+        layer.buffer, layer.corners, eye, hollow, nearest, own, float(opacity), picture
+    )
+
+
+def veil(picture: Picture, layer: Layer, colour: FloatArray) -> None:
+    """Blend `colour` (3,) thinly over `picture` (h, w, 3) where `layer` is, more so at its rim."""
+    shading_nb.veil(layer.buffer, layer.corners, layer.axes, colour, picture)
 
 
 def free_edges(triangles: IntArray) -> IntArray:
@@ -217,9 +209,9 @@ def free_edges(triangles: IntArray) -> IntArray:
 
 def line_ink(
     camera: Camera, points: FloatArray, edges: IntArray, depth: FloatArray, bias: float
-) -> FloatArray:
-    """(h, w) one where one of the `edges` (k, 2) shows."""
-    ink = np.zeros(camera.size)
+) -> NDArray[np.bool_]:
+    """(h, w) where one of the `edges` (k, 2) shows."""
+    ink = np.zeros(camera.size, np.bool_)
     draw_lines(project(camera, points), edges, depth, bias, ink)
     return ink
 
@@ -238,10 +230,12 @@ def thickened(ink: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
     return out
 
 
-def shrunk(picture: NDArray[np.floating], factor: int) -> NDArray[np.floating]:
+def shrunk(picture: Picture, factor: int) -> Picture:
     """`picture` (h·f, w·f, c) averaged to (h, w, c): smooth edges."""
-    h, w, c = picture.shape
-    blocks = picture[: h // factor * factor, : w // factor * factor].reshape(
-        h // factor, factor, w // factor, factor, c
-    )
-    return np.asarray(blocks.mean(axis=(1, 3)))
+    h, w = picture.shape[0] // factor * factor, picture.shape[1] // factor * factor
+    total = np.zeros((h // factor, w // factor, picture.shape[2]), picture.dtype)
+    for row in range(factor):
+        for column in range(factor):
+            total += picture[row:h:factor, column:w:factor]
+    total /= factor * factor
+    return total

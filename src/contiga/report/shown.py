@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.records import FloatArray
-from contiga.report.peak import Outline, Peak
+from contiga.report.peak import Outline, Peak, Touched
 from contiga.report.run_folder import Units
 from contiga.report.style import REGIONS
 
@@ -31,7 +31,7 @@ class Shown(NamedTuple):
     """Whether some values are greater."""
 
 
-def fields_of(peak: Peak, units: Units) -> dict[str, Shown]:
+def fields_of(peak: Peak | Touched, units: Units) -> dict[str, Shown]:
     """Fields of the slave by name: penetration always, pressure where there is some."""
     found = {"penetration": _shown("Penetration", units.length, peak.penetration, peak)}
     if peak.pressure is not None and np.any(peak.pressure > 0.0):
@@ -45,7 +45,7 @@ def first_field(peak: Peak, units: Units) -> Shown:
     return fields.get("pressure", fields["penetration"])
 
 
-def _shown(label: str, unit: str, values: FloatArray, peak: Peak) -> Shown:
+def _shown(label: str, unit: str, values: FloatArray, peak: Peak | Touched) -> Shown:
     greatest = float(values.max(initial=0.0))
     top = greatest
     if peak.in_contact.sum() >= MANY:

@@ -84,7 +84,6 @@ class View:
 
         mesh = shape.tessellate(_TOLERANCE * self._span)
         layer = shading.mesh_layer(self._camera, mesh.vertices, mesh.triangles)
-        front = (layer.buffer.depth < self._depth)[layer.seen]
         own = np.array(to_rgb(colour))
         if colours is not None:
             channels = np.asarray(colours, dtype=np.float64).T
@@ -92,14 +91,13 @@ class View:
         if back is not None:
             turned = self._turned_away(mesh)[layer.buffer.owner[layer.seen]]
             own = np.where(turned[:, None], to_rgb(back), own)
-        light = shading.lit(layer, own, self._span)
-        under = self._picture[layer.seen]
-        cover = np.where(front, opacity, 0.0)[:, None]
-        self._picture[layer.seen] = cover * light + (1.0 - cover) * under
+        # of what is as near, the first that was given stays
+        before = np.nextafter(self._depth, -np.inf)
+        shading.paint(self._picture, layer, own, self._span, before, opacity)
         nearest = np.minimum(self._depth, layer.buffer.depth)
         edges = shading.free_edges(mesh.triangles)
         ink = shading.line_ink(self._camera, mesh.vertices, edges, nearest, 2e-3 * self._span)
-        self._picture[ink > 0.0] *= 0.55
+        self._picture[ink] *= 0.55
         if hides:
             self._depth = nearest
         return self

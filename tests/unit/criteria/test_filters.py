@@ -8,6 +8,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from contiga.criteria import cfc
 from contiga.criteria.filters import CLASSES
+from contiga.criteria.kernels.two_poles_nb import forward_and_back
 from contiga.errors import InputError
 
 RNG = np.random.default_rng(0)
@@ -33,6 +34,14 @@ def test_it_is_the_butterworth_filter_of_scipy(cls, rate, n):
     pad = min(max(int(0.01 * rate), 100), n - 1)
     theirs = sosfiltfilt(sos, signal, axis=0, padtype="odd", padlen=pad)
     assert np.abs(cfc(signal, 1.0 / rate, cls) - theirs).max() < 1e-9 * np.abs(signal).max()
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 400])
+def test_the_order_in_memory_does_not_matter(n):
+    signal = RNG.normal(size=(n, 3))
+    for laid in (np.asfortranarray(signal), signal[:, ::-1][:, ::-1], signal[::-1][::-1]):
+        assert np.array_equal(cfc(laid, 1e-4, 600), cfc(signal, 1e-4, 600))
+    assert len(getattr(forward_and_back, "signatures", [0])) == 1  # as compiled kernels have them
 
 
 @pytest.mark.parametrize("cls", CLASSES)

@@ -64,7 +64,7 @@ def test_line_is_hidden_by_what_is_nearer_only() -> None:
     screen = np.array([[0.0, 4.0, 2.0], [9.0, 4.0, 2.0]])
     depth = np.full((9, 10), np.inf)
     depth[:, :5] = 1.0
-    ink = np.zeros((9, 10))
+    ink = np.zeros((9, 10), dtype=bool)
     draw_lines(screen, np.array([[0, 1]], dtype=np.int32), depth, 0.1, ink)
-    assert ink[4].tolist() == [0.0] * 5 + [1.0] * 5
+    assert ink[4].tolist() == [False] * 5 + [True] * 5
     assert ink.sum() == 5

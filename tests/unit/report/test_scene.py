@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from contiga.io.out.vtkhdf import read_fields
-from contiga.report.camera import project
+from contiga.report.camera import look, project
 from contiga.report.peak import Peak, at_frame
 from contiga.report.run_folder import Units
 from contiga.report.scene import (
     SLAVE,
+    _slave_layer,
     draw_still,
     outside_direction,
     outside_view,
@@ -26,6 +27,7 @@ from contiga.report.shown import REGIONS, fields_of, first_field, region_colours
 
 from .conftest import outlined, write_fields
 
+UP = np.array([0.0, 0.0, 1.0])
 UNITS = Units("mm", "g", "ms", "mm²", "N", "N·mm", "MPa")
 
 
@@ -72,6 +74,25 @@ def test_every_scene_can_be_drawn(tmp_path: Path, through: bool, cloud: bool, fr
     assert picture.shape == (90, 100, 3)
     assert np.isfinite(picture).all()
     assert 0.02 < (picture < 0.99).any(axis=2).mean() < 1.0
+
+
+@pytest.mark.parametrize("cloud", [True, False])
+def test_nearer_parts_hide_the_others(tmp_path: Path, cloud: bool) -> None:
+    peak = peak_at(tmp_path, 2, cloud=cloud)
+    shown = first_field(peak, UNITS)
+    for camera in (
+        outside_view(peak, (90, 100)),
+        look(np.array([0.3, 0.0, 1.0]), UP, peak.seen, (90, 100)),
+    ):
+        body = mesh_layer(camera, peak.body_points, peak.body_triangles)
+        slave = _slave_layer(camera, peak)
+        picture = render(camera, peak, shown, through=False)
+        warm = picture[..., 0] > picture[..., 2]  # a slave is, bodies and lines are not
+        hidden = slave.seen & (body.buffer.depth < slave.buffer.depth)
+        assert hidden.any()
+        assert not warm[hidden].any()
+        free = slave.seen & ~hidden
+        assert warm[free].mean() > 0.5
 
 
 def test_plane_problems_are_seen_along_z(tmp_path: Path) -> None:

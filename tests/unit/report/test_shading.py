@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from contiga.report.camera import look, project
+from contiga.report.kernels.shading_groups_nb import joined
+from contiga.report.kernels.shading_nb import paint as paint_pixels
 from contiga.report.shading import (
+    _LAMPS,
+    Layer,
     cloud_layer,
     corner_normals,
     crease_edges,
     free_edges,
     hollows,
-    lit,
     mesh_layer,
+    paint,
     shrunk,
+    veil,
 )
 
 from .conftest import RADIUS, ball, sheet
@@ -81,17 +88,44 @@ def test_crease_edges_are_those_of_the_bend() -> None:
 def test_hollows_is_zero_on_a_slope_and_positive_in_a_groove() -> None:
     rows, columns = np.mgrid[0:40, 0:40].astype(float)
     slope = 100.0 + 0.3 * columns - 0.2 * rows
-    np.testing.assert_allclose(hollows(slope, 8, 50.0), 0.0, atol=1e-12)
+    np.testing.assert_allclose(hollows(slope, 4, 50.0), 0.0, atol=1e-12)
     groove = 100.0 - np.abs(columns - 20.0)
-    found = hollows(groove, 8, 50.0)
-    assert found[20, 20] > 0.0
-    assert np.all(hollows(-groove + 200.0, 8, 50.0)[20, 20] < 0.0)
+    found = hollows(groove, 4, 50.0)
+    assert found.shape == (20, 20)
+    assert found[10, 10] > 0.0
+    assert hollows(-groove + 200.0, 4, 50.0)[10, 10] < 0.0
 
 
 def test_hollows_knows_nothing_beyond_an_outline() -> None:
     depth = np.full((30, 30), np.inf)
     depth[10:20, 10:20] = 5.0
     np.testing.assert_array_equal(hollows(depth, 8, 1.0), 0.0)
+
+
+def shifted(depth: np.ndarray, rows: int, columns: int) -> np.ndarray:
+    """`depth` moved by whole pixels, infinity coming in from outside."""
+    wide = np.pad(depth, 9, constant_values=np.inf)
+    h, w = depth.shape
+    return wide[9 - rows : 9 - rows + h, 9 - columns : 9 - columns + w]
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("shape", [(30, 34), (31, 25), (7, 5)])
+@pytest.mark.parametrize("reach", [1, 3, 9])
+def test_hollows_are_sums_over_opposite_pairs(shape: tuple[int, int], reach: int) -> None:
+    rng = np.random.default_rng(3)
+    depth = np.where(rng.random(shape) < 0.1, np.inf, 5.0 + rng.random(shape))
+    half, size = depth[::2, ::2], 0.4
+    total, steps = np.zeros(half.shape), {max(1, reach // 4), max(1, reach // 2), reach}
+    for step in sorted(steps):
+        for rows, columns in ((0, step), (step, 0), (step, step), (step, -step)):
+            pair = [shifted(half, way * rows, way * columns) for way in (1, -1)]
+            with np.errstate(invalid="ignore"):
+                bends = [np.clip(half - other, -size, size) for other in pair]
+            total += np.where(np.isfinite(pair).all(axis=0), bends[0] + bends[1], 0.0)
+    np.testing.assert_array_equal(
+        hollows(depth, reach, size), np.clip(total / (8.0 * len(steps) * size), -1.0, 1.0)
+    )
 
 
 def test_values_at_pixels_are_linear_on_a_mesh() -> None:
@@ -103,6 +137,18 @@ def test_values_at_pixels_are_linear_on_a_mesh() -> None:
     np.testing.assert_allclose(layer.at_pixels(column), np.nonzero(layer.seen)[1], atol=1e-9)
 
 
+def normals_of(layer: Layer) -> np.ndarray:
+    """(k, 3) unit normals in camera axes at the pixels of `layer.seen`, turned to the eye."""
+    a, b = layer.buffer.a[layer.seen], layer.buffer.b[layer.seen]
+    if layer.triangles is None:
+        return np.stack([a, b, -np.sqrt(np.maximum(1.0 - a * a - b * b, 0.0))], axis=1)
+    corners = layer.corners[layer.buffer.owner[layer.seen]]
+    blended = np.einsum("kc,kci->ki", np.stack([a, b, 1.0 - a - b], axis=1), corners)
+    turned = blended @ layer.axes.T
+    turned *= np.where(turned[:, 2:] > 0.0, -1.0, 1.0)
+    return turned / np.linalg.norm(turned, axis=1, keepdims=True)
+
+
 @pytest.mark.parametrize("inside_out", [False, True])
 def test_normals_at_pixels_are_the_surface_turned_to_the_eye(inside_out: bool) -> None:
     points, triangles = ball(48)
@@ -110,20 +156,75 @@ def test_normals_at_pixels_are_the_surface_turned_to_the_eye(inside_out: bool) -
     layer = mesh_layer(camera, points, triangles[:, ::-1] if inside_out else triangles)
     here = np.stack([layer.at_pixels(points[:, k]) for k in range(3)], axis=1)
     outward = here / np.linalg.norm(here, axis=1)[:, None] @ camera.axes.T
-    normal = layer.normal[layer.seen]
-    np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1.0, rtol=1e-12)
-    assert np.einsum("ki,ki->k", normal, outward).min() > 0.98
+    assert np.einsum("ki,ki->k", normals_of(layer), outward).min() > 0.98
 
 
-def test_every_lit_colour_is_one_that_can_be_shown() -> None:
+def scenes(size: int) -> tuple[Layer, Layer]:
+    """A ball as a mesh and as a cloud."""
     points, triangles = ball()
-    camera = look(np.array([1.0, 0.2, -0.3]), UP, points, (60, 60))
-    for layer in (mesh_layer(camera, points, triangles), cloud_layer(camera, points, 3.0)):
-        picture = lit(layer, np.array([0.9, 0.5, 0.1]), 20.0)
-        assert picture.shape == (layer.seen.sum(), 3)
-        assert picture.min() >= 0.0
-        assert picture.max() <= 1.0
-        assert np.ptp(picture[:, 0]) > 0.2
+    camera = look(np.array([1.0, 0.2, -0.3]), UP, points, (size, size))
+    return mesh_layer(camera, points, triangles), cloud_layer(camera, points, 3.0)
+
+
+def shaded(layer: Layer, own: np.ndarray) -> np.ndarray:
+    """(k, 3) the formulas of the light, by arrays."""
+    n = normals_of(layer)
+    key, gloss = np.maximum(n @ _LAMPS.T, 0.0).T
+    rows, columns = np.nonzero(layer.seen)
+    bend = hollows(layer.buffer.depth, 2, 0.02 * 20.0)[rows // 2, columns // 2]
+    shade = 1.0 - np.where(bend > 0.0, 0.75, 0.25) * bend
+    factor = (0.46 + 0.24 * (0.5 - 0.5 * n[:, 1]) + 0.46 * key) * shade
+    added = 0.10 * gloss**40 + 0.18 * (1.0 - np.clip(-n[:, 2], 0.0, 1.0)) ** 3
+    return np.clip(own * factor[:, None] + added[:, None], 0.0, 1.0)
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("kind", [0, 1])
+@pytest.mark.parametrize("opacity", [1.0, 0.3])
+def test_paint_blends_lit_colours_where_nothing_is_before_them(kind: int, opacity: float) -> None:
+    layer, rng = scenes(60)[kind], np.random.default_rng(1)
+    seen, k = layer.seen, int(layer.seen.sum())
+    near = rng.random(seen.shape) < 0.3
+    nearest = np.where(near, layer.buffer.depth - 1e-9, layer.buffer.depth)
+    for own in (np.array([0.9, 0.5, 0.1]), rng.random((k, 3))):
+        under = rng.random((60, 60, 3)).astype(np.float32)
+        picture = under.copy()
+        paint(picture, layer, own, 20.0, nearest, opacity)
+        wanted = under.astype(float)
+        wanted[seen] = opacity * shaded(layer, own) + (1.0 - opacity) * wanted[seen]
+        wanted[near] = under[near]
+        np.testing.assert_allclose(picture, wanted, rtol=0, atol=1e-7)
+        assert np.ptp(picture[seen & ~near][:, 0]) > 0.2
+        np.testing.assert_array_equal(picture[~seen | near], under[~seen | near])
+
+
+@pytest.mark.interpreted
+def test_a_veil_is_thicker_at_the_rim() -> None:
+    layer, colour = scenes(60)[0], np.array([0.1, 0.2, 0.3])
+    picture = np.ones((60, 60, 3), dtype=np.float32)
+    veil(picture, layer, colour)
+    cover = 0.05 + 0.38 * (1.0 + normals_of(layer)[:, 2:]) ** 2
+    np.testing.assert_allclose(picture[layer.seen], 1.0 - cover + cover * colour, atol=1e-7)
+    assert (picture[~layer.seen] == 1.0).all()
+    assert cover[np.nonzero(layer.seen)[0].argmin()] > 0.2
+
+
+def test_meshes_and_clouds_are_painted_by_one_kernel() -> None:
+    for layer in scenes(20):
+        paint(np.ones((20, 20, 3), np.float32), layer, np.ones(3), 20.0, layer.buffer.depth)
+    assert len(getattr(paint_pixels, "signatures", [0])) == 1
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("n", [1, 2, 30])
+def test_corners_are_joined_as_scipy_does(n: int) -> None:
+    rng = np.random.default_rng(n)
+    for count in (0, n // 2, 2 * n):
+        pairs, group = rng.integers(0, n, (count, 2)), np.empty(n, np.int64)
+        graph = coo_array((np.ones(count), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+        sets, theirs = connected_components(graph, directed=False)
+        assert joined(pairs, np.arange(n), group) == sets
+        assert group.tolist() == theirs.tolist()
 
 
 def test_free_edges_of_a_sheet_are_its_border_and_of_a_ball_none() -> None:
@@ -136,8 +237,11 @@ def test_free_edges_of_a_sheet_are_its_border_and_of_a_ball_none() -> None:
     assert len(free_edges(tetrahedron)) == 0
 
 
-def test_shrunk_keeps_the_mean() -> None:
-    picture = np.random.default_rng(0).random((6, 8, 3))
-    small = shrunk(picture, 2)
-    assert small.shape == (3, 4, 3)
-    np.testing.assert_allclose(small[1, 2], picture[2:4, 4:6].mean(axis=(0, 1)))
+@pytest.mark.parametrize(("shape", "factor"), [((6, 8, 3), 2), ((7, 10, 3), 3), ((5, 5, 1), 1)])
+def test_shrunk_keeps_the_mean(shape: tuple[int, int, int], factor: int) -> None:
+    picture = np.random.default_rng(0).random(shape).astype(np.float32)
+    h, w = shape[0] // factor, shape[1] // factor
+    blocks = picture[: h * factor, : w * factor].reshape(h, factor, w, factor, shape[2])
+    small = shrunk(picture, factor)
+    assert small.dtype == np.float32
+    np.testing.assert_allclose(small, blocks.mean(axis=(1, 3), dtype=float), rtol=0, atol=2e-7)

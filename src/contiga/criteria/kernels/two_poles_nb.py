@@ -1,0 +1,31 @@
+"""A filter of two poles that runs forward and backward over a signal.
+
+In the transposed direct form II (Oppenheim and Schafer, Discrete-Time Signal Processing, 6.3.4),
+sums in the order of scipy.signal.lfilter: the same bits. Importing that takes half a second.
+"""
+
+from __future__ import annotations
+
+import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
+from contiga.num.jit import kernel
+
+
+@kernel()
+def forward_and_back(values, a, b):
+    """Filter each column of (n, k) `values` in place, by (3,) `a` of inputs and (2,) `b` of
+    outputs, each way settled on the value it starts at."""
+    a0, a1, a2 = a[0], a[1], a[2]
+    b1, b2 = b[0], b[1]
+    n, columns = values.shape
+    for column in range(columns):
+        for way in range(2):
+            # counted from the first value, a filter at rest is settled on it
+            first = values[way * (n - 1), column]
+            z1 = z2 = 0.0
+            for k in range(n):
+                row = n - 1 - k if way else k
+                x = values[row, column] - first
+                y = z1 + a0 * x
+                z1 = z2 + a1 * x + b1 * y
+                z2 = a2 * x + b2 * y
+                values[row, column] = y + first

@@ -1,0 +1,32 @@
+"""Colours as numbers, without matplotlib: to import that takes as long as a picture to draw."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.records import FloatArray
+from contiga.report.style import SCALE
+
+_STEPS = 256
+"""Colours that a colour map of matplotlib has."""
+
+
+def channels(colour: str) -> FloatArray:
+    """(3,) red, green and blue from 0 to 1.
+
+    >>> channels("#ff0033").tolist()
+    [1.0, 0.0, 0.2]
+    """
+    return np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
+
+
+def scale_colours(share: FloatArray) -> FloatArray:
+    """(k, 3) colours at (k,) shares of `SCALE`, as `colour_map` has them.
+
+    What lies below, above or nowhere has the colour of an end.
+    """
+    stops = np.array([channels(colour) for colour in SCALE])
+    places, steps = np.linspace(0.0, 1.0, len(stops)), np.linspace(0.0, 1.0, _STEPS)
+    table = np.stack([np.interp(steps, places, of) for of in stops.T], axis=1)
+    at = np.fmin(np.fmax(share * _STEPS, 0.0), _STEPS - 1.0)
+    return np.asarray(table[at.astype(np.intp)])

@@ -1,0 +1,67 @@
+"""Fields over time as the report asks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from numpy.typing import NDArray
+
+from contiga.io.out.vtkhdf_layout import Part
+from contiga.records import FloatArray
+
+
+class Fields(Protocol):
+    """What there is at each recorded step: a `FieldSeries`, or one that keeps what it reads."""
+
+    @property
+    def times(self) -> FloatArray:
+        """(n,) of the steps."""
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """Bodies and slaves in the order in which their points are stacked."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the point data."""
+
+    def points(self, i: int) -> FloatArray:
+        """(N, 3) points of all parts at step `i`."""
+
+    def data(self, i: int, name: str) -> NDArray[Any]:
+        """(N,) or (N, k) point data at step `i`."""
+
+    def rows(self, part: str) -> slice:
+        """Rows of a part among the stacked points."""
+
+
+class ReadOnce:
+    """Fields that read once what is asked for several times in a row, at one step.
+
+    A step of a scene asks five times for the points and three times for the statuses, which took
+    two fifths of its time. What is returned is shared, and cannot be written to.
+    """
+
+    def __init__(self, series: Fields) -> None:
+        self._series = series
+        self._step = -1
+        self._kept: dict[str, NDArray[Any]] = {}
+        self.times, self.parts, self.names = series.times, series.parts, series.names
+        self.rows = series.rows
+
+    def points(self, i: int) -> FloatArray:
+        """(N, 3) points of all parts at step `i`."""
+        return self._once(i, "", lambda: self._series.points(i))
+
+    def data(self, i: int, name: str) -> NDArray[Any]:
+        """(N,) or (N, k) point data at step `i`."""
+        return self._once(i, name, lambda: self._series.data(i, name))
+
+    def _once(self, i: int, name: str, read: Callable[[], NDArray[Any]]) -> NDArray[Any]:
+        if i != self._step:
+            self._step, self._kept = i, {}
+        if name not in self._kept:
+            self._kept[name] = read()
+            self._kept[name].flags.writeable = False
+        return self._kept[name]
