@@ -13,7 +13,7 @@ from typing import Any
 from weakref import ref
 
 from llvmlite.binding import ffi
-from numba.core import analysis, base, ir, postproc, transforms
+from numba.core import analysis, base, errors, ir, lowering, postproc, transforms, typeinfer
 from numba.core.datamodel.manager import DataModelManager
 from numba.core.inline_closurecall import InlineWorker
 from numba.core.targetconfig import ConfigStack, TargetConfig
@@ -303,6 +303,31 @@ def _refresh_when_there_is_more() -> None:
     refreshes(base.BaseContext)
 
 
+def _word_errors_when_there_are_any() -> None:
+    """Let numba say where it was, for messages, when something is raised and not before.
+
+    It does for every instruction and every constraint, by a generator.
+    """
+
+    class Context:
+        def __init__(self, *told: Any, **named: Any) -> None:
+            self._told = told, named
+
+        def __enter__(self) -> None:
+            return None
+
+        def __exit__(self, _: Any, error: BaseException | None, __: Any) -> None:
+            if error is not None:
+                told, named = self._told
+                with asked(*told, **named):
+                    raise error
+
+    asked: Any = _replaced(errors, "new_error_context", Context)
+    for module in (lowering, typeinfer):
+        if vars(module).get("new_error_context") is asked:
+            _replaced(module, "new_error_context", Context)
+
+
 _compare_faster()
 _type_calls_once()
 _read_inlined_once()
@@ -316,3 +341,4 @@ _tell_kinds_of_types_faster()
 _hash_types_once()
 _find_models_faster()
 _refresh_when_there_is_more()
+_word_errors_when_there_are_any()

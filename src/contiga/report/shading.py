@@ -88,7 +88,8 @@ def _smooth_corners(triangles: IntArray, facet: FloatArray) -> tuple[int, NDArra
     smooth = np.einsum("ei,ei->e", facet[inner.left], facet[inner.right]) >= _CREASE
     pairs = np.concatenate([inner.first[smooth], inner.second[smooth]])
     group = np.empty(triangles.size, np.int64)
-    return shading_groups_nb.joined(pairs, np.arange(triangles.size), group), group
+    parent = np.arange(triangles.size, dtype=np.int32)
+    return shading_groups_nb.joined(pairs, parent, group), group
 
 
 def _facet_normals(points: FloatArray, triangles: IntArray) -> FloatArray:

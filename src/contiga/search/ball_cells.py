@@ -54,6 +54,8 @@ WANTING = 0.25
 SURROUNDINGS = (2.0, 1.0, 0.0)
 # Balls that a block is to allow, in units of the goal.
 ENOUGH = 3.0
+# Cells that a thread takes at once.
+CELLS = 16
 # Sides that lie closer than this share of the body's size are one.
 CLOSE = 1e-12
 
@@ -167,7 +169,7 @@ def _quarters(tables: Tables, centre: FloatArray) -> Records:
     cells["element"] = np.repeat(np.arange(n), 4)
     halves = [(-0.5, 0.0), (0.0, 0.5)]
     cells["box"] = np.tile([(*a, *b) for a in halves for b in halves], (n, 1))
-    ball_cell_nb.measure_cells(tables.elements, centre, cells, 0, 4 * n)
+    _measure_cells(tables, centre, cells)
     return cells
 
 
@@ -214,12 +216,16 @@ def _place_cells(cells: Records, box: FloatArray, table: Records) -> None:
 def _measure(place: _Place, cells: Records) -> None:
     """Bounds of cells, and where they lie in caps and in the trims."""
     tables = place.tables
-    ball_cell_nb.measure_cells(tables.elements, place.centre, cells, 0, len(cells))
+    _measure_cells(tables, place.centre, cells)
     place.caps.mark(cells)
     cells["state"] = tables.elements.table["trim"][cells["element"]]
     for k in np.flatnonzero(cells["state"] == CUT):
         box = cells["uv"][k].tolist()
         cells["state"][k] = trim_nb.box_state(tables.trims, int(cells["patch"][k]), *box)
+
+
+def _measure_cells(tables: Tables, centre: FloatArray, cells: Records) -> None:
+    run_ranges(ball_cell_nb.measure_cells, len(cells), CELLS, tables.elements, centre, cells)
 
 
 def _with_homes(place: _Place, bases: Places, cells: Records) -> _Cells:
@@ -374,6 +380,5 @@ def _bound(place: _Place, all_cells: _Cells, rows: Places) -> None:
     surface = (place.tables.elements, place.tables.trims, place.centre)
     limits = (place.size, CAP * place.size, GOAL * place.size)
     result = (rows, all_cells.value, all_cells.want)
-    run_ranges(
-        ball_bound_nb.bound_cells, len(rows), 16, body, surface, all_cells.homes, limits, result
-    )
+    given = body, surface, all_cells.homes, limits, result
+    run_ranges(ball_bound_nb.bound_cells, len(rows), CELLS, *given)

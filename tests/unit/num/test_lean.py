@@ -6,18 +6,20 @@ import _abc
 import copy
 import pickle
 import weakref
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 import pytest
 from numba import njit
-from numba.core import ir, types
+from numba.core import errors, ir, lowering, typeinfer, types
 from numba.core.compiler import DefaultPassBuilder
+from numba.core.errors import LoweringError, NumbaError
 from numba.core.registry import cpu_target
 from numba.core.typed_passes import NopythonRewrites
 from numba.core.typing.context import BaseContext
 from numba.core.untyped_passes import InlineClosureLikes
-from numba.extending import overload
+from numba.extending import intrinsic, overload
 
 from contiga.num.compiler import KernelCompiler
 from contiga.num.jit import inlined
@@ -271,7 +273,7 @@ def test_no_hash_goes_into_files() -> None:
 def test_models_of_types_are_found_again() -> None:
     models = cpu_target.target_context.data_model_manager
     pair = types.UniTuple(types.int64, 2)
-    assert models[pair] is models.lookup(pair)
+    assert models[pair] is models.lookup(pair) is vars(models)["_models"][id(pair)]
     assert models[pair]._fe_type is pair
     assert models.copy()[pair] is not models[pair]
 
@@ -299,3 +301,44 @@ def test_declarations_are_looked_for_where_there_are_more(monkeypatch: pytest.Mo
     overload(doubled)(lambda a: lambda a: 3.0 * a)
     assert calls(1.0) == 3.0
     assert looked.count > 0
+
+
+def test_errors_say_where_numba_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    def untyped(a):
+        return a.nothing + 1
+
+    def unlowered(a):
+        return raised(a)
+
+    @intrinsic
+    def raised(_context, of):
+        def lower(*_: object) -> object:
+            raise LoweringError("not to be had")
+
+        return of(of), lower
+
+    def messages() -> list[str]:
+        found = []
+        for function in (untyped, unlowered):
+            with pytest.raises(NumbaError) as caught:
+                compiled(function)(1.0)
+            found.append(str(caught.value))
+        return found
+
+    ours = messages()
+    assert "typing of get attribute at" in ours[0]
+    assert "lowering" in ours[1]
+    own = contextmanager(new_error_context)
+    for module in (errors, lowering, typeinfer):
+        assert module.new_error_context is not own
+        monkeypatch.setattr(module, "new_error_context", own)
+    assert messages() == ours
+
+
+def new_error_context(told, *args, **named):
+    """numba's, as it is: `numba.core.errors`."""
+    try:
+        yield
+    except NumbaError as error:
+        error.add_context(told.format(*args, **named))
+        raise
