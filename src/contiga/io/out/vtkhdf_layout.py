@@ -193,8 +193,9 @@ def arrays_of(root: Any) -> list[tuple[str, Any, Any]]:
 class Growing:
     """An array of an open file that grows by rows.
 
-    By h5py's lower level, and kept open: h5py's slices cost four times as much, to look an array up
-    by its name as much as to write to it, and steps are many small arrays.
+    By h5py's lower level, and kept open with the spaces it is written by: h5py's slices cost four
+    times as much, to look an array up by its name as much as to write to it, and steps are many
+    small arrays.
 
     Parameters
     ----------
@@ -207,18 +208,20 @@ class Growing:
         self.columns: tuple[int, ...] = stored.shape[1:]
         self.chunk: int = stored.chunks[0]
         self.length: int = stored.shape[0]
+        self._place = self._id.get_space()
+        self._rows = self._id.get_space()
 
     def put(self, start: int, values: Any) -> None:
         """Write `values` from row `start` on; the array ends with them."""
-        from h5py import h5s
-
         rows = np.ascontiguousarray(values, dtype=self.dtype).reshape(-1, *self.columns)
         self.length = start + len(rows)
-        self._id.set_extent((self.length, *self.columns))
+        extent = self.length, *self.columns
+        self._id.set_extent(extent)
         if len(rows):
-            place = self._id.get_space()
-            place.select_hyperslab((start, *(0 for _ in self.columns)), rows.shape)
-            self._id.write(h5s.create_simple(rows.shape), place, rows)
+            self._place.set_extent_simple(extent)
+            self._place.select_hyperslab((start, *(0 for _ in self.columns)), rows.shape)
+            self._rows.set_extent_simple(rows.shape)
+            self._id.write(self._rows, self._place, rows)
 
     def extend(self, values: Any) -> None:
         """Write `values` at the end."""
