@@ -128,15 +128,17 @@ class Values(Lower):  # type: ignore[misc]
             self.builder = Builder(self.entry_block)
 
     def _find_singly_assigned_variable(self) -> None:
-        super()._find_singly_assigned_variable()
         self._lean = (
             not self._disable_sroa_like_opt
             and self.generator_info is None
             and not any(_catches(block) for block in self.blocks.values())
         )
-        if self._lean:
-            once = _assigned_once(self.blocks)
-            self._singly_assigned_vars |= {name for name in once if not self._is_counted(name)}
+        if not self._lean:
+            super()._find_singly_assigned_variable()
+            return
+        once, inner = _assigned_once(self.blocks)
+        self._singly_assigned_vars = inner | {n for n in once - inner if not self._is_counted(n)}
+        self._blk_local_varmap: dict[str, Any] = {}
 
     def _is_counted(self, name: str) -> bool:
         """Whether references to what a variable holds are counted."""
@@ -350,8 +352,9 @@ def _catches(block: Any) -> bool:
     )
 
 
-def _assigned_once(blocks: Any) -> set[str]:
-    """Names of the variables that are assigned once, ahead of all that use them.
+def _assigned_once(blocks: Any) -> tuple[set[str], set[str]]:
+    """Names of the variables that are assigned once, ahead of all that use them, and of those of
+    them that no other block uses.
 
     Blocks are written in the order of their labels, which need not be that in which they are run.
     """
@@ -364,7 +367,7 @@ def _assigned_once(blocks: Any) -> set[str]:
     before = compute_cfg_from_blocks(blocks).dominators()
     for at, names in found.usemap.items():
         values -= {n for n in names & values if home[n] >= at or home[n] not in before[at]}
-    return values
+    return values, values.difference(*found.usemap.values())
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
