@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from contiga.warmup.crew import Crew
 
 MANY = 4
-"""Kernels that are compiled before there is a need of others, where not all of them are missing."""
+"""Kernels that are compiled before other processes are called, where it is not a first run."""
 HELPERS = 7
 """Processes beside a run, at most: each takes some 400 MB."""
 
@@ -35,26 +35,29 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
     crew: list[Crew] = []
     counted = 0
 
-    def count(compiling: int) -> None:
-        nonlocal counted
-        before, counted = counted, counted + compiling
-        if before == 0 and tell:
+    def say() -> None:
+        if tell:
             print(_line(helpers), file=sys.stderr, flush=True)
-        if before < MANY <= counted and helpers:
+
+    def call_others() -> None:
+        if helpers:
             with suppress(OSError):  # no more processes: the run compiles by itself
                 crew.append(_crew(helpers))
 
     class Watcher(event.Listener):  # type: ignore[misc]
         def on_start(self, _: Any) -> None:
-            count(1)
+            nonlocal counted
+            counted += 1
+            if counted == 1 and not first:
+                say()
+            if counted == MANY and not first:
+                call_others()
 
         def on_end(self, _: Any) -> None:
             pass
 
     watcher = Watcher()
     event.register("numba:compile", watcher)
-    if helpers and _is_first():
-        count(MANY)
 
     @context.call_on_close
     def end() -> None:
@@ -63,9 +66,14 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
             COMPANY.remove(one)
             one.end()
 
+    first = helpers > 0 and _is_first()
+    if first:
+        say()
+        call_others()
+
 
 def _is_first() -> bool:
-    """Whether not even what every case comes to is kept."""
+    """Whether the kernel of tracking has to be compiled, which every case comes to."""
     from contiga.num.preload import is_missing
     from contiga.search.kernels.track_nb import track_chunks
 

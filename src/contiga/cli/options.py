@@ -36,7 +36,7 @@ def load(case: Path, settings: list[str] | None, context: typer.Context | None =
     """
     _expect_cad(case)
     if context is not None:
-        watch_compiling(context, helped=True)
+        watch_compiling(context, helped=case.is_file())
     from contiga.case.schema import load_case
     from contiga.case.settings import parse_settings
 

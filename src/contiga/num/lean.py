@@ -281,21 +281,23 @@ def _refresh_when_there_is_more() -> None:
     It goes through all its lists of them, twice for a kernel, also one that is only read.
     """
 
-    def told(context: Any) -> tuple[int, int]:
+    def told(context: Any) -> tuple[int, int] | None:
+        """How many modules there are, which numba may ask for their lists, and how long the lists
+        are that it knows; none where a numba to come keeps them elsewhere."""
         typing = getattr(context, "typing_context", context)
-        lists = chain(context._registries.items(), typing._registries.items())
-        counts = (
-            len(getattr(registry, name))
-            for registry, loader in lists
-            for name in loader.registry_items
-        )
+        try:
+            lists = chain(context._registries.items(), typing._registries.items())
+            counts = [len(getattr(of, n)) for of, how in lists for n in how.registry_items]
+        except AttributeError:
+            return None
         return len(sys.modules), sum(counts)
 
     def refreshes(kind: Any) -> None:
         def refresh(self: Any) -> None:
-            if vars(self).get("_told") != told(self):
+            now = told(self)
+            if now is None or vars(self).get("_told") != now:
                 asked(self)
-                self._told = told(self)
+                self._told = now  # what is declared meanwhile has yet to be looked for
 
         asked = _replaced(kind, "refresh", refresh)
 
@@ -308,19 +310,32 @@ def _word_errors_when_there_are_any() -> None:
 
     It does for every instruction and every constraint, by a generator.
     """
+    place: Any = getattr(errors, "loc_info", None)
+    home: Any = getattr(errors, "_numba_path", None)
+    if place is None or home is None:
+        return
 
     class Context:
         def __init__(self, *told: Any, **named: Any) -> None:
             self._told = told, named
 
         def __enter__(self) -> None:
-            return None
+            named = self._told[1]
+            loc = named.get("loc")
+            if loc is not None and not loc.filename.startswith(home):
+                place.update(named)  # as numba does: messages in kernels name the last one
 
         def __exit__(self, _: Any, error: BaseException | None, __: Any) -> None:
-            if error is not None:
-                told, named = self._told
+            if error is None:
+                return
+            told, named = self._told
+            kept = dict(place)
+            try:
                 with asked(*told, **named):
                     raise error
+            finally:
+                place.clear()
+                place.update(kept)
 
     asked: Any = _replaced(errors, "new_error_context", Context)
     for module in (lowering, typeinfer):

@@ -11,7 +11,7 @@ from contiga.io.out.vtkhdf_layout import Part
 from contiga.records import FloatArray
 
 
-class Fields(Protocol):
+class RecordedFields(Protocol):
     """What there is at each recorded step: a `FieldSeries`, or one that keeps what it reads."""
 
     @property
@@ -43,7 +43,7 @@ class ReadOnce:
     two fifths of its time. What is returned is shared, and cannot be written to.
     """
 
-    def __init__(self, series: Fields) -> None:
+    def __init__(self, series: RecordedFields) -> None:
         self._series = series
         self._step = -1
         self._kept: dict[str, NDArray[Any]] = {}

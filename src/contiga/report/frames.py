@@ -17,7 +17,7 @@ from contiga.report.style import number
 
 if TYPE_CHECKING:
     from contiga.io.out.outlines import OutlineSeries
-    from contiga.report.fields import Fields
+    from contiga.report.fields import RecordedFields
 
 MOST = 40
 """Steps that a page shows at most."""
@@ -76,7 +76,7 @@ class Frames(NamedTuple):
 
 
 def frames_of(
-    series: Fields, outlines: OutlineSeries | None, shown: int, peak: Peak, units: Units
+    series: RecordedFields, outlines: OutlineSeries | None, shown: int, peak: Peak, units: Units
 ) -> Frames:
     """Recorded steps of a run, the one `shown` first among them.
 
@@ -122,7 +122,7 @@ def frames_of(
     )
 
 
-def _in_focus(series: Fields, step: int, peak: Peak) -> FloatArray:
+def _in_focus(series: RecordedFields, step: int, peak: Peak) -> FloatArray:
     """Where the parts that the peak is framed by are at a step; all that are seen without one."""
     parts = seen_parts(series, step)
     if peak.focus is None:

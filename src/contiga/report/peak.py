@@ -12,7 +12,7 @@ from contiga.report.focus import Focus, focus_of
 
 if TYPE_CHECKING:
     from contiga.io.out.outlines import OutlineSeries
-    from contiga.report.fields import Fields
+    from contiga.report.fields import RecordedFields
 
 
 class Outline(NamedTuple):
@@ -77,7 +77,7 @@ class Touched(NamedTuple):
     cluster: IntArray | None
 
 
-def stacked(series: Fields, frame: int, kind: str) -> tuple[FloatArray, IntArray, IntArray]:
+def stacked(series: RecordedFields, frame: int, kind: str) -> tuple[FloatArray, IntArray, IntArray]:
     """Points (n, 3), triangles (m, 3) and row numbers (n,) of all parts of one `kind`."""
     points = np.asarray(series.points(frame), dtype=np.float64)
     triangles, count = [np.zeros((0, 3), dtype=np.int32)], 0
@@ -90,18 +90,18 @@ def stacked(series: Fields, frame: int, kind: str) -> tuple[FloatArray, IntArray
     return points[chosen], np.concatenate(triangles), chosen.astype(np.int32)
 
 
-def _chosen(series: Fields, kind: str) -> IndexArray:
+def _chosen(series: RecordedFields, kind: str) -> IndexArray:
     """(n,) row numbers of all parts of one `kind`."""
     rows = [np.arange(part.start, part.stop) for part in rows_of(series, kind)]
     return np.concatenate([np.zeros(0, dtype=np.int64), *rows])
 
 
-def rows_of(series: Fields, kind: str) -> list[slice]:
+def rows_of(series: RecordedFields, kind: str) -> list[slice]:
     """Rows among the stacked points of each part of one `kind`."""
     return [series.rows(part.name) for part in series.parts if part.kind == kind]
 
 
-def peak_frame(series: Fields, times: FloatArray, force: FloatArray) -> int:
+def peak_frame(series: RecordedFields, times: FloatArray, force: FloatArray) -> int:
     """The recorded frame with the greatest force; without any force, that of the deepest point.
 
     `times` and `force` (n_steps,) come from the history, which has every step.
@@ -114,7 +114,7 @@ def peak_frame(series: Fields, times: FloatArray, force: FloatArray) -> int:
     return int(np.argmax(depth))
 
 
-def touched_at(series: Fields, frame: int) -> Touched:
+def touched_at(series: RecordedFields, frame: int) -> Touched:
     """What is in contact at one recorded frame."""
     rows = _chosen(series, "slave")
     status = np.asarray(series.data(frame, "contact_status"))[rows]
@@ -128,7 +128,7 @@ def touched_at(series: Fields, frame: int) -> Touched:
     return Touched(status, in_contact, penetration, pressure, cluster)
 
 
-def at_frame(series: Fields, frame: int, outlines: OutlineSeries | None = None) -> Peak:
+def at_frame(series: RecordedFields, frame: int, outlines: OutlineSeries | None = None) -> Peak:
     """The scene of one recorded frame; `outlines` has the same frames as `series`."""
     body_points, body_triangles, _ = stacked(series, frame, "body")
     slave_points, slave_triangles, rows = stacked(series, frame, "slave")
@@ -159,7 +159,7 @@ def at_frame(series: Fields, frame: int, outlines: OutlineSeries | None = None) 
     )
 
 
-def seen_parts(series: Fields, frame: int) -> list[FloatArray]:
+def seen_parts(series: RecordedFields, frame: int) -> list[FloatArray]:
     """Points (n, 3) of each part at a recorded time, of slaves those that take part in contact."""
     points = np.asarray(series.points(frame), dtype=np.float64)
     status = np.asarray(series.data(frame, "contact_status"))
@@ -171,7 +171,7 @@ def seen_parts(series: Fields, frame: int) -> list[FloatArray]:
 
 
 def _focus(
-    series: Fields, frame: int, patch: FloatArray, depth: float
+    series: RecordedFields, frame: int, patch: FloatArray, depth: float
 ) -> tuple[Focus | None, FloatArray | None]:
     parts = seen_parts(series, frame)
     focus = focus_of(parts, patch, depth)

@@ -13,7 +13,7 @@ from contiga.records import FloatArray
 
 if TYPE_CHECKING:
     from contiga.io.out.outlines import OutlineSeries
-    from contiga.report.fields import Fields
+    from contiga.report.fields import RecordedFields
 
 Columns = dict[str, FloatArray]
 _ONLY_ONE = "contact"
@@ -157,7 +157,7 @@ def sort_columns(history: Columns, contacts: list[str], sensors: list[str]) -> O
     return owners
 
 
-def read_fields(run: Run) -> Fields | None:
+def read_fields(run: Run) -> RecordedFields | None:
     """The fields over time, None where the run wrote none."""
     path = run.folder / "fields.vtkhdf"
     if not path.is_file():

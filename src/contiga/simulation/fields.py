@@ -101,9 +101,11 @@ class Fields:
 
     def close(self) -> None:
         """End writing."""
-        if self._outlines is not None:
-            self._outlines.close()
-        self._writer.close()
+        try:
+            if self._outlines is not None:
+                self._outlines.close()
+        finally:
+            self._writer.close()
 
 
 def _units(units: tuple[str, str, str]) -> dict[str, str]:

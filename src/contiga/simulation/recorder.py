@@ -213,15 +213,20 @@ class Recorder:
         """Leave a checkpoint of the last whole step; nothing at all where there is none."""
         if self.folder is None:
             return
-        if self.done == 0:
-            names.clear_last_run(self.folder)
-            if self._made:
-                with suppress(OSError):
-                    self.folder.rmdir()
+        try:
+            if self._fields is not None:
+                self._fields.close()  # else they could be neither removed nor renamed everywhere
+        finally:
+            self._leave(self.folder)
+
+    def _leave(self, folder: Path) -> None:
+        if self.done:
+            self._checkpoint()
             return
-        self._checkpoint()
-        if self._fields is not None:
-            self._fields.close()
+        names.clear_last_run(folder)
+        if self._made:
+            with suppress(OSError):
+                folder.rmdir()
 
     def finish(self, summary: dict[str, Any], history: dict[str, FloatArray]) -> None:
         """Write what belongs to a run that went through, under its final names."""

@@ -172,10 +172,12 @@ def command_context(monkeypatch: pytest.MonkeyPatch, threads: int) -> typer.Cont
     return typer.Context(typer.main.get_command(commands.app))
 
 
+@pytest.mark.parametrize("first", [True, False])
 def test_others_help_a_run_that_has_much_to_compile(
-    stub: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    first: bool, stub: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     started: list[crew.Crew] = []
+    monkeypatch.setattr(compiling, "_is_first", lambda: first)
     own = crew.Crew.__init__
     monkeypatch.setattr(
         crew.Crew, "__init__", lambda self, *given: (started.append(self), own(self, *given))[1]
@@ -183,8 +185,9 @@ def test_others_help_a_run_that_has_much_to_compile(
     stub()
     context, heard = command_context(monkeypatch, 3), Event(monkeypatch)
     compiling.watch_compiling(context, helped=True)
+    assert len(started) == first  # at once
     heard.compiled(compiling.MANY - 1)
-    assert not started
+    assert len(started) == first
     heard.compiled(compiling.MANY)
     (team,) = started
     assert len(team._processes) == 2

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import platform
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -26,4 +28,6 @@ def test_it_has_the_bits_of_scipy(cls: int, dt: float, n: int, columns: int) -> 
     values = 1e3 + np.random.default_rng(n).normal(size=(n, columns)).cumsum(axis=0)
     theirs = one_way(one_way(values, a, b)[::-1], a, b)[::-1]
     forward_and_back(values, a, b)
-    assert values.tobytes() == theirs.tobytes()
+    if platform.machine().lower() in ("x86_64", "amd64"):
+        assert values.tobytes() == theirs.tobytes()
+    assert values == pytest.approx(theirs, rel=1e-12)  # elsewhere scipy may be compiled to fuse

@@ -49,6 +49,19 @@ def test_a_function_that_is_not_compiled_is_passed_over() -> None:
     assert preload([len]) == 0
 
 
+def test_a_kernel_is_missing_until_it_is_kept(tmp_path: Path) -> None:
+    (tmp_path / "kernels_of_mine.py").write_text(SOURCE)
+    run = (
+        "import sys; sys.path.insert(0, sys.argv[1])\n"
+        "from contiga.num.preload import is_missing\n"
+        "from kernels_of_mine import doubled\n"
+        "print(is_missing(doubled)); doubled(1); print(is_missing(doubled), is_missing(len))\n"
+    )
+    command = [sys.executable, "-c", run, str(tmp_path)]
+    said = [subprocess.run(command, capture_output=True, text=True).stdout for _ in range(2)]
+    assert said == ["True\nFalse False\n", "False\nFalse False\n"]
+
+
 def test_loading_a_kernel_leaves_scipy_alone_and_numba_can_do_without_ours() -> None:
     """scipy.linalg takes as long to import as numba; a kernel of somebody else's may need it."""
     code = (

@@ -83,6 +83,11 @@ class OutlinesWriter:
 
     def append(self, time: float, loops: Loops) -> None:
         """Add a step; one without lines is empty."""
+        with self._steps.step(self.n_steps + 1):
+            self._append(float(time), loops)
+        self.n_steps += 1
+
+    def _append(self, time: float, loops: Loops) -> None:
         points, first = loops.points, loops.first
         steps = self._steps
         before = steps["Points"].length
@@ -92,7 +97,7 @@ class OutlinesWriter:
             "PointOffsets": before,
             "PointDataOffsets/cluster": before,
             "PointDataOffsets/contact": before,
-            "Values": float(time),
+            "Values": time,
         }
         for name, value in starts.items():
             steps[f"Steps/{name}"].extend([value])
@@ -111,8 +116,6 @@ class OutlinesWriter:
             steps[f"PointData/{name}"].extend(labels)
         steps["NumberOfPoints"].extend([len(points)])
         _append_cells(steps, first)
-        steps.count(self.n_steps + 1)
-        self.n_steps += 1
 
     def close(self) -> None:
         """Let go of the file."""

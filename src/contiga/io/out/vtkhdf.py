@@ -42,7 +42,8 @@ class FieldsWriter:
     """Appends steps to a VTKHDF file.
 
     After every step the file is whole and readable, by ParaView too while a run goes on, and a
-    program that dies leaves all steps it had appended.
+    program that dies leaves all steps it had appended. It stays open between steps: the program
+    that writes it reads it by `read_fields`, or by ``h5py.File(path, locking=False)``.
 
     Parameters
     ----------
@@ -130,21 +131,29 @@ class FieldsWriter:
         arrays = {"Points": _as_rows("points", points, self.n_points, 3)}
         for name, values in (point_data or {}).items():
             arrays[f"PointData/{name}"] = _as_rows(name, values, self.n_points, None)
+        last = dict(self._last)
+        try:
+            with self._steps.step(self.n_steps + 1):
+                self._append(float(time), arrays)
+        except BaseException:
+            self._last = last  # what there is of this step is written over
+            raise
+        self.n_steps += 1
+        self._time = float(time)
+
+    def _append(self, time: float, arrays: dict[str, NDArray[Any]]) -> None:
         if self.n_steps == 0:
             self._create(arrays)
+        self._check_step(time, arrays)
         steps = self._steps
-        self._check_step(float(time), arrays)
         for name, values in arrays.items():
             start = self._append_array(name, values)
             steps[f"Steps/{offsets_of(name)}"].put(self.n_steps, start)
-        steps["Steps/Values"].put(self.n_steps, float(time))
+        steps["Steps/Values"].put(self.n_steps, time)
         for name in ("PartOffsets", "CellOffsets", "ConnectivityIdOffsets"):
             offsets = steps[f"Steps/{name}"]
             offsets.put(self.n_steps, np.zeros((1, *offsets.columns)))
         steps["Steps/NumberOfParts"].put(self.n_steps, 1)
-        steps.count(self.n_steps + 1)
-        self.n_steps += 1
-        self._time = float(time)
 
     def flush(self) -> None:
         """Have the steps appended so far brought to the disk by the operating system."""

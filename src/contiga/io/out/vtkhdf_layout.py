@@ -7,6 +7,8 @@ values start, and that its topology starts at the beginning.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -207,16 +209,16 @@ class Growing:
         self.dtype: np.dtype[Any] = stored.dtype
         self.columns: tuple[int, ...] = stored.shape[1:]
         self.chunk: int = stored.chunks[0]
-        self.length: int = stored.shape[0]
+        self.length = self._counted = int(stored.shape[0])
         self._place = self._id.get_space()
         self._rows = self._id.get_space()
 
     def put(self, start: int, values: Any) -> None:
         """Write `values` from row `start` on; the array ends with them."""
         rows = np.ascontiguousarray(values, dtype=self.dtype).reshape(-1, *self.columns)
-        self.length = start + len(rows)
-        extent = self.length, *self.columns
+        extent = start + len(rows), *self.columns
         self._id.set_extent(extent)
+        self.length = extent[0]
         if len(rows):
             self._place.set_extent_simple(extent)
             self._place.select_hyperslab((start, *(0 for _ in self.columns)), rows.shape)
@@ -227,13 +229,23 @@ class Growing:
         """Write `values` at the end."""
         self.put(self.length, values)
 
+    def keep(self) -> None:
+        """Take what was written for whole."""
+        self._counted = self.length
+
+    def drop(self) -> None:
+        """Cut off what was not: VTK takes arrays for as long as steps are counted, and writes
+        beyond its memory where they are longer."""
+        self.length = self._counted
+        self._id.set_extent((self.length, *self.columns))
+
 
 class Steps:
     """A file that steps are appended to, open from the first of them until it is closed.
 
-    All of a step is handed to the system before it is counted, and so is the count. So the file on
-    the disk is whole between steps: programs may read it while it is written, and one that dies
-    leaves all steps it had appended.
+    All of a step is handed to the system before it is counted, and so is the count. So the file is
+    whole between steps: a program that dies leaves all steps it had appended, and others may read
+    them; one that looks while a step is handed over may have to look again.
 
     Parameters
     ----------
@@ -265,21 +277,54 @@ class Steps:
             found = self._arrays[name] = Growing(self.root[name])
         return found
 
-    def count(self, n_steps: int) -> None:
-        """Have readers see that many steps."""
-        # The count comes last, when all it counts has been handed to the system: what is cut off
-        # before is a step that readers do not see.
-        steps = self.root["Steps"]
-        self._file.flush()
-        steps.attrs["NSteps"] = np.int64(n_steps)
-        self._file.flush()
+    @contextmanager
+    def step(self, number: int) -> Iterator[None]:
+        """Within this a step is written; readers see that many once all of it is there.
+
+        Raises
+        ------
+        OutputError
+            It cannot be written.
+        """
+        try:
+            with self._told():
+                yield
+                steps = self.root["Steps"]
+                self._file.flush()
+                # The count comes last, when all it counts has been handed to the system: what is
+                # cut off before is a step that readers do not see.
+                steps.attrs["NSteps"] = np.int64(number)
+                self._file.flush()
+        except BaseException:
+            with self._told():
+                for array in self._arrays.values():
+                    array.drop()
+            raise
+        for array in self._arrays.values():
+            array.keep()
 
     def close(self) -> None:
-        """Let go of the file; it is opened again where more is to be written."""
+        """Let go of the file; it is opened again where more is to be written.
+
+        Raises
+        ------
+        OutputError
+            What was not yet handed to the system cannot be written.
+        """
         file, self._file = self._file, None
         self._arrays.clear()
         if file is not None:
-            file.close()
+            with self._told():
+                file.close()
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        """Say what is wrong with the file where HDF5 does."""
+        try:
+            yield
+        except (OSError, RuntimeError) as error:  # of a full disk, too
+            text = f"cannot be written as HDF5: {error}"
+            raise OutputError(text, where=str(self._path)) from error
 
 
 def truncate(root: Any, n_steps: int, n_points: int) -> None:

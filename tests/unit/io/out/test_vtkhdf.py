@@ -11,6 +11,7 @@ import pytest
 
 from contiga.errors import FileError, InputError, OutputError
 from contiga.io.out.vtkhdf import FieldsWriter, Part, read_fields
+from contiga.io.out.vtkhdf_layout import Growing
 
 PARTS = [
     Part("plate", "body", 5, np.array([[0, 1, 2], [2, 3, 4]])),
@@ -225,6 +226,88 @@ def test_a_step_that_was_not_finished_is_not_seen_and_written_over(tmp_path):
     for i in range(3, 6):
         writer.append(0.25 * i, *step(i))
     assert_reads_back(path, 6)
+
+
+def interrupted(monkeypatch, writer, after, give):
+    """Append by a function that is stopped behind so many arrays, whatever it is at."""
+    own, left = Growing.put, [after]
+
+    def put(self, start, values):
+        left[0] -= 1
+        if left[0] < 0:
+            raise KeyboardInterrupt
+        own(self, start, values)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Growing, "put", put)
+        with pytest.raises(KeyboardInterrupt):
+            give(writer)
+
+
+@pytest.mark.parametrize("after", range(12))
+def test_a_step_that_is_interrupted_is_written_over(tmp_path, monkeypatch, after):
+    path = tmp_path / "f.vtkhdf"
+    writer = FieldsWriter(path, PARTS)
+    for i in range(2):
+        writer.append(0.25 * i, *step(i))
+    # Of another step than the one that comes in its place.
+    interrupted(monkeypatch, writer, after, lambda own: own.append(0.5, *step(7)))
+    assert_reads_back(path, 2)
+    for i in range(2, 5):
+        writer.append(0.25 * i, *step(i))
+    assert_reads_back(path, 5)
+    interrupted(monkeypatch, writer, after, lambda own: own.append(1.25, *step(8)))
+    writer.close()
+    assert_reads_back(path, 5)
+    assert_vtk_reads(path, list(range(5)))
+    FieldsWriter.reopen(path, 5).append(1.25, *step(5))
+    assert_reads_back(path, 6)
+
+
+def test_a_program_that_dies_in_a_step_leaves_those_before(tmp_path):
+    path = tmp_path / "f.vtkhdf"
+    program = (
+        "import os, numpy as np\n"
+        "from contiga.io.out import vtkhdf, vtkhdf_layout\n"
+        "own = vtkhdf_layout.Growing.put\n"
+        "def put(self, start, values):\n"
+        "    if writer.n_steps == 3 and self is writer._steps['Steps/Values']:\n"
+        "        os._exit(9)\n"
+        "    own(self, start, values)\n"
+        "vtkhdf_layout.Growing.put = put\n"
+        f"writer = vtkhdf.FieldsWriter({str(path)!r}, [vtkhdf.Part('a', 'slave', 4, None)])\n"
+        "for i in range(5):\n"
+        "    writer.append(float(i), np.full((4, 3), float(i)), {'x': np.full(4, float(i))})\n"
+    )
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 9
+    series = read_fields(path)
+    assert series.times.tolist() == [0, 1, 2]
+    assert (series.points(2) == 2.0).all()
+    with FieldsWriter.reopen(path, 3) as writer:
+        writer.append(3.0, np.full((4, 3), 3.0), {"x": np.full(4, 3.0)})
+    assert read_fields(path).data(3, "x").tolist() == [3.0] * 4
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of a process are POSIX's")
+def test_a_disk_that_is_full_is_told_of(tmp_path):
+    path = tmp_path / "f.vtkhdf"
+    program = (
+        "import os, resource, signal, numpy as np\n"
+        "from contiga.errors import OutputError\n"
+        "from contiga.io.out.vtkhdf import FieldsWriter, Part\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        f"writer = FieldsWriter({str(path)!r}, [Part('a', 'slave', 5000, None)])\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))\n"
+        "try:\n"
+        "    for i in range(9):\n"
+        "        writer.append(float(i), np.random.default_rng(i).random((5000, 3)))\n"
+        "except OutputError as error:\n"
+        "    print(error, flush=True)\n"
+        "    os._exit(0)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert "cannot be written as HDF5" in done.stdout
+    assert str(path) in done.stdout
 
 
 def test_many_points_are_chunked_and_light(tmp_path):
