@@ -33,7 +33,7 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
 
     helpers = min(thread_count() - 1, HELPERS) if helped else 0
     crew: list[Crew] = []
-    counted = 0
+    counted, first = 0, False
 
     def say() -> None:
         if tell:

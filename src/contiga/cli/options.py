@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -34,18 +33,24 @@ def load(case: Path, settings: list[str] | None, context: typer.Context | None =
 
     From here on other processes compile beside the command of `context`, if it has to compile much.
     """
-    _expect_cad(case)
+    readable = _expect_cad(case)
     if context is not None:
-        watch_compiling(context, helped=case.is_file())
+        watch_compiling(context, helped=readable)
     from contiga.case.schema import load_case
     from contiga.case.settings import parse_settings
 
     return load_case(case, set=parse_settings(settings or ()))
 
 
-def _expect_cad(case: Path) -> None:
-    """Have what reads CAD loaded beside what reads cases, if the case may need it."""
+def _expect_cad(case: Path) -> bool:
+    """Have what reads CAD loaded beside what reads cases, if the case may need it.
+
+    Returns whether the file can be read; `load_case` says what is wrong.
+    """
     from contiga.io.cad.formats import expect_cad
 
-    with contextlib.suppress(OSError, UnicodeDecodeError):  # `load_case` says what is wrong
+    try:
         expect_cad(case.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError):
+        return False
+    return True

@@ -220,3 +220,14 @@ def test_commands_with_a_case_are_helped(
     monkeypatch.setattr("contiga.case.schema.load_case", lambda *_, **__: 1 // 0)
     command(name, case, *(("-o", case.with_suffix(".png")) if name == "preview" else ()))
     assert asked == [True]
+
+
+def test_nobody_is_called_for_a_case_that_is_not_there(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[bool] = []
+    monkeypatch.setattr(
+        "contiga.cli.options.watch_compiling", lambda _, helped: asked.append(helped)
+    )
+    command("run", tmp_path / "none.toml")
+    assert asked == [False]
