@@ -250,8 +250,9 @@ def test_a_step_that_is_interrupted_is_written_over(tmp_path, monkeypatch, after
     writer = FieldsWriter(path, PARTS)
     for i in range(2):
         writer.append(0.25 * i, *step(i))
-    # Of another step than the one that comes in its place.
+    # Once of another step than the one that comes in its place, and once of the same.
     interrupted(monkeypatch, writer, after, lambda own: own.append(0.5, *step(7)))
+    interrupted(monkeypatch, writer, after, lambda own: own.append(0.5, *step(2)))
     assert_reads_back(path, 2)
     for i in range(2, 5):
         writer.append(0.25 * i, *step(i))
