@@ -81,15 +81,14 @@ def corner_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     return np.asarray(total[group].reshape(-1, 3, 3))
 
 
-def _smooth_corners(triangles: IntArray, facet: FloatArray) -> tuple[int, NDArray[np.int64]]:
+def _smooth_corners(triangles: IntArray, facet: FloatArray) -> tuple[int, IntArray]:
     """How many groups of corners share a normal, and the group of each: corner c of facet f is
     3 f + c, and both ends of a smooth edge join the corners that meet there."""
     inner = _inner_edges(triangles)
     smooth = np.einsum("ei,ei->e", facet[inner.left], facet[inner.right]) >= _CREASE
     pairs = np.concatenate([inner.first[smooth], inner.second[smooth]])
-    group = np.empty(triangles.size, np.int64)
-    parent = np.arange(triangles.size, dtype=np.int32)
-    return shading_groups_nb.joined(pairs, parent, group), group
+    group = shading_groups_nb.joined(pairs, triangles.size)
+    return int(group.max(initial=-1)) + 1, group
 
 
 def _facet_normals(points: FloatArray, triangles: IntArray) -> FloatArray:

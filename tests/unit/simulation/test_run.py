@@ -17,7 +17,6 @@ from contiga.errors import InputError, OutputError
 from contiga.io.out.history import read_history
 from contiga.io.out.outlines import read_outlines
 from contiga.io.out.vtkhdf import read_fields
-from contiga.io.out.vtkhdf_layout import Growing, Steps
 from contiga.records import ContactStatus as Is
 from contiga.simulation import step as step_module
 from contiga.simulation.history import COUNTED
@@ -323,48 +322,6 @@ def test_an_error_at_the_start_leaves_nothing(
     with pytest.raises(InputError, match="from the start"):
         simulation.run(tmp_path / "own")
     assert list((tmp_path / "own").iterdir()) == []
-
-
-def _open_below(folder: Path) -> list[str]:
-    """Files that this process holds open, where the system tells."""
-    held = Path("/proc/self/fd")
-    paths = [str(entry.readlink()) for entry in held.iterdir() if entry.is_symlink()]
-    return [path for path in paths if path.startswith(str(folder))]
-
-
-@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="the system does not tell")
-@pytest.mark.parametrize("steps", [0, 2])
-def test_a_run_that_is_stopped_holds_no_file(
-    steps: int, simulation: Simulation, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    out, own, left = tmp_path / "out", Growing.put, [steps]
-
-    def put(self: Growing, start: int, values: object) -> None:
-        if self is not steps_of.get("Values"):
-            own(self, start, values)
-            return
-        left[0] -= 1
-        if left[0] < 0:
-            assert _open_below(out)
-            raise KeyboardInterrupt
-        own(self, start, values)
-
-    steps_of: dict[str, Growing] = {}
-    get = Steps.__getitem__
-
-    def found(self: Steps, name: str) -> Growing:
-        array = get(self, name)
-        if name == "Steps/Values" and "fields" in self._path.name:
-            steps_of["Values"] = array
-        return array
-
-    monkeypatch.setattr(Steps, "__getitem__", found)
-    monkeypatch.setattr(Growing, "put", put)
-    with pytest.raises(KeyboardInterrupt) as caught:
-        simulation.run(out)
-    assert not _open_below(out)
-    del caught  # till here it holds the run
-    assert out.exists() == (steps > 0)
 
 
 def test_an_output_folder_that_is_a_file_is_refused(simulation: Simulation, tmp_path: Path) -> None:

@@ -4,22 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.num.jit import inner, kernel
-from contiga.num.kernels.union_nb import root, unite
-
-
-@inner()
-def _numbered(parent):
-    label = np.empty(parent.shape[0], np.int32)
-    count = 0
-    for i in range(parent.shape[0]):
-        r = root(parent, i)
-        if r == i:
-            label[i] = count
-            count += 1
-        else:
-            label[i] = label[r]
-    return label
+from contiga.num.jit import kernel
+from contiga.num.kernels.union_nb import numbered, unite
 
 
 @kernel()
@@ -41,7 +27,7 @@ def facet_components(whole, corner, n_c):
             b = corner[f, (k + 1) % 3]
             if 0 <= a < n_c and 0 <= b < n_c:
                 unite(parent, a, b)
-    return _numbered(parent)
+    return numbered(parent)
 
 
 @kernel()
@@ -55,4 +41,4 @@ def graph_components(first, neighbour, rows, place):
             k = place[neighbour[j]]
             if k >= 0:
                 unite(parent, i, k)
-    return _numbered(parent)
+    return numbered(parent)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from contiga.num.jit import inner
 
 
@@ -25,3 +27,18 @@ def unite(parent, a, b):
         parent[b] = a
     else:
         parent[a] = b
+
+
+@inner()
+def numbered(parent):
+    """(n,) int32 number of the set that holds each, in the order of their first members."""
+    label = np.empty(parent.shape[0], np.int32)
+    count = 0
+    for i in range(parent.shape[0]):
+        r = root(parent, i)
+        if r == i:
+            label[i] = count
+            count += 1
+        else:
+            label[i] = label[r]
+    return label

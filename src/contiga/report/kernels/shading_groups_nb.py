@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
+import numpy as np
+
 from contiga.num.jit import kernel
-from contiga.num.kernels.union_nb import root, unite
+from contiga.num.kernels.union_nb import numbered, unite
 
 
 @kernel()
-def joined(pairs, parent, group):
-    """Number the sets that (k, 2) `pairs` join in the order of their first members: `group` (n,).
+def joined(pairs, n):
+    """(n,) sets that (k, 2) `pairs` of 0 … n − 1 join, numbered by their first members in turn.
 
-    `parent` (n,) is 0 … n − 1 to begin with. Returns how many sets there are. To import
-    scipy.sparse.csgraph takes ten times as long as this with all around it.
+    To import scipy.sparse.csgraph takes ten times as long as this with all around it.
     """
+    parent = np.arange(n).astype(np.int32)
     for k in range(pairs.shape[0]):
         unite(parent, pairs[k, 0], pairs[k, 1])
-    count = 0
-    for i in range(parent.shape[0]):
-        first = root(parent, i)
-        if first == i:
-            group[i] = count
-            count += 1
-        else:
-            group[i] = group[first]
-    return count
+    return numbered(parent)

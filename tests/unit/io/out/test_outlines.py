@@ -7,7 +7,6 @@ import pytest
 
 from contiga.errors import FileError
 from contiga.io.out.outlines import Loops, OutlinesWriter, read_outlines
-from contiga.io.out.vtkhdf_layout import Growing
 
 COUNTS = [[], [4], [4, 3, 5], [], [3, 3], [6]]
 
@@ -92,23 +91,12 @@ def test_other_files_are_refused(tmp_path):
 
 
 @pytest.mark.parametrize("after", [0, 3, 8, 10, 12, 16, 20])
-def test_a_step_that_is_interrupted_is_written_over(tmp_path, monkeypatch, after):
+def test_a_step_that_is_interrupted_is_written_over(tmp_path, interrupted, after):
     path = tmp_path / "o.vtkhdf"
     writer = OutlinesWriter(path)
     for i in range(2):
         writer.append(0.5 * i, loops(i))
-    own, left = Growing.put, [after]
-
-    def put(self, start, values):
-        left[0] -= 1
-        if left[0] < 0:
-            raise KeyboardInterrupt
-        own(self, start, values)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Growing, "put", put)
-        with pytest.raises(KeyboardInterrupt):
-            writer.append(1.0, loops(4))
+    interrupted(after, lambda: writer.append(1.0, loops(4)))
     for i in range(2, 5):
         writer.append(0.5 * i, loops(i))
         writer.close()

@@ -11,7 +11,6 @@ import pytest
 
 from contiga.errors import FileError, InputError, OutputError
 from contiga.io.out.vtkhdf import FieldsWriter, Part, read_fields
-from contiga.io.out.vtkhdf_layout import Growing
 
 PARTS = [
     Part("plate", "body", 5, np.array([[0, 1, 2], [2, 3, 4]])),
@@ -228,36 +227,20 @@ def test_a_step_that_was_not_finished_is_not_seen_and_written_over(tmp_path):
     assert_reads_back(path, 6)
 
 
-def interrupted(monkeypatch, writer, after, give):
-    """Append by a function that is stopped behind so many arrays, whatever it is at."""
-    own, left = Growing.put, [after]
-
-    def put(self, start, values):
-        left[0] -= 1
-        if left[0] < 0:
-            raise KeyboardInterrupt
-        own(self, start, values)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Growing, "put", put)
-        with pytest.raises(KeyboardInterrupt):
-            give(writer)
-
-
 @pytest.mark.parametrize("after", range(12))
-def test_a_step_that_is_interrupted_is_written_over(tmp_path, monkeypatch, after):
+def test_a_step_that_is_interrupted_is_written_over(tmp_path, interrupted, after):
     path = tmp_path / "f.vtkhdf"
     writer = FieldsWriter(path, PARTS)
     for i in range(2):
         writer.append(0.25 * i, *step(i))
     # Once of another step than the one that comes in its place, and once of the same.
-    interrupted(monkeypatch, writer, after, lambda own: own.append(0.5, *step(7)))
-    interrupted(monkeypatch, writer, after, lambda own: own.append(0.5, *step(2)))
+    interrupted(after, lambda: writer.append(0.5, *step(7)))
+    interrupted(after, lambda: writer.append(0.5, *step(2)))
     assert_reads_back(path, 2)
     for i in range(2, 5):
         writer.append(0.25 * i, *step(i))
     assert_reads_back(path, 5)
-    interrupted(monkeypatch, writer, after, lambda own: own.append(1.25, *step(8)))
+    interrupted(after, lambda: writer.append(1.25, *step(8)))
     writer.close()
     assert_reads_back(path, 5)
     assert_vtk_reads(path, list(range(5)))
