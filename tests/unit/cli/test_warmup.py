@@ -17,9 +17,8 @@ from contiga.warmup.listing import Listing
 from .conftest import Command, one_message
 
 STUB = """
-import json, os, sys, time
+import json, os, sys
 sys.stdin.readline()
-open({log!r} + "/" + str(os.getpid()), "w").close()
 for line in sys.stdin:
     row = int(line)
     if row == {lost!r}:
@@ -37,7 +36,7 @@ PARTS: list[list[int]] = [[], [], [0, 1], [2], [0], [], []]
 @pytest.fixture
 def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Has processes run a stub of the worker, which has all kernels but one to compile; the folder
-    gets a file for each of them."""
+    gets a file for each of them when it is started: it may be ended before it does anything."""
     kernels = [["contiga.rooms_nb", f"k{k}", [], parts] for k, parts in enumerate(PARTS)]
     listed = Listing({"types": [], "records": {}, "readers": [], "kernels": kernels})
     monkeypatch.setattr("contiga.warmup.listing.listing", lambda: listed)
@@ -50,8 +49,17 @@ def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     for k in range(len(PARTS)):
         (kept / ("a" if k % 2 else "b") / f"{k}.nbc").touch()
 
+    start = crew._started
+
+    def started() -> Any:
+        process = start()
+        (log / str(process.pid)).touch()
+        return process
+
+    monkeypatch.setattr(crew, "_started", started)
+
     def put(made: bool = True, failing: int = -1, lost: int = -1) -> Path:
-        text = STUB.format(log=str(log), kept=str(kept), made=made, failing=failing, lost=lost)
+        text = STUB.format(kept=str(kept), made=made, failing=failing, lost=lost)
         monkeypatch.setattr(crew, "_BOOT", text)
         return log
 
