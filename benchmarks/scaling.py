@@ -51,20 +51,21 @@ def faces(size: Sizes) -> Row:
 def counts(size: Sizes) -> Row:
     """More and more points near the same surface.
 
-    Of few points many steps are taken, one after the other as in a run: one alone would tell how
-    long threads take to wake up. Where the points are is worked out before each step, for which the
-    clock stands still: all steps at once, those of few points would be read from farther away.
+    Of few points as many more steps are taken, one after the other as in a run: one alone would
+    tell how long threads take to wake up. Where the points are is worked out before each step, for
+    which the clock stands still: all steps at once, those of few points would be read from farther
+    away. The counts take turns: what else the machine does falls on all of them alike.
     """
     patch = surface()
     body = cg.Body(patch)
-    each: dict[str, float] = {}
-    for n in size.counts:
-        start, feet = with_feet(patch, n, "shuffled")
-        tracker = Tracker(body, start, feet)
-        rounds = size.rounds if n <= size.points else 3
-        steps = max(1, size.points // n)
-        took = [_seconds(tracker, _some(start, k, steps)) for k in range(1, rounds + 1)]
-        each[str(n)] = 1e9 * median(took[1:]) / (n * steps)
+    all_rows = max(size.counts)
+    given = {n: with_feet(patch, n, "shuffled") for n in size.counts}
+    trackers = {n: Tracker(body, *given[n]) for n in size.counts}
+    took: dict[int, list[float]] = {n: [] for n in size.counts}
+    for k in range(1, size.rounds + 1):
+        for n, tracker in trackers.items():
+            took[n].append(_seconds(tracker, _some(given[n][0], k, all_rows // n)))
+    each = {str(n): 1e9 * median(times[1:]) / (all_rows // n * n) for n, times in took.items()}
     note = ", ".join(f"{int(n):,}: {t:.0f} ns" for n, t in each.items())
     value = max(each.values()) / min(each.values())
     return POINTS._replace(value=value, note=note, detail={"nanoseconds": each})

@@ -13,8 +13,7 @@ from __future__ import annotations
 import atexit
 import os
 import threading
-from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from functools import lru_cache
 from math import ceil
@@ -126,12 +125,12 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
         return
     grains = ceil(n / grain)
     step = ceil(grains / min(threads * RANGES_PER_THREAD, grains)) * grain
-    starts = deque(range(0, n, step))
+    starts = iter(range(0, n, step))  # of which the GIL gives each to one thread
     begun: list[None] = []
     ends: Mailbox[BaseException | None] = Mailbox()
 
     def work() -> None:
-        while (start := _taken(starts)) is not None:
+        for start in starts:
             kernel(*args, start, min(start + step, n))
 
     def help_out() -> None:
@@ -139,32 +138,29 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
         try:
             work()
         except BaseException as error:
-            starts.clear()
+            _use_up(starts)
             ends.put(error)
         else:
             ends.put(None)
 
     helpers = _helpers()
-    for _ in range(min(threads, len(starts)) - 1):
-        helpers.put(help_out)
     try:
         _own.busy = True
+        for _ in range(min(threads, ceil(n / step)) - 1):
+            helpers.put(help_out)
         work()
     finally:
         _own.busy = False
-        starts.clear()  # one who begins from now on finds nothing to do
+        _use_up(starts)  # one who begins from now on finds nothing to do
         errors = [ends.get(LONGER_FOR_ENDS) for _ in begun]
     for error in errors:
         if error is not None:
             raise error
 
 
-def _taken(starts: deque[int]) -> int | None:
-    """The next one, which no other thread takes."""
-    try:
-        return starts.popleft()
-    except IndexError:
-        return None
+def _use_up(starts: Iterator[int]) -> None:
+    for _ in starts:
+        pass
 
 
 def map_threads(function: Callable[[T], R], items: Iterable[T]) -> list[R]:

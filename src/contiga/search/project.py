@@ -27,8 +27,6 @@ SMALLEST, LARGEST = 2048, 16384
 """Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
 CHUNKS = 4
 """Chunks a thread, so that none waits long for another."""
-HEAD_START = 80
-"""Rows that the thread that asks takes more than one that it asks, which begins later."""
 ROWS_AN_ELEMENT = 64
 """With fewer many lanes are empty."""
 NOWHERE = np.zeros((0, 3))
@@ -107,12 +105,12 @@ def track(
     feet = before if isinstance(before, Projection) else NO_FEET
     there = before if isinstance(before, np.ndarray) else NOWHERE
     path = there, p_B, feet
+    rows = min(size, n)
+    track_chunks = straight(track_nb.track_chunks)
 
     def chunks(first: int, last: int) -> None:
-        rows = min(size, n)
         records = _workspace.rows(rows, RECORD)
-        given = tables, path, starts, size, records, out
-        straight(track_nb.track_chunks)(*given, first, last)
+        track_chunks(tables, path, starts, size, records, out, first, last)
 
     run_ranges(chunks, ceil(n / size), 1)
 
@@ -126,8 +124,7 @@ def _chunk(n: int, elements: int, threads: int) -> int:
     own = n / threads
     wanted = max(min(own / CHUNKS, LARGEST), min(ROWS_AN_ELEMENT * elements, own), SMALLEST)
     chunks = max(round(own / wanted), 1)
-    late = HEAD_START if threads > 1 else 0
-    return max(ceil((own + late) / chunks), SMALLEST)
+    return max(ceil(own / chunks), SMALLEST)
 
 
 def closest_of_rows(
