@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from itertools import combinations, product
 from typing import Any
 
 import numpy as np
+from numba import typeof
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import InputError
 from contiga.num.arrays import as_points, laid_out
+from contiga.num.compiler import KernelDispatcher
+from contiga.num.kernels.query_nb import NOT_ALIKE, highest_patch
 from contiga.records import FloatArray, Projection, empty_projection
 
 NO_FEET = empty_projection(0)
@@ -56,15 +60,45 @@ def checked_start(start: Projection | None, n: int, count: int, what: str) -> Pr
         )
     if not isinstance(start, Projection):
         raise InputError("start must be a Projection", where="start", found=type(start).__name__)
-    last = start if _is_laid_out(start, n) else _laid_out(start, n)
-    if n and int(last.patch.max()) >= count:
+    highest = _highest_patch(start, n)
+    if highest is None:
+        start = _laid_out(start, n)
+        highest = int(start.patch.max(initial=-1))
+    if highest >= count:
         raise InputError(
             f"start names a {what} that is not there",
             where="start.patch",
-            found=int(last.patch.max()),
+            found=highest,
             allowed=f"-1 … {count - 1}",
         )
-    return last
+    return start
+
+
+def _highest_patch(feet: Projection, n: int) -> int | None:
+    """The highest patch of n feet whose arrays are as kernels take them; none where they are not.
+
+    To look at eight arrays from Python, and at the patches with NumPy, takes three times as long,
+    of 10⁴ feet a hundredth of what it takes to track them.
+    """
+    highest_patch = _only_of_feet()
+    if highest_patch is None:
+        return int(feet.patch.max(initial=-1)) if _is_laid_out(feet, n) else None
+    try:
+        highest = highest_patch(*feet)
+    except TypeError:  # arrays of other types, or other things
+        return None
+    return None if highest == NOT_ALIKE or len(feet.patch) != n else int(highest)
+
+
+@lru_cache(maxsize=1)
+def _only_of_feet() -> Callable[..., int] | None:
+    """The kernel that finds the highest patch, which refuses all other types; none interpreted."""
+    kernel: Any = highest_patch
+    if not isinstance(kernel, KernelDispatcher):
+        return None
+    kernel.compile(tuple(map(typeof, EMPTY)))
+    kernel.disable_compile()
+    return kernel
 
 
 def _is_laid_out(feet: Projection, n: int) -> bool:

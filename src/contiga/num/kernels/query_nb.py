@@ -4,11 +4,32 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from contiga.num.codes import NO_HIT, NOT_FINITE
-from contiga.num.jit import inner
+from contiga.num.jit import inner, kernel
 
 ROUNDING = 8.0 * 2.220446049250313e-16
 """Share of the coordinates and the body's size below which lengths are rounding."""
+
+NOT_ALIKE = -2
+"""In place of a patch: arrays of other rows than each other, or other columns than feet have."""
+
+
+@kernel()
+def highest_patch(patch, uv, point, normal, gap, feature, status, certified):
+    """The highest patch that feet lie on, -1 where there is none, or NOT_ALIKE."""
+    n = patch.shape[0]
+    if uv.shape[0] != n or point.shape[0] != n or normal.shape[0] != n or gap.shape[0] != n:
+        return NOT_ALIKE
+    if feature.shape[0] != n or status.shape[0] != n or certified.shape[0] != n:
+        return NOT_ALIKE
+    if uv.shape[1] != 2 or point.shape[1] != 3 or normal.shape[1] != 3:
+        return NOT_ALIKE
+    highest = np.int32(-1)
+    for i in range(n):
+        highest = max(highest, patch[i])
+    return highest
 
 
 @inner()
