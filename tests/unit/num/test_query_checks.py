@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from contiga.errors import InputError
+from contiga.num.kernels.query_nb import highest_patch
 from contiga.num.query_checks import checked_feet, checked_out, checked_start
 from contiga.records import Projection, empty_projection
 
@@ -37,6 +38,63 @@ def test_a_start_of_other_layouts_is_laid_out():
         assert (array.dtype, array.shape) == (like.dtype, like.shape)
         assert array.flags.carray
     assert own.patch.tolist() == [0, 0, -1, 0]
+
+
+def _unaligned(array: np.ndarray) -> np.ndarray:
+    memory = np.zeros(array.nbytes + 1, np.uint8)[1:]
+    memory[:] = array.view(np.uint8).reshape(-1)
+    return memory.view(array.dtype).reshape(array.shape)
+
+
+@pytest.mark.parametrize(
+    "as_other",
+    [
+        lambda a: a.astype(a.dtype.newbyteorder(">")),
+        lambda a: a.astype(np.float32),
+        lambda a: a.astype(object),
+        lambda a: np.repeat(a, 2, axis=0)[::2],
+        lambda a: a.tolist(),
+        lambda a: a.view(type("Own", (np.ndarray,), {})),
+        _unaligned,
+    ],
+    ids=["bytes turned", "narrow", "objects", "strided", "list", "own class", "unaligned"],
+)
+def test_arrays_of_a_start_that_kernels_do_not_take_are_made_ones_that_they_do(as_other):
+    start = feet()
+    for k, array in enumerate(start):
+        array[...] = k % 2
+    own = checked_start(Projection(*map(as_other, start)), 4, 2, "patch")
+    for array, like in zip(own, start, strict=True):
+        assert array.dtype == like.dtype
+        assert array.flags.carray
+        np.testing.assert_array_equal(array, like)
+    assert len(getattr(highest_patch, "signatures", "1")) == 1
+
+
+@pytest.mark.parametrize("highest", [-1, 0, 3])
+def test_the_highest_patch_of_a_start_is_one_there_is(highest):
+    start = feet(40)
+    start.patch[:], start.patch[33] = -1, highest
+    assert checked_start(start, 40, highest + 1, "patch") is start
+    for given in (start, start._replace(patch=start.patch.tolist())):
+        if highest >= 0:
+            with pytest.raises(InputError, match="a face that is not there") as error:
+                checked_start(given, 40, highest, "face")
+            assert error.value.found == highest
+    assert len(checked_start(feet(0), 0, 0, "patch").gap) == 0
+
+
+def test_a_start_has_as_many_rows_as_there_are_points():
+    for n in (3, 5):
+        with pytest.raises(InputError, match="one row a point"):
+            checked_start(feet(n), 4, 1, "patch")
+
+
+@pytest.mark.parametrize("name", ["uv", "point", "normal"])
+def test_the_rows_of_a_start_are_as_wide_as_those_of_feet(name):
+    wide = np.zeros((4, 4))
+    with pytest.raises(InputError, match="one row a point"):
+        checked_start(feet()._replace(**{name: wide}), 4, 1, "patch")
 
 
 @pytest.mark.parametrize("name", Projection._fields)

@@ -79,7 +79,12 @@ def order_rows(element, counts):
     """
     starts = _first_places(counts)
     order = np.empty(starts[starts.shape[0] - 1], np.int32)
-    for i in range(element.shape[0]):
+    n = element.shape[0]
+    for i in range(n):
+        if i + AHEAD < n:
+            soon = element[i + AHEAD]
+            if soon >= 0:
+                prefetch(order, counts[soon], 0)
         e = element[i]
         if e >= 0:
             order[counts[e]] = i

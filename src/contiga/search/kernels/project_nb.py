@@ -166,7 +166,7 @@ def _project_blocks(tables, proves, records, order, blocks):
                 records[order[i], FLAG] = BY_ROW
             continue
         alone = (end - first) % WIDE
-        if alone < FEW:
+        if 0 < alone < FEW:
             few = (e, end - alone, end)
             waiting = _wait(tables, proves, few, (records, order), queue, waiting)
             end -= alone
