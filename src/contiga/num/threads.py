@@ -13,7 +13,8 @@ from __future__ import annotations
 import atexit
 import os
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterable
 from concurrent.futures import Future
 from functools import lru_cache
 from math import ceil
@@ -125,12 +126,12 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
         return
     grains = ceil(n / grain)
     step = ceil(grains / min(threads * RANGES_PER_THREAD, grains)) * grain
-    starts = iter(range(0, n, step))  # of which the GIL gives each to one thread
+    starts = deque(range(0, n, step))
     begun: list[None] = []
     ends: Mailbox[BaseException | None] = Mailbox()
 
     def work() -> None:
-        for start in starts:
+        while (start := _taken(starts)) is not None:
             kernel(*args, start, min(start + step, n))
 
     def help_out() -> None:
@@ -138,7 +139,7 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
         try:
             work()
         except BaseException as error:
-            _use_up(starts)
+            starts.clear()
             ends.put(error)
         else:
             ends.put(None)
@@ -146,21 +147,24 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
     helpers = _helpers()
     try:
         _own.busy = True
-        for _ in range(min(threads, ceil(n / step)) - 1):
+        for _ in range(min(threads, len(starts)) - 1):
             helpers.put(help_out)
         work()
     finally:
         _own.busy = False
-        _use_up(starts)  # one who begins from now on finds nothing to do
+        starts.clear()  # one who begins from now on finds nothing to do
         errors = [ends.get(LONGER_FOR_ENDS) for _ in begun]
     for error in errors:
         if error is not None:
             raise error
 
 
-def _use_up(starts: Iterator[int]) -> None:
-    for _ in starts:
-        pass
+def _taken(starts: deque[int]) -> int | None:
+    """The next one, which no other thread takes."""
+    try:
+        return starts.popleft() if starts else None
+    except IndexError:  # another thread took the last one in between
+        return None
 
 
 def map_threads(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
