@@ -9,6 +9,7 @@ from contiga.case.motion_spec import FreeSpec
 from contiga.case.schema import Case
 from contiga.case.sensor_spec import SensorSpec
 from contiga.simulation.history import COUNTED, OF_BODIES
+from contiga.simulation.springs import OF_SPRINGS
 
 _OF_CONTACTS = (
     *("n_contact", "max_penetration", "force_x", "force_y", "force_z", "force"),
@@ -50,6 +51,9 @@ def columns_of_case(case: Case) -> list[str]:
         found += [f"{contact.title}.{name}" for name in names]
     for sensor in case.sensor:
         found += [f"{sensor.name}.{name}" for name in _of_sensor(sensor)]
+    for spring in (spec.spring for spec in case.spring):
+        names = [*OF_SPRINGS, *(["filtered_force"] if spring.filter else [])]
+        found += [f"{spring.name}.{name}" for name in names]
     free = [body.name for body in case.body if isinstance(body.motion, FreeSpec)]
     found += [f"{name}.{column}" for name in free for column in OF_BODIES]
     if free or case.spring or any(isinstance(slave.motion, FreeSpec) for slave in case.slave):

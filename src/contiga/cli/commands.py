@@ -135,7 +135,7 @@ def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path
     for name, force in history.items():
         contact, _, column = name.rpartition(".")
         if column == "force" and np.isfinite(force).any():
-            at = int(np.nanargmax(force))
+            at = int(np.nanargmax(np.abs(force)))
             label = f"{contact}: " if contact else ""
             peak = f"{number(float(force[at]))} {columns.get(name, '')}".rstrip()
             when = f"{history['time'][at]:g} {columns.get('time', '')}".rstrip()

@@ -35,7 +35,7 @@ _SAMPLES = 32
 """Of each span of a trimming curve."""
 _NEARER = 9
 _ROUNDS = 14
-"""Nine points in a fourth of the way, so many times: to 1e-8 of the way, and of a top its square."""
+"""Nine points in a fourth of the way, so many times: to 1e-8 of it, and of a top its square."""
 
 
 class _Parts(NamedTuple):

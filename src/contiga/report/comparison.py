@@ -154,7 +154,12 @@ def _beside(one: Run, two: Run) -> Comparison:
 
 def columns_of(run: Run) -> dict[str, FloatArray]:
     """Columns (n,) of a history by ``<owner>.<name>``; those of a contact have its name always."""
-    owners = [*run.contacts.items(), *run.bodies.items(), *run.sensors.items()]
+    owners = [
+        *run.contacts.items(),
+        *run.bodies.items(),
+        *run.sensors.items(),
+        *run.springs.items(),
+    ]
     owners += [("energy", run.energy)] if run.energy else []
     return {f"{owner}.{name}": column for owner, of in owners for name, column in of.items()}
 

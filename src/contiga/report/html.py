@@ -19,6 +19,7 @@ from contiga.report.motion import body_figures, criteria_table, extremes_table, 
 from contiga.report.plots import energy_figure, history_figures, touched
 from contiga.report.run_folder import Run
 from contiga.report.space import VIEW_CONFIG, View
+from contiga.report.springs import spring_figures, spring_table
 from contiga.report.style import number
 from contiga.report.style import page as styled
 
@@ -56,6 +57,7 @@ def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float |
         _energy(run, peak_time),
         _bodies(run, peak_time),
         _sensors(run, peak_time),
+        _springs(run, peak_time),
         _tables(run),
         _warnings(run),
         _case(run),
@@ -189,6 +191,14 @@ def _sensors(run: Run, peak_time: float | None) -> str:
     if not panels and not table:
         return ""
     return f'<h2>Sensors</h2><div class="wide">{table}</div>{panels}'
+
+
+def _springs(run: Run, peak_time: float | None) -> str:
+    """How springs pull, and what they take."""
+    if not run.springs:
+        return ""
+    panels = _panels(spring_figures(run, peak_time), "spring")
+    return f'<h2>Springs</h2><div class="wide">{spring_table(run)}</div>{panels}'
 
 
 def _over_time(run: Run, peak_time: float | None) -> str:

@@ -63,6 +63,8 @@ class Run(NamedTuple):
     """What sensors measure, by sensor and name."""
     energy: Columns
     """Of the whole system, by name; empty where forces move nothing."""
+    springs: dict[str, Columns]
+    """What is told of springs, by spring and name."""
 
     def total(self, column: str) -> FloatArray:
         """(n,) sum of one column over the contacts."""
@@ -112,7 +114,7 @@ def read_run(folder: Path) -> Run:
     history = {k: np.asarray(v, float) for k, v in read_history(folder / "history.csv").items()}
     case = folder / "case.toml"
     owners = sort_columns(
-        history, list(summary.get("statuses") or {}), list(summary.get("sensors") or {})
+        history, *(list(summary.get(key) or {}) for key in ("statuses", "sensors", "springs"))
     )
     return Run(
         folder=folder,
@@ -124,6 +126,7 @@ def read_run(folder: Path) -> Run:
         bodies=owners.bodies,
         sensors=owners.sensors,
         energy=owners.energy,
+        springs=owners.springs,
     )
 
 
@@ -134,11 +137,14 @@ class Owners(NamedTuple):
     bodies: dict[str, Columns]
     sensors: dict[str, Columns]
     energy: Columns
+    springs: dict[str, Columns]
 
 
-def sort_columns(history: Columns, contacts: list[str], sensors: list[str]) -> Owners:
+def sort_columns(
+    history: Columns, contacts: list[str], sensors: list[str], springs: list[str]
+) -> Owners:
     """Columns ``"<owner>.<name>"`` by their owners; bare names belong to the only contact."""
-    owners = Owners({}, {}, {}, {})
+    owners = Owners({}, {}, {}, {}, {})
     for label, column in history.items():
         owner, dot, name = label.rpartition(".")
         if name in _NO_COLUMNS:
@@ -147,6 +153,8 @@ def sort_columns(history: Columns, contacts: list[str], sensors: list[str]) -> O
             of = owners.contacts.setdefault(contacts[0] if len(contacts) == 1 else _ONLY_ONE, {})
         elif owner in sensors:
             of = owners.sensors.setdefault(owner, {})
+        elif owner in springs:
+            of = owners.springs.setdefault(owner, {})
         elif owner == _SYSTEM and owner not in contacts:
             of = owners.energy
         elif name in _OF_BODIES:

@@ -10,6 +10,7 @@ from contiga.num.ordered import length
 from contiga.records import ContactStatus
 from contiga.simulation.model import Model
 from contiga.simulation.sensors import sensor_columns
+from contiga.simulation.springs import spring_columns
 from contiga.simulation.step import Stepped
 from contiga.simulation.system_state import Energy, SystemState
 
@@ -50,6 +51,7 @@ def history_row(
         )
         row |= {prefix + name: value for name, value in columns.items()}
     row |= sensor_columns(model, stepped.state, last)
+    row |= spring_columns(model, stepped.state)
     if model.mechanism.moved:
         row |= _body_columns(model, stepped.state) | energy_columns(stepped.state.energy)
     return row

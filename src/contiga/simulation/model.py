@@ -100,6 +100,7 @@ class Model(Shown):
             _check_name("slave", part.slave, self.slaves)
         check_movers(self)
         check_sensors(self)
+        check_springs(self)
 
     @cached_property
     def mechanism(self) -> Mechanism:
@@ -134,6 +135,33 @@ def _check_name(role: str, name: str, known: Iterable[str], where: str = "") -> 
             found=name,
             allowed=", ".join(map(repr, known)),
         )
+
+
+def check_springs(model: Model) -> None:
+    """Refuse springs that are called as what else has columns in the history.
+
+    Raises
+    ------
+    InputError
+        As said.
+    """
+    taken = {*model.bodies, *(part.name for part in model.contacts), "energy"}
+    taken |= {sensor.name for sensor in model.sensors}
+    for name, spring in model.springs.items():
+        where = f"springs[{name!r}]"
+        if name in taken:
+            raise InputError(
+                "must have a name of its own: columns of the history are called by it",
+                where=f"{where}: name",
+                found=name,
+                allowed="not that of a body, a contact or a sensor",
+            )
+        if spring.filter and not all(model.units):
+            raise InputError(
+                "needs units: seconds must be known",
+                where=f"{where}: filter",
+                remedy='Give the simulation its units, as units=("mm", "g", "ms")',
+            )
 
 
 def check_sensors(model: Model) -> None:

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
+from contiga.criteria.filters import NAMES as FILTERS
 from contiga.errors import InputError
 from contiga.num.arrays import read_only
 from contiga.num.transform import vector
 from contiga.records import FloatArray
 
 MEASURES = ("acceleration", "velocity", "displacement", "force", "moment")
-FILTERS = ("CFC60", "CFC180", "CFC600", "CFC1000")
 CRITERIA = ("HIC15", "HIC36", "HICd", "3ms")
 
 

@@ -16,6 +16,7 @@ from contiga.simulation.energy_told import energy_summary, energy_warnings
 from contiga.simulation.history import COUNTED
 from contiga.simulation.model import Model
 from contiga.simulation.signals import sensor_summary, signal_warnings
+from contiga.simulation.springs import spring_summary
 from contiga.version import __version__
 
 NOTED = (ContactStatus.SLID_OFF, ContactStatus.HELD, ContactStatus.THROUGH)
@@ -64,6 +65,7 @@ def summarise(
         "proved": proved,
         "energy": energy_summary(model, history),
         "sensors": sensor_summary(model, history),
+        "springs": spring_summary(model),
         "inputs": _inputs(model),
         "notes": _told(statuses, NOTED)
         + few

@@ -16,6 +16,7 @@ from contiga.io.out.vtkhdf import FieldSeries, FieldsWriter, read_fields
 from contiga.io.out.vtkhdf_layout import Part
 from contiga.report.frames import frames_of
 from contiga.report.peak import at_frame, stacked
+from contiga.report.places import Tie
 from contiga.report.run_folder import Units
 from contiga.report.space import view_of
 
@@ -52,16 +53,19 @@ console.log(JSON.stringify({ calls, begun, labels, shown, spent }, plain));
 """
 
 
-def played(series: FieldSeries, steps: list[int], field: str = "penetration") -> dict:
+def played(
+    series: FieldSeries, steps: list[int], field: str = "penetration", ties: tuple[Tie, ...] = ()
+) -> dict:
     """What the script does when steps are chosen one after the other, and then all are played."""
-    peak = at_frame(series, 2)
+    peak = at_frame(series, 2, None, ties)
     cluster = np.where(peak.in_contact, 0, -1)
-    frames = frames_of(series, None, 2, peak._replace(cluster=cluster), UNITS)
+    frames = frames_of(series, None, 2, peak._replace(cluster=cluster), UNITS, ties)
     two = tuple(
         f._replace(values=f.values | {"cluster": (f.rows % 2).astype(np.float32)})
         for f in frames.frames
     )
-    view = view_of(peak._replace(cluster=cluster), frames._replace(frames=two), UNITS)
+    names = [tie.name for tie in ties]
+    view = view_of(peak._replace(cluster=cluster), frames._replace(frames=two), UNITS, names)
     script = files("contiga.report").joinpath("view.js").read_text(encoding="utf-8")
     given = {"data": view.data, "script": script, "steps": steps, "field": field}
     given["traces"] = [trace.name for trace in view.figure.data]
@@ -143,6 +147,18 @@ def test_turning_bodies_and_bending_slaves_are_put_where_they_are(tmp_path: Path
         for trace, kind in enumerate(("body", "slave")):
             there = stacked(series, step, kind)[0]
             np.testing.assert_allclose(points_of(change, trace), there, atol=2e-5)
+
+
+def test_springs_follow_their_bodies(tmp_path: Path) -> None:
+    write_turning(tmp_path / "fields.vtkhdf")
+    series = read_fields(tmp_path / "fields.vtkhdf")
+    on_body = np.asarray(series.points(0)[series.rows(series.parts[0].name)][0], float)
+    belt = Tie("belt", (series.parts[0].name, "ground"), np.array([on_body, [50.0, 0.0, 0.0]]))
+    change = played(series, [1], ties=(belt,))["calls"][1]
+    first, second = points_of(change, -1)[:2].astype(float)
+    moved = series.points(1)[series.rows(series.parts[0].name)][0]
+    np.testing.assert_allclose(first, moved, atol=1e-4)
+    np.testing.assert_allclose(second, [50.0, 0.0, 0.0])
 
 
 def test_regions_are_coloured_a_facet_at_a_time(tmp_path: Path) -> None:
