@@ -13,8 +13,10 @@ HISTORY, FIELDS, CASE = "history.csv", "fields.vtkhdf", "case.toml"
 SUMMARY, CHECKPOINT = "summary.json", "checkpoint.h5"
 OUTLINES = "outlines.vtkhdf"
 UNFINISHED, UNFINISHED_OUTLINES = FIELDS + ".part", OUTLINES + ".part"
+LOCK = "run.lock"
+"""There while a run writes to the folder; it says which."""
 # Not the copy of the case: a folder that holds a case.toml and nothing else is somebody's own.
-OURS = (HISTORY, FIELDS, OUTLINES, SUMMARY, CHECKPOINT, UNFINISHED, UNFINISHED_OUTLINES)
+OURS = (HISTORY, FIELDS, OUTLINES, SUMMARY, CHECKPOINT, UNFINISHED, UNFINISHED_OUTLINES, LOCK)
 REPORT = ("report.html", "peak.png")
 
 
