@@ -227,9 +227,13 @@ class Case(Spec):
         for where, name in self._named_bodies():
             _check_defined(where, name, "body", bodies, slaves)
         for i, body in enumerate(self.body):
-            if body.name == GROUND:
+            tied = [k for k, spring in enumerate(self.spring) if GROUND in spring.between]
+            if body.name == GROUND and tied:
                 raise CaseError(
-                    "is what springs call the world", where=f"body[{i}].name", found=GROUND
+                    f"is what springs call the world, as spring[{tied[0]}] does",
+                    where=f"body[{i}].name",
+                    found=GROUND,
+                    remedy="Call the body otherwise, in the springs that are on it, too",
                 )
             if isinstance(body.motion, FreeSpec) and body.mass is None:
                 raise CaseError(
