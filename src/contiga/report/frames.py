@@ -62,7 +62,9 @@ class Frames(NamedTuple):
     tops: dict[str, float]
     """Where the colours of each field end, for all steps alike."""
     spans: list[list[float]]
-    """Least and greatest x, y and z of all steps."""
+    """Least and greatest x, y and z of all that is seen, over all steps."""
+    near: list[list[float]]
+    """The same of what touches at the peak."""
 
     @property
     def regions(self) -> tuple[Outline, ...]:
@@ -98,7 +100,9 @@ def frames_of(
     base = series.points(shown)
     tops = {name: field.top for name, field in fields_of(peak, units).items()}
     wanted = (*tops, *(() if peak.cluster is None else ("cluster",)))
-    frames, ends = [], []
+    frames: list[Frame] = []
+    ends: list[FloatArray] = []
+    near: list[FloatArray] = []
     for step in chosen.tolist():
         touched = touched_at(series, step)
         points = series.points(step)
@@ -113,7 +117,9 @@ def frames_of(
                 ties=tie_ends(series, start, points, ties),
             )
         )
-        ends += _ends(_in_focus(series, step, peak))
+        seen = seen_parts(series, step)
+        ends += _ends(np.concatenate([*seen, frames[-1].ties.reshape(-1, 3)]))
+        near += _ends(_in_focus(seen, peak))
         # a few nodes at a rim say nothing of the rest, as in a picture of one step
         if len(rows) >= MANY:
             for name, field in fields_of(touched, units).items():
@@ -128,12 +134,12 @@ def frames_of(
         sizes=(bodies, slaves),
         tops=tops,
         spans=spans(np.array(ends)),
+        near=spans(np.array(near)),
     )
 
 
-def _in_focus(series: RecordedFields, step: int, peak: Peak) -> FloatArray:
-    """Where the parts that the peak is framed by are at a step; all that are seen without one."""
-    parts = seen_parts(series, step)
+def _in_focus(parts: list[FloatArray], peak: Peak) -> FloatArray:
+    """Where the parts that the peak is framed by are, of those that are seen; all without one."""
     if peak.focus is None:
         return np.concatenate(parts)
     return np.concatenate([*(parts[k] for k in peak.focus.parts), peak.focus.corners])

@@ -30,6 +30,11 @@ _BODY_BUTTONS = """
 <button data-opacity="0.25" aria-pressed="true">Glass</button>
 <button data-opacity="0" aria-pressed="false">Hidden</button></div>
 """
+_FRAME_BUTTONS = """
+<div class="choice" role="group" aria-label="What is in the frame" data-what="frame">
+<button data-frame="all" aria-pressed="true">All bodies</button>
+<button data-frame="near" aria-pressed="false">What touches</button></div>
+"""
 _PLAYING = """
 <div class="time"><button id="play">Play</button>
 <input id="step" type="range" min="0" max="{last}" value="{first}" aria-label="Recorded step">
@@ -121,7 +126,7 @@ def _view(view: View) -> str:
         shown = f"all {view.steps}" if every else f"{view.steps} of the {view.recorded}"
         steps = f" It shows {shown} recorded steps; play takes them as far apart as they were."
     return (
-        f"{_BODY_BUTTONS}{_field_buttons(view)}"
+        f"{_BODY_BUTTONS}{_FRAME_BUTTONS if 'spans' in view.data else ''}{_field_buttons(view)}"
         f'<div class="frame">{_figure(view.figure, "view", VIEW_CONFIG)}{slider}</div>'
         f'<script type="application/json" id="view-data">{data}</script><script>{script}</script>'
         '<p class="caption">Drag to turn, scroll to come closer; the house goes back.'

@@ -76,6 +76,8 @@ def view_of(peak: Peak, frames: Frames, units: Units, ties: Sequence[str] = ()) 
         "field": first,
         "looks": {name: _restyle(*look) for name, look in looks.items()},
     }
+    if peak.focus is not None and frames.near != frames.spans:
+        data["spans"] = {"all": frames.spans, "near": frames.near}
     note = with_unit(fields[first].label, fields[first].unit)
     told = (bool(peak.outlines), bool(peak.in_contact.any()))
     return View(figure, data, len(frames.frames), frames.recorded, note, *told)

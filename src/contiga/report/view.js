@@ -115,7 +115,13 @@
   document.querySelectorAll(".choice button").forEach(function (button) {
     button.addEventListener("click", function () {
       var group = button.parentElement;
-      if (group.dataset.what === "body") {
+      if (group.dataset.what === "frame") {
+        var change = {};
+        ["x", "y", "z"].forEach(function (axis, k) {
+          change["scene." + axis + "axis.range"] = data.spans[button.dataset.frame][k];
+        });
+        Plotly.relayout(view, change);
+      } else if (group.dataset.what === "body") {
         var opacity = Number(button.dataset.opacity);
         Plotly.restyle(view, { opacity: opacity, visible: opacity > 0 }, [0]);
       } else {

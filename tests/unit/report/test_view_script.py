@@ -35,12 +35,18 @@ const parts = { view: part({ data: input.traces.map(() => ({})) }), step: part()
   "step-time": part(), "view-data": part({ textContent: JSON.stringify(input.data) }) };
 const group = part({ dataset: { what: "field" } });
 const button = part({ dataset: { field: input.field }, parentElement: group });
-globalThis.document = { getElementById: (name) => parts[name], querySelectorAll: () => [button] };
-globalThis.Plotly = { restyle: (view, change) => calls.push(change) };
+const kind = part({ dataset: { what: "frame" } });
+const frame = part({ dataset: { frame: "near" }, parentElement: kind });
+globalThis.document =
+  { getElementById: (name) => parts[name], querySelectorAll: () => [button, frame] };
+const laid = [];
+globalThis.Plotly = { restyle: (view, change) => calls.push(change),
+  relayout: (view, change) => laid.push(change) };
 globalThis.setTimeout = (act, after) => wait.push([act, after]);
 globalThis.clearTimeout = () => {};
 eval(input.script);
 button.heard.click();
+if (input.data.spans) frame.heard.click();
 for (const step of input.steps) { parts.step.value = step; parts.step.heard.input(); }
 const labels = [parts["step-time"].textContent], begun = calls.length;
 parts.play.heard.click();
@@ -49,7 +55,7 @@ let spent = 0;
 while (wait.length) { const [act, after] = wait.shift(); spent += after; act(); }
 labels.push(parts["step-time"].textContent); shown.push(parts.play.textContent);
 const plain = (key, value) => ArrayBuffer.isView(value) ? Array.from(value) : value;
-console.log(JSON.stringify({ calls, begun, labels, shown, spent }, plain));
+console.log(JSON.stringify({ calls, laid, begun, labels, shown, spent }, plain));
 """
 
 
@@ -147,6 +153,14 @@ def test_turning_bodies_and_bending_slaves_are_put_where_they_are(tmp_path: Path
         for trace, kind in enumerate(("body", "slave")):
             there = stacked(series, step, kind)[0]
             np.testing.assert_allclose(points_of(change, trace), there, atol=2e-5)
+
+
+def test_a_button_brings_the_scene_to_what_touches(tmp_path: Path) -> None:
+    write_fields(tmp_path / "fields.vtkhdf")
+    far = Tie("far", ("ground", "ball"), np.array([[900.0, 0.0, 0.0], [0.0, 0.0, 11.0]]))
+    (change,) = played(read_fields(tmp_path / "fields.vtkhdf"), [0], ties=(far,))["laid"]
+    assert sorted(change) == ["scene.xaxis.range", "scene.yaxis.range", "scene.zaxis.range"]
+    assert change["scene.xaxis.range"][1] < 20.0
 
 
 def test_springs_follow_their_bodies(tmp_path: Path) -> None:
