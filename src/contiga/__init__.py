@@ -49,6 +49,8 @@ _HOME = {
     "Finding": "contiga.simulation.checks.finding",
     "SystemState": "contiga.simulation.system_state",
     "Result": "contiga.simulation.result",
+    "StoredResult": "contiga.simulation.stored_result",
+    "open_result": "contiga.simulation.stored_result",
     "Case": "contiga.case.schema",
     "Clock": "contiga.simulation.clock",
     "load_case": "contiga.case.schema",
@@ -151,6 +153,8 @@ if TYPE_CHECKING:
     from contiga.simulation.result import Result as Result
     from contiga.simulation.sensor import Sensor as Sensor
     from contiga.simulation.simulation import Simulation as Simulation
+    from contiga.simulation.stored_result import StoredResult as StoredResult
+    from contiga.simulation.stored_result import open_result as open_result
     from contiga.simulation.system_state import SystemState as SystemState
     from contiga.slaves.slave import Slave as Slave
     from contiga.statuses import Feature as Feature

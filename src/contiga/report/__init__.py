@@ -26,7 +26,7 @@ def write_report(folder: str | Path) -> Path:
 
     Only files of the folder are read (history, fields, summary, case), so a report can be written
     again at any time and on another machine. Without fields there are no pictures, and the page
-    says so.
+    says so. Of a run that goes on or was stopped it shows what there is up to the last checkpoint.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def write_report(folder: str | Path) -> Path:
     Raises
     ------
     FileError
-        The folder is not that of a finished run.
+        The folder is not that of a run, or of one that has just begun.
     MissingPackageError
         A package that a report is drawn with is not installed.
     """

@@ -89,7 +89,7 @@ def compare(a: str | Path, b: str | Path) -> Comparison:
 
     Parameters
     ----------
-    a, b : output folders of finished runs
+    a, b : output folders of runs
 
     Returns
     -------
@@ -100,7 +100,7 @@ def compare(a: str | Path, b: str | Path) -> Comparison:
     Raises
     ------
     FileError
-        A folder is not that of a finished run.
+        A folder is not that of a run.
     InputError
         The runs are in other units, or have no time in common.
 

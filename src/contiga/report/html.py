@@ -79,6 +79,8 @@ def _heading(run: Run, title: str) -> str:
     if run.units.length:
         units = (run.units.length, run.units.mass, run.units.time, run.units.force)
         facts.append("units " + ", ".join(escape(u) for u in units))
+    if not run.finished:
+        facts.append("<b>unfinished</b>")
     for key, label in (("finished", "finished"), ("threads", "threads")):
         if run.summary.get(key):
             facts.append(f"{label} {escape(str(run.summary[key]))}")

@@ -38,6 +38,7 @@ from contiga.simulation.history import (
 from contiga.simulation.model import Model
 from contiga.simulation.peak import Peak
 from contiga.simulation.step import Stepped
+from contiga.simulation.summary import summary_so_far
 from contiga.simulation.system_state import SystemState
 
 # Seconds from one checkpoint to the next, at least.
@@ -241,7 +242,7 @@ class Recorder:
     def _leave(self, folder: Path) -> None:
         try:
             if self.done:
-                self._checkpoint()
+                self._checkpoint(stopped=True)
         finally:
             if not (folder / names.CHECKPOINT).is_file():
                 self._clear(folder)
@@ -278,9 +279,10 @@ class Recorder:
                 (self.folder / names.OUTLINES).unlink(missing_ok=True)
         write_json(self.folder / names.SUMMARY, summary)
 
-    def _checkpoint(self) -> None:
+    def _checkpoint(self, *, stopped: bool = False) -> None:
         if self.folder is None or self.state is None:
             return
+        history = self.columns()
         with self._clock("output"):
             if self._fields is not None:
                 self._fields.flush()
@@ -294,11 +296,12 @@ class Recorder:
                     self.done,
                     self._stand.written,
                     self.state,
-                    self.columns(),
+                    history,
                     self._stand.peak,
                     self.crest(),
                     self._stand.onward,
                 ),
+                summary_so_far(self.model, history, self._clock, stopped=stopped),
             )
             self._saved = perf_counter()
 
