@@ -46,6 +46,7 @@ _HOME = {
     "Spring": "contiga.dynamics.springs",
     "Simulation": "contiga.simulation.simulation",
     "Sensor": "contiga.simulation.sensor",
+    "RelativeSensor": "contiga.simulation.sensor",
     "Finding": "contiga.simulation.checks.finding",
     "SystemState": "contiga.simulation.system_state",
     "Result": "contiga.simulation.result",
@@ -151,6 +152,7 @@ if TYPE_CHECKING:
     from contiga.simulation.checks.finding import Finding as Finding
     from contiga.simulation.clock import Clock as Clock
     from contiga.simulation.result import Result as Result
+    from contiga.simulation.sensor import RelativeSensor as RelativeSensor
     from contiga.simulation.sensor import Sensor as Sensor
     from contiga.simulation.simulation import Simulation as Simulation
     from contiga.simulation.stored_result import StoredResult as StoredResult

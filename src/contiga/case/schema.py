@@ -28,7 +28,7 @@ from contiga.case.motion_spec import (
 )
 from contiga.case.points_spec import BodyPoints, PointsSpec
 from contiga.case.problems import case_error
-from contiga.case.sensor_spec import SensorSpec
+from contiga.case.sensor_spec import RelativeSensorSpec, SensorSpec
 from contiga.case.settings import with_settings
 from contiga.case.spec import (
     Count,
@@ -256,7 +256,11 @@ class Case(Spec):
             if isinstance(motion, AttachedSpec):
                 yield f"{where}.motion.body", motion.body
         yield from ((f"load[{i}].body", load.body) for i, load in enumerate(self.load))
-        yield from ((f"sensor[{i}].body", one.body) for i, one in enumerate(self.sensor))
+        for i, one in enumerate(self.sensor):
+            if isinstance(one, RelativeSensorSpec):
+                yield from ((f"sensor[{i}].between[{k}]", end) for k, end in enumerate(one.between))
+            else:
+                yield f"sensor[{i}].body", one.body
         for i, spring in enumerate(self.spring):
             for k, end in enumerate(spring.between):
                 if end != GROUND:

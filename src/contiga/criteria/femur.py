@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 from contiga.criteria.held_level import clip
 from contiga.criteria.samples import numbers
 
-LIMITS = ((0.0, 9070.0), (0.010, 7580.0))
-"""Seconds and N: between them the limit falls along a straight line, beyond it stays (UN R94,
+AT_ONCE, FOR_LONG, LONG = 9070.0, 7580.0, 0.010
+"""N, N and seconds: between them the limit falls along a straight line, beyond it stays (UN R94,
 5.2.1.6)."""
-_DURATIONS = np.linspace(0.0, LIMITS[1][0], 41)
+_DURATIONS = np.linspace(0.0, LONG, 41)
 
 
 class FemurForce(NamedTuple):
@@ -50,10 +50,9 @@ def femur_force(force: ArrayLike, t_s: ArrayLike, *, cumulative: bool = True) ->
     compression = np.maximum(-numbers(force, "femur_force, force"), 0.0)
     times = numbers(t_s, "femur_force, t_s")
     whole = float(times[-1] - times[0]) if times.ndim == 1 and len(times) > 1 else 0.0
-    longest = LIMITS[1][0]
-    asked = _DURATIONS[(_DURATIONS > 0.0) & (min(whole, longest) >= _DURATIONS)]
+    asked = _DURATIONS[(_DURATIONS > 0.0) & (min(whole, LONG) >= _DURATIONS)]
     peak = clip(compression, times, max(1e-12 * whole, 1e-300), cumulative=cumulative).value
     levels = [peak] + [clip(compression, times, d, cumulative=cumulative).value for d in asked]
-    limits = np.interp([0.0, *asked], *zip(*LIMITS, strict=True))
-    held = levels[-1] if len(asked) and asked[-1] == longest else 0.0
+    limits = AT_ONCE + (FOR_LONG - AT_ONCE) * np.array([0.0, *asked]) / LONG
+    held = levels[-1] if len(asked) and asked[-1] == LONG else 0.0
     return FemurForce(float(compression.max()), held, float((levels / limits).max()))

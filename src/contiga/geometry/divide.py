@@ -41,7 +41,7 @@ def divided(
     >>> square = [[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
     >>> finer, cells = divided(np.array(square), np.array([[0, 1, 2], [0, 2, 3]]), 0.8)
     >>> finer[4:].tolist(), len(cells)
-    ([[0.5, 0.5, 0.0], [0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [1.0, 0.5, 0.0], [0.5, 1.0, 0.0]], 8)
+    ([[0.5, 0.0, 0.0], [0.5, 0.5, 0.0], [0.0, 0.5, 0.0], [1.0, 0.5, 0.0], [0.5, 1.0, 0.0]], 8)
     """
     limit = positive(longest, "size")
     cells = np.asarray(triangles, np.int64)

@@ -85,7 +85,27 @@ def sensor_figures(run: Run, sensor: str, peak_time: float | None) -> list[Any]:
     """Acceleration, raw and filtered, with what the criteria found in it; and the rest."""
     first = _acceleration_figure(run, sensor, peak_time)
     others = _figures(run, sensor_quantities(run, sensor), peak_time)
-    return others if first is None else [first, *others]
+    told = ("distance", "Distance", run.units.length), ("angle", "Turn", "rad")
+    drawn = [_scalar_figure(run, sensor, what, peak_time) for what in told]
+    scalars = [figure for figure in drawn if figure is not None]
+    return [*([] if first is None else [first]), *scalars, *others]
+
+
+def _scalar_figure(
+    run: Run, sensor: str, what: tuple[str, str, str], peak_time: float | None
+) -> Any | None:
+    """One line of a sensor between two bodies; None where it has none, or all is zero."""
+    import plotly.graph_objects as go
+
+    column, label, unit = what
+    values = run.sensors[sensor].get(column)
+    if values is None or not largest(values) > 0.0:
+        return None
+    figure = go.Figure()
+    add_line(figure, run.times, values, label, unit, color=LINES[0], width=2.2)
+    finish(figure, run, with_unit(label, unit), peak_time)
+    figure.update_layout(showlegend=False)
+    return figure
 
 
 def _figures(run: Run, quantities: list[Quantity], peak_time: float | None) -> list[Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -22,7 +22,7 @@ from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.shown import Facts, Shown
 from contiga.simulation.mechanism import Mechanism, mechanism_of
-from contiga.simulation.sensor import Sensor
+from contiga.simulation.sensor import RelativeSensor, Sensor
 from contiga.slaves.slave import Slave
 
 
@@ -77,6 +77,8 @@ class Model(Shown):
     springs: Mapping[str, Spring] = field(default_factory=dict)
     loads: tuple[Load, ...] = ()
     sensors: tuple[Sensor, ...] = ()
+    relative: tuple[RelativeSensor, ...] = ()
+    """Sensors between two bodies."""
     allow_unstable: bool = False
     """Go on with a step that is longer than the critical one."""
     title: str = ""
@@ -146,7 +148,7 @@ def check_springs(model: Model) -> None:
         As said.
     """
     taken = {*model.bodies, *(part.name for part in model.contacts), "energy"}
-    taken |= {sensor.name for sensor in model.sensors}
+    taken |= {sensor.name for sensor in all_sensors(model)}
     for name, spring in model.springs.items():
         where = f"springs[{name!r}]"
         if name in taken:
@@ -164,6 +166,11 @@ def check_springs(model: Model) -> None:
             )
 
 
+def all_sensors(model: Model) -> list[Sensor | RelativeSensor]:
+    """Of points of bodies, and between two of them."""
+    return [*model.sensors, *model.relative]
+
+
 def check_sensors(model: Model) -> None:
     """Refuse sensors of bodies that are not there, of one name, or criteria without units.
 
@@ -173,23 +180,31 @@ def check_sensors(model: Model) -> None:
         As said.
     """
     taken = [*model.bodies, *(part.name for part in model.contacts), "energy"]
+    for i, one in enumerate(all_sensors(model)):
+        where, own = f"sensors[{i}]", isinstance(one, Sensor)
+        for body in (one.body,) if isinstance(one, Sensor) else one.between:
+            key = "body" if own else "between"
+            _check_name("body", body, model.bodies, f"{where}: {key}")
+        _check_own_name(one.name, taken, where)
+        taken.append(one.name)
     for i, sensor in enumerate(model.sensors):
         where = f"sensors[{i}]"
-        _check_name("body", sensor.body, model.bodies, f"{where}: body")
-        if not isinstance(sensor.name, str) or not sensor.name or sensor.name in taken:
-            raise InputError(
-                "must have a name of its own: columns of the history are called by it",
-                where=f"{where}: name",
-                found=sensor.name,
-                allowed="not that of a body, a contact or another sensor",
-            )
         if (sensor.criteria or sensor.filter) and not all(model.units):
             raise InputError(
                 "need units: g and seconds must be known",
                 where=f"{where}: {'criteria' if sensor.criteria else 'filter'}",
                 remedy='Give the simulation its units, as units=("mm", "g", "ms")',
             )
-        taken.append(sensor.name)
+
+
+def _check_own_name(name: object, taken: Sequence[str], where: str) -> None:
+    if not isinstance(name, str) or not name or name in taken:
+        raise InputError(
+            "must have a name of its own: columns of the history are called by it",
+            where=f"{where}: name",
+            found=name,
+            allowed="not that of a body, a contact or another sensor",
+        )
 
 
 def check_movers(model: Model) -> None:

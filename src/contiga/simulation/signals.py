@@ -93,6 +93,14 @@ def sensor_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, di
             "criteria": _criteria(model, sensor, history),
         }
         for sensor in model.sensors
+    } | relative_summary(model)
+
+
+def relative_summary(model: Model) -> dict[str, dict[str, Any]]:
+    """Of sensors between two bodies: which."""
+    return {
+        one.name: {"body": " – ".join(one.between), "filter": None, "criteria": {}}
+        for one in model.relative
     }
 
 

@@ -15,7 +15,12 @@ from contiga.simulation.column_units import column_units
 from contiga.simulation.energy_told import energy_summary, energy_warnings
 from contiga.simulation.history import COUNTED
 from contiga.simulation.model import Model
-from contiga.simulation.signals import filtered_columns, sensor_summary, signal_warnings
+from contiga.simulation.signals import (
+    filtered_columns,
+    relative_summary,
+    sensor_summary,
+    signal_warnings,
+)
 from contiga.simulation.springs import spring_summary
 from contiga.version import __version__
 
@@ -94,7 +99,9 @@ def summary_so_far(
         part.name: _statuses(history, f"{part.name}." if several else "") for part in model.contacts
     }
     time, end = float(history["time"][-1]), model.stepping.end
-    sensors = {one.name: {"body": one.body, "filter": one.filter} for one in model.sensors}
+    sensors = {
+        one.name: {"body": one.body, "filter": one.filter, "criteria": {}} for one in model.sensors
+    } | relative_summary(model)
     return {
         "title": model.title,
         "version": __version__,
