@@ -49,7 +49,7 @@ def fingerprint_of(model: Model, end: float | None = None) -> str:
     digest.text(repr((model.output.every, tuple(model.output.formats))))
     digest.arrays("gravity", model.gravity)
     digest.text(repr((type(model.stepping).__name__, model.allow_unstable)))
-    digest.thing([dict(model.springs), model.loads, model.sensors, model.relative])
+    digest.thing([dict(model.springs), model.loads, model.sensors])
     for name, part in model.bodies.items():
         digest.text(f"motion of {name}")
         if isinstance(part.motion, Free | Attached):

@@ -76,9 +76,7 @@ class Model(Shown):
     """(3,) acceleration of what is free, world axes."""
     springs: Mapping[str, Spring] = field(default_factory=dict)
     loads: tuple[Load, ...] = ()
-    sensors: tuple[Sensor, ...] = ()
-    relative: tuple[RelativeSensor, ...] = ()
-    """Sensors between two bodies."""
+    sensors: tuple[Sensor | RelativeSensor, ...] = ()
     allow_unstable: bool = False
     """Go on with a step that is longer than the critical one."""
     title: str = ""
@@ -103,6 +101,16 @@ class Model(Shown):
         check_movers(self)
         check_sensors(self)
         check_springs(self)
+
+    @cached_property
+    def point_sensors(self) -> tuple[Sensor, ...]:
+        """Sensors of points of one body."""
+        return tuple(one for one in self.sensors if isinstance(one, Sensor))
+
+    @cached_property
+    def relative(self) -> tuple[RelativeSensor, ...]:
+        """Sensors between two bodies."""
+        return tuple(one for one in self.sensors if isinstance(one, RelativeSensor))
 
     @cached_property
     def mechanism(self) -> Mechanism:
@@ -148,7 +156,7 @@ def check_springs(model: Model) -> None:
         As said.
     """
     taken = {*model.bodies, *(part.name for part in model.contacts), "energy"}
-    taken |= {sensor.name for sensor in all_sensors(model)}
+    taken |= {sensor.name for sensor in model.sensors}
     for name, spring in model.springs.items():
         where = f"springs[{name!r}]"
         if name in taken:
@@ -166,11 +174,6 @@ def check_springs(model: Model) -> None:
             )
 
 
-def all_sensors(model: Model) -> list[Sensor | RelativeSensor]:
-    """Of points of bodies, and between two of them."""
-    return [*model.sensors, *model.relative]
-
-
 def check_sensors(model: Model) -> None:
     """Refuse sensors of bodies that are not there, of one name, or criteria without units.
 
@@ -180,21 +183,26 @@ def check_sensors(model: Model) -> None:
         As said.
     """
     taken = [*model.bodies, *(part.name for part in model.contacts), "energy"]
-    for i, one in enumerate(all_sensors(model)):
-        where, own = f"sensors[{i}]", isinstance(one, Sensor)
-        for body in (one.body,) if isinstance(one, Sensor) else one.between:
-            key = "body" if own else "between"
-            _check_name("body", body, model.bodies, f"{where}: {key}")
-        _check_own_name(one.name, taken, where)
-        taken.append(one.name)
     for i, sensor in enumerate(model.sensors):
         where = f"sensors[{i}]"
-        if (sensor.criteria or sensor.filter) and not all(model.units):
-            raise InputError(
-                "need units: g and seconds must be known",
-                where=f"{where}: {'criteria' if sensor.criteria else 'filter'}",
-                remedy='Give the simulation its units, as units=("mm", "g", "ms")',
-            )
+        if isinstance(sensor, RelativeSensor):
+            for body in sensor.between:
+                _check_name("body", body, model.bodies, f"{where}: between")
+        else:
+            _check_name("body", sensor.body, model.bodies, f"{where}: body")
+            _check_units(sensor, model, where)
+        _check_own_name(sensor.name, taken, where)
+        taken.append(sensor.name)
+
+
+def _check_units(sensor: Sensor, model: Model, where: str) -> None:
+    """Criteria and filters are of g and seconds."""
+    if (sensor.criteria or sensor.filter) and not all(model.units):
+        raise InputError(
+            "need units: g and seconds must be known",
+            where=f"{where}: {'criteria' if sensor.criteria else 'filter'}",
+            remedy='Give the simulation its units, as units=("mm", "g", "ms")',
+        )
 
 
 def _check_own_name(name: object, taken: Sequence[str], where: str) -> None:

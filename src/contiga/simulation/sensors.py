@@ -24,7 +24,7 @@ _SUMMED = ("acceleration", "velocity", "force")
 def sensor_columns(model: Model, state: SystemState, last: SystemState | None) -> dict[str, float]:
     """What all sensors say of `state`; `last` is the state before it."""
     columns: dict[str, float] = {}
-    for sensor in model.sensors:
+    for sensor in model.point_sensors:
         for measure, values in _measured(model, sensor, state, last).items():
             letter = _COLUMNS[measure]
             named = zip("xyz", values, strict=True)

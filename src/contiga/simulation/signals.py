@@ -40,7 +40,7 @@ def filtered_columns(model: Model, history: dict[str, FloatArray]) -> dict[str, 
 def _filtered(model: Model) -> dict[str, tuple[str, tuple[str, ...]]]:
     """Who asks for a filter: its class, and the columns that are filtered."""
     accelerations = ("ax", "ay", "az")
-    sensors = {s.name: (s.filter, accelerations) for s in model.sensors if s.filter}
+    sensors = {s.name: (s.filter, accelerations) for s in model.point_sensors if s.filter}
     springs = {name: (s.filter, ("force",)) for name, s in model.springs.items() if s.filter}
     return {**sensors, **springs}
 
@@ -92,7 +92,7 @@ def sensor_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, di
             "filter": sensor.filter,
             "criteria": _criteria(model, sensor, history),
         }
-        for sensor in model.sensors
+        for sensor in model.point_sensors
     } | relative_summary(model)
 
 

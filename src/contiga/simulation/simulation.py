@@ -118,7 +118,6 @@ class Simulation(Model):
         own_slaves = {
             name: slave_part(name, given) for name, given in by_name("slaves", slaves).items()
         }
-        own_sensors = parts_of_kind("sensors", sensors, Sensor, RelativeSensor)
         super().__init__(
             bodies=own_bodies,
             slaves=own_slaves,
@@ -127,8 +126,7 @@ class Simulation(Model):
             gravity=vector(gravity, "gravity"),
             springs=spring_parts(springs),
             loads=parts_of_kind("loads", loads, Load),
-            sensors=tuple(one for one in own_sensors if isinstance(one, Sensor)),
-            relative=tuple(one for one in own_sensors if isinstance(one, RelativeSensor)),
+            sensors=parts_of_kind("sensors", sensors, Sensor, RelativeSensor),
             allow_unstable=allow_unstable,
             title=title,
             units=units,

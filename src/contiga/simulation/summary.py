@@ -100,7 +100,8 @@ def summary_so_far(
     }
     time, end = float(history["time"][-1]), model.stepping.end
     sensors = {
-        one.name: {"body": one.body, "filter": one.filter, "criteria": {}} for one in model.sensors
+        one.name: {"body": one.body, "filter": one.filter, "criteria": {}}
+        for one in model.point_sensors
     } | relative_summary(model)
     return {
         "title": model.title,
