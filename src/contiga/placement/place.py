@@ -64,6 +64,21 @@ def place(thing: Part, *, on: Master | Slave, direction: Axis, gap: float = 0.0)
     for key, value in (("thing", thing), ("on", on)):
         check_part(value, key)
     way, least = unit_axis(direction, "direction"), _checked_gap(gap)
+    shift = _shift(thing, on, way, least)
+    if shift is None:
+        raise InputError(
+            f"{thing.name} never stands {least:g} from {on.name} on its way",
+            where="direction",
+            found=[float(f"{x:.6g}") for x in way],
+            remedy=f"Turn the direction towards it, or align the two first{_open_side(thing, on)}",
+        )
+    return thing.transformed(translation(shift * way))
+
+
+def _shift(
+    thing: Master | Slave, on: Master | Slave, way: FloatArray, least: float
+) -> float | None:
+    """How far `thing` is to be moved; None if there is no place for it."""
     behind, ahead = _along(thing, way), _along(on, way)
     most = (ahead[1] - behind[0] + least, behind[1] - ahead[0] + least)
     try:
@@ -73,15 +88,8 @@ def place(thing: Part, *, on: Master | Slave, direction: Axis, gap: float = 0.0)
             raise
         shift = None
     if shift is None and _is_sheet(thing, on):
-        shift = shift_to_gap(Pair(thing, on, way, both=True), least, most)
-    if shift is None:
-        raise InputError(
-            f"{thing.name} never stands {least:g} from {on.name} on its way",
-            where="direction",
-            found=[float(f"{x:.6g}") for x in way],
-            remedy=f"Turn the direction towards it, or align the two first{_open_side(thing, on)}",
-        )
-    return thing.transformed(translation(shift * way))
+        return shift_to_gap(Pair(thing, on, way, both=True), least, most)
+    return shift
 
 
 def _is_sheet(thing: Master | Slave, on: Master | Slave) -> bool:

@@ -98,19 +98,7 @@ def mechanism_of(
         for name, part in slaves.items()
         if isinstance(part.motion, Free)
     }
-    for where, ends in _ends(springs):
-        if GROUND in ends and GROUND in index:
-            raise InputError(
-                "is what springs call the world, and a body is called so, too",
-                where=where,
-                found=GROUND,
-                remedy="Call the body otherwise",
-            )
-        for end in ends:
-            if end != GROUND:
-                _host(where, end, index)
-    for i, load in enumerate(loads):
-        _host(f"load[{i}]: body", load.body, index)
+    _check_ends(springs, loads, index)
     return Mechanism(
         index,
         root,
@@ -136,9 +124,24 @@ def _attached(host: int, root: NDArray[np.intp], bodies: Mapping[str, Any]) -> l
     return [motion.mass for motion in motions if motion.mass is not None]
 
 
-def _ends(springs: Mapping[str, Spring]) -> list[tuple[str, tuple[str, ...]]]:
-    """Bodies that springs name, with what to call these."""
-    return [(f"spring {name!r}: between", tuple(one.between)) for name, one in springs.items()]
+def _check_ends(
+    springs: Mapping[str, Spring], loads: tuple[Load, ...], index: Mapping[str, int]
+) -> None:
+    """Refuse springs and loads of bodies that are not there, and a ground that is two things."""
+    for name, spring in springs.items():
+        where = f"spring {name!r}: between"
+        if GROUND in spring.between and GROUND in index:
+            raise InputError(
+                "is what springs call the world, and a body is called so, too",
+                where=where,
+                found=GROUND,
+                remedy="Call the body otherwise",
+            )
+        for end in spring.between:
+            if end != GROUND:
+                _host(where, end, index)
+    for i, load in enumerate(loads):
+        _host(f"load[{i}]: body", load.body, index)
 
 
 def _host(where: str, name: str, known: Mapping[str, int]) -> int:
