@@ -25,7 +25,7 @@ class BrIC(NamedTuple):
 
 
 def bric(w: ArrayLike, critical: ArrayLike = CRITICAL) -> BrIC:
-    """√ Σ (max |ω_i| / ω_iC)² over the axes of the head: the maxima need not be of one time.
+    """√ Σ (max abs ω / ω_C)² over the axes of the head: the maxima need not be of one time.
 
     Takhounts, Craig, Moorhouse, McFadden and Hasija, Development of Brain Injury Criteria (BrIC),
     Stapp Car Crash Journal 57 (2013), 243-266; the critical values are those of its equation for
