@@ -41,7 +41,8 @@ def detect_moved(
         return known
     p_W, X_WB, p_B = moved
     state = past.state
-    last = Last(state.points_B, state.patch, state.uv, state.near, state.safe_distance)
+    place = state.patch, state.uv, state.near
+    last = Last(state.points_B, *place, state.safe_distance, state.guards)
     poses = state.pose, X_WB
     if is_turned(poses):
         to_body(X_WB, p_W, p_B)
@@ -66,7 +67,9 @@ def detect_at_once(
     States that steps have made are of arrays as kernels take them.
     """
     room, columns = memory
-    if not options.closed or options.through or len(moved[0]) > CHUNK or not past.state.is_made:
+    if not (options.closed and options.nearest) or options.through:
+        return None
+    if len(moved[0]) > CHUNK or not past.state.is_made:
         return None
     places = room.small.of(master)
     if places is None:
@@ -99,13 +102,15 @@ def _finish(
     """What the kernel has left of a step; `counts` is what it answered."""
     (room, columns), (in_contact, near, left) = memory, counts
     found = nowhere(room, columns)
-    step = Step(state.points_B, p_B, room.way, room.ignored, state.near, state.uv, room.small)
+    old = state.near, state.uv, state.guards
+    step = Step(state.points_B, p_B, room.way, room.ignored, *old, room.small)
     lists = room.rows[0, :in_contact], room.rows[1, :near]
     if left > 0:
-        judge(surface, step, room.small.desk.doubtful.first(left), found, options)
+        opposed = judge(surface, step, room.small.desk.doubtful.first(left), found, options)
     else:
-        closed_body.detect(surface, step, (state.patch, state.uv), lists, found, options)
-    return with_feet(found, lists)
+        feet = state.patch, state.uv
+        opposed = closed_body.detect(surface, step, feet, lists, found, options)
+    return with_feet(found, lists)._replace(opposed=opposed)
 
 
 def _advance(
@@ -122,11 +127,11 @@ def _advance(
     room, (status, safe_distance, near, uv, *rest) = memory
     state, size = past.state, options.size
     shares = SHORT * size, SAME_FOOT * size
-    limits = options.hold, options.balls, options.penetration, options.band, options.depth, *shares
+    limits = options.balls, options.penetration, options.band, options.depth, *shares
     last = state.patch, state.uv, state.near, state.safe_distance
     counts: tuple[int, int, int, int] = touching_nb.advance(
         (locked(p_W), X_WB, state.pose, p_B, state.points_B),
-        (*last, *state.deep),
+        (*last, *state.deep, state.guards),
         active,
         (status, safe_distance, near, uv, room.way, room.ignored, *rest),
         feet,

@@ -16,6 +16,7 @@ import numpy as np
 from contiga.contact.desk import MOST, Asked
 from contiga.contact.judge import asked_of, free_distance, joined, judge, within_depth
 from contiga.contact.kernels import settle_nb, touching_nb
+from contiga.contact.loads import UNGUARDED, Guards
 from contiga.contact.tracked import (
     BoolArray,
     Detected,
@@ -94,19 +95,20 @@ def detect(
     rows: tuple[IntArray, IntArray],
     found: Detected,
     options: Options,
-) -> None:
-    """Fill `found` for the points that were in contact and the free ones that are near.
+) -> Guards:
+    """Fill `found` for the points that were in contact and the free ones that are near; returns
+    those whose nearest wall is opposite to the one that pushes them.
 
     `last` is (patch, uv) of the feet of all points, `rows` (in contact, near).
     """
     touching, near = rows
     held = None
     if len(touching):
-        held = _left_of(_look_at_touching(surface, step, last, touching, found, options))
+        told = _look_at_touching(surface, step, last, touching, found, options)
+        held = _left_of(told, step.guards)
     free = _look_at_free(surface, step, near, found, options)
     asked = joined(held, free) if held and free else held or free
-    if asked is not None:
-        judge(surface, step, asked, found, options)
+    return UNGUARDED if asked is None else judge(surface, step, asked, found, options)
 
 
 def _look_at_touching(
@@ -121,12 +123,12 @@ def _look_at_touching(
 
     What is outside needs no foot.
     """
-    few = len(rows) <= MOST
+    few = options.nearest and len(rows) <= MOST
     told = _at_once(surface, step, last, rows, found, options) if few else None
     return told or _one_by_one(surface, step, last, rows, found, options)
 
 
-def _left_of(told: Told) -> Asked | None:
+def _left_of(told: Told, guards: Guards) -> Asked | None:
     """Those points in contact that are not settled, if there are any."""
     rows, known, now, feet, mark, own = told
     if len(own) == 0:
@@ -135,7 +137,8 @@ def _left_of(told: Told) -> Asked | None:
     kept = (mark[own] & settle_nb.KEEP) > 0
     within = distances(feet, now[own])
     side, reach = known
-    return asked_of(rows[own], (side[own], reach[own]), within, (kept, continued(feet), feet))
+    tracked = kept, continued(feet), guards.at(rows[own]), feet
+    return asked_of(rows[own], (side[own], reach[own]), within, tracked)
 
 
 def _at_once(
@@ -148,7 +151,8 @@ def _at_once(
 ) -> Told | None:
     """Settle few points by one kernel; None where that does not do."""
     small, places = step.small, step.small.places(surface, False)
-    path, limits = (step.now, step.before), (options.hold, options.balls, options.band)
+    path, limits = (step.now, step.before), (options.balls, options.band)
+    last = *last, step.guards
     into = found.status, found.safe_distance, found.near, found.uv
     while places is not None:
         _, left = touching_nb.touch(rows, path, last, into, found.feet, limits, places)
@@ -174,14 +178,17 @@ def _one_by_one(
     places = found.status, found.safe_distance, found.near, found.uv
     left = settle_nb.stay(rows, known, ends, last, places[:2], band, work)
     rows, side, reach, patch, uv, before, now = (values[:left] for values in work)
-    feet = follow(surface, (before, now), (patch, uv))
     mark, ways, asked = np.empty(left, np.int8), np.empty(left, np.int32), _listed(left)
-    n, m = settle_nb.look(
-        *(rows, feet, side, found.safe_distance, (options.hold, band), mark, ways, asked)
-    )
-    if n:
-        clear = surface.clear_ways(step.before, step.now, rows[ways[:n]])
-        mark[ways[:n][clear]] |= settle_nb.KEPT
+    if options.nearest:
+        feet = follow(surface, (None, now), (patch, uv))
+        m = settle_nb.face(rows, feet, step.guards, band, mark, asked)
+    else:
+        feet = follow(surface, (before, now), (patch, uv))
+        limits = options.hold, band
+        n, m = settle_nb.look(rows, feet, side, found.safe_distance, limits, mark, ways, asked)
+        if n:
+            clear = surface.clear_ways(step.before, step.now, rows[ways[:n]])
+            mark[ways[:n][clear]] |= settle_nb.KEPT
     balls = _balls(surface, feet, (asked[0][:m], asked[1][:m]), options)
     n = settle_nb.settle(rows, feet, (side, reach), mark, balls, band, places, found.feet, ways)
     return Told(rows, (side, reach), now, feet, mark, ways[:n])

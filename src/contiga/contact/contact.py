@@ -50,6 +50,7 @@ TYPES = ("slave", "master", "combined")
 EDGES = ("release", "hold")
 WEIGHTS = ("rest", "area")
 THROUGH = ("release", "hold")
+FOOT = ("nearest", "tracked")
 
 StageClock = Callable[[str], AbstractContextManager[None]]
 """Called with the name of a stage, gives a context that times it."""
@@ -89,6 +90,10 @@ class Contact(Shown):
     through : "release" points that leave a body by another wall than they came in by, or "hold"
         what went right through on the wall it came in by until it is back; needs search by
         intersection
+    foot : the wall that pushes a point. "nearest": the nearest one that is not opposite to the
+        wall that holds it, so that depth is a function of the place, whatever the way in.
+        "tracked": the one it came in by, followed as a local minimum of the distance, as in the
+        thesis
     master_law : stress law of the master, for type "combined"
     depth : deepest penetration that search by penetration takes for one, length; without limit
         for closed bodies and a tenth of the size for open ones if omitted
@@ -125,6 +130,7 @@ class Contact(Shown):
         quadrature: str | int = "nodes",
         friction: Friction | None = None,
         through: str = "release",
+        foot: str = "nearest",
         master_law: StressLaw | None = None,
         depth: float | None = None,
     ) -> None:
@@ -134,6 +140,7 @@ class Contact(Shown):
         choice("weights", weights, WEIGHTS)
         choice("quadrature", quadrature, QUADRATURES)
         choice("through", through, THROUGH)
+        choice("foot", foot, FOOT)
         check_through(through, search)
         kind("slave", slave, Slave)
         check_methods(law, area)
@@ -159,6 +166,7 @@ class Contact(Shown):
         self.search = search
         self.on_edge = on_edge
         self.through = through
+        self.foot = foot
         self.depth = None if depth is None else positive(depth, "depth", finite=False)
         self._rooms = Rooms()
 
@@ -183,6 +191,7 @@ class Contact(Shown):
     def _options(self) -> Options:
         # Kept: size and borders of a mesh cost as much as a small step.
         how = self.search == "penetration", self.on_edge == "hold", self.through == "hold"
+        how = *how, self.foot == "nearest"
         return options_of(how, self.depth, self._surface.closed, self.master)
 
     def start(
@@ -378,7 +387,7 @@ class Contact(Shown):
             # with their moments, whatever friction adds along the surface.
             felt = forces(points, answer, p_B, past, (X_WB, self.master.reference_point))
         whole = whole_of(found, places, felt)
-        loads = loads_of(held, points, answer, felt)
+        loads = loads_of(held, found.opposed, points, answer, felt)
         if sampling.first:
             whole["force"] = force = sampling.nodal(points.rows, felt.world)
             felt.wrench[:3] = 0.0 - force.sum(axis=0)

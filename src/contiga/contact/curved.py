@@ -20,6 +20,7 @@ import numpy as np
 
 from contiga.contact.detect import detect
 from contiga.contact.kernels import bulging_nb
+from contiga.contact.loads import Guards, merged
 from contiga.contact.tracked import (
     CHUNK,
     BoolArray,
@@ -78,7 +79,8 @@ def detect_on_curves(
         own = rows[pieces == count]
         ends = last.points_B[own], to_world(relative(*poses), now[own])
         path = Path(screw, *ends, now[own])
-        _put(whole, own, _follow(surface, path, _rows_of(last, own), options, int(count)))
+        part = _follow(surface, path, _rows_of(last, own), options, int(count))
+        whole = _put(whole, own, part)
     return whole._replace(held=np.flatnonzero(whole.feet.patch >= 0).astype(np.int32))
 
 
@@ -171,7 +173,8 @@ def _follow(surface: Surface, path: Path, last: Last, options: Options, pieces: 
         now = path.at(k / pieces)
         found = detect(surface, now, last, active, options)
         story = story.after(found)
-        last = Last(now, found.feet.patch, found.uv, found.near, found.safe_distance)
+        place = found.feet.patch, found.uv, found.near
+        last = Last(now, *place, found.safe_distance, found.guards)
     feet = found.feet._replace(certified=story.certified)
     return found._replace(feet=feet, status=story.status(found.status))
 
@@ -231,18 +234,25 @@ class Story(NamedTuple):
         return np.where(self.touching, plain, free).astype(np.int8)
 
 
-def _put(whole: Detected, rows: IndexArray, part: Detected) -> None:
-    """Write what was found of some points into their rows."""
+def _put(whole: Detected, rows: IndexArray, part: Detected) -> Detected:
+    """`whole` with what was found of some points written into their rows."""
     for name in ("status", "safe_distance", "near", "uv"):
         getattr(whole, name)[rows] = getattr(part, name)
     take(whole.feet, rows, part.feet, np.ones(len(rows), dtype=bool))
+    own = Guards(rows[part.opposed.rows], part.opposed.normal)
+    return whole._replace(opposed=merged(whole.opposed, own))
 
 
 def _rows_of(last: Last, rows: IndexArray) -> Last:
+    """Of some points, `rows` ascending."""
+    guards, place = last.guards, np.full(len(last.patch), -1, np.int32)
+    place[rows] = np.arange(len(rows), dtype=np.int32)
+    own = np.flatnonzero(place[guards.rows] >= 0)
     return Last(
         last.points_B[rows],
         last.patch[rows],
         last.uv[rows],
         last.near[rows],
         last.safe_distance[rows],
+        Guards(place[guards.rows[own]], guards.normal[own]),
     )

@@ -40,6 +40,8 @@ class Asked(NamedTuple):
     """Way to the surface at least, where the side is known."""
     within: FloatArray
     """Distance to a point of the surface, infinite where none is known."""
+    guard: FloatArray
+    """(n, 3) normals that tell which walls are opposite to those that were in contact, else 0."""
     feet: Projection
     """The feet that would do; then those of all points inside."""
     truth: Projection
@@ -50,7 +52,8 @@ class Asked(NamedTuple):
         """For n points, with nothing filled in."""
         flags, codes, lengths = np.empty((2, n), np.bool_), np.empty((2, n), np.int8), (2, n)
         feet = empty_projection(n), empty_projection(n)
-        return cls._make((np.empty(n, np.int32), *flags, *codes, *np.empty(lengths), *feet))
+        own = np.empty(n, np.int32), *flags, *codes, *np.empty(lengths), np.empty((n, 3)), *feet
+        return cls._make(own)
 
     def first(self, n: int) -> Asked:
         """The first n of them."""

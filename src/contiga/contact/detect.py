@@ -65,14 +65,16 @@ def detect(
     """
     room, columns = memory or (Room.of(len(now)), Columns.of(len(now)))
     found = nowhere(room, columns)
-    step = Step(last.points_B, now, room.way, room.ignored, last.near, last.uv, room.small)
+    old = last.near, last.uv, last.guards
+    step = Step(last.points_B, now, room.way, room.ignored, *old, room.small)
     lists = rows, near = _place(step, last, active, columns, room.rows, moved)
     if options.through:
         feet = last.patch, last.uv
         rows, near = through.detect(surface, step, feet, lists, found, options)
     if options.closed:
-        closed_body.detect(surface, step, (last.patch, last.uv), (rows, near), found, options)
-        return with_feet(found, lists)
+        feet = last.patch, last.uv
+        opposed = closed_body.detect(surface, step, feet, (rows, near), found, options)
+        return with_feet(found, lists)._replace(opposed=opposed)
     tracked = track(
         surface, (last.points_B[rows], now[rows]), (last.patch[rows], last.uv[rows]), options
     )

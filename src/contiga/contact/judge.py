@@ -8,13 +8,14 @@ foot.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from contiga.contact.desk import Asked
 from contiga.contact.kernels import judge_nb
 from contiga.contact.kernels.judge_nb import NOT_ASKED
+from contiga.contact.loads import UNGUARDED, Guards
 from contiga.contact.tracked import (
     BoolArray,
     Detected,
@@ -26,6 +27,7 @@ from contiga.contact.tracked import (
     take,
     track,
 )
+from contiga.contact.walls import hold
 from contiga.masters.protocol import Surface
 from contiga.records import (
     ByteArray,
@@ -46,24 +48,26 @@ def asked_of(
     rows: IntArray,
     known: tuple[ByteArray, FloatArray],
     within: FloatArray,
-    tracked: tuple[BoolArray, ByteArray, Projection] | None = None,
+    tracked: tuple[BoolArray, ByteArray, FloatArray, Projection] | None = None,
 ) -> Asked:
-    """Points of which known = (side, reach) is; tracked = (kept, status, feet) of those that were
-    in contact."""
+    """Points of which known = (side, reach) is; tracked = (kept, status, guard, feet) of those that
+    were in contact."""
     n = len(rows)
     truth = blank(n)
     truth.status[:] = NOT_ASKED
     if tracked is None:
         none = np.zeros(n, dtype=bool)
-        return Asked(rows, none, none, np.zeros(n, np.int8), *known, within, blank(n), truth)
-    kept, status, feet = tracked
-    return Asked(rows, np.ones(n, dtype=bool), kept, status, *known, within, feet, truth)
+        told = none.copy(), np.zeros(n, np.int8), *known, within, np.zeros((n, 3))
+        return Asked(rows, none, *told, blank(n), truth)
+    kept, status, guard, feet = tracked
+    was = np.ones(n, dtype=bool)
+    return Asked(rows, was, kept, status, *known, within, guard, feet, truth)
 
 
 def joined(first: Asked, second: Asked) -> Asked:
     """Two in one."""
     columns: list[Any] = [
-        np.concatenate((getattr(first, name), getattr(second, name))) for name in Asked._fields[:7]
+        np.concatenate((getattr(first, name), getattr(second, name))) for name in Asked._fields[:-2]
     ]
     columns += [_both(first.feet, second.feet), _both(first.truth, second.truth)]
     return Asked(*columns)
@@ -74,26 +78,63 @@ def _both(first: Projection, second: Projection) -> Projection:
     return Projection(*(np.concatenate(pair) for pair in columns))
 
 
-def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: Options) -> None:
-    """Fill `found` for the points that are asked for."""
-    rows, was, kept, truth = asked.rows, asked.was, asked.kept, asked.truth
-    told = asked.side != 0
-    needed = ~told | (~was & options.penetration)
+class Standing(NamedTuple):
+    """What closest points and sides tell of the points that are asked for, a row each."""
+
+    needed: BoolArray
+    """Whose closest points were looked for."""
+    solved: BoolArray
+    """Whose place is known."""
+    inside: BoolArray
+    deep: BoolArray
+    """Inside by more than rounding."""
+    free: BoolArray
+    """Free points that need not have come in: inside since the start, or without a past."""
+
+
+def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: Options) -> Guards:
+    """Fill `found` for the points that are asked for; returns those whose nearest wall is opposite
+    to the one that pushes them."""
+    truth, told = asked.truth, asked.side != 0
+    needed = ~told | (~asked.was & options.penetration)
+    if options.nearest:
+        needed |= asked.side < 0
     _find(surface, step, asked, np.flatnonzero(needed))
-    columns, limits = asked[:6], (options.penetration, options.band, options.depth)
+    if options.nearest:
+        kept = asked.was, asked.kept, asked.status
+        judge_nb.take_nearest(kept, asked.feet, truth, asked.guard)
+    limits = options.penetration, options.nearest, options.band, options.depth
     into = found.status, found.safe_distance, found.near, found.uv
     if judge_nb.judge_plain(
-        *(columns, asked.feet, truth, (step.way, step.ignored)),
+        *(asked[:6], asked.feet, truth, (step.way, step.ignored)),
         *((*limits, SAME_FOOT * options.size), into, found.feet),
     ):
-        return
+        return UNGUARDED
     solved = ~needed | (truth.status == Status.OK)
     inside = solved & np.where(told, asked.side < 0, truth.gap <= 0.0)
     deep = inside & (told | (truth.gap < -options.band))
+    past = np.isfinite(step.way[asked.rows])
+    free = ~asked.was & (step.ignored[asked.rows] | ~past)
+    standing = Standing(needed, solved, inside, deep, free)
+    if options.nearest:
+        return _judge_nearest(surface, step, asked, standing, found, options)
+    _judge_tracked(surface, step, asked, standing, found, options)
+    return UNGUARDED
+
+
+def _judge_tracked(
+    surface: Surface,
+    step: Step,
+    asked: Asked,
+    standing: Standing,
+    found: Detected,
+    options: Options,
+) -> None:
+    """Fill `found` where a point keeps the wall that it came in by."""
+    was, kept = asked.was, asked.kept
+    _, solved, inside, deep, free = standing
     entered, new = _come_in(surface, step, asked, inside, options)
     old = kept & ~new & (inside | ~solved)
-    # A point that has lain inside since the start, or has no past, need not have come in.
-    free = ~was & (step.ignored[rows] | ~np.isfinite(step.way[rows]))
     anew = deep & ~new & ~old & (was | entered)
     missed = deep & ~new & ~old & ~anew & ~free & (not options.penetration)
     at_closest = anew | missed | (new & ~was & options.penetration)
@@ -104,13 +145,81 @@ def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: 
     status[anew] = ContactStatus.REACQUIRED
     status[missed] = ContactStatus.FOUND
     status[(~solved & ~kept) | lost] = ContactStatus.LOST
+    _write(asked, standing, (status, (old | new | anew | missed) & ~lost, lost), found, options)
+
+
+def _judge_nearest(
+    surface: Surface,
+    step: Step,
+    asked: Asked,
+    standing: Standing,
+    found: Detected,
+    options: Options,
+) -> Guards:
+    """Fill `found` where the nearest wall that is not opposite pushes; see `judge`."""
+    rows, was, truth = asked.rows, asked.was, asked.truth
+    _, solved, inside, deep, free = standing
+    entered, start = _entries(surface, step, asked, standing, options)
+    missed = deep & ~was & ~entered & ~free & (not options.penetration)
+    touching = inside & (was | entered | missed)
+    own = np.flatnonzero(touching)
+    way = start[own], step.now[rows[own]]
+    held = hold(surface, way, asked.guard[own], rows_of(truth, own))
+    take(asked.feet, own, held.feet, np.ones(len(own), dtype=bool))
+    status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
+    status[own] = np.where(held.anew, ContactStatus.REACQUIRED, ContactStatus.OLD)
+    status[entered] = ContactStatus.NEW
+    status[missed] = ContactStatus.FOUND
+    status[~solved] = ContactStatus.LOST
+    _write(asked, standing, (status, touching, ~solved), found, options)
+    opposed = own[held.opposed]
+    order = np.argsort(rows[opposed])
+    return Guards(rows[opposed][order], held.guard[held.opposed][order])
+
+
+def _entries(
+    surface: Surface, step: Step, asked: Asked, standing: Standing, options: Options
+) -> tuple[BoolArray, FloatArray]:
+    """Which of the points inside have come in within the step, and where ways inside start.
+
+    Guards of those that do are written: of the wall where their path enters last. It is looked at
+    for free points, and for those whose nearest wall is opposite: they may have left by one wall
+    and come in by another.
+    """
+    rows, was = asked.rows, asked.was
+    start = step.before[rows]
+    if options.penetration:
+        entered = standing.inside & ~was & within_depth(asked.truth, options)
+        asked.guard[~was] = 0.0
+    else:
+        entered = np.zeros(len(rows), dtype=bool)
+    unsure = standing.inside & ~asked.kept & np.isfinite(step.way[rows])
+    which = np.flatnonzero(unsure & (was | (not options.penetration)))
+    if len(which):
+        hits, sense = surface.last_crossings(step.before, step.now, rows[which])
+        back = np.flatnonzero(sense > 0)
+        own, there = which[back], np.ascontiguousarray(hits.point[back])
+        entered[own], start[own] = True, there
+        asked.guard[own] = closest(surface, there, np.arange(len(own), dtype=np.int32)).normal
+    return entered, start
+
+
+def _write(
+    asked: Asked,
+    standing: Standing,
+    told: tuple[ByteArray, BoolArray, BoolArray],
+    found: Detected,
+    options: Options,
+) -> None:
+    """Fill `found` with what becomes of points; `told` is (status, in contact, lost)."""
+    rows, truth = asked.rows, asked.truth
+    status, touching, lost = told
     found.status[rows] = status
-    touching = (old | new | anew | missed) & ~lost
     take(found.feet, rows, asked.feet, touching)
     remember(found, rows[~touching], rows_of(truth, np.flatnonzero(~touching)))
-    known = np.where(told, asked.safe_distance, np.abs(truth.gap)) - options.band
-    free_way = np.where(needed, free_distance(truth, options), asked.side * known)
-    held = np.where(inside, np.fmax(known, 0.0), 0.0)
+    known = np.where(asked.side != 0, asked.safe_distance, np.abs(truth.gap)) - options.band
+    free_way = np.where(standing.needed, free_distance(truth, options), asked.side * known)
+    held = np.where(standing.inside, np.fmax(known, 0.0), 0.0)
     found.safe_distance[rows] = np.where(lost, 0.0, np.where(touching, held, free_way))
 
 

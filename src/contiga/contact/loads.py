@@ -14,8 +14,40 @@ NOWHERE = np.zeros((0, 3))
 NONE = np.zeros(0)
 NO_ROWS = np.zeros(0, np.int32)
 
+class Guards(NamedTuple):
+    """Outward normals that tell which walls are opposite for some points, body axes."""
+
+    rows: IndexArray
+    """(k,) the points, ascending."""
+    normal: FloatArray
+    """(k, 3) of length one."""
+
+    def at(self, rows: IndexArray) -> FloatArray:
+        """(len(rows), 3) of these points, zero where there is none."""
+        return Sparse(0, *self).at(rows)
+
+
+UNGUARDED = Guards(NO_ROWS, NOWHERE)
+
 Column = tuple[IndexArray, FloatArray]
 """(rows, values): rows (k,), ascending, and their values (k, …)."""
+
+
+def guards_of(held: IndexArray, normal: FloatArray, opposed: Guards) -> Guards:
+    """Guards of the points `held`, (k,) ascending: those `opposed`, else the `normal` (k, 3)."""
+    if len(opposed.rows):
+        normal = normal.copy()
+        normal[np.searchsorted(held, opposed.rows)] = opposed.normal
+    return Guards(held, normal)
+
+
+def merged(first: Guards, second: Guards) -> Guards:
+    """Both, of different points."""
+    if len(first.rows) == 0 or len(second.rows) == 0:
+        return first if len(second.rows) == 0 else second
+    rows = np.concatenate((first.rows, second.rows))
+    order = np.argsort(rows)
+    return Guards(rows[order], np.concatenate((first.normal, second.normal))[order])
 
 
 class Loads(NamedTuple):
@@ -40,11 +72,18 @@ class Loads(NamedTuple):
     """None, with the two that follow, without friction."""
     traction: FloatArray | None = None
     tangential: FloatArray | None = None
+    opposed: Guards = UNGUARDED
+    """Those in contact whose nearest wall is opposite."""
 
     @property
     def deep(self) -> Column:
         """How deep points are."""
         return self.held, self.penetration
+
+    @property
+    def guards(self) -> Guards:
+        """What tells which walls are opposite: the normal at the foot, where nothing else does."""
+        return guards_of(self.held, self.normal, self.opposed)
 
     @property
     def carried(self) -> tuple[Column, Column, Column, Column]:
@@ -75,6 +114,7 @@ class Loads(NamedTuple):
             "penetration": Sparse(n, self.held, self.penetration),
             "normal_B": Sparse(n, self.held, self.normal),
             "foot_B": Sparse(n, self.held, self.foot, p_B),
+            "guard_B": Sparse(n, *self.opposed),
         } | {name: Sparse(n, rows, values) for name, values in told.items() if values is not None}
 
     def without(self, n: int) -> dict[str, Any]:

@@ -74,7 +74,8 @@ def rehearsed(
         feet = rows_of(found.feet, rows)
         depth = np.maximum(-feet.gap, 0.0)
         yield Rehearsed(X_WB, followed[rows], depth, feet.normal, inside, deepest)
-        last = Last(p_B, found.feet.patch, found.uv, found.near, found.safe_distance)
+        place = found.feet.patch, found.uv, found.near
+        last = Last(p_B, *place, found.safe_distance, found.guards)
         pose = X_WB
 
 

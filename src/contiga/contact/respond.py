@@ -8,7 +8,7 @@ import numpy as np
 
 from contiga.contact.checks import PLAIN, checked_answer
 from contiga.contact.kernels import totals_nb
-from contiga.contact.loads import NO_ROWS, NONE, NOWHERE, Loads
+from contiga.contact.loads import NO_ROWS, NONE, NOWHERE, Guards, Loads
 from contiga.contact.touching import Past, Touching
 from contiga.contact.tracked import Detected
 from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
@@ -187,12 +187,15 @@ def whole_of(
     }
 
 
-def loads_of(held: Touching, points: Touching, response: Response, felt: Forces) -> Loads:
-    """What a state keeps of the points in contact, `held`, also where they carry no forces."""
+def loads_of(held: Touching, opposed: Guards, points: Touching, response: Response, felt: Forces) -> Loads:
+    """What a state keeps of the points in contact, `held`, also where they carry no forces.
+
+    `opposed` are those whose nearest wall is opposite.
+    """
     (force, stiffness, _, memory, _, damping), grip = response
     rows, depth, normal, foot, *_ = held
     carried = points.rows, force, stiffness, memory, felt.world
-    loads = Loads(rows, depth, normal, foot, *carried)
+    loads = Loads(rows, depth, normal, foot, *carried, opposed=opposed)
     if felt.viscosity is not None:
         loads = loads._replace(damping=damping, viscosity=felt.viscosity)
     if grip is not None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from contiga.area.method import AreaInput, Areas
 from contiga.contact.energy import ContactEnergy
-from contiga.contact.loads import Column, Loads
+from contiga.contact.loads import Column, Guards, Loads, guards_of
 from contiga.contact.sparse import Sparse
 from contiga.errors import InputError
 from contiga.num.ordered import product
@@ -75,6 +75,9 @@ class State(Shown):
     """(m,) λ ≥ 0."""
     normal_B: FloatArray
     """(m, 3) unit normal at the foot, body axes, to the free side; zero without contact."""
+    guard_B: FloatArray
+    """(m, 3) of a point whose nearest wall is opposite to the one that holds it, the outward normal
+    that tells so, body axes; zero of others, where it is that of the foot."""
     foot_B: FloatArray
     """(m, 3) foot, body axes; the point itself without contact."""
     points_B: FloatArray
@@ -189,6 +192,17 @@ class State(Shown):
         """`penetration`, as `listed`."""
         loads: Loads | None = self.__dict__.get("_loads")
         return self.listed("penetration") if loads is None else loads.deep
+
+    @property
+    def guards(self) -> Guards:
+        """Normals that tell which walls are opposite for points in contact."""
+        loads: Loads | None = self.__dict__.get("_loads")
+        if loads is not None:
+            return loads.guards
+        held = np.flatnonzero(self.patch >= 0).astype(np.int32)
+        guards = self.guard_B[held]
+        own = guards.any(axis=1)
+        return guards_of(held, self.normal_B[held], Guards(held[own], guards[own]))
 
     @property
     def carried(self) -> tuple[Column, Column, Column, Column]:

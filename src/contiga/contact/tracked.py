@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.contact.desk import Small
+from contiga.contact.loads import UNGUARDED, Guards, guards_of
 from contiga.masters.protocol import Master, Surface
 from contiga.num import codes
 from contiga.records import (
@@ -45,6 +46,8 @@ class Options(NamedTuple):
     """Keep points that slide over a border on its closest point."""
     through: bool
     """Hold points that went right through on the wall they came in by."""
+    nearest: bool
+    """The nearest wall that is not opposite pushes; else the one that a point came in by."""
     depth: float
     """Deepest penetration a search by penetration takes for one, length."""
     closed: bool
@@ -62,9 +65,9 @@ class Options(NamedTuple):
 
 
 def options_of(
-    how: tuple[bool, bool, bool], depth: float | None, closed: bool, master: Master
+    how: tuple[bool, bool, bool, bool], depth: float | None, closed: bool, master: Master
 ) -> Options:
-    """The options of a contact with `master`; `how` are the first three of them."""
+    """The options of a contact with `master`; `how` are the first four of them."""
     size, bounds = master.size, master.bounds()
     depth = reach_of(depth, closed, size)
     band = SAME_PLACE * size + ROUNDING * float(np.abs(bounds).max())
@@ -86,6 +89,8 @@ class Last(NamedTuple):
     uv: FloatArray
     near: IntArray
     safe_distance: FloatArray
+    guards: Guards
+    """Of the points in contact."""
 
 
 class Step(NamedTuple):
@@ -101,6 +106,8 @@ class Step(NamedTuple):
     """(n,) patch of the foot last known of free points, −1 none."""
     uv: FloatArray
     """(n, 2) its parameters."""
+    guards: Guards
+    """Of the points that were in contact."""
     small: Small
     """Memory for few points in contact."""
 
@@ -202,6 +209,13 @@ class Detected(NamedTuple):
     """(n, 2) parameters of all feet, those of free points included; zeros where there is none."""
     held: IntArray
     """(k,) the points in contact, ascending."""
+    opposed: Guards = UNGUARDED
+    """Those of them whose nearest wall is opposite."""
+
+    @property
+    def guards(self) -> Guards:
+        """Of all points in contact."""
+        return guards_of(self.held, self.feet.normal[self.held], self.opposed)
 
 
 def listed(own: IntArray, counts: IndexArray) -> IntArray:

@@ -58,6 +58,12 @@ class ExactSurface(NamedTuple):
         """Closest points of the body."""
         project.closest_of_rows(self.tables, p_B, rows, out, within)
 
+    def closest_facing(
+        self, p_B: FloatArray, guards: FloatArray, least: float, out: Projection
+    ) -> None:
+        """Closest points of the leaves that do not face away."""
+        project.closest_facing(self.tables, p_B, guards, least, out)
+
     def track(
         self,
         p_B: FloatArray,

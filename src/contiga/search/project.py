@@ -16,13 +16,15 @@ from contiga.num.threads import run_ranges, thread_count
 from contiga.num.workspace import Workspace
 from contiga.records import FloatArray, IntArray, Projection
 from contiga.search.ball import known_balls
-from contiga.search.kernels import nearest_nb, track_nb
+from contiga.search.kernels import facing_nb, nearest_nb, track_nb
 from contiga.search.kernels.lanes_nb import RECORD
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
 
 # Rows below which a second thread does not pay.
 POINTS = 256
+GUARDED = 16
+"""The same of searches that are kept to a part of the surface."""
 SMALLEST, LARGEST = 2048, 16384
 """Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
 CHUNKS = 4
@@ -146,3 +148,14 @@ def closest_of_rows(
         run_ranges(nearest_nb.project_global, len(rows), POINTS, tables, *known)
     else:
         run_ranges(nearest_nb.project_proved, len(rows), POINTS, tables, balls, *known)
+
+
+def closest_facing(
+    tables: Tables, p_B: FloatArray, guards: FloatArray, least: float, out: Projection
+) -> None:
+    """Closest points, into `out`, of what does not face away from `guards` (n, 3).
+
+    That is the surface whose normals make a cosine of `least` or more with the guard, and which has
+    the point behind it, told of each leaf as a whole. Rows without any are MAX_ITERATIONS.
+    """
+    run_ranges(facing_nb.project_facing, len(p_B), GUARDED, tables, p_B, guards, least, out)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 # Points below which a second thread does not pay.
 POINTS = 1024
+GUARDED = 64
 
 
 class FacetedSurface(NamedTuple):
@@ -57,6 +58,13 @@ class FacetedSurface(NamedTuple):
     ) -> None:
         """Closest points of the mesh; what is known of their distances would save nothing."""
         closest_of_rows(self.tables.facets, p_B, rows, self.smooth, out)
+
+    def closest_facing(
+        self, p_B: FloatArray, guards: FloatArray, least: float, out: Projection
+    ) -> None:
+        """Closest points of the triangles that do not face away."""
+        facets, facing = self.tables.facets, closest_nb.project_facing
+        run_ranges(facing, len(p_B), GUARDED, facets, p_B, guards, least, self.smooth, out)
 
     def track(
         self,

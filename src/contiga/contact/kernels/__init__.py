@@ -3,10 +3,10 @@
 - status_nb: what becomes of points, as the numbers that kernels write
 - place_nb: what is known of points after they have moved, and which have to be looked at
 - bulging_nb: which points may come to the surface on paths that bulge
+- carrying_nb: what is known of the points in contact before forces
 - settle_nb: points of a closed body whose sides and feet tell what becomes of them: settled in
   single passes
 - judge_nb: points whose feet do not tell, where their closest points do
-- carrying_nb: what is known of the points in contact before forces
 - asked_nb: few points whose feet do not tell, gathered, and judged by their closest points
 - touching_nb: the step of few points in contact and near it, in one call
 - sums_nb: sums in one order, as NumPy takes them

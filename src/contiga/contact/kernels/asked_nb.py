@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from contiga.contact.kernels.judge_nb import NOT_ASKED, is_needed, judge_plain
+from contiga.contact.kernels.carrying_nb import at
+from contiga.contact.kernels.judge_nb import NOT_ASKED, is_needed, judge_plain, take_nearest
 from contiga.contact.kernels.settle_nb import KEEP, becomes, distance, take_foot
 from contiga.num.jit import inner
 from contiga.num.kernels.query_nb import blank_foot
@@ -17,9 +18,9 @@ balls_at = reader("contiga.search.ball_cells.Balls")
 
 
 @inner(linked=False)
-def ask_touching(desk, count, first):
+def ask_touching(desk, count, first, guards):
     """Put points that were in contact, the first of the desk's `ways`, from row `first` on."""
-    asked = desk.doubtful
+    asked, place = desk.doubtful, 0
     for j in range(count):
         i, m = desk.ways[j], first + j
         asked.rows[m] = desk.rows[i]
@@ -30,8 +31,11 @@ def ask_touching(desk, count, first):
         asked.safe_distance[m] = desk.own_reach[i]
         asked.within[m] = distance(desk.feet, i, desk.now[i])
         take_foot(asked.feet, m, desk.feet, i)
+        place = at(guards.rows, desk.rows[i], place)
+        there = place < guards.rows.shape[0] and guards.rows[place] == desk.rows[i]
         for c in range(3):
             desk.stand[m, c] = desk.now[i, c]
+            asked.guard[m, c] = guards.normal[place, c] if there else 0.0
 
 
 @inner(linked=False)
@@ -42,6 +46,7 @@ def ask_free(desk, count, rows, now):
         i = desk.ways[m]
         asked.rows[m] = rows[i]
         asked.was[m] = asked.kept[m] = False
+        asked.guard[m, 0] = asked.guard[m, 1] = asked.guard[m, 2] = 0.0
         asked.status[m] = 0
         asked.side[m] = desk.own_side[i]
         asked.safe_distance[m] = desk.own_reach[i]
@@ -58,7 +63,7 @@ def _find(desk, n, penetration, tables, balls):
     m = 0
     for j in range(n):
         blank_foot(asked.truth, j, NOT_ASKED)
-        if is_needed(asked.was[j], asked.side[j], penetration):
+        if is_needed(asked.was[j], asked.side[j], penetration, True):
             needed[m], within[m] = j, asked.within[j]
             m += 1
     if balls.elements.shape[0] == 0:
@@ -72,6 +77,7 @@ def judge_asked(desk, n, places, step, limits, found, taken):
     """Judge the first n as `judge_plain` does; whether all of them are plain."""
     asked = desk.doubtful
     _find(desk, n, limits[0], tables_at(places[0]), balls_at(places[2]))
+    take_nearest((asked.was[:n], asked.kept, asked.status), asked.feet, asked.truth, asked.guard)
     columns = (
         asked.rows[:n],
         asked.was[:n],

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
-from contiga.contact.kernels.settle_nb import remember_foot, take_foot
-from contiga.contact.kernels.status_nb import FREE, LOST, RELEASED
+from contiga.contact.kernels.settle_nb import is_opposite, remember_foot, take_foot
+from contiga.contact.kernels.status_nb import FREE, LOST, OLD, RELEASED
 from contiga.num.codes import OK
 from contiga.num.jit import inner, kernel
 
@@ -32,9 +32,26 @@ def _above_zero(x):
 
 
 @inner()
-def is_needed(was, side, penetration):
-    """Whether a point's closest point is: it tells the side, or how deep one is that comes in."""
-    return side == 0 or (not was and penetration)
+def is_needed(was, side, penetration, nearest):
+    """Whether a point's closest point is: it tells the side, or how deep one is that comes in, or,
+    where the nearest wall pushes, any that is not outside."""
+    return side == 0 or (nearest and side < 0) or (not was and penetration)
+
+
+@kernel()
+def take_nearest(asked, feet, truth, guard):
+    """Feet of points that were in contact: the closest points, where these are not opposite.
+
+    `asked` are the columns (was, kept, what becomes of those that are kept), of which the last two
+    are filled in; `guard` (n, 3) is zero where there is none.
+    """
+    was, kept, becomes = asked
+    for i in range(was.shape[0]):
+        kept[i] = False
+        if was[i] and truth.status[i] == OK and truth.gap[i] <= 0.0:
+            kept[i] = not is_opposite(truth, i, guard, i)
+            becomes[i] = OLD
+            take_foot(feet, i, truth, i)
 
 
 @inner()
@@ -42,9 +59,9 @@ def _kind(asked, truth, limits, i):
     """Of row i: whether its closest point was needed, whether its place is known, whether it lies
     inside."""
     was, side = asked[1], asked[4]
-    penetration, band, _, _ = limits
+    penetration, nearest, band, _, _ = limits
     told = side[i] != 0
-    needed = is_needed(was[i], side[i], penetration)
+    needed = is_needed(was[i], side[i], penetration, nearest)
     solved = not needed or truth.status[i] == OK
     inside = solved and (side[i] < 0 if told else truth.gap[i] <= 0.0)
     deep = inside and (told or truth.gap[i] < -band)
@@ -56,7 +73,7 @@ def _is_plain(asked, feet, truth, step, limits, i):
     """Whether neither the path of row i has to be looked at, nor another foot be taken."""
     rows, was, kept = asked[0], asked[1], asked[2]
     way, ignored = step
-    penetration, _, depth, same_foot = limits
+    penetration, _, _, depth, same_foot = limits
     _, solved, inside, deep = _kind(asked, truth, limits, i)
     has_past = math.isfinite(way[rows[i]])
     known = kept[i] and truth.status[i] != NOT_ASKED
@@ -74,7 +91,7 @@ def _is_plain(asked, feet, truth, step, limits, i):
 @inner()
 def _free_way(truth, limits, i):
     """Way to the surface of a free point by its closest point; see `judge.free_distance`."""
-    penetration, band, depth, _ = limits
+    penetration, _, band, depth, _ = limits
     if truth.status[i] != OK:
         return 0.0
     if truth.gap[i] > 0.0:
@@ -88,11 +105,11 @@ def judge_plain(asked, feet, truth, step, limits, found, taken):
 
     Where one is not nothing is written. `asked` are the columns of `judge.Asked` up to the ways,
     `step` is (way, ignored) and `found` (status, safe distance, near, uv) of all points, `limits`
-    (search by penetration, band, depth, how far feet that are one may be apart), `taken` the feet
-    of all points.
+    (search by penetration, whether the nearest wall pushes, band, depth, how far feet that are one
+    may be apart), `taken` the feet of all points.
     """
     rows, was, kept, becomes, side, reach = asked
-    band = limits[1]
+    band = limits[2]
     status, safe_distance, _, _ = found
     for i in range(rows.shape[0]):
         if not _is_plain(asked, feet, truth, step, limits, i):

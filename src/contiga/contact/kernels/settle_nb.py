@@ -8,12 +8,19 @@ from __future__ import annotations
 
 import math
 
+from contiga.contact.kernels.carrying_nb import at
 from contiga.contact.kernels.status_nb import HELD, OLD, REACQUIRED, RELEASED
 from contiga.num.codes import AT_BORDER, BRANCH_EVENT, FACE, OK, TRIMMED
 from contiga.num.jit import inner, kernel
 
 KEEP, KEPT = 1, 2
 """Marks of a row: its foot would do, and it is sure that it does."""
+OPPOSITE = 160.0
+"""Degrees between the outward normals of walls that are opposite: less than of a wedge of 20°.
+
+Walls of a wedge of 30° are not: a point that its edge has run over goes out by either. Those of ribs
+and plates are, with the few degrees that they taper by to come out of a mould."""
+LEAST = math.cos(math.radians(OPPOSITE))
 INNER, OUTER = 0, 1
 """Sides on which balls touch."""
 
@@ -59,6 +66,13 @@ def _by_ball(feet, i, radius, band, side, reach):
         side = sign
         reach = max(reach, way)
     return side, reach, height + band <= radius
+
+
+@inner()
+def is_opposite(feet, i, guard, j):
+    """Whether the wall at foot i is opposite to the guard of row j, none where that is zero."""
+    n = feet.normal
+    return n[i, 0] * guard[j, 0] + n[i, 1] * guard[j, 1] + n[i, 2] * guard[j, 2] < LEAST
 
 
 @inner()
@@ -146,6 +160,30 @@ def look(rows, feet, side, safe_distance, limits, mark, ways, asked):
 
 
 @kernel()
+def face(rows, feet, guards, band, mark, asked):
+    """As `look`, where the nearest wall that is not opposite pushes: no way has to be looked at."""
+    index, which = asked
+    m = j = 0
+    for i in range(rows.shape[0]):
+        mark[i] = 0
+        j = at(guards.rows, rows[i], j)
+        guarded = j < guards.rows.shape[0] and guards.rows[j] == rows[i]
+        if _is_foot(feet.status[i]) and feet.gap[i] <= 0.0:
+            if not (guarded and is_opposite(feet, i, guards.normal, j)):
+                mark[i] = KEEP
+                # What is no deeper than rounding is on the surface.
+                if -feet.gap[i] <= band:
+                    mark[i] = KEEP | KEPT
+                    feet.certified[i] = 1
+                    continue
+        if _is_sound(feet, i, band):
+            index[m] = i
+            which[m] = OUTER if feet.gap[i] > 0.0 else INNER
+            m += 1
+    return m
+
+
+@kernel()
 def settle(rows, feet, known, mark, balls, band, found, taken, own):
     """What becomes of points in contact that have been looked at; returns how many are left.
 
@@ -166,6 +204,7 @@ def settle(rows, feet, known, mark, balls, band, found, taken, own):
             j += 1
         if nearest and mark[i] & KEEP:
             mark[i] |= KEPT
+            feet.certified[i] = 1
         way = reach[i] - band if side[i] < 0 else 0.0
         if not safe_distance[k] >= way:
             safe_distance[k] = way

@@ -14,10 +14,9 @@ from contiga.contact.kernels.asked_nb import ask_free, ask_touching, judge_asked
 from contiga.contact.kernels.carrying_nb import gather
 from contiga.contact.kernels.place_nb import held, place
 from contiga.contact.kernels.settle_nb import (
-    KEPT,
     askable,
+    face,
     leave,
-    look,
     remember_foot,
     settle,
     starts,
@@ -30,7 +29,7 @@ from contiga.num.kernels.rigid_nb import to_body
 from contiga.num.resident import reader
 from contiga.search.kernels.ball_nb import radii
 from contiga.search.kernels.lanes_nb import RECORD
-from contiga.search.kernels.side_nb import clear_ways, sides
+from contiga.search.kernels.side_nb import sides
 from contiga.search.kernels.side_nb import places as places_of
 from contiga.search.kernels.track_nb import track_chunks
 
@@ -46,9 +45,9 @@ the start; the body turns. What has been written is written again then."""
 
 
 @inner(linked=False)
-def _follow(tables, desk, n, certified):
+def _follow(tables, desk, n):
     """Feet of the first n rows; whether all are solved."""
-    path = (desk.before[: n * certified], desk.now[:n], desk.nobody)
+    path = (desk.before[:0], desk.now[:n], desk.nobody)
     starts = (desk.patch[:n], desk.uv[:n])
     records = np.empty((n, RECORD))
     track_chunks(tables, path, starts, n, records, desk.feet, 0, 1)
@@ -56,18 +55,6 @@ def _follow(tables, desk, n, certified):
     for i in range(n):
         failed += desk.feet.status[i] == MAX_ITERATIONS
     return failed == 0
-
-
-@inner(linked=False)
-def _keep_clear(grid, desk, path, n):
-    """Mark the first n of the rows whose ways are looked at, where they meet no surface."""
-    now, before = path
-    for j in range(n):
-        desk.way[j] = desk.rows[desk.ways[j]]
-    clear_ways(grid, before, now, desk.way[:n], desk.clear[:n], 0, n)
-    for j in range(n):
-        if desk.clear[j]:
-            desk.mark[desk.ways[j]] |= KEPT
 
 
 @inner(linked=False)
@@ -89,29 +76,24 @@ def touch(rows, path, last, found, feet, limits, places):
     """Settle the points `rows` that were in contact; returns how many are on the desk, those that
     are not outside, and how many of them are left, listed in its `ways`.
 
-    `path` is (now, before), `last` (patch, uv) of the last feet, `found` (status, safe distance,
-    near, uv) and `feet` of this step, all of all points; `limits` is (whether points are held on
-    borders, whether balls are asked, band), `places` where to find (tables, sides, balls, desk).
+    `path` is (now, before), `last` (patch, uv, guards), `found` (status, safe distance, near, uv)
+    and `feet` of this step, all of all points; `limits` is (whether balls are asked, band),
+    `places` where to find (tables, sides, balls, desk).
     """
     tables, grid, desk = tables_at(places[0]), sides_at(places[1]), desk_at(places[3])
-    hold, with_balls, band = limits
+    with_balls, band = limits
     now, before = path
     n = rows.shape[0]
     sides(grid, now, rows, desk.side, desk.reach, 0, n)
     known, own = (desk.side, desk.reach), (desk.own_side, desk.own_reach)
     work = (desk.rows, desk.own_side, desk.own_reach, desk.patch, desk.uv, desk.before, desk.now)
-    n = stay(rows, known, (before, now), last, (found[0], found[1]), band, work)
+    n = stay(rows, known, (before, now), (last[0], last[1]), (found[0], found[1]), band, work)
     if n == 0:
         return 0, 0
-    if not _follow(tables, desk, n, 1):
+    if not _follow(tables, desk, n):
         return n, NOT_SOLVED
     own_rows, mark = desk.rows[:n], desk.mark[:n]
-    asked, limited = (desk.asked, desk.which), (hold, band)
-    ways, balls = look(
-        own_rows, desk.feet, desk.own_side, found[1], limited, mark, desk.ways, asked
-    )
-    if ways > 0:
-        _keep_clear(grid, desk, path, ways)
+    balls = face(own_rows, desk.feet, last[2], band, mark, (desk.asked, desk.which))
     balls = balls if with_balls else 0
     if not _ask_balls(places, desk, balls):
         return n, NO_BALLS
@@ -138,7 +120,7 @@ def stay_free(rows, step, old, found, limits, places):
     work = (desk.rows, desk.patch, desk.uv, desk.now)
     m = starts(rows, known, spots, (way, now), old, found[2], far, work)
     if m > 0:
-        if not _follow(tables, desk, m, 0):
+        if not _follow(tables, desk, m):
             return NOT_SOLVED
         for j in range(m):
             remember_foot(found, rows[desk.rows[j]], desk.feet, j)
@@ -159,9 +141,10 @@ def stay_free(rows, step, old, found, limits, places):
 def _settle(lists, path, last, found, feet, limits, places):
     """Settle points that were in contact and free ones near by; how many are left to judge.
 
-    `lists` is (those in contact, those near), `path` (now, before), all else as of `advance`.
+    `lists` is (those in contact, those near), `path` (now, before), `last` what `place` is given
+    and the guards, all else as of `advance`.
     """
-    hold, with_balls, penetration, band, depth, far, same_foot = limits
+    with_balls, penetration, band, depth, far, same_foot = limits
     touching, near = lists
     now, desk = path[0], desk_at(places[3])
     into, left = (found[0], found[1], found[2], found[3]), 0
@@ -172,12 +155,11 @@ def _settle(lists, path, last, found, feet, limits, places):
         left = stay_free(near, moved, old, into, how, places)
         ask_free(desk, left, near, now)
     if touching.shape[0] > 0 and left >= 0:
-        how = (hold, with_balls, band)
-        _, own = touch(touching, path, (last[0], last[1]), into, feet, how, places)
-        ask_touching(desk, own, left)
+        _, own = touch(touching, path, (*last[:2], last[4]), into, feet, (with_balls, band), places)
+        ask_touching(desk, own, left, last[4])
         left = left + own if own >= 0 else own
     if left > 0:
-        step, bounds = (found[4], found[5]), (penetration, band, depth, same_foot)
+        step, bounds = (found[4], found[5]), (penetration, True, band, depth, same_foot)
         if judge_asked(desk, left, places, step, bounds, into, feet):
             left = 0
     return left
@@ -199,9 +181,9 @@ def advance(path, last, active, found, feet, rows, speed, how):
 
     `path` is (now in the world, pose, last pose, now, before), the last two in body axes. `last`,
     `active` and `found` are as `place` has them, of one chunk; `last` goes on with the rows and
-    depths of `gather`, `speed` is its (velocity, dt). `feet` are the columns of `touch` and `rows`
-    (3, n) for lists. `how` is (limits, the four places of `touch`), the first of these (hold,
-    whether balls are asked, search by penetration, band, depth, how far a point may have gone for
+    depths of `gather` and guards, `speed` is its (velocity, dt). `feet` are the columns of `touch` and `rows`
+    (3, n) for lists. `how` is (limits, the four places of `touch`), the first of these (whether
+    balls are asked, search by penetration, band, depth, how far a point may have gone for
     its last foot to be near, how far feet that are one may be apart).
 
     Returns how many points were in contact and how many others are near, listed in the first rows,
@@ -222,7 +204,8 @@ def advance(path, last, active, found, feet, rows, speed, how):
     if max(touching, near) > desk.rows.shape[0]:
         return touching, near, MANY, 0
     lists = (rows[0][:touching], rows[1][:near])
-    left = _settle(lists, (now, before), known, found, feet, limits, places)
+    of_last = (*known, last[6])
+    left = _settle(lists, (now, before), of_last, found, feet, limits, places)
     if left != 0:
         return touching, near, left, 0
     k = held(lists, feet.patch, feet.uv, (found[2], found[3]), rows[2])

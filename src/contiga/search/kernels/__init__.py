@@ -59,6 +59,7 @@
 - mixed_lanes_nb: lanes of an element each: feet that have left their element, and those of elements
   that have few
 - nearest_nb: closest points: guessed by Newton's method, and the guess proved; else searched for
+- facing_nb: closest points of what does not face away from a guard
 - project_nb: the outer loops of tracking: ranges of rows, each row solved on its own
 - cells_nb: the cell about a foot, and how it goes on across a side of its element
 - fold_nb: a crease and its two faces beside a foot: frames, and how far they turn along it

@@ -32,7 +32,7 @@ from contiga.search.kernels.bend_nb import (
 from contiga.search.kernels.cells_nb import CELL, SNAP, cell_about
 from contiga.search.kernels.curve_nb import surface_foot
 from contiga.search.kernels.face_nb import in_face
-from contiga.search.kernels.global_nb import closest
+from contiga.search.kernels.global_nb import closest, on_patch
 from contiga.search.kernels.joined_nb import prove_work
 from contiga.search.kernels.pseudo_normal_nb import JOIN
 from contiga.search.kernels.strand_nb import (
@@ -220,7 +220,7 @@ def _across(tables, foot, at, edge, side, point, work):
     reach = max(joint["width"], JOIN * tables.scale[0])
     nowhere = (-1, 0.0, 0.0)
     known = (joint["width"], joint["slip"], joint["turn"])
-    if other < 0 or not math.isfinite(closest(tables, point, other, reach, found, work[0][2])):
+    if other < 0 or not math.isfinite(closest(tables, point, on_patch(other), reach, found, work[0][2])):
         return nowhere, known
     return surface_foot(tables, found, work[0][2]), known
 

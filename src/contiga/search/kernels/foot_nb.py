@@ -13,7 +13,7 @@ from contiga.num.jit import inner, lazy
 from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.curve_nb import polish, surface_foot
 from contiga.search.kernels.face_nb import in_face
-from contiga.search.kernels.global_nb import GIVEN_UP, PRUNE, SEEN, closest
+from contiga.search.kernels.global_nb import GIVEN_UP, PRUNE, SEEN, closest, on_patch
 from contiga.search.kernels.pseudo_normal_nb import (
     NEAR,
     is_listed,
@@ -79,11 +79,11 @@ def turn_normal(tables, k, toward, point, out):
 
 
 @inner()
-def no_farther(tables, point, only, reach, found, h):
+def no_farther(tables, point, among, reach, found, h):
     """As `closest`, where a foot is known at the distance `reach`: found again at least."""
     seen = reach * SEEN + 2.0 * PRUNE * tables.scale[1]
     for limit in (seen, math.inf):
-        distance = closest(tables, point, only, limit, found, h)
+        distance = closest(tables, point, among, limit, found, h)
         if math.isfinite(distance):
             break
     return distance
@@ -162,7 +162,7 @@ def _edge_foot(tables, home, reach, point, found, h):
 
     One is known at the distance `reach`. Returns (open border?, element, s, t).
     """
-    no_farther(tables, point, home, reach, found, h)
+    no_farther(tables, point, on_patch(home), reach, found, h)
     if found[0] < 0:
         polish(tables, found, point, h)
     near = surface_foot(tables, found, h)
@@ -196,7 +196,7 @@ def _next_face(tables, edge, point, found, h):
     for k in range(span[0] + 1, span[1]):
         if not (grid.loose[k] and is_listed(near, listed, grid.adjacent[k])):
             continue
-        if not math.isfinite(closest(tables, at, grid.adjacent[k], reach, found, h)):
+        if not math.isfinite(closest(tables, at, on_patch(grid.adjacent[k]), reach, found, h)):
             continue
         start = surface_foot(tables, found, h)
         status, e2, s2, t2, feature = walk(elements, start, point, tables.scale[1], h)

@@ -8,15 +8,22 @@ leaf, a cell is dropped when
 
 and it is finished when f is convex on it (the Hessian at its middle outweighs the largest change
 over the cell), because Newton then finds its only minimum. What is neither is halved.
+
+A search may be kept to one patch, or to what does not face away from a guard and has the point
+behind it. Leaves are then in or out as a whole, by the normal in their middle, so that what is
+searched is a closed set and the distance to it a continuous function of the point; it may be least
+on the border of a leaf, where the gradient does not vanish.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from contiga.elements.kernels.bounds_nb import look_closer
 from contiga.elements.kernels.element_nb import evaluate
-from contiga.num.jit import inner
+from contiga.elements.kernels.sides_nb import normal_at
+from contiga.num.jit import inlined, inner
 from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.closest_cell_nb import (
     convex,
@@ -26,7 +33,7 @@ from contiga.search.kernels.closest_cell_nb import (
     scaled,
     without_minimum,
 )
-from contiga.search.kernels.curve_nb import closest_on_stretch
+from contiga.search.kernels.curve_nb import closest_on_stretch, curve_point
 from contiga.search.kernels.face_nb import has_pole, in_face
 from contiga.search.kernels.local_nb import expand
 from contiga.search.kernels.plates_nb import no_nearer_than
@@ -53,13 +60,58 @@ UNTOLD = 100.0
 for (1e-9 of the body's size) is not told from a closer foot."""
 PRUNE = 10.0
 """A cell must promise this many tolerances less distance to be opened."""
+BESIDE = 1e-9
+"""Share of its distance by which a point may stand before a surface that it is beside: rounding."""
+ALL = -2.0
+"""A cosine that no two directions are short of."""
+
+
+class Among(NamedTuple):
+    """What of a body a search may answer."""
+
+    patch: int
+    """−1: all patches."""
+    guard: tuple[float, float, float]
+    least: float
+    """Cosine of guard and normals at least, and the point behind them; `ALL`: all that there is."""
+
+
+@inlined()
+def anywhere():
+    """All of a body."""
+    return Among(-1, (0.0, 0.0, 0.0), ALL)
+
+
+@inlined()
+def on_patch(patch):
+    """All of one patch."""
+    return Among(patch, (0.0, 0.0, 0.0), ALL)
+
+
+@inner(linked=False)
+def _is_behind(elements, place, point, h):
+    """Whether a point lies behind the surface at `place`, or beside it."""
+    e, s, t = place
+    n = normal_at(elements, e, s, t, h)
+    origin = elements.table[e]["origin"]
+    height = square = 0.0
+    for c in range(3):
+        r = point[c] - origin[c] - h[c, 0]
+        square += r * r
+        height += r * n[c]
+    return height <= BESIDE * math.sqrt(square)
 
 
 @inner()
-def _improve(elements, trims, place, distance, best, found):
-    """The least distance, which `place` (element, s, t) may improve; then `found` is that place."""
+def _improve(elements, trims, place, distance, best, found, seen):
+    """The least distance, which `place` (element, s, t) may improve; then `found` is that place.
+
+    `seen` is (whether the point has to be behind, the point, work).
+    """
     e, s, t = place
     if distance < best and in_face(elements, trims, e, s, t):
+        if seen[0] and not _is_behind(elements, place, seen[1], seen[2]):
+            return best
         found[0] = e
         found[1] = s
         found[2] = t
@@ -146,13 +198,22 @@ def _cell_bounds(elements, leaf, cell, local, limit, own, k):
 
 
 @inner()
+def _is_at_border(cell, box):
+    """Whether a cell reaches to the border of its leaf."""
+    return (
+        cell[0] <= box[0] or cell[1] >= box[1] or cell[2] <= box[2] or cell[3] >= box[3]
+    )
+
+
+@inner()
 def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
     """Improve the best distance and `found` (element, s, t) by one surface leaf.
 
-    `limits` is (best, slack, cells opened before). Returns the best distance and the number of
-    cells opened here. `stack` (64, 4) and `h` are work.
+    `limits` is (best, slack, cells opened before, whether the search is guarded). Returns the best
+    distance and the number of cells opened here. `stack` (64, 4) and `h` are work.
     """
-    best, slack, before = limits
+    best, slack, before, guarded = limits
+    seen = (guarded, point, scratch(4, 6))
     easy = EASY if before < MANY else 0
     e = leaf["element"]
     k = scratch(9)
@@ -174,7 +235,7 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
         ht = 0.5 * (cell[3] - cell[2])
         evaluate(elements, e, s, t, h)
         m = middle(h, local, hs, ht)
-        best = _improve(elements, trims, (e, s, t), math.sqrt(m.rr), best, found)
+        best = _improve(elements, trims, (e, s, t), math.sqrt(m.rr), best, found, seen)
         hard = opened > easy
         own = hard or (pole and 4.0 * hs * ht < whole)
         if _cell_bounds(elements, leaf, cell, local, best - slack, own, k):
@@ -184,11 +245,12 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
         if least > best - slack:
             continue
         f = hessian(m, b, hs, ht)
-        if without_minimum(elements, e, cell, m, f):
+        ends = guarded and _is_at_border(cell, leaf["box"])
+        if not ends and without_minimum(elements, e, cell, m, f):
             continue
         if convex(f):
             s, t, distance = _cell_minimum(elements, e, cell, point, h)
-            best = _improve(elements, trims, (e, s, t), distance, best, found)
+            best = _improve(elements, trims, (e, s, t), distance, best, found, seen)
         elif max(hs, ht) < SMALLEST:
             if least < best - UNTOLD * slack:
                 found[3] = max(found[3], DROPPED)
@@ -206,13 +268,15 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
 def _improve_by_leaf(tables, leaf, point, limits, found, stack, h):
     """As `_search_leaf`, for a leaf of a surface or of a trimming curve."""
     e = leaf["element"]
-    best, slack, opened = limits
+    best, slack, opened, guarded = limits
     if e >= 0:
         if opened > MAX_CELLS:
             found[3] = GIVEN_UP
             return best, 0
         return _search_leaf(tables.elements, tables.trims, leaf, point, limits, found, stack, h)
     r, distance, left = closest_on_stretch(tables, leaf, point, best, slack, h)
+    if distance < best and guarded and not _is_behind_edge(tables, e, r, point, h):
+        return best, 0
     if left:
         found[3] = max(found[3], DROPPED)
     if distance < best:
@@ -221,9 +285,34 @@ def _improve_by_leaf(tables, leaf, point, limits, found, stack, h):
     return min(best, distance), 0
 
 
+@inner()
+def _is_behind_edge(tables, e, r, point, h):
+    """Whether a point lies behind the face at the parameter r of its trimming piece −1 − e."""
+    d = scratch(3, 3)
+    place = curve_point(tables.elements, tables.grid, tables.trims, -1 - e, r, h, d)
+    return _is_behind(tables.elements, place, point, h)
+
+
 @inner(linked=False)
-def closest(tables, point, only, reach, found, h):
-    """Closest point to `point` no farther than `reach`, on patch `only` (−1: on any).
+def _faces_away(tables, k, among, h):
+    """Whether leaf k faces away from the guard; of an edge its face does, or does not."""
+    leaf = tables.leaves[k]
+    if leaf["element"] >= 0:
+        n = tables.plates[k]["normal"]
+        x, y, z = n[0], n[1], n[2]
+    else:
+        d = scratch(3, 3)
+        middle = 0.5 * (leaf["box"][0] + leaf["box"][1])
+        piece = -1 - leaf["element"]
+        e, s, t = curve_point(tables.elements, tables.grid, tables.trims, piece, middle, h, d)
+        x, y, z = normal_at(tables.elements, e, s, t, h)
+    g = among.guard
+    return x * g[0] + y * g[1] + z * g[2] < among.least
+
+
+@inner(linked=False)
+def closest(tables, point, among, reach, found, h):
+    """Closest point to `point` no farther than `reach`, of what is `among` that.
 
     Fills `found` with element, s, t, or with −1 − piece and the piece's parameter when a trimming
     curve is closest, and found[3] with 0, DROPPED or GIVEN_UP. Returns the distance,
@@ -239,6 +328,7 @@ def closest(tables, point, only, reach, found, h):
     bounds = scratch(128)
     stack = scratch(64, 4)
     slack = PRUNE * tables.scale[1]
+    guarded = among.least > ALL
     nodes[0] = 0
     bounds[0] = 0.0
     top = 1 if leaves.shape[0] > 0 else 0
@@ -256,11 +346,13 @@ def closest(tables, point, only, reach, found, h):
             top += 2
             continue
         for k in range(first, first + n):
-            if only >= 0 and leaves[k]["patch"] != only:
+            if among.patch >= 0 and leaves[k]["patch"] != among.patch:
                 continue
             if no_nearer_than(tables.plates[k], point) > best - slack:
                 continue
-            limits = (best, slack, opened)
+            if guarded and _faces_away(tables, k, among, h):
+                continue
+            limits = (best, slack, opened, guarded)
             distance, cells = _improve_by_leaf(tables, leaves[k], point, limits, found, stack, h)
             hit = hit or distance < best
             best = distance

@@ -8,7 +8,7 @@ from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.jit import kernel
 from contiga.num.scratch import scratch
 from contiga.search.kernels.curve_nb import curve_point, surface_foot
-from contiga.search.kernels.global_nb import closest
+from contiga.search.kernels.global_nb import closest, on_patch
 from contiga.search.kernels.pseudo_normal_nb import JOIN
 
 SPEED = 1e-12
@@ -40,7 +40,7 @@ def measure_pieces(tables, across, samples, measured, start, stop):
             point = (d[0, 0] + origin[0], d[0, 1] + origin[1], d[0, 2] + origin[2])
             n = normal_at(elements, e, s, t, h)
             reach = max(tables.piece_width[k], JOIN * tables.scale[0])
-            if not math.isfinite(closest(tables, point, across[k], reach, found, h)):
+            if not math.isfinite(closest(tables, point, on_patch(across[k]), reach, found, h)):
                 turn = slip = math.inf
                 break
             e, s, t = surface_foot(tables, found, h)

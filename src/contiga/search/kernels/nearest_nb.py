@@ -21,7 +21,7 @@ from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.ball_nb import radius_at
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import found_foot, no_farther
-from contiga.search.kernels.global_nb import PRUNE, closest
+from contiga.search.kernels.global_nb import PRUNE, anywhere, closest
 from contiga.search.kernels.one_foot_nb import foot_from, parameters_of, write_proved
 from contiga.search.kernels.plates_nb import no_farther_than, on_plate
 from contiga.search.kernels.tree_nb import open_node
@@ -147,7 +147,7 @@ def _searched(tables, k, point, within, guess, out, found, h):
     e, uv, record = guess
     if e >= 0:
         distance = abs(record[2])
-        closer = closest(tables, point, -1, distance, found, h)
+        closer = closest(tables, point, anywhere(), distance, found, h)
         if closer < distance - PRUNE * tables.scale[1]:
             found_foot(tables, k, point, out, found, h)
             return
@@ -157,7 +157,7 @@ def _searched(tables, k, point, within, guess, out, found, h):
         reach = min(within, distance)
     else:
         reach = _least_known(tables, point, within)
-    if math.isfinite(no_farther(tables, point, -1, reach, found, h)):
+    if math.isfinite(no_farther(tables, point, anywhere(), reach, found, h)):
         found_foot(tables, k, point, out, found, h)
     else:
         blank_foot(out, k, MAX_ITERATIONS)

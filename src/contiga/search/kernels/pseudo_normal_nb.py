@@ -19,7 +19,7 @@ from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.around_nb import MOST, around, collapsed_side
 from contiga.search.kernels.curve_nb import curve_point, piece_parameters, surface_foot
 from contiga.search.kernels.face_nb import in_face
-from contiga.search.kernels.global_nb import PRUNE, SEEN, closest
+from contiga.search.kernels.global_nb import PRUNE, SEEN, closest, on_patch
 from contiga.search.kernels.tree_nb import box_distance2
 
 JOIN = 1e-7
@@ -218,7 +218,7 @@ def is_listed(near, n, patch):
 @inner()
 def _add_face(tables, patch, place, found, total, h):
     """Add the normal of the face `patch` if it passes through `place` = (point, how near)."""
-    if not math.isfinite(closest(tables, place[0], patch, place[1], found, h)):
+    if not math.isfinite(closest(tables, place[0], on_patch(patch), place[1], found, h)):
         return
     e, s, t = surface_foot(tables, found, h)
     if found[0] >= 0:
@@ -290,7 +290,7 @@ def side_of_squarest(tables, home, place, found, h):
         other = tables.grid.adjacent[k]
         if not is_listed(near, listed, other):
             continue
-        if not math.isfinite(closest(tables, point, other, limit, found, h)):
+        if not math.isfinite(closest(tables, point, on_patch(other), limit, found, h)):
             continue
         e, s, t = surface_foot(tables, found, h)
         n = normal_at(tables.elements, e, s, t, h)

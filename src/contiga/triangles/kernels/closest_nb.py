@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 
-from contiga.num.codes import NOT_FINITE
+from contiga.num.codes import MAX_ITERATIONS, NOT_FINITE, OK
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.num.scratch import scratch, whole_scratch
 from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, box_distances, put
 from contiga.triangles.kernels.facet_nb import (
     TRIANGLE,
+    N,
     closest_on,
     is_beyond,
     smooth_normal,
@@ -28,6 +29,8 @@ NEAR = 0.1
 """Triangles farther than the best by this share of the distance, and of the length below which
 points are one, are still looked at: bounds and distances are rounded, and the answer must not
 depend on which came first."""
+BESIDE = 1e-9
+"""Share of its distance by which a point may stand before a triangle that it is beside: rounding."""
 DEPTH = 256
 
 
@@ -103,6 +106,97 @@ def project_global(facets, points, rows, smooth, out, start, stop):
             write_kink(facets, k, (seed, place, a), point, False, out)
         if smooth:
             smooth_normal(facets, seed, k, out)
+        out.certified[k] = 1
+
+
+@inner()
+def _may_face(shape, s, point, guard, least):
+    """Whether triangle s does not face away from the guard and has the point behind it."""
+    x, y, z = shape[s, N], shape[s, N + 1], shape[s, N + 2]
+    if x * guard[0] + y * guard[1] + z * guard[2] < least:
+        return False
+    vx, vy, vz = point[0] - shape[s, 0], point[1] - shape[s, 1], point[2] - shape[s, 2]
+    height = vx * x + vy * y + vz * z
+    return height <= BESIDE * math.sqrt(vx * vx + vy * vy + vz * vz)
+
+
+@inner()
+def _closest_facing(tree, point, guard, least, work):
+    """As `closest`, of the triangles that may face a point with its guard; slot −1 where none."""
+    shape, link, box, child, near = tree
+    nodes, bounds, lane = work
+    x, y, z = point
+    best = limit = math.inf
+    slot = place = -1
+    a = b = 0.0
+    nodes[0] = 0
+    bounds[0] = 0.0
+    top = 1
+    while top > 0:
+        top -= 1
+        if bounds[top] > limit:
+            continue
+        node = nodes[top]
+        box_distances(box, node, x, y, z, lane)
+        is_leaf, base = child[node, 0] < 0, top
+        for l in range(WIDTH):
+            if lane[l] > limit or child[node, l] == NOBODY:
+                continue
+            if not is_leaf:
+                top = put(nodes, bounds, base, top, child[node, l], lane[l])
+                continue
+            s = -1 - child[node, l]
+            if not _may_face(shape, s, point, guard, least):
+                continue
+            square, p, u, v = closest_on(shape, s, x, y, z)
+            if square < best or (square == best and link[s, TRIANGLE] < link[slot, TRIANGLE]):
+                best, place, a, b, slot = square, p, u, v, s
+                limit = _limit(best, near)
+    return slot, place, a, b
+
+
+@inner()
+def _lead_there(k, point, small, out):
+    """The normal of row k leads from the point, which is behind, to its foot on a kink."""
+    square = 0.0
+    for c in range(3):
+        square += (out.point[k, c] - point[c]) ** 2
+    away = math.sqrt(square)
+    out.status[k] = OK
+    if away > small:
+        out.gap[k] = -away
+        for c in range(3):
+            out.normal[k, c] = (out.point[k, c] - point[c]) / away
+
+
+@kernel()
+def project_facing(facets, points, guards, least, smooth, out, start, stop):
+    """Closest points of the points start … stop among the triangles that do not face away.
+
+    Of those within the cosine `least` of their `guards` (n, 3) that have the point behind them.
+    Rows without any are MAX_ITERATIONS.
+    """
+    work = (whole_scratch(DEPTH), scratch(DEPTH), scratch(WIDTH))
+    shape, link = facets.shape, facets.link
+    tree = (shape, link, facets.box, facets.child, NEAR * facets.scale[1])
+    for k in range(start, stop):
+        point = (points[k, 0], points[k, 1], points[k, 2])
+        if not math.isfinite(point[0] + point[1] + point[2]):
+            blank_foot(out, k, NOT_FINITE)
+            continue
+        guard = (guards[k, 0], guards[k, 1], guards[k, 2])
+        s, place, a, b = _closest_facing(tree, point, guard, least, work)
+        if s < 0:
+            blank_foot(out, k, MAX_ITERATIONS)
+            continue
+        out.patch[k] = link[s, TRIANGLE]
+        if place == 0:
+            write_face(shape, k, s, a, b, point, out)
+        else:
+            write_kink(facets, k, (s, place, a), point, False, out)
+            _lead_there(k, point, 4.0 * facets.scale[1], out)
+        if smooth:
+            smooth_normal(facets, s, k, out)
         out.certified[k] = 1
 
 

@@ -1,0 +1,115 @@
+"""The wall that pushes a point inside of a closed body.
+
+It is the nearest one, as long as that is not opposite: its outward normal makes less than 160° with
+the point's guard, which is the normal of the wall that was the nearest one before. Where it is
+opposite it does not take over. The point is then held by the nearest of what does not face away
+from its guard, and the guard stays as it is until the nearest wall is not opposite to it any more.
+So the depth is continuous along every way: it is the distance to the surface, or that to a part of
+it which stays the same (`docs/theory.md`).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.contact.kernels.settle_nb import LEAST
+from contiga.contact.tracked import BoolArray, closest, take
+from contiga.masters.protocol import Surface
+from contiga.records import FloatArray, IndexArray, Projection, empty_projection, rows_of
+from contiga.statuses import Status
+
+# Of its way, below which it is not looked at whether the nearest wall turned little by little.
+SHORTEST = 2.0**-10
+# Looks at places on a way.
+LOOKS = 40
+
+
+class Held(NamedTuple):
+    """Points and the walls that push them, one row each."""
+
+    feet: Projection
+    guard: FloatArray
+    """(n, 3)"""
+    opposed: BoolArray
+    """Whose nearest wall is opposite, so that another one pushes."""
+    anew: BoolArray
+    """Whose nearest wall is opposite and pushes all the same, as there is no other."""
+
+
+def hold(
+    surface: Surface,
+    way: tuple[FloatArray, FloatArray],
+    guard: FloatArray,
+    nearest: Projection,
+) -> Held:
+    """The feet of points that went `way` = (from, to), inside of the body all along.
+
+    `guard` (n, 3) are their guards where they started, zero where there is none, and `nearest`
+    their closest points at the end.
+    """
+    n = len(guard)
+    feet = Projection._make(column.copy() for column in nearest)
+    held = Held(feet, guard.copy(), np.zeros(n, dtype=bool), np.zeros(n, dtype=bool))
+    own = np.flatnonzero(_is_opposite(nearest.normal, guard))
+    if len(own) == 0:
+        return held
+    start, end = way[0][own], way[1][own]
+    facing = _facing(surface, end, guard[own])
+    # Both distances change by no more than the way: where they differ by more than twice that, the
+    # nearest wall has been opposite all along.
+    apart = nearest.gap[own] - facing.gap[own]
+    length = np.sqrt(np.square(end - start).sum(axis=1))
+    doubt = np.flatnonzero(~(apart > 2.0 * length))
+    turned, reached = _turned(surface, (start[doubt], end[doubt]), guard[own[doubt]])
+    held.guard[own[doubt]] = turned
+    other = doubt[(turned != guard[own[doubt]]).any(axis=1) & ~reached]
+    again = _facing(surface, end[other], held.guard[own[other]])
+    take(facing, other, again, np.ones(len(other), dtype=bool))
+    opposed = np.ones(len(own), dtype=bool)
+    opposed[doubt[reached]] = False
+    none = opposed & (facing.status != Status.OK)
+    held.anew[own[none]] = True
+    opposed &= ~none
+    held.opposed[own[opposed]] = True
+    take(feet, own[opposed], rows_of(facing, np.flatnonzero(opposed)), opposed[opposed])
+    return held
+
+
+def _is_opposite(normal: FloatArray, guard: FloatArray) -> BoolArray:
+    return np.asarray((normal * guard).sum(axis=1) < LEAST)
+
+
+def _facing(surface: Surface, p_B: FloatArray, guard: FloatArray) -> Projection:
+    """Feet on what does not face away from the guards."""
+    out = empty_projection(len(p_B))
+    surface.closest_facing(np.ascontiguousarray(p_B), np.ascontiguousarray(guard), LEAST, out)
+    return out
+
+
+def _turned(
+    surface: Surface, way: tuple[FloatArray, FloatArray], guard: FloatArray
+) -> tuple[FloatArray, BoolArray]:
+    """Guards after ways on which the nearest wall may have turned little by little; and whether it
+    is not opposite at the end.
+
+    A long step may go from one wall to the opposite one by others between. Parts of the way are
+    halved until the nearest wall at the end of a part is not opposite to that at its start.
+    """
+    guard, done = guard.copy(), np.zeros(len(guard), dtype=bool)
+    at, part = np.zeros(len(guard)), np.full(len(guard), 0.5)
+    left: IndexArray = np.arange(len(guard))
+    for _ in range(LOOKS):
+        if len(left) == 0:
+            break
+        place = np.minimum(at[left] + part[left], 1.0)
+        p_B = way[0][left] + place[:, None] * (way[1][left] - way[0][left])
+        feet = closest(surface, p_B, np.arange(len(left), dtype=np.int32))
+        ok = (feet.status == Status.OK) & ~_is_opposite(feet.normal, guard[left])
+        guard[left[ok]] = feet.normal[ok]
+        at[left[ok]] = place[ok]
+        part[left] *= np.where(ok, 2.0, 0.5)
+        done[left[ok & (place == 1.0)]] = True
+        left = left[~done[left] & (part[left] >= SHORTEST)]
+    return guard, done
