@@ -334,7 +334,7 @@ def judge(
     within = SAME * size
     doubtful = ~(np.abs(fine.depth - coarse.depth) <= within) & ~np.isnan(fine.depth)
     doubtful |= np.abs(truth.values(solid, p)) <= truth.BAND * size
-    own = state.guard_B
+    own = np.where(state.guard_B.any(axis=1)[:, None], state.guard_B, state.normal_B)
     wrong = ~doubtful & (np.abs(state.penetration - fine.depth) > within)
     flagged = np.isin(state.status, shaking.FLAGS)
     if solid.shape is not None:

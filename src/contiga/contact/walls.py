@@ -59,7 +59,7 @@ def hold(
     facing = _facing(surface, end, guard[own])
     # Both distances change by no more than the way: where they differ by more than twice that, the
     # nearest wall has been opposite all along.
-    apart = nearest.gap[own] - facing.gap[own]
+    apart = nearest.gap[own] - facing.gap
     length = np.sqrt(np.square(end - start).sum(axis=1))
     doubt = np.flatnonzero(~(apart > 2.0 * length))
     turned, reached = _turned(surface, (start[doubt], end[doubt]), guard[own[doubt]])
