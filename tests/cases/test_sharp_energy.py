@@ -1,0 +1,114 @@
+"""Bodies with sharp edges take no energy: what goes round a closed loop has done no work.
+
+Where a point passes from one wall to another its force turns at once. The trapezoidal rule is then
+of first order: a step in which that happens is wrong by up to half the jump of the force along it.
+Cut in halves until such steps are short, the loop's work is that of the smooth ones, of second
+order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from tests.scenes import square_sheet
+from tests.stress import rule
+
+import contiga as cg
+
+POSE = cg.motion.pose
+
+
+class Scene(NamedTuple):
+    """A body as it is pressed into a sheet: lowest at z = 0, and a third of its thinnest wall."""
+
+    name: str
+    up: np.ndarray
+    """(4, 4) how it is turned first."""
+    deep: float
+
+
+SCENES = {
+    "block": Scene("box", np.eye(4), 40.0 / 3.0),
+    "wedge on its wall": Scene("wedge", POSE.rotation("x", 0.5 * np.pi), 4.0),
+    "wedge on its edge": Scene(
+        "wedge", POSE.rotation("x", np.pi / 2) @ POSE.rotation("z", 2.0), 4.0
+    ),
+    "T-section on its web": Scene("T-section", POSE.rotation("x", np.pi / 2), 2.0),
+    "T-section on its end": Scene("T-section", np.eye(4), 2.0),
+    "cup on its rim": Scene("cup", POSE.rotation("x", np.pi), 2.0 / 3.0),
+    "cog on its teeth": Scene("cog", POSE.rotation("x", np.pi / 2), 2.0),
+    "casting": Scene("nist_ctc_02_asme1_ap242.stp", np.eye(4), 6.0),
+}
+
+
+class Loop:
+    """A body that is pressed into a sheet, moved about with a turn, and drawn out again."""
+
+    def __init__(self, scene: Scene, wave: float, n: int = 21, **options: object) -> None:
+        body = rule.subject(scene.name).solid.body
+        placed = body.transformed(scene.up)
+        (low, high), self.deep = placed.bounds(), scene.deep
+        middle = 0.5 * (low + high)
+        self.height = high[2] - low[2]
+        self.first = POSE.translation([-middle[0], -middle[1], -low[2]]) @ scene.up
+        side = 1.3 * np.hypot(*(high - low)[:2])
+        points, quads = square_sheet(side, n)
+        points[:, 2] += (
+            wave * scene.deep * np.sin(0.31 * points[:, 0]) * np.cos(0.23 * points[:, 1])
+        )
+        points[:, :2] += 0.013 * side / n * np.array([1.0, 2.0])
+        self.slave = cg.Slave(points, quads)
+        law = cg.PenaltyLaw(1.0, per_area=True)
+        self.contact = cg.Contact(body, self.slave, law=law, **options)
+        h, s = 1.3 * (1.0 + wave) * scene.deep, 0.15 * side
+        self.corners = np.array(
+            [
+                [0.0, 0.0, h, 0.0],
+                [0.0, 0.0, -0.8 * scene.deep, 0.0],
+                [s, 0.0, -0.8 * scene.deep, 0.02],
+                [s, s, -scene.deep, 0.01],
+                [0.0, 0.0, -0.8 * scene.deep, 0.0],
+                [0.0, 0.0, h, 0.0],
+            ]
+        )
+
+    def pose(self, t: float) -> np.ndarray:
+        """At a time from zero to the number of sides."""
+        k = min(int(t), len(self.corners) - 2)
+        x, y, z, angle = self.corners[k] + (t - k) * (self.corners[k + 1] - self.corners[k])
+        turn = POSE.rotation("y", angle, [0.0, 0.0, 0.5 * self.height])
+        return POSE.translation([x, y, z]) @ turn @ self.first
+
+    def states(self, steps: int) -> Iterator[cg.State]:
+        """In so many steps a side."""
+        state = self.contact.start(self.slave.points, self.pose(0.0))
+        yield state
+        for k in range(1, steps * (len(self.corners) - 1) + 1):
+            state = self.contact.step(state, self.slave.points, self.pose(k / steps))
+            yield state
+
+    def cut(self, steps: int, halvings: int) -> cg.State:
+        """The end, the steps halved in which a point is pushed by another wall at the end."""
+        state = self.contact.start(self.slave.points, self.pose(0.0))
+        for k in range(steps * (len(self.corners) - 1)):
+            state = self._halved(state, k / steps, 1.0 / steps, halvings)
+        return state
+
+    def _halved(self, state: cg.State, t: float, dt: float, halvings: int) -> cg.State:
+        after = self.contact.step(state, self.slave.points, self.pose(t + dt))
+        other = state.in_contact & after.in_contact & (state.patch != after.patch)
+        if halvings == 0 or not other.any():
+            return after
+        middle = self._halved(state, t, 0.5 * dt, halvings - 1)
+        return self._halved(middle, t + 0.5 * dt, 0.5 * dt, halvings - 1)
+
+
+def work_of(states: Iterator[cg.State]) -> tuple[float, float, cg.State]:
+    """Work at the end and of loading, and the last state."""
+    work = []
+    for state in states:
+        work.append(state.energy.work)
+    done = np.diff(work)
+    return work[-1], float(done[done > 0.0].sum()), state
