@@ -326,6 +326,7 @@ def _contact(spec: ContactSpec, body: Master, slave: Slave, area: AreaMethod) ->
         contact_type=spec.type,
         on_edge=spec.on_edge,
         through=spec.through,
+        foot=spec.foot,
         weights=spec.weights,
         quadrature=spec.quadrature,
         friction=None if spec.friction is None else spec.friction.friction,

@@ -151,6 +151,8 @@ class ContactSpec(Spec):
     on_edge: Literal["release", "hold"] = "release"
     through: Literal["release", "hold"] = "release"
     """Whether points that went right through are held on the wall they came in by."""
+    foot: Literal["nearest", "tracked"] = "nearest"
+    """Which wall pushes: the nearest that is not opposite, or the one a point came in by."""
     depth: Positive | None = None
     """Deepest penetration that search by penetration takes for one; see `Contact`."""
     law: LawSpec

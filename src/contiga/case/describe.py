@@ -145,7 +145,7 @@ def _contact(contact: ContactSpec) -> list[tuple[str, str]]:
     area = _DEFAULT_AREA if contact.area is None else contact.area.describe()
     return [
         (f"contact {contact.title}", f"{contact.slave} against {contact.master}"),
-        ("  search", f"{contact.search}, type {contact.type}"),
+        ("  search", f"{contact.search}, type {contact.type}, foot {contact.foot}"),
         ("  lets go", f"on an edge: {contact.on_edge}, right through: {contact.through}"),
         *laws,
         ("  weights", _WEIGHTS[contact.weights] + _points(contact.quadrature)),

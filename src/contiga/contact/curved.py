@@ -174,7 +174,7 @@ def _follow(surface: Surface, path: Path, last: Last, options: Options, pieces: 
         found = detect(surface, now, last, active, options)
         story = story.after(found)
         place = found.feet.patch, found.uv, found.near
-        last = Last(now, *place, found.safe_distance, found.guards)
+        last = Last(now, *place, found.safe_distance, found.guards, found.deep)
     feet = found.feet._replace(certified=story.certified)
     return found._replace(feet=feet, status=story.status(found.status))
 
@@ -245,14 +245,16 @@ def _put(whole: Detected, rows: IndexArray, part: Detected) -> Detected:
 
 def _rows_of(last: Last, rows: IndexArray) -> Last:
     """Of some points, `rows` ascending."""
-    guards, place = last.guards, np.full(len(last.patch), -1, np.int32)
+    (held, normal), depth = last.guards, last.deep[1]
+    place = np.full(len(last.patch), -1, np.int32)
     place[rows] = np.arange(len(rows), dtype=np.int32)
-    own = np.flatnonzero(place[guards.rows] >= 0)
+    own = np.flatnonzero(place[held] >= 0)
     return Last(
         last.points_B[rows],
         last.patch[rows],
         last.uv[rows],
         last.near[rows],
         last.safe_distance[rows],
-        Guards(place[guards.rows[own]], guards.normal[own]),
+        Guards(place[held[own]], normal[own]),
+        (place[held[own]], depth[own]),
     )

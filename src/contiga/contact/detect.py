@@ -16,6 +16,7 @@ import numpy as np
 
 from contiga.contact import closed_body, open_body, through
 from contiga.contact.kernels import place_nb
+from contiga.contact.sparse import Sparse
 from contiga.contact.tracked import (
     CHUNK,
     Columns,
@@ -28,6 +29,7 @@ from contiga.contact.tracked import (
     listed,
     track,
 )
+from contiga.contact.walls import give_way
 from contiga.masters.protocol import Surface
 from contiga.num.arrays import locked
 from contiga.num.threads import run_ranges
@@ -65,7 +67,7 @@ def detect(
     """
     room, columns = memory or (Room.of(len(now)), Columns.of(len(now)))
     found = nowhere(room, columns)
-    old = last.near, last.uv, last.guards
+    old = last.near, last.uv, last.guards, last.deep
     step = Step(last.points_B, now, room.way, room.ignored, *old, room.small)
     lists = rows, near = _place(step, last, active, columns, room.rows, moved)
     if options.through:
@@ -75,9 +77,10 @@ def detect(
         feet = last.patch, last.uv
         opposed = closed_body.detect(surface, step, feet, (rows, near), found, options)
         return with_feet(found, lists)._replace(opposed=opposed)
-    tracked = track(
-        surface, (last.points_B[rows], now[rows]), (last.patch[rows], last.uv[rows]), options
-    )
+    foot = last.patch[rows], last.uv[rows]
+    way = last.points_B[rows], now[rows]
+    tracked = track(surface, way, foot, options)
+    give_way(surface, tracked, way, Sparse(0, *last.deep).at(rows), options)
     open_body.detect(surface, step, (rows, near), tracked, found, options)
     return with_feet(found, lists)
 

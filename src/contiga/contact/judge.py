@@ -95,19 +95,19 @@ class Standing(NamedTuple):
 def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: Options) -> Guards:
     """Fill `found` for the points that are asked for; returns those whose nearest wall is opposite
     to the one that pushes them."""
-    truth, told = asked.truth, asked.side != 0
+    truth, told, same_foot = asked.truth, asked.side != 0, SAME_FOOT * options.size
     needed = ~told | (~asked.was & options.penetration)
     if options.nearest:
         needed |= asked.side < 0
     _find(surface, step, asked, np.flatnonzero(needed))
     if options.nearest:
-        kept = asked.was, asked.kept, asked.status
-        judge_nb.take_nearest(kept, asked.feet, truth, asked.guard)
-    limits = options.penetration, options.nearest, options.band, options.depth
+        ways, near = (step.way, found.safe_distance), (options.band, same_foot)
+        judge_nb.take_nearest(asked[:4], asked.feet, truth, asked.guard, ways, near)
+    limits = options.penetration, options.nearest, options.band, options.depth, same_foot
     into = found.status, found.safe_distance, found.near, found.uv
     if judge_nb.judge_plain(
         *(asked[:6], asked.feet, truth, (step.way, step.ignored)),
-        *((*limits, SAME_FOOT * options.size), into, found.feet),
+        *(limits, into, found.feet),
     ):
         return UNGUARDED
     solved = ~needed | (truth.status == Status.OK)

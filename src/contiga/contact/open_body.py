@@ -14,6 +14,7 @@ from contiga.contact.tracked import (
     take,
     track,
 )
+from contiga.contact.walls import give_way
 from contiga.masters.protocol import Surface
 from contiga.records import ContactStatus, IntArray
 from contiga.statuses import Status
@@ -58,12 +59,9 @@ def _sweep(surface: Surface, step: Step, rows: IntArray, found: Detected, option
     if len(entered) == 0:
         return
     rows = rows[entered]
-    tracked = track(
-        surface,
-        (hits.point[entered], step.now[rows]),
-        (hits.patch[entered], hits.uv[entered]),
-        options,
-    )
+    way = hits.point[entered], step.now[rows]
+    tracked = track(surface, way, (hits.patch[entered], hits.uv[entered]), options)
+    give_way(surface, tracked, way, np.zeros(len(rows)), options)
     keep = tracked.keep
     new = np.where(tracked.at_border, ContactStatus.HELD, ContactStatus.NEW)
     found.status[rows[keep]] = new[keep]

@@ -194,6 +194,15 @@ class State(Shown):
         return self.listed("penetration") if loads is None else loads.deep
 
     @property
+    def held(self) -> Column:
+        """`penetration` of the points in contact."""
+        loads: Loads | None = self.__dict__.get("_loads")
+        if loads is not None:
+            return loads.deep
+        rows = np.flatnonzero(self.patch >= 0).astype(np.int32)
+        return rows, self.penetration[rows]
+
+    @property
     def guards(self) -> Guards:
         """Normals that tell which walls are opposite for points in contact."""
         loads: Loads | None = self.__dict__.get("_loads")

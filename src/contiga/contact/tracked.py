@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.contact.desk import Small
-from contiga.contact.loads import UNGUARDED, Guards, guards_of
+from contiga.contact.loads import UNGUARDED, Column, Guards, guards_of
 from contiga.masters.protocol import Master, Surface
 from contiga.num import codes
 from contiga.records import (
@@ -90,7 +90,9 @@ class Last(NamedTuple):
     near: IntArray
     safe_distance: FloatArray
     guards: Guards
-    """Of the points in contact."""
+    """Of the points in contact, as the next."""
+    deep: Column
+    """How deep they were."""
 
 
 class Step(NamedTuple):
@@ -107,7 +109,9 @@ class Step(NamedTuple):
     uv: FloatArray
     """(n, 2) its parameters."""
     guards: Guards
-    """Of the points that were in contact."""
+    """Of the points that were in contact, as the next."""
+    deep: Column
+    """How deep they were."""
     small: Small
     """Memory for few points in contact."""
 
@@ -216,6 +220,11 @@ class Detected(NamedTuple):
     def guards(self) -> Guards:
         """Of all points in contact."""
         return guards_of(self.held, self.feet.normal[self.held], self.opposed)
+
+    @property
+    def deep(self) -> Column:
+        """How deep these are."""
+        return self.held, np.maximum(-self.feet.gap[self.held], 0.0)
 
 
 def listed(own: IntArray, counts: IndexArray) -> IntArray:

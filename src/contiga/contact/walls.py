@@ -6,6 +6,10 @@ opposite it does not take over. The point is then held by the nearest of what do
 from its guard, and the guard stays as it is until the nearest wall is not opposite to it any more.
 So the depth is continuous along every way: it is the distance to the surface, or that to a part of
 it which stays the same (`docs/theory.md`).
+
+Where there is no inside (open bodies), or it does not count (`through="hold"`), feet are followed,
+and a followed foot gives way to a nearer one of the same sheet that is not opposite and was not
+nearer before: then it has become as near on the way.
 """
 
 from __future__ import annotations
@@ -15,10 +19,10 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.kernels.settle_nb import LEAST
-from contiga.contact.tracked import BoolArray, closest, take
+from contiga.contact.tracked import BoolArray, Options, Tracked, closest, take
 from contiga.masters.protocol import Surface
-from contiga.records import FloatArray, IndexArray, Projection, empty_projection, rows_of
-from contiga.statuses import Status
+from contiga.records import FloatArray, IndexArray, IntArray, Projection, empty_projection, rows_of
+from contiga.statuses import Feature, Status
 
 # Of its way, below which it is not looked at whether the nearest wall turned little by little.
 SHORTEST = 2.0**-10
@@ -113,3 +117,44 @@ def _turned(
         done[left[ok & (place == 1.0)]] = True
         left = left[~done[left] & (part[left] >= SHORTEST)]
     return guard, done
+
+
+def give_way(
+    surface: Surface,
+    tracked: Tracked,
+    way: tuple[FloatArray, FloatArray],
+    depth: FloatArray,
+    options: Options,
+) -> None:
+    """Put the feet in place that followed ones give way to.
+
+    Points went `way` = (from, to), and were so deep before, (n,). What becomes as near within the
+    step is nearer at its end by no more than they have gone. On the border of a sheet, feet are
+    followed alone.
+    """
+    if not (options.nearest and surface.has_edges):
+        return
+    feet = tracked.feet
+    own = np.flatnonzero(tracked.keep & ~tracked.at_border & (feet.gap < -options.band))
+    own = own[~_are_nearest(surface, feet, own.astype(np.int32), options)]
+    if len(own) == 0:
+        return
+    start, end = way[0][own], way[1][own]
+    other = _facing(surface, end, feet.normal[own])
+    length = np.sqrt(np.square(end - start).sum(axis=1))
+    nearer = (other.status == Status.OK) & (other.feature == Feature.FACE)
+    nearer &= other.gap > feet.gap[own] + options.band
+    nearer &= -other.gap >= depth[own] - length - options.band
+    nearer[nearer] = surface.are_joined(other.patch[nearer], feet.patch[own[nearer]])
+    take(feet, own[nearer], rows_of(other, np.flatnonzero(nearer)), nearer[nearer])
+
+
+def _are_nearest(
+    surface: Surface, feet: Projection, rows: IntArray, options: Options
+) -> BoolArray:
+    """Of which rows the touching balls prove that nothing is nearer."""
+    if not options.balls:
+        return np.zeros(len(rows), dtype=bool)
+    inner = np.zeros(len(rows), np.int8)
+    radius = surface.touching_ball(feet.patch, feet.uv, rows, inner)
+    return np.asarray((feet.feature[rows] == Feature.FACE) & (options.band - feet.gap[rows] <= radius))

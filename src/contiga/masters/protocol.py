@@ -23,6 +23,15 @@ class Surface(Protocol):
         ...  # pragma: no cover
 
     @property
+    def has_edges(self) -> bool:
+        """Whether faces meet at an angle anywhere."""
+        ...  # pragma: no cover
+
+    def are_joined(self, first: IntArray, second: IntArray) -> NDArray[np.bool_]:
+        """Whether patches `first` and `second` (n,) are of one connected sheet."""
+        ...  # pragma: no cover
+
+    @property
     def n_elements(self) -> int:
         """Pieces the search works on."""
         ...  # pragma: no cover

@@ -7,10 +7,13 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import stitches
 from contiga.num.arrays import bytes_of
+from contiga.num.codes import CREASE
 from contiga.num.resident import Resident
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.search import ball, hits, project, safe_distance, side_grid
@@ -22,6 +25,10 @@ from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
 
 
+SHARP = 0.02
+"""Radians by which faces turn at an edge that is not meant to be smooth."""
+
+
 class ExactSurface(NamedTuple):
     """The search on a body's NURBS patches."""
 
@@ -30,8 +37,16 @@ class ExactSurface(NamedTuple):
     """Whether the body has no border anywhere."""
     slit: float
     """How far faces may be apart where they meet, length."""
+    sheet: IntArray
+    """(patches,) number of the connected sheet that each is of."""
+    has_edges: bool
+    """Whether faces meet in edges or creases anywhere."""
     resident: Resident
     """The tables, laid out once for kernels."""
+
+    def are_joined(self, first: IntArray, second: IntArray) -> NDArray[np.bool_]:
+        """Whether patches are of one connected sheet."""
+        return np.asarray(self.sheet[first] == self.sheet[second])
 
     @property
     def n_elements(self) -> int:
@@ -129,5 +144,21 @@ def exact_surface(faces: Faces) -> ExactSurface:
         # Faces are off the edges they share, and their loops off themselves where they close.
         slit = openings.slit + float(stitches(faces)[0].max(initial=0.0))
         tables = tables_of(faces)
-        surface = _KEPT[faces] = ExactSurface(tables, openings.closed, slit, Resident(tables))
+        edges = _sheets(tables), _has_edges(tables)
+        own = ExactSurface(tables, openings.closed, slit, *edges, Resident(tables))
+        surface = _KEPT[faces] = own
     return surface
+
+
+def _sheets(tables: Tables) -> IntArray:
+    """Numbers of connected sheets, by patch."""
+    first, past = tables.grid.patches["adjacent"].T
+    own = np.repeat(np.arange(len(first)), past - first)
+    graph = coo_array((np.ones(len(own), np.int8), (own, tables.grid.adjacent)))
+    return np.asarray(connected_components(graph, directed=False)[1], np.int32)
+
+
+def _has_edges(tables: Tables) -> bool:
+    """Whether two faces, or elements of one, meet at an angle that is not rounding's."""
+    creases = bool((tables.elements.table["kind"] == CREASE).any())
+    return creases or bool((tables.joints.edges["turn"] > SHARP).any())

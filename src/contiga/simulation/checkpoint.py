@@ -20,7 +20,7 @@ from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.peak import Peak
 from contiga.simulation.system_state import BodyStates, Energy, SlaveState, SystemState
 
-FORMAT = 7
+FORMAT = 8
 
 
 class Onward(NamedTuple):

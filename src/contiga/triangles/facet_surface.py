@@ -37,6 +37,15 @@ class FacetedSurface(NamedTuple):
         return self.tables.closed
 
     @property
+    def has_edges(self) -> bool:
+        """Whether triangles meet at more than 20° anywhere."""
+        return self.tables.has_edges
+
+    def are_joined(self, first: IntArray, second: IntArray) -> NDArray[np.bool_]:
+        """Whether triangles are of one connected sheet."""
+        return np.asarray(self.tables.sheet[first] == self.tables.sheet[second])
+
+    @property
     def n_elements(self) -> int:
         """Triangles with an area."""
         return len(self.tables.facets.link)

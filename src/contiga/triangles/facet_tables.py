@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from contiga.errors import MeshError
 from contiga.handed import by_reference
@@ -14,12 +16,14 @@ from contiga.num.ordered import length
 from contiga.records import FloatArray, IntArray
 from contiga.triangles.facets import Facets
 from contiga.triangles.kernels import boxes_nb
-from contiga.triangles.kernels.facet_nb import NEIGHBOUR, TRIANGLE, VERTICES
+from contiga.triangles.kernels.facet_nb import NEIGHBOUR, TRIANGLE, VERTICES, N
 from contiga.triangles.topology import Topology, topology_of
 
 if TYPE_CHECKING:
     from contiga.triangles.trimesh import TriMesh
 
+SHARP = 20.0
+"""Degrees by which triangles turn at an edge that is none of a smooth surface's."""
 RELATIVE_TOLERANCE = 1e-12
 """Length below which two points are one, relative to the size of the mesh."""
 
@@ -39,6 +43,10 @@ class Tables(NamedTuple):
     """Edges at which more than two triangles meet."""
     back_to_back: IntArray
     """(k, 2) triangles with the same corners that face opposite ways."""
+    sheet: IntArray
+    """By triangle of the mesh the number of the connected sheet it is of, −1 without area."""
+    has_edges: bool
+    """Two triangles meet at more than `SHARP`."""
 
 
 _KEPT: WeakKeyDictionary[TriMesh, Tables] = WeakKeyDictionary()
@@ -77,7 +85,22 @@ def _build(mesh: TriMesh) -> Tables:
     facets, slot = _facets(topology, order, box, child)
     closed = not bool((facets.link[:, :3] == NO_TRIANGLE).any())
     folded = topology.back_to_back.astype(np.int32)
-    return Tables(facets, slot, closed, topology.turned, topology.crowded, folded)
+    told = closed, topology.turned, topology.crowded, folded
+    return Tables(facets, slot, *told, *_sheets(facets, slot))
+
+
+def _sheets(facets: Facets, slot: IntArray) -> tuple[IntArray, bool]:
+    """Numbers of sheets by triangle of the mesh, and whether two triangles meet at an edge."""
+    next_to = facets.link[:, NEIGHBOUR:VERTICES]
+    own, side = np.nonzero(next_to >= 0)
+    other = next_to[own, side]
+    n = len(next_to)
+    graph = coo_array((np.ones(len(own), np.int8), (own, other)), shape=(n, n))
+    number = connected_components(graph, directed=False)[1]
+    normal = facets.shape[:, N : N + 3]
+    cosine = (normal[own] * normal[other]).sum(axis=1)
+    sheet = np.where(slot >= 0, number[slot], -1).astype(np.int32)
+    return sheet, bool((cosine < np.cos(np.radians(SHARP))).any())
 
 
 def _facets(

@@ -320,6 +320,7 @@ def contact_types() -> tuple[list[TypeRow], str]:
             law=ForceLaw(COEFFICIENT),
             area=HullArea(1),
             weights="area",
+            foot="tracked",
             contact_type="combined",
             master_law=own,
         )

@@ -29,7 +29,7 @@ def variant(simulation: Simulation, *, master: Any = None, **options: Any) -> Si
     own = part.contact
     slave = options.pop("slave", own.slave)
     chosen: dict[str, Any] = {"law": own.law, "area": own.area, "search": own.search}
-    chosen |= {"weights": own.weights, **options}
+    chosen |= {"weights": own.weights, "foot": own.foot, **options}
     contact = Contact(own.master if master is None else master, slave, **chosen)
     return replace(simulation, contacts=(part._replace(contact=contact),))
 

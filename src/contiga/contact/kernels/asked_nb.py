@@ -77,7 +77,9 @@ def judge_asked(desk, n, places, step, limits, found, taken):
     """Judge the first n as `judge_plain` does; whether all of them are plain."""
     asked = desk.doubtful
     _find(desk, n, limits[0], tables_at(places[0]), balls_at(places[2]))
-    take_nearest((asked.was[:n], asked.kept, asked.status), asked.feet, asked.truth, asked.guard)
+    own = (asked.rows[:n], asked.was, asked.kept, asked.status)
+    ways, near = (step[0], found[1]), (limits[2], limits[4])
+    take_nearest(own, asked.feet, asked.truth, asked.guard, ways, near)
     columns = (
         asked.rows[:n],
         asked.was[:n],

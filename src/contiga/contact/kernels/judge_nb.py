@@ -39,17 +39,26 @@ def is_needed(was, side, penetration, nearest):
 
 
 @kernel()
-def take_nearest(asked, feet, truth, guard):
-    """Feet of points that were in contact: the closest points, where these are not opposite.
+def take_nearest(asked, feet, truth, guard, step, limits):
+    """Feet of points that were in contact: the closest points. They are kept for sure where these
+    are not opposite and the points have not left meanwhile: they have the foot that they had, or
+    have gone less far than any surface is off.
 
-    `asked` are the columns (was, kept, what becomes of those that are kept), of which the last two
-    are filled in; `guard` (n, 3) is zero where there is none.
+    `asked` are the columns (rows, was, kept, what becomes of those that are kept), of which the
+    last two are filled in; `guard` (n, 3) is zero where there is none. `step` is (way, what is left
+    of the way to any surface) of all points, `limits` (band, how far feet that are one may be
+    apart).
     """
-    was, kept, becomes = asked
-    for i in range(was.shape[0]):
+    rows, was, kept, becomes = asked
+    way, left = step
+    band, same_foot = limits
+    for i in range(rows.shape[0]):
         kept[i] = False
         if was[i] and truth.status[i] == OK and truth.gap[i] <= 0.0:
-            kept[i] = not is_opposite(truth, i, guard, i)
+            k = rows[i]
+            there = left[k] > 0.0 or -truth.gap[i] - band > way[k]
+            there = there or _apart(feet, truth, i) <= same_foot
+            kept[i] = there and not is_opposite(truth, i, guard, i)
             becomes[i] = OLD
             take_foot(feet, i, truth, i)
 
