@@ -46,7 +46,7 @@ SCENES = {
 class Loop:
     """A body that is pressed into a sheet, moved about with a turn, and drawn out again."""
 
-    def __init__(self, scene: Scene, wave: float, n: int = 21, **options: object) -> None:
+    def __init__(self, scene: Scene, wave: float, n: int = 41, **options: object) -> None:
         body = rule.subject(scene.name).solid.body
         placed = body.transformed(scene.up)
         (low, high), self.deep = placed.bounds(), scene.deep
@@ -62,14 +62,14 @@ class Loop:
         self.slave = cg.Slave(points, quads)
         law = cg.PenaltyLaw(1.0, per_area=True)
         self.contact = cg.Contact(body, self.slave, law=law, **options)
-        h, s = 1.3 * (1.0 + wave) * scene.deep, 0.15 * side
+        low, h, s = 0.8 * (1.0 - wave) * scene.deep, 1.3 * (1.0 + wave) * scene.deep, 0.15 * side
         self.corners = np.array(
             [
                 [0.0, 0.0, h, 0.0],
-                [0.0, 0.0, -0.8 * scene.deep, 0.0],
-                [s, 0.0, -0.8 * scene.deep, 0.02],
-                [s, s, -scene.deep, 0.01],
-                [0.0, 0.0, -0.8 * scene.deep, 0.0],
+                [0.0, 0.0, -low, 0.0],
+                [s, 0.0, -low, 0.2 * scene.deep / side],
+                [s, s, -1.1 * low, -0.1 * scene.deep / side],
+                [0.0, 0.0, -low, 0.0],
                 [0.0, 0.0, h, 0.0],
             ]
         )
