@@ -69,10 +69,13 @@ def test_a_block_that_falls_on_a_bed_keeps_its_energy(name) -> None:
         gravity=(0.0, 0.0, -GRAVITY),
     )
     history = simulation.run().history
-    assert history["n_contact"].max() > 3
+    touching = history["n_contact"] > 0
+    assert touching.sum() > 20
     assert history["max_penetration"].max() < 9.0
-    size = np.abs(history["energy.total"]).max()
-    assert np.abs(history["energy.error"]).max() < 1e-4 * size
+    # While it touches, its kinetic energy stands apart by what a leapfrog lends, and comes back.
+    size, error = np.abs(history["energy.total"]).max(), np.abs(history["energy.error"])
+    assert error.max() < 2e-4 * size
+    assert error[~touching].max() < 1e-4 * size
 
 
 def test_two_blocks_that_meet_corner_first_keep_their_momentum() -> None:
@@ -142,11 +145,18 @@ def test_a_brick_slides_to_rest_after_the_square_of_its_speed_over_twice_the_fri
 
 def test_a_hexagonal_bar_rolls_over_its_edges_and_comes_to_rest_without_creep() -> None:
     body = plane_body("hexagonal bar").transformed(POSE.rotation("x", 0.5 * np.pi))
-    body, pad = lifted(body, np.eye(4), 0.0), bed(60.0, 4.0, 0.29)
-    law = cg.PenaltyLaw(0.002, per_area=True, damping=0.012)
-    motion = cg.motion.Free(
-        body.mass_properties(DENSITY), velocity=(0.25, 0.0, 0.0), spin=(0.0, 0.026, 0.0)
+    body = lifted(body, np.eye(4), 0.0)
+    x, y = np.meshgrid(np.arange(-20.0, 61.0), [-15.0, -5.0, 5.0, 15.0])
+    pad = cg.Slave(
+        np.column_stack([x.ravel(), y.ravel(), 0.0 * x.ravel()]), area=np.full(x.size, 10.0)
     )
+    motion = cg.motion.Free(
+        body.mass_properties(DENSITY),
+        velocity=(0.25, 0.0, 0.0),
+        spin=(0.0, 0.03, 0.0),
+        hold=("y", "rx", "rz"),
+    )
+    law = cg.PenaltyLaw(0.005, per_area=True, damping=0.02)
     simulation = cg.Simulation(
         bodies={"bar": (body, motion)},
         slaves={"bed": pad},

@@ -48,8 +48,8 @@ class Loop:
 
     def __init__(self, scene: Scene, wave: float, n: int = 41, **options: object) -> None:
         body = rule.subject(scene.name).solid.body
-        placed = body.transformed(scene.up)
-        (low, high), self.deep = placed.bounds(), scene.deep
+        corners = POSE.apply(scene.up, body.tessellate(1e-3 * body.size).vertices)
+        low, high = corners.min(axis=0), corners.max(axis=0)
         middle = 0.5 * (low + high)
         self.height = high[2] - low[2]
         self.first = POSE.translation([-middle[0], -middle[1], -low[2]]) @ scene.up
