@@ -102,7 +102,7 @@ def _finish(
     """What the kernel has left of a step; `counts` is what it answered."""
     (room, columns), (in_contact, near, left) = memory, counts
     found = nowhere(room, columns)
-    old = state.near, state.uv, state.guards, state.held
+    old = state.near, state.uv, state.guards
     step = Step(state.points_B, p_B, room.way, room.ignored, *old, room.small)
     lists = room.rows[0, :in_contact], room.rows[1, :near]
     if left > 0:

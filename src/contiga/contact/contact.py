@@ -93,7 +93,7 @@ class Contact(Shown):
     foot : the wall that pushes a point. "nearest": the nearest one that is not opposite to the
         wall that holds it, so that depth is a function of the place, whatever the way in.
         "tracked": the one it came in by, followed as a local minimum of the distance, as in the
-        thesis
+        thesis; so it is with `through="hold"`, whatever is said here
     master_law : stress law of the master, for type "combined"
     depth : deepest penetration that search by penetration takes for one, length; without limit
         for closed bodies and a tenth of the size for open ones if omitted
@@ -191,7 +191,8 @@ class Contact(Shown):
     def _options(self) -> Options:
         # Kept: size and borders of a mesh cost as much as a small step.
         how = self.search == "penetration", self.on_edge == "hold", self.through == "hold"
-        how = *how, self.foot == "nearest"
+        # What went through a wall and is held on it must be followed.
+        how = *how, self.foot == "nearest" and self.through == "release"
         return options_of(how, self.depth, self._surface.closed, self.master)
 
     def start(

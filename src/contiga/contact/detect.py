@@ -67,7 +67,7 @@ def detect(
     """
     room, columns = memory or (Room.of(len(now)), Columns.of(len(now)))
     found = nowhere(room, columns)
-    old = last.near, last.uv, last.guards, last.deep
+    old = last.near, last.uv, last.guards
     step = Step(last.points_B, now, room.way, room.ignored, *old, room.small)
     lists = rows, near = _place(step, last, active, columns, room.rows, moved)
     if options.through:

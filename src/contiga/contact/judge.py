@@ -101,8 +101,8 @@ def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: 
         needed |= asked.side < 0
     _find(surface, step, asked, np.flatnonzero(needed))
     if options.nearest:
-        ways, near = (step.way, found.safe_distance), (options.band, same_foot)
-        judge_nb.take_nearest(asked[:4], asked.feet, truth, asked.guard, ways, near)
+        near = options.band, same_foot
+        judge_nb.take_nearest(asked[:4], asked.feet, truth, asked.guard, step.way, near)
     limits = options.penetration, options.nearest, options.band, options.depth, same_foot
     into = found.status, found.safe_distance, found.near, found.uv
     if judge_nb.judge_plain(

@@ -45,7 +45,7 @@ class State(Shown):
     """Where the n nodes of a slave stand after a step, in world axes where not said otherwise.
 
     A contact with quadrature points has m rows where (m,) is said: the nodes come first, and after
-    them the points of each facet. Without, m = n. The arrays take 155 bytes a point, and
+    them the points of each facet. Without, m = n. The arrays take 179 bytes a point, and
     eight for each number that the laws remember; of those that say nothing without contact only
     the rows in contact are kept, and the array is made when it is asked for. What is not an array
     here is worked out when it is asked for: areas most of all.

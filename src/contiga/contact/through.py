@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.closed_body import tell
-from contiga.contact.sparse import Sparse
 from contiga.contact.tracked import (
     Detected,
     Options,
@@ -27,7 +26,6 @@ from contiga.contact.tracked import (
     take,
     track,
 )
-from contiga.contact.walls import give_way
 from contiga.masters.protocol import Surface
 from contiga.records import (
     ByteArray,
@@ -72,7 +70,6 @@ def detect(
     foot = last[0][touching], last[1][touching]
     way = step.before[touching], step.now[touching]
     tracked = track(surface, way, foot, options)
-    give_way(surface, tracked, way, Sparse(0, *step.deep).at(touching), options)
     kept = np.flatnonzero(tracked.keep)
     old = Held(touching[kept], rows_of(tracked.feet, kept), continued(tracked.feet)[kept])
     settled = _settle(surface, step, old, found, options)
@@ -159,7 +156,6 @@ def _come_in(
             break
         way = hits.point[hit], now[rows]
         tracked = track(surface, way, place, options)
-        give_way(surface, tracked, way, np.zeros(len(rows)), options)
         kept = np.flatnonzero(tracked.keep)
         status = np.where(tracked.at_border, ContactStatus.HELD, ContactStatus.NEW)
         held = Held(

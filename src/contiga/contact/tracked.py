@@ -109,9 +109,7 @@ class Step(NamedTuple):
     uv: FloatArray
     """(n, 2) its parameters."""
     guards: Guards
-    """Of the points that were in contact, as the next."""
-    deep: Column
-    """How deep they were."""
+    """Of the points that were in contact."""
     small: Small
     """Memory for few points in contact."""
 

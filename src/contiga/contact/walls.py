@@ -2,14 +2,14 @@
 
 It is the nearest one, as long as that is not opposite: its outward normal makes less than 160° with
 the point's guard, which is the normal of the wall that was the nearest one before. Where it is
-opposite it does not take over. The point is then held by the nearest of what does not face away
+opposite it does not take over. The point is then held by the nearest wall that does not face away
 from its guard, and the guard stays as it is until the nearest wall is not opposite to it any more.
-So the depth is continuous along every way: it is the distance to the surface, or that to a part of
-it which stays the same (`docs/theory.md`).
+So the depth is continuous: the distance to all of the surface, or to walls that stay the same
+(`docs/theory.md`).
 
-Where there is no inside (open bodies), or it does not count (`through="hold"`), feet are followed,
-and a followed foot gives way to a nearer one of the same sheet that is not opposite and was not
-nearer before: then it has become as near on the way.
+Open bodies have no inside to measure from. On them feet are followed, and a followed foot gives way
+to a nearer one of the same sheet that is not opposite and was not nearer before: then it has become
+as near on the way.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def _is_opposite(normal: FloatArray, guard: FloatArray) -> BoolArray:
 
 
 def _facing(surface: Surface, p_B: FloatArray, guard: FloatArray) -> Projection:
-    """Feet on what does not face away from the guards."""
+    """Feet on walls that do not face away from the guards."""
     out = empty_projection(len(p_B))
     surface.closest_facing(np.ascontiguousarray(p_B), np.ascontiguousarray(guard), LEAST, out)
     return out

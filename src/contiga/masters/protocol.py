@@ -67,11 +67,11 @@ class Surface(Protocol):
     def closest_facing(
         self, p_B: FloatArray, guards: FloatArray, least: float, out: Projection
     ) -> None:
-        """Closest points of what does not face away from `guards` (n, 3) into `out`, one row each.
+        """Closest feet that do not face away from `guards` (n, 3) into `out`, one row each.
 
-        Of pieces whose normals make a cosine of `least` or more with the guard, and which have
-        the point behind them; rows without any are MAX_ITERATIONS. The normal is that of the
-        surface or, where what is searched ends, leads from the point to the foot.
+        Feet are minima of the distance along the surface. Their normals make a cosine of `least`
+        or more with the guard, and the point is behind them; rows without any are MAX_ITERATIONS.
+        At a kink the normal leads from the point to the foot.
         """
         ...  # pragma: no cover
 

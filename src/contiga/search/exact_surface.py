@@ -76,7 +76,7 @@ class ExactSurface(NamedTuple):
     def closest_facing(
         self, p_B: FloatArray, guards: FloatArray, least: float, out: Projection
     ) -> None:
-        """Closest points of the leaves that do not face away."""
+        """Closest feet by branch and bound."""
         project.closest_facing(self.tables, p_B, guards, least, out)
 
     def track(

@@ -24,7 +24,7 @@ from contiga.search.tables import tables_of
 # Rows below which a second thread does not pay.
 POINTS = 256
 GUARDED = 16
-"""The same of searches that are kept to a part of the surface."""
+"""The same of searches for feet that do not face away."""
 SMALLEST, LARGEST = 2048, 16384
 """Rows of a chunk: below a thread does not pay, above what they use does not stay near."""
 CHUNKS = 4
@@ -153,9 +153,9 @@ def closest_of_rows(
 def closest_facing(
     tables: Tables, p_B: FloatArray, guards: FloatArray, least: float, out: Projection
 ) -> None:
-    """Closest points, into `out`, of what does not face away from `guards` (n, 3).
+    """Closest feet, into `out`, that do not face away from `guards` (n, 3).
 
-    That is the surface whose normals make a cosine of `least` or more with the guard, and which has
-    the point behind it, told of each leaf as a whole. Rows without any are MAX_ITERATIONS.
+    Their normals make a cosine of `least` or more with the guard, and the point is behind them.
+    Feet are minima of the distance along the surface. Rows without any are MAX_ITERATIONS.
     """
     run_ranges(facing_nb.project_facing, len(p_B), GUARDED, tables, p_B, guards, least, out)

@@ -58,7 +58,7 @@ def _swept(name: str, angle: float, turn: float, **options: object) -> list[cg.S
 
 def test_it_comes_in_by_the_side_that_leads() -> None:
     """Along its chord the point would come in by the inner side of the tooth."""
-    state = _swept("tooth", 150.0, 150.5)[-1]
+    state = _swept("tooth", 150.0, 150.5, foot="tracked")[-1]
     n = pose.rotation("z", np.radians(150.5))[:3, 1]
     assert state.status.tolist() == [Is.NEW]
     np.testing.assert_allclose(state.normal, [n], rtol=0, atol=1e-14)
@@ -127,7 +127,7 @@ def test_the_turns_of_these_tests_touch() -> None:
 
 
 def test_a_mesh_is_swept_too() -> None:
-    states = _swept("blade of triangles", 50.0, 50.5)
+    states = _swept("blade of triangles", 50.0, 50.5, foot="tracked")
     depth = HALF + RADIUS * np.sin(np.radians(0.5))
     assert states[-1].max_penetration == pytest.approx(depth, abs=1e-14)
 

@@ -11,6 +11,7 @@ from contiga.contact import judge as judging
 from contiga.contact.desk import Asked, Small
 from contiga.contact.judge import judge
 from contiga.contact.kernels import judge_nb
+from contiga.contact.loads import UNGUARDED
 from contiga.contact.tracked import Detected, Options, Step, blank
 from contiga.records import ContactStatus, Hit, Projection, empty_hit, rows_of
 from contiga.statuses import Status
@@ -36,6 +37,10 @@ class Told:
         self.asked += 1
         out.status[:] = Status.MAX_ITERATIONS
 
+    def closest_facing(self, _: Any, __: Any, ___: Any, out: Projection) -> None:
+        self.asked += 1
+        out.status[:] = Status.MAX_ITERATIONS
+
     def track(self, *_: Any) -> None:
         """Of no points, as none crosses it."""
 
@@ -52,7 +57,7 @@ def feet_of(rng: np.random.Generator, n: int, status: list[int]) -> Projection:
     )
 
 
-def scene(seed: int) -> tuple[Asked, Step]:
+def scene(seed: int, nearest: bool) -> tuple[Asked, Step]:
     """Points to be judged, and their ways."""
     rng = np.random.default_rng(seed)
     truth = feet_of(rng, N, [Status.OK, Status.OK, Status.MAX_ITERATIONS])
@@ -63,19 +68,23 @@ def scene(seed: int) -> tuple[Asked, Step]:
     was = rng.random(N) < 0.5
     # As `judge` has it, who asks for the closest points that it needs.
     spared = (side != 0) & was & (rng.random(N) < 0.5)
+    spared &= (side > 0) | (not nearest)
     truth.status[spared], truth.patch[spared] = judge_nb.NOT_ASKED, -1
     rows = np.sort(rng.choice(2 * N, N, replace=False)).astype(np.int32)
     becomes = rng.choice([ContactStatus.OLD, ContactStatus.HELD], N).astype(np.int8)
     kept = was & (rng.random(N) < 0.6)
-    asked = Asked(rows, was, kept, becomes, side, rng.random(N), rng.random(N), feet, truth)
+    guard = rng.normal(size=(N, 3)) * (rng.random((N, 1)) < 0.7)
+    known = side, rng.random(N), rng.random(N), guard
+    asked = Asked(rows, was, kept, becomes, *known, feet, truth)
     way, ignored = rng.random(2 * N), rng.random(2 * N) < 0.3
     way[::7] = np.inf
     points, near = rng.normal(size=(2 * N, 3)), np.zeros(2 * N, np.int32)
-    return asked, Step(points, points, way, ignored, near, rng.random((2 * N, 2)), Small())
+    old = near, rng.random((2 * N, 2)), UNGUARDED
+    return asked, Step(points, points, way, ignored, *old, Small())
 
 
 def rows_of_asked(asked: Asked, which: np.ndarray) -> Asked:
-    columns: Any = [column[which] for column in asked[:7]]
+    columns: Any = [column[which] for column in asked[:-2]]
     return Asked(*columns, rows_of(asked.feet, which), rows_of(asked.truth, which))
 
 
@@ -91,17 +100,18 @@ def found_by(asked: Asked, step: Step, options: Options) -> tuple[Detected, int]
     return found, surface.asked
 
 
-def options_of(penetration: bool, depth: float) -> Options:
+def options_of(penetration: bool, nearest: bool, depth: float) -> Options:
     bounds = np.array([[-1.0] * 3, [1.0] * 3])
-    return Options(penetration, False, False, depth, True, 2.0, BAND, bounds)
+    return Options(penetration, False, False, nearest, depth, True, 2.0, BAND, bounds)
 
 
+@pytest.mark.parametrize("nearest", [False, True])
 @pytest.mark.parametrize(("penetration", "depth"), [(False, np.inf), (True, np.inf), (True, 0.5)])
 def test_plain_points_are_judged_as_all_are(
-    monkeypatch: pytest.MonkeyPatch, penetration: bool, depth: float
+    monkeypatch: pytest.MonkeyPatch, penetration: bool, depth: float, nearest: bool
 ) -> None:
-    asked, step = scene(3)
-    options = options_of(penetration, depth)
+    asked, step = scene(3, nearest)
+    options = options_of(penetration, nearest, depth)
     plain = np.zeros(N, bool)
     kernel = judge_nb.judge_plain
 
@@ -115,13 +125,14 @@ def test_plain_points_are_judged_as_all_are(
     for i in range(N):
         found, questions = found_by(rows_of_asked(asked, np.array([i])), step, options)
         if not plain[i]:
-            assert questions > 0 or found.status[asked.rows[i]] in LOOKED_FOR
+            # Where the nearest wall pushes, its foot is known already.
+            assert nearest or questions > 0 or found.status[asked.rows[i]] in LOOKED_FOR
         else:
             assert questions == 0
     assert 0.2 * N < plain.sum() < 0.9 * N
-    own = rows_of_asked(asked, np.flatnonzero(plain))
-    now, _ = found_by(own, step, options)
+    now, _ = found_by(rows_of_asked(asked, np.flatnonzero(plain)), step, options)
     monkeypatch.setattr(judging.judge_nb, "judge_plain", lambda *_: False)
+    own = rows_of_asked(asked, np.flatnonzero(plain))
     wanted, questions = found_by(own, step, options)
     assert questions == 0
     for name in ("status", "safe_distance", "near", "uv"):
@@ -132,11 +143,11 @@ def test_plain_points_are_judged_as_all_are(
 
 
 def test_where_one_is_not_plain_nothing_is_written() -> None:
-    asked, step = scene(4)
+    asked, step = scene(4, False)
     n = len(step.way)
     into = np.zeros(n, np.int8), np.zeros(n), np.zeros(n, np.int32), np.zeros((n, 2))
     taken = blank(n)
-    limits = False, BAND, np.inf, 1e-9
+    limits = False, False, BAND, np.inf, 1e-9
     ways = step.way, step.ignored
     assert not judge_nb.judge_plain(asked[:6], asked.feet, asked.truth, ways, limits, into, taken)
     assert not any(array.any() for array in into)

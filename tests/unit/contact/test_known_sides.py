@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from tests.stress import shaking, solids
@@ -34,11 +36,14 @@ def _one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ExactSurface, "residents", lambda *_: None)
 
 
-def _run(solid: solids.Solid, scale: float, search: str, n: int = 300) -> list[cg.State]:
+def _run(
+    solid: solids.Solid, scale: float, search: str, n: int = 300, foot: str = "nearest"
+) -> list[cg.State]:
     rng = np.random.default_rng([17, round(1e6 * scale)])
     points = shaking.cloud(solid, n, scale, rng)
     slave = cg.Slave(points, area=np.ones(n))
-    contact = cg.Contact(solid.body, slave, law=cg.PenaltyLaw(1.0), search=search)
+    options: dict[str, Any] = {"search": search, "foot": foot}
+    contact = cg.Contact(solid.body, slave, law=cg.PenaltyLaw(1.0), **options)
     states = [contact.start(points, shaking.pose(solid, scale, rng))]
     for _ in range(4):
         moved = points + scale * solid.size * rng.normal(scale=0.2, size=points.shape)
@@ -71,11 +76,11 @@ def test_few_points_are_asked_for_their_closest_point(monkeypatch: pytest.Monkey
         inner(self, p, rows, *rest)  # type: ignore[arg-type]
 
     monkeypatch.setattr(ExactSurface, "closest", counted)
-    _run(solid, 0.05, "intersection", 2000)
+    _run(solid, 0.05, "intersection", 2000, "tracked")
     few = asked
     asked = 0
     _know_nothing(monkeypatch)
-    _run(solid, 0.05, "intersection", 2000)
+    _run(solid, 0.05, "intersection", 2000, "tracked")
     assert few < 0.25 * asked
 
 

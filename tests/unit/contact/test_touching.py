@@ -100,7 +100,7 @@ def test_at_once_the_bits_are_those_of_one_by_one(
     how: str,
     turned: bool,
 ) -> None:
-    body, ways = BODIES[name](), (0.01, 0.05, 0.3)
+    body, ways = BODIES[name](), (0.0005, 0.05, 0.3)
     now = [states(body, HOW[how], way, turned) for way in ways]
     assert sum(left == 0 and touching > 0 for touching, _, left, _ in answers) > 3
     free = [left for _, near, left, _ in answers if near > 0]

@@ -78,8 +78,8 @@ def judge_asked(desk, n, places, step, limits, found, taken):
     asked = desk.doubtful
     _find(desk, n, limits[0], tables_at(places[0]), balls_at(places[2]))
     own = (asked.rows[:n], asked.was, asked.kept, asked.status)
-    ways, near = (step[0], found[1]), (limits[2], limits[4])
-    take_nearest(own, asked.feet, asked.truth, asked.guard, ways, near)
+    near = (limits[2], limits[4])
+    take_nearest(own, asked.feet, asked.truth, asked.guard, step[0], near)
     columns = (
         asked.rows[:n],
         asked.was[:n],

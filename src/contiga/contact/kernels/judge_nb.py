@@ -39,26 +39,29 @@ def is_needed(was, side, penetration, nearest):
 
 
 @kernel()
-def take_nearest(asked, feet, truth, guard, step, limits):
-    """Feet of points that were in contact: the closest points. They are kept for sure where these
-    are not opposite and the points have not left meanwhile: they have the foot that they had, or
-    have gone less far than any surface is off.
+def take_nearest(asked, feet, truth, guard, way, limits):
+    """Closest points for feet of points that were in contact, where they are not opposite and the
+    points have not left meanwhile: followed feet lead there, or they have gone less far than any
+    surface is off.
 
     `asked` are the columns (rows, was, kept, what becomes of those that are kept), of which the
-    last two are filled in; `guard` (n, 3) is zero where there is none. `step` is (way, what is left
-    of the way to any surface) of all points, `limits` (band, how far feet that are one may be
-    apart).
+    last two are filled in; `guard` (n, 3) is zero where there is none, `way` that of all points,
+    `limits` (band, how far feet that are one may be apart).
     """
     rows, was, kept, becomes = asked
-    way, left = step
     band, same_foot = limits
     for i in range(rows.shape[0]):
+        if kept[i] and feet.certified[i] == 1:
+            continue  # it has its closest point already
         kept[i] = False
         if was[i] and truth.status[i] == OK and truth.gap[i] <= 0.0:
-            k = rows[i]
-            there = left[k] > 0.0 or -truth.gap[i] - band > way[k]
-            there = there or _apart(feet, truth, i) <= same_foot
+            past = math.isfinite(way[rows[i]])
+            there = not past or -truth.gap[i] - band > way[rows[i]]
+            # What could not be followed is a closest point already.
+            led = feet.certified[i] == 0 and _apart(feet, truth, i) <= same_foot
+            there = there or led
             kept[i] = there and not is_opposite(truth, i, guard, i)
+        if kept[i]:
             becomes[i] = OLD
             take_foot(feet, i, truth, i)
 

@@ -168,7 +168,8 @@ def face(rows, feet, guards, band, mark, asked):
         mark[i] = 0
         j = at(guards.rows, rows[i], j)
         guarded = j < guards.rows.shape[0] and guards.rows[j] == rows[i]
-        if _is_foot(feet.status[i]) and feet.gap[i] <= 0.0:
+        # What could not be followed is a closest point, which is proved: its way is to be looked at.
+        if feet.certified[i] == 0 and _is_foot(feet.status[i]) and feet.gap[i] <= 0.0:
             if not (guarded and is_opposite(feet, i, guards.normal, j)):
                 mark[i] = KEEP
                 # What is no deeper than rounding is on the surface.
@@ -176,7 +177,7 @@ def face(rows, feet, guards, band, mark, asked):
                     mark[i] = KEEP | KEPT
                     feet.certified[i] = 1
                     continue
-        if _is_sound(feet, i, band):
+        if feet.certified[i] == 0 and _is_sound(feet, i, band):
             index[m] = i
             which[m] = OUTER if feet.gap[i] > 0.0 else INNER
             m += 1

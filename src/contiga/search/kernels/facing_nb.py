@@ -1,8 +1,7 @@
-"""The closest points of what does not face away from a guard and has the point behind it.
+"""The closest feet that do not face away from a guard and have the point behind them.
 
 That is how deep a point is that the nearest wall of a body must not push, as it is opposite to the
-wall that holds it. The foot may lie on the border of what is searched, where the distance rises
-into it alone: the normal is then the way to the foot.
+wall that holds it. At a kink the normal is the way to the foot.
 """
 
 from __future__ import annotations
@@ -19,8 +18,8 @@ from contiga.search.kernels.foot_nb import write_foot
 from contiga.search.kernels.global_nb import Among, closest
 from contiga.search.kernels.walk_nb import walk
 
-SAME = 100.0
-"""Tolerances of a foot by which a walk that stays may change the distance."""
+SAME = 1e-6
+"""Share of the distance by which a walk that stays may change it."""
 
 
 @inner(linked=False)
@@ -32,7 +31,7 @@ def _write_guarded(tables, k, point, distance, out, found, h):
     status, e, s, t, feature = walk(tables.elements, foot, point, tables.scale[1], h)
     if status == OK and feature == FACE and in_face(tables.elements, tables.trims, e, s, t):
         write_foot(tables, k, (e, s, t), OK, FACE, point, out, h)
-        if abs(abs(out.gap[k]) - distance) <= SAME * tables.scale[1]:
+        if abs(abs(out.gap[k]) - distance) <= SAME * distance + tables.scale[1]:
             out.certified[k] = 1 if found[3] == 0.0 else 0
             return
     write_foot(tables, k, foot, OK, EDGE, point, out, h)
@@ -49,7 +48,7 @@ def _write_guarded(tables, k, point, distance, out, found, h):
 
 @kernel()
 def project_facing(tables, points, guards, least, out, start, stop):
-    """Feet of the points start … stop on what is within the cosine `least` of their `guards`.
+    """Feet of the points start … stop whose normals are within the cosine `least` of `guards`.
 
     Both are (n, 3), guards of length one. Rows where there is no such foot are MAX_ITERATIONS.
     """

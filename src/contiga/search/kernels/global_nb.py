@@ -9,10 +9,8 @@ leaf, a cell is dropped when
 and it is finished when f is convex on it (the Hessian at its middle outweighs the largest change
 over the cell), because Newton then finds its only minimum. What is neither is halved.
 
-A search may be kept to one patch, or to what does not face away from a guard and has the point
-behind it. Leaves are then in or out as a whole, by the normal in their middle, so that what is
-searched is a closed set and the distance to it a continuous function of the point; it may be least
-on the border of a leaf, where the gradient does not vanish.
+A search may be kept to one patch, or to minima that do not face away from a guard and have the point
+behind them.
 """
 
 from __future__ import annotations
@@ -23,6 +21,7 @@ from typing import NamedTuple
 from contiga.elements.kernels.bounds_nb import look_closer
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.elements.kernels.sides_nb import normal_at
+from contiga.num.codes import SMOOTH
 from contiga.num.jit import inlined, inner
 from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.closest_cell_nb import (
@@ -62,6 +61,9 @@ PRUNE = 10.0
 """A cell must promise this many tolerances less distance to be opened."""
 BESIDE = 1e-9
 """Share of its distance by which a point may stand before a surface that it is beside: rounding."""
+SQUARE = 1e-3
+"""Sine of the angle with the normal under which a minimum is seen: half the digits of one are known,
+and beside a pole fewer."""
 ALL = -2.0
 """A cosine that no two directions are short of."""
 
@@ -73,7 +75,7 @@ class Among(NamedTuple):
     """−1: all patches."""
     guard: tuple[float, float, float]
     least: float
-    """Cosine of guard and normals at least, and the point behind them; `ALL`: all that there is."""
+    """Cosine of guard and normals at least, and the point behind them; `ALL`: whatever is near."""
 
 
 @inlined()
@@ -89,28 +91,39 @@ def on_patch(patch):
 
 
 @inner(linked=False)
-def _is_behind(elements, place, point, h):
-    """Whether a point lies behind the surface at `place`, or beside it."""
+def _is_guarded(elements, place, point, among, h):
+    """Whether a place is a minimum that does not face away from the guard, the point behind it.
+
+    At a kink the surface need not be square to the way to the point.
+    """
     e, s, t = place
     n = normal_at(elements, e, s, t, h)
     origin = elements.table[e]["origin"]
-    height = square = 0.0
+    height = square = along = 0.0
     for c in range(3):
         r = point[c] - origin[c] - h[c, 0]
         square += r * r
         height += r * n[c]
-    return height <= BESIDE * math.sqrt(square)
+        along += n[c] * among.guard[c]
+    away = math.sqrt(square)
+    if height > BESIDE * away or along < among.least:
+        return False
+    kind = elements.table[e]["kind"]
+    for side, at in ((0, -s), (1, s), (2, -t), (3, t)):
+        if at >= 0.5 and kind[side] != SMOOTH:
+            return True
+    return square - height * height <= SQUARE * SQUARE * square
 
 
 @inner()
 def _improve(elements, trims, place, distance, best, found, seen):
     """The least distance, which `place` (element, s, t) may improve; then `found` is that place.
 
-    `seen` is (whether the point has to be behind, the point, work).
+    `seen` is (the point, what the search is among, work).
     """
     e, s, t = place
     if distance < best and in_face(elements, trims, e, s, t):
-        if seen[0] and not _is_behind(elements, place, seen[1], seen[2]):
+        if seen[1].least > ALL and not _is_guarded(elements, place, *seen):
             return best
         found[0] = e
         found[1] = s
@@ -198,22 +211,14 @@ def _cell_bounds(elements, leaf, cell, local, limit, own, k):
 
 
 @inner()
-def _is_at_border(cell, box):
-    """Whether a cell reaches to the border of its leaf."""
-    return (
-        cell[0] <= box[0] or cell[1] >= box[1] or cell[2] <= box[2] or cell[3] >= box[3]
-    )
-
-
-@inner()
 def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
     """Improve the best distance and `found` (element, s, t) by one surface leaf.
 
-    `limits` is (best, slack, cells opened before, whether the search is guarded). Returns the best
+    `limits` is (best, slack, cells opened before, what the search is among). Returns the best
     distance and the number of cells opened here. `stack` (64, 4) and `h` are work.
     """
-    best, slack, before, guarded = limits
-    seen = (guarded, point, scratch(4, 6))
+    best, slack, before, among = limits
+    seen = (point, among, scratch(4, 6))
     easy = EASY if before < MANY else 0
     e = leaf["element"]
     k = scratch(9)
@@ -245,8 +250,7 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
         if least > best - slack:
             continue
         f = hessian(m, b, hs, ht)
-        ends = guarded and _is_at_border(cell, leaf["box"])
-        if not ends and without_minimum(elements, e, cell, m, f):
+        if without_minimum(elements, e, cell, m, f):
             continue
         if convex(f):
             s, t, distance = _cell_minimum(elements, e, cell, point, h)
@@ -268,51 +272,43 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
 def _improve_by_leaf(tables, leaf, point, limits, found, stack, h):
     """As `_search_leaf`, for a leaf of a surface or of a trimming curve."""
     e = leaf["element"]
-    best, slack, opened, guarded = limits
+    best, slack, opened, among = limits
     if e >= 0:
         if opened > MAX_CELLS:
             found[3] = GIVEN_UP
             return best, 0
         return _search_leaf(tables.elements, tables.trims, leaf, point, limits, found, stack, h)
     r, distance, left = closest_on_stretch(tables, leaf, point, best, slack, h)
-    if distance < best and guarded and not _is_behind_edge(tables, e, r, point, h):
-        return best, 0
     if left:
         found[3] = max(found[3], DROPPED)
+    if distance < best and among.least > ALL and not _edge_is_guarded(tables, e, r, point, among):
+        return best, 0
     if distance < best:
         found[0] = e
         found[1] = r
     return min(best, distance), 0
 
 
-@inner()
-def _is_behind_edge(tables, e, r, point, h):
-    """Whether a point lies behind the face at the parameter r of its trimming piece −1 − e."""
-    d = scratch(3, 3)
-    place = curve_point(tables.elements, tables.grid, tables.trims, -1 - e, r, h, d)
-    return _is_behind(tables.elements, place, point, h)
-
-
 @inner(linked=False)
-def _faces_away(tables, k, among, h):
-    """Whether leaf k faces away from the guard; of an edge its face does, or does not."""
-    leaf = tables.leaves[k]
-    if leaf["element"] >= 0:
-        n = tables.plates[k]["normal"]
-        x, y, z = n[0], n[1], n[2]
-    else:
-        d = scratch(3, 3)
-        middle = 0.5 * (leaf["box"][0] + leaf["box"][1])
-        piece = -1 - leaf["element"]
-        e, s, t = curve_point(tables.elements, tables.grid, tables.trims, piece, middle, h, d)
-        x, y, z = normal_at(tables.elements, e, s, t, h)
-    g = among.guard
-    return x * g[0] + y * g[1] + z * g[2] < among.least
+def _edge_is_guarded(tables, e, r, point, among):
+    """As `_is_guarded`, of the face at the parameter r of its trimming piece −1 − e."""
+    h, d = scratch(4, 6), scratch(3, 3)
+    elements = tables.elements
+    e, s, t = curve_point(elements, tables.grid, tables.trims, -1 - e, r, h, d)
+    n = normal_at(elements, e, s, t, h)
+    origin = elements.table[e]["origin"]
+    height = square = along = 0.0
+    for c in range(3):
+        x = point[c] - origin[c] - h[c, 0]
+        square += x * x
+        height += x * n[c]
+        along += n[c] * among.guard[c]
+    return height <= BESIDE * math.sqrt(square) and along >= among.least
 
 
 @inner(linked=False)
 def closest(tables, point, among, reach, found, h):
-    """Closest point to `point` no farther than `reach`, of what is `among` that.
+    """Closest point to `point` no farther than `reach`, of what it is looked for `among`.
 
     Fills `found` with element, s, t, or with −1 − piece and the piece's parameter when a trimming
     curve is closest, and found[3] with 0, DROPPED or GIVEN_UP. Returns the distance,
@@ -328,7 +324,6 @@ def closest(tables, point, among, reach, found, h):
     bounds = scratch(128)
     stack = scratch(64, 4)
     slack = PRUNE * tables.scale[1]
-    guarded = among.least > ALL
     nodes[0] = 0
     bounds[0] = 0.0
     top = 1 if leaves.shape[0] > 0 else 0
@@ -350,9 +345,7 @@ def closest(tables, point, among, reach, found, h):
                 continue
             if no_nearer_than(tables.plates[k], point) > best - slack:
                 continue
-            if guarded and _faces_away(tables, k, among, h):
-                continue
-            limits = (best, slack, opened, guarded)
+            limits = (best, slack, opened, among)
             distance, cells = _improve_by_leaf(tables, leaves[k], point, limits, found, stack, h)
             hit = hit or distance < best
             best = distance

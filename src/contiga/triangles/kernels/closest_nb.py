@@ -16,6 +16,7 @@ from contiga.num.scratch import scratch, whole_scratch
 from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, box_distances, put
 from contiga.triangles.kernels.facet_nb import (
     TRIANGLE,
+    VERTICES,
     N,
     closest_on,
     is_beyond,
@@ -31,6 +32,8 @@ points are one, are still looked at: bounds and distances are rounded, and the a
 depend on which came first."""
 BESIDE = 1e-9
 """Share of its distance by which a point may stand before a triangle that it is beside: rounding."""
+FLAT = math.cos(math.radians(20.0))
+"""Of the angle up to which triangles that meet stand for a smooth surface."""
 DEPTH = 256
 
 
@@ -121,9 +124,10 @@ def _may_face(shape, s, point, guard, least):
 
 
 @inner()
-def _closest_facing(tree, point, guard, least, work):
+def _closest_facing(facets, point, guard, least, work):
     """As `closest`, of the triangles that may face a point with its guard; slot −1 where none."""
-    shape, link, box, child, near = tree
+    shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
+    near = NEAR * facets.scale[1]
     nodes, bounds, lane = work
     x, y, z = point
     best = limit = math.inf
@@ -150,9 +154,32 @@ def _closest_facing(tree, point, guard, least, work):
                 continue
             square, p, u, v = closest_on(shape, s, x, y, z)
             if square < best or (square == best and link[s, TRIANGLE] < link[slot, TRIANGLE]):
+                if p > 0 and not _is_square(facets, s, point, (p, u), square):
+                    continue
                 best, place, a, b, slot = square, p, u, v, s
                 limit = _limit(best, near)
     return slot, place, a, b
+
+
+@inner()
+def _is_square(facets, s, point, foot, square):
+    """Whether a foot (place, share) on a kink is one of the surface: the kink is sharp, or the
+    triangle nearly square to the way there, as it is where triangles stand for a smooth surface."""
+    shape, link = facets.shape, facets.link
+    n = (shape[s, N], shape[s, N + 1], shape[s, N + 2])
+    vx, vy, vz = point[0] - shape[s, 0], point[1] - shape[s, 1], point[2] - shape[s, 2]
+    height = vx * n[0] + vy * n[1] + vz * n[2]
+    if height * height >= FLAT * FLAT * square:
+        return True
+    if foot[0] < 4:
+        t = link[s, foot[0] - 1]
+        if t < 0:
+            return True
+        m = (shape[t, N], shape[t, N + 1], shape[t, N + 2])
+    else:
+        v = link[s, VERTICES + foot[0] - 4]
+        m = (facets.corner[v, 0], facets.corner[v, 1], facets.corner[v, 2])
+    return n[0] * m[0] + n[1] * m[1] + n[2] * m[2] < FLAT
 
 
 @inner()
@@ -171,21 +198,20 @@ def _lead_there(k, point, small, out):
 
 @kernel()
 def project_facing(facets, points, guards, least, smooth, out, start, stop):
-    """Closest points of the points start … stop among the triangles that do not face away.
+    """Closest feet of the points start … stop on triangles that do not face away.
 
     Of those within the cosine `least` of their `guards` (n, 3) that have the point behind them.
     Rows without any are MAX_ITERATIONS.
     """
     work = (whole_scratch(DEPTH), scratch(DEPTH), scratch(WIDTH))
     shape, link = facets.shape, facets.link
-    tree = (shape, link, facets.box, facets.child, NEAR * facets.scale[1])
     for k in range(start, stop):
         point = (points[k, 0], points[k, 1], points[k, 2])
         if not math.isfinite(point[0] + point[1] + point[2]):
             blank_foot(out, k, NOT_FINITE)
             continue
         guard = (guards[k, 0], guards[k, 1], guards[k, 2])
-        s, place, a, b = _closest_facing(tree, point, guard, least, work)
+        s, place, a, b = _closest_facing(facets, point, guard, least, work)
         if s < 0:
             blank_foot(out, k, MAX_ITERATIONS)
             continue
