@@ -363,8 +363,11 @@ class Judge(NamedTuple):
     """Whether the search is by intersection."""
     tally: Tally
 
-    def step(self, state: cg.State, places: np.ndarray, guard: np.ndarray) -> np.ndarray:
+    def step(
+        self, states: tuple[cg.State, cg.State], places: np.ndarray, guard: np.ndarray
+    ) -> np.ndarray:
         """The guards to go on with, after a step on the paths `places` (k, n, 3)."""
+        (last, state), flags = states, shaking.FLAGS
         (solid, rule), tally, p = self.item, self.tally, places[-1]
         seen = look(rule, places)
         fine = follow(rule, seen, guard, crossings=self.crossings)
@@ -382,13 +385,18 @@ class Judge(NamedTuple):
             wrong[wrong] = ~truth.at_a_joint(solid, state.foot_B[wrong])
         tally.count += len(p)
         tally.doubtful += int(doubtful.sum())
-        tally.flagged += int(np.isin(state.status, shaking.FLAGS).sum())
+        tally.flagged += int(np.isin(state.status, flags).sum())
         tally.note("held from afar", int((~known).sum()))
-        tally.fault(
-            "depth not that of the rule", np.flatnonzero(wrong), before=places[0], point=p,
-            guard=guard, expected=fine.depth, penetration=state.penetration, status=state.status,
-            own=own,
-        )  # fmt: skip
+        values = {
+            "before": places[0], "point": p, "guard": guard, "was": last.penetration,
+            "expected": fine.depth, "penetration": state.penetration, "status": state.status,
+            "own": own,
+        }  # fmt: skip
+        tally.fault("depth not that of the rule", np.flatnonzero(wrong), **values)
+        change = np.abs(state.penetration - last.penetration) - norm(p - places[0])
+        jumps = guard.any(axis=1) & seen.inside.all(axis=0) & (change > within)
+        jumps &= ~wrong & ~np.isin(state.status, flags)
+        tally.fault("depth jumps", np.flatnonzero(jumps), **values)
         return np.where((doubtful | wrong)[:, None], own, fine.guard)
 
 
@@ -406,9 +414,9 @@ def wander(item: Subject, scale: float, n: int, steps: int, seed: Sequence[int])
         judge = Judge(item, search == "intersection", tally)
         guard = np.zeros((n, 3)) if judge.crossings else start(rule, p).guard
         for _ in range(steps):
-            before, p = p, next_place(p)
-            state = contact.step(state, cg.motion.pose.apply(X_WB, p), X_WB)
-            guard = judge.step(state, straight(before, p, 64), guard)
+            before, last, p = p, state, next_place(p)
+            state = contact.step(last, cg.motion.pose.apply(X_WB, p), X_WB)
+            guard = judge.step((last, state), straight(before, p, 64), guard)
     return tally
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.stress import motions, segments, shaking, solids, tracking
+from tests.stress import motions, rule, segments, shaking, solids, tracking
 from tests.stress.tally import Tally
 
 SOLIDS = list(solids.RECIPES)
@@ -56,3 +56,12 @@ def test_points_pressed_at_one_depth_travel_round_with_a_continuous_foot(name):
 @pytest.mark.parametrize("name", motions.TURNS)
 def test_blades_and_teeth_touch_points_where_their_arcs_say(name):
     clean(motions.turn(name, 300, 40, seed=15))
+
+
+WANDERED = ("wedge", "plate", "T-section", "ribbed block", "needle", "lens", "block, fillets 3")
+
+
+@pytest.mark.parametrize("name", [*WANDERED, "cup", "blade", *solids.CLOSED_FILES])
+def test_points_that_wander_are_pushed_by_the_wall_that_the_rule_says(name):
+    scales = np.geomspace(1e-6, 0.3, 6)
+    clean(rule.wandered(rule.subject(name), scales, n=24, steps=4, seed=16))
