@@ -180,3 +180,29 @@ def convex(f):
     low = f.xx - f.dxx
     low_y = f.yy - f.dyy
     return low > 0.0 and low_y > 0.0 and low * low_y > (abs(f.xy) + f.dxy) ** 2
+
+
+@inner()
+def least_value(m, f):
+    """What f = |S − P|²/2 is at least in a cell, by its Taylor series about the middle.
+
+    The Hessian is off by no more than τ times its largest change on the part τ of a way from the
+    middle, so the series of second order by a sixth of that. Of a quadratic function that is not
+    convex, the least value stands on the sides.
+    """
+    rest = (f.dxx + 2.0 * f.dxy + f.dyy) / 6.0
+    det = f.xx * f.yy - f.xy * f.xy
+    if f.xx > 0.0 and det > 1e-12 * f.xx * f.yy:
+        x, y = (m.ry * f.xy - m.rx * f.yy) / det, (m.rx * f.xy - m.ry * f.xx) / det
+        if -1.0 <= x <= 1.0 and -1.0 <= y <= 1.0:
+            return 0.5 * (m.rr + m.rx * x + m.ry * y) - rest
+    best = math.inf
+    for k in range(2):
+        fix = 1.0 - 2.0 * k
+        slope = m.ry + fix * f.xy
+        y = min(max(-slope / f.yy, -1.0), 1.0) if f.yy > 0.0 else -math.copysign(1.0, slope)
+        best = min(best, fix * m.rx + 0.5 * f.xx + y * slope + 0.5 * y * y * f.yy)
+        slope = m.rx + fix * f.xy
+        x = min(max(-slope / f.xx, -1.0), 1.0) if f.xx > 0.0 else -math.copysign(1.0, slope)
+        best = min(best, fix * m.ry + 0.5 * f.yy + x * slope + 0.5 * x * x * f.xx)
+    return 0.5 * m.rr + best - rest

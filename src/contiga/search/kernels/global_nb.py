@@ -3,7 +3,8 @@
 A leaf is searched cell by cell. With the point's residual r and the derivative bounds of the
 leaf, a cell is dropped when
 
-* its tangent parallelogram, less the largest departure from it, is farther than the best foot;
+* its tangent parallelogram, less the largest departure from it, is farther than the best foot, or
+  f by its Taylor series, less the largest rest of that;
 * the gradient of f = |S − P|²/2 cannot vanish in it (at a border or a kink it may press outward);
 
 and it is finished when f is convex on it (the Hessian at its middle outweighs the largest change
@@ -27,12 +28,13 @@ from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.closest_cell_nb import (
     convex,
     hessian,
+    least_value,
     middle,
     plate_distance,
     scaled,
     without_minimum,
 )
-from contiga.search.kernels.curve_nb import closest_on_stretch, curve_point
+from contiga.search.kernels.curve_nb import ROUNDING, closest_on_stretch, curve_point
 from contiga.search.kernels.face_nb import has_pole, in_face
 from contiga.search.kernels.local_nb import expand
 from contiga.search.kernels.plates_nb import no_nearer_than
@@ -40,7 +42,7 @@ from contiga.search.kernels.tree_nb import open_node
 
 MAX_CELLS = 20000
 """Cells one query may open; then it is given up."""
-EASY = 12
+EASY = 32
 """Cells of a leaf after which its bounds are taken for too loose, and each cell gets its own."""
 MANY = 100
 """Cells of a query after which all get bounds of their own."""
@@ -50,6 +52,8 @@ DEEP = 1.0 / 64.0
 """Cells of an element with a pole, smaller than this share of their leaf, get bounds of their own:
 the leaf's do not shrink towards the pole."""
 MINIMUM_STEPS = 30
+LEVEL = 1e-15
+"""Share of f that a step must promise; less is rounding, and halving it thirty times is no use."""
 SEEN = 1.0 + 1e-9
 """Rounding of a distance that a search starts from, with much to spare."""
 DROPPED, GIVEN_UP = 0.5, 1.0
@@ -161,6 +165,8 @@ def _cell_minimum(elements, e, cell, point, h):
             ):
                 d_s = n_s
                 d_t = n_t
+        if abs(g_s * d_s + g_t * d_t) <= LEVEL * f:
+            return s, t, math.sqrt(2.0 * f)
         better = False
         for _ in range(MINIMUM_STEPS):
             new_s = min(max(s + d_s, cell[0]), cell[1])
@@ -177,7 +183,7 @@ def _cell_minimum(elements, e, cell, point, h):
             return s, t, math.sqrt(2.0 * f)
         s = new_s
         t = new_t
-        if f - q[0] <= 1e-15 * f:
+        if f - q[0] <= LEVEL * f:
             break
     return s, t, math.sqrt(2.0 * q[0])
 
@@ -250,6 +256,9 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
         if least > best - slack:
             continue
         f = hessian(m, b, hs, ht)
+        limit = best - slack
+        if limit > 0.0 and least_value(m, f) - ROUNDING * m.rr > 0.5 * limit * limit:
+            continue
         if without_minimum(elements, e, cell, m, f):
             continue
         if convex(f):
