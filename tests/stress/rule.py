@@ -385,7 +385,8 @@ class Judge(NamedTuple):
             wrong[wrong] = ~truth.at_a_joint(solid, state.foot_B[wrong])
         tally.count += len(p)
         tally.doubtful += int(doubtful.sum())
-        tally.flagged += int(np.isin(state.status, flags).sum())
+        flagged = np.isin(state.status, flags)
+        tally.flagged += int(flagged.sum())
         tally.note("held from afar", int((~known).sum()))
         values = {
             "before": places[0], "point": p, "guard": guard, "was": last.penetration,
@@ -395,8 +396,12 @@ class Judge(NamedTuple):
         tally.fault("depth not that of the rule", np.flatnonzero(wrong), **values)
         change = np.abs(state.penetration - last.penetration) - norm(p - places[0])
         jumps = guard.any(axis=1) & seen.inside.all(axis=0) & (change > within)
-        jumps &= ~wrong & ~np.isin(state.status, flags)
+        jumps &= ~wrong & ~flagged
         tally.fault("depth jumps", np.flatnonzero(jumps), **values)
+        agreed = (fine.guard * coarse.guard).sum(axis=1) > 1.0 - 1e-6
+        other = ~known & agreed & ~flagged & ((fine.guard * own).sum(axis=1) < OPPOSITE)
+        tally.fault("an opposite wall has taken over", np.flatnonzero(other & ~jumps), **values)
+        doubtful |= flagged | other
         return np.where((doubtful | wrong)[:, None], own, fine.guard)
 
 
