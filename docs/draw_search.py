@@ -111,14 +111,65 @@ def branch(ax: Axes) -> None:
     ax.axis("off")
 
 
-PICTURES = {"search_crossings": crossings, "search_ball": ball, "search_branch": branch}
+def _slide(foot: str, way: np.ndarray, depth: float) -> list[cg.State]:
+    """A block of 40 × 20, pressed into a row of points and slid along it."""
+    corners = np.array([(-20, 0), (20, 0), (20, 20), (-20, 20), (-20, 0)], dtype=float)
+    outline = np.column_stack([corners, np.zeros(5)])
+    block = cg.Body.from_profile(cg.NurbsCurve(1, [0, 0, 1, 2, 3, 4, 4], outline))
+    row = np.column_stack([np.arange(-29.0, 60.0, 2.0), np.zeros(45), np.zeros(45)])
+    law = cg.PenaltyLaw(1.0)
+    contact = cg.Contact(block, cg.Slave(row, area=np.ones(45)), law=law, foot=foot)
+    move = cg.motion.pose.translation
+    state = contact.start(row, move([0.0, 0.5, 0.0]))
+    return [state := contact.step(state, row, move([x, -depth, 0.0])) for x in way]
+
+
+def sharp_edges(ax: Axes) -> None:
+    """Forces on a block with sharp edges that slides over points, by two rules."""
+    ax.axis("off")
+    depth, way = 2.0, np.linspace(0.0, 12.0, 241)
+    for k, (foot, colour) in enumerate((("tracked", BAD), ("nearest", GOOD))):
+        states = _slide(foot, way, depth)
+        last, side = states[-1], ax.inset_axes((0.52 * k, 0.46, 0.48, 0.5))
+        side.fill([-8, 32, 32, -8], np.array([0, 0, 9, 9]) - depth, facecolor=PALE, edgecolor=INK)
+        touching = last.penetration > 0.0
+        points = last.points_B[:, :2] + np.array([way[-1], -depth])
+        side.plot(*points.T, ".", color=INK, markersize=4)
+        pushed = last.normal_B[:, :2] * last.normal_force[:, None]
+        for a, b in zip(points[touching], (points + pushed)[touching], strict=True):
+            side.plot([a[0], b[0]], [a[1], b[1]], color=colour, linewidth=1.5)
+        title = (
+            "the wall it came in by" if foot == "tracked" else "the nearest that is not opposite"
+        )
+        side.set(xlim=(-10, 46), ylim=(-6, 8), title=f'foot = "{foot}": {title}')
+        side.title.set(fontsize=9)
+        side.set_aspect("equal")
+        side.axis("off")
+        force = -np.array([state.total_force for state in states])
+        plot = ax.inset_axes((0.08 + 0.5 * k, 0.0, 0.4, 0.42))
+        plot.plot(way, force[:, 1], color=SKY, label="up")
+        plot.plot(way, force[:, 0], color=colour, label="along its way")
+        plot.set(ylim=(-45, 50))
+        plot.set_xlabel("way slid, mm", fontsize=9)
+        plot.legend(fontsize=8, frameon=False, loc="lower left")
+        plot.tick_params(labelsize=8)
+        if k == 0:
+            plot.set_ylabel("force on the block, N", fontsize=9)
+
+
+PICTURES = {
+    "sharp_edges": sharp_edges,
+    "search_crossings": crossings,
+    "search_ball": ball,
+    "search_branch": branch,
+}
 
 
 def main(folder: Path) -> None:
     """Write the pictures into `folder`."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, draw in PICTURES.items():
-        figure, ax = plt.subplots(figsize=(7.0, 3.6))
+        figure, ax = plt.subplots(figsize=(9.0, 4.4) if name == "sharp_edges" else (7.0, 3.6))
         draw(ax)
         figure.savefig(folder / f"{name}.png", dpi=130, bbox_inches="tight")
         plt.close(figure)

@@ -42,7 +42,7 @@ def detect_moved(
     p_W, X_WB, p_B = moved
     state = past.state
     place = state.patch, state.uv, state.near
-    last = Last(state.points_B, *place, state.safe_distance, state.guards, state.held)
+    last = Last(state.points_B, *place, state.safe_distance, state.holds)
     poses = state.pose, X_WB
     if is_turned(poses):
         to_body(X_WB, p_W, p_B)
@@ -102,7 +102,7 @@ def _finish(
     """What the kernel has left of a step; `counts` is what it answered."""
     (room, columns), (in_contact, near, left) = memory, counts
     found = nowhere(room, columns)
-    old = state.near, state.uv, state.guards
+    old = state.near, state.uv, state.holds
     step = Step(state.points_B, p_B, room.way, room.ignored, *old, room.small)
     lists = room.rows[0, :in_contact], room.rows[1, :near]
     if left > 0:
@@ -131,7 +131,7 @@ def _advance(
     last = state.patch, state.uv, state.near, state.safe_distance
     counts: tuple[int, int, int, int] = touching_nb.advance(
         (locked(p_W), X_WB, state.pose, p_B, state.points_B),
-        (*last, *state.deep, state.guards),
+        (*last, *state.deep, state.holds),
         active,
         (status, safe_distance, near, uv, room.way, room.ignored, *rest),
         feet,

@@ -105,7 +105,7 @@ def detect(
     held = None
     if len(touching):
         told = _look_at_touching(surface, step, last, touching, found, options)
-        held = _left_of(told, step.guards)
+        held = _left_of(told, step)
     free = _look_at_free(surface, step, near, found, options)
     asked = joined(held, free) if held and free else held or free
     return UNGUARDED if asked is None else judge(surface, step, asked, found, options)
@@ -128,7 +128,7 @@ def _look_at_touching(
     return told or _one_by_one(surface, step, last, rows, found, options)
 
 
-def _left_of(told: Told, guards: Guards) -> Asked | None:
+def _left_of(told: Told, step: Step) -> Asked | None:
     """Those points in contact that are not settled, if there are any."""
     rows, known, now, feet, mark, own = told
     if len(own) == 0:
@@ -137,7 +137,9 @@ def _left_of(told: Told, guards: Guards) -> Asked | None:
     kept = (mark[own] & settle_nb.KEEP) > 0
     within = distances(feet, now[own])
     side, reach = known
-    tracked = kept, continued(feet), guards.at(rows[own]), feet
+    guard, depth = step.holds.at(rows[own])
+    held = guard, depth - step.way[rows[own]]
+    tracked = kept, continued(feet), held, feet
     return asked_of(rows[own], (side[own], reach[own]), within, tracked)
 
 
@@ -151,11 +153,11 @@ def _at_once(
 ) -> Told | None:
     """Settle few points by one kernel; None where that does not do."""
     small, places = step.small, step.small.places(surface, False)
-    path, limits = (step.now, step.before), (options.balls, options.band)
-    last = *last, step.guards
+    path, limits = (step.now, step.before, step.way), (options.balls, options.band)
+    of_last = *last, step.holds
     into = found.status, found.safe_distance, found.near, found.uv
     while places is not None:
-        _, left = touching_nb.touch(rows, path, last, into, found.feet, limits, places)
+        _, left = touching_nb.touch(rows, path, of_last, into, found.feet, limits, places)
         if left >= 0:
             desk, own = small.desk, small.desk.ways[:left].copy()
             known = desk.own_side, desk.own_reach
@@ -181,7 +183,7 @@ def _one_by_one(
     mark, ways, asked = np.empty(left, np.int8), np.empty(left, np.int32), _listed(left)
     if options.nearest:
         feet = follow(surface, (None, now), (patch, uv))
-        m = settle_nb.face(rows, feet, step.guards, band, mark, asked)
+        m = settle_nb.face(rows, feet, step.holds, step.way, band, mark, asked)
     else:
         feet = follow(surface, (before, now), (patch, uv))
         limits = options.hold, band

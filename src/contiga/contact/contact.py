@@ -190,9 +190,10 @@ class Contact(Shown):
     @cached_property
     def _options(self) -> Options:
         # Kept: size and borders of a mesh cost as much as a small step.
-        how = self.search == "penetration", self.on_edge == "hold", self.through == "hold"
+        through = self.through == "hold"
         # What went through a wall and is held on it must be followed.
-        how = *how, self.foot == "nearest" and self.through == "release"
+        nearest = self.foot == "nearest" and not through
+        how = self.search == "penetration", self.on_edge == "hold", through, nearest
         return options_of(how, self.depth, self._surface.closed, self.master)
 
     def start(

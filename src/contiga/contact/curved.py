@@ -20,7 +20,7 @@ import numpy as np
 
 from contiga.contact.detect import detect
 from contiga.contact.kernels import bulging_nb
-from contiga.contact.loads import Guards, merged
+from contiga.contact.loads import Guards, Holds, merged
 from contiga.contact.tracked import (
     CHUNK,
     BoolArray,
@@ -174,7 +174,7 @@ def _follow(surface: Surface, path: Path, last: Last, options: Options, pieces: 
         found = detect(surface, now, last, active, options)
         story = story.after(found)
         place = found.feet.patch, found.uv, found.near
-        last = Last(now, *place, found.safe_distance, found.guards, found.deep)
+        last = Last(now, *place, found.safe_distance, found.holds)
     feet = found.feet._replace(certified=story.certified)
     return found._replace(feet=feet, status=story.status(found.status))
 
@@ -245,7 +245,7 @@ def _put(whole: Detected, rows: IndexArray, part: Detected) -> Detected:
 
 def _rows_of(last: Last, rows: IndexArray) -> Last:
     """Of some points, `rows` ascending."""
-    (held, normal), depth = last.guards, last.deep[1]
+    (held, guard, depth) = last.holds
     place = np.full(len(last.patch), -1, np.int32)
     place[rows] = np.arange(len(rows), dtype=np.int32)
     own = np.flatnonzero(place[held] >= 0)
@@ -255,6 +255,5 @@ def _rows_of(last: Last, rows: IndexArray) -> Last:
         last.uv[rows],
         last.near[rows],
         last.safe_distance[rows],
-        Guards(place[held[own]], normal[own]),
-        (place[held[own]], depth[own]),
+        Holds(place[held[own]], guard[own], depth[own]),
     )

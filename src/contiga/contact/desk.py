@@ -42,6 +42,8 @@ class Asked(NamedTuple):
     """Distance to a point of the surface, infinite where none is known."""
     guard: FloatArray
     """(n, 3) normals that tell which walls are opposite to those that were in contact, else 0."""
+    least: FloatArray
+    """(n,) how deep the foot of one that was in contact must be: less by its way than it was."""
     feet: Projection
     """The feet that would do; then those of all points inside."""
     truth: Projection
@@ -52,7 +54,15 @@ class Asked(NamedTuple):
         """For n points, with nothing filled in."""
         flags, codes, lengths = np.empty((2, n), np.bool_), np.empty((2, n), np.int8), (2, n)
         feet = empty_projection(n), empty_projection(n)
-        own = np.empty(n, np.int32), *flags, *codes, *np.empty(lengths), np.empty((n, 3)), *feet
+        own = (
+            np.empty(n, np.int32),
+            *flags,
+            *codes,
+            *np.empty(lengths),
+            np.empty((n, 3)),
+            np.empty(n),
+            *feet,
+        )
         return cls._make(own)
 
     def first(self, n: int) -> Asked:

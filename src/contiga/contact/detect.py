@@ -16,7 +16,6 @@ import numpy as np
 
 from contiga.contact import closed_body, open_body, through
 from contiga.contact.kernels import place_nb
-from contiga.contact.sparse import Sparse
 from contiga.contact.tracked import (
     CHUNK,
     Columns,
@@ -67,7 +66,7 @@ def detect(
     """
     room, columns = memory or (Room.of(len(now)), Columns.of(len(now)))
     found = nowhere(room, columns)
-    old = last.near, last.uv, last.guards
+    old = last.near, last.uv, last.holds
     step = Step(last.points_B, now, room.way, room.ignored, *old, room.small)
     lists = rows, near = _place(step, last, active, columns, room.rows, moved)
     if options.through:
@@ -80,7 +79,7 @@ def detect(
     foot = last.patch[rows], last.uv[rows]
     way = last.points_B[rows], now[rows]
     tracked = track(surface, way, foot, options)
-    give_way(surface, tracked, way, Sparse(0, *last.deep).at(rows), options)
+    give_way(surface, tracked, way, last.holds.at(rows)[1], options)
     open_body.detect(surface, step, (rows, near), tracked, found, options)
     return with_feet(found, lists)
 

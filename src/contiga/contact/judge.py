@@ -48,20 +48,20 @@ def asked_of(
     rows: IntArray,
     known: tuple[ByteArray, FloatArray],
     within: FloatArray,
-    tracked: tuple[BoolArray, ByteArray, FloatArray, Projection] | None = None,
+    tracked: tuple[BoolArray, ByteArray, tuple[FloatArray, FloatArray], Projection] | None = None,
 ) -> Asked:
-    """Points of which known = (side, reach) is; tracked = (kept, status, guard, feet) of those that
-    were in contact."""
+    """Points of which known = (side, reach) is; tracked = (kept, status, (guard, least depth), feet)
+    of those that were in contact."""
     n = len(rows)
     truth = blank(n)
     truth.status[:] = NOT_ASKED
     if tracked is None:
         none = np.zeros(n, dtype=bool)
-        told = none.copy(), np.zeros(n, np.int8), *known, within, np.zeros((n, 3))
+        told = none.copy(), np.zeros(n, np.int8), *known, within, np.zeros((n, 3)), np.zeros(n)
         return Asked(rows, none, *told, blank(n), truth)
-    kept, status, guard, feet = tracked
+    kept, status, held, feet = tracked
     was = np.ones(n, dtype=bool)
-    return Asked(rows, was, kept, status, *known, within, guard, feet, truth)
+    return Asked(rows, was, kept, status, *known, within, *held, feet, truth)
 
 
 def joined(first: Asked, second: Asked) -> Asked:
@@ -102,7 +102,8 @@ def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: 
     _find(surface, step, asked, np.flatnonzero(needed))
     if options.nearest:
         near = options.band, same_foot
-        judge_nb.take_nearest(asked[:4], asked.feet, truth, asked.guard, step.way, near)
+        held = asked.guard, asked.least
+        judge_nb.take_nearest(asked[:4], asked.feet, truth, held, step.way, near)
     limits = options.penetration, options.nearest, options.band, options.depth, same_foot
     into = found.status, found.safe_distance, found.near, found.uv
     if judge_nb.judge_plain(
@@ -161,10 +162,11 @@ def _judge_nearest(
     _, solved, inside, deep, free = standing
     entered, start = _entries(surface, step, asked, standing, options)
     missed = deep & ~was & ~entered & ~free & (not options.penetration)
-    touching = inside & (was | entered | missed)
+    touching = inside & ((was & (asked.kept | deep)) | entered | missed)
     own = np.flatnonzero(touching)
     way = start[own], step.now[rows[own]]
-    held = hold(surface, way, asked.guard[own], rows_of(truth, own))
+    known = asked.guard[own], asked.least[own] - 2.0 * options.band
+    held = hold(surface, way, known, rows_of(asked.feet, own), rows_of(truth, own))
     take(asked.feet, own, held.feet, np.ones(len(own), dtype=bool))
     status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
     status[own] = np.where(held.anew, ContactStatus.REACQUIRED, ContactStatus.OLD)
@@ -199,7 +201,9 @@ def _entries(
         hits, sense = surface.last_crossings(step.before, step.now, rows[which])
         back = np.flatnonzero(sense > 0)
         own, there = which[back], np.ascontiguousarray(hits.point[back])
-        entered[own], start[own] = True, there
+        entered[own], start[own], asked.least[own] = True, there, -np.inf
+        feet = asked.feet
+        feet.patch[own], feet.uv[own], feet.status[own] = hits.patch[back], hits.uv[back], Status.OK
         asked.guard[own] = closest(surface, there, np.arange(len(own), dtype=np.int32)).normal
     return entered, start
 

@@ -14,6 +14,26 @@ NOWHERE = np.zeros((0, 3))
 NONE = np.zeros(0)
 NO_ROWS = np.zeros(0, np.int32)
 
+
+Column = tuple[IndexArray, FloatArray]
+"""(rows, values): rows (k,), ascending, and their values (k, …)."""
+
+
+class Holds(NamedTuple):
+    """What holds points in contact, one row each, body axes."""
+
+    rows: IndexArray
+    """(k,) the points, ascending."""
+    guard: FloatArray
+    """(k, 3) outward normals that tell which walls are opposite."""
+    depth: FloatArray
+    """(k,) how deep they are."""
+
+    def at(self, rows: IndexArray) -> tuple[FloatArray, FloatArray]:
+        """Guards (len(rows), 3) and depths of these points, zero where there is none."""
+        return Sparse(0, self.rows, self.guard).at(rows), Sparse(0, self.rows, self.depth).at(rows)
+
+
 class Guards(NamedTuple):
     """Outward normals that tell which walls are opposite for some points, body axes."""
 
@@ -22,23 +42,18 @@ class Guards(NamedTuple):
     normal: FloatArray
     """(k, 3) of length one."""
 
-    def at(self, rows: IndexArray) -> FloatArray:
-        """(len(rows), 3) of these points, zero where there is none."""
-        return Sparse(0, *self).at(rows)
-
 
 UNGUARDED = Guards(NO_ROWS, NOWHERE)
-
-Column = tuple[IndexArray, FloatArray]
-"""(rows, values): rows (k,), ascending, and their values (k, …)."""
+UNHELD = Holds(NO_ROWS, NOWHERE, NONE)
 
 
-def guards_of(held: IndexArray, normal: FloatArray, opposed: Guards) -> Guards:
-    """Guards of the points `held`, (k,) ascending: those `opposed`, else the `normal` (k, 3)."""
+def holds_of(held: Column, normal: FloatArray, opposed: Guards) -> Holds:
+    """Of the points `held` = (rows, depth); guards are those `opposed`, else `normal` (k, 3)."""
+    rows, depth = held
     if len(opposed.rows):
         normal = normal.copy()
-        normal[np.searchsorted(held, opposed.rows)] = opposed.normal
-    return Guards(held, normal)
+        normal[np.searchsorted(rows, opposed.rows)] = opposed.normal
+    return Holds(rows, normal, depth)
 
 
 def merged(first: Guards, second: Guards) -> Guards:
@@ -81,9 +96,9 @@ class Loads(NamedTuple):
         return self.held, self.penetration
 
     @property
-    def guards(self) -> Guards:
-        """What tells which walls are opposite: the normal at the foot, where nothing else does."""
-        return guards_of(self.held, self.normal, self.opposed)
+    def holds(self) -> Holds:
+        """What holds them: guards are the normals at the feet, where nothing else tells."""
+        return holds_of(self.deep, self.normal, self.opposed)
 
     @property
     def carried(self) -> tuple[Column, Column, Column, Column]:

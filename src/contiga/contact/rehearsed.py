@@ -75,7 +75,7 @@ def rehearsed(
         depth = np.maximum(-feet.gap, 0.0)
         yield Rehearsed(X_WB, followed[rows], depth, feet.normal, inside, deepest)
         place = found.feet.patch, found.uv, found.near
-        last = Last(p_B, *place, found.safe_distance, found.guards, found.deep)
+        last = Last(p_B, *place, found.safe_distance, found.holds)
         pose = X_WB
 
 

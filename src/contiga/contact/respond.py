@@ -187,7 +187,9 @@ def whole_of(
     }
 
 
-def loads_of(held: Touching, opposed: Guards, points: Touching, response: Response, felt: Forces) -> Loads:
+def loads_of(
+    held: Touching, opposed: Guards, points: Touching, response: Response, felt: Forces
+) -> Loads:
     """What a state keeps of the points in contact, `held`, also where they carry no forces.
 
     `opposed` are those whose nearest wall is opposite.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from contiga.area.method import AreaInput, Areas
 from contiga.contact.energy import ContactEnergy
-from contiga.contact.loads import Column, Guards, Loads, guards_of
+from contiga.contact.loads import Column, Guards, Holds, Loads, holds_of
 from contiga.contact.sparse import Sparse
 from contiga.errors import InputError
 from contiga.num.ordered import product
@@ -194,24 +194,16 @@ class State(Shown):
         return self.listed("penetration") if loads is None else loads.deep
 
     @property
-    def held(self) -> Column:
-        """`penetration` of the points in contact."""
+    def holds(self) -> Holds:
+        """What holds the points in contact."""
         loads: Loads | None = self.__dict__.get("_loads")
         if loads is not None:
-            return loads.deep
+            return loads.holds
         rows = np.flatnonzero(self.patch >= 0).astype(np.int32)
-        return rows, self.penetration[rows]
-
-    @property
-    def guards(self) -> Guards:
-        """Normals that tell which walls are opposite for points in contact."""
-        loads: Loads | None = self.__dict__.get("_loads")
-        if loads is not None:
-            return loads.guards
-        held = np.flatnonzero(self.patch >= 0).astype(np.int32)
-        guards = self.guard_B[held]
+        guards = self.guard_B[rows]
         own = guards.any(axis=1)
-        return guards_of(held, self.normal_B[held], Guards(held[own], guards[own]))
+        deep = rows, self.penetration[rows]
+        return holds_of(deep, self.normal_B[rows], Guards(rows[own], guards[own]))
 
     @property
     def carried(self) -> tuple[Column, Column, Column, Column]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.contact.desk import Small
-from contiga.contact.loads import UNGUARDED, Column, Guards, guards_of
+from contiga.contact.loads import UNGUARDED, Guards, Holds, holds_of
 from contiga.masters.protocol import Master, Surface
 from contiga.num import codes
 from contiga.records import (
@@ -89,10 +89,8 @@ class Last(NamedTuple):
     uv: FloatArray
     near: IntArray
     safe_distance: FloatArray
-    guards: Guards
-    """Of the points in contact, as the next."""
-    deep: Column
-    """How deep they were."""
+    holds: Holds
+    """Of the points in contact."""
 
 
 class Step(NamedTuple):
@@ -108,7 +106,7 @@ class Step(NamedTuple):
     """(n,) patch of the foot last known of free points, −1 none."""
     uv: FloatArray
     """(n, 2) its parameters."""
-    guards: Guards
+    holds: Holds
     """Of the points that were in contact."""
     small: Small
     """Memory for few points in contact."""
@@ -215,14 +213,10 @@ class Detected(NamedTuple):
     """Those of them whose nearest wall is opposite."""
 
     @property
-    def guards(self) -> Guards:
-        """Of all points in contact."""
-        return guards_of(self.held, self.feet.normal[self.held], self.opposed)
-
-    @property
-    def deep(self) -> Column:
-        """How deep these are."""
-        return self.held, np.maximum(-self.feet.gap[self.held], 0.0)
+    def holds(self) -> Holds:
+        """What holds the points in contact."""
+        deep = self.held, np.maximum(-self.feet.gap[self.held], 0.0)
+        return holds_of(deep, self.feet.normal[self.held], self.opposed)
 
 
 def listed(own: IntArray, counts: IndexArray) -> IntArray:

@@ -2,9 +2,9 @@
 
 It is the nearest one, as long as that is not opposite: its outward normal makes less than 160° with
 the point's guard, which is the normal of the wall that was the nearest one before. Where it is
-opposite it does not take over. The point is then held by the nearest wall that does not face away
-from its guard, and the guard stays as it is until the nearest wall is not opposite to it any more.
-So the depth is continuous: the distance to all of the surface, or to walls that stay the same
+opposite it does not take over, nor does one that has been nearer all along. The point is then held
+by the nearest wall that does not face away from its guard, and the guard stays as it is until the
+nearest wall is not opposite to it any more. So the depth is continuous: the distance to all of the surface, or to walls that stay the same
 (`docs/theory.md`).
 
 Open bodies have no inside to measure from. On them feet are followed, and a followed foot gives way
@@ -45,31 +45,38 @@ class Held(NamedTuple):
 def hold(
     surface: Surface,
     way: tuple[FloatArray, FloatArray],
-    guard: FloatArray,
+    known: tuple[FloatArray, FloatArray],
+    last: Projection,
     nearest: Projection,
 ) -> Held:
     """The feet of points that went `way` = (from, to), inside of the body all along.
 
-    `guard` (n, 3) are their guards where they started, zero where there is none, and `nearest`
-    their closest points at the end.
+    `known` is (guard (n, 3) where they started, zero where there is none; (n,) how near feet may be
+    at the end that were not nearer at the start), `last` the feet that were followed from there,
+    and `nearest` the closest points at the end.
     """
+    guard, least = known
     n = len(guard)
     feet = Projection._make(column.copy() for column in nearest)
     held = Held(feet, guard.copy(), np.zeros(n, dtype=bool), np.zeros(n, dtype=bool))
-    own = np.flatnonzero(_is_opposite(nearest.normal, guard))
+    opposite = _is_opposite(nearest.normal, guard)
+    own = np.flatnonzero(opposite | (-nearest.gap < least))
     if len(own) == 0:
         return held
     start, end = way[0][own], way[1][own]
-    facing = _facing(surface, end, guard[own])
+    starts = np.where(last.status[own] == Status.OK, last.patch[own], -1), last.uv[own]
+    facing = _facing(surface, end, (guard[own], least[own]), starts)
     # Both distances change by no more than the way: where they differ by more than twice that, the
     # nearest wall has been opposite all along.
     apart = nearest.gap[own] - facing.gap
     length = np.sqrt(np.square(end - start).sum(axis=1))
-    doubt = np.flatnonzero(~(apart > 2.0 * length))
+    doubt = np.flatnonzero(opposite[own] & ~(apart > 2.0 * length))
     turned, reached = _turned(surface, (start[doubt], end[doubt]), guard[own[doubt]])
     held.guard[own[doubt]] = turned
     other = doubt[(turned != guard[own[doubt]]).any(axis=1) & ~reached]
-    again = _facing(surface, end[other], held.guard[own[other]])
+    places = starts[0][other], starts[1][other]
+    anew = held.guard[own[other]], least[own[other]]
+    again = _facing(surface, end[other], anew, places)
     take(facing, other, again, np.ones(len(other), dtype=bool))
     opposed = np.ones(len(own), dtype=bool)
     opposed[doubt[reached]] = False
@@ -85,10 +92,18 @@ def _is_opposite(normal: FloatArray, guard: FloatArray) -> BoolArray:
     return np.asarray((normal * guard).sum(axis=1) < LEAST)
 
 
-def _facing(surface: Surface, p_B: FloatArray, guard: FloatArray) -> Projection:
-    """Feet on walls that do not face away from the guards."""
+def _facing(
+    surface: Surface,
+    p_B: FloatArray,
+    known: tuple[FloatArray, FloatArray],
+    starts: tuple[IntArray, FloatArray],
+) -> Projection:
+    """Feet on walls that do not face away and are not too near, `known` as of `hold`; looked for
+    about `starts` first."""
     out = empty_projection(len(p_B))
-    surface.closest_facing(np.ascontiguousarray(p_B), np.ascontiguousarray(guard), LEAST, out)
+    patch, uv = starts[0].astype(np.int32), np.ascontiguousarray(starts[1])
+    points, guards, least = (np.ascontiguousarray(values) for values in (p_B, *known))
+    surface.closest_facing(points, guards, (LEAST, least), (patch, uv), out)
     return out
 
 
@@ -140,21 +155,21 @@ def give_way(
     if len(own) == 0:
         return
     start, end = way[0][own], way[1][own]
-    other = _facing(surface, end, feet.normal[own])
     length = np.sqrt(np.square(end - start).sum(axis=1))
+    known = feet.normal[own], depth[own] - length - options.band
+    other = _facing(surface, end, known, (feet.patch[own], feet.uv[own]))
     nearer = (other.status == Status.OK) & (other.feature == Feature.FACE)
     nearer &= other.gap > feet.gap[own] + options.band
-    nearer &= -other.gap >= depth[own] - length - options.band
     nearer[nearer] = surface.are_joined(other.patch[nearer], feet.patch[own[nearer]])
     take(feet, own[nearer], rows_of(other, np.flatnonzero(nearer)), nearer[nearer])
 
 
-def _are_nearest(
-    surface: Surface, feet: Projection, rows: IntArray, options: Options
-) -> BoolArray:
+def _are_nearest(surface: Surface, feet: Projection, rows: IntArray, options: Options) -> BoolArray:
     """Of which rows the touching balls prove that nothing is nearer."""
     if not options.balls:
         return np.zeros(len(rows), dtype=bool)
     inner = np.zeros(len(rows), np.int8)
     radius = surface.touching_ball(feet.patch, feet.uv, rows, inner)
-    return np.asarray((feet.feature[rows] == Feature.FACE) & (options.band - feet.gap[rows] <= radius))
+    return np.asarray(
+        (feet.feature[rows] == Feature.FACE) & (options.band - feet.gap[rows] <= radius)
+    )

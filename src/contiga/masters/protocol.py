@@ -65,13 +65,20 @@ class Surface(Protocol):
         ...  # pragma: no cover
 
     def closest_facing(
-        self, p_B: FloatArray, guards: FloatArray, least: float, out: Projection
+        self,
+        p_B: FloatArray,
+        guards: FloatArray,
+        limits: tuple[float, FloatArray],
+        starts: tuple[IntArray, FloatArray],
+        out: Projection,
     ) -> None:
         """Closest feet that do not face away from `guards` (n, 3) into `out`, one row each.
 
-        Feet are minima of the distance along the surface. Their normals make a cosine of `least`
-        or more with the guard, and the point is behind them; rows without any are MAX_ITERATIONS.
-        At a kink the normal leads from the point to the foot.
+        Feet are minima of the distance along the surface. `limits` is (cosine of their normals and
+        the guard at least, (n,) how near they may be), and the point is behind them; rows without
+        any are MAX_ITERATIONS.
+        At a kink the normal leads from the point to the foot. `starts` (patch, uv) are feet to look
+        about first, patch −1 where there is none.
         """
         ...  # pragma: no cover
 

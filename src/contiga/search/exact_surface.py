@@ -24,7 +24,6 @@ from contiga.search.openings import openings_of
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
 
-
 SHARP = 0.02
 """Radians by which faces turn at an edge that is not meant to be smooth."""
 
@@ -74,10 +73,15 @@ class ExactSurface(NamedTuple):
         project.closest_of_rows(self.tables, p_B, rows, out, within)
 
     def closest_facing(
-        self, p_B: FloatArray, guards: FloatArray, least: float, out: Projection
+        self,
+        p_B: FloatArray,
+        guards: FloatArray,
+        limits: tuple[float, FloatArray],
+        starts: tuple[IntArray, FloatArray],
+        out: Projection,
     ) -> None:
         """Closest feet by branch and bound."""
-        project.closest_facing(self.tables, p_B, guards, least, out)
+        project.closest_facing(self.tables, p_B, guards, limits, starts, out)
 
     def track(
         self,

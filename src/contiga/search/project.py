@@ -151,11 +151,19 @@ def closest_of_rows(
 
 
 def closest_facing(
-    tables: Tables, p_B: FloatArray, guards: FloatArray, least: float, out: Projection
+    tables: Tables,
+    p_B: FloatArray,
+    guards: FloatArray,
+    limits: tuple[float, FloatArray],
+    starts: tuple[IntArray, FloatArray],
+    out: Projection,
 ) -> None:
     """Closest feet, into `out`, that do not face away from `guards` (n, 3).
 
-    Their normals make a cosine of `least` or more with the guard, and the point is behind them.
+    `limits` is (cosine of their normals and the guard at least, (n,) how near they may be), and the
+    point is behind them.
     Feet are minima of the distance along the surface. Rows without any are MAX_ITERATIONS.
+    `starts` (patch, uv) are feet to look about first, patch −1 where there is none.
     """
-    run_ranges(facing_nb.project_facing, len(p_B), GUARDED, tables, p_B, guards, least, out)
+    given = tables, p_B, guards, limits, starts, out
+    run_ranges(facing_nb.project_facing, len(p_B), GUARDED, *given)

@@ -105,7 +105,9 @@ class _Digest(Digest):
     def contact(self, contact: Contact) -> None:
         """Options, law and area of a contact."""
         options = contact.search, contact.contact_type, contact.on_edge, contact.through
-        self.text(repr((*options, contact.foot, contact.depth, contact.weights, contact.quadrature)))
+        self.text(
+            repr((*options, contact.foot, contact.depth, contact.weights, contact.quadrature))
+        )
         self.thing(contact.law)
         self.thing(contact.friction)
         self.thing(contact.area)

@@ -69,11 +69,16 @@ class FacetedSurface(NamedTuple):
         closest_of_rows(self.tables.facets, p_B, rows, self.smooth, out)
 
     def closest_facing(
-        self, p_B: FloatArray, guards: FloatArray, least: float, out: Projection
+        self,
+        p_B: FloatArray,
+        guards: FloatArray,
+        limits: tuple[float, FloatArray],
+        starts: tuple[IntArray, FloatArray],
+        out: Projection,
     ) -> None:
-        """Closest points of the triangles that do not face away."""
+        """Closest points of the triangles that do not face away; all are looked at."""
         facets, facing = self.tables.facets, closest_nb.project_facing
-        run_ranges(facing, len(p_B), GUARDED, facets, p_B, guards, least, self.smooth, out)
+        run_ranges(facing, len(p_B), GUARDED, facets, p_B, guards, limits, self.smooth, out)
 
     def track(
         self,

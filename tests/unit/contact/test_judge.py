@@ -11,7 +11,7 @@ from contiga.contact import judge as judging
 from contiga.contact.desk import Asked, Small
 from contiga.contact.judge import judge
 from contiga.contact.kernels import judge_nb
-from contiga.contact.loads import UNGUARDED
+from contiga.contact.loads import UNHELD
 from contiga.contact.tracked import Detected, Options, Step, blank
 from contiga.records import ContactStatus, Hit, Projection, empty_hit, rows_of
 from contiga.statuses import Status
@@ -37,9 +37,9 @@ class Told:
         self.asked += 1
         out.status[:] = Status.MAX_ITERATIONS
 
-    def closest_facing(self, _: Any, __: Any, ___: Any, out: Projection) -> None:
+    def closest_facing(self, *given: Any) -> None:
         self.asked += 1
-        out.status[:] = Status.MAX_ITERATIONS
+        given[-1].status[:] = Status.MAX_ITERATIONS
 
     def track(self, *_: Any) -> None:
         """Of no points, as none crosses it."""
@@ -62,6 +62,8 @@ def scene(seed: int, nearest: bool) -> tuple[Asked, Step]:
     rng = np.random.default_rng(seed)
     truth = feet_of(rng, N, [Status.OK, Status.OK, Status.MAX_ITERATIONS])
     feet = feet_of(rng, N, [Status.OK, Status.BORDER])
+    if nearest:
+        feet.certified[:] = 0  # they are followed, and no closest points
     same = rng.random(N) < 0.7
     feet.point[same] = truth.point[same]
     side = rng.integers(-1, 2, N).astype(np.int8)
@@ -74,12 +76,12 @@ def scene(seed: int, nearest: bool) -> tuple[Asked, Step]:
     becomes = rng.choice([ContactStatus.OLD, ContactStatus.HELD], N).astype(np.int8)
     kept = was & (rng.random(N) < 0.6)
     guard = rng.normal(size=(N, 3)) * (rng.random((N, 1)) < 0.7)
-    known = side, rng.random(N), rng.random(N), guard
+    known = side, rng.random(N), rng.random(N), guard, rng.normal(size=N)
     asked = Asked(rows, was, kept, becomes, *known, feet, truth)
     way, ignored = rng.random(2 * N), rng.random(2 * N) < 0.3
     way[::7] = np.inf
     points, near = rng.normal(size=(2 * N, 3)), np.zeros(2 * N, np.int32)
-    old = near, rng.random((2 * N, 2)), UNGUARDED
+    old = near, rng.random((2 * N, 2)), UNHELD
     return asked, Step(points, points, way, ignored, *old, Small())
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from contiga.contact.kernels.settle_nb import is_opposite, remember_foot, take_foot
+from contiga.contact.kernels.settle_nb import holds_on, remember_foot, take_foot
 from contiga.contact.kernels.status_nb import FREE, LOST, OLD, RELEASED
 from contiga.num.codes import OK
 from contiga.num.jit import inner, kernel
@@ -39,17 +39,17 @@ def is_needed(was, side, penetration, nearest):
 
 
 @kernel()
-def take_nearest(asked, feet, truth, guard, way, limits):
-    """Closest points for feet of points that were in contact, where they are not opposite and the
-    points have not left meanwhile: followed feet lead there, or they have gone less far than any
-    surface is off.
+def take_nearest(asked, feet, truth, held, way, limits):
+    """Closest points for feet of points that were in contact, where those may push and the points
+    have not left meanwhile: followed feet lead there, or they have gone less far than any surface
+    is off.
 
     `asked` are the columns (rows, was, kept, what becomes of those that are kept), of which the
-    last two are filled in; `guard` (n, 3) is zero where there is none, `way` that of all points,
+    last two are filled in; `held` is (guard, least depth of a foot), `way` that of all points,
     `limits` (band, how far feet that are one may be apart).
     """
     rows, was, kept, becomes = asked
-    band, same_foot = limits
+    (guard, least), (band, same_foot) = held, limits
     for i in range(rows.shape[0]):
         if kept[i] and feet.certified[i] == 1:
             continue  # it has its closest point already
@@ -60,7 +60,7 @@ def take_nearest(asked, feet, truth, guard, way, limits):
             # What could not be followed is a closest point already.
             led = feet.certified[i] == 0 and _apart(feet, truth, i) <= same_foot
             there = there or led
-            kept[i] = there and not is_opposite(truth, i, guard, i)
+            kept[i] = there and holds_on(truth, i, guard, i, least[i], band)
         if kept[i]:
             becomes[i] = OLD
             take_foot(feet, i, truth, i)

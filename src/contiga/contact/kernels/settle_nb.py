@@ -16,10 +16,10 @@ from contiga.num.jit import inner, kernel
 KEEP, KEPT = 1, 2
 """Marks of a row: its foot would do, and it is sure that it does."""
 OPPOSITE = 160.0
-"""Degrees between the outward normals of walls that are opposite: less than of a wedge of 20°.
+"""Degrees between the outward normals of walls that are opposite, as in a wedge of less than 20°.
 
-Walls of a wedge of 30° are not: a point that its edge has run over goes out by either. Those of ribs
-and plates are, with the few degrees that they taper by to come out of a mould."""
+Walls of a wedge of 30° are not: a point that its edge has run over goes out by either. Those of
+ribs and plates are, with the few degrees that they taper by to come out of a mould."""
 LEAST = math.cos(math.radians(OPPOSITE))
 INNER, OUTER = 0, 1
 """Sides on which balls touch."""
@@ -73,6 +73,13 @@ def is_opposite(feet, i, guard, j):
     """Whether the wall at foot i is opposite to the guard of row j, none where that is zero."""
     n = feet.normal
     return n[i, 0] * guard[j, 0] + n[i, 1] * guard[j, 1] + n[i, 2] * guard[j, 2] < LEAST
+
+
+@inner()
+def holds_on(feet, i, guard, j, least, band):
+    """Whether foot i may push: it is not opposite to the guard of row j, and has become as near
+    within the step, if it was not before: it is no less deep than `least`."""
+    return -feet.gap[i] >= least - 2.0 * band and not is_opposite(feet, i, guard, j)
 
 
 @inner()
@@ -160,23 +167,29 @@ def look(rows, feet, side, safe_distance, limits, mark, ways, asked):
 
 
 @kernel()
-def face(rows, feet, guards, band, mark, asked):
-    """As `look`, where the nearest wall that is not opposite pushes: no way has to be looked at."""
+def face(rows, feet, holds, way, band, mark, asked):
+    """As `look`, where the nearest wall that is not opposite pushes: no way has to be looked at.
+
+    `holds` are those of the last step, `way` is that of all points.
+    """
     index, which = asked
     m = j = 0
     for i in range(rows.shape[0]):
         mark[i] = 0
-        j = at(guards.rows, rows[i], j)
-        guarded = j < guards.rows.shape[0] and guards.rows[j] == rows[i]
-        # What could not be followed is a closest point, which is proved: its way is to be looked at.
-        if feet.certified[i] == 0 and _is_foot(feet.status[i]) and feet.gap[i] <= 0.0:
-            if not (guarded and is_opposite(feet, i, guards.normal, j)):
-                mark[i] = KEEP
-                # What is no deeper than rounding is on the surface.
-                if -feet.gap[i] <= band:
-                    mark[i] = KEEP | KEPT
-                    feet.certified[i] = 1
-                    continue
+        j = at(holds.rows, rows[i], j)
+        held = j < holds.rows.shape[0] and holds.rows[j] == rows[i]
+        # What could not be followed is a closest point, which is proved: its way is looked at.
+        sound = feet.certified[i] == 0 and _is_foot(feet.status[i]) and feet.gap[i] <= 0.0
+        if sound and held:
+            least = holds.depth[j] - way[rows[i]]
+            sound = holds_on(feet, i, holds.guard, j, least, band)
+        if sound:
+            mark[i] = KEEP
+            # What is no deeper than rounding is on the surface.
+            if -feet.gap[i] <= band:
+                mark[i] = KEEP | KEPT
+                feet.certified[i] = 1
+                continue
         if feet.certified[i] == 0 and _is_sound(feet, i, band):
             index[m] = i
             which[m] = OUTER if feet.gap[i] > 0.0 else INNER

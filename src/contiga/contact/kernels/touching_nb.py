@@ -29,8 +29,8 @@ from contiga.num.kernels.rigid_nb import to_body
 from contiga.num.resident import reader
 from contiga.search.kernels.ball_nb import radii
 from contiga.search.kernels.lanes_nb import RECORD
-from contiga.search.kernels.side_nb import sides
 from contiga.search.kernels.side_nb import places as places_of
+from contiga.search.kernels.side_nb import sides
 from contiga.search.kernels.track_nb import track_chunks
 
 tables_at = reader("contiga.search.table_types.Tables")
@@ -76,13 +76,13 @@ def touch(rows, path, last, found, feet, limits, places):
     """Settle the points `rows` that were in contact; returns how many are on the desk, those that
     are not outside, and how many of them are left, listed in its `ways`.
 
-    `path` is (now, before), `last` (patch, uv, guards), `found` (status, safe distance, near, uv)
-    and `feet` of this step, all of all points; `limits` is (whether balls are asked, band),
+    `path` is (now, before, way), `last` (patch, uv, holds), `found` (status, safe distance, near,
+    uv) and `feet` of this step, all of all points; `limits` is (whether balls are asked, band),
     `places` where to find (tables, sides, balls, desk).
     """
     tables, grid, desk = tables_at(places[0]), sides_at(places[1]), desk_at(places[3])
     with_balls, band = limits
-    now, before = path
+    now, before, way = path
     n = rows.shape[0]
     sides(grid, now, rows, desk.side, desk.reach, 0, n)
     known, own = (desk.side, desk.reach), (desk.own_side, desk.own_reach)
@@ -93,7 +93,7 @@ def touch(rows, path, last, found, feet, limits, places):
     if not _follow(tables, desk, n):
         return n, NOT_SOLVED
     own_rows, mark = desk.rows[:n], desk.mark[:n]
-    balls = face(own_rows, desk.feet, last[2], band, mark, (desk.asked, desk.which))
+    balls = face(own_rows, desk.feet, last[2], way, band, mark, (desk.asked, desk.which))
     balls = balls if with_balls else 0
     if not _ask_balls(places, desk, balls):
         return n, NO_BALLS
@@ -142,7 +142,7 @@ def _settle(lists, path, last, found, feet, limits, places):
     """Settle points that were in contact and free ones near by; how many are left to judge.
 
     `lists` is (those in contact, those near), `path` (now, before), `last` what `place` is given
-    and the guards, all else as of `advance`.
+    and what held them, all else as of `advance`.
     """
     with_balls, penetration, band, depth, far, same_foot = limits
     touching, near = lists
@@ -155,8 +155,9 @@ def _settle(lists, path, last, found, feet, limits, places):
         left = stay_free(near, moved, old, into, how, places)
         ask_free(desk, left, near, now)
     if touching.shape[0] > 0 and left >= 0:
-        _, own = touch(touching, path, (*last[:2], last[4]), into, feet, (with_balls, band), places)
-        ask_touching(desk, own, left, last[4])
+        held, how = (last[0], last[1], last[4]), (with_balls, band)
+        _, own = touch(touching, (*path, found[4]), held, into, feet, how, places)
+        ask_touching(desk, own, left, last[4], found[4])
         left = left + own if own >= 0 else own
     if left > 0:
         step, bounds = (found[4], found[5]), (penetration, True, band, depth, same_foot)
@@ -181,8 +182,8 @@ def advance(path, last, active, found, feet, rows, speed, how):
 
     `path` is (now in the world, pose, last pose, now, before), the last two in body axes. `last`,
     `active` and `found` are as `place` has them, of one chunk; `last` goes on with the rows and
-    depths of `gather` and guards, `speed` is its (velocity, dt). `feet` are the columns of `touch` and `rows`
-    (3, n) for lists. `how` is (limits, the four places of `touch`), the first of these (whether
+    depths of `gather` and holds, `speed` is its (velocity, dt). `feet` are the columns of `touch`
+    and `rows` (3, n) for lists. `how` is (limits, the four places of `touch`), the first of these (whether
     balls are asked, search by penetration, band, depth, how far a point may have gone for
     its last foot to be near, how far feet that are one may be apart).
 

@@ -220,7 +220,9 @@ def _across(tables, foot, at, edge, side, point, work):
     reach = max(joint["width"], JOIN * tables.scale[0])
     nowhere = (-1, 0.0, 0.0)
     known = (joint["width"], joint["slip"], joint["turn"])
-    if other < 0 or not math.isfinite(closest(tables, point, on_patch(other), reach, found, work[0][2])):
+    if other < 0 or not math.isfinite(
+        closest(tables, point, on_patch(other), reach, found, work[0][2])
+    ):
         return nowhere, known
     return surface_foot(tables, found, work[0][2]), known
 

@@ -1,13 +1,15 @@
 """The closest feet that do not face away from a guard and have the point behind them.
 
 That is how deep a point is that the nearest wall of a body must not push, as it is opposite to the
-wall that holds it. At a kink the normal is the way to the foot.
+wall that holds it. At a kink the normal is the way to the foot. The search starts from the foot
+that a walk from the last one comes to: it is that one, or nearer.
 """
 
 from __future__ import annotations
 
 import math
 
+from contiga.elements.kernels.element_nb import locate
 from contiga.num.codes import EDGE, FACE, MAX_ITERATIONS, NOT_FINITE, OK
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
@@ -15,7 +17,7 @@ from contiga.num.scratch import scratch
 from contiga.search.kernels.curve_nb import polish, surface_foot
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import write_foot
-from contiga.search.kernels.global_nb import Among, closest
+from contiga.search.kernels.global_nb import Among, closest, is_guarded
 from contiga.search.kernels.walk_nb import walk
 
 SAME = 1e-6
@@ -46,22 +48,51 @@ def _write_guarded(tables, k, point, distance, out, found, h):
             out.normal[k, c] = (out.point[k, c] - point[c]) / away
 
 
-@kernel()
-def project_facing(tables, points, guards, least, out, start, stop):
-    """Feet of the points start … stop whose normals are within the cosine `least` of `guards`.
+@inner(linked=False)
+def _known(tables, point, among, start, found, h):
+    """Distance of the foot that a walk from `start` (patch, u, v) comes to, and `found` that, if it
+    is one that is looked for; else infinite."""
+    if start[0] < 0:
+        return math.inf
+    elements = tables.elements
+    foot = locate(tables.grid, start[0], start[1], start[2])
+    status, e, s, t, _ = walk(elements, foot, point, tables.scale[1], h)
+    place = (e, s, t)
+    if status != OK or not in_face(elements, tables.trims, e, s, t):
+        return math.inf
+    if not is_guarded(elements, place, point, among, h):
+        return math.inf
+    found[0], found[1], found[2], found[3] = e, s, t, 0.0
+    square = 0.0
+    for c in range(3):
+        square += (point[c] - elements.table[e]["origin"][c] - h[c, 0]) ** 2
+    return math.sqrt(square)
 
-    Both are (n, 3), guards of length one. Rows where there is no such foot are MAX_ITERATIONS.
+
+@kernel()
+def project_facing(tables, points, guards, limits, starts, out, start, stop):
+    """Feet of the points start … stop that do not face away from their `guards` (n, 3).
+
+    `limits` is (cosine of their normals and the guards at least, (n,) how near they may be),
+    `starts` (patch, uv) where to look first, patch −1 for nowhere. Rows where there is no such foot
+    are MAX_ITERATIONS.
     """
+    least, floor = limits
     h = scratch(4, 6)
-    found = scratch(4)
+    found, first = scratch(4), scratch(4)
+    patch, uv = starts
     for k in range(start, stop):
         point = (points[k, 0], points[k, 1], points[k, 2])
         if not math.isfinite(point[0] + point[1] + point[2]):
             blank_foot(out, k, NOT_FINITE)
             continue
-        among = Among(-1, (guards[k, 0], guards[k, 1], guards[k, 2]), least)
-        distance = closest(tables, point, among, math.inf, found, h)
+        among = Among(-1, (guards[k, 0], guards[k, 1], guards[k, 2]), least, floor[k])
+        known = _known(tables, point, among, (patch[k], uv[k, 0], uv[k, 1]), first, h)
+        distance = closest(tables, point, among, known, found, h)
         if math.isfinite(distance):
             _write_guarded(tables, k, point, distance, out, found, h)
+        elif math.isfinite(known):
+            first[3] = found[3]
+            _write_guarded(tables, k, point, known, out, first, h)
         else:
             blank_foot(out, k, MAX_ITERATIONS)

@@ -10,8 +10,8 @@ leaf, a cell is dropped when
 and it is finished when f is convex on it (the Hessian at its middle outweighs the largest change
 over the cell), because Newton then finds its only minimum. What is neither is halved.
 
-A search may be kept to one patch, or to minima that do not face away from a guard and have the point
-behind them.
+A search may be kept to one patch, or to minima that do not face away from a guard and have the
+point behind them.
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ PRUNE = 10.0
 BESIDE = 1e-9
 """Share of its distance by which a point may stand before a surface that it is beside: rounding."""
 SQUARE = 1e-3
-"""Sine of the angle with the normal under which a minimum is seen: half the digits of one are known,
-and beside a pole fewer."""
+"""Sine of the angle with the normal under which a minimum is seen: half the digits of one are
+known, and beside a pole fewer."""
 ALL = -2.0
 """A cosine that no two directions are short of."""
 
@@ -80,23 +80,26 @@ class Among(NamedTuple):
     guard: tuple[float, float, float]
     least: float
     """Cosine of guard and normals at least, and the point behind them; `ALL`: whatever is near."""
+    floor: float
+    """No nearer than this, where there is a guard."""
 
 
 @inlined()
 def anywhere():
     """All of a body."""
-    return Among(-1, (0.0, 0.0, 0.0), ALL)
+    return Among(-1, (0.0, 0.0, 0.0), ALL, 0.0)
 
 
 @inlined()
 def on_patch(patch):
     """All of one patch."""
-    return Among(patch, (0.0, 0.0, 0.0), ALL)
+    return Among(patch, (0.0, 0.0, 0.0), ALL, 0.0)
 
 
 @inner(linked=False)
-def _is_guarded(elements, place, point, among, h):
-    """Whether a place is a minimum that does not face away from the guard, the point behind it.
+def is_guarded(elements, place, point, among, h):
+    """Whether a place is a minimum that does not face away from the guard, the point behind it and
+    no nearer than the floor.
 
     At a kink the surface need not be square to the way to the point.
     """
@@ -110,7 +113,7 @@ def _is_guarded(elements, place, point, among, h):
         height += r * n[c]
         along += n[c] * among.guard[c]
     away = math.sqrt(square)
-    if height > BESIDE * away or along < among.least:
+    if height > BESIDE * away or along < among.least or away < among.floor:
         return False
     kind = elements.table[e]["kind"]
     for side, at in ((0, -s), (1, s), (2, -t), (3, t)):
@@ -127,7 +130,7 @@ def _improve(elements, trims, place, distance, best, found, seen):
     """
     e, s, t = place
     if distance < best and in_face(elements, trims, e, s, t):
-        if seen[1].least > ALL and not _is_guarded(elements, place, *seen):
+        if seen[1].least > ALL and not is_guarded(elements, place, *seen):
             return best
         found[0] = e
         found[1] = s
@@ -300,7 +303,7 @@ def _improve_by_leaf(tables, leaf, point, limits, found, stack, h):
 
 @inner(linked=False)
 def _edge_is_guarded(tables, e, r, point, among):
-    """As `_is_guarded`, of the face at the parameter r of its trimming piece −1 − e."""
+    """As `is_guarded`, of the face at the parameter r of its trimming piece −1 − e."""
     h, d = scratch(4, 6), scratch(3, 3)
     elements = tables.elements
     e, s, t = curve_point(elements, tables.grid, tables.trims, -1 - e, r, h, d)
@@ -312,7 +315,8 @@ def _edge_is_guarded(tables, e, r, point, among):
         square += x * x
         height += x * n[c]
         along += n[c] * among.guard[c]
-    return height <= BESIDE * math.sqrt(square) and along >= among.least
+    away = math.sqrt(square)
+    return height <= BESIDE * away and along >= among.least and away >= among.floor
 
 
 @inner(linked=False)

@@ -31,7 +31,7 @@ NEAR = 0.1
 points are one, are still looked at: bounds and distances are rounded, and the answer must not
 depend on which came first."""
 BESIDE = 1e-9
-"""Share of its distance by which a point may stand before a triangle that it is beside: rounding."""
+"""Share of its distance by which a point may stand before a triangle beside it: rounding."""
 FLAT = math.cos(math.radians(20.0))
 """Of the angle up to which triangles that meet stand for a smooth surface."""
 DEPTH = 256
@@ -124,10 +124,11 @@ def _may_face(shape, s, point, guard, least):
 
 
 @inner()
-def _closest_facing(facets, point, guard, least, work):
+def _closest_facing(facets, point, guard, limits, work):
     """As `closest`, of the triangles that may face a point with its guard; slot −1 where none."""
     shape, link, box, child = facets.shape, facets.link, facets.box, facets.child
     near = NEAR * facets.scale[1]
+    least, floor = limits[0], max(limits[1], 0.0) ** 2
     nodes, bounds, lane = work
     x, y, z = point
     best = limit = math.inf
@@ -154,7 +155,7 @@ def _closest_facing(facets, point, guard, least, work):
                 continue
             square, p, u, v = closest_on(shape, s, x, y, z)
             if square < best or (square == best and link[s, TRIANGLE] < link[slot, TRIANGLE]):
-                if p > 0 and not _is_square(facets, s, point, (p, u), square):
+                if square < floor or (p > 0 and not _is_square(facets, s, point, (p, u), square)):
                     continue
                 best, place, a, b, slot = square, p, u, v, s
                 limit = _limit(best, near)
@@ -197,11 +198,11 @@ def _lead_there(k, point, small, out):
 
 
 @kernel()
-def project_facing(facets, points, guards, least, smooth, out, start, stop):
+def project_facing(facets, points, guards, limits, smooth, out, start, stop):
     """Closest feet of the points start … stop on triangles that do not face away.
 
-    Of those within the cosine `least` of their `guards` (n, 3) that have the point behind them.
-    Rows without any are MAX_ITERATIONS.
+    `limits` is (cosine of their normals and the `guards` (n, 3) at least, (n,) how near they may
+    be), and the point is behind them. Rows without any are MAX_ITERATIONS.
     """
     work = (whole_scratch(DEPTH), scratch(DEPTH), scratch(WIDTH))
     shape, link = facets.shape, facets.link
@@ -211,7 +212,7 @@ def project_facing(facets, points, guards, least, smooth, out, start, stop):
             blank_foot(out, k, NOT_FINITE)
             continue
         guard = (guards[k, 0], guards[k, 1], guards[k, 2])
-        s, place, a, b = _closest_facing(facets, point, guard, least, work)
+        s, place, a, b = _closest_facing(facets, point, guard, (limits[0], limits[1][k]), work)
         if s < 0:
             blank_foot(out, k, MAX_ITERATIONS)
             continue

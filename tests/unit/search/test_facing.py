@@ -1,0 +1,97 @@
+"""The closest feet that do not face away from a guard, against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tests.scenes import box
+
+import contiga as cg
+from contiga.records import Projection, empty_projection
+from contiga.statuses import Feature, Status
+
+UP, LEAST = np.array([0.0, 0.0, 1.0]), float(np.cos(np.radians(160.0)))
+
+
+def facing(
+    master: cg.Body | cg.TriMesh,
+    points: np.ndarray,
+    guard: np.ndarray,
+    least: float = LEAST,
+    about: np.ndarray | None = None,
+) -> Projection:
+    """Looked for from the closest points of `about`, or from nowhere."""
+    out = empty_projection(len(points))
+    starts = np.full(len(points), -1, np.int32), np.zeros((len(points), 2))
+    if about is not None:
+        starts = master.project(about)[:2]
+    guards = np.tile(np.asarray(guard, dtype=float), (len(points), 1))
+    master.surface.closest_facing(
+        np.asarray(points, dtype=float), guards, (least, np.zeros(len(points))), starts, out
+    )
+    return out
+
+
+@pytest.mark.parametrize("kind", ["patches", "triangles"])
+def test_the_underside_of_a_plate_is_left_out(kind: str) -> None:
+    plate: cg.Body | cg.TriMesh = box((0.0, 0.0, 0.0), (10.0, 10.0, 1.0))
+    plate = plate if kind == "patches" else plate.tessellate(0.1)
+    rng = np.random.default_rng(1)
+    points = rng.uniform([0.01, 0.01, 0.01], [9.99, 9.99, 0.99], (300, 3))
+    feet = facing(plate, points, UP)
+    walls = np.column_stack([points[:, :2], 10.0 - points[:, :2], 1.0 - points[:, 2]])
+    normals = np.array([[-1, 0, 0], [0, -1, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    np.testing.assert_allclose(-feet.gap, walls.min(axis=1), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(feet.normal, normals[walls.argmin(axis=1)], rtol=0, atol=1e-9)
+    assert (feet.certified == 1).all()
+    assert (feet.feature == Feature.FACE).all()
+
+
+def test_of_a_ball_only_what_the_point_sees_from_behind_holds_it() -> None:
+    ball = cg.Body([cg.shapes.sphere(radius=2.0)])
+    # The one minimum of each: towards it, in the cone but for the last.
+    towards = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.5, 0.0, -np.sqrt(0.75)], [0, 0, -1]])
+    feet = facing(ball, 0.7 * towards, UP)
+    assert feet.status.tolist() == [Status.OK] * 3 + [Status.MAX_ITERATIONS]
+    np.testing.assert_allclose(feet.gap[:3], -1.3, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(feet.normal[:3], towards[:3], rtol=0, atol=1e-4)
+
+
+def test_what_a_point_stands_before_does_not_hold_it() -> None:
+    # Two plates, one over the other: the lower one's upper side is nearer, and seen from the front.
+    patches = [*box((0, 0, 0), (9, 9, 1)).patches, *box((0, 0, 1.2), (9, 9, 2.2)).patches]
+    feet = facing(cg.Body(patches), np.array([[4.5, 4.5, 1.3]]), UP)
+    assert feet.gap[0] == pytest.approx(-0.9)
+
+
+def test_an_inner_edge_holds_with_the_way_to_it_for_a_normal() -> None:
+    corners = np.array([[0, 0], [4, 0], [4, 4], [2, 4], [2, 2], [0, 2], [0, 0]], dtype=float)
+    outline = cg.NurbsCurve(1, [0, *range(7), 6], np.column_stack([corners, np.zeros(7)]))
+    point = np.array([[2.6, 1.4, 0.0]])
+    feet = facing(cg.Body.from_profile(outline), point, [-1.0, 1.0, 0.0])
+    np.testing.assert_allclose(feet.point[0], [2.0, 2.0, 0.0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(feet.normal[0], np.array([-1, 1, 0]) / np.sqrt(2), rtol=0, atol=1e-9)
+    assert feet.gap[0] == pytest.approx(-0.6 * np.sqrt(2))
+
+
+def test_without_a_guard_they_are_the_closest_points_of_points_inside() -> None:
+    torus = cg.Body([cg.shapes.torus(major=2.0, minor=0.8)])
+    rng = np.random.default_rng(5)
+    points = rng.uniform([-2.8, -2.8, -0.8], [2.8, 2.8, 0.8], (4000, 3))
+    points = points[torus.contains(points)][:300]
+    feet, truth = facing(torus, points, UP, -1.5), torus.project(points)
+    np.testing.assert_allclose(feet.gap, truth.gap, rtol=0, atol=1e-9)
+
+
+def test_beside_a_pole_the_foot_is_found_from_where_it_was() -> None:
+    disc = cg.Body([cg.shapes.ellipsoid(axes=(5.0, 5.0, 0.5))])
+    x = np.array([0.0, 1e-6, 1e-3, 0.1])
+    points = np.column_stack([x, np.zeros(4), np.full(4, -0.2)])
+    feet = facing(disc, points, UP, about=points + np.array([0.0, 0.0, 0.4]))
+    np.testing.assert_allclose(feet.gap, -0.7, rtol=0, atol=2e-4)
+    assert (feet.normal[:, 2] > 0.999).all()
+
+
+def test_what_is_no_number_is_marked() -> None:
+    feet = facing(box((0, 0, 0), (1, 1, 1)), np.array([[np.nan, 0, 0], [0.5, 0.5, 0.9]]), UP)
+    assert feet.status.tolist() == [Status.NOT_FINITE, Status.OK]
