@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
-from tests.stress import motions, segments, shaking, solids, tracking
+from tests.stress import motions, rule, segments, shaking, solids, tracking
 from tests.stress.tally import Clock, Tally, write
 
 Part = Callable[[bool, int], Iterator[Tally]]
@@ -61,6 +61,14 @@ def turn(full: bool, seed: int) -> Iterator[Tally]:
         yield motions.turn(name, 2000 if full else 300, 2000 if full else 60, seed)
 
 
+def pushed(full: bool, seed: int) -> Iterator[Tally]:
+    """Points that wander through solids, pushed by the wall that the rule says: 1e6 in full."""
+    scales = np.geomspace(1e-6, 0.3, 24 if full else 6)
+    n, steps = (110, 16) if full else (60, 8)
+    for name in rule.names():
+        yield rule.wandered(rule.subject(name), scales, n, steps, seed)
+
+
 def faces(full: bool, _: int) -> Iterator[Tally]:
     """Every face of every CAD file against OpenCASCADE: the reference test, in full if asked."""
     command = [sys.executable, "-m", "pytest", "-q", "tests/reference/test_projection_cad.py"]
@@ -82,6 +90,7 @@ PARTS: dict[str, Part] = {
     "refinement": refine,
     "sliding": slide,
     "turning": turn,
+    "rule": pushed,
     "faces": faces,
 }
 

@@ -129,3 +129,25 @@ def prism(loops: Sequence[Sequence[Piece]], low: float, high: float) -> Any:
     upright = BRepPrimAPI_MakePrism(face, gp_Vec(0.0, 0.0, high - low)).Shape()
     holes = (prism([loop], low - 1.0, high + 1.0) for loop in loops[1:])
     return cut(upright, *holes)
+
+
+def polyhedron(outlines: Sequence[Any]) -> Any:
+    """The solid between plane polygons, each (k, 3), counter-clockwise as seen from outside."""
+    from OCP.BRepBuilderAPI import (
+        BRepBuilderAPI_MakeFace,
+        BRepBuilderAPI_MakePolygon,
+        BRepBuilderAPI_MakeSolid,
+        BRepBuilderAPI_Sewing,
+    )
+    from OCP.gp import gp_Pnt
+    from OCP.TopoDS import TopoDS
+
+    sewing = BRepBuilderAPI_Sewing(1e-9)
+    for corners in outlines:
+        polygon = BRepBuilderAPI_MakePolygon()
+        for corner in corners:
+            polygon.Add(gp_Pnt(*map(float, corner)))
+        polygon.Close()
+        sewing.Add(BRepBuilderAPI_MakeFace(polygon.Wire(), True).Face())
+    sewing.Perform()
+    return BRepBuilderAPI_MakeSolid(TopoDS.Shell(sewing.SewedShape())).Solid()

@@ -186,7 +186,8 @@ def _folder() -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory(prefix="contiga-stress-")
 
 
-def _written(name: str, shape: Any) -> Path:
+def written(name: str, shape: Any) -> Path:
+    """A shape as a STEP file."""
     from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
     path = Path(_folder().name) / f"{name.replace(' ', '_').replace(',', '')}.step"
@@ -203,7 +204,7 @@ def solid(name: str) -> Solid:
     recipe = RECIPES.get(name)
     if recipe is not None:
         shape = recipe.make()
-        return Solid(name, cg.read_cad(_written(name, shape)), shape, recipe.field)
+        return Solid(name, cg.read_cad(written(name, shape)), shape, recipe.field)
     path = DATA / name
     return Solid(name, cg.read_cad(path), occ.read_shape(path), None)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.stress import motions, segments, shaking, solids, tracking
+from tests.stress import loops, motions, rule, segments, shaking, solids, tracking
 from tests.stress.tally import Tally
 
 SOLIDS = list(solids.RECIPES)
@@ -56,3 +56,35 @@ def test_points_pressed_at_one_depth_travel_round_with_a_continuous_foot(name):
 @pytest.mark.parametrize("name", motions.TURNS)
 def test_blades_and_teeth_touch_points_where_their_arcs_say(name):
     clean(motions.turn(name, 300, 40, seed=15))
+
+
+WANDERED = ("wedge", "plate", "T-section", "ribbed block", "lens", "block, fillets 3")
+
+
+@pytest.mark.parametrize("name", [*WANDERED, "cup", "blade", *solids.CLOSED_FILES])
+def test_points_that_wander_are_pushed_by_the_wall_that_the_rule_says(name):
+    scales = np.geomspace(1e-6, 0.3, 6)
+    clean(rule.wandered(rule.subject(name), scales, n=24, steps=4, seed=16))
+
+
+@pytest.mark.parametrize(
+    ("name", "wave"),
+    [
+        ("block", 0.0),
+        ("wedge on its wall", 0.0),
+        ("wedge on its edge", 0.4),
+        ("T-section on its web", 0.4),
+        ("cup on its rim", 0.4),
+        ("cog on its teeth", 0.0),
+        ("casting", 0.4),
+    ],
+)
+def test_round_a_closed_loop_no_work_is_done(name, wave):
+    """What is stored has come back to the last bit. Followed feet lose half of it and more."""
+    states = list(loops.Loop(loops.SCENES[name], wave).states(80, 7))
+    done = np.diff([state.energy.work for state in states])
+    assert max(state.n_contact for state in states) > 8
+    assert not any(state.guard_B.any() for state in states)
+    assert states[-1].n_contact == 0
+    assert states[-1].energy.stored == 0.0
+    assert abs(done.sum()) < 2.5e-3 * done[done > 0.0].sum()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
-from tests.stress import fields, truth
+from tests.stress import fields, rule, truth
 
 
 def test_paths_that_come_out_for_the_smallest_part_of_their_way_do_not_stay_inside():
@@ -26,3 +28,26 @@ def test_paths_well_inside_stay_inside():
     rng = np.random.default_rng(3)
     a, b = (0.5 * rng.uniform(-1.0, 1.0, (100, 3)) for _ in range(2))
     assert truth.stays_inside(ball, a, b, 1e-9).all()
+
+
+def test_the_nearest_place_of_plane_faces_is_that_of_the_closed_form():
+    low, high = (-20.0, -20.0, 0.0), (20.0, 20.0, 20.0)
+    block = rule.Planes(rule.PLANE["sharp block"])
+    p = np.random.default_rng(4).uniform(-25.0, 25.0, (2000, 3))
+    height = fields.box(low, high)(p)
+    np.testing.assert_array_equal(block.inside(p), height < 0.0)
+    np.testing.assert_allclose(block.nearest(p)[0], np.abs(height), rtol=0, atol=1e-12)
+
+
+def test_in_a_plate_the_far_side_takes_over_only_round_the_end():
+    """By hand: 0.3 deep from above, down to 0.8, to the end 0.1 off, back in, and up again."""
+    plate = rule.Planes(rule.PLANE["plate"])
+    way = np.array([[0.0, 0, 1.2], [0, 0, 0.7], [0, 0, 0.2], [19.9, 0, 0.2], [15, 0, 0.2]])
+    held, guard = [], np.zeros((1, 3))
+    for a, b in pairwise(way):
+        depth, guard = rule.follow(
+            plate, rule.look(plate, rule.straight(a[None], b[None], 1000)), guard
+        )
+        held.append((float(depth[0]), *guard[0]))
+    expected = [(0.3, 0, 0, 1), (0.8, 0, 0, 1), (0.1, 1, 0, 0), (0.2, 0, 0, -1)]
+    np.testing.assert_allclose(held, expected, rtol=0, atol=1e-12)
