@@ -191,8 +191,7 @@ class Contact(Shown):
     def _options(self) -> Options:
         # Kept: size and borders of a mesh cost as much as a small step.
         through = self.through == "hold"
-        # What went through a wall and is held on it must be followed.
-        nearest = self.foot == "nearest" and not through
+        nearest = self.foot == "nearest" and not through  # what is held must be followed
         how = self.search == "penetration", self.on_edge == "hold", through, nearest
         return options_of(how, self.depth, self._surface.closed, self.master)
 

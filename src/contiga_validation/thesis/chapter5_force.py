@@ -320,7 +320,6 @@ def contact_types() -> tuple[list[TypeRow], str]:
             law=ForceLaw(COEFFICIENT),
             area=HullArea(1),
             weights="area",
-            foot="tracked",
             contact_type="combined",
             master_law=own,
         )

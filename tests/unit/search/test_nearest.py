@@ -23,7 +23,7 @@ def distances(tables, points):
     h, found, out = np.empty((4, 6)), np.empty(4), np.empty(len(points))
     for k in range(len(points)):
         point = (points[k, 0], points[k, 1], points[k, 2])
-        out[k] = global_nb.closest(tables, point, -1, np.inf, found, h)
+        out[k] = global_nb.closest(tables, point, global_nb.anywhere(), np.inf, found, h)
     return out
 
 

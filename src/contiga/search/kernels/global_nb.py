@@ -267,10 +267,8 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
         top -= 1
         opened += 1
         cell = (stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3])
-        s = 0.5 * (cell[0] + cell[1])
-        t = 0.5 * (cell[2] + cell[3])
-        hs = 0.5 * (cell[1] - cell[0])
-        ht = 0.5 * (cell[3] - cell[2])
+        s, t = 0.5 * (cell[0] + cell[1]), 0.5 * (cell[2] + cell[3])
+        hs, ht = 0.5 * (cell[1] - cell[0]), 0.5 * (cell[3] - cell[2])
         evaluate(elements, e, s, t, h)
         m = middle(h, local, hs, ht)
         best = _improve(elements, trims, (e, s, t), math.sqrt(m.rr), best, found, seen)
