@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from sphinx.util import logging
+
 from contiga import __version__
 from contiga.statuses import Advised
 
@@ -56,6 +58,13 @@ def _prepare(
     lines[:] = told
 
 
+def _tell_of_overwritten(app: Any, name: str, _template: str, _context: Any, doctree: Any) -> None:
+    """A warning, and so an error, where Sphinx writes a page of its own over one of ours."""
+    if doctree is None and name in app.env.found_docs:
+        logging.getLogger(__name__).warning("%s.html is written by Sphinx: rename the page", name)
+
+
 def setup(app: Any) -> None:
     """Called by Sphinx."""
     app.connect("autodoc-process-docstring", _prepare, priority=400)  # before napoleon
+    app.connect("html-page-context", _tell_of_overwritten)

@@ -46,9 +46,12 @@ _HOME = {
     "Spring": "contiga.dynamics.springs",
     "Simulation": "contiga.simulation.simulation",
     "Sensor": "contiga.simulation.sensor",
+    "RelativeSensor": "contiga.simulation.sensor",
     "Finding": "contiga.simulation.checks.finding",
     "SystemState": "contiga.simulation.system_state",
     "Result": "contiga.simulation.result",
+    "StoredResult": "contiga.simulation.stored_result",
+    "open_result": "contiga.simulation.stored_result",
     "Case": "contiga.case.schema",
     "Clock": "contiga.simulation.clock",
     "load_case": "contiga.case.schema",
@@ -149,8 +152,11 @@ if TYPE_CHECKING:
     from contiga.simulation.checks.finding import Finding as Finding
     from contiga.simulation.clock import Clock as Clock
     from contiga.simulation.result import Result as Result
+    from contiga.simulation.sensor import RelativeSensor as RelativeSensor
     from contiga.simulation.sensor import Sensor as Sensor
     from contiga.simulation.simulation import Simulation as Simulation
+    from contiga.simulation.stored_result import StoredResult as StoredResult
+    from contiga.simulation.stored_result import open_result as open_result
     from contiga.simulation.system_state import SystemState as SystemState
     from contiga.slaves.slave import Slave as Slave
     from contiga.statuses import Feature as Feature

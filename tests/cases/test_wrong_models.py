@@ -110,6 +110,8 @@ BEFORE = [
     wrong("the same contact twice", PRESSED, "twice", "both push",
           slave=f'[[contact]]\nname = "again"\nmaster = "ball"\nslave = "pad"\n'
           f'law = {{ kind = "stress", elastic = {CURVE} }}\n[[contact]]'),
+    wrong("a pad whose nodes are free", PRESSED, "dust", "625 nodes are free masses of their own",
+          fixed='motion = { kind = "free" }', nodal="thickness = 20.0\nmass = 0.1\n"),
     wrong("a mass in kg", DROPPED, "mass", "its mass is 0.001 g",
           mass="mass = { total = 0.001 }"),
     wrong("a mass in mg", DROPPED, "mass", "1e+09 g", mass="mass = { total = 1e9 }"),

@@ -53,6 +53,16 @@ def test_links_lead_somewhere() -> None:
     assert runpy.run_path(str(ROOT / "docs" / "check_links.py"))["broken_links"]() == []
 
 
+def test_every_page_is_in_the_site(tmp_path: Path) -> None:
+    """A page that is called as one of Sphinx's own was there once, and nobody could read it."""
+    lost = runpy.run_path(str(ROOT / "docs" / "check_links.py"))["lost_pages"]
+    assert lost() == []
+    (tmp_path / "index.rst").write_text(".. toctree::\n\n   search\n", encoding="utf-8")
+    for name in ("search.md", "alone.md", "README.md"):
+        (tmp_path / name).write_text("# A page\n", encoding="utf-8")
+    assert [line.split(":")[0] for line in lost(tmp_path)] == ["alone.md", "search.md"]
+
+
 @pytest.mark.parametrize(("page", "text"), blocks("toml"))
 def test_case_on_a_page_is_valid(page: str, text: str) -> None:
     data = tomllib.loads(text)

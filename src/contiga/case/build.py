@@ -169,15 +169,19 @@ def _parts(case: Case, cache: PartCache) -> dict[str, Master | Slave]:
     keys |= {spec.name: f"slave[{i}].points" for i, spec in enumerate(case.slave)}
     if any(isinstance(spec.geometry, FileGeometry) for spec in case.body):
         preload_search()  # CAD's reader is being loaded, too
+    raw: dict[str, Body | TriMesh] = {}
+    for body_spec in case.body:
+        with _at(case, keys[body_spec.name]):
+            raw[body_spec.name] = _body(body_spec, case.units.length, cache)
     parts: dict[str, Master | Slave] = {}
     for name in order_of(case.parts):
         spec = case.parts[name]
         with _at(case, keys[name]):
             if isinstance(spec, BodySpec):
-                body = _body(spec, case.units.length, cache)
-                parts[name] = spec.geometry.standing(body, parts)
+                parts[name] = spec.geometry.standing(raw[name], parts)
             else:
-                parts[name] = _slave(spec, case.units.length, parts, cache)
+                met = [raw[one.master].size for one in case.contact if one.slave == name]
+                parts[name] = _slave(spec, case.units.length, parts, met, cache)
     return parts
 
 
@@ -233,13 +237,20 @@ def _springs(case: Case) -> dict[str, Spring]:
 
 
 def _slave(
-    spec: SlaveSpec, unit: str, parts: Mapping[str, Master | Slave], cache: PartCache
+    spec: SlaveSpec,
+    unit: str,
+    parts: Mapping[str, Master | Slave],
+    met: list[float],
+    cache: PartCache,
 ) -> Slave:
-    """The slave under its name in the case, with the nodal values the case gives it."""
+    """The slave under its name in the case, with the nodal values the case gives it.
+
+    `met` are sizes of the bodies that it has contacts with.
+    """
     if isinstance(spec.points, BodyPoints):
         body = parts[spec.points.body]
         assert not isinstance(body, Slave)
-        slave = spec.points.sampled(body)
+        slave = spec.points.sampled(body, met)
     else:
         slave = cache.part(spec.points, spec.name, unit, lambda: spec.points.slave(spec.name, unit))
     slave = spec.points.standing(slave, parts)

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from contiga.case.contact_spec import ContactSpec
 from contiga.case.motion_spec import FreeSpec
 from contiga.case.schema import Case
-from contiga.case.sensor_spec import SensorSpec
+from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec
 from contiga.simulation.history import COUNTED, OF_BODIES
+from contiga.simulation.springs import OF_SPRINGS
 
 _OF_CONTACTS = (
     *("n_contact", "max_penetration", "force_x", "force_y", "force_z", "force"),
@@ -27,6 +28,13 @@ _OF_SENSORS = {
     "displacement": ("x", "y", "z"),
     "force": ("fx", "fy", "fz", "f"),
     "moment": ("mx", "my", "mz"),
+}
+
+
+_OF_RELATIVE = {
+    "distance": ("distance", "rate"),
+    "displacement": ("x", "y", "z"),
+    "angle": ("angle", "angle_x", "angle_y", "angle_z"),
 }
 
 
@@ -50,6 +58,9 @@ def columns_of_case(case: Case) -> list[str]:
         found += [f"{contact.title}.{name}" for name in names]
     for sensor in case.sensor:
         found += [f"{sensor.name}.{name}" for name in _of_sensor(sensor)]
+    for spring in (spec.spring for spec in case.spring):
+        names = [*OF_SPRINGS, *(["filtered_force"] if spring.filter else [])]
+        found += [f"{spring.name}.{name}" for name in names]
     free = [body.name for body in case.body if isinstance(body.motion, FreeSpec)]
     found += [f"{name}.{column}" for name in free for column in OF_BODIES]
     if free or case.spring or any(isinstance(slave.motion, FreeSpec) for slave in case.slave):
@@ -59,7 +70,8 @@ def columns_of_case(case: Case) -> list[str]:
 
 def criteria_of_case(case: Case) -> list[str]:
     """Criteria that sensors of a case ask for: ``<sensor>.<criterion>``."""
-    return [f"{one.name}.{name}" for one in case.sensor for name in one.sensor.criteria]
+    sensors = [one.sensor for one in case.sensor if isinstance(one, PointSensorSpec)]
+    return [f"{one.name}.{name}" for one in sensors for name in one.criteria]
 
 
 def _of_contact(contact: ContactSpec) -> Iterator[str]:
@@ -68,7 +80,11 @@ def _of_contact(contact: ContactSpec) -> Iterator[str]:
         yield from _OF_FRICTION
 
 
-def _of_sensor(sensor: SensorSpec) -> Iterator[str]:
+def _of_sensor(sensor: PointSensorSpec | RelativeSensorSpec) -> Iterator[str]:
+    if isinstance(sensor, RelativeSensorSpec):
+        for measure in sensor.sensor.measures:
+            yield from _OF_RELATIVE[measure]
+        return
     for measure in sensor.sensor.measures:
         yield from _OF_SENSORS[measure]
     if sensor.filter is not None:

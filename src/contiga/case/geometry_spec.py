@@ -80,6 +80,7 @@ class _ShapeSpec(Spec):
                 raise CaseError(f"is missing; {self.shape} needs it", where=name)
         kinds = {k: p.annotation for k, p in inspect.signature(function).parameters.items()}
         for name, value in arguments.items():
+            _check_cells(value, name)
             if isinstance(value, dict):
                 arguments[name] = _nested_curve(name, value, context)
             elif kinds[name] in (NurbsCurve, NurbsCurve.__name__):
@@ -328,6 +329,14 @@ def shape_catalogue(made: type) -> dict[str, Callable[..., Any]]:
         and not name.startswith("_")
         and inspect.signature(function).return_annotation in (made, made.__name__)
     }
+
+
+def _check_cells(value: Any, where: str) -> None:
+    """Refuse text and truths in a list, which numpy would take for numbers."""
+    for i, cell in enumerate(value if isinstance(value, list) else ()):
+        _check_cells(cell, f"{where}[{i}]")
+        if isinstance(cell, str | bool):
+            raise CaseError("must be a number", where=f"{where}[{i}]", found=cell)
 
 
 def _nested_curve(name: str, value: dict[str, Any], context: Any) -> NurbsCurve:

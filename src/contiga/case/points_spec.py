@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
@@ -24,6 +25,7 @@ from contiga.case.spec import (
 )
 from contiga.geometry import clouds
 from contiga.masters.protocol import Master
+from contiga.masters.sampling import default_size, refined
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.slave import Slave
 
@@ -221,7 +223,7 @@ class GivenPoints(_Points):
 
 
 class BodyPoints(_Points):
-    """`{ body, tolerance }`: the surface of a body of the case, sampled by triangles.
+    """`{ body, tolerance, size }`: the surface of a body of the case, sampled by triangles.
 
     So two bodies can meet: one exact, one sampled. A slave of such points goes with its body where
     it has no motion of its own.
@@ -230,16 +232,24 @@ class BodyPoints(_Points):
     body: Name
     tolerance: Positive | None = None
     """Largest departure of the triangles from the surface; a thousandth of its size if omitted."""
+    size: Positive | None = None
+    """Longest side of the triangles; see `contiga.masters.sampling.default_size` if omitted."""
 
-    def sampled(self, body: Master) -> Slave:
-        """Points and triangles of the placed body, moved by the transform."""
+    def sampled(self, body: Master, met: Iterable[float] = ()) -> Slave:
+        """Points and triangles of the placed body, moved by the transform.
+
+        `met` are sizes of bodies that it is to meet.
+        """
         mesh = body.tessellate(self.tolerance or 1e-3 * body.size)
+        size = default_size(body, mesh, met) if self.size is None else self.size
+        mesh = refined(body, mesh, size)
         return self.chosen(Slave(mesh.vertices, mesh.triangles))
 
     def describe(self) -> str:
         """In words."""
         tolerance = "a thousandth of its size" if self.tolerance is None else f"{self.tolerance:g}"
-        return f"the surface of {self.body}, sampled to {tolerance}"
+        size = "" if self.size is None else f", no side longer than {self.size:g}"
+        return f"the surface of {self.body}, sampled to {tolerance}{size}"
 
 
 if TYPE_CHECKING:

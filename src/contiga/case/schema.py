@@ -28,7 +28,7 @@ from contiga.case.motion_spec import (
 )
 from contiga.case.points_spec import BodyPoints, PointsSpec
 from contiga.case.problems import case_error
-from contiga.case.sensor_spec import SensorSpec
+from contiga.case.sensor_spec import RelativeSensorSpec, SensorSpec
 from contiga.case.settings import with_settings
 from contiga.case.spec import (
     Count,
@@ -227,9 +227,13 @@ class Case(Spec):
         for where, name in self._named_bodies():
             _check_defined(where, name, "body", bodies, slaves)
         for i, body in enumerate(self.body):
-            if body.name == GROUND:
+            tied = [k for k, spring in enumerate(self.spring) if GROUND in spring.between]
+            if body.name == GROUND and tied:
                 raise CaseError(
-                    "is what springs call the world", where=f"body[{i}].name", found=GROUND
+                    f"is what springs call the world, as spring[{tied[0]}] does",
+                    where=f"body[{i}].name",
+                    found=GROUND,
+                    remedy="Call the body otherwise, in the springs that are on it, too",
                 )
             if isinstance(body.motion, FreeSpec) and body.mass is None:
                 raise CaseError(
@@ -252,7 +256,11 @@ class Case(Spec):
             if isinstance(motion, AttachedSpec):
                 yield f"{where}.motion.body", motion.body
         yield from ((f"load[{i}].body", load.body) for i, load in enumerate(self.load))
-        yield from ((f"sensor[{i}].body", one.body) for i, one in enumerate(self.sensor))
+        for i, one in enumerate(self.sensor):
+            if isinstance(one, RelativeSensorSpec):
+                yield from ((f"sensor[{i}].between[{k}]", end) for k, end in enumerate(one.between))
+            else:
+                yield f"sensor[{i}].body", one.body
         for i, spring in enumerate(self.spring):
             for k, end in enumerate(spring.between):
                 if end != GROUND:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Self
+from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, model_validator
 
-from contiga.case.spec import Name, Spec, Vector
-from contiga.simulation.sensor import Sensor
+from contiga.case.spec import Name, Spec, Vector, by_key
+from contiga.simulation.sensor import RELATIVE_MEASURES, RelativeSensor, Sensor
 
 
-class SensorSpec(Spec):
+class PointSensorSpec(Spec):
     """A `[[sensor]]`: `Sensor`, with all its options."""
 
     name: Name
@@ -46,3 +46,37 @@ class SensorSpec(Spec):
         at = "" if self.at is None else f" at {self.at}"
         told = [*self.measures, *([self.filter] if self.filter else []), *self.criteria]
         return f"on {self.body}{at}, {self.axes} axes: {', '.join(told)}"
+
+
+class RelativeSensorSpec(Spec):
+    """A `[[sensor]]` with `between`: `RelativeSensor`, with all its options."""
+
+    name: Name
+    between: Annotated[list[Name], Field(min_length=2, max_length=2)]
+    """Two bodies, the first of which sees the second."""
+    at: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = None
+    axes: str = "body"
+    measures: list[str] = Field(default_factory=lambda: list(RELATIVE_MEASURES))
+
+    @cached_property
+    def sensor(self) -> RelativeSensor:
+        """The sensor."""
+        return RelativeSensor(
+            self.name, self.between, at=self.at, axes=self.axes, measures=self.measures
+        )
+
+    @model_validator(mode="after")
+    def _sensor_is_possible(self) -> Self:
+        assert self.sensor is not None
+        return self
+
+    def describe(self) -> str:
+        """In words."""
+        at = "" if self.at is None else f" at {self.at}"
+        return f"between {' and '.join(self.between)}{at}: {', '.join(self.measures)}"
+
+
+if TYPE_CHECKING:
+    SensorSpec = PointSensorSpec | RelativeSensorSpec
+else:
+    SensorSpec = by_key(body=PointSensorSpec, between=RelativeSensorSpec)

@@ -26,6 +26,8 @@ class SpringSpec(Spec):
     damping: NotNegative = 0.0
     length: NotNegative | None = None
     """At rest; the distance of the points at the start if omitted."""
+    filter: str | None = None
+    """Of the force that results tell."""
 
     @cached_property
     def spring(self) -> Spring:
@@ -39,6 +41,7 @@ class SpringSpec(Spec):
             damping=self.damping,
             length=self.length,
             name=self.name or "",
+            filter=self.filter,
         )
 
     @model_validator(mode="after")
@@ -55,4 +58,5 @@ class SpringSpec(Spec):
         ]
         given += [f"damping {self.damping:g}"] if self.damping else []
         given += [] if self.length is None else [f"length {self.length:g} at rest"]
+        given += [] if self.filter is None else [self.filter]
         return f"between {' and '.join(self.between)}: {'; '.join(given)}"

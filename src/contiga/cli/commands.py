@@ -19,7 +19,7 @@ from contiga.cli.preview_case import preview_path, write_preview
 from contiga.cli.progress import progress_bar
 from contiga.cli.study import study
 from contiga.cli.warmup import warmup
-from contiga.errors import ContigaError, FileError, RunError
+from contiga.errors import ContigaError, FileError, InputError, RunError
 from contiga.version import __version__
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path
     for name, force in history.items():
         contact, _, column = name.rpartition(".")
         if column == "force" and np.isfinite(force).any():
-            at = int(np.nanargmax(force))
+            at = int(np.nanargmax(np.abs(force)))
             label = f"{contact}: " if contact else ""
             peak = f"{number(float(force[at]))} {columns.get(name, '')}".rstrip()
             when = f"{history['time'][at]:g} {columns.get('time', '')}".rstrip()
@@ -262,6 +262,13 @@ def mesh(
     out: Annotated[
         Path, typer.Option("-o", "--out", help="Mesh to write: .msh (Gmsh 4.1), .vtu or .stl.")
     ],
+    size: Annotated[
+        float | None,
+        typer.Option(
+            "--size",
+            help="Longest side of triangles; a tenth of the part's size if left out, none if 0.",
+        ),
+    ] = None,
     method: Annotated[
         str,
         typer.Option("--method", help="chord (distance) or net (the thesis' control net rule)."),
@@ -278,13 +285,19 @@ def mesh(
     from contiga.geometry.tessellate import check_request
     from contiga.io.cad.read_cad import read_cad
     from contiga.io.out.write_mesh import check_suffix, write_mesh
+    from contiga.masters.sampling import OF_ITSELF
 
     check_suffix(out)
     check_request(tol, method)
+    if size is not None and not 0.0 <= size < float("inf"):
+        raise InputError("must be a length", where="--size", found=size, allowed=">= 0")
     if not cad.exists():
         raise FileError("no such file", where=str(cad))
     parts = None if part is None else [int(key) if key.isdecimal() else key for key in part]
-    triangles = read_cad(cad, unit=unit, parts=parts).tessellate(tol, method=method)
+    body = read_cad(cad, unit=unit, parts=parts)
+    if size is None and method == "chord":
+        size = OF_ITSELF * body.size
+    triangles = body.tessellate(tol, method=method, size=size or None)
     write_mesh(out, triangles)
     open_edges = len(triangles.open_edges())
     closed = f"{open_edges} open edges" if open_edges else "closed"

@@ -85,7 +85,7 @@ def _part(part: CadPart) -> Iterator[Row]:
 
 
 def _faces(found: CadFile) -> Iterator[Row]:
-    from contiga.geometry.faces import face_bounds
+    from contiga.geometry.face_box import bounds_of
     from contiga.geometry.trim_area import patch_areas
 
     body = found.body
@@ -98,7 +98,7 @@ def _faces(found: CadFile) -> Iterator[Row]:
             *(said for said in (face.name, face.colour) if said is not None),
             f"area {areas[k]:.6g}",
             f"part {part.number}",
-            _box(face_bounds(body.patches[k], body.trims[k])),
+            _box(bounds_of([body.patches[k]], [body.trims[k]])),
         ]
         yield f"face {number}", ", ".join(texts)
 
@@ -122,13 +122,11 @@ def _ranges(numbers: Sequence[int]) -> str:
 
 def _summary(summary: dict[str, Any]) -> Iterable[Row]:
     """Rows of a summary: what is not known or empty is left out."""
-    # A patch stays inside the box of its control points and seldom fills it.
-    within = " (control points)" if "patches" in summary else ""
     for key, value in summary.items():
         label = key.replace("_", " ")
         if key == "bounds":
             for axis, low, high in zip("xyz", *value, strict=True):
-                yield axis + within, f"{low:.6g} to {high:.6g}, {high - low:.6g} long"
+                yield axis, f"{low:.6g} to {high:.6g}, {high - low:.6g} long"
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             for k, entry in enumerate(value):
                 yield (label if k == 0 else ""), _in_words(entry)

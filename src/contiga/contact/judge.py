@@ -50,8 +50,8 @@ def asked_of(
     within: FloatArray,
     tracked: tuple[BoolArray, ByteArray, tuple[FloatArray, FloatArray], Projection] | None = None,
 ) -> Asked:
-    """Points of which known = (side, reach) is; tracked = (kept, status, (guard, least depth), feet)
-    of those that were in contact."""
+    """Points of which known = (side, reach) is; tracked = (kept, status, (guard, least depth),
+    feet) of those that were in contact."""
     n = len(rows)
     truth = blank(n)
     truth.status[:] = NOT_ASKED

@@ -4,8 +4,8 @@ It is the nearest one, as long as that is not opposite: its outward normal makes
 the point's guard, which is the normal of the wall that was the nearest one before. Where it is
 opposite it does not take over, nor does one that has been nearer all along. The point is then held
 by the nearest wall that does not face away from its guard, and the guard stays as it is until the
-nearest wall is not opposite to it any more. So the depth is continuous: the distance to all of the surface, or to walls that stay the same
-(`docs/theory.md`).
+nearest wall is not opposite to it any more. So the depth is continuous: the distance to all of the
+surface, or to walls that stay the same (`docs/theory.md`).
 
 Open bodies have no inside to measure from. On them feet are followed, and a followed foot gives way
 to a nearer one of the same sheet that is not opposite and was not nearer before: then it has become

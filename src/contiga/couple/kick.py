@@ -37,23 +37,27 @@ class Kick(NamedTuple):
     kinetic: float
     strain: float
     """Stored in MuJoCo's springs."""
-    height: float
-    """Potential energy of the weights."""
+    weighed: FloatArray
+    """(3,) masses by their places, world axes."""
+    gravity: FloatArray
+    """(3,) acceleration of all masses in the kick."""
     damped: float
     """Power taken by dampers of joints and tendons and by fluid."""
     supplied: float
     """Power of actuators, applied forces and MuJoCo's own constraints."""
 
 
-def kick(model: Any, data: Any, pushes: Iterable[Push]) -> Kick:
+def kick(model: Any, data: Any, pushes: Iterable[Push], gravity: FloatArray) -> Kick:
     """Carry out `mj_step2` with the forces of contacts; `data` are at the next time then.
 
-    Forces that a user applies stay as they are.
+    Forces that a user applies stay as they are. `gravity` (3,) is that of `mj_step1`, which is the
+    one that acts.
     """
     import mujoco
 
     before, applied = data.qvel.copy(), data.qfrc_applied.copy()
-    strain, height = _potential(model, data)
+    weighed = (model.body_mass[:, None] * data.xipos).sum(axis=0)
+    strain = _strain(model, data, weighed)
     contact = np.zeros(model.nv)
     for push in pushes:
         mujoco.mj_applyFT(model, data, push.force, push.moment, push.point, push.body, contact)
@@ -71,24 +75,30 @@ def kick(model: Any, data: Any, pushes: Iterable[Push]) -> Kick:
         (data.qvel - before) / model.opt.timestep,
         0.5 * float((speed * momentum).sum()),
         strain,
-        height,
+        weighed,
+        gravity,
         -float((damping * speed).sum()),
         float(((others + data.qfrc_constraint) * speed).sum()),
     )
 
 
-def _potential(model: Any, data: Any) -> tuple[float, float]:
-    """Of springs, and of weights."""
+def gravity_of(model: Any) -> FloatArray:
+    """(3,) acceleration of all masses, which a user may change."""
+    import mujoco
+
+    off = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
+    return np.zeros(3) if off else model.opt.gravity.copy()
+
+
+def _strain(model: Any, data: Any, weighed: FloatArray) -> float:
+    """Stored in springs: what MuJoCo counts without its weights."""
     import mujoco
 
     kept = data.energy.copy()
     mujoco.mj_energyPos(model, data)
-    whole, height = float(data.energy[0]), 0.0
+    whole = float(data.energy[0])
     data.energy[:] = kept
-    if not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY:
-        fallen = (data.xipos * model.opt.gravity).sum(axis=1)
-        height = -float((model.body_mass * fallen).sum())
-    return whole - height, height
+    return whole + float((weighed * gravity_of(model)).sum())
 
 
 class Account(NamedTuple):
@@ -100,19 +110,21 @@ class Account(NamedTuple):
     """Taken by MuJoCo's dampers."""
     supplied: float = 0.0
     """Work of what the kick's `supplied` is the power of."""
-    start: float = 0.0
-    """Potential energy of the weights at the start."""
+    fallen: float = 0.0
+    """Work of the weights."""
     initial: float = 0.0
     """Kinetic and stored energy at the start."""
 
     def after(self, time: float, kick: Kick) -> Account:
         """The account at a later time: powers by the trapezoidal rule."""
         half, before = 0.5 * (time - self.time), self.kick
+        way, gravity = kick.weighed - before.weighed, 0.5 * (before.gravity + kick.gravity)
         return self._replace(
             time=time,
             kick=kick,
             damped=self.damped + half * (before.damped + kick.damped),
             supplied=self.supplied + half * (before.supplied + kick.supplied),
+            fallen=self.fallen + float((way * gravity).sum()),
         )
 
     def energy(self, contacts: Mapping[str, State]) -> Energy:
@@ -122,12 +134,12 @@ class Account(NamedTuple):
             damping=own.damping + self.damped,
             kinetic=self.kick.kinetic,
             strain=self.kick.strain,
-            external=self.supplied - (self.kick.height - self.start),
+            external=self.supplied + self.fallen,
             initial=self.initial,
         )
 
 
 def opened(time: float, kick: Kick, contacts: Mapping[str, State]) -> Account:
     """The account at the start."""
-    account = Account(time, kick, start=kick.height)
+    account = Account(time, kick)
     return account._replace(initial=account.energy(contacts).total)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
 from typing import Any
@@ -17,12 +18,12 @@ from contiga.couple.carriers import (
     motion_of,
     moving,
 )
-from contiga.couple.kick import Account, Kick, Push, kick, opened
+from contiga.couple.kick import Account, Kick, Push, gravity_of, kick, opened
 from contiga.couple.own_contacts import switch_off
 from contiga.couple.parts import parts_of
 from contiga.couple.result import MujocoResult
 from contiga.couple.stability import rates_of
-from contiga.errors import InputError, RunError
+from contiga.errors import ContigaWarning, InputError, RunError
 from contiga.extras import require
 from contiga.masters.protocol import Master
 from contiga.num.ordered import product
@@ -117,6 +118,7 @@ class MujocoCoupling(Shown):
         self._rows: dict[str, list[float]] = {}
         self._time = math.nan
         self._account: Account | None = None
+        self._gravity = gravity_of(self.model)
 
     def _facts(self) -> Facts:
         return [
@@ -170,7 +172,7 @@ class MujocoCoupling(Shown):
         check_integrator(self.model)
         self._check_step()
         step, bad = self.model.opt.timestep, _bad(self.data)
-        now = kick(self.model, self.data, self._pushes())
+        now = kick(self.model, self.data, self._pushes(), self._gravity)
         self._account = self._booked(now)
         for name, value in self._row(self.data, now, self._account).items():
             self._rows.setdefault(name, []).append(value)
@@ -202,6 +204,11 @@ class MujocoCoupling(Shown):
             The end has passed, or is no number.
         RunError
             As of `step`.
+
+        Warns
+        -----
+        ContigaWarning
+            More than 1 % of the largest energy is nowhere.
         """
         if isinstance(end, bool) or not isinstance(end, int | float) or not math.isfinite(end):
             raise InputError("must be a time", where="end", found=end, allowed="a finite number")
@@ -220,7 +227,10 @@ class MujocoCoupling(Shown):
             self.step()
             if on_step is not None:
                 on_step(self)
-        return self.result()
+        result = self.result()
+        for text in result.warnings:
+            warnings.warn(text, ContigaWarning, stacklevel=2)
+        return result
 
     def result(self) -> MujocoResult:
         """What there is so far, the time at which MuJoCo's data stand with it.
@@ -238,7 +248,7 @@ class MujocoCoupling(Shown):
             raise InputError("nothing was started", where="coupling", remedy="Call start() first")
         copy = mujoco.MjData(self.model)
         mujoco.mj_copyData(copy, self.model, self.data)
-        now = kick(self.model, copy, self._pushes())
+        now = kick(self.model, copy, self._pushes(), self._gravity)
         account = self._booked(now)
         last = self._row(copy, now, account)
         history = {n: as_column(n, [*self._rows.get(n, []), value]) for n, value in last.items()}
@@ -255,6 +265,7 @@ class MujocoCoupling(Shown):
 
     def _touch(self, last: Kick | None) -> None:
         """All contacts where the data stand. Speeds there are foreseen from the last kick."""
+        self._gravity = gravity_of(self.model)
         speed = self.data.qvel.copy()
         if last is not None:
             speed += 0.5 * self.model.opt.timestep * last.acceleration

@@ -11,8 +11,30 @@
 
 from __future__ import annotations
 
+from contiga.criteria.brain import BrIC, bric
+from contiga.criteria.chest import Viscous, vc
+from contiga.criteria.femur import FemurForce, femur_force
 from contiga.criteria.filters import cfc
 from contiga.criteria.head_injury import HIC, hic, hicd
 from contiga.criteria.held_level import Clip, clip
+from contiga.criteria.neck import HYBRID_III_5, HYBRID_III_50, NeckLimits, Nij, nij
 
-__all__ = ["HIC", "Clip", "cfc", "clip", "hic", "hicd"]
+__all__ = [
+    "HIC",
+    "HYBRID_III_5",
+    "HYBRID_III_50",
+    "BrIC",
+    "Clip",
+    "FemurForce",
+    "NeckLimits",
+    "Nij",
+    "Viscous",
+    "bric",
+    "cfc",
+    "clip",
+    "femur_force",
+    "hic",
+    "hicd",
+    "nij",
+    "vc",
+]

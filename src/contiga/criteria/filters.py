@@ -14,6 +14,7 @@ from contiga.num.arrays import positive
 from contiga.records import FloatArray
 
 CLASSES = (60, 180, 600, 1000)
+NAMES = tuple(f"CFC{number}" for number in CLASSES)
 LEAST_RATE = 10
 """Samples a second for each Hz of the class; fewer bend the corridor of gains."""
 _PAD_TIME, _PAD_SAMPLES = 0.01, 100

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.criteria.filters import NAMES as FILTERS
 from contiga.dynamics.spring_curves import Axial, SpringLaw, spring_law
 from contiga.errors import InputError
 from contiga.laws.characteristic import Characteristic, CurveLike
@@ -74,6 +75,8 @@ class Spring:
     damping : force by the rate of elongation, ≥ 0
     length : at rest, ≥ 0; the distance of the points at the start if None
     name : how results call it; "<first>-<second>" if empty
+    filter : "CFC60", "CFC180", "CFC600" or "CFC1000" (SAE J211) for the force that results tell;
+        none if omitted
 
     Notes
     -----
@@ -86,7 +89,8 @@ class Spring:
     ------
     InputError
         Neither curve nor damping; both ends of one body, or both on the ground; two points that
-        are one; curves that break the rules of `Characteristic` and `Hysteresis`.
+        are one; curves that break the rules of `Characteristic` and `Hysteresis`; a filter that is
+        not known.
 
     Examples
     --------
@@ -103,6 +107,7 @@ class Spring:
     damping: float
     length: float
     name: str
+    filter: str | None
 
     def __init__(
         self,
@@ -115,6 +120,7 @@ class Spring:
         damping: float = 0.0,
         length: float | None = None,
         name: str = "",
+        filter: str | None = None,
     ) -> None:
         pair, ends, c = _pair(between), _ends(at), not_negative(damping, "damping")
         if curve is None:
@@ -131,6 +137,7 @@ class Spring:
         put(self, "damping", c)
         put(self, "length", rest)
         put(self, "name", name or "-".join(pair))
+        put(self, "filter", _filter(filter))
 
     def start(self, ends_W: ArrayLike, velocities_W: ArrayLike) -> SpringState:
         """The state at the start: what is stored then was put in before, nothing is lost yet.
@@ -231,6 +238,14 @@ def _ends(at: ArrayLike) -> FloatArray:
             "the two points are one: a spring between them has no direction", where="at", found=at
         )
     return read_only(ends)
+
+
+def _filter(name: str | None) -> str | None:
+    if name is not None and name not in FILTERS:
+        raise InputError(
+            "is not known", where="filter", found=name, allowed=", ".join(map(repr, FILTERS))
+        )
+    return name
 
 
 def _check_damper_alone(

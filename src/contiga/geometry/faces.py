@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Self
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import GeometryError
-from contiga.geometry.bezier import extract
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import measured
 from contiga.geometry.edges import (
@@ -20,6 +18,7 @@ from contiga.geometry.edges import (
     mirrored,
     moved_edge,
 )
+from contiga.geometry.face_box import bounds_of
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import Loop, TrimTables, build_trim_tables, check_loops
 from contiga.geometry.trim_area import body_area, body_volume
@@ -165,16 +164,12 @@ class Faces(Shown):
         return self._tables
 
     def bounds(self) -> FloatArray:
-        """(2, 3) low and high corner of a box that holds every face.
+        """(2, 3) low and high corner of the box of all faces, trims obeyed.
 
-        Control points of each patch's elements; of trimmed patches only the part around the
-        loops is counted.
+        It is that of the surface, not of control points, up to rounding.
         """
         if self._bounds is None:
-            boxes = np.array(
-                [face_bounds(*face) for face in zip(self._patches, self._trims, strict=True)]
-            )
-            self._bounds = read_only(np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)]))
+            self._bounds = read_only(bounds_of(self._patches, self._trims))
         return self._bounds
 
     def area(self, rtol: float = 1e-9) -> float:
@@ -271,17 +266,3 @@ class Faces(Shown):
     def scaled(self, s: float, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Self:
         """The body scaled by `s` > 0 about `origin`."""
         return self._moved(transform.scaling(s, origin))
-
-
-def face_bounds(patch: NurbsSurface, loops: tuple[Loop, ...] | None) -> FloatArray:
-    """(2, 3) box of a face from the Bézier points of the part its loops reach."""
-    if loops is not None:
-        reach = np.concatenate([curve.bounds()[:, :2] for loop in loops for curve in loop])
-        low, high = np.array(patch.domain).T
-        a = np.clip(reach.min(axis=0), low, high)
-        b = np.clip(reach.max(axis=0), low, high)
-        if np.all(a < b):
-            patch = patch.restricted((float(a[0]), float(b[0])), (float(a[1]), float(b[1])))
-    coefs = extract(patch).coefs
-    points = (coefs[..., :3] / coefs[..., 3:]).reshape(-1, 3)
-    return np.array([points.min(axis=0), points.max(axis=0)])

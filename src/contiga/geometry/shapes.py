@@ -53,7 +53,7 @@ def arc(
     Rational quadratic pieces of at most a quarter turn (The NURBS Book, Algorithm A7.1).
     """
     r = _size(radius, "radius")
-    knots, points, weights = _unit_arc(start, end)
+    knots, points, weights = _unit_arc(_number(start, "start"), _number(end, "end"))
     net = np.column_stack([r * points, np.zeros(len(points))])
     return NurbsCurve(2, knots, net, weights)._moved(transform.frame(axis, centre))
 
@@ -186,7 +186,7 @@ def cone(
     `centre` is the centre of the base and the apex lies along +`axis`; normals outward.
     """
     r, h = _size(radius, "radius"), _size(height, "height")
-    top = float(top_radius)
+    top = float(_number(top_radius, "top_radius"))
     if not (math.isfinite(top) and top >= 0.0):
         raise GeometryError("must not be negative", where="top_radius", found=top_radius)
     side = revolved(line((r, 0.0, 0.0), (top, 0.0, h)), angle)
@@ -287,10 +287,16 @@ def _curve(value: NurbsCurve, name: str) -> NurbsCurve:
     return value
 
 
+def _number(value: float, name: str) -> float:
+    """`value` if it is a number; text and truths are none."""
+    if not isinstance(value, int | float | np.number) or isinstance(value, bool):
+        raise GeometryError("must be a number", where=name, found=value)
+    return value
+
+
 def _size(value: float, name: str) -> float:
     """A positive finite number."""
-    good = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-    if not good or not 0.0 < value <= _LARGEST:
+    if not 0.0 < _number(value, name) <= _LARGEST:
         raise GeometryError("a size must be positive", where=name, found=value, allowed="> 0")
     return float(value)
 

@@ -31,7 +31,7 @@ def first_derivative_bounds(
     if not surface.is_rational:
         return np.array([_largest(_slope(A, 2)), _largest(_slope(A, 3))]), u_breaks, v_breaks
     smallest = w.min(axis=(2, 3, 4)) ** 2
-    bounds = np.array([_largest(_numerator(A, w, axis)) / smallest for axis in (2, 3)])
+    bounds = np.array([_largest(numerator(A, w, axis)) / smallest for axis in (2, 3)])
     return bounds, u_breaks, v_breaks
 
 
@@ -78,7 +78,7 @@ def _largest(coefs: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(coefs, axis=-1).max(axis=(-2, -1)))
 
 
-def _numerator(A: FloatArray, w: FloatArray, axis: int) -> FloatArray:
+def numerator(A: FloatArray, w: FloatArray, axis: int) -> FloatArray:
     """Coefficients of A_a w − A w_a, the numerator of a first derivative."""
     slope = _product(_raised(_slope(A, axis), A), w)
     return slope - _product(A, _raised(_slope(w, axis), w))

@@ -8,20 +8,20 @@ CUT cell the few pieces that meet it decide by a crossing test on the exact curv
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from contiga.errors import GeometryError
 from contiga.geometry.bezier import extract_curve
 from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.edges import BodyEdge
 from contiga.geometry.kernels import trim_build_nb as build_nb
 from contiga.geometry.kernels.trim_nb import TrimTables, box_state, point_in_trim
+from contiga.geometry.surface import NurbsSurface
 from contiga.num.codes import CUT, IN, OUT
 from contiga.records import FloatArray
-
-if TYPE_CHECKING:
-    from contiga.geometry.faces import Faces
 
 __all__ = [
     "CUT",
@@ -43,6 +43,22 @@ LARGEST_GAP = 1e-3
 """Gaps up to this share of the domain are closed by a straight piece; larger ones are errors."""
 OUTSIDE = 1e-3
 """How far, as a share of the domain, a p-curve may reach over the rectangle, which cuts it off."""
+
+
+class Trimmed(Protocol):
+    """Faces as the tables take them: those of a body, or a few of them."""
+
+    @property
+    def patches(self) -> Sequence[NurbsSurface]:
+        """Of the faces."""
+
+    @property
+    def trims(self) -> Sequence[tuple[Loop, ...] | None]:
+        """For each patch None, or its loops."""
+
+    @property
+    def edges(self) -> Sequence[BodyEdge]:
+        """Those that are known."""
 
 
 class _Pieces(NamedTuple):
@@ -138,7 +154,7 @@ def _close(pieces: _Pieces, low: FloatArray, high: FloatArray) -> _Pieces:
     return _Pieces(coefs, np.array(ends), curve_of, interval)
 
 
-def build_trim_tables(body: Faces) -> TrimTables:
+def build_trim_tables(body: Trimmed) -> TrimTables:
     """Tables for `point_in_trim` and `box_state` over all patches of `body`.
 
     Returns
@@ -186,7 +202,7 @@ def _stack(coefs: list[FloatArray]) -> tuple[FloatArray, np.ndarray]:
     return padded, degree
 
 
-def _with_cells(body: Faces, counts: np.ndarray, **pieces: np.ndarray) -> TrimTables:
+def _with_cells(body: Trimmed, counts: np.ndarray, **pieces: np.ndarray) -> TrimTables:
     """The full tables: grids sized by the number of pieces, cells filled."""
     trimmed = np.array([loops is not None for loops in body.trims], dtype=np.int8)
     side = [min(max(math.ceil(3.0 * math.sqrt(c)), 4), 512) if c else 0 for c in counts]

@@ -22,6 +22,7 @@ from contiga.records import Hit, MassProperties, Projection
 if TYPE_CHECKING:
     from contiga.search.exact_surface import ExactSurface
     from contiga.search.openings import Openings
+    from contiga.triangles.trimesh import TriMesh
 
 # The search is imported when it is first asked for: it takes longer than reading a small file.
 
@@ -133,6 +134,27 @@ class Body(Faces):
             )
         middle = self.bounds().mean(axis=0)
         return of_volume(body_moments(self, middle), middle, rho, self.name)
+
+    def tessellate(
+        self, tol: float, *, method: str = "chord", size: float | None = None
+    ) -> TriMesh:
+        """Triangles of the faces, trims obeyed, without cracks at shared edges.
+
+        `tol` is a length for "chord" and an area by patch for "net", as for patches. No side is
+        longer than `size`, a length; if omitted, triangles are as large as the tolerance lets them
+        be, so that a flat face has the points of its border only.
+
+        Raises
+        ------
+        InputError, GeometryError
+            Tolerance or size are not positive, or take more than 40 million triangles.
+        """
+        mesh = super().tessellate(tol, method=method)
+        if size is None:
+            return mesh
+        from contiga.masters.sampling import refined
+
+        return refined(self, mesh, size)
 
     def project(
         self,

@@ -196,6 +196,10 @@ class Master(Protocol):
         """Triangles at most `tol` off it, length."""
         ...  # pragma: no cover
 
+    def transformed(self, matrix: ArrayLike) -> Master:
+        """The same moved by a regular affine (4, 4) matrix."""
+        ...  # pragma: no cover
+
     def about(self, point: ArrayLike) -> Master:
         """The same master with another reference point (3,)."""
         ...  # pragma: no cover

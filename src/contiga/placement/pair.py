@@ -26,13 +26,20 @@ class _Leg(NamedTuple):
     master: Master
     way: FloatArray
     """(3,) how the points move in the master's frame as the moved part does."""
+    both: bool = False
+    """Whether behind an open master is outside of it, too: a sheet, no border of a solid."""
+
+    @property
+    def depth(self) -> float | None:
+        """How deep behind an open master is inside, as `contiga.masters.nearness` takes it."""
+        return None if self.both else np.inf
 
     def gaps(self, points: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Gaps (n,) of points (n, 3), and which lie past a border: these may jump on their way.
 
         Behind a face of an open body is inside, however deep.
         """
-        gaps, feet = gaps_of(self.master.surface, points, np.inf)
+        gaps, feet = gaps_of(self.master.surface, points, self.depth)
         return gaps, (feet.status != Status.OK) & (not self.master.closed)
 
 
@@ -47,6 +54,7 @@ class Pair:
     ----------
     moved, other : bodies or slaves, at least one of them a body
     way : (3,) unit vector of the line
+    both : take open bodies for sheets, of which both sides are free
 
     Raises
     ------
@@ -54,12 +62,14 @@ class Pair:
         Two slaves: there is no surface to measure a gap from.
     """
 
-    def __init__(self, moved: Master | Slave, other: Master | Slave, way: FloatArray) -> None:
+    def __init__(
+        self, moved: Master | Slave, other: Master | Slave, way: FloatArray, *, both: bool = False
+    ) -> None:
         legs = []
         if not isinstance(other, Slave):
-            legs.append(_Leg(moved, other, way))
+            legs.append(_Leg(moved, other, way, both and not other.closed))
         if not isinstance(moved, Slave):
-            legs.append(_Leg(other, moved, -way))
+            legs.append(_Leg(other, moved, -way, both and not moved.closed))
         if not legs:
             raise InputError(
                 "two slaves have no gap: neither has a surface to measure from",
@@ -141,7 +151,7 @@ class Pair:
 def _bounds(leg: _Leg, points: FloatArray) -> FloatArray:
     """(n,) what the gaps of points (n, 3) are at least, before any is worked out."""
     rows = np.arange(len(points), dtype=np.int32)
-    return lower_bounds(leg.master.surface, points, rows, np.inf)
+    return lower_bounds(leg.master.surface, points, rows, leg.depth)
 
 
 def _apart(points: FloatArray, spacing: float) -> FloatArray:

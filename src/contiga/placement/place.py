@@ -26,7 +26,8 @@ def place(thing: Part, *, on: Master | Slave, direction: Axis, gap: float = 0.0)
 
     A start that is free, with no point nearer than `gap`, is moved forward to the first place that
     is not nearer; one that is nearer or overlaps is moved back to the last such place behind it.
-    Nothing but the way along the line changes.
+    Nothing but the way along the line changes. Behind the faces of an open body counts as inside.
+    If it meets a closed one and there is no such place, it is a sheet, which is free on both sides.
 
     Between a body and a slave the gap is that of the slave's active points, to 1e-10 of the body's
     size; past the border of an open body it is the distance, on both sides. Of two bodies samples
@@ -63,18 +64,50 @@ def place(thing: Part, *, on: Master | Slave, direction: Axis, gap: float = 0.0)
     for key, value in (("thing", thing), ("on", on)):
         check_part(value, key)
     way, least = unit_axis(direction, "direction"), _checked_gap(gap)
-    pair = Pair(thing, on, way)
-    behind, ahead = _along(thing, way), _along(on, way)
-    most = (ahead[1] - behind[0] + least, behind[1] - ahead[0] + least)
-    shift = shift_to_gap(pair, least, most)
+    shift = _shift(thing, on, way, least)
     if shift is None:
         raise InputError(
             f"{thing.name} never stands {least:g} from {on.name} on its way",
             where="direction",
             found=[float(f"{x:.6g}") for x in way],
-            remedy="Turn the direction towards it, align the two first, or swap its free side",
+            remedy=f"Turn the direction towards it, or align the two first{_open_side(thing, on)}",
         )
     return thing.transformed(translation(shift * way))
+
+
+def _shift(
+    thing: Master | Slave, on: Master | Slave, way: FloatArray, least: float
+) -> float | None:
+    """How far `thing` is to be moved; None if there is no place for it."""
+    behind, ahead = _along(thing, way), _along(on, way)
+    most = (ahead[1] - behind[0] + least, behind[1] - ahead[0] + least)
+    try:
+        shift = shift_to_gap(Pair(thing, on, way), least, most)
+    except InputError:
+        if not _is_sheet(thing, on):
+            raise
+        shift = None
+    if shift is None and _is_sheet(thing, on):
+        return shift_to_gap(Pair(thing, on, way, both=True), least, most)
+    return shift
+
+
+def _is_sheet(thing: Master | Slave, on: Master | Slave) -> bool:
+    """Whether an open body is to stand by a closed one."""
+    bodies = [part.closed for part in (thing, on) if not isinstance(part, Slave)]
+    return sorted(bodies) == [False, True]
+
+
+def _open_side(thing: Master | Slave, on: Master | Slave) -> str:
+    """What of open bodies may be in the way: the end of a sentence."""
+    names = [part.name for part in (thing, on) if not isinstance(part, Slave) and not part.closed]
+    if not names:
+        return ""
+    are = "is" if len(names) == 1 else "are"
+    return (
+        f", or swap the free side of {names[-1]} (flip = true): {' and '.join(names)} {are} open, "
+        "and what is behind an open face counts as inside"
+    )
 
 
 def check_part(value: object, where: str) -> None:

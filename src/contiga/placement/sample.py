@@ -8,7 +8,6 @@ import numpy as np
 
 from contiga.errors import InputError
 from contiga.masters.protocol import Master
-from contiga.num.rigid import to_world
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.slave import Slave, box_of
 
@@ -116,9 +115,7 @@ def extent(part: Master | Slave) -> FloatArray:
     >>> extent(Body(shapes.torus(major=3.0, minor=1.0))).round(9).tolist()
     [[-4.0, -4.0, -1.0], [4.0, 4.0, 1.0]]
     """
-    if not isinstance(part, Slave):
-        return extent_at(part, np.eye(4))
-    return box_of(points_of(part))
+    return box_of(points_of(part)) if isinstance(part, Slave) else part.bounds()
 
 
 def extent_at(body: Master, pose: FloatArray) -> FloatArray:
@@ -131,14 +128,4 @@ def extent_at(body: Master, pose: FloatArray) -> FloatArray:
     >>> extent_at(rod, transform.rotation([1.0, 0.0, 0.0], np.pi / 2)).round(9).tolist()
     [[-1.0, -4.0, -1.0], [1.0, 4.0, 1.0]]
     """
-    points = sample(body)
-    box = np.empty((2, 3))
-    for axis in range(3):
-        for end, sign in enumerate((1.0, -1.0)):
-
-            def along(at: FloatArray, axis: int = axis, sign: float = sign) -> FloatArray:
-                return np.asarray(sign * to_world(pose, at)[:, axis])
-
-            start = points[np.argsort(along(points), kind="stable")[:4]]
-            box[end, axis] = sign * along(sharpened(body, start, along)).min()
-    return box
+    return body.transformed(pose).bounds()

@@ -13,7 +13,7 @@ from contiga.records import FloatArray
 from contiga.report.camera import unit
 from contiga.report.lines import CONFIG, FONT, with_unit
 from contiga.report.space import dots, mesh_trace, space_axis
-from contiga.report.style import INK, LINES, MUTED, page
+from contiga.report.style import INK, LINES, MUTED, SPRING, page
 
 RED = LINES[1]
 _APART = 1e-3
@@ -36,7 +36,7 @@ def page_of(stage: Stage) -> str:
         "Nothing has been run.</p>"
         f'<div class="frame">{scene}</div>'
         '<p class="caption">Drag to turn, scroll to come closer. Cones point to the free side of '
-        "bodies; dashed lines are the ways that motions prescribe.</p>"
+        "bodies; dashed lines are the ways that motions prescribe, thick ochre ones springs.</p>"
         f"{_gaps(stage)}{_parts(stage)}"
     )
     return page(stage.title, body, css=_CSS, script=get_plotlyjs())
@@ -65,6 +65,8 @@ def figure_of(stage: Stage) -> Any:
         name = f"{arrow.name}: {speed_text(arrow, stage.units)}"
         figure.add_trace(_line(name, ends, {"color": INK, "width": 6}))
         figure.add_trace(_cones(name, ends[1:], 0.12 * reach * unit(arrow.vector)[None], INK))
+    look = {"color": SPRING, "width": 5}
+    figure.add_traces([_line(f"spring {tie.name}", tie.ends, look) for tie in stage.ties])
     figure.add_traces([_gap(gap, stage) for gap in stage.gaps])
     _in_space(figure, stage)
     return figure

@@ -84,6 +84,14 @@ class Gap(NamedTuple):
     """The least distance of all the time, and when it is, of sides that are known never to meet."""
 
 
+class Tie(NamedTuple):
+    """A spring at the start."""
+
+    name: str
+    ends: FloatArray
+    """(2, 3), world axes."""
+
+
 class Stage(NamedTuple):
     """All a preview shows."""
 
@@ -94,11 +102,14 @@ class Stage(NamedTuple):
     ways: tuple[Way, ...]
     velocities: tuple[Arrow, ...]
     gaps: tuple[Gap, ...]
+    ties: tuple[Tie, ...] = ()
 
     @property
     def box(self) -> FloatArray:
-        """(2, 3) of all parts."""
-        boxes = np.array([part.box for part in self.parts])
+        """(2, 3) of all parts and springs."""
+        boxes = np.array(
+            [part.box for part in self.parts] + [np.sort(tie.ends, axis=0) for tie in self.ties]
+        )
         return np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
     @property
@@ -125,6 +136,7 @@ def stage_of(model: Model) -> Stage:
         ways=tuple(_ways(model, parts)),
         velocities=tuple(_velocities(model, parts)),
         gaps=tuple(_gaps(model, start)),
+        ties=tuple(Tie(name, spring.at) for name, spring in model.springs.items()),
     )
 
 

@@ -14,7 +14,7 @@ from contiga.records import FloatArray
 from contiga.report.camera import unit
 from contiga.report.labels import spread
 from contiga.report.shading import free_edges
-from contiga.report.style import INK, LINES, MUTED
+from contiga.report.style import INK, LINES, MUTED, SPRING
 from contiga.report.view import View
 from contiga.triangles.trimesh import TriMesh
 
@@ -25,6 +25,10 @@ _NAME = 32
 """Characters of the name of a contact over its picture, at most."""
 _NEAREST = 3
 """Gaps that are shown from near by, at most."""
+_SPRINGS = 12
+"""Springs that are named in the picture, at most."""
+_LONG = 12.0
+"""Pixels of a spring that is named, at least: joints of short ones would hide what they join."""
 _DOTS = 4000
 """Points of a part that are drawn or looked at for the frame, at most."""
 _FAINT = "#c9ced4"
@@ -84,6 +88,8 @@ def _whole(axes: Any, stage: Stage) -> None:
     for arrow in stage.velocities:
         length = 0.6 * float(np.linalg.norm(np.ptp(stage.part(arrow.name).box, axis=0)))
         view.arrow(arrow.at, arrow.at + length * unit(arrow.vector), color=INK, lw=2.0)
+    for tie in stage.ties:
+        view.lines(tie.ends, color=SPRING, lw=2.2)
     for gap in stage.gaps:
         axes.plot(*view.placed(gap.ends).T, "o-", color=RED, ms=4.0, mew=0.0, lw=1.6, zorder=6)
     edges = _edges(view, stage)
@@ -180,6 +186,9 @@ def _labels(axes: Any, view: View, stage: Stage, edges: list[tuple[str, FloatArr
     for gap in stage.gaps:
         at = view.placed([gap.ends.mean(axis=0)])[0]
         texts.append((gap_text(gap, stage.units), at + np.array([0.0, 16.0]), RED))
+    long = [tie for tie in stage.ties if np.ptp(view.placed(tie.ends), axis=0).max() > _LONG]
+    for tie in long[:_SPRINGS]:
+        texts.append((tie.name, view.placed([tie.ends.mean(axis=0)])[0], SPRING))
     wanted = np.array([at for _, at, _ in texts])
     lines = [text.split("\n") for text, _, _ in texts]
     sizes = np.array([[max(map(len, rows)), len(rows)] for rows in lines]) * _CHARACTER

@@ -26,7 +26,7 @@ def write_report(folder: str | Path) -> Path:
 
     Only files of the folder are read (history, fields, summary, case), so a report can be written
     again at any time and on another machine. Without fields there are no pictures, and the page
-    says so.
+    says so. Of a run that goes on or was stopped it shows what there is up to the last checkpoint.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def write_report(folder: str | Path) -> Path:
     Raises
     ------
     FileError
-        The folder is not that of a finished run.
+        The folder is not that of a run, or of one that has just begun.
     MissingPackageError
         A package that a report is drawn with is not installed.
     """
@@ -49,6 +49,7 @@ def write_report(folder: str | Path) -> Path:
     from contiga.report.frames import frames_of
     from contiga.report.html import page
     from contiga.report.peak import at_frame, peak_frame
+    from contiga.report.places import ties_of
     from contiga.report.run_folder import read_fields, read_outlines, read_run
     from contiga.report.scene import draw_still
     from contiga.report.space import view_of
@@ -59,12 +60,14 @@ def write_report(folder: str | Path) -> Path:
     if series is not None:
         frame = peak_frame(series, run.times, run.total("force"))
         outlines = read_outlines(run)
-        peak = at_frame(series, frame, outlines)
+        ties = ties_of(run.summary)
+        peak = at_frame(series, frame, outlines, ties)
         peak_time = peak.time
         with atomic_write(run.folder / PICTURE) as path:
             draw_still(peak, path, run.units)
         still = (run.folder / PICTURE).read_bytes()
-        view = view_of(peak, frames_of(series, outlines, frame, peak, run.units), run.units)
+        frames = frames_of(series, outlines, frame, peak, run.units, ties)
+        view = view_of(peak, frames, run.units, [tie.name for tie in ties])
     text = page(run, still=still, view=view, peak_time=peak_time)
     write_text(run.folder / PAGE, text)
     return run.folder / PAGE

@@ -89,7 +89,7 @@ def compare(a: str | Path, b: str | Path) -> Comparison:
 
     Parameters
     ----------
-    a, b : output folders of finished runs
+    a, b : output folders of runs
 
     Returns
     -------
@@ -100,7 +100,7 @@ def compare(a: str | Path, b: str | Path) -> Comparison:
     Raises
     ------
     FileError
-        A folder is not that of a finished run.
+        A folder is not that of a run.
     InputError
         The runs are in other units, or have no time in common.
 
@@ -154,7 +154,12 @@ def _beside(one: Run, two: Run) -> Comparison:
 
 def columns_of(run: Run) -> dict[str, FloatArray]:
     """Columns (n,) of a history by ``<owner>.<name>``; those of a contact have its name always."""
-    owners = [*run.contacts.items(), *run.bodies.items(), *run.sensors.items()]
+    owners = [
+        *run.contacts.items(),
+        *run.bodies.items(),
+        *run.sensors.items(),
+        *run.springs.items(),
+    ]
     owners += [("energy", run.energy)] if run.energy else []
     return {f"{owner}.{name}": column for owner, of in owners for name, column in of.items()}
 

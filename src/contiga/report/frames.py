@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from contiga.records import FloatArray, IndexArray
 from contiga.report.peak import Outline, Peak, Touched, lines_at, rows_of, seen_parts, touched_at
+from contiga.report.places import Ties, place_of, tie_ends
 from contiga.report.run_folder import Units
 from contiga.report.shown import MANY, fields_of, region_colours
 from contiga.report.style import number
@@ -23,8 +24,6 @@ MOST = 40
 """Steps that a page shows at most."""
 BUDGET = 5_000_000
 """Bytes that they may take, before base64."""
-_RIGID = 2e-7
-"""Departure of a part from a rigid motion, relative to its size and place: single precision."""
 
 
 class Frame(NamedTuple):
@@ -39,6 +38,8 @@ class Frame(NamedTuple):
     values: dict[str, NDArray[np.float32]]
     """(k,) of those points, by field."""
     outlines: tuple[Outline, ...]
+    ties: FloatArray
+    """(k, 2, 3) ends of springs."""
 
     @property
     def size(self) -> int:
@@ -61,7 +62,9 @@ class Frames(NamedTuple):
     tops: dict[str, float]
     """Where the colours of each field end, for all steps alike."""
     spans: list[list[float]]
-    """Least and greatest x, y and z of all steps."""
+    """Least and greatest x, y and z of all that is seen, over all steps."""
+    near: list[list[float]]
+    """The same of what touches at the peak."""
 
     @property
     def regions(self) -> tuple[Outline, ...]:
@@ -76,21 +79,30 @@ class Frames(NamedTuple):
 
 
 def frames_of(
-    series: RecordedFields, outlines: OutlineSeries | None, shown: int, peak: Peak, units: Units
+    series: RecordedFields,
+    outlines: OutlineSeries | None,
+    shown: int,
+    peak: Peak,
+    units: Units,
+    ties: Ties = (),
 ) -> Frames:
     """Recorded steps of a run, the one `shown` first among them.
 
     Parameters
     ----------
     peak : the scene at that step
+    ties : between bodies, drawn as lines
     """
     chosen = chosen_steps(series.times, shown, MOST)
     kinds = [rows_of(series, kind) for kind in ("body", "slave")]
     parts = [rows for kind in kinds for rows in kind]
+    start = series.points(0) if ties else np.zeros((0, 3))
     base = series.points(shown)
     tops = {name: field.top for name, field in fields_of(peak, units).items()}
     wanted = (*tops, *(() if peak.cluster is None else ("cluster",)))
-    frames, ends = [], []
+    frames: list[Frame] = []
+    ends: list[FloatArray] = []
+    near: list[FloatArray] = []
     for step in chosen.tolist():
         touched = touched_at(series, step)
         points = series.points(step)
@@ -102,9 +114,12 @@ def frames_of(
                 rows=rows,
                 values=_values(touched, rows, wanted),
                 outlines=lines_at(outlines, step),
+                ties=tie_ends(series, start, points, ties),
             )
         )
-        ends += _ends(_in_focus(series, step, peak))
+        seen = seen_parts(series, step)
+        ends += _ends(np.concatenate([*seen, frames[-1].ties.reshape(-1, 3)]))
+        near += _ends(_in_focus(seen, peak))
         # a few nodes at a rim say nothing of the rest, as in a picture of one step
         if len(rows) >= MANY:
             for name, field in fields_of(touched, units).items():
@@ -119,12 +134,12 @@ def frames_of(
         sizes=(bodies, slaves),
         tops=tops,
         spans=spans(np.array(ends)),
+        near=spans(np.array(near)),
     )
 
 
-def _in_focus(series: RecordedFields, step: int, peak: Peak) -> FloatArray:
-    """Where the parts that the peak is framed by are at a step; all that are seen without one."""
-    parts = seen_parts(series, step)
+def _in_focus(parts: list[FloatArray], peak: Peak) -> FloatArray:
+    """Where the parts that the peak is framed by are, of those that are seen; all without one."""
     if peak.focus is None:
         return np.concatenate(parts)
     return np.concatenate([*(parts[k] for k in peak.focus.parts), peak.focus.corners])
@@ -183,23 +198,6 @@ def within(times: FloatArray, sizes: IndexArray, shown: int, budget: int = BUDGE
     return kept if sizes[kept].sum() <= budget else np.array([shown])
 
 
-def place_of(base: FloatArray, points: FloatArray) -> FloatArray:
-    """(12,) the rigid motion from `base` (n, 3) to `points` where it is one, else the points.
-
-    The closest rotation by Kabsch (1976).
-    """
-    a, b = base.mean(axis=0), points.mean(axis=0)
-    if np.isfinite(base).all() and np.isfinite(points).all():
-        left, _, right = np.linalg.svd((base - a).T @ (points - b))
-        turn = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
-        R = (left @ turn @ right).T
-        t = b - R @ a
-        off = np.abs(base @ R.T + t - points).max(initial=0.0)
-        if off <= _RIGID * (np.abs(points).max(initial=0.0) + np.ptp(points)):
-            return np.concatenate([R.ravel(), t])
-    return np.asarray(points, np.float32)
-
-
 def packed(frames: Frames, peak: Peak, units: Units) -> dict[str, Any]:
     """What the page's script is handed of the frames; long arrays as base64."""
     keys = list(region_colours(frames.regions))
@@ -231,6 +229,7 @@ def _packed_frame(frame: Frame, keys: list[tuple[int, int]]) -> dict[str, Any]:
         ],
         "rows": base64(frame.rows, np.int32),
         "values": {name: base64(values) for name, values in frame.values.items()},
+        "ties": base64(parted(frame.ties)),
         "lines": {str(key): base64(np.concatenate(found)) for key, found in lines.items()},
     }
 
@@ -238,6 +237,12 @@ def _packed_frame(frame: Frame, keys: list[tuple[int, int]]) -> dict[str, Any]:
 def closed(points: FloatArray) -> FloatArray:
     """A closed line and the gap to the next: the first point again, and NaN."""
     return np.concatenate([points, points[:1], np.full((1, 3), np.nan)])
+
+
+def parted(lines: FloatArray) -> FloatArray:
+    """(3 k, 3) points of lines (k, 2, 3), each with NaN behind it."""
+    gaps = np.full((len(lines), 1, 3), np.nan)
+    return np.concatenate([lines, gaps], axis=1).reshape(-1, 3)
 
 
 def base64(values: NDArray[Any], dtype: Any = np.float32) -> str:

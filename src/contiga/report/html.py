@@ -19,6 +19,7 @@ from contiga.report.motion import body_figures, criteria_table, extremes_table, 
 from contiga.report.plots import energy_figure, history_figures, touched
 from contiga.report.run_folder import Run
 from contiga.report.space import VIEW_CONFIG, View
+from contiga.report.springs import spring_figures, spring_table
 from contiga.report.style import number
 from contiga.report.style import page as styled
 
@@ -28,6 +29,11 @@ _BODY_BUTTONS = """
 <button data-opacity="1" aria-pressed="false">Solid body</button>
 <button data-opacity="0.25" aria-pressed="true">Glass</button>
 <button data-opacity="0" aria-pressed="false">Hidden</button></div>
+"""
+_FRAME_BUTTONS = """
+<div class="choice" role="group" aria-label="What is in the frame" data-what="frame">
+<button data-frame="all" aria-pressed="true">All bodies</button>
+<button data-frame="near" aria-pressed="false">What touches</button></div>
 """
 _PLAYING = """
 <div class="time"><button id="play">Play</button>
@@ -56,6 +62,7 @@ def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float |
         _energy(run, peak_time),
         _bodies(run, peak_time),
         _sensors(run, peak_time),
+        _springs(run, peak_time),
         _tables(run),
         _warnings(run),
         _case(run),
@@ -72,6 +79,8 @@ def _heading(run: Run, title: str) -> str:
     if run.units.length:
         units = (run.units.length, run.units.mass, run.units.time, run.units.force)
         facts.append("units " + ", ".join(escape(u) for u in units))
+    if not run.finished:
+        facts.append("<b>unfinished</b>")
     for key, label in (("finished", "finished"), ("threads", "threads")):
         if run.summary.get(key):
             facts.append(f"{label} {escape(str(run.summary[key]))}")
@@ -119,7 +128,7 @@ def _view(view: View) -> str:
         shown = f"all {view.steps}" if every else f"{view.steps} of the {view.recorded}"
         steps = f" It shows {shown} recorded steps; play takes them as far apart as they were."
     return (
-        f"{_BODY_BUTTONS}{_field_buttons(view)}"
+        f"{_BODY_BUTTONS}{_FRAME_BUTTONS if 'spans' in view.data else ''}{_field_buttons(view)}"
         f'<div class="frame">{_figure(view.figure, "view", VIEW_CONFIG)}{slider}</div>'
         f'<script type="application/json" id="view-data">{data}</script><script>{script}</script>'
         '<p class="caption">Drag to turn, scroll to come closer; the house goes back.'
@@ -189,6 +198,14 @@ def _sensors(run: Run, peak_time: float | None) -> str:
     if not panels and not table:
         return ""
     return f'<h2>Sensors</h2><div class="wide">{table}</div>{panels}'
+
+
+def _springs(run: Run, peak_time: float | None) -> str:
+    """How springs pull, and what they take."""
+    if not run.springs:
+        return ""
+    panels = _panels(spring_figures(run, peak_time), "spring")
+    return f'<h2>Springs</h2><div class="wide">{spring_table(run)}</div>{panels}'
 
 
 def _over_time(run: Run, peak_time: float | None) -> str:

@@ -141,3 +141,18 @@ def _timing_row(label: str, value: float, total: float, apart: bool) -> str:
         f'<tr{kind}><td>{escape(label)}</td><td class="number">{number(value, 3)} s</td>'
         f'<td class="share"><span class="bar" style="width:{width:.2f}%"></span></td></tr>'
     )
+
+
+def named_row(first: str, second: str, cells: list[str]) -> str:
+    """A row of two names and of numbers."""
+    numbers = "".join(f'<td class="number">{cell.strip()}</td>' for cell in cells)
+    return f"<tr><td>{escape(first)}</td><td>{escape(second)}</td>{numbers}</tr>"
+
+
+def named_table(heads: tuple[str, ...], rows: list[str]) -> str:
+    """A table whose columns after the second hold numbers; empty without rows."""
+    if not rows:
+        return ""
+    cells = "".join(f"<th>{head}</th>" for head in heads[:2])
+    cells += "".join(f'<th class="number">{head}</th>' for head in heads[2:])
+    return f"<table><thead><tr>{cells}</tr></thead>{''.join(rows)}</table>"

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.records import FloatArray
+from contiga.report.html_tables import named_row, named_table
 from contiga.report.lines import add_line, finish, largest, vector_figure, with_unit
 from contiga.report.run_folder import Columns, Run
 from contiga.report.style import INK, LINES, number
@@ -84,7 +85,27 @@ def sensor_figures(run: Run, sensor: str, peak_time: float | None) -> list[Any]:
     """Acceleration, raw and filtered, with what the criteria found in it; and the rest."""
     first = _acceleration_figure(run, sensor, peak_time)
     others = _figures(run, sensor_quantities(run, sensor), peak_time)
-    return others if first is None else [first, *others]
+    told = ("distance", "Distance", run.units.length), ("angle", "Turn", "rad")
+    drawn = [_scalar_figure(run, sensor, what, peak_time) for what in told]
+    scalars = [figure for figure in drawn if figure is not None]
+    return [*([] if first is None else [first]), *scalars, *others]
+
+
+def _scalar_figure(
+    run: Run, sensor: str, what: tuple[str, str, str], peak_time: float | None
+) -> Any | None:
+    """One line of a sensor between two bodies; None where it has none, or all is zero."""
+    import plotly.graph_objects as go
+
+    column, label, unit = what
+    values = run.sensors[sensor].get(column)
+    if values is None or not largest(values) > 0.0:
+        return None
+    figure = go.Figure()
+    add_line(figure, run.times, values, label, unit, color=LINES[0], width=2.2)
+    finish(figure, run, with_unit(label, unit), peak_time)
+    figure.update_layout(showlegend=False)
+    return figure
 
 
 def _figures(run: Run, quantities: list[Quantity], peak_time: float | None) -> list[Any]:
@@ -175,8 +196,8 @@ def extremes_table(run: Run) -> str:
                 f"{number(float(run.times[at]))} {escape(run.units.time)}",
                 f"{number(float(whole[-1]))} {escape(quantity.unit)}",
             ]
-            rows.append(_row(body, quantity.label, cells))
-    return _table(("Body", "Quantity", "Largest", "at t =", "At the end"), rows)
+            rows.append(named_row(body, quantity.label, cells))
+    return named_table(("Body", "Quantity", "Largest", "at t =", "At the end"), rows)
 
 
 def criteria_table(run: Run) -> str:
@@ -188,19 +209,5 @@ def criteria_table(run: Run) -> str:
         for criterion, found in (told.get("criteria") or {}).items():
             unit = " g" if criterion == "3ms" else ""
             span = f"{number(found['start'])} to {number(found['end'])} {escape(run.units.time)}"
-            rows.append(_row(name, criterion, [number(found["value"]) + unit, span]))
-    return _table(("Sensor", "Criterion", "Value", "Window"), rows)
-
-
-def _row(first: str, second: str, cells: list[str]) -> str:
-    numbers = "".join(f'<td class="number">{cell.strip()}</td>' for cell in cells)
-    return f"<tr><td>{escape(first)}</td><td>{escape(second)}</td>{numbers}</tr>"
-
-
-def _table(heads: tuple[str, ...], rows: list[str]) -> str:
-    """A table whose columns after the second hold numbers; empty without rows."""
-    if not rows:
-        return ""
-    cells = "".join(f"<th>{head}</th>" for head in heads[:2])
-    cells += "".join(f'<th class="number">{head}</th>' for head in heads[2:])
-    return f"<table><thead><tr>{cells}</tr></thead>{''.join(rows)}</table>"
+            rows.append(named_row(name, criterion, [number(found["value"]) + unit, span]))
+    return named_table(("Sensor", "Criterion", "Value", "Window"), rows)

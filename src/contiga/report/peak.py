@@ -9,10 +9,14 @@ from numpy.typing import NDArray
 
 from contiga.records import IN_CONTACT, FloatArray, IndexArray, IntArray
 from contiga.report.focus import Focus, focus_of
+from contiga.report.places import Ties, ties_at
 
 if TYPE_CHECKING:
     from contiga.io.out.outlines import OutlineSeries
     from contiga.report.fields import RecordedFields
+
+
+_NO_TIES = np.zeros((0, 2, 3))
 
 
 class Outline(NamedTuple):
@@ -56,6 +60,8 @@ class Peak(NamedTuple):
     """What the pictures are framed by; None for all there is."""
     framed: FloatArray | None = None
     """(k, 3) the same as points; None for all there is."""
+    ties: FloatArray = _NO_TIES
+    """(k, 2, 3) ends of springs."""
 
     @property
     def seen(self) -> FloatArray:
@@ -128,7 +134,9 @@ def touched_at(series: RecordedFields, frame: int) -> Touched:
     return Touched(status, in_contact, penetration, pressure, cluster)
 
 
-def at_frame(series: RecordedFields, frame: int, outlines: OutlineSeries | None = None) -> Peak:
+def at_frame(
+    series: RecordedFields, frame: int, outlines: OutlineSeries | None = None, ties: Ties = ()
+) -> Peak:
     """The scene of one recorded frame; `outlines` has the same frames as `series`."""
     body_points, body_triangles, _ = stacked(series, frame, "body")
     slave_points, slave_triangles, rows = stacked(series, frame, "slave")
@@ -156,6 +164,7 @@ def at_frame(series: RecordedFields, frame: int, outlines: OutlineSeries | None 
         active=None if active.all() else active,
         focus=focus,
         framed=framed,
+        ties=ties_at(series, frame, ties),
     )
 
 

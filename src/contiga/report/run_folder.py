@@ -1,14 +1,12 @@
-"""What a finished run left in its folder, read back without the code that wrote it."""
+"""What a run left in its folder, read back without the code that wrote it."""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from contiga.errors import FileError
 from contiga.records import FloatArray
 
 if TYPE_CHECKING:
@@ -63,6 +61,10 @@ class Run(NamedTuple):
     """What sensors measure, by sensor and name."""
     energy: Columns
     """Of the whole system, by name; empty where forces move nothing."""
+    springs: dict[str, Columns]
+    """What is told of springs, by spring and name."""
+    finished: bool = True
+    """Whether the run has ended."""
 
     def total(self, column: str) -> FloatArray:
         """(n,) sum of one column over the contacts."""
@@ -80,39 +82,21 @@ class Run(NamedTuple):
         return best, when
 
 
-def _summary_of(folder: Path) -> dict[str, Any]:
-    """The summary of a folder that holds a finished run."""
-    if not folder.is_dir():
-        raise FileError(
-            "no such output folder", where=str(folder), remedy="Run a case first: contiga run"
-        )
-    for name in ("history.csv", "summary.json"):
-        if not (folder / name).is_file():
-            raise FileError(
-                f"not the output folder of a finished run: {name} is missing", where=str(folder)
-            )
-    try:
-        summary: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    except (ValueError, OSError) as error:
-        raise FileError("not a readable summary", where=str(folder / "summary.json")) from error
-    return summary
-
-
 def read_run(folder: Path) -> Run:
-    """The files of an output folder that are small.
+    """The files of an output folder that are small; of a run that has not ended as far as it is.
 
     Raises
     ------
     FileError
         The folder, its history or its summary is missing or cannot be read.
     """
-    from contiga.io.out.history import read_history
+    from contiga.io.out.stored import read_stored
 
-    summary = _summary_of(folder)
-    history = {k: np.asarray(v, float) for k, v in read_history(folder / "history.csv").items()}
+    stored = read_stored(folder)
+    history, summary = stored.history, stored.summary
     case = folder / "case.toml"
     owners = sort_columns(
-        history, list(summary.get("statuses") or {}), list(summary.get("sensors") or {})
+        history, *(list(summary.get(key) or {}) for key in ("statuses", "sensors", "springs"))
     )
     return Run(
         folder=folder,
@@ -124,6 +108,8 @@ def read_run(folder: Path) -> Run:
         bodies=owners.bodies,
         sensors=owners.sensors,
         energy=owners.energy,
+        springs=owners.springs,
+        finished=stored.finished,
     )
 
 
@@ -134,11 +120,14 @@ class Owners(NamedTuple):
     bodies: dict[str, Columns]
     sensors: dict[str, Columns]
     energy: Columns
+    springs: dict[str, Columns]
 
 
-def sort_columns(history: Columns, contacts: list[str], sensors: list[str]) -> Owners:
+def sort_columns(
+    history: Columns, contacts: list[str], sensors: list[str], springs: list[str]
+) -> Owners:
     """Columns ``"<owner>.<name>"`` by their owners; bare names belong to the only contact."""
-    owners = Owners({}, {}, {}, {})
+    owners = Owners({}, {}, {}, {}, {})
     for label, column in history.items():
         owner, dot, name = label.rpartition(".")
         if name in _NO_COLUMNS:
@@ -147,6 +136,8 @@ def sort_columns(history: Columns, contacts: list[str], sensors: list[str]) -> O
             of = owners.contacts.setdefault(contacts[0] if len(contacts) == 1 else _ONLY_ONE, {})
         elif owner in sensors:
             of = owners.sensors.setdefault(owner, {})
+        elif owner in springs:
+            of = owners.springs.setdefault(owner, {})
         elif owner == _SYSTEM and owner not in contacts:
             of = owners.energy
         elif name in _OF_BODIES:
@@ -159,7 +150,7 @@ def sort_columns(history: Columns, contacts: list[str], sensors: list[str]) -> O
 
 def read_fields(run: Run) -> RecordedFields | None:
     """The fields over time, None where the run wrote none."""
-    path = run.folder / "fields.vtkhdf"
+    path = run.folder / ("fields.vtkhdf" if run.finished else "fields.vtkhdf.part")
     if not path.is_file():
         return None
     from contiga.io.out.vtkhdf import read_fields as read
@@ -171,7 +162,7 @@ def read_fields(run: Run) -> RecordedFields | None:
 
 def read_outlines(run: Run) -> OutlineSeries | None:
     """The outlines of the regions of contact over time, None where the run wrote none."""
-    path = run.folder / "outlines.vtkhdf"
+    path = run.folder / ("outlines.vtkhdf" if run.finished else "outlines.vtkhdf.part")
     if not path.is_file():
         return None
     from contiga.io.out.outlines import read_outlines as read

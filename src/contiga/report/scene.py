@@ -16,7 +16,7 @@ from contiga.report.peak import Peak
 from contiga.report.run_folder import Units
 from contiga.report.shading import Picture
 from contiga.report.shown import Shown, first_field, region_colours
-from contiga.report.style import colour_map, number
+from contiga.report.style import SPRING, colour_map, number
 
 BODY = np.array([0.56, 0.62, 0.69])
 SLAVE = np.array([0.90, 0.88, 0.83])
@@ -109,6 +109,7 @@ def render(camera: Camera, peak: Peak, shown: Shown, *, through: bool) -> Pictur
         )
         inked = shading.line_ink(camera, points, edges, nearest, bias)
         picture[inked] = 0.6 * picture[inked] + 0.4 * INK
+    _draw_ties(camera, peak, picture, nearest, bias)
     _draw_outlines(camera, peak, picture, nearest, bias)
     return picture
 
@@ -153,6 +154,16 @@ def _draw_outlines(
             rim = shading.thickened(ink, width + max(1, width // 2))
             picture[rim] = 0.25 * picture[rim] + 0.75
             picture[shading.thickened(ink, width)] = channels(colour)
+
+
+def _draw_ties(
+    camera: Camera, peak: Peak, picture: Picture, nearest: FloatArray, bias: float
+) -> None:
+    """Springs as lines, where nothing hides them."""
+    edges = np.arange(2 * len(peak.ties), dtype=np.int32).reshape(-1, 2)
+    if len(edges):
+        ink = shading.line_ink(camera, peak.ties.reshape(-1, 3), edges, nearest, bias)
+        picture[shading.thickened(ink, max(1, camera.size[0] // 480))] = channels(SPRING)
 
 
 def _label_outlines(axes: Any, camera: Camera, peak: Peak) -> None:

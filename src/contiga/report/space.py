@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.report.frames import Frames, closed, packed
+from contiga.report.frames import Frames, closed, packed, parted
 from contiga.report.lines import CONFIG, FONT, with_unit
 from contiga.report.peak import Outline, Peak
 from contiga.report.run_folder import Units
 from contiga.report.scene import outside_direction, upwards
 from contiga.report.shown import Shown, fields_of, region_colours
-from contiga.report.style import BODY, GRID, INK, MUTED, REGIONS, SCALE, SLAVE
+from contiga.report.style import BODY, GRID, INK, MUTED, REGIONS, SCALE, SLAVE, SPRING
 
 VIEW_CONFIG = {
     **CONFIG,
@@ -46,8 +47,8 @@ class View(NamedTuple):
     """Whether a point is in contact at the peak."""
 
 
-def view_of(peak: Peak, frames: Frames, units: Units) -> View:
-    """Body, slave, contact and its outlines, to be turned about."""
+def view_of(peak: Peak, frames: Frames, units: Units, ties: Sequence[str] = ()) -> View:
+    """Body, slave, contact, its outlines, and springs of these names, to be turned about."""
     import plotly.graph_objects as go
 
     figure = go.Figure()
@@ -66,9 +67,17 @@ def view_of(peak: Peak, frames: Frames, units: Units) -> View:
     figure.add_trace(dots(peak.slave_points[peak.in_contact], "in contact", 3.2, marker))
     for key, colour in region_colours(frames.regions).items():
         figure.add_trace(_outline(peak, frames.regions, key, colour))
+    if ties:
+        figure.add_trace(_ties(peak, ties))
     _in_space(figure, peak, frames, units)
     data = packed(frames, peak, units)
-    data |= {"field": first, "looks": {name: _restyle(*look) for name, look in looks.items()}}
+    data |= {
+        "ties": bool(ties),
+        "field": first,
+        "looks": {name: _restyle(*look) for name, look in looks.items()},
+    }
+    if peak.focus is not None and frames.near != frames.spans:
+        data["spans"] = {"all": frames.spans, "near": frames.near}
     note = with_unit(fields[first].label, fields[first].unit)
     told = (bool(peak.outlines), bool(peak.in_contact.any()))
     return View(figure, data, len(frames.frames), frames.recorded, note, *told)
@@ -191,6 +200,23 @@ def _outline(peak: Peak, regions: tuple[Outline, ...], key: tuple[int, int], col
         mode="lines",
         line={"color": colour, "width": 5},
         hoverinfo="name",
+    )
+
+
+def _ties(peak: Peak, names: Sequence[str]) -> Any:
+    """Springs, each a line with its name."""
+    import plotly.graph_objects as go
+
+    x, y, z = parted(peak.ties).astype(np.float32).T
+    return go.Scatter3d(
+        x=x,
+        y=y,
+        z=z,
+        name="springs",
+        mode="lines",
+        line={"color": SPRING, "width": 5},
+        text=[name for name in names for _ in range(3)],
+        hoverinfo="text",
     )
 
 

@@ -16,7 +16,7 @@ INK, MUTED, GRID = "#21262d", "#6a737d", "#e8eaed"
 """Of text and axes, of what stands back, of the lines behind a plot."""
 LINES = ("#1f5f8b", "#c4473a", "#3f7f4f", "#8a5a9e", "#b07d1e", "#4b5563")
 """Of curves, in turn."""
-BODY, SLAVE = "#8f9eb0", "#dedad0"
+BODY, SLAVE, SPRING = "#8f9eb0", "#dedad0", "#b07d1e"
 SCALE = ("#ffe9a8", "#fdbf5a", "#f4813f", "#d9433f", "#a01c5b", "#4a0f57")
 """From little to much; lightness falls all the way, so it reads without colour."""
 REGIONS = ("#12708f", "#5b3fa8", "#2f7d3b", "#b0306a", "#8a5a00", "#3a4d8f", "#00796b", "#7a4a2a")

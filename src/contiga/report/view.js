@@ -63,9 +63,11 @@
     var bodies = placed(body, data.sizes.body, frame.places, 0);
     var points = placed(slave, data.sizes.slave, frame.places, data.sizes.body.length);
     var rows = bytes(frame.rows, Int32Array), values = floats(frame.values[field]);
-    var lines = view.data.slice(3).map(function (_, k) {
+    var last = view.data.length - (data.ties ? 1 : 0);  // springs come behind all outlines
+    var lines = view.data.slice(3, last).map(function (_, k) {
       return frame.lines[k] ? floats(frame.lines[k]) : new Float32Array(0);
     });
+    if (data.ties) lines.push(floats(frame.ties));
     var free = meshed ? null : others(rows, count), change = { "marker.color": [undefined, undefined, values] };
     ["x", "y", "z"].forEach(function (name, axis) {
       change[name] = [column(bodies, axis), column(points, axis, free), column(points, axis, rows)]
@@ -113,7 +115,13 @@
   document.querySelectorAll(".choice button").forEach(function (button) {
     button.addEventListener("click", function () {
       var group = button.parentElement;
-      if (group.dataset.what === "body") {
+      if (group.dataset.what === "frame") {
+        var change = {};
+        ["x", "y", "z"].forEach(function (axis, k) {
+          change["scene." + axis + "axis.range"] = data.spans[button.dataset.frame][k];
+        });
+        Plotly.relayout(view, change);
+      } else if (group.dataset.what === "body") {
         var opacity = Number(button.dataset.opacity);
         Plotly.restyle(view, { opacity: opacity, visible: opacity > 0 }, [0]);
       } else {

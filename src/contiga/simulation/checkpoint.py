@@ -13,6 +13,7 @@ from contiga.contact.state import State
 from contiga.dynamics.springs import SpringState
 from contiga.errors import CheckpointError, InputError
 from contiga.io.out.files import atomic_write
+from contiga.io.out.stored import TOLD
 from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.fingerprint import fingerprint_of
@@ -59,8 +60,8 @@ class Checkpoint(NamedTuple):
     """None where it makes no difference."""
 
 
-def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
-    """Write the file whole, in place of an older one."""
+def write_checkpoint(path: Path, checkpoint: Checkpoint, told: dict[str, Any]) -> None:
+    """Write the file whole, in place of an older one; `told` is what it says of the run so far."""
     import h5py
 
     with atomic_write(path) as temporary, h5py.File(temporary, "w") as file:
@@ -70,6 +71,7 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
         file.attrs["ends"] = np.array(checkpoint.ends, np.float64)
         file.attrs["done"] = checkpoint.done
         file.attrs["written"] = checkpoint.written
+        file[TOLD] = json.dumps(told)
         _write_state(file, checkpoint.state)
         # Columns stay in their order: a resumed run writes the same file.
         history = file.create_group("history", track_order=True)

@@ -17,8 +17,11 @@ def energy_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, fl
     Keys: `most` kinetic, stored and lost together, `error` at the end, `worst` the largest
     departure at any step, and `relative`, that over `most`.
     """
-    if not model.mechanism.moved:
-        return {}
+    return told_of(history) if model.mechanism.moved else {}
+
+
+def told_of(history: dict[str, FloatArray]) -> dict[str, float]:
+    """The same of any history with the energies of a system."""
     total = history["energy.total"]
     lost = sum(history[f"energy.{name}"] for name in ("friction", "damping", "hysteresis"))
     most = float(np.max(total + lost))
@@ -37,16 +40,26 @@ def energy_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
     told = energy_summary(model, history)
     if not told or told["relative"] <= LARGE:
         return []
-    error = history["energy.error"]
-    at = int(np.argmax(np.abs(np.diff(error, prepend=error[0]))))
+    at = worst_step(history)
     cause = (
         _blamed(model, history, at)
         or 'the step is too long there: take a smaller one, or step = "auto"'
     )
-    return [
+    return [energy_text(told, float(history["time"][at]), cause)]
+
+
+def worst_step(history: dict[str, FloatArray]) -> int:
+    """The row in which most energy came or went that is nowhere."""
+    error = history["energy.error"]
+    return int(np.argmax(np.abs(np.diff(error, prepend=error[0]))))
+
+
+def energy_text(told: dict[str, float], time: float, cause: str) -> str:
+    """That much energy is nowhere, most of it since a time, and why that may be."""
+    return (
         f"energy: {100.0 * told['relative']:.3g} % of the largest energy of {told['most']:.4g} is "
-        f"nowhere, most of it at t = {history['time'][at]:g}; {cause}"
-    ]
+        f"nowhere, most of it at t = {time:g}; {cause}"
+    )
 
 
 def _blamed(model: Model, history: dict[str, FloatArray], at: int) -> str:

@@ -21,6 +21,8 @@ from contiga.triangles.trimesh import TriMesh
 
 # Largest departure of the drawn triangles from a body, relative to its size.
 DRAWN = 2e-3
+_BYTES_A_POINT = 200
+"""Of points and fields, and of lines around regions."""
 
 
 class Fields:
@@ -55,6 +57,11 @@ class Fields:
             else FieldsWriter.reopen(path, written)
         )
         self._outlines = OutlinesFile(outlines, written) if has_outlines(model) else None
+
+    @property
+    def n_bytes(self) -> int:
+        """Of a step at most, before it is packed."""
+        return _BYTES_A_POINT * len(self._part)
 
     def append(self, state: SystemState) -> None:
         """Write one step."""

@@ -9,7 +9,9 @@ from contiga.num import rigid_lanes as lanes
 from contiga.num.ordered import length
 from contiga.records import ContactStatus
 from contiga.simulation.model import Model
+from contiga.simulation.relative_sensors import relative_columns
 from contiga.simulation.sensors import sensor_columns
+from contiga.simulation.springs import spring_columns
 from contiga.simulation.step import Stepped
 from contiga.simulation.system_state import Energy, SystemState
 
@@ -50,6 +52,8 @@ def history_row(
         )
         row |= {prefix + name: value for name, value in columns.items()}
     row |= sensor_columns(model, stepped.state, last)
+    row |= relative_columns(model, stepped.state)
+    row |= spring_columns(model, stepped.state)
     if model.mechanism.moved:
         row |= _body_columns(model, stepped.state) | energy_columns(stepped.state.energy)
     return row

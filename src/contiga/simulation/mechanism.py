@@ -60,7 +60,8 @@ class Mechanism:
 
     def number(self, name: str) -> int | None:
         """The root of a body, by its name; None of the ground."""
-        return None if name == GROUND else int(self.root[self.index[name]])
+        world = name == GROUND and name not in self.index
+        return None if world else int(self.root[self.index[name]])
 
 
 def mechanism_of(
@@ -75,7 +76,7 @@ def mechanism_of(
     ------
     InputError
         What is attached to nothing, to itself in a circle, a free body without mass, springs and
-        loads of bodies that are not there.
+        loads of bodies that are not there, a body called "ground" beside springs to the ground.
     """
     index = {name: i for i, name in enumerate(bodies)}
     root = np.array([index[_root(name, bodies)] for name in bodies], dtype=np.intp)
@@ -97,10 +98,7 @@ def mechanism_of(
         for name, part in slaves.items()
         if isinstance(part.motion, Free)
     }
-    for where, ends in _ends(springs, loads):
-        for end in ends:
-            if end != GROUND:
-                _host(where, end, index)
+    _check_ends(springs, loads, index)
     return Mechanism(
         index,
         root,
@@ -126,13 +124,24 @@ def _attached(host: int, root: NDArray[np.intp], bodies: Mapping[str, Any]) -> l
     return [motion.mass for motion in motions if motion.mass is not None]
 
 
-def _ends(
-    springs: Mapping[str, Spring], loads: tuple[Load, ...]
-) -> list[tuple[str, tuple[str, ...]]]:
-    """Bodies that springs and loads name, with what to call these."""
-    return [(f"spring {name!r}: between", tuple(one.between)) for name, one in springs.items()] + [
-        (f"load[{i}]: body", (one.body,)) for i, one in enumerate(loads)
-    ]
+def _check_ends(
+    springs: Mapping[str, Spring], loads: tuple[Load, ...], index: Mapping[str, int]
+) -> None:
+    """Refuse springs and loads of bodies that are not there, and a ground that is two things."""
+    for name, spring in springs.items():
+        where = f"spring {name!r}: between"
+        if GROUND in spring.between and GROUND in index:
+            raise InputError(
+                "is what springs call the world, and a body is called so, too",
+                where=where,
+                found=GROUND,
+                remedy="Call the body otherwise",
+            )
+        for end in spring.between:
+            if end != GROUND:
+                _host(where, end, index)
+    for i, load in enumerate(loads):
+        _host(f"load[{i}]: body", load.body, index)
 
 
 def _host(where: str, name: str, known: Mapping[str, int]) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -22,7 +22,7 @@ from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.shown import Facts, Shown
 from contiga.simulation.mechanism import Mechanism, mechanism_of
-from contiga.simulation.sensor import Sensor
+from contiga.simulation.sensor import RelativeSensor, Sensor
 from contiga.slaves.slave import Slave
 
 
@@ -76,7 +76,7 @@ class Model(Shown):
     """(3,) acceleration of what is free, world axes."""
     springs: Mapping[str, Spring] = field(default_factory=dict)
     loads: tuple[Load, ...] = ()
-    sensors: tuple[Sensor, ...] = ()
+    sensors: tuple[Sensor | RelativeSensor, ...] = ()
     allow_unstable: bool = False
     """Go on with a step that is longer than the critical one."""
     title: str = ""
@@ -100,6 +100,17 @@ class Model(Shown):
             _check_name("slave", part.slave, self.slaves)
         check_movers(self)
         check_sensors(self)
+        check_springs(self)
+
+    @cached_property
+    def point_sensors(self) -> tuple[Sensor, ...]:
+        """Sensors of points of one body."""
+        return tuple(one for one in self.sensors if isinstance(one, Sensor))
+
+    @cached_property
+    def relative(self) -> tuple[RelativeSensor, ...]:
+        """Sensors between two bodies."""
+        return tuple(one for one in self.sensors if isinstance(one, RelativeSensor))
 
     @cached_property
     def mechanism(self) -> Mechanism:
@@ -136,6 +147,33 @@ def _check_name(role: str, name: str, known: Iterable[str], where: str = "") -> 
         )
 
 
+def check_springs(model: Model) -> None:
+    """Refuse springs that are called as what else has columns in the history.
+
+    Raises
+    ------
+    InputError
+        As said.
+    """
+    taken = {*model.bodies, *(part.name for part in model.contacts), "energy"}
+    taken |= {sensor.name for sensor in model.sensors}
+    for name, spring in model.springs.items():
+        where = f"springs[{name!r}]"
+        if name in taken:
+            raise InputError(
+                "must have a name of its own: columns of the history are called by it",
+                where=f"{where}: name",
+                found=name,
+                allowed="not that of a body, a contact or a sensor",
+            )
+        if spring.filter and not all(model.units):
+            raise InputError(
+                "needs units: seconds must be known",
+                where=f"{where}: filter",
+                remedy='Give the simulation its units, as units=("mm", "g", "ms")',
+            )
+
+
 def check_sensors(model: Model) -> None:
     """Refuse sensors of bodies that are not there, of one name, or criteria without units.
 
@@ -147,21 +185,34 @@ def check_sensors(model: Model) -> None:
     taken = [*model.bodies, *(part.name for part in model.contacts), "energy"]
     for i, sensor in enumerate(model.sensors):
         where = f"sensors[{i}]"
-        _check_name("body", sensor.body, model.bodies, f"{where}: body")
-        if not isinstance(sensor.name, str) or not sensor.name or sensor.name in taken:
-            raise InputError(
-                "must have a name of its own: columns of the history are called by it",
-                where=f"{where}: name",
-                found=sensor.name,
-                allowed="not that of a body, a contact or another sensor",
-            )
-        if (sensor.criteria or sensor.filter) and not all(model.units):
-            raise InputError(
-                "need units: g and seconds must be known",
-                where=f"{where}: {'criteria' if sensor.criteria else 'filter'}",
-                remedy='Give the simulation its units, as units=("mm", "g", "ms")',
-            )
+        if isinstance(sensor, RelativeSensor):
+            for body in sensor.between:
+                _check_name("body", body, model.bodies, f"{where}: between")
+        else:
+            _check_name("body", sensor.body, model.bodies, f"{where}: body")
+            _check_units(sensor, model, where)
+        _check_own_name(sensor.name, taken, where)
         taken.append(sensor.name)
+
+
+def _check_units(sensor: Sensor, model: Model, where: str) -> None:
+    """Criteria and filters are of g and seconds."""
+    if (sensor.criteria or sensor.filter) and not all(model.units):
+        raise InputError(
+            "need units: g and seconds must be known",
+            where=f"{where}: {'criteria' if sensor.criteria else 'filter'}",
+            remedy='Give the simulation its units, as units=("mm", "g", "ms")',
+        )
+
+
+def _check_own_name(name: object, taken: Sequence[str], where: str) -> None:
+    if not isinstance(name, str) or not name or name in taken:
+        raise InputError(
+            "must have a name of its own: columns of the history are called by it",
+            where=f"{where}: name",
+            found=name,
+            allowed="not that of a body, a contact or another sensor",
+        )
 
 
 def check_movers(model: Model) -> None:

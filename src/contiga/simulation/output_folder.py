@@ -8,13 +8,34 @@ from pathlib import Path
 
 from contiga.errors import CheckpointError, OutputError
 from contiga.io.out.files import atomic_write
+from contiga.io.out.stored import (
+    CASE,
+    CHECKPOINT,
+    FIELDS,
+    HISTORY,
+    OUTLINES,
+    SUMMARY,
+    UNFINISHED,
+    UNFINISHED_OUTLINES,
+)
 
-HISTORY, FIELDS, CASE = "history.csv", "fields.vtkhdf", "case.toml"
-SUMMARY, CHECKPOINT = "summary.json", "checkpoint.h5"
-OUTLINES = "outlines.vtkhdf"
-UNFINISHED, UNFINISHED_OUTLINES = FIELDS + ".part", OUTLINES + ".part"
+__all__ = [
+    "CASE",
+    "CHECKPOINT",
+    "FIELDS",
+    "HISTORY",
+    "LOCK",
+    "OURS",
+    "OUTLINES",
+    "SUMMARY",
+    "UNFINISHED",
+    "UNFINISHED_OUTLINES",
+]
+
+LOCK = "run.lock"
+"""There while a run writes to the folder; it says which."""
 # Not the copy of the case: a folder that holds a case.toml and nothing else is somebody's own.
-OURS = (HISTORY, FIELDS, OUTLINES, SUMMARY, CHECKPOINT, UNFINISHED, UNFINISHED_OUTLINES)
+OURS = (HISTORY, FIELDS, OUTLINES, SUMMARY, CHECKPOINT, UNFINISHED, UNFINISHED_OUTLINES, LOCK)
 REPORT = ("report.html", "peak.png")
 
 

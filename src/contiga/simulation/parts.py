@@ -132,15 +132,15 @@ def spring_parts(given: Any) -> dict[str, Spring]:
     return dict(named)
 
 
-def parts_of_kind(where: str, given: Any, kind: type[Part]) -> tuple[Part, ...]:
+def parts_of_kind(where: str, given: Any, *kinds: type[Part]) -> tuple[Part, ...]:
     """Loads or sensors as they were given, each checked to be one."""
     parts = tuple(given) if isinstance(given, Sequence) else (given,)
     for i, one in enumerate(parts):
-        if not isinstance(one, kind):
+        if not isinstance(one, kinds):
             raise InputError(
                 f"must be {where}",
                 where=f"{where}[{i}]",
                 found=type(one).__name__,
-                allowed=f"a list of contiga.{kind.__name__}",
+                allowed=f"a list of contiga.{' or contiga.'.join(k.__name__ for k in kinds)}",
             )
     return parts

@@ -13,7 +13,9 @@ import numpy as np
 from contiga.dynamics.stepping import AutoSteps
 from contiga.extras import require
 from contiga.io.out.files import open_folder, write_json, write_text
+from contiga.io.out.full_disk import check_room
 from contiga.io.out.history import write_history
+from contiga.io.out.lock import FolderLock
 from contiga.records import FloatArray
 from contiga.simulation import output_folder as names
 from contiga.simulation.checkpoint import (
@@ -36,10 +38,13 @@ from contiga.simulation.history import (
 from contiga.simulation.model import Model
 from contiga.simulation.peak import Peak
 from contiga.simulation.step import Stepped
+from contiga.simulation.summary import summary_so_far
 from contiga.simulation.system_state import SystemState
 
 # Seconds from one checkpoint to the next, at least.
 CHECKPOINT_SECONDS = 5.0
+_STATE_BYTES = 2000
+"""Of a state and that of the peak, for each point."""
 
 Progress = Callable[[int, int, int], Any]
 
@@ -80,6 +85,7 @@ class Recorder:
         self._told: tuple[Finding, ...] = ()
         self._ends: tuple[float, ...] = ()
         self._fields: Fields | None = None
+        self._lock: FolderLock | None = None
         self._made = False
         self._fingerprint = ""
         self._saved = perf_counter()
@@ -109,6 +115,7 @@ class Recorder:
         if resume:
             checkpoint = read_checkpoint(folder / names.CHECKPOINT, self.model)
         self._made = open_folder(folder, names.OURS, "run")
+        self._lock = FolderLock(folder / names.LOCK, "run")
         self.folder = folder
         if checkpoint is None:
             names.clear_last_run(folder)
@@ -201,16 +208,29 @@ class Recorder:
         self._write(state)
 
     def _write(self, state: SystemState) -> None:
-        if self._fields is not None:
+        if self._fields is not None and self.folder is not None:
             with self._clock("output"):
+                room = self._fields.n_bytes + self._checkpoint_bytes()
+                check_room(self.folder / names.UNFINISHED, room)
                 self._fields.append(state)
+
+    def _checkpoint_bytes(self) -> int:
+        """Of a checkpoint, about: the history, and the state twice, with that of the peak."""
+        points = sum(len(part.slave) for part in self.model.slaves.values())
+        return 8 * (self.done + 1) * len(self._rows) + _STATE_BYTES * points
 
     def columns(self) -> dict[str, FloatArray]:
         """The history so far; counts are whole numbers."""
         return {name: as_column(name, values[: self.done]) for name, values in self._rows.items()}
 
     def save(self) -> None:
-        """Leave a checkpoint of the last whole step; nothing at all where there is none."""
+        """Leave a checkpoint of the last whole step; nothing at all where there is none.
+
+        Raises
+        ------
+        OutputError
+            The disk is full. What there is of earlier steps stays, if they can be gone on from.
+        """
         if self.folder is None:
             return
         try:
@@ -220,13 +240,25 @@ class Recorder:
             self._leave(self.folder)
 
     def _leave(self, folder: Path) -> None:
-        if self.done:
-            self._checkpoint()
-            return
+        try:
+            if self.done:
+                self._checkpoint(stopped=True)
+        finally:
+            if not (folder / names.CHECKPOINT).is_file():
+                self._clear(folder)
+
+    def _clear(self, folder: Path) -> None:
+        """Leave nothing of a run that cannot be gone on with."""
         names.clear_last_run(folder)
         if self._made:
+            self.release()
             with suppress(OSError):
                 folder.rmdir()
+
+    def release(self) -> None:
+        """Let others write to the folder."""
+        if self._lock is not None:
+            self._lock.release()
 
     def finish(self, summary: dict[str, Any], history: dict[str, FloatArray]) -> None:
         """Write what belongs to a run that went through, under its final names."""
@@ -247,12 +279,14 @@ class Recorder:
                 (self.folder / names.OUTLINES).unlink(missing_ok=True)
         write_json(self.folder / names.SUMMARY, summary)
 
-    def _checkpoint(self) -> None:
+    def _checkpoint(self, *, stopped: bool = False) -> None:
         if self.folder is None or self.state is None:
             return
+        history = self.columns()
         with self._clock("output"):
             if self._fields is not None:
                 self._fields.flush()
+            check_room(self.folder / names.CHECKPOINT, self._checkpoint_bytes() // 2)
             write_checkpoint(
                 self.folder / names.CHECKPOINT,
                 Checkpoint(
@@ -262,11 +296,12 @@ class Recorder:
                     self.done,
                     self._stand.written,
                     self.state,
-                    self.columns(),
+                    history,
                     self._stand.peak,
                     self.crest(),
                     self._stand.onward,
                 ),
+                summary_so_far(self.model, history, self._clock, stopped=stopped),
             )
             self._saved = perf_counter()
 

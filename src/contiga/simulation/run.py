@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from contiga.errors import InputError
+from contiga.errors import InputError, OutputError
 from contiga.simulation.checks.finding import Finding, raise_findings, together
 from contiga.simulation.checks.model_checks import check_model
 from contiga.simulation.checks.run_checks import check_run
 from contiga.simulation.clock import Clock
 from contiga.simulation.model import Model
+from contiga.simulation.output_folder import CHECKPOINT
 from contiga.simulation.recorder import Progress, Recorder
 from contiga.simulation.result import Result
 from contiga.simulation.signals import filtered_columns
@@ -40,42 +42,84 @@ def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Resu
     """Run `model` to its end.
 
     When the run is stopped (an exception, Ctrl-C) a checkpoint of the last whole step is left;
-    before the first one nothing is.
+    before the first one nothing is. Nobody else writes to `out` until the run has ended.
     """
     keep = options.keep
     if keep is not None and (isinstance(keep, bool) or not isinstance(keep, int) or keep < 1):
         raise InputError("must be a whole number", where="keep", found=keep, allowed=">= 1")
     clock = Clock() if options.clock is None else options.clock
+    recorder = Recorder(model, clock, options.progress)
+    try:
+        with clock.watching(), clock("total"):
+            told = _checked(model, options, clock)
+            state, kept = _stepped(model, out, options, recorder, clock)
+        return _finished(model, options, recorder, clock, (told, state, kept))
+    finally:
+        recorder.release()
+
+
+def _checked(model: Model, options: RunOptions, clock: Clock) -> tuple[Finding, ...]:
+    """What looks wrong about the model."""
+    with clock("checks"):
+        told = check_model(model)
+    if options.strict and told:
+        raise_findings(told)
+    if options.on_check is not None:
+        options.on_check(told)
+    return told
+
+
+def _stepped(
+    model: Model, out: str | Path | None, options: RunOptions, recorder: Recorder, clock: Clock
+) -> tuple[SystemState, list[SystemState]]:
+    """The state at the end, and those that are kept."""
     kept: list[SystemState] = []
-    with clock.watching(), clock("total"):
-        with clock("checks"):
-            told = check_model(model)
-        if options.strict and told:
-            raise_findings(told)
-        if options.on_check is not None:
-            options.on_check(told)
-        recorder = Recorder(model, clock, options.progress)
-        try:
-            if out is not None:
-                recorder.open(Path(out), resume=options.resume)
-            state = recorder.state
-            while state is None or state.time < model.stepping.end:
-                if state is None:
-                    stepped = advance(model, None, model.stepping.start, clock)
-                else:
-                    stepped = following(model, state, clock)
-                state = stepped.state
-                if options.strict:
-                    check_proved(state)
-                recorder.take(stepped)
-                if options.keep is not None and (recorder.done - 1) % options.keep == 0:
-                    kept.append(state)
-                if options.on_step is not None:
-                    options.on_step(state)
-        except BaseException:
+    try:
+        if out is not None:
+            recorder.open(Path(out), resume=options.resume)
+        state = recorder.state
+        while state is None or state.time < model.stepping.end:
+            if state is None:
+                stepped = advance(model, None, model.stepping.start, clock)
+            else:
+                stepped = following(model, state, clock)
+            state = stepped.state
+            if options.strict:
+                check_proved(state)
+            recorder.take(stepped)
+            if options.keep is not None and (recorder.done - 1) % options.keep == 0:
+                kept.append(state)
+            if options.on_step is not None:
+                options.on_step(state)
+    except OutputError as error:
+        with suppress(OutputError):  # of the same full disk: once is enough
             recorder.save()
-            raise
+        raise _with_way_on(error, recorder.folder) from error
+    except BaseException:
         recorder.save()
+        raise
+    recorder.save()
+    return state, kept
+
+
+def _with_way_on(error: OutputError, folder: Path | None) -> OutputError:
+    """The same, with what there is to go on from."""
+    if folder is None or not (folder / CHECKPOINT).is_file():
+        return error
+    remedy = f"{error.remedy or 'See to it'}; then the run goes on with --resume"
+    found = {"found": error.found} if error.has_found else {}
+    return OutputError(error.what, where=error.where, allowed=error.allowed, remedy=remedy, **found)
+
+
+def _finished(
+    model: Model,
+    options: RunOptions,
+    recorder: Recorder,
+    clock: Clock,
+    ran: tuple[tuple[Finding, ...], SystemState, list[SystemState]],
+) -> Result:
+    """What the run leaves: findings, the state at the end and states kept, with the files."""
+    told, state, kept = ran
     history = recorder.columns()
     history |= filtered_columns(model, history)
     shown = (*check_run(model, history, state), *recorder.crest())

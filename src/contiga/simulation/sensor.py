@@ -1,19 +1,21 @@
-"""A sensor: what of a body's motion a run tells."""
+"""Sensors: what of a body's motion a run tells, as the world or another body sees it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.criteria.filters import NAMES as FILTERS
 from contiga.errors import InputError
 from contiga.num.arrays import read_only
 from contiga.num.transform import vector
 from contiga.records import FloatArray
 
 MEASURES = ("acceleration", "velocity", "displacement", "force", "moment")
-FILTERS = ("CFC60", "CFC180", "CFC600", "CFC1000")
+RELATIVE_MEASURES = ("distance", "displacement", "angle")
 CRITERIA = ("HIC15", "HIC36", "HICd", "3ms")
 
 
@@ -82,6 +84,69 @@ class Sensor:
                     found=", ".join(self.measures) or "no measures",
                     remedy='Add "acceleration" to its measures',
                 )
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class RelativeSensor:
+    """Follows a point of one body as a point of another sees it.
+
+    Parameters
+    ----------
+    name : what its columns are called
+    between : names of two bodies; the first is where it is seen from
+    at : (2, 3) the points, where they are at the start, world coordinates; as of a `Sensor` if
+        omitted
+    axes : of the displacement: those of the first "body", or "world"
+    measures : of "distance" (and its `rate`), "displacement" (how the second point has moved from
+        where it was, seen from the first) and "angle" (by which the second body has turned against
+        the first since the start, 0 to π, and that turn about the axes of the first body)
+
+    Raises
+    ------
+    InputError
+        Not two bodies, not two points, unknown measures.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> sensor = cg.RelativeSensor("neck", ["torso", "head"], measures=["angle"])
+    >>> sensor.between, sensor.measures
+    (('torso', 'head'), ('angle',))
+    """
+
+    name: str
+    between: tuple[str, str]
+    at: FloatArray | None
+    axes: str
+    measures: tuple[str, ...]
+
+    def __init__(
+        self,
+        name: str,
+        between: Sequence[str],
+        *,
+        at: ArrayLike | None = None,
+        axes: str = "body",
+        measures: Iterable[str] = RELATIVE_MEASURES,
+    ) -> None:
+        pair = () if isinstance(between, str) else tuple(between)
+        if len(pair) != 2 or pair[0] == pair[1] or not all(isinstance(n, str) for n in pair):
+            raise InputError(
+                "must be two bodies", where="between", found=between, allowed="two names"
+            )
+        put = object.__setattr__
+        put(self, "name", name)
+        put(self, "between", pair)
+        put(self, "at", None if at is None else _two_points(at))
+        put(self, "axes", _one_of("axes", axes, ("world", "body")))
+        put(self, "measures", _several("measures", measures, RELATIVE_MEASURES))
+
+
+def _two_points(at: ArrayLike) -> FloatArray:
+    points = list(at) if isinstance(at, Sequence | np.ndarray) else []
+    if len(points) != 2:
+        raise InputError("must be two points", where="at", found=at, allowed="(2, 3)")
+    return read_only(np.array([vector(point, "at") for point in points]))
 
 
 def _one_of(where: str, value: object, allowed: tuple[str, ...]) -> str:

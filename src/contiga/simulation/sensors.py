@@ -24,7 +24,7 @@ _SUMMED = ("acceleration", "velocity", "force")
 def sensor_columns(model: Model, state: SystemState, last: SystemState | None) -> dict[str, float]:
     """What all sensors say of `state`; `last` is the state before it."""
     columns: dict[str, float] = {}
-    for sensor in model.sensors:
+    for sensor in model.point_sensors:
         for measure, values in _measured(model, sensor, state, last).items():
             letter = _COLUMNS[measure]
             named = zip("xyz", values, strict=True)
@@ -40,7 +40,7 @@ def _measured(
     """The vectors of a sensor in the axes it asks for."""
     i = int(model.mechanism.root[model.mechanism.index[sensor.body]])
     pose, twist = state.bodies.poses[i], state.bodies.twists[i]
-    first = _first_place(model, sensor, i)
+    first = first_place(model, i, sensor.at)
     place = point_of(pose, model.origins[i], first)
     arm = place - pose[:3, 3]
     values: dict[str, FloatArray] = {}
@@ -61,10 +61,10 @@ def _measured(
     return values
 
 
-def _first_place(model: Model, sensor: Sensor, i: int) -> FloatArray:
-    """Where the point of a sensor is at the start."""
-    if sensor.at is not None:
-        return sensor.at
+def first_place(model: Model, i: int, at: FloatArray | None) -> FloatArray:
+    """Where the point of a sensor is at the start: `at`, else the centre of mass or the origin."""
+    if at is not None:
+        return at
     row = model.mechanism.row.get(i)
     if row is None:
         return np.asarray(model.origins[i, :3, 3])

@@ -1,4 +1,4 @@
-"""Signals of sensors after a run: filtered accelerations, and the criteria of them."""
+"""Signals after a run: filtered accelerations of sensors and forces of springs, and criteria."""
 
 from __future__ import annotations
 
@@ -24,57 +24,64 @@ _WINDOWS = {"HIC15": 0.015, "HIC36": 0.036, "HICd": 0.036}
 
 
 def filtered_columns(model: Model, history: dict[str, FloatArray]) -> dict[str, FloatArray]:
-    """Filtered accelerations of sensors that ask for them, and their resultants, by column."""
+    """Filtered accelerations of sensors that ask for them, with their resultants, and filtered
+    forces of springs, by column."""
     columns: dict[str, FloatArray] = {}
-    for sensor in model.sensors:
-        if sensor.filter is None or too_coarse(model, sensor, history):
+    for name, (cls, raw) in _filtered(model).items():
+        if too_coarse(model, cls, history):
             continue
-        times = history["time"]
-        grid, signal = _even(model, sensor, history)
-        dt = float(grid[1] - grid[0]) * base_factor(model.units[2], "time")
-        smooth = cfc(signal, dt, sensor.filter)
-        own = np.stack([np.interp(times, grid, smooth[:, k]) for k in range(3)], axis=1)
-        for k, axis in enumerate("xyz"):
-            columns[f"{sensor.name}.filtered_a{axis}"] = own[:, k]
-        columns[f"{sensor.name}.filtered_a"] = np.array([length(row) for row in own])
+        smooth = _smooth(model, cls, history["time"], [history[f"{name}.{c}"] for c in raw])
+        columns |= {f"{name}.filtered_{c}": row for c, row in zip(raw, smooth, strict=True)}
+        if len(raw) > 1:
+            columns[f"{name}.filtered_a"] = np.array([length(row) for row in smooth.T])
     return columns
 
 
-def too_coarse(model: Model, sensor: Sensor, history: dict[str, FloatArray]) -> bool:
-    """Whether the steps are too long for the filter of a sensor."""
-    if sensor.filter is None:
-        return False
+def _filtered(model: Model) -> dict[str, tuple[str, tuple[str, ...]]]:
+    """Who asks for a filter: its class, and the columns that are filtered."""
+    accelerations = ("ax", "ay", "az")
+    sensors = {s.name: (s.filter, accelerations) for s in model.point_sensors if s.filter}
+    springs = {name: (s.filter, ("force",)) for name, s in model.springs.items() if s.filter}
+    return {**sensors, **springs}
+
+
+def too_coarse(model: Model, cls: str, history: dict[str, FloatArray]) -> bool:
+    """Whether the steps are too long for a filter."""
     times = history["time"]
-    return len(times) < 2 or float(np.diff(times).max()) > (1.0 + _EQUAL) * _sample(model, sensor)
+    return len(times) < 2 or float(np.diff(times).max()) > (1.0 + _EQUAL) * _sample(model, cls)
 
 
 def longest_sample(model: Model) -> float:
-    """The longest step that the filters of all sensors can do with; infinite without any."""
-    return min((_sample(model, s) for s in model.sensors if s.filter), default=np.inf)
+    """The longest step that all filters can do with; infinite without any."""
+    return min((_sample(model, cls) for cls, _ in _filtered(model).values()), default=np.inf)
 
 
-def _sample(model: Model, sensor: Sensor) -> float:
-    assert sensor.filter is not None
-    hertz = LEAST_RATE * int(sensor.filter.removeprefix("CFC"))
+def _sample(model: Model, cls: str) -> float:
+    hertz = LEAST_RATE * int(cls.removeprefix("CFC"))
     return 1.0 / (hertz * base_factor(model.units[2], "time"))
 
 
+def _smooth(model: Model, cls: str, times: FloatArray, columns: list[FloatArray]) -> FloatArray:
+    """(k, n) columns, filtered."""
+    grid, signal = _even(model, cls, times, np.stack(columns, axis=1))
+    dt = float(grid[1] - grid[0]) * base_factor(model.units[2], "time")
+    smooth = cfc(signal, dt, cls)
+    return np.stack([np.interp(times, grid, channel) for channel in smooth.T])
+
+
 def _even(
-    model: Model, sensor: Sensor, history: dict[str, FloatArray]
+    model: Model, cls: str, times: FloatArray, signal: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Times one step apart (k,) and the acceleration there (k, 3)."""
-    times = history["time"]
-    signal = np.stack([history[f"{sensor.name}.a{axis}"] for axis in "xyz"], axis=1)
+    """Times one step apart (m,) and the signal there (m, k)."""
     steps = np.diff(times)
     if np.ptp(steps) <= _EQUAL * steps.max():
         return times, signal
-    assert sensor.filter is not None
     unit = base_factor(model.units[2], "time")
-    step = 1.0 / (FINE * int(sensor.filter.removeprefix("CFC"))) / unit
+    step = 1.0 / (FINE * int(cls.removeprefix("CFC"))) / unit
     step = min(step, float(np.median(steps)))
     count = min(int(np.ceil((times[-1] - times[0]) / step)), MOST)
     grid = np.linspace(times[0], times[-1], count + 1)
-    return grid, np.stack([np.interp(grid, times, signal[:, k]) for k in range(3)], axis=1)
+    return grid, np.stack([np.interp(grid, times, channel) for channel in signal.T], axis=1)
 
 
 def sensor_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[str, Any]]:
@@ -85,7 +92,15 @@ def sensor_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, di
             "filter": sensor.filter,
             "criteria": _criteria(model, sensor, history),
         }
-        for sensor in model.sensors
+        for sensor in model.point_sensors
+    } | relative_summary(model)
+
+
+def relative_summary(model: Model) -> dict[str, dict[str, Any]]:
+    """Of sensors between two bodies: which."""
+    return {
+        one.name: {"body": " – ".join(one.between), "filter": None, "criteria": {}}
+        for one in model.relative
     }
 
 
@@ -118,9 +133,9 @@ def _criteria(
 def signal_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
     """Filters that the steps of the run are too long for."""
     return [
-        f"{sensor.name}: the steps are too long for {sensor.filter}, which needs "
+        f"{name}: the steps are too long for {cls}, which needs "
         f"{LEAST_RATE} samples a second for each Hz of its class; nothing is filtered and its "
         'criteria are left out. Take smaller steps, or step = "auto" with a shorter largest one'
-        for sensor in model.sensors
-        if too_coarse(model, sensor, history)
+        for name, (cls, _) in _filtered(model).items()
+        if too_coarse(model, cls, history)
     ]

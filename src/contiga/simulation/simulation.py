@@ -31,7 +31,7 @@ from contiga.simulation.parts import (
 from contiga.simulation.recorder import Progress
 from contiga.simulation.result import Result
 from contiga.simulation.run import RunOptions, carry_out
-from contiga.simulation.sensor import Sensor
+from contiga.simulation.sensor import RelativeSensor, Sensor
 from contiga.simulation.step import advance
 from contiga.simulation.step_size import following
 from contiga.simulation.system_state import SystemState
@@ -56,7 +56,7 @@ class Simulation(Model):
     gravity : (3,) acceleration of free bodies and nodes
     springs : `contiga.Spring`, a list or by name
     loads : a list of `contiga.Load`
-    sensors : a list of `contiga.Sensor`
+    sensors : a list of `contiga.Sensor` and `contiga.RelativeSensor`
     allow_unstable : go on with steps longer than the critical one
     title, units : for reports; units are the names of length, mass and time
     output : what a run writes
@@ -104,7 +104,7 @@ class Simulation(Model):
         gravity: ArrayLike = (0.0, 0.0, 0.0),
         springs: Mapping[str, Spring] | Sequence[Spring] = (),
         loads: Sequence[Load] = (),
-        sensors: Sequence[Sensor] = (),
+        sensors: Sequence[Sensor | RelativeSensor] = (),
         allow_unstable: bool = False,
         title: str = "",
         units: tuple[str, str, str] = ("", "", ""),
@@ -126,7 +126,7 @@ class Simulation(Model):
             gravity=vector(gravity, "gravity"),
             springs=spring_parts(springs),
             loads=parts_of_kind("loads", loads, Load),
-            sensors=parts_of_kind("sensors", sensors, Sensor),
+            sensors=parts_of_kind("sensors", sensors, Sensor, RelativeSensor),
             allow_unstable=allow_unstable,
             title=title,
             units=units,

@@ -15,7 +15,13 @@ from contiga.simulation.column_units import column_units
 from contiga.simulation.energy_told import energy_summary, energy_warnings
 from contiga.simulation.history import COUNTED
 from contiga.simulation.model import Model
-from contiga.simulation.signals import sensor_summary, signal_warnings
+from contiga.simulation.signals import (
+    filtered_columns,
+    relative_summary,
+    sensor_summary,
+    signal_warnings,
+)
+from contiga.simulation.springs import spring_summary
 from contiga.version import __version__
 
 NOTED = (ContactStatus.SLID_OFF, ContactStatus.HELD, ContactStatus.THROUGH)
@@ -64,6 +70,7 @@ def summarise(
         "proved": proved,
         "energy": energy_summary(model, history),
         "sensors": sensor_summary(model, history),
+        "springs": spring_summary(model),
         "inputs": _inputs(model),
         "notes": _told(statuses, NOTED)
         + few
@@ -78,6 +85,41 @@ def summarise(
         + _measured_weights(model, history)
         + energy_warnings(model, history)
         + signal_warnings(model, history),
+    }
+
+
+def summary_so_far(
+    model: Model, history: dict[str, FloatArray], clock: Clock, *, stopped: bool
+) -> dict[str, Any]:
+    """The summary of a run that has not ended; criteria of sensors only where it has `stopped`."""
+    if stopped:
+        history = history | filtered_columns(model, history)
+    several = len(model.contacts) > 1
+    statuses = {
+        part.name: _statuses(history, f"{part.name}." if several else "") for part in model.contacts
+    }
+    time, end = float(history["time"][-1]), model.stepping.end
+    sensors = {
+        one.name: {"body": one.body, "filter": one.filter, "criteria": {}}
+        for one in model.point_sensors
+    } | relative_summary(model)
+    return {
+        "title": model.title,
+        "version": __version__,
+        "units": dict(zip(("length", "mass", "time"), model.units, strict=True)),
+        "columns": column_units(history, model.units),
+        "timings": dict(clock.seconds),
+        "steps": len(history["time"]),
+        "unfinished": {"time": time, "end": end},
+        "statuses": statuses,
+        "advice": _advice(statuses),
+        "energy": energy_summary(model, history),
+        "sensors": sensor_summary(model, history) if stopped else sensors,
+        "springs": spring_summary(model),
+        "inputs": _inputs(model),
+        "notes": [],
+        "findings": [],
+        "warnings": [f"the run has not ended: it stands at t = {time:g} of {end:g}"],
     }
 
 

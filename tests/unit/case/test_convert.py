@@ -171,9 +171,28 @@ def test_the_rigid_side_is_the_master(tmp_path: Path) -> None:
     assert "its sides are swapped" in text
 
 
+def test_parameters_have_their_values(tmp_path: Path) -> None:
+    """Wherever they stand: the end was said to be missing, and velocities were left out."""
+    named = [
+        "*PARAMETER", "R tEnd    4.0       Rspeed    -2.0      I part    1",
+        "*PARAMETER_EXPRESSION", "R half    &speed/2.0", "I foam    part + 1",
+        "*CONTROL_TERMINATION", card("&tend"),
+        "*INITIAL_VELOCITY_GENERATION", card("&part", 2, 0.0, "&half", "-&half", "&Speed"), "",
+        "*LOAD_BODY_Z", card(7, "&g"), "*DEFINE_CURVE", "7", "0,&one", "100,&one",
+        "*PARAMETER_LOCAL", "R g, 9.81-3, R one, 1",
+    ]  # fmt: skip
+    parts = [line.replace(card(2, 12, 22), card("&foam", 12, 22)) for line in PARTS]
+    case, text = converted(tmp_path, deck(RIGID, FOAM, CONTACT, named, parts=parts))
+    assert case.time.end == 4.0
+    assert case.body[0].motion.velocity == [-1.0, 1.0, -2.0]
+    assert case.world.gravity == [0.0, 0.0, -9.81e-3]
+    assert case.slave[0].name == "foam pad"
+    assert "Not understood" not in text
+
+
 def test_what_is_not_understood_is_listed_with_its_lines(tmp_path: Path) -> None:
     other = [
-        "*CONTROL_TIMESTEP", card(0.0, 0.9), "*PARAMETER", "R speed   -2.0",
+        "*CONTROL_TIMESTEP", card(0.0, 0.9), "*PARAMETER_TYPE", "R speed   -2.0",
         "*INITIAL_VELOCITY_RIGID_BODY", card(1, 0.0, 0.0, "&speed"),
         "*CONTROL_TIMESTEP", card(0.0, 0.8), "*MAT_VISCOELASTIC", card(23),
         "*BOUNDARY_PRESCRIBED_MOTION_RIGID", card(1, 5, 0, 9),
@@ -183,7 +202,7 @@ def test_what_is_not_understood_is_listed_with_its_lines(tmp_path: Path) -> None
     found = convert(tmp_path / "deck.k", UNITS, tmp_path).unknown
     lines = text.splitlines()
     assert {name.split(" ")[0] for name in found} == {
-        "*CONTROL_TIMESTEP", "*PARAMETER", "*INITIAL_VELOCITY_RIGID_BODY", "*MAT_VISCOELASTIC",
+        "*CONTROL_TIMESTEP", "*PARAMETER_TYPE", "*INITIAL_VELOCITY_RIGID_BODY", "*MAT_VISCOELASTIC",
         "*BOUNDARY_PRESCRIBED_MOTION_RIGID",
     }  # fmt: skip
     for name, at in found.items():

@@ -213,10 +213,10 @@ def test_parameters_that_nothing_needs_are_listed(tmp_path: Path) -> None:
         "*SET_PART_LIST", card(6), card("&first"), "*PART", "bracket", card(8, 8, "&steel"),
         "*SECTION_SHELL", card(8, 2), card("&t"),
     ]  # fmt: skip
-    with pytest.warns(ContigaWarning, match="parameters are not worked out"):
+    with pytest.warns(ContigaWarning, match="a parameter without a value"):
         _, text = start(tmp_path, lost)
     for keyword in ("DEFINE_CURVE", "SET_NODE_LIST", "SET_PART_LIST", "PART", "SECTION_SHELL"):
-        assert f"*{keyword} (parameters are not worked out), line" in text
+        assert f"*{keyword} (a parameter without a value), line" in text
 
 
 def test_a_curve_with_parameters_that_a_body_needs_is_refused(tmp_path: Path) -> None:
@@ -226,7 +226,7 @@ def test_a_curve_with_parameters_that_a_body_needs_is_refused(tmp_path: Path) ->
 
 def test_a_rigid_part_with_parameters_is_none(tmp_path: Path) -> None:
     unsure = [*OWN[:3], card(0.0, 0.0, 20.5, "&mass"), *OWN[4:]]
-    with pytest.raises(FileError, match=r"1 \*PART_INERTIA \(parameters"), pytest.warns():
+    with pytest.raises(FileError, match=r"1 \*PART_INERTIA \(a parameter"), pytest.warns():
         start(tmp_path, parts=unsure)
 
 

@@ -364,9 +364,12 @@ def test_report_is_written_afterwards(command: Command, case: Path) -> None:
 def test_mesh_of_cad_is_written(command: Command, tmp_path: Path, suffix: str) -> None:
     cad, path = tmp_path / "patch.xml", tmp_path / f"patch{suffix}"
     cad.write_text(PATCH, encoding="utf-8")
-    code, out, err = command("mesh", cad, "--tol", 0.1, "-o", path)
+    code, out, err = command("mesh", cad, "--tol", 0.1, "--size", 0, "-o", path)
     assert (code, err) == (0, "")
     assert out == f"{path}: 2 triangles, 4 vertices, area 6, 4 open edges\n"
+    code, out, err = command("mesh", cad, "--tol", 0.1, "-o", path)
+    assert (code, err) == (0, "")
+    assert int(re.match(rf"{path}: (\d+) triangles, .*area 6, ", out)[1]) > 100
     assert command("info", path)[0] == 0
 
 
@@ -379,6 +382,8 @@ def test_mesh_of_cad_is_written(command: Command, tmp_path: Path, suffix: str) -
         (["patch.xml", "--tol", 1, "-o", "a.obj"], "found '.obj'; allowed: .msh, .vtu, .stl"),
         (["none.step", "--tol", 1, "-o", "a.msh"], "no such file"),
         (["patch.xml", "--tol", 1, "-o", "none/a.msh"], "a folder that exists"),
+        (["patch.xml", "--tol", 1, "--size", -1, "-o", "a.msh"], "--size: must be a length"),
+        (["patch.xml", "--tol", 1, "--size", 1e-9, "-o", "a.msh"], "size: would take more than"),
         (["patch.xml", "--tol", 1, "--unit", "kg", "-o", "a.msh"], "kg"),
     ],
 )

@@ -11,7 +11,7 @@ import pytest
 
 import contiga as cg
 from contiga.couple import MujocoCoupling
-from contiga.errors import InputError, RunError
+from contiga.errors import ContigaWarning, InputError, RunError
 from contiga.io.out.history import read_history
 
 mujoco = pytest.importorskip("mujoco")
@@ -108,6 +108,29 @@ def test_weights_do_work_on_all_bodies() -> None:
     np.testing.assert_allclose(history["energy.external"], 2.0 * fallen, atol=1e-12)
     np.testing.assert_allclose(history["plate.az"], -2.0, rtol=1e-12)
     np.testing.assert_allclose(history["plate.vz"], -2.0 * (time + 0.005), rtol=1e-9)
+
+
+def test_weights_that_change_do_the_work_they_do() -> None:
+    """84 % of the energy was nowhere once gravity changed, and nothing said so."""
+    model = model_of()
+
+    def tilt(coupling: MujocoCoupling) -> None:
+        t = coupling.data.time
+        coupling.model.opt.gravity[:] = [0.0, 3.0 * np.sin(8.0 * t), -9.81 * np.cos(8.0 * t)]
+
+    told = coupled(model).run(0.5, on_step=tilt)
+    assert told.warnings == ()
+    assert np.abs(told.history["energy.error"]).max() < 2e-3 * told.history["energy.kinetic"].max()
+
+
+def test_energy_that_is_nowhere_is_warned_of() -> None:
+    def heavier(coupling: MujocoCoupling) -> None:
+        if coupling.data.time > 0.2:
+            coupling.data.qvel[2] = 3.0
+
+    with pytest.warns(ContigaWarning, match="energy: .* of the largest energy .* is nowhere, most"):
+        told = coupled(model_of()).run(0.4, on_step=heavier)
+    assert len(told.warnings) == 1
 
 
 def test_one_run_is_the_same_bits_as_one_in_parts() -> None:
@@ -216,7 +239,8 @@ def test_a_step_that_is_too_long_is_refused() -> None:
     given = {"contacts": [cg.Contact(BALL, POINT, law=law)]}
     with pytest.raises(RunError, match=r"longer than the critical one of the contacts, 0\.00141"):
         coupled(model_of(), **given).run(1.0)
-    coupled(model_of(), **given, allow_unstable=True).run(0.1)
+    with pytest.warns(ContigaWarning, match="is nowhere"):
+        coupled(model_of(), **given, allow_unstable=True).run(0.1)
 
 
 def test_damping_shortens_the_critical_step() -> None:

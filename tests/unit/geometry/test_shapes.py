@@ -210,7 +210,7 @@ def test_seams_and_poles_close_exactly():
         (lambda: shapes.extruded(5, (0, 0, 1)), "curve: must be a curve; found 'int'"),
         (lambda: shapes.ruled(shapes.circle(), None), "second: must be a curve"),
         (lambda: shapes.revolved([0, 1]), "curve: must be a curve; found 'list'"),
-        (lambda: shapes.revolved(shapes.circle(), "turn"), "angle: a size must be positive"),
+        (lambda: shapes.revolved(shapes.circle(), "turn"), "angle: must be a number"),
         (lambda: shapes.cylinder(height=0.0), "height"),
         (lambda: shapes.cylinder(angle=7.0), "angle"),
         (lambda: shapes.cone(top_radius=-0.1), "top_radius"),

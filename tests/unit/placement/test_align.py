@@ -20,7 +20,7 @@ def test_the_box_of_a_body_is_exact_where_its_control_points_are_not() -> None:
     box, R = extent(turned), _rotation([1.0, 1.0, 0.3], 0.7)
     reach = np.sqrt(np.square(R * [1.0, 2.0, 3.0]).sum(axis=1))
     np.testing.assert_allclose(box, [-reach, reach], rtol=0, atol=1e-9)
-    assert np.abs(turned.bounds() - box).max() > 0.1
+    assert np.abs(turned.patches[0].bounds() - box).max() > 0.1
 
 
 def _rotation(axis: list[float], angle: float) -> np.ndarray:

@@ -135,6 +135,34 @@ def test_a_gap_that_is_not_settled_is_refused(monkeypatch: pytest.MonkeyPatch) -
         cg.place(other, on=BALL, direction=DOWN, gap=1.5)
 
 
+LID = cg.Body(cg.shapes.plane(width=60.0, length=60.0, centre=[0, 0, 200]), name="lid")
+BONNET = cg.Body(cg.shapes.saddle(width=100.0, length=100.0, height=10.0, centre=[0, 0, 200]))
+PIPE = cg.Body(cg.shapes.cylinder(radius=30.0, height=60.0, centre=[0, 0, 200], axis="x"))
+
+
+@pytest.mark.parametrize("part", [LID, BONNET, PIPE], ids=["lid", "bonnet", "pipe"])
+@pytest.mark.parametrize("turned", [False, True])
+def test_an_open_part_stands_above_a_closed_one_on_either_side(part: cg.Body, turned: bool) -> None:
+    """It was refused whatever was done: all that was behind an open face counted as inside it."""
+    ball = cg.Body(cg.shapes.sphere(radius=50.0), name="ball")
+    thing = part.flipped() if turned else part
+    placed = cg.place(thing, on=ball, direction=DOWN, gap=30.0)
+    nearest = np.abs(placed.project(np.zeros((1, 3))).gap[0])
+    assert nearest == pytest.approx(80.0, abs=1e-7)
+    # And the other way round: the ball comes up to it.
+    moved = cg.place(ball, on=thing, direction=UP, gap=30.0)
+    assert np.abs(thing.project([middle(moved)]).gap[0]) == pytest.approx(80.0, abs=1e-7)
+
+
+def test_open_parts_that_are_in_the_way_are_named() -> None:
+    node = cg.Slave([[0.0, 0.0, 100.0]], name="node")
+    with pytest.raises(cg.errors.InputError, match=r"swap the free side of lid .*: lid is open"):
+        cg.place(node, on=LID, direction=UP, gap=1.0)
+    with pytest.raises(cg.errors.InputError) as caught:
+        cg.place(cg.Slave([[0.0, 0.0, 40.0]]), on=BALL, direction=UP, gap=1.0)
+    assert "open" not in str(caught.value)
+
+
 def test_a_part_that_stands_right_stays() -> None:
     node = cg.Slave([[0.0, 0.0, RADIUS + 1.0]])
     assert np.array_equal(cg.place(node, on=BALL, direction=DOWN, gap=1.0).points, node.points)

@@ -149,6 +149,27 @@ def test_sides_that_never_meet_say_how_near_they_come(down: float, said: str) ->
     assert f"<td>gap 2 mm{said}</td>" in page_of(seen)
 
 
+def test_springs_are_lines_in_the_scene_and_the_picture(tmp_path: Path) -> None:
+    at = np.array([[0.0, 0.0, 22.0], [-60.0, 0.0, 60.0]])
+    ball, sheet = (scene().bodies["ball"].body, scene().slaves["sheet"].slave)
+    simulation = cg.Simulation(
+        bodies={"ball": (ball, cg.motion.Free(1.0, inertia=np.eye(3)))},
+        slaves={"sheet": sheet},
+        contacts=[cg.Contact(ball, sheet, law=cg.PenaltyLaw(1.0))],
+        springs=[cg.Spring(("ball", "ground"), at=at, curve=1.0, name="belt")],
+        end=1.0,
+        step=0.1,
+    )
+    shown = stage_of(simulation)
+    assert shown.box[0, 0] == -60.0
+    (line,) = (trace for trace in figure_of(shown).data if trace.name == "spring belt")
+    np.testing.assert_allclose(np.array([line.x, line.y, line.z]).T, at)
+    cg.preview(simulation).save(tmp_path / "a.png")
+    picture = image.imread(tmp_path / "a.png")[..., :3]
+    ochre = np.abs(picture - np.array([0xB0, 0x7D, 0x1E]) / 255.0).max(axis=-1) < 0.03
+    assert ochre.sum() > 200
+
+
 def test_a_preview_is_saved_shown_and_named(tmp_path: Path) -> None:
     shown = cg.preview(scene(far=1200.0))
     assert repr(shown) == "Preview('Ball & sheet', parts 3, ball-sheet gap 2 mm)"

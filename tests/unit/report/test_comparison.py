@@ -130,7 +130,7 @@ def test_what_is_no_run_is_told(tmp_path: Path, which: int) -> None:
     with pytest.raises(FileError, match="no such output folder"):
         cg.compare(folders[which], folders[1 - which])
     (tmp_path / "nowhere").mkdir()
-    with pytest.raises(FileError, match="not the output folder of a finished run"):
+    with pytest.raises(FileError, match="not the output folder of a run"):
         cg.compare(folders[which], folders[1 - which])
 
 

@@ -18,6 +18,8 @@ from contiga.report.run_folder import Units, read_run
 from contiga.report.scene import outside_view, through_view
 from contiga.report.space import view_of
 
+from .conftest import write_fields
+
 UNITS = Units("mm", "g", "ms", "mm²", "N", "N·mm", "MPa")
 BALL = cg.Body(cg.shapes.sphere(radius=20.0, centre=[0, 0, 21]), name="ball")
 WALL = cg.Body(cg.shapes.plane(width=60, length=80, centre=[1200, 0, 0], axis="x"), name="wall")
@@ -59,12 +61,27 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder_of(tmp_path_factory.mktemp("far") / "out")
 
 
-def test_a_part_far_away_leaves_the_pane_to_those_that_touch(folder: Path) -> None:
+def test_the_scene_holds_all_bodies_and_what_touches_is_a_choice(folder: Path) -> None:
     series, peak = peak_of(folder)
-    figure = view_of(peak, frames_of(series, None, 4, peak, UNITS), UNITS).figure
-    spans = [figure.layout.scene[f"{axis}axis"].range for axis in "xyz"]
-    assert max(abs(end) for span in spans for end in span) < 50.0
-    assert spans[2][0] > -10.0
+    view = view_of(peak, frames_of(series, None, 4, peak, UNITS), UNITS)
+    spans = [list(view.figure.layout.scene[f"{axis}axis"].range) for axis in "xyz"]
+    assert spans == view.data["spans"]["all"]
+    for (low, high), least, most in zip(spans, (-30, -40, -30), (1200, 40, 40), strict=True):
+        assert low <= least
+        assert high >= most
+    near = view.data["spans"]["near"]
+    assert max(abs(end) for span in near for end in span) < 50.0
+    assert near[2][0] > -10.0
+    text = write_report(folder).read_text(encoding="utf-8")
+    assert 'data-frame="near"' in text
+
+
+def test_nothing_is_to_choose_where_all_touches(tmp_path: Path) -> None:
+    write_fields(tmp_path / "fields.vtkhdf")
+    series = read_fields(tmp_path / "fields.vtkhdf")
+    peak = at_frame(series, 2)
+    view = view_of(peak, frames_of(series, None, 2, peak, UNITS), UNITS)
+    assert "spans" not in view.data
 
 
 def test_the_still_pictures_are_filled_by_what_touches(folder: Path) -> None:

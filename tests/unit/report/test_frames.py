@@ -11,8 +11,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from contiga.io.out.vtkhdf import read_fields
-from contiga.report.frames import MOST, chosen_steps, frames_of, packed, place_of, within
+from contiga.report.frames import MOST, chosen_steps, frames_of, packed, within
 from contiga.report.peak import at_frame, stacked
+from contiga.report.places import place_of
 from contiga.report.run_folder import Units
 
 from .conftest import DEPTHS, write_fields

@@ -176,3 +176,11 @@ def test_criteria_are_told_with_their_windows(run: Run) -> None:
 def test_runs_without_free_bodies_have_no_table(run_folder: Path) -> None:
     run = read_run(run_folder)
     assert extremes_table(run) == criteria_table(run) == ""
+
+
+def test_a_sensor_between_two_bodies_has_its_distance_and_its_turn(run: Run) -> None:
+    seen = {"distance": np.arange(5.0), "rate": np.ones(5), "angle": 0.1 * np.arange(5.0)}
+    told = run._replace(sensors={"neck": seen})
+    figures = sensor_figures(told, "neck", None)
+    assert [figure.layout.yaxis.title.text for figure in figures] == ["Distance [mm]", "Turn [rad]"]
+    np.testing.assert_array_equal(figures[0].data[0].y, seen["distance"])

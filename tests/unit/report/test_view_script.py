@@ -16,6 +16,7 @@ from contiga.io.out.vtkhdf import FieldSeries, FieldsWriter, read_fields
 from contiga.io.out.vtkhdf_layout import Part
 from contiga.report.frames import frames_of
 from contiga.report.peak import at_frame, stacked
+from contiga.report.places import Tie
 from contiga.report.run_folder import Units
 from contiga.report.space import view_of
 
@@ -34,12 +35,18 @@ const parts = { view: part({ data: input.traces.map(() => ({})) }), step: part()
   "step-time": part(), "view-data": part({ textContent: JSON.stringify(input.data) }) };
 const group = part({ dataset: { what: "field" } });
 const button = part({ dataset: { field: input.field }, parentElement: group });
-globalThis.document = { getElementById: (name) => parts[name], querySelectorAll: () => [button] };
-globalThis.Plotly = { restyle: (view, change) => calls.push(change) };
+const kind = part({ dataset: { what: "frame" } });
+const frame = part({ dataset: { frame: "near" }, parentElement: kind });
+globalThis.document =
+  { getElementById: (name) => parts[name], querySelectorAll: () => [button, frame] };
+const laid = [];
+globalThis.Plotly = { restyle: (view, change) => calls.push(change),
+  relayout: (view, change) => laid.push(change) };
 globalThis.setTimeout = (act, after) => wait.push([act, after]);
 globalThis.clearTimeout = () => {};
 eval(input.script);
 button.heard.click();
+if (input.data.spans) frame.heard.click();
 for (const step of input.steps) { parts.step.value = step; parts.step.heard.input(); }
 const labels = [parts["step-time"].textContent], begun = calls.length;
 parts.play.heard.click();
@@ -48,20 +55,23 @@ let spent = 0;
 while (wait.length) { const [act, after] = wait.shift(); spent += after; act(); }
 labels.push(parts["step-time"].textContent); shown.push(parts.play.textContent);
 const plain = (key, value) => ArrayBuffer.isView(value) ? Array.from(value) : value;
-console.log(JSON.stringify({ calls, begun, labels, shown, spent }, plain));
+console.log(JSON.stringify({ calls, laid, begun, labels, shown, spent }, plain));
 """
 
 
-def played(series: FieldSeries, steps: list[int], field: str = "penetration") -> dict:
+def played(
+    series: FieldSeries, steps: list[int], field: str = "penetration", ties: tuple[Tie, ...] = ()
+) -> dict:
     """What the script does when steps are chosen one after the other, and then all are played."""
-    peak = at_frame(series, 2)
+    peak = at_frame(series, 2, None, ties)
     cluster = np.where(peak.in_contact, 0, -1)
-    frames = frames_of(series, None, 2, peak._replace(cluster=cluster), UNITS)
+    frames = frames_of(series, None, 2, peak._replace(cluster=cluster), UNITS, ties)
     two = tuple(
         f._replace(values=f.values | {"cluster": (f.rows % 2).astype(np.float32)})
         for f in frames.frames
     )
-    view = view_of(peak._replace(cluster=cluster), frames._replace(frames=two), UNITS)
+    names = [tie.name for tie in ties]
+    view = view_of(peak._replace(cluster=cluster), frames._replace(frames=two), UNITS, names)
     script = files("contiga.report").joinpath("view.js").read_text(encoding="utf-8")
     given = {"data": view.data, "script": script, "steps": steps, "field": field}
     given["traces"] = [trace.name for trace in view.figure.data]
@@ -143,6 +153,26 @@ def test_turning_bodies_and_bending_slaves_are_put_where_they_are(tmp_path: Path
         for trace, kind in enumerate(("body", "slave")):
             there = stacked(series, step, kind)[0]
             np.testing.assert_allclose(points_of(change, trace), there, atol=2e-5)
+
+
+def test_a_button_brings_the_scene_to_what_touches(tmp_path: Path) -> None:
+    write_fields(tmp_path / "fields.vtkhdf")
+    far = Tie("far", ("ground", "ball"), np.array([[900.0, 0.0, 0.0], [0.0, 0.0, 11.0]]))
+    (change,) = played(read_fields(tmp_path / "fields.vtkhdf"), [0], ties=(far,))["laid"]
+    assert sorted(change) == ["scene.xaxis.range", "scene.yaxis.range", "scene.zaxis.range"]
+    assert change["scene.xaxis.range"][1] < 20.0
+
+
+def test_springs_follow_their_bodies(tmp_path: Path) -> None:
+    write_turning(tmp_path / "fields.vtkhdf")
+    series = read_fields(tmp_path / "fields.vtkhdf")
+    on_body = np.asarray(series.points(0)[series.rows(series.parts[0].name)][0], float)
+    belt = Tie("belt", (series.parts[0].name, "ground"), np.array([on_body, [50.0, 0.0, 0.0]]))
+    change = played(series, [1], ties=(belt,))["calls"][1]
+    first, second = points_of(change, -1)[:2].astype(float)
+    moved = series.points(1)[series.rows(series.parts[0].name)][0]
+    np.testing.assert_allclose(first, moved, atol=1e-4)
+    np.testing.assert_allclose(second, [50.0, 0.0, 0.0])
 
 
 def test_regions_are_coloured_a_facet_at_a_time(tmp_path: Path) -> None:

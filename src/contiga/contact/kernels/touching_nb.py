@@ -183,8 +183,8 @@ def advance(path, last, active, found, feet, rows, speed, how):
     `path` is (now in the world, pose, last pose, now, before), the last two in body axes. `last`,
     `active` and `found` are as `place` has them, of one chunk; `last` goes on with the rows and
     depths of `gather` and holds, `speed` is its (velocity, dt). `feet` are the columns of `touch`
-    and `rows` (3, n) for lists. `how` is (limits, the four places of `touch`), the first of these (whether
-    balls are asked, search by penetration, band, depth, how far a point may have gone for
+    and `rows` (3, n) for lists. `how` is (limits, the four places of `touch`), the first of these
+    (whether balls are asked, search by penetration, band, depth, how far a point may have gone for
     its last foot to be near, how far feet that are one may be apart).
 
     Returns how many points were in contact and how many others are near, listed in the first rows,

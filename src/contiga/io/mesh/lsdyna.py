@@ -358,7 +358,7 @@ def _groups(part_numbers: list[Int64Array], parts: Parts) -> list[Group]:
 def _sets(blocks: Iterable[Block], rows: _Rows) -> Iterable[Group]:
     """Sets of nodes: by name alone, as their numbers are those of parts, too.
 
-    One with parameters is not there: who asks for it is told.
+    One with parameters without a value is not there: who asks for it is told.
     """
     for number, nodes in read_sets(blocks, "NODE", lambda *_: None).items():
         own = rows(np.array(nodes, dtype=np.int64))

@@ -15,11 +15,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from contiga.errors import FileError, MeshError
+from contiga.io.mesh.lsdyna_parameters import Parameters, fortran_number, is_parameters
 
 _LONG_WIDTH = 20
 _LARGEST = 2**62
-# Fortran lets a number do without the E of its exponent (1.5-3) and write D for it.
-_EXPONENT = re.compile(r"(?<=[\d.])[dDeE]?([+-]\d+)$|(?<=[\d.])[dD](\d+)$")
 
 
 class Card(NamedTuple):
@@ -40,6 +39,8 @@ class Block(NamedTuple):
     path: Path
     line: int = 0
     """Of the keyword."""
+    parameters: Parameters = Parameters()
+    """What stands for names after & in its cards."""
 
     def title_and_cards(self) -> tuple[str, list[Card]]:
         """Title and cards that are not blank; of a keyword in _TITLE the first card is the title.
@@ -59,24 +60,33 @@ class Block(NamedTuple):
 def read_blocks(path: Path) -> Iterator[Block]:
     """Blocks of a deck and of the files it includes, in their order.
 
+    Their fields have the values of parameters, as far as these stand before they are asked for.
+
     Raises
     ------
     FileError
         An included file is missing or includes itself, or the deck is not text.
     """
-    yield from _blocks_of(path, long=False, folders=[path.parent], open_files=())
+    yield from _blocks_of(path, False, [path.parent], Parameters(), ())
 
 
 def _blocks_of(
-    path: Path, *, long: bool, folders: list[Path], open_files: tuple[Path, ...]
+    path: Path,
+    long: bool,
+    folders: list[Path],
+    parameters: Parameters,
+    open_files: tuple[Path, ...],
 ) -> Iterator[Block]:
     # An unreadable byte can only be in a title or comment that matters to nobody.
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-    for block in _split(lines, path, long):
+    for bare in _split(lines, path, long):
+        block = bare._replace(parameters=parameters)
         if block.keyword == "KEYWORD":
             continue
         if block.keyword == "END":
             return
+        if is_parameters(block):
+            parameters.read(block)
         if block.keyword.startswith("INCLUDE"):
             yield from _included(block, folders, (*open_files, path.resolve()))
         else:
@@ -125,7 +135,8 @@ def _included(block: Block, folders: list[Path], open_files: tuple[Path, ...]) -
             raise FileError("no such included file", where=block.where(card), found=name)
         if found.resolve() in open_files:
             raise FileError("a file includes itself", where=block.where(card), found=name)
-        yield from _blocks_of(found, long=block.long, folders=folders, open_files=open_files)
+        inner = Parameters(block.parameters)
+        yield from _blocks_of(found, block.long, folders, inner, open_files)
 
 
 Leave = Callable[[Block, str], None]
@@ -134,23 +145,31 @@ Leave = Callable[[Block, str], None]
 
 @contextmanager
 def leaving_parameters(block: Block, leave: Leave | None) -> Iterator[None]:
-    """A field that is no number is no error where `leave` takes blocks with parameters (&)."""
+    """A field that is no number is no error where `leave` takes blocks with parameters (&).
+
+    These are such as have no value: see `Parameters`.
+    """
     try:
         yield
     except MeshError:
         if leave is None or not any("&" in card.text for card in block.cards):
             raise
-        leave(block, "parameters are not worked out")
+        leave(block, "a parameter without a value")
 
 
 def fields(card: Card, block: Block, widths: Sequence[int]) -> list[str]:
-    """The card's fields, stripped; those past its end are empty."""
-    if "," in card.text:
-        found = [field.strip() for field in card.text.split(",")]
-        return (found + [""] * len(widths))[: len(widths)]
-    if block.long:
+    """The card's fields, stripped, with parameters filled in; those past its end are empty."""
+    found = _cells(card.text, block.long, widths)
+    return list(map(block.parameters.filled, found)) if "&" in card.text else found
+
+
+def _cells(text: str, long: bool, widths: Sequence[int]) -> list[str]:
+    if "," in text:
+        cells = [cell.strip() for cell in text.split(",")]
+        return (cells + [""] * len(widths))[: len(widths)]
+    if long:
         widths = [max(width, _LONG_WIDTH) for width in widths]
-    text, start, found = card.text, 0, []
+    start, found = 0, []
     for width in widths:
         found.append(text[start : start + width].strip())
         start += width
@@ -181,13 +200,9 @@ def real(field: str, block: Block, card: Card) -> float:
 
 def _number(field: str, block: Block, card: Card, allowed: str) -> float:
     try:
-        return float(field)
+        return fortran_number(field)
     except ValueError:
-        pass
-    try:
-        return float(_EXPONENT.sub(lambda m: f"e{m[1] or m[2]}", field))
-    except ValueError:
-        remedy = "Parameters are not worked out here: write the deck out flat."
+        remedy = "No *PARAMETER that is understood gives it a value: write the deck out flat."
         raise MeshError(
             "a field of the card is not a number",
             where=block.where(card),

@@ -39,7 +39,7 @@ class DeckCurve(NamedTuple):
 
 
 def read_curves(blocks: Iterable[Block], leave: Leave | None = None) -> dict[int, DeckCurve]:
-    """All curves of a deck by their numbers; those with parameters go to `leave`.
+    """All curves of a deck by their numbers; those with parameters without a value go to `leave`.
 
     Abscissae are SFA (a + OFFA), ordinates SFO (o + OFFO); a scale of 0 is 1. A negative SFA turns
     the points round, so that abscissae rise as they do in the deck.

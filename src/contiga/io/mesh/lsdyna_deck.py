@@ -80,7 +80,7 @@ class DeckModel:
     gravity: dict[int, tuple[int, float, Block]] = field(default_factory=dict)
     """By axis (0 to 2): curve, scale, where it is said."""
     unread: dict[int, Block] = field(default_factory=dict)
-    """Curves with parameters, by number."""
+    """Curves with parameters without a value, by number."""
     unknown: dict[str, list[int]] = field(default_factory=dict)
     """Lines of what is not understood, by keyword, in brackets what of it, and included file."""
 
@@ -113,7 +113,7 @@ class DeckModel:
         Raises
         ------
         MeshError
-            It has parameters, which are not worked out.
+            It has parameters without a value.
         """
         if number in self.unread:
             read_curves([self.unread[number]])

@@ -23,6 +23,7 @@ from contiga.io.mesh.lsdyna_cards import (
 )
 from contiga.io.mesh.lsdyna_curves import is_curve, read_curves
 from contiga.io.mesh.lsdyna_deck import DeckContact, DeckModel, Material, Prescribed, Start
+from contiga.io.mesh.lsdyna_parameters import is_parameters
 from contiga.io.mesh.lsdyna_parts import is_part, read_parts
 from contiga.io.mesh.lsdyna_sets import is_set, read_sets
 
@@ -59,7 +60,7 @@ def read_model(path: Path) -> DeckModel:
     FileError
         Not a keyword deck, or an included file is missing.
     MeshError
-        A field that should be a number is none; parameters (&) are noted.
+        A field that should be a number is none; parameters (&) without a value are noted.
     """
     try:
         blocks = list(read_blocks(path))
@@ -76,6 +77,8 @@ def read_model(path: Path) -> DeckModel:
     # The end comes first: what is over before it is told from what is not.
     for block in sorted(blocks, key=lambda block: not block.keyword.startswith(_TERMINATION)):
         _take(block, model)
+    for block, why in blocks[0].parameters.left:
+        model.leave(block, why)
     model.motions = list(_possible(model))
     return model
 
@@ -106,7 +109,7 @@ def _take(block: Block, model: DeckModel) -> None:
         model.title = block.cards[0].text.strip()
     if name in _MESH or name.startswith(_MESH_STARTS) or is_curve(block) or is_part(block):
         return
-    if is_set(block, "NODE") or is_set(block, "PART"):
+    if is_set(block, "NODE") or is_set(block, "PART") or is_parameters(block):
         return
     reader = next((read for start, read in _READERS.items() if name.startswith(start)), None)
     if reader is None:

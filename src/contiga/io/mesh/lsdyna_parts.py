@@ -73,7 +73,7 @@ def is_part(block: Block) -> bool:
 
 
 def read_parts(blocks: Iterable[Block], leave: Leave | None = None) -> Parts:
-    """Parts and shell sections of a deck; those with parameters go to `leave`.
+    """Parts and shell sections of a deck; those with parameters without a value go to `leave`.
 
     Raises
     ------

@@ -29,7 +29,7 @@ def read_sets(
 ) -> dict[int, list[int]]:
     """Members of all sets of a kind, by number; a set that is given twice has both.
 
-    Sets with parameters go to `leave`.
+    Sets with parameters without a value go to `leave`.
 
     Raises
     ------

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from contiga.errors import OutputError
+from contiga.io.out.full_disk import full_disk, telling_of_full_disks
 
 
 @contextmanager
@@ -24,7 +25,7 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
     Raises
     ------
     OutputError
-        The folder is missing or cannot be written to, or `path` is a folder.
+        The folder is missing or cannot be written to, `path` is a folder, or the disk is full.
 
     Examples
     --------
@@ -40,16 +41,17 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
     try:
         temporary.touch(exist_ok=False)
     except OSError as error:
-        raise OutputError(
+        raise full_disk(error, path) or OutputError(
             f"the file cannot be written: {error.strerror}",
             where=str(path),
             allowed="a folder that exists and may be written to",
         ) from error
     try:
-        yield temporary
-        with temporary.open("rb") as file:
-            os.fsync(file.fileno())
-        temporary.replace(path)
+        with telling_of_full_disks(path):
+            yield temporary
+            with temporary.open("rb") as file:
+                os.fsync(file.fileno())
+            temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -108,7 +110,7 @@ def _make_writable(folder: Path) -> None:
         probe.touch()
         probe.unlink()
     except OSError as error:
-        raise OutputError(
+        raise full_disk(error, folder) or OutputError(
             "the output folder cannot be written",
             where=str(folder),
             found=error.strerror,

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import FileError, InputError
 from contiga.io.out.files import atomic_write
+from contiga.io.out.full_disk import telling_of_full_disks
 from contiga.io.out.vtkhdf_layout import (
     Part,
     Steps,
@@ -157,7 +158,7 @@ class FieldsWriter:
 
     def flush(self) -> None:
         """Have the steps appended so far brought to the disk by the operating system."""
-        with self.path.open("rb") as file:
+        with telling_of_full_disks(self.path), self.path.open("rb") as file:
             os.fsync(file.fileno())
 
     def close(self) -> None:

@@ -8,7 +8,7 @@ values start, and that its topology starts at the beginning.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from contiga.errors import FileError, InputError, OutputError
 from contiga.extras import require
+from contiga.io.out.full_disk import full_disk
 from contiga.records import IntArray
 
 _VERSION = (2, 2)
@@ -78,7 +79,8 @@ def open_file(path: Path, mode: str) -> Any:
         return h5py.File(path, mode, libver=("earliest", "v110"), locking=False)
     except OSError as error:
         kind = FileError if mode == "r" else OutputError
-        raise kind(f"cannot be opened as HDF5: {error}", where=str(path)) from error
+        told = full_disk(error, path)
+        raise told or kind(f"cannot be opened as HDF5: {error}", where=str(path)) from error
 
 
 def write_frame(file: Any, parts: tuple[Part, ...]) -> None:
@@ -295,13 +297,20 @@ class Steps:
                 # cut off before is a step that readers do not see.
                 steps.attrs["NSteps"] = np.int64(number)
                 self._file.flush()
+        except OutputError:
+            with suppress(OSError, RuntimeError):  # what went wrong first is told
+                self._drop()
+            raise
         except BaseException:
             with self._told():
-                for array in self._arrays.values():
-                    array.drop()
+                self._drop()
             raise
         for array in self._arrays.values():
             array.keep()
+
+    def _drop(self) -> None:
+        for array in self._arrays.values():
+            array.drop()
 
     def close(self) -> None:
         """Let go of the file; it is opened again where more is to be written.
@@ -322,9 +331,10 @@ class Steps:
         """Say what is wrong with the file where HDF5 does."""
         try:
             yield
-        except (OSError, RuntimeError) as error:  # of a full disk, too
+        except (OSError, RuntimeError) as error:
             text = f"cannot be written as HDF5: {error}"
-            raise OutputError(text, where=str(self._path)) from error
+            told = full_disk(error, self._path)
+            raise told or OutputError(text, where=str(self._path)) from error
 
 
 def truncate(root: Any, n_steps: int, n_points: int) -> None:

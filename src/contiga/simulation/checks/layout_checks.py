@@ -58,7 +58,10 @@ def check_layout(scene: Scene) -> Iterator[Finding]:
 
 def _bodies(scene: Scene) -> Iterator[Finding]:
     model = scene.model
-    used = {part.master for part in model.contacts} | {sensor.body for sensor in model.sensors}
+    used = {part.master for part in model.contacts} | {
+        sensor.body for sensor in model.point_sensors
+    }
+    used |= {body for sensor in model.relative for body in sensor.between}
     used |= {end for spring in model.springs.values() for end in spring.between}
     used |= {load.body for load in model.loads}
     motions: list[object] = [part.motion for part in model.bodies.values()]

@@ -13,6 +13,7 @@ from contiga.num.rigid_lanes import MASS
 from contiga.records import MassProperties
 from contiga.simulation.checks.finding import Finding, Said
 from contiga.simulation.checks.scene import Scene
+from contiga.slaves.slave import Slave
 
 # kg/m³ of the box around a body: from the lightest foam to more than any metal.
 _DENSITIES = (5.0, 2.5e4)
@@ -39,8 +40,26 @@ def check_masses(scene: Scene) -> Iterator[Finding]:
             yield from _speed(f"body {names[i]}", part.motion, said)
         yield from _inertia(names[i], part.body, part.motion, said)
     for name, slave in model.slaves.items():
-        if isinstance(slave.motion, Free) and said.known:
-            yield from _speed(f"slave {name}", slave.motion, said)
+        if isinstance(slave.motion, Free):
+            yield from _dust(name, slave.slave)
+            if said.known:
+                yield from _speed(f"slave {name}", slave.motion, said)
+
+
+def _dust(name: str, slave: Slave) -> Iterator[Finding]:
+    """Nodes that a mesh joins, and that fly on their own."""
+    joined = ", ".join(f"{count} {kind}" for kind, count in slave.cells.items())
+    if not joined and slave.facets is not None:
+        joined = f"{len(slave.facets)} facets"
+    if joined:
+        yield Finding(
+            "dust",
+            f"slave {name}",
+            f"its {len(slave)} nodes are free masses of their own: nothing holds the {joined} "
+            "together that join them",
+            'Take motion = { kind = "attached" } to a body for what is rigid, "fixed" for what '
+            "gives way by the law of its contact, or points without facets for dust",
+        )
 
 
 def _gravity(scene: Scene) -> Iterator[Finding]:

@@ -70,9 +70,12 @@ def check_places(scene: Scene) -> Iterator[Finding]:
         for body, at in zip(spring.between, spring.at, strict=True):
             if body in model.bodies:
                 yield from _far(scene, body, at, f"spring {name}")
-    for sensor in model.sensors:
+    for sensor in model.point_sensors:
         if sensor.at is not None:
             yield from _far(scene, sensor.body, sensor.at, f"sensor {sensor.name}")
+    for one in model.relative:
+        for body, at in zip(one.between, [] if one.at is None else one.at, strict=False):
+            yield from _far(scene, body, at, f"sensor {one.name}")
 
 
 def _far(scene: Scene, body: str, at: FloatArray, where: str) -> Iterator[Finding]:

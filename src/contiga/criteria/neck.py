@@ -1,0 +1,81 @@
+"""The neck injury criterion of force and moment in the upper neck."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.criteria.samples import finite_rows, numbers
+from contiga.errors import InputError
+from contiga.num.arrays import positive
+
+
+class NeckLimits(NamedTuple):
+    """Intercepts of a dummy: where force alone, or moment alone, makes the criterion 1."""
+
+    tension: float
+    """N."""
+    compression: float
+    """N."""
+    flexion: float
+    """N·m."""
+    extension: float
+    """N·m."""
+
+
+HYBRID_III_50 = NeckLimits(6806.0, 6160.0, 310.0, 135.0)
+"""Of the mid-size male, in position (FMVSS 208, S6.6)."""
+HYBRID_III_5 = NeckLimits(4287.0, 3880.0, 155.0, 67.0)
+"""Of the small female, in position (FMVSS 208, S15.3.6)."""
+_MODES = ("NTF", "NTE", "NCF", "NCE")
+
+
+class Nij(NamedTuple):
+    """The criterion, when, and how the neck is loaded then."""
+
+    value: float
+    sample: int
+    """Where it is reached."""
+    mode: str
+    """"NTF", "NTE", "NCF" or "NCE": tension or compression with flexion or extension."""
+
+
+def nij(force: ArrayLike, moment: ArrayLike, limits: NeckLimits = HYBRID_III_50) -> Nij:
+    """The largest of F_z / F_int + M_y / M_int over time and the four ways of loading.
+
+    Eppinger et al., Development of Improved Injury Criteria for the Assessment of Advanced
+    Automotive Restraint Systems II, NHTSA (1999); FMVSS 208, S6.6.
+
+    Parameters
+    ----------
+    force : (n,) axial force, tension positive, N, filtered by CFC600
+    moment : (n,) about y at the occipital condyle, flexion positive, N·m, filtered by CFC600
+    limits : intercepts, all positive
+
+    Raises
+    ------
+    InputError
+        Lists that are not as long, or not finite; intercepts that are not positive.
+
+    >>> nij([0.0, 3403.0], [0.0, -67.5])
+    Nij(value=1.0, sample=1, mode='NTE')
+    """
+    f, m = numbers(force, "nij, force"), numbers(moment, "nij, moment")
+    if f.ndim != 1 or f.shape != m.shape or len(f) == 0:
+        raise InputError(
+            "force and moment must be two lists as long",
+            where="nij",
+            found=(f.shape, m.shape),
+            allowed="shapes (n,) and (n,)",
+        )
+    finite_rows(f, "nij, force")
+    finite_rows(m, "nij, moment")
+    for name, value in limits._asdict().items():
+        positive(value, f"nij, limits.{name}")
+    axial = np.where(f >= 0.0, f / limits.tension, -f / limits.compression)
+    bending = np.where(m >= 0.0, m / limits.flexion, -m / limits.extension)
+    k = int(np.argmax(axial + bending))
+    mode = _MODES[2 * int(f[k] < 0.0) + int(m[k] < 0.0)]
+    return Nij(float(axial[k] + bending[k]), k, mode)

@@ -1,0 +1,194 @@
+"""``*PARAMETER`` and ``*PARAMETER_EXPRESSION`` of LS-DYNA keyword decks: what ``&name`` stands for.
+
+Card layouts: LS-DYNA Keyword User's Manual, volume I, *PARAMETER. A name counts in small letters
+and capitals alike; of two definitions the first stands, as by default there. A parameter that is
+local (``_LOCAL``) is known in its file and those it includes.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+import re
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from contiga.io.mesh.lsdyna_cards import Block
+
+_PAIRS = 4
+_WIDTH, _LONG_WIDTH = 10, 20
+_OPTIONS = {"LOCAL", "EXPRESSION"}
+_KINDS = "ric"
+_REFERENCE = re.compile(r"(-?)\s*&\s*(\w+)", re.ASCII)
+_DOUBLE = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d)")
+# Fortran lets a number do without the E of its exponent (1.5-3) and write D for it.
+_EXPONENT = re.compile(r"(?<=[\d.])[dDeE]?([+-]\d+)$|(?<=[\d.])[dD](\d+)$")
+_WHOLE = 2.0**53
+"""Whole numbers up to this one are exact."""
+
+_OF_MATH = (
+    *("sqrt", "exp", "log", "log10", "sin", "cos", "tan"),
+    *("asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"),
+)
+
+Value = int | float
+
+_OPERATORS: dict[type[ast.operator], Callable[[Value, Value], Value]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Pow: lambda a, b: _as_whole(float(a) ** float(b), a, b),
+    ast.Div: lambda a, b: _divided(a, b),
+}
+_FUNCTIONS: dict[str, Callable[..., Value]] = {
+    "abs": abs,
+    "aint": lambda a: float(math.trunc(a)),
+    "anint": lambda a: math.copysign(math.floor(abs(a) + 0.5), a),
+    "int": math.trunc,
+    "nint": lambda a: int(math.copysign(math.floor(abs(a) + 0.5), a)),
+    "max": max,
+    "min": min,
+    "mod": lambda a, b: _as_whole(math.fmod(a, b), a, b),
+    "sign": lambda a, b: abs(a) if b >= 0 else -abs(a),
+    "float": float,
+    **{name: getattr(math, name) for name in _OF_MATH},
+}
+
+
+class Parameters:
+    """Values of a file's parameters, and of those of the files that include it.
+
+    `left` says, by block, what of it is not understood.
+    """
+
+    def __init__(self, outer: Parameters | None = None) -> None:
+        self._outer = outer
+        self._own: dict[str, str] = {}
+        self.left: list[tuple[Block, str]] = [] if outer is None else outer.left
+
+    def filled(self, field: str) -> str:
+        """A field with the value of its parameter; as it is where there is none."""
+        found = _REFERENCE.fullmatch(field)
+        value = None if found is None else self._value(found[2].lower())
+        if found is None or value is None:
+            return field
+        if not found[1]:
+            return value
+        return value[1:] if value.startswith("-") else f"-{value.removeprefix('+')}"
+
+    def _value(self, name: str) -> str | None:
+        if name in self._own:
+            return self._own[name]
+        return None if self._outer is None else self._outer._value(name)
+
+    def read(self, block: Block) -> None:
+        """Take the parameters of a block for which `is_parameters` holds."""
+        expressions = "EXPRESSION" in block.keyword
+        for name, text in _expressions(block) if expressions else _pairs(block):
+            kind, name = name[:1].lower(), name[1:].strip().lower()
+            value = self._worked_out(text, kind) if expressions else self.filled(text)
+            scope = self if "LOCAL" in block.keyword else self._root()
+            if not name or kind not in _KINDS or value is None or "&" in value:
+                self.left.append((block, f"&{name} = {text.strip()}"))
+            elif scope._own.setdefault(name, value) != value:
+                self.left.append((block, f"&{name} again, the first one stands"))
+
+    def _root(self) -> Parameters:
+        return self if self._outer is None else self._outer._root()
+
+    def _worked_out(self, text: str, kind: str) -> str | None:
+        """The value of an expression; None where it is not understood or no number."""
+        try:
+            tree = ast.parse(_DOUBLE.sub("e", text.replace("&", " ")).strip().lower(), mode="eval")
+            value = self._evaluated(tree.body)
+        except (ArithmeticError, ValueError, TypeError, SyntaxError, RecursionError, MemoryError):
+            return None
+        if kind == "i":
+            return f"{value:.0f}" if value == math.trunc(value) else None
+        return repr(value) if math.isfinite(value) else None
+
+    def _evaluated(self, node: ast.expr) -> Value:
+        if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+            return node.value  # type: ignore[return-value]
+        if isinstance(node, ast.Name):
+            return _number(self._value(node.id))
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
+            value = self._evaluated(node.operand)
+            return -value if isinstance(node.op, ast.USub) else value
+        if isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
+            left, right = self._evaluated(node.left), self._evaluated(node.right)
+            return _OPERATORS[type(node.op)](left, right)
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
+            function = _FUNCTIONS.get(node.func.id)
+            if function is not None:
+                return function(*map(self._evaluated, node.args))
+        raise ValueError(ast.dump(node))
+
+
+def is_parameters(block: Block) -> bool:
+    """Whether a keyword gives parameters in a way that is understood."""
+    first, *options = block.keyword.split("_")
+    return first == "PARAMETER" and set(options) <= _OPTIONS
+
+
+def fortran_number(text: str) -> float:
+    """A number in any way Fortran writes it; a ValueError where it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return float(_EXPONENT.sub(lambda m: f"e{m[1] or m[2]}", text))
+
+
+def _pairs(block: Block) -> Iterator[tuple[str, str]]:
+    """Name, its kind in front, and text of the value: four pairs a card."""
+    width = _LONG_WIDTH if block.long else _WIDTH
+    for card in block.cards:
+        if "," in card.text:
+            cells = [cell.strip() for cell in card.text.split(",")]
+        else:
+            starts = range(0, 2 * _PAIRS * width, width)
+            cells = [card.text[start : start + width].strip() for start in starts]
+        for name, value in zip(cells[::2], cells[1::2], strict=False):
+            if name:
+                yield name, value
+
+
+def _expressions(block: Block) -> Iterator[tuple[str, str]]:
+    """Name, its kind in front, and expression: one a card, gone on with under an empty name."""
+    width = _LONG_WIDTH if block.long else _WIDTH
+    told: list[list[str]] = []
+    for card in block.cards:
+        name, comma, text = card.text.partition(",")
+        if not comma or len(name) > width:
+            name, text = card.text[:width], card.text[width:]
+        if name.strip():
+            told.append([name.strip(), text])
+        elif told:
+            told[-1][1] += text.strip()
+    yield from ((name, text) for name, text in told)
+
+
+def _number(text: str | None) -> Value:
+    if text is None:
+        raise ValueError("no such parameter")
+    try:
+        return int(text)
+    except ValueError:
+        return fortran_number(text)
+
+
+def _as_whole(value: float, a: Value, b: Value) -> Value:
+    """`value` as a whole number where it was made of two."""
+    whole = isinstance(a, int) and isinstance(b, int) and value == round(value)
+    return int(value) if whole and abs(value) < _WHOLE else value
+
+
+def _divided(a: Value, b: Value) -> Value:
+    """A quotient; of whole numbers that leave a remainder it is not said what is meant."""
+    if isinstance(a, int) and isinstance(b, int):
+        if a % b:
+            raise ValueError("whole numbers with a remainder")
+        return a // b
+    return a / b

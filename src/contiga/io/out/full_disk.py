@@ -1,0 +1,72 @@
+"""A full disk told in words, whoever comes upon it first: Python, or HDF5 in a text of its own."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from errno import EDQUOT, EFBIG, ENOSPC
+from pathlib import Path
+
+from contiga.errors import OutputError
+
+_FULL = {
+    ENOSPC: "the disk is full",
+    EDQUOT: "the disk quota is used up",
+    EFBIG: "the file is larger than may be",
+}
+_SLACK = 1_000_000
+"""Bytes that stay free: HDF5 writes more than what it is given, and files are written beside."""
+_OF_HDF5 = re.compile(r"errno = (\d+)")
+
+
+def full_disk(error: BaseException, path: str | Path) -> OutputError | None:
+    """The message of an error that comes of a full disk; None of any other."""
+    found = _OF_HDF5.search(str(error))
+    number = int(found[1]) if found else getattr(error, "errno", None)
+    if number not in _FULL:
+        return None
+    return OutputError(_FULL[number], where=str(path), remedy="Make room on it")
+
+
+def check_room(path: str | Path, needed: int) -> None:
+    """Refuse to begin what there is no room for: HDF5 loses a file that it cannot write to the end.
+
+    Parameters
+    ----------
+    path : of a file that is to be written or to grow; its folder is there
+    needed : bytes, at most
+
+    Raises
+    ------
+    OutputError
+        There are fewer left.
+    """
+    left = shutil.disk_usage(Path(path).parent).free
+    if left < needed + _SLACK:
+        raise OutputError(
+            _FULL[ENOSPC],
+            where=str(path),
+            found=f"{left / 1e6:.3g} MB left",
+            allowed=f"about {(needed + _SLACK) / 1e6:.3g} MB for the next step",
+            remedy="Make room on it",
+        )
+
+
+@contextmanager
+def telling_of_full_disks(path: str | Path) -> Iterator[None]:
+    """Within this, a full disk is an `OutputError` about `path`.
+
+    Raises
+    ------
+    OutputError
+        As said.
+    """
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        told = full_disk(error, path)
+        if told is None:
+            raise
+        raise told from error

@@ -1,0 +1,126 @@
+"""One process at a time that writes to a folder, which says who it is.
+
+The lock is the operating system's on a file in the folder: it goes with the process that holds it,
+however that ends. The file says who holds it, for those who come second; one that nobody holds is
+what a process left that was killed. Where there are no locks (some network drives) all goes on
+without.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import socket
+import sys
+from contextlib import suppress
+from datetime import datetime
+from errno import EACCES, EAGAIN, EDEADLK
+from pathlib import Path
+
+from contiga.errors import OutputError
+from contiga.io.out.full_disk import telling_of_full_disks
+
+_HELD = (EACCES, EAGAIN, EDEADLK)
+_TRIES = 10
+"""Times that a file is opened which its holder takes away in that very moment."""
+
+
+class FolderLock:
+    """A folder that is the caller's alone, until it is released.
+
+    Parameters
+    ----------
+    path : of the file, in a folder that is there
+    kind : what writes to the folder, in words
+
+    Raises
+    ------
+    OutputError
+        Another one writes there; the message says which, on what machine and since when.
+
+    >>> lock = FolderLock(Path("run.lock"), "run")
+    >>> json.loads(Path("run.lock").read_text())["pid"] == os.getpid()
+    True
+    >>> lock.release(), Path("run.lock").exists()
+    (None, False)
+    """
+
+    def __init__(self, path: Path, kind: str) -> None:
+        self._path = path
+        self._file = _taken(path, kind)
+        if self._file is not None:
+            who = {"pid": os.getpid(), "host": socket.gethostname(), "since": _now()}
+            with telling_of_full_disks(path):
+                os.ftruncate(self._file, 0)
+                os.write(self._file, json.dumps(who).encode())
+
+    def release(self) -> None:
+        """Let the folder go, and take the file away. Once is enough."""
+        file, self._file = self._file, None
+        if file is None:
+            return
+        if sys.platform == "win32":  # what is open cannot be removed there
+            os.close(file)
+        with suppress(OSError):
+            self._path.unlink()
+        if sys.platform != "win32":
+            os.close(file)
+
+
+def _taken(path: Path, kind: str) -> int | None:
+    """The file, locked; None where there are no locks."""
+    for _ in range(_TRIES):
+        try:
+            file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        except OSError:
+            return None
+        try:
+            _lock(file)
+        except OSError as error:
+            os.close(file)
+            if error.errno in _HELD:
+                raise _is_held(path, kind) from None
+            return None
+        with suppress(OSError):
+            if os.path.samestat(os.fstat(file), path.stat()):
+                return file
+        os.close(file)  # it was taken away between the two
+    return None
+
+
+def _is_held(path: Path, kind: str) -> OutputError:
+    try:
+        who = json.loads(path.read_text(encoding="utf-8"))
+        told = f"process {who['pid']} on {who['host']}, since {who['since']}"
+    except (OSError, ValueError, KeyError, TypeError):
+        told = "a process that does not say which"
+    return OutputError(
+        f"another {kind} writes to this folder",
+        where=str(path.parent),
+        found=told,
+        allowed="a folder of its own (-o), or to wait until that one has ended",
+    )
+
+
+def _now() -> str:
+    return datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
+
+
+if sys.platform == "win32":
+    import msvcrt
+
+    _PLACE = 1 << 30
+    """Of the byte that is locked, behind what others are to read."""
+
+    def _lock(file: int) -> None:
+        os.lseek(file, _PLACE, os.SEEK_SET)
+        try:
+            msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
+        finally:
+            os.lseek(file, 0, os.SEEK_SET)
+
+else:
+    import fcntl
+
+    def _lock(file: int) -> None:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -1,0 +1,106 @@
+"""What a run has left in its folder so far, read without the code that wrote it.
+
+A run that has ended leaves `history.csv` and `summary.json`. While it goes on, and after it was
+stopped, both are in its last checkpoint, and its fields and outlines are whole up to the last step
+that was written.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.errors import FileError
+from contiga.extras import require
+from contiga.io.out.history import read_history
+from contiga.records import FloatArray
+
+HISTORY, FIELDS, CASE = "history.csv", "fields.vtkhdf", "case.toml"
+SUMMARY, CHECKPOINT = "summary.json", "checkpoint.h5"
+OUTLINES = "outlines.vtkhdf"
+UNFINISHED, UNFINISHED_OUTLINES = FIELDS + ".part", OUTLINES + ".part"
+TOLD = "summary"
+"""What a checkpoint has in place of the summary: text of JSON."""
+
+
+class Stored(NamedTuple):
+    """What there is of a run."""
+
+    folder: Path
+    finished: bool
+    history: dict[str, FloatArray]
+    """Columns (n,) by name."""
+    summary: dict[str, Any]
+
+
+def read_stored(folder: str | Path) -> Stored:
+    """History and summary of a run, up to its last checkpoint where it has not ended.
+
+    Raises
+    ------
+    FileError
+        There is no such folder, no run in it, or nothing of it yet; files that cannot be read.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise FileError(
+            "no such output folder", where=str(folder), remedy="Run a case first: contiga run"
+        )
+    told = _told(folder / CHECKPOINT)
+    if _is_finished(folder, told):
+        history = read_history(folder / HISTORY)
+        return Stored(folder, True, _floats(history), _summary(folder / SUMMARY))
+    if told is not None:
+        return told
+    if (folder / UNFINISHED).is_file():
+        raise FileError(
+            "the run has just begun, and tells of itself from its first checkpoint on",
+            where=str(folder),
+            remedy="Look again some seconds later",
+        )
+    missing = HISTORY if (folder / SUMMARY).is_file() else SUMMARY
+    raise FileError(f"not the output folder of a run: {missing} is missing", where=str(folder))
+
+
+def _is_finished(folder: Path, told: Stored | None) -> bool:
+    """Whether the last run in a folder has ended: its last checkpoint is as far as its summary."""
+    there = (folder / SUMMARY).is_file() and (folder / HISTORY).is_file()
+    if not there or (folder / UNFINISHED).is_file():
+        return False
+    if told is None:
+        return True
+    summary = _summary(folder / SUMMARY)
+    return all(told.summary.get(key) == summary.get(key) for key in ("title", "steps"))
+
+
+def _told(path: Path) -> Stored | None:
+    """What a checkpoint says of its run; None where there is none that does."""
+    if not path.is_file():
+        return None
+    require("what an unfinished run has left", "h5py")
+    import h5py
+
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            if TOLD not in file:
+                return None
+            history = {name: np.asarray(column) for name, column in file["history"].items()}
+            summary: dict[str, Any] = json.loads(file[TOLD].asstr()[()])
+    except (OSError, KeyError, ValueError, AttributeError) as error:
+        raise FileError("the checkpoint cannot be read", where=str(path)) from error
+    return Stored(path.parent, False, _floats(history), summary)
+
+
+def _summary(path: Path) -> dict[str, Any]:
+    try:
+        summary: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, OSError) as error:
+        raise FileError("not a readable summary", where=str(path)) from error
+    return summary
+
+
+def _floats(history: dict[str, Any]) -> dict[str, FloatArray]:
+    return {name: np.asarray(column, np.float64) for name, column in history.items()}

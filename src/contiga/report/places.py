@@ -1,0 +1,85 @@
+"""Where rigid parts have come to, and what is tied to points of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from contiga.records import FloatArray
+
+if TYPE_CHECKING:
+    from contiga.report.fields import RecordedFields
+
+_RIGID = 2e-7
+"""Departure of a part from a rigid motion, relative to its size and place: single precision."""
+
+
+class Tie(NamedTuple):
+    """A spring between points of two bodies, or of one and the ground."""
+
+    name: str
+    between: tuple[str, str]
+    at: FloatArray
+    """(2, 3) the points at the start."""
+
+
+Ties = Sequence[Tie]
+
+
+def ties_of(summary: dict[str, Any]) -> list[Tie]:
+    """The springs of a run, as its summary tells them."""
+    told = summary.get("springs") or {}
+    return [
+        Tie(name, tuple(one["between"]), np.asarray(one["at"], np.float64))
+        for name, one in told.items()
+    ]
+
+
+def ties_at(series: RecordedFields, frame: int, ties: Ties) -> FloatArray:
+    """(k, 2, 3) ends of ties at a recorded step."""
+    if not ties:
+        return np.zeros((0, 2, 3))
+    return tie_ends(series, series.points(0), series.points(frame), ties)
+
+
+def tie_ends(
+    series: RecordedFields, start: FloatArray, points: FloatArray, ties: Ties
+) -> FloatArray:
+    """(k, 2, 3) ends of ties where all points have come to `points` (n, 3) from `start`."""
+    bodies = {part.name: series.rows(part.name) for part in series.parts if part.kind == "body"}
+    moved = {
+        name: place_of(start[bodies[name]], points[bodies[name]])
+        for name in dict.fromkeys(name for tie in ties for name in tie.between)
+        if name in bodies
+    }
+    ends = [
+        [_moved(moved.get(name), at) for name, at in zip(tie.between, tie.at, strict=True)]
+        for tie in ties
+    ]
+    return np.array(ends, np.float64).reshape(-1, 2, 3)
+
+
+def _moved(place: FloatArray | None, at: FloatArray) -> FloatArray:
+    """A point of a body where that has come to; it stays where the body is none or no rigid one."""
+    if place is None or place.ndim == 2:
+        return at
+    return np.asarray(place[:9].reshape(3, 3) @ at + place[9:])
+
+
+def place_of(base: FloatArray, points: FloatArray) -> FloatArray:
+    """(12,) the rigid motion from `base` (n, 3) to `points` where it is one, else the points.
+
+    The closest rotation by Kabsch (1976).
+    """
+    a, b = base.mean(axis=0), points.mean(axis=0)
+    if np.isfinite(base).all() and np.isfinite(points).all():
+        left, _, right = np.linalg.svd((base - a).T @ (points - b))
+        turn = np.diag([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
+        R = (left @ turn @ right).T
+        t = b - R @ a
+        off = np.abs(base @ R.T + t - points).max(initial=0.0)
+        if off <= _RIGID * (np.abs(points).max(initial=0.0) + np.ptp(points)):
+            return np.concatenate([R.ravel(), t])
+    return np.asarray(points, np.float32)

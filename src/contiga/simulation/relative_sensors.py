@@ -1,0 +1,76 @@
+"""What sensors between two bodies say: how far apart points of them are, and how they turn."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contiga.num.ordered import length, product
+from contiga.records import FloatArray
+from contiga.simulation.forces import point_of
+from contiga.simulation.model import Model
+from contiga.simulation.sensor import RelativeSensor
+from contiga.simulation.sensors import first_place
+from contiga.simulation.system_state import SystemState
+
+
+def relative_columns(model: Model, state: SystemState) -> dict[str, float]:
+    """What sensors between two bodies say of `state`."""
+    columns: dict[str, float] = {}
+    for sensor in model.relative:
+        values = _values(model, sensor, state)
+        columns |= {f"{sensor.name}.{name}": value for name, value in values.items()}
+    return columns
+
+
+def _values(model: Model, sensor: RelativeSensor, state: SystemState) -> dict[str, float]:
+    roots = [int(model.mechanism.root[model.mechanism.index[body]]) for body in sensor.between]
+    starts = [model.origins[i] for i in roots]
+    poses = [state.bodies.poses[i] for i in roots]
+    firsts = [
+        first_place(model, i, None if sensor.at is None else sensor.at[k])
+        for k, i in enumerate(roots)
+    ]
+    places = [point_of(poses[k], starts[k], firsts[k]) for k in (0, 1)]
+    values: dict[str, float] = {}
+    way = places[1] - places[0]
+    if "distance" in sensor.measures:
+        speeds = [_speed(state, i, place) for i, place in zip(roots, places, strict=True)]
+        values |= _distance(way, speeds[1] - speeds[0])
+    if "displacement" in sensor.measures:
+        own = sensor.axes == "body"
+        now = product(poses[0][:3, :3].T, way) if own else way
+        before = firsts[1] - firsts[0]
+        moved = now - (product(starts[0][:3, :3].T, before) if own else before)
+        values |= dict(zip("xyz", map(float, moved), strict=True))
+    if "angle" in sensor.measures:
+        now, before = (product(pair[0][:3, :3].T, pair[1][:3, :3]) for pair in (poses, starts))
+        turn = _turned(product(now, before.T))
+        values["angle"] = length(turn)
+        values |= {f"angle_{axis}": float(v) for axis, v in zip("xyz", turn, strict=True)}
+    return values
+
+
+def _speed(state: SystemState, i: int, place: FloatArray) -> FloatArray:
+    """(3,) of a point of a body, world axes."""
+    pose, twist = state.bodies.poses[i], state.bodies.twists[i]
+    return np.asarray(twist[:3] + np.cross(twist[3:], place - pose[:3, 3]))
+
+
+def _distance(way: FloatArray, speed: FloatArray) -> dict[str, float]:
+    """The distance and its rate, which is that of the approach where it is zero."""
+    far = length(way)
+    rate = float((way * speed).sum()) / far if far > 0.0 else length(speed)
+    return {"distance": far, "rate": rate}
+
+
+def _turned(R: FloatArray) -> FloatArray:
+    """(3,) the axis of a rotation times its angle, radians from 0 to π."""
+    axis = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    sine, cosine = length(axis), 0.5 * (float(np.trace(R)) - 1.0)
+    if sine > 1e-8 or cosine > 0.0:
+        angle = float(np.arctan2(sine, cosine))
+        return axis * (angle / sine) if sine > 0.0 else axis
+    # Half a turn: its axis is the column of (R + 1) that is longest.
+    both = R + np.eye(3)
+    column = both[:, int(np.argmax(np.diag(both)))]
+    return np.asarray(np.pi * column / length(column))

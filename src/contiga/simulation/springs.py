@@ -1,0 +1,64 @@
+"""What the history and the summary say of springs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from contiga.dynamics.springs import Spring, SpringState
+from contiga.records import FloatArray
+from contiga.simulation.model import Model
+from contiga.simulation.system_state import SystemState
+
+OF_SPRINGS = (
+    *("force", "elongation", "rate"),
+    *("energy_stored", "energy_hysteresis", "energy_damping"),
+)
+"""Columns of a spring: tension with its damper, how much longer it is than at rest and how fast it
+lengthens, what it would give back, and what it has lost since the start."""
+
+
+def spring_columns(model: Model, state: SystemState) -> dict[str, float]:
+    """What a row of the history says of all springs: ``<spring>.force`` and so on."""
+    columns: dict[str, float] = {}
+    for name, spring in model.mechanism.springs.items():
+        now = state.springs[name]
+        values = (
+            now.force,
+            now.length - spring.length,
+            _rate(model, spring, now, state),
+            now.stored,
+            now.hysteresis,
+            now.damping,
+        )
+        columns |= {f"{name}.{c}": float(v) for c, v in zip(OF_SPRINGS, values, strict=True)}
+    return columns
+
+
+def _rate(model: Model, spring: Spring, now: SpringState, state: SystemState) -> float:
+    """How fast a spring lengthens, at the end of the step."""
+    if now.length == 0.0:
+        return 0.0
+    first, second = (
+        _velocity(model, body, now.ends[k], state) for k, body in enumerate(spring.between)
+    )
+    along = (now.ends[1] - now.ends[0]) / now.length
+    return float(np.sum(along * (second - first)))
+
+
+def _velocity(model: Model, body: str, at: FloatArray, state: SystemState) -> FloatArray:
+    """(3,) of a point of a body; none of the ground."""
+    i = model.mechanism.number(body)
+    if i is None:
+        return np.zeros(3)
+    pose, twist = state.bodies.poses[i], state.bodies.twists[i]
+    return np.asarray(twist[:3] + np.cross(twist[3:], at - pose[:3, 3]))
+
+
+def spring_summary(model: Model) -> dict[str, dict[str, Any]]:
+    """What a reader of the files needs to know of the springs, by name."""
+    return {
+        name: {"between": list(spring.between), "at": spring.at.tolist(), "filter": spring.filter}
+        for name, spring in model.springs.items()
+    }

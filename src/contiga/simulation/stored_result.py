@@ -1,0 +1,120 @@
+"""`contiga.open_result`: what a run has left in its folder, while it goes on and afterwards."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contiga.io.out.stored import FIELDS, UNFINISHED, read_stored
+from contiga.io.out.vtkhdf import FieldSeries, read_fields
+from contiga.records import FloatArray
+from contiga.shown import Facts, Shown
+from contiga.simulation.result import table_of
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StoredResult(Shown):
+    """What a run has left in its folder so far. It does not change: `open_result` looks anew."""
+
+    out: Path
+    finished: bool
+    """Whether the run has ended; else all is as of its last checkpoint."""
+    history: dict[str, FloatArray]
+    """Columns (n,) by name, one row a step. Filtered ones are there once the run has ended."""
+    summary: dict[str, Any]
+    """Counts, timings, statuses, criteria: the content of summary.json."""
+
+    @cached_property
+    def fields(self) -> FieldSeries | None:
+        """Points and fields of the recorded steps, read when asked for; None where there are none.
+
+        `fields.times` (k,), `fields.parts`, `fields.names`, `fields.points(i)` (N, 3) of all parts,
+        `fields.data(i, "pressure")` (N,) and `fields.rows("pad")`, the rows of one part.
+        """
+        path = self.out / (FIELDS if self.finished else UNFINISHED)
+        series = read_fields(path) if path.is_file() else None
+        return series if series is not None and len(series.times) else None
+
+    @property
+    def time(self) -> float:
+        """Of the last step of the history."""
+        return float(self.history["time"][-1])
+
+    @property
+    def sensors(self) -> dict[str, dict[str, FloatArray]]:
+        """Columns (n,) of each sensor, by its name and theirs."""
+        names = self.summary.get("sensors") or {}
+        return {name: self._of(name) for name in names}
+
+    @property
+    def springs(self) -> dict[str, dict[str, FloatArray]]:
+        """Columns (n,) of each spring, by its name and theirs."""
+        return {name: self._of(name) for name in self.summary.get("springs") or {}}
+
+    def _of(self, owner: str) -> dict[str, FloatArray]:
+        columns = {name.rpartition("."): values for name, values in self.history.items()}
+        return {name: values for (of, _, name), values in columns.items() if of == owner}
+
+    def at(self, time: float) -> int:
+        """The recorded step of the fields that is nearest to a time."""
+        times = np.zeros(1) if self.fields is None else self.fields.times
+        return int(np.abs(times - time).argmin())
+
+    def _facts(self) -> Facts:
+        return [
+            ("steps", len(self.history["time"])),
+            ("time", self.time),
+            ("finished", self.finished),
+            ("recorded", 0 if self.fields is None else len(self.fields.times)),
+            ("warnings", len(self.summary.get("warnings") or [])),
+            ("folder", self.out),
+        ]
+
+    def to_pandas(self) -> DataFrame:
+        """The history as a table of pandas, by time; `attrs["units"]` has the units of its columns.
+
+        Raises
+        ------
+        MissingPackageError
+            pandas is not installed.
+        """
+        table = table_of("StoredResult.to_pandas", self.history)
+        table.attrs["units"] = self.summary.get("columns") or {}
+        return table
+
+
+def open_result(folder: str | Path) -> StoredResult:
+    """What a run has left in its output folder: history, summary, and fields by time.
+
+    It may be asked for while the run goes on and after it was stopped (Ctrl-C): then all is as of
+    the last checkpoint, which a run leaves every few seconds and when it stops.
+
+    Parameters
+    ----------
+    folder : output folder of a run
+
+    Raises
+    ------
+    FileError
+        There is no such folder, no run in it, or one that has just begun.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> few = cg.load_case("case.toml", set={"time.end": 2.0, "time.step": 0.5})
+    >>> done = cg.run(few, out="few")
+    >>> result = open_result("few")
+    >>> result.finished, result.time, list(result.sensors), len(result.fields.times)
+    (True, 2.0, ['head_cg'], 5)
+    >>> result.fields.points(result.at(1.0))[result.fields.rows("head")].shape[1]
+    3
+    """
+    stored = read_stored(folder)
+    return StoredResult(stored.folder, stored.finished, stored.history, stored.summary)
