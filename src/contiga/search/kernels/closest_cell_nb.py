@@ -175,6 +175,22 @@ def without_minimum(elements, e, cell, m, f):
 
 
 @inner()
+def bends_down(elements, e, cell, f):
+    """Whether f has no minimum in a cell because somewhere it bends down all over it.
+
+    A minimum may stand there all the same on a side where the surface has a kink or ends.
+    """
+    kind = elements.table[e]["kind"]
+    flat_s = (cell[0] > -0.5 or kind[0] == SMOOTH) and (cell[1] < 0.5 or kind[1] == SMOOTH)
+    flat_t = (cell[2] > -0.5 or kind[2] == SMOOTH) and (cell[3] < 0.5 or kind[3] == SMOOTH)
+    high, high_y = f.xx + f.dxx, f.yy + f.dyy
+    if (flat_s and high < 0.0) or (flat_t and high_y < 0.0):
+        return True
+    across = abs(f.xy) - f.dxy
+    return flat_s and flat_t and across > 0.0 and high * high_y < across * across
+
+
+@inner()
 def convex(f):
     """Whether f is convex in a cell."""
     low = f.xx - f.dxx

@@ -5,7 +5,8 @@ leaf, a cell is dropped when
 
 * its tangent parallelogram, less the largest departure from it, is farther than the best foot, or
   f by its Taylor series, less the largest rest of that;
-* the gradient of f = |S − P|²/2 cannot vanish in it (at a border or a kink it may press outward);
+* the gradient of f = |S − P|²/2 cannot vanish in it (at a border or a kink it may press outward),
+  or f bends down all over it in some direction;
 
 and it is finished when f is convex on it (the Hessian at its middle outweighs the largest change
 over the cell), because Newton then finds its only minimum. What is neither is halved.
@@ -24,8 +25,10 @@ from contiga.elements.kernels.element_nb import evaluate
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.codes import SMOOTH
 from contiga.num.jit import inlined, inner
+from contiga.num.kernels.vector_nb import cross, dot
 from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.closest_cell_nb import (
+    bends_down,
     convex,
     hessian,
     least_value,
@@ -68,6 +71,9 @@ BESIDE = 1e-9
 SQUARE = 1e-3
 """Sine of the angle with the normal under which a minimum is seen: half the digits of one are
 known, and beside a pole fewer."""
+NARROW = 2e-4
+"""Half sides of a cell, in its distance, within which a minimum shows in its middle: beside poles,
+and of points on axes, nothing else tells."""
 ALL = -2.0
 """A cosine that no two directions are short of."""
 
@@ -192,6 +198,24 @@ def _cell_minimum(elements, e, cell, point, h):
 
 
 @inner()
+def _faces_away(h, half, b, among):
+    """Whether all of a cell faces away from the guard, by how much its sides turn at most."""
+    x = (half[0] * h[0, 1], half[0] * h[1, 1], half[0] * h[2, 1])
+    y = (half[1] * h[0, 2], half[1] * h[1, 2], half[1] * h[2, 2])
+    n = cross(x, y)
+    area = math.sqrt(dot(n, n))
+    turn_x, turn_y = b.xx + b.xy, b.xy + b.yy
+    turn = math.sqrt(dot(x, x)) * turn_y + math.sqrt(dot(y, y)) * turn_x + turn_x * turn_y
+    if not turn < area:
+        return False
+    sine, along = turn / area, dot(n, among.guard) / area
+    level = math.sqrt(1.0 - sine * sine)
+    # Of normals at the angle of `sine` from that of the middle, the one nearest to the guard.
+    nearest = along * level + math.sqrt(max(1.0 - along * along, 0.0)) * sine
+    return along < level and nearest < among.least
+
+
+@inner()
 def _halve(stack, top, cell, m, wide):
     """Put the halves of a cell on the stack, the one down the slope last."""
     s0, s1, t0, t1 = cell
@@ -227,7 +251,7 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
     distance and the number of cells opened here. `stack` (64, 4) and `h` are work.
     """
     best, slack, before, among = limits
-    seen = (point, among, scratch(4, 6))
+    seen, guarded = (point, among, scratch(4, 6)), among.least > ALL
     easy = EASY if before < MANY else 0
     e = leaf["element"]
     k = scratch(9)
@@ -255,6 +279,8 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
         if _cell_bounds(elements, leaf, cell, local, best - slack, own, k):
             continue
         b = scaled(k, hs, ht)
+        if guarded and _faces_away(h, (hs, ht), b, among):
+            continue
         least = plate_distance(m) - (0.5 * (b.xx + b.yy) + b.xy)
         if least > best - slack:
             continue
@@ -262,11 +288,13 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
         limit = best - slack
         if limit > 0.0 and least_value(m, f) - ROUNDING * m.rr > 0.5 * limit * limit:
             continue
-        if without_minimum(elements, e, cell, m, f):
+        if without_minimum(elements, e, cell, m, f) or bends_down(elements, e, cell, f):
             continue
         if convex(f):
             s, t, distance = _cell_minimum(elements, e, cell, point, h)
             best = _improve(elements, trims, (e, s, t), distance, best, found, seen)
+        elif guarded and m.xx + m.yy < NARROW * NARROW * m.rr:
+            continue  # its middle has told
         elif max(hs, ht) < SMALLEST:
             if least < best - UNTOLD * slack:
                 found[3] = max(found[3], DROPPED)
