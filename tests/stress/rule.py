@@ -1,9 +1,10 @@
 """The wall that pushes a point, by brute force, and points that wander through solids.
 
 On a closed body a point in contact has a guard g, the unit outward normal of the wall that holds
-it. Where the nearest place of the surface has a normal of less than `OPPOSITE` to g, that place is
-the foot, and its normal the guard from then on. Else the foot is the nearest place of those walls
-that do not face the other way from g and see the point from behind; g stays.
+it. Where the nearest place of the surface has a normal of less than `OPPOSITE` to g, and has become
+as near as the foot, that place is the foot, and its normal the guard from then on. Else the foot is
+the nearest place of those walls that do not face the other way from g, see the point from behind
+and have not been nearer all along; g stays.
 
 Two models say so: of plane faces, by the distance to each polygon, and any other solid by its
 closed form, where the nearest place is the foot. A path is followed in many small steps. Nothing
@@ -44,8 +45,9 @@ class Rule(Protocol):
     def nearest(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n,) distance to the surface, (n, 3) the outward normal at the nearest place."""
 
-    def behind(self, p: np.ndarray, guard: np.ndarray) -> np.ndarray:
-        """(n,) distance to the walls not opposite to `guard` that see p from behind, or NaN."""
+    def behind(self, p: np.ndarray, guard: np.ndarray, least: np.ndarray) -> np.ndarray:
+        """(n,) distance of at least `least` (n,) to the walls not opposite to `guard` that see p
+        from behind, or NaN."""
 
 
 # Plane faces.
@@ -121,14 +123,15 @@ class Planes:
             normal[rows] = np.where(on, facet.normal, way)
         return best, normal
 
-    def behind(self, p: np.ndarray, guard: np.ndarray) -> np.ndarray:
+    def behind(self, p: np.ndarray, guard: np.ndarray, least: np.ndarray) -> np.ndarray:
         """Faces whose planes have the point before them are not asked."""
         best = np.full(len(p), np.inf)
         for facet in self.facets:
             rows = np.flatnonzero(
                 (guard @ facet.normal > OPPOSITE) & (p @ facet.normal <= facet.level + self.hair)
             )
-            best[rows] = np.minimum(best[rows], norm(facet.foot(p[rows]) - p[rows]))
+            off = norm(facet.foot(p[rows]) - p[rows])
+            best[rows] = np.where(off < least[rows], best[rows], np.minimum(best[rows], off))
         return best
 
 
@@ -225,7 +228,7 @@ class Curved:
         near = far < 1e-9 * self.solid.size
         return far, np.where(near[:, None], feet.normal, off / np.where(near, 1.0, far)[:, None])
 
-    def behind(self, p: np.ndarray, guard: np.ndarray) -> np.ndarray:
+    def behind(self, p: np.ndarray, guard: np.ndarray, least: np.ndarray) -> np.ndarray:
         """Not known."""
         return np.full(len(p), np.nan)
 
@@ -282,18 +285,27 @@ class Seen(NamedTuple):
     """(k, n, 3) normal of the wall by which a path came in since the place before, else zero."""
 
 
-def look(rule: Rule, places: np.ndarray, finer: int = 1) -> Seen:
-    """Sides, nearest places of those inside, and entries, at every `finer`-th place."""
-    places = places[::finer]
+def look(rule: Rule, places: np.ndarray) -> Seen:
+    """Sides, nearest places of those inside, and entries."""
     shape, p = places.shape[:2], places.reshape(-1, 3)
     inside = rule.inside(p)
     distance, normal = np.zeros(len(p)), np.zeros((len(p), 3))
     distance[inside], normal[inside] = rule.nearest(p[inside])
     inside, normal = inside.reshape(shape), normal.reshape(*shape, 3)
+    return _with_entries(rule, places, inside, distance.reshape(shape), normal)
+
+
+def _with_entries(rule: Rule, *columns: np.ndarray) -> Seen:
+    places, inside, _, normal = columns
     entry = np.zeros_like(normal)
     new = inside[1:] & ~inside[:-1]
     entry[1:][new] = _crossed(rule, places[:-1][new], places[1:][new])
-    return Seen(places, inside, distance.reshape(shape), normal, entry)
+    return Seen(*columns, entry)
+
+
+def every(rule: Rule, seen: Seen, finer: int) -> Seen:
+    """Every so many of the places."""
+    return _with_entries(rule, *(values[::finer] for values in seen[:-1]))
 
 
 def _crossed(rule: Rule, out: np.ndarray, within: np.ndarray) -> np.ndarray:
@@ -305,26 +317,29 @@ def _crossed(rule: Rule, out: np.ndarray, within: np.ndarray) -> np.ndarray:
     return rule.nearest(within)[1]
 
 
-def follow(rule: Rule, seen: Seen, guard: np.ndarray, *, crossings: bool = True) -> Held:
-    """Points with the guards (n, 3), zero without contact, along their paths.
+def follow(rule: Rule, seen: Seen, held: Held, *, crossings: bool = True) -> Held:
+    """Points along their paths, `held` where these begin.
 
     By intersection what began inside and has not been out is not in contact. By penetration, not
     by `crossings`, what is inside at the end and was not in contact is held by the nearest wall.
     """
-    began, guard = guard.any(axis=1), guard.copy()
-    taken = np.zeros(len(guard), bool)
+    depth, guard = held.depth.copy(), held.guard.copy()
+    began = guard.any(axis=1)
     for k in range(1, len(seen.places)):
+        entered = seen.entry[k].any(axis=1)
         guard = np.where(seen.inside[k][:, None], guard, 0.0)
-        guard = np.where(seen.entry[k].any(axis=1)[:, None], seen.entry[k], guard)
-        normal = seen.normal[k]
-        taken = guard.any(axis=1) & ((normal * guard).sum(axis=1) > OPPOSITE)
+        guard = np.where(entered[:, None], seen.entry[k], guard)
+        way = norm(seen.places[k] - seen.places[k - 1])
+        least = np.where(entered, 0.0, depth - way * (1.0 + 1e-9) - 1e-12)
+        normal, on = seen.normal[k], guard.any(axis=1)
+        taken = on & ((normal * guard).sum(axis=1) > OPPOSITE) & (seen.distance[k] >= least)
         guard[taken] = normal[taken]
+        depth = np.where(taken, seen.distance[k], 0.0)
+        rows = np.flatnonzero(on & ~taken)
+        depth[rows] = rule.behind(seen.places[k][rows], guard[rows], least[rows])
     if not crossings:
         first = ~began & seen.inside[-1]
-        guard[first], taken[first] = seen.normal[-1][first], True
-    rows = np.flatnonzero(guard.any(axis=1) & ~taken)
-    depth = np.where(taken, seen.distance[-1], 0.0)
-    depth[rows] = rule.behind(seen.places[-1][rows], guard[rows])
+        guard[first], depth[first] = seen.normal[-1][first], seen.distance[-1][first]
     return Held(depth, guard)
 
 
@@ -363,46 +378,48 @@ class Judge(NamedTuple):
     """Whether the search is by intersection."""
     tally: Tally
 
-    def step(
-        self, states: tuple[cg.State, cg.State], places: np.ndarray, guard: np.ndarray
-    ) -> np.ndarray:
-        """The guards to go on with, after a step on the paths `places` (k, n, 3)."""
-        (last, state), flags = states, shaking.FLAGS
-        (solid, rule), tally, p = self.item, self.tally, places[-1]
+    def step(self, states: tuple[cg.State, cg.State], places: np.ndarray, held: Held) -> Held:
+        """What to go on with, after a step on the paths `places` (k, n, 3)."""
+        (solid, rule), tally, (last, state), p = self.item, self.tally, states, places[-1]
         seen = look(rule, places)
-        fine = follow(rule, seen, guard, crossings=self.crossings)
-        coarse = follow(rule, look(rule, places, FINER), guard, crossings=self.crossings)
-        within = SAME * solid.size
+        fine, coarse, once = (
+            follow(rule, every(rule, seen, finer), held, crossings=self.crossings)
+            for finer in (1, FINER, len(places) - 1)
+        )
+        within, inside = SAME * solid.size, seen.inside
         known = ~np.isnan(fine.depth)
-        # Beside the surface, and where it hangs on the steps what the rule says.
+        # Beside the surface, and where it hangs on short steps what the rule says.
         doubtful = known & ~(np.abs(fine.depth - coarse.depth) <= within)
         doubtful |= np.abs(truth.values(solid, p)) <= truth.BAND * solid.size
         if not self.crossings:
-            doubtful |= guard.any(axis=1) & seen.inside[-1] & ~seen.inside.all(axis=0)
-        own = np.where(state.guard_B.any(axis=1)[:, None], state.guard_B, state.normal_B)
-        wrong = known & ~doubtful & (np.abs(state.penetration - fine.depth) > within)
+            doubtful |= held.guard.any(axis=1) & inside[-1] & ~inside.all(axis=0)
+        wrong = known & ~doubtful & ~(np.abs(state.penetration - fine.depth) <= within)
         if solid.shape is not None:
             wrong[wrong] = ~truth.at_a_joint(solid, state.foot_B[wrong])
+        flagged = np.isin(state.status, shaking.FLAGS)
+        own = np.where(state.guard_B.any(axis=1)[:, None], state.guard_B, state.normal_B)
+        change = np.abs(state.penetration - last.penetration) - norm(p - places[0])
+        jumps = held.guard.any(axis=1) & inside.all(axis=0) & (change > within)
+        long = wrong & (np.abs(state.penetration - once.depth) <= within)
         tally.count += len(p)
         tally.doubtful += int(doubtful.sum())
-        flagged = np.isin(state.status, flags)
         tally.flagged += int(flagged.sum())
         tally.note("held from afar", int((~known).sum()))
         values = {
-            "before": places[0], "point": p, "guard": guard, "was": last.penetration,
+            "before": places[0], "point": p, "guard": held.guard, "was": last.penetration,
             "expected": fine.depth, "penetration": state.penetration, "status": state.status,
             "own": own,
         }  # fmt: skip
-        tally.fault("depth not that of the rule", np.flatnonzero(wrong), **values)
-        change = np.abs(state.penetration - last.penetration) - norm(p - places[0])
-        jumps = guard.any(axis=1) & seen.inside.all(axis=0) & (change > within)
-        jumps &= ~wrong & ~flagged
-        tally.fault("depth jumps", np.flatnonzero(jumps), **values)
-        agreed = (fine.guard * coarse.guard).sum(axis=1) > 1.0 - 1e-6
-        other = ~known & agreed & ~flagged & ((fine.guard * own).sum(axis=1) < OPPOSITE)
-        tally.fault("an opposite wall has taken over", np.flatnonzero(other & ~jumps), **values)
-        doubtful |= flagged | other
-        return np.where((doubtful | wrong)[:, None], own, fine.guard)
+        kinds = {
+            "a long step is not many short ones": long,
+            "depth not that of the rule": wrong & ~long,
+            "depth jumps": jumps & ~wrong & ~flagged,
+        }
+        for kind, rows in kinds.items():
+            tally.fault(kind, np.flatnonzero(rows), **values)
+        anew = (~known | doubtful | wrong | flagged)[:, None]
+        depth = np.where(anew[:, 0], state.penetration, fine.depth)
+        return Held(depth, np.where(anew, own, fine.guard))
 
 
 def wander(item: Subject, scale: float, n: int, steps: int, seed: Sequence[int]) -> Tally:
@@ -417,11 +434,11 @@ def wander(item: Subject, scale: float, n: int, steps: int, seed: Sequence[int])
         contact = cg.Contact(solid.body, slave, law=cg.PenaltyLaw(1.0), search=search)
         state = contact.start(cg.motion.pose.apply(X_WB, p), X_WB)
         judge = Judge(item, search == "intersection", tally)
-        guard = np.zeros((n, 3)) if judge.crossings else start(rule, p).guard
+        held = Held(np.zeros(n), np.zeros((n, 3))) if judge.crossings else start(rule, p)
         for _ in range(steps):
             before, last, p = p, state, next_place(p)
             state = contact.step(last, cg.motion.pose.apply(X_WB, p), X_WB)
-            guard = judge.step((last, state), straight(before, p, 64), guard)
+            held = judge.step((last, state), straight(before, p, 64), held)
     return tally
 
 

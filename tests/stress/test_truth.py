@@ -43,11 +43,10 @@ def test_in_a_plate_the_far_side_takes_over_only_round_the_end():
     """By hand: 0.3 deep from above, down to 0.8, to the end 0.1 off, back in, and up again."""
     plate = rule.Planes(rule.PLANE["plate"])
     way = np.array([[0.0, 0, 1.2], [0, 0, 0.7], [0, 0, 0.2], [19.9, 0, 0.2], [15, 0, 0.2]])
-    held, guard = [], np.zeros((1, 3))
+    at, found = rule.Held(np.zeros(1), np.zeros((1, 3))), []
     for a, b in pairwise(way):
-        depth, guard = rule.follow(
-            plate, rule.look(plate, rule.straight(a[None], b[None], 1000)), guard
-        )
-        held.append((float(depth[0]), *guard[0]))
+        seen = rule.look(plate, rule.straight(a[None], b[None], 1000))
+        at = rule.follow(plate, seen, at)
+        found.append((float(at.depth[0]), *at.guard[0]))
     expected = [(0.3, 0, 0, 1), (0.8, 0, 0, 1), (0.1, 1, 0, 0), (0.2, 0, 0, -1)]
-    np.testing.assert_allclose(held, expected, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
