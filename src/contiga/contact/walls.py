@@ -26,8 +26,13 @@ from contiga.statuses import Feature, Status
 
 # Of its way, below which it is not looked at whether the nearest wall turned little by little.
 SHORTEST = 2.0**-10
-# Looks at places on a way.
-LOOKS = 40
+# Looks at places on a way, and the part of it that is looked at first.
+LOOKS = 48
+FIRST = 1.0 / 16.0
+# Cosine of the normals of a guard and of a wall that is another one.
+ANOTHER = 0.7
+# Times its way by which a foot's depth may exceed the least that it can have come to, and rounding.
+ROUND = 2.0 + 1e-6
 
 
 class Held(NamedTuple):
@@ -56,36 +61,52 @@ def hold(
     and `nearest` the closest points at the end.
     """
     guard, least = known
-    n = len(guard)
+    n, length = len(guard), np.sqrt(np.square(way[1] - way[0]).sum(axis=1))
     feet = Projection._make(column.copy() for column in nearest)
     held = Held(feet, guard.copy(), np.zeros(n, dtype=bool), np.zeros(n, dtype=bool))
-    opposite = _is_opposite(nearest.normal, guard)
-    own = np.flatnonzero(opposite | (-nearest.gap < least))
+    along = (nearest.normal * guard).sum(axis=1)
+    asked = (along < LEAST) | (-nearest.gap < least)
+    # A way longer than the point is deep may have led past walls between.
+    long = guard.any(axis=1) & (along < ANOTHER) & (length > -nearest.gap)
+    own = np.flatnonzero(asked | long)
     if len(own) == 0:
         return held
-    start, end = way[0][own], way[1][own]
+    known, ends = (guard[own], least[own]), (way[0][own], way[1][own])
     starts = np.where(last.status[own] == Status.OK, last.patch[own], -1), last.uv[own]
-    facing = _facing(surface, end, (guard[own], least[own]), starts)
+    facing = rows_of(nearest, own)
+    _face(surface, facing, ends[1], known, starts, np.flatnonzero(asked[own]))
     # Both distances change by no more than the way: where they differ by more than twice that, the
     # nearest wall has been opposite all along.
-    apart = nearest.gap[own] - facing.gap
-    length = np.sqrt(np.square(end - start).sum(axis=1))
-    doubt = np.flatnonzero(opposite[own] & ~(apart > 2.0 * length))
-    turned, reached = _turned(surface, (start[doubt], end[doubt]), guard[own[doubt]])
+    sure = asked[own] & (nearest.gap[own] - facing.gap > 2.0 * length[own])
+    doubt = np.flatnonzero(~sure & ((along[own] < LEAST) | long[own]))
+    turned, reached = _turned(surface, (ends[0][doubt], ends[1][doubt]), guard[own[doubt]])
     held.guard[own[doubt]] = turned
-    other = doubt[(turned != guard[own[doubt]]).any(axis=1) & ~reached]
-    places = starts[0][other], starts[1][other]
-    anew = held.guard[own[other]], least[own[other]]
-    again = _facing(surface, end[other], anew, places)
-    take(facing, other, again, np.ones(len(other), dtype=bool))
+    changed = (turned != guard[own[doubt]]).any(axis=1) | ~asked[own[doubt]]
+    known = held.guard[own], least[own]
+    _face(surface, facing, ends[1], known, starts, doubt[changed & ~reached])
     opposed = np.ones(len(own), dtype=bool)
     opposed[doubt[reached]] = False
-    none = opposed & (facing.status != Status.OK)
+    # Where the wall that held a point has vanished, others are farther than they can have come.
+    deepest = np.where(np.isfinite(least), least + ROUND * length, np.inf)[own]
+    none = opposed & ((facing.status != Status.OK) | (-facing.gap > deepest))
     held.anew[own[none]] = True
     opposed &= ~none
     held.opposed[own[opposed]] = True
     take(feet, own[opposed], rows_of(facing, np.flatnonzero(opposed)), opposed[opposed])
     return held
+
+
+def _face(
+    surface: Surface,
+    facing: Projection,
+    p_B: FloatArray,
+    known: tuple[FloatArray, FloatArray],
+    starts: tuple[IntArray, FloatArray],
+    rows: IndexArray,
+) -> None:
+    """Write feet on walls that do not face away into some rows of `facing`; else as `_facing`."""
+    some = (known[0][rows], known[1][rows]), (starts[0][rows], starts[1][rows])
+    take(facing, rows, _facing(surface, p_B[rows], *some), np.ones(len(rows), dtype=bool))
 
 
 def _is_opposite(normal: FloatArray, guard: FloatArray) -> BoolArray:
@@ -117,7 +138,7 @@ def _turned(
     halved until the nearest wall at the end of a part is not opposite to that at its start.
     """
     guard, done = guard.copy(), np.zeros(len(guard), dtype=bool)
-    at, part = np.zeros(len(guard)), np.full(len(guard), 0.5)
+    at, part = np.zeros(len(guard)), np.full(len(guard), FIRST)
     left: IndexArray = np.arange(len(guard))
     for _ in range(LOOKS):
         if len(left) == 0:
@@ -128,7 +149,7 @@ def _turned(
         ok = (feet.status == Status.OK) & ~_is_opposite(feet.normal, guard[left])
         guard[left[ok]] = feet.normal[ok]
         at[left[ok]] = place[ok]
-        part[left] *= np.where(ok, 2.0, 0.5)
+        part[left] = np.where(ok, np.minimum(2.0 * part[left], FIRST), 0.5 * part[left])
         done[left[ok & (place == 1.0)]] = True
         left = left[~done[left] & (part[left] >= SHORTEST)]
     return guard, done
