@@ -28,10 +28,10 @@ def walk(contact: cg.Contact, points: np.ndarray, pose: Pose, steps: int) -> Ite
         yield state
 
 
-def touch(body: cg.Body, points: np.ndarray) -> cg.Contact:
+def touch(body: cg.Body, points: np.ndarray, foot: str = "nearest") -> cg.Contact:
     """A contact of a body with a cloud, search by intersection."""
     slave = cg.Slave(points, area=np.ones(len(points)))
-    return cg.Contact(body, slave, law=cg.PenaltyLaw(1.0))
+    return cg.Contact(body, slave, law=cg.PenaltyLaw(1.0), foot=foot)
 
 
 # Refinement: the same motion in n, 10 n, 100 n steps.
@@ -169,7 +169,7 @@ def _continuous(
 
 
 def slide(item: Solid, n: int, steps: int, seed: int) -> Tally:
-    """n points pressed at constant depth travel round: their feet follow without a jump.
+    """n points pressed at constant depth travel round: feet that are followed go without a jump.
 
     Where a foot jumps all the same, the status must say so: NEW for a point that went out and in
     again, or that its foot was found anew.
@@ -178,7 +178,7 @@ def slide(item: Solid, n: int, steps: int, seed: int) -> Tally:
         depth = 2e-4 * item.size
         paths = paths_round(item, depth, n, steps, seed)
         outside = paths[0] + 3.0 * depth * truth.gradient(item.field, paths[0], 1e-7 * item.size)
-        contact = touch(item.body, outside)
+        contact = touch(item.body, outside, "tracked")
         last = state = contact.step(contact.start(outside), paths[0])
         for before, now in itertools.pairwise(paths):
             state = contact.step(last, now)
