@@ -401,7 +401,7 @@ class Judge(NamedTuple):
         change = np.abs(state.penetration - last.penetration) - norm(p - places[0])
         jumps = held.guard.any(axis=1) & inside.all(axis=0) & (change > within)
         long = wrong & (np.abs(state.penetration - once.depth) <= within)
-        # Where the nearest wall is opposite, what becomes as near is told to within a step's length.
+        # While the nearest wall is opposite, what becomes as near is told to within a step.
         late = long & last.guard_B.any(axis=1)
         tally.note("a long step while the nearest wall is opposite", int(late.sum()))
         doubtful, wrong, long = doubtful | late, wrong & ~late, long & ~late
