@@ -20,6 +20,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from contiga.elements.kernels.bounds_nb import look_closer
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.elements.kernels.sides_nb import normal_at
@@ -98,17 +100,14 @@ def anywhere():
 
 @inlined()
 def on_patch(patch):
-    """All of one patch."""
-    return Among(patch, (0.0, 0.0, 0.0), ALL, 0.0)
+    """All of one patch, an integer of whatever size: each size would be compiled for itself."""
+    return Among(np.int64(patch), (0.0, 0.0, 0.0), ALL, 0.0)
 
 
-@inner(linked=False)
-def is_guarded(elements, place, point, among, h):
-    """Whether a place is a minimum that does not face away from the guard, the point behind it and
-    no nearer than the floor.
-
-    At a kink the surface need not be square to the way to the point.
-    """
+@inner()
+def _may_hold(elements, place, point, among, h):
+    """Whether the face at a place does not face away from the guard and has the point behind it, no
+    nearer than the floor; and the point's distance and height over the face there."""
     e, s, t = place
     n = normal_at(elements, e, s, t, h)
     origin = elements.table[e]["origin"]
@@ -119,13 +118,26 @@ def is_guarded(elements, place, point, among, h):
         height += r * n[c]
         along += n[c] * among.guard[c]
     away = math.sqrt(square)
-    if height > BESIDE * away or along < among.least or away < among.floor:
+    may = height <= BESIDE * away and along >= among.least and away >= among.floor
+    return may, away, height
+
+
+@inner(linked=False)
+def is_guarded(elements, place, point, among, h):
+    """Whether a place is a minimum that does not face away from the guard, the point behind it and
+    no nearer than the floor.
+
+    At a kink the surface need not be square to the way to the point.
+    """
+    e, s, t = place
+    may, away, height = _may_hold(elements, place, point, among, h)
+    if not may:
         return False
     kind = elements.table[e]["kind"]
     for side, at in ((0, -s), (1, s), (2, -t), (3, t)):
         if at >= 0.5 and kind[side] != SMOOTH:
             return True
-    return square - height * height <= SQUARE * SQUARE * square
+    return away * away - height * height <= SQUARE * SQUARE * away * away
 
 
 @inner()
@@ -333,16 +345,8 @@ def _edge_is_guarded(tables, e, r, point, among):
     h, d = scratch(4, 6), scratch(3, 3)
     elements = tables.elements
     e, s, t = curve_point(elements, tables.grid, tables.trims, -1 - e, r, h, d)
-    n = normal_at(elements, e, s, t, h)
-    origin = elements.table[e]["origin"]
-    height = square = along = 0.0
-    for c in range(3):
-        x = point[c] - origin[c] - h[c, 0]
-        square += x * x
-        height += x * n[c]
-        along += n[c] * among.guard[c]
-    away = math.sqrt(square)
-    return height <= BESIDE * away and along >= among.least and away >= among.floor
+    may, _, _ = _may_hold(elements, (e, s, t), point, among, h)
+    return may
 
 
 @inner(linked=False)
