@@ -30,6 +30,8 @@ OPPOSITE = np.cos(np.deg2rad(160.0))
 """Cosine of the angle between two normals from which on their walls are opposite."""
 SAME = 1e-9
 """Depths closer than this, relative to the size, are the same."""
+CLOSER = 1024
+"""Looks at a path that is followed once more, where fewer say something else than contiga."""
 FINER = 8
 """How much finer a path is followed to see whether what it comes to hangs on the steps."""
 RAY = np.array([0.3141592653589793, 0.2718281828459045, 0.9097])
@@ -124,14 +126,18 @@ class Planes:
         return best, normal
 
     def behind(self, p: np.ndarray, guard: np.ndarray, least: np.ndarray) -> np.ndarray:
-        """Faces whose planes have the point before them are not asked."""
+        """Faces whose planes have the point before them are not asked. On an edge the normal is the
+        way there."""
         best = np.full(len(p), np.inf)
         for facet in self.facets:
             rows = np.flatnonzero(
                 (guard @ facet.normal > OPPOSITE) & (p @ facet.normal <= facet.level + self.hair)
             )
-            off = norm(facet.foot(p[rows]) - p[rows])
-            best[rows] = np.where(off < least[rows], best[rows], np.minimum(best[rows], off))
+            to = facet.foot(p[rows]) - p[rows]
+            off = norm(to)
+            faces = (to * guard[rows]).sum(axis=1) > OPPOSITE * off - self.hair
+            faces &= off >= least[rows]
+            best[rows] = np.where(faces, np.minimum(best[rows], off), best[rows])
         return best
 
 
@@ -336,7 +342,8 @@ def follow(rule: Rule, seen: Seen, held: Held, *, crossings: bool = True) -> Hel
         guard[taken] = normal[taken]
         depth = np.where(taken, seen.distance[k], 0.0)
         rows = np.flatnonzero(on & ~taken)
-        depth[rows] = rule.behind(seen.places[k][rows], guard[rows], least[rows])
+        if len(rows):
+            depth[rows] = rule.behind(seen.places[k][rows], guard[rows], least[rows])
     if not crossings:
         first = ~began & seen.inside[-1]
         guard[first], depth[first] = seen.normal[-1][first], seen.distance[-1][first]
@@ -393,7 +400,14 @@ class Judge(NamedTuple):
         doubtful |= np.abs(truth.values(solid, p)) <= truth.BAND * solid.size
         if not self.crossings:
             doubtful |= held.guard.any(axis=1) & inside[-1] & ~inside.all(axis=0)
+        # Between two looks a path may leave and come in again.
+        apart = norm(p - places[0]) / (len(places) - 1)
+        began = ~held.guard.any(axis=1) & inside.all(axis=0)
+        doubtful |= began & (seen.distance.min(axis=0) <= apart)
         wrong = known & ~doubtful & ~(np.abs(state.penetration - fine.depth) <= within)
+        if wrong.any():
+            rows = np.flatnonzero(wrong)
+            wrong[rows] = ~self._in_small_steps(places, held, rows, state, within)
         if solid.shape is not None:
             wrong[wrong] = ~truth.at_a_joint(solid, state.foot_B[wrong])
         flagged = np.isin(state.status, shaking.FLAGS)
@@ -401,10 +415,6 @@ class Judge(NamedTuple):
         change = np.abs(state.penetration - last.penetration) - norm(p - places[0])
         jumps = held.guard.any(axis=1) & inside.all(axis=0) & (change > within)
         long = wrong & (np.abs(state.penetration - once.depth) <= within)
-        # While the nearest wall is opposite, what becomes as near is told to within a step.
-        late = long & last.guard_B.any(axis=1)
-        tally.note("a long step while the nearest wall is opposite", int(late.sum()))
-        doubtful, wrong, long = doubtful | late, wrong & ~late, long & ~late
         tally.count += len(p)
         tally.doubtful += int(doubtful.sum())
         tally.flagged += int(flagged.sum())
@@ -424,6 +434,22 @@ class Judge(NamedTuple):
         anew = (~known | doubtful | wrong | flagged)[:, None]
         depth = np.where(anew[:, 0], state.penetration, fine.depth)
         return Held(depth, np.where(anew, own, fine.guard))
+
+    def _in_small_steps(
+        self,
+        places: np.ndarray,
+        held: Held,
+        rows: np.ndarray,
+        state: cg.State,
+        within: float,
+    ) -> np.ndarray:
+        """Which of some rows, on straight paths, are right by looks that are much closer."""
+        seen = look(self.item.rule, straight(places[0, rows], places[-1, rows], CLOSER))
+        own = Held(held.depth[rows], held.guard[rows])
+        depth = follow(self.item.rule, seen, own, crossings=self.crossings).depth
+        right = np.abs(state.penetration[rows] - depth) <= within
+        self.tally.note("followed in small steps", int(right.sum()))
+        return np.asarray(right)
 
 
 def wander(item: Subject, scale: float, n: int, steps: int, seed: Sequence[int]) -> Tally:

@@ -165,8 +165,9 @@ def _judge_nearest(
     touching = inside & ((was & (asked.kept | deep)) | entered | missed)
     own = np.flatnonzero(touching)
     way = start[own], step.now[rows[own]]
-    known = asked.guard[own], asked.least[own] - 2.0 * options.band
-    held = hold(surface, way, known, rows_of(asked.feet, own), rows_of(truth, own))
+    known = asked.guard[own], asked.least[own]
+    feet, nearest = rows_of(asked.feet, own), rows_of(truth, own)
+    held = hold(surface, way, known, feet, nearest, options.band)
     take(asked.feet, own, held.feet, np.ones(len(own), dtype=bool))
     status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
     status[own] = np.where(held.anew, ContactStatus.REACQUIRED, ContactStatus.OLD)

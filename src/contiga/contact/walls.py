@@ -18,19 +18,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.contact.kernels.settle_nb import LEAST
+from contiga.contact.kernels.settle_nb import ANOTHER, LEAST, PART
 from contiga.contact.tracked import BoolArray, Options, Tracked, closest, take
 from contiga.masters.protocol import Surface
 from contiga.records import FloatArray, IndexArray, IntArray, Projection, empty_projection, rows_of
 from contiga.statuses import Feature, Status
 
-# Of its way, below which it is not looked at whether the nearest wall turned little by little.
-SHORTEST = 2.0**-10
-# Looks at places on a way, and the part of it that is looked at first.
-LOOKS = 48
-FIRST = 1.0 / 16.0
-# Cosine of the normals of a guard and of a wall that is another one.
-ANOTHER = 0.7
+# Parts that ways are gone along in at least, where they are, and that are halved no further to see
+# whether the nearest wall turned little by little; looks at places on a way, and its end.
+WIDEST, SHORTEST = 2.0**-6, 2.0**-10
+LOOKS = 256
+END = 1.0 - 1e-9
 # Times its way by which a foot's depth may exceed the least that it can have come to, and rounding.
 ROUND = 2.0 + 1e-6
 
@@ -53,64 +51,120 @@ def hold(
     known: tuple[FloatArray, FloatArray],
     last: Projection,
     nearest: Projection,
+    band: float,
 ) -> Held:
     """The feet of points that went `way` = (from, to), inside of the body all along.
 
     `known` is (guard (n, 3) where they started, zero where there is none; (n,) how near feet may be
     at the end that were not nearer at the start), `last` the feet that were followed from there,
-    and `nearest` the closest points at the end.
+    and `nearest` the closest points at the end. Distances are rounded by up to `band`.
     """
     guard, least = known
-    n, length = len(guard), np.sqrt(np.square(way[1] - way[0]).sum(axis=1))
+    length = np.sqrt(np.square(way[1] - way[0]).sum(axis=1))
     feet = Projection._make(column.copy() for column in nearest)
-    held = Held(feet, guard.copy(), np.zeros(n, dtype=bool), np.zeros(n, dtype=bool))
+    none = np.zeros(len(guard), dtype=bool)
+    held = Held(feet, guard.copy(), none, none.copy())
     along = (nearest.normal * guard).sum(axis=1)
-    asked = (along < LEAST) | (-nearest.gap < least)
-    # A way longer than the point is deep may have led past walls between.
-    long = guard.any(axis=1) & (along < ANOTHER) & (length > -nearest.gap)
-    own = np.flatnonzero(asked | long)
+    other = (along < LEAST) | (-nearest.gap < least - 2.0 * band)
+    # A way on which a point comes to another wall may have led past walls between.
+    long = (along < ANOTHER) & (length > -PART * nearest.gap) & guard.any(axis=1)
+    own = np.flatnonzero(other | long)
     if len(own) == 0:
         return held
-    known, ends = (guard[own], least[own]), (way[0][own], way[1][own])
     starts = np.where(last.status[own] == Status.OK, last.patch[own], -1), last.uv[own]
-    facing = rows_of(nearest, own)
-    _face(surface, facing, ends[1], known, starts, np.flatnonzero(asked[own]))
-    # Both distances change by no more than the way: where they differ by more than twice that, the
-    # nearest wall has been opposite all along.
-    sure = asked[own] & (nearest.gap[own] - facing.gap > 2.0 * length[own])
-    doubt = np.flatnonzero(~sure & ((along[own] < LEAST) | long[own]))
-    turned, reached = _turned(surface, (ends[0][doubt], ends[1][doubt]), guard[own[doubt]])
-    held.guard[own[doubt]] = turned
-    changed = (turned != guard[own[doubt]]).any(axis=1) | ~asked[own[doubt]]
-    known = held.guard[own], least[own]
-    _face(surface, facing, ends[1], known, starts, doubt[changed & ~reached])
-    opposed = np.ones(len(own), dtype=bool)
-    opposed[doubt[reached]] = False
-    # Where the wall that held a point has vanished, others are farther than they can have come.
-    deepest = np.where(np.isfinite(least), least + ROUND * length, np.inf)[own]
-    none = opposed & ((facing.status != Status.OK) | (-facing.gap > deepest))
-    held.anew[own[none]] = True
-    opposed &= ~none
+    walk = _Walk(way[0][own], way[1][own], guard[own], least[own] + length[own], *starts)
+    facing, opposed, anew = _go(surface, walk, length[own], rows_of(nearest, own), band)
+    held.guard[own] = walk.guard
+    held.anew[own[anew]] = True
     held.opposed[own[opposed]] = True
     take(feet, own[opposed], rows_of(facing, np.flatnonzero(opposed)), opposed[opposed])
     return held
 
 
-def _face(
+class _Walk(NamedTuple):
+    """Points on their ways, one row each; all but the ends change as they go."""
+
+    start: FloatArray
+    end: FloatArray
+    guard: FloatArray
+    depth: FloatArray
+    """(n,) how deep they are, −inf where they came in."""
+    patch: IntArray
+    """(n,) where their feet are, with (n, 2)."""
+    uv: FloatArray
+
+
+def _go(
+    surface: Surface, walk: _Walk, length: FloatArray, nearest: Projection, band: float
+) -> tuple[Projection, BoolArray, BoolArray]:
+    """Take points along their ways, of this `length`, to where `nearest` are their closest points.
+
+    Returns feet of walls that do not face away, which points these hold, and which the nearest wall
+    does though it is opposite, as there is no other.
+    """
+    n = len(length)
+    facing, opposed, anew = empty_projection(n), np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
+    longest = np.clip(-PART * nearest.gap / np.maximum(length, 1e-300), WIDEST, 1.0)
+    at, part, left = np.zeros(n), longest.copy(), np.arange(n)
+    for _ in range(LOOKS):
+        if len(left) == 0:
+            break
+        place = at[left] + part[left]
+        place[place > END] = 1.0
+        gone = (place - at[left]) * length[left]
+        p_B = walk.end[left] - (1.0 - place[:, None]) * (walk.end[left] - walk.start[left])
+        feet, between = rows_of(nearest, left), np.flatnonzero(place < 1.0)
+        out = closest(surface, p_B[between], np.arange(len(between), dtype=np.int32))
+        take(feet, between, out, np.ones(len(between), dtype=bool))
+        pushes, held, other = _look(surface, walk, (p_B, gone), left, feet, band)
+        # Both distances change by no more than the way: where they differ by more than twice that,
+        # the nearest wall has been opposite all along. Else it may have turned little by little.
+        sure = opposed[left] | (feet.gap - other.gap > 2.0 * gone) | (part[left] <= SHORTEST)
+        again = ~pushes & ~sure & (-feet.gap >= walk.depth[left] - gone - 2.0 * band)
+        on = ~again
+        took = left[on & ~held]
+        _stand(walk, took, rows_of(feet, np.flatnonzero(on & ~held)), turned=True)
+        _stand(walk, left[on & held], rows_of(other, np.flatnonzero(on & held)), turned=False)
+        opposed[left[on]] = held[on]
+        anew[left[on & ~held & ~pushes]] = True
+        at[left[on]] = place[on]
+        part[left] = np.where(again, 0.5 * part[left], np.minimum(2.0 * part[left], longest[left]))
+        ended = on & held & (place == 1.0)
+        take(facing, left[ended], rows_of(other, np.flatnonzero(ended)), ended[ended])
+        left = left[at[left] < 1.0]
+    opposed[left], anew[left] = False, True
+    return facing, opposed, anew
+
+
+def _look(
     surface: Surface,
-    facing: Projection,
-    p_B: FloatArray,
-    known: tuple[FloatArray, FloatArray],
-    starts: tuple[IntArray, FloatArray],
+    walk: _Walk,
+    on: tuple[FloatArray, FloatArray],
     rows: IndexArray,
-) -> None:
-    """Write feet on walls that do not face away into some rows of `facing`; else as `_facing`."""
-    some = (known[0][rows], known[1][rows]), (starts[0][rows], starts[1][rows])
-    take(facing, rows, _facing(surface, p_B[rows], *some), np.ones(len(rows), dtype=bool))
+    feet: Projection,
+    band: float,
+) -> tuple[BoolArray, BoolArray, Projection]:
+    """Whether the nearest walls push the points `rows` of a walk at the places `on` = (p_B, how far
+    on); whether other walls hold them, and the feet on those."""
+    p_B, gone = on
+    guard, least = walk.guard[rows], walk.depth[rows] - gone - 2.0 * band
+    pushes = (feet.normal * guard).sum(axis=1) >= LEAST
+    pushes &= -feet.gap >= least
+    other, asked = rows_of(feet, np.arange(len(rows))), np.flatnonzero(~pushes)
+    starts = walk.patch[rows[asked]], walk.uv[rows[asked]]
+    out = _facing(surface, p_B[asked], (guard[asked], least[asked]), starts)
+    take(other, asked, out, np.ones(len(asked), dtype=bool))
+    # Where the wall that held a point has vanished, others are farther than they can have come.
+    deepest = np.where(np.isfinite(least), least + ROUND * gone + 4.0 * band, np.inf)
+    held = ~pushes & (other.status == Status.OK) & (-other.gap <= deepest)
+    return pushes, held, other
 
 
-def _is_opposite(normal: FloatArray, guard: FloatArray) -> BoolArray:
-    return np.asarray((normal * guard).sum(axis=1) < LEAST)
+def _stand(walk: _Walk, rows: IndexArray, feet: Projection, turned: bool) -> None:
+    """Put points of a walk on walls, whose normals are their guards where these have `turned`."""
+    walk.depth[rows], walk.patch[rows], walk.uv[rows] = -feet.gap, feet.patch, feet.uv
+    if turned:
+        walk.guard[rows] = feet.normal
 
 
 def _facing(
@@ -126,33 +180,6 @@ def _facing(
     points, guards, least = (np.ascontiguousarray(values) for values in (p_B, *known))
     surface.closest_facing(points, guards, (LEAST, least), (patch, uv), out)
     return out
-
-
-def _turned(
-    surface: Surface, way: tuple[FloatArray, FloatArray], guard: FloatArray
-) -> tuple[FloatArray, BoolArray]:
-    """Guards after ways on which the nearest wall may have turned little by little; and whether it
-    is not opposite at the end.
-
-    A long step may go from one wall to the opposite one by others between. Parts of the way are
-    halved until the nearest wall at the end of a part is not opposite to that at its start.
-    """
-    guard, done = guard.copy(), np.zeros(len(guard), dtype=bool)
-    at, part = np.zeros(len(guard)), np.full(len(guard), FIRST)
-    left: IndexArray = np.arange(len(guard))
-    for _ in range(LOOKS):
-        if len(left) == 0:
-            break
-        place = np.minimum(at[left] + part[left], 1.0)
-        p_B = way[0][left] + place[:, None] * (way[1][left] - way[0][left])
-        feet = closest(surface, p_B, np.arange(len(left), dtype=np.int32))
-        ok = (feet.status == Status.OK) & ~_is_opposite(feet.normal, guard[left])
-        guard[left[ok]] = feet.normal[ok]
-        at[left[ok]] = place[ok]
-        part[left] = np.where(ok, np.minimum(2.0 * part[left], FIRST), 0.5 * part[left])
-        done[left[ok & (place == 1.0)]] = True
-        left = left[~done[left] & (part[left] >= SHORTEST)]
-    return guard, done
 
 
 def give_way(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from contiga.contact.kernels.settle_nb import holds_on, remember_foot, take_foot
+from contiga.contact.kernels.settle_nb import PART, holds_on, remember_foot, take_foot, turns
 from contiga.contact.kernels.status_nb import FREE, LOST, OLD, RELEASED
 from contiga.num.codes import OK
 from contiga.num.jit import inner, kernel
@@ -55,8 +55,10 @@ def take_nearest(asked, feet, truth, held, way, limits):
             continue  # it has its closest point already
         kept[i] = False
         if was[i] and truth.status[i] == OK and truth.gap[i] <= 0.0:
-            past = math.isfinite(way[rows[i]])
-            there = not past or -truth.gap[i] - band > way[rows[i]]
+            gone, depth = way[rows[i]], -truth.gap[i] - band
+            there = not math.isfinite(gone) or depth > gone
+            if there and gone > PART * depth and turns(truth, i, guard, i):
+                there = False
             # What could not be followed is a closest point already.
             led = feet.certified[i] == 0 and _apart(feet, truth, i) <= same_foot
             there = there or led

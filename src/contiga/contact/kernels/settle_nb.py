@@ -21,6 +21,11 @@ OPPOSITE = 160.0
 Walls of a wedge of 30° are not: a point that its edge has run over goes out by either. Those of
 ribs and plates are, with the few degrees that they taper by to come out of a mould."""
 LEAST = math.cos(math.radians(OPPOSITE))
+ANOTHER = 0.7
+"""Cosine of the normals of walls below which one is another than the other."""
+PART = 1.0 / 16.0
+"""Share of its depth that a point may go by in one look, where it comes to another wall: others may
+have been the nearest on the way."""
 INNER, OUTER = 0, 1
 """Sides on which balls touch."""
 
@@ -80,6 +85,15 @@ def holds_on(feet, i, guard, j, least, band):
     """Whether foot i may push: it is not opposite to the guard of row j, and has become as near
     within the step, if it was not before: it is no less deep than `least`."""
     return -feet.gap[i] >= least - 2.0 * band and not is_opposite(feet, i, guard, j)
+
+
+@inner()
+def turns(feet, i, guard, j):
+    """Whether the wall at foot i is another than the one that held row j."""
+    n = feet.normal
+    g = guard[j, 0], guard[j, 1], guard[j, 2]
+    along = n[i, 0] * g[0] + n[i, 1] * g[1] + n[i, 2] * g[2]
+    return along < ANOTHER and g[0] * g[0] + g[1] * g[1] + g[2] * g[2] > 0.0
 
 
 @inner()

@@ -106,20 +106,24 @@ def on_patch(patch):
 
 @inner()
 def _may_hold(elements, place, point, among, h):
-    """Whether the face at a place does not face away from the guard and has the point behind it, no
-    nearer than the floor; and the point's distance and height over the face there."""
+    """Whether neither the face at a place nor the way there faces away from the guard, and the
+    point lies behind the face, no nearer than the floor; and its distance and height over the face.
+
+    The way there is the normal at a kink.
+    """
     e, s, t = place
     n = normal_at(elements, e, s, t, h)
     origin = elements.table[e]["origin"]
-    height = square = along = 0.0
+    height = square = along = toward = 0.0
     for c in range(3):
         r = point[c] - origin[c] - h[c, 0]
         square += r * r
         height += r * n[c]
         along += n[c] * among.guard[c]
+        toward -= r * among.guard[c]
     away = math.sqrt(square)
-    may = height <= BESIDE * away and along >= among.least and away >= among.floor
-    return may, away, height
+    may = height <= BESIDE * away and along >= among.least and toward >= among.least * away
+    return may and away >= among.floor, away, height
 
 
 @inner(linked=False)

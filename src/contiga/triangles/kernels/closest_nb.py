@@ -17,7 +17,11 @@ from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, box_distances, put
 from contiga.triangles.kernels.facet_nb import (
     TRIANGLE,
     VERTICES,
+    A,
+    B,
+    C,
     N,
+    barycentric,
     closest_on,
     is_beyond,
     smooth_normal,
@@ -155,11 +159,27 @@ def _closest_facing(facets, point, guard, limits, work):
                 continue
             square, p, u, v = closest_on(shape, s, x, y, z)
             if square < best or (square == best and link[s, TRIANGLE] < link[slot, TRIANGLE]):
-                if square < floor or (p > 0 and not _is_square(facets, s, point, (p, u), square)):
+                if square < floor:
+                    continue
+                if p > 0 and not _leads_on(shape, s, point, (p, u), guard, least, square):
+                    continue
+                if p > 0 and not _is_square(facets, s, point, (p, u), square):
                     continue
                 best, place, a, b, slot = square, p, u, v, s
                 limit = _limit(best, near)
     return slot, place, a, b
+
+
+@inner()
+def _leads_on(shape, s, point, foot, guard, least, square):
+    """Whether the way to a foot (place, share) on a kink, the normal there, does not face away."""
+    u, v = barycentric(foot[0], foot[1], 0.0)
+    toward = 0.0
+    for c in range(3):
+        on = shape[s, A + c]
+        on += u * (shape[s, B + c] - shape[s, A + c]) + v * (shape[s, C + c] - shape[s, A + c])
+        toward += (on - point[c]) * guard[c]
+    return toward >= least * math.sqrt(square)
 
 
 @inner()
