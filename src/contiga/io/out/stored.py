@@ -15,11 +15,13 @@ import numpy as np
 
 from contiga.errors import FileError
 from contiga.extras import require
+from contiga.io.out.hdf5 import is_sealed
 from contiga.io.out.history import read_history
 from contiga.records import FloatArray
 
 HISTORY, FIELDS, CASE = "history.csv", "fields.vtkhdf", "case.toml"
-SUMMARY, CHECKPOINT = "summary.json", "checkpoint.h5"
+SUMMARY = "summary.json"
+CHECKPOINT, CHECKPOINT_BEFORE = "checkpoint.h5", "checkpoint.before.h5"
 OUTLINES = "outlines.vtkhdf"
 UNFINISHED, UNFINISHED_OUTLINES = FIELDS + ".part", OUTLINES + ".part"
 TOLD = "summary"
@@ -49,7 +51,7 @@ def read_stored(folder: str | Path) -> Stored:
         raise FileError(
             "no such output folder", where=str(folder), remedy="Run a case first: contiga run"
         )
-    told = _told(folder / CHECKPOINT)
+    told = _told(newest_checkpoint(folder))
     if _is_finished(folder, told):
         history = read_history(folder / HISTORY)
         return Stored(folder, True, _floats(history), _summary(folder / SUMMARY))
@@ -76,10 +78,33 @@ def _is_finished(folder: Path, told: Stored | None) -> bool:
     return all(told.summary.get(key) == summary.get(key) for key in ("title", "steps"))
 
 
+def newest_checkpoint(folder: Path) -> Path:
+    """The checkpoint to go on from, which need not be there.
+
+    A run that was killed while it put a new one in place of the last has left that alone.
+    """
+    newest, before = folder / CHECKPOINT, folder / CHECKPOINT_BEFORE
+    return before if before.is_file() and not newest.is_file() else newest
+
+
+def damage_told(path: Path) -> dict[str, str]:
+    """What is said of a checkpoint that is damaged: the parts of an error's message."""
+    before = path.with_name(CHECKPOINT_BEFORE)
+    if path == before or not (before.is_file() and is_sealed(before)):
+        remedy = "Run the case again without --resume"
+        return {"what": "the checkpoint is damaged, and there is none before it", "remedy": remedy}
+    return {
+        "what": f"the checkpoint is damaged; the one before is {before.name}",
+        "remedy": f"Rename that to {CHECKPOINT} to go on from there",
+    }
+
+
 def _told(path: Path) -> Stored | None:
     """What a checkpoint says of its run; None where there is none that does."""
     if not path.is_file():
         return None
+    if not is_sealed(path):
+        raise FileError(**damage_told(path), where=str(path))
     require("what an unfinished run has left", "h5py")
     import h5py
 
