@@ -51,7 +51,12 @@ def read_stored(folder: str | Path) -> Stored:
         raise FileError(
             "no such output folder", where=str(folder), remedy="Run a case first: contiga run"
         )
-    told = _told(newest_checkpoint(folder))
+    try:
+        told = _told(newest_checkpoint(folder))
+    except FileError:
+        if not _has_ended(folder):
+            raise
+        told = None  # what the run has left besides is whole
     if _is_finished(folder, told):
         history = read_history(folder / HISTORY)
         return Stored(folder, True, _floats(history), _summary(folder / SUMMARY))
@@ -69,13 +74,17 @@ def read_stored(folder: str | Path) -> Stored:
 
 def _is_finished(folder: Path, told: Stored | None) -> bool:
     """Whether the last run in a folder has ended: its last checkpoint is as far as its summary."""
-    there = (folder / SUMMARY).is_file() and (folder / HISTORY).is_file()
-    if not there or (folder / UNFINISHED).is_file():
+    if not _has_ended(folder):
         return False
     if told is None:
         return True
     summary = _summary(folder / SUMMARY)
     return all(told.summary.get(key) == summary.get(key) for key in ("title", "steps"))
+
+
+def _has_ended(folder: Path) -> bool:
+    there = (folder / SUMMARY).is_file() and (folder / HISTORY).is_file()
+    return there and not (folder / UNFINISHED).is_file()
 
 
 def newest_checkpoint(folder: Path) -> Path:
