@@ -217,8 +217,12 @@ def draw_map(found: ColourMap, title: str, path: Path) -> None:
         view.dots([at], color=inside, ms=6.5, mew=0.8, mec="white" if value == value else INK)
     view.show()
     bar = figure.add_axes((0.915, 0.2, 0.014, 0.5))
-    extend = None if found.shades.bands else _beyond(found)  # bands say themselves
-    figure.colorbar(found.shades.mappable(), cax=bar, extend=extend)
+    if found.shades.bands:
+        places, texts = found.shades.marks
+        figure.colorbar(found.shades.mappable(), cax=bar, ticks=places)
+        bar.set_yticklabels(texts)
+    else:
+        figure.colorbar(found.shades.mappable(), cax=bar, extend=_beyond(found))
     bar.set_title(found.label, fontsize=11, color=INK, loc="center", pad=12)
     bar.tick_params(labelsize=10, length=3)
     for spine in bar.spines.values():

@@ -49,14 +49,20 @@ class Shades(NamedTuple):
         share = np.clip((values - low) / max(high - low, 1e-300), 0.0, 1.0)
         return np.asarray(colour_map()(np.nan_to_num(share))[:, :3])
 
+    @property
+    def marks(self) -> tuple[list[float], list[str]]:
+        """Where on the bar of bands one gives way to the next, and what stands there."""
+        return [k + 0.5 for k in range(len(self.bands))], [number(value) for value in self.bands]
+
     def mappable(self) -> Any:
-        """For a colour bar of matplotlib."""
+        """For a colour bar of matplotlib: of values, or of the bands by their number."""
         from matplotlib.cm import ScalarMappable
         from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 
         if not self.bands:
             return ScalarMappable(Normalize(*self.limits), colour_map())
-        norm = BoundaryNorm(self.bands, len(self.bands) + 1, extend="both")
+        count = len(self.bands) + 1
+        norm = BoundaryNorm(np.arange(count + 1.0) - 0.5, count)
         return ScalarMappable(norm, ListedColormap(self.steps))
 
     def marker(self, values: FloatArray, label: str) -> dict[str, Any]:
@@ -71,8 +77,7 @@ class Shades(NamedTuple):
                 [(k + end) / count, colour] for k, colour in enumerate(self.steps) for end in (0, 1)
             ]
             low, high = -0.5, count - 0.5
-            bar["tickvals"] = [k + 0.5 for k in range(len(self.bands))]
-            bar["ticktext"] = [number(value) for value in self.bands]
+            bar["tickvals"], bar["ticktext"] = self.marks
         return {
             "color": self.places(values),
             "cmin": low,

@@ -99,7 +99,7 @@ def test_a_map_has_bands_and_says_what_is_between(folder: Path, way: str, said: 
     (folder / "targets.csv").write_text("x,y,z\n0,0,0\n", encoding="utf-8")
     more = f'"z"], bands = [650, 1000, 1350, 1700], between = "{way}" }}'
     study = study_from(TEXT.replace('"z"] }', more), folder)
-    at = [(0.0, 0.0, 10.5), (4.0, 0.0, 9.0), (0.0, 4.0, 9.0), (-4.0, 0.0, 9.0), (0.0, -4.0, 9.0)]
+    at = [(0.0, 0.0, 0.0), (10.0, 0.0, 0.0), (0.0, 10.0, 0.0), (-10.0, 0.0, 0.0), (0.0, -10.0, 0.0)]
     values = [600.0, 650.0, 1200.0, 1699.0, 2000.0]
     rows = tuple(
         Row(k, DONE, "", dict(zip("xyz", p, strict=True)), {"max(force)": v}, 0.0)
@@ -111,7 +111,7 @@ def test_a_map_has_bands_and_says_what_is_between(folder: Path, way: str, said: 
     assert np.isfinite(found.values).any()
     draw_map(found, "Ball", folder / "map.png")
     marker = map_figure(found, {k: k for k in range(1, 6)})["data"][1]["marker"]
-    assert list(marker["color"]) == [0, 1, 2, 3, 4]
+    assert found.shades.places(found.hit).tolist() == [0, 1, 2, 3, 4]
     assert marker["colorbar"]["ticktext"][0] == "650"
 
 

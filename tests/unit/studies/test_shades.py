@@ -24,7 +24,7 @@ def test_pictures_and_pages_have_the_same_colours(count: int) -> None:
     steps = shades.steps
     assert len(set(steps)) == count + 1
     assert [to_hex(c) for c in shades.colours(values)] == steps
-    assert [to_hex(c) for c in shades.mappable().to_rgba(values)] == steps
+    assert [to_hex(c) for c in shades.mappable().to_rgba(shades.places(values))] == steps
     marker = shades.marker(values, "x")
     scale, low, high = marker["colorscale"], marker["cmin"], marker["cmax"]
     places = (np.asarray(marker["color"]) - low) / (high - low)
