@@ -1,7 +1,7 @@
 # make demo    run the example and say where its report lies
 # make test    everything the continuous integration checks
 # make lint    style, types, import walls      make bench   the measured speeds      make docs   the pages as HTML
-# make stress  the search and the readers attacked in full: an hour or more
+# make stress  the search, the checkpoints and the readers attacked in full: an hour or more
 # VENV=folder chooses the virtual environment, PYTHON=interpreter what it is made from.
 
 VENV ?= .venv

@@ -117,6 +117,54 @@ def test_a_case_that_kills_its_workers_is_a_row_and_the_rest_go_on(
     assert told([by[k] for k in (1, 3, 4)]) == told(others)
 
 
+@pytest.mark.slow
+def test_workers_are_asked_when_they_first_work_and_may_be_lost_meanwhile(
+    in_turn: list[Row], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One that comes later and has another version gets no case, one that dies costs its own."""
+    other = tmp_path / "other"
+    rows: list[Row] = []
+    base = base_in(tmp_path)
+
+    def sees(folder: str) -> tuple[bool, str]:
+        if os.environ.get("CONTIGA_TEST_DIES"):
+            os._exit(1)
+        version = os.environ.get("CONTIGA_TEST_VERSION", cg.__version__)
+        return Path(folder).is_dir(), version
+
+    monkeypatch.setattr(on_dask, "_sees", sees)
+
+    def ran(*args: Any, **more: Any) -> Row:
+        if os.environ.get("CONTIGA_TEST_VERSION"):
+            other.touch()
+        return run_one(*args, **more)
+
+    monkeypatch.setattr(on_dask, "run_one", ran)
+
+    def work() -> None:
+        with local_client(1) as client:
+            for row in OnDask(client, base, retries=3).run(cases(8)):
+                rows.append(row)
+                if len(rows) == 2:
+                    joined(client)
+
+    def joined(client: Any) -> None:
+        cluster = client.cluster
+        first = cluster.worker_spec[0]
+        for name in ("CONTIGA_TEST_VERSION", "CONTIGA_TEST_DIES"):
+            env = {**first["options"]["env"], name: "0.0.9"}
+            cluster.worker_spec[name] = {**first, "options": {**first["options"], "env": env}}
+        cluster.sync(cluster._correct_state)
+        client.wait_for_workers(3, timeout=60)
+
+    with pytest.warns(cg.errors.ContigaWarning) as told_of:
+        work()
+    assert told(rows) == told(in_turn)
+    assert not other.exists()
+    said = [str(one.message) for one in told_of]
+    assert any("another version of contiga" in text and "gets no case" in text for text in said)
+
+
 @pytest.fixture
 def scheduler(tmp_path: Path) -> Iterator[str]:
     """A scheduler with a worker, as a user starts them."""

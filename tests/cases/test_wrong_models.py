@@ -124,6 +124,8 @@ BEFORE = [
     wrong("gravity in mm/s²", DROPPED, "gravity", world="[world]\ngravity = [0, 0, -9810]\n[time]"),
     wrong("a velocity in km/h and s", DROPPED, "velocity", "mm/ms",
           velocity="velocity = [0, 0, -300000.0]"),
+    wrong("a velocity in mm/s", DROPPED, "velocity", "times the size of the largest part",
+          velocity="velocity = [0, 0, -3000.0]"),
     wrong("a sensor in metres away", DROPPED, "far", "sensor middle",
           sensor="at = [0, 0, 52000]\n"),
     wrong("a load far off", DROPPED, "far", "load 0",
@@ -332,3 +334,30 @@ def test_every_rule_of_the_page_has_a_wrong_model_here() -> None:
     tried |= {("inactive", "before"), ("side", "before")}
     tried |= {(case.values[2], "after") for case in AFTER}
     assert told == tried
+
+
+@pytest.mark.parametrize("what", ["load", "spring", "sensor"])
+def test_a_place_a_million_sizes_away_is_refused_before_the_run(what: str) -> None:
+    """Its lever turned the body so fast that the steps never came to an end."""
+    ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    far = [0.0, 1e12, 0.0]
+    given: dict[str, object] = {
+        "load": {"loads": [cg.Load("ball", force=[1.0, 0.0, 0.0], at=far)]},
+        "spring": {"springs": {"s": cg.Spring(["ball", "ground"], at=[far, [0, 0, 0]], curve=1.0)}},
+        "sensor": {"sensors": [cg.Sensor("cg", "ball", at=far)]},
+    }[what]
+    mass = cg.motion.Free(mass=1.0, inertia=np.eye(3), centre=[0, 0, 0])
+    point = cg.Slave([[0.0, 0.0, 2.0]], area=[1.0])
+    simulation = cg.Simulation(
+        bodies={"ball": (ball, mass)},
+        slaves={"point": point},
+        contacts=[cg.Contact(ball, point, law=cg.PenaltyLaw(1.0))],
+        end=1.0,
+        step="auto",
+        **given,  # type: ignore[arg-type]
+    )
+    for refused in (simulation.check, simulation.run):
+        with pytest.raises(
+            cg.errors.InputError, match=r"times its size away from it; found '\[0, 1e"
+        ):
+            refused()

@@ -1,4 +1,4 @@
-"""`python -m tests.stress [names] [--full] [--seed N]`: attack the search and count what is wrong.
+"""`python -m tests.stress [names] [--full] [--seed N]`: attack search and checkpoints.
 
 Prints a line for each part and body, writes them as JSON, and ends with 1 if anything was wrong and
 not flagged.
@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
-from tests.stress import motions, rule, segments, shaking, solids, tracking
+from tests.stress import checkpoints, motions, rule, segments, shaking, solids, tracking
 from tests.stress.tally import Clock, Tally, write
 
 Part = Callable[[bool, int], Iterator[Tally]]
@@ -69,6 +69,13 @@ def pushed(full: bool, seed: int) -> Iterator[Tally]:
         yield rule.wandered(rule.subject(name), scales, n, steps, seed)
 
 
+def kept(full: bool, seed: int) -> Iterator[Tally]:
+    """Checkpoints damaged at random, 10⁴ in full, and 200 runs killed at random moments."""
+    yield checkpoints.damage(10_000 if full else 300, seed)
+    if hasattr(os, "fork"):
+        yield checkpoints.kill(200 if full else 5, seed)
+
+
 def faces(full: bool, _: int) -> Iterator[Tally]:
     """Every face of every CAD file against OpenCASCADE: the reference test, in full if asked."""
     command = [sys.executable, "-m", "pytest", "-q", "tests/reference/test_projection_cad.py"]
@@ -91,6 +98,7 @@ PARTS: dict[str, Part] = {
     "sliding": slide,
     "turning": turn,
     "rule": pushed,
+    "checkpoints": kept,
     "faces": faces,
 }
 

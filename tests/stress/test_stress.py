@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.stress import loops, motions, rule, segments, shaking, solids, tracking
+from tests.stress import checkpoints, loops, motions, rule, segments, shaking, solids, tracking
 from tests.stress.tally import Tally
 
 SOLIDS = list(solids.RECIPES)
@@ -88,3 +88,9 @@ def test_round_a_closed_loop_no_work_is_done(name, wave):
     assert states[-1].n_contact == 0
     assert states[-1].energy.stored == 0.0
     assert abs(done.sum()) < 2.5e-3 * done[done > 0.0].sum()
+
+
+def test_damaged_checkpoints_are_told_and_never_gone_on_from():
+    tally = checkpoints.damage(300, seed=17)
+    clean(tally)
+    assert tally.flagged == tally.count > 250

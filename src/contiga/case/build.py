@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,18 +22,18 @@ from contiga.case.geometry_spec import FileGeometry
 from contiga.case.motion_spec import AttachedSpec, FreeSpec, RigidMotionSpec, SeriesSpec
 from contiga.case.part_cache import PartCache
 from contiga.case.points_spec import BodyPoints
-from contiga.case.problems import relocated
+from contiga.case.problems import Together
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.schema import BodySpec, Case, SlaveSpec
-from contiga.case.standing import order_of
+from contiga.case.standing import order_of, references
 from contiga.case.toml import resolved_toml
 from contiga.contact.contact import Contact
 from contiga.contact.preloaded import preload_search
 from contiga.dynamics.free import Attached, Free
-from contiga.dynamics.prescribed import BodyMotion, Moved, SlaveMotion
+from contiga.dynamics.prescribed import BodyMotion, Fixed, Moved, SlaveMotion
 from contiga.dynamics.pulses import check_covers
 from contiga.dynamics.springs import Spring
-from contiga.errors import CaseError, InputError
+from contiga.errors import CaseError
 from contiga.io.mesh.series import MeshSeries, find_files
 from contiga.io.units import length_factor
 from contiga.laws.normal import StressLaw
@@ -63,7 +62,7 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
     ------
     InputError
         A file cannot be read, a slave lacks what a law or an area needs; the message says the key
-        of the case. Nothing has been written by then.
+        of the case, and tells everything wrong at once. Nothing has been written by then.
 
     Examples
     --------
@@ -71,32 +70,27 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
     >>> cg.build(cg.load_case("case.toml")).bodies["head"].body.closed
     True
     """
-    made = _parts(case, PartCache() if parts is None else parts)
-    bodies = {}
-    for i, body_spec in enumerate(case.body):
-        body = made[body_spec.name]
-        assert not isinstance(body, Slave)
-        if body_spec.reference_point is not None:
-            body = body.about(body_spec.reference_point)
-        bodies[body_spec.name] = BodyPart(body, _body_motion(case, i, body))
-    slaves = {}
-    for i, slave_spec in enumerate(case.slave):
-        slave = made[slave_spec.name]
-        assert isinstance(slave, Slave)
-        with _at(case, f"slave[{i}].motion"):
-            slaves[slave_spec.name] = SlavePart(slave, _slave_motion(slave_spec, slave, case))
+    wrong = Together(str(case.file))
+    # What costs nothing comes first in the list.
+    springs = _springs(case, wrong)
+    told = _told_motions(case, wrong)
+    made = _parts(case, PartCache() if parts is None else parts, wrong)
+    bodies = _bodies(case, made, told, wrong)
+    slaves = _slaves(case, made, told, wrong)
+    contacts = _contacts(case, bodies, slaves, wrong)
+    wrong.tell()
     return Simulation(
         gravity=case.world.gravity,
         allow_unstable=case.time.allow_unstable,
         loads=[spec.load for spec in case.load],
-        springs=_springs(case),
+        springs=springs,
         sensors=[spec.sensor for spec in case.sensor],
         title=case.title,
         units=(case.units.length, case.units.mass, case.units.time),
         stepping=case.time.stepping(),
         bodies=bodies,
         slaves=slaves,
-        contacts=tuple(_contacts(case, bodies, slaves)),
+        contacts=contacts,
         output=OutputOptions(case.output.every, tuple(case.output.formats), case.output.report),
         case_text=resolved_toml(case),
         base_folder=case.file.parent,
@@ -143,46 +137,109 @@ def run(
     return carry_out(simulation, out, options)
 
 
-@contextmanager
-def _at(case: Case, key: str) -> Iterator[None]:
-    """Tells the key of the case an error inside belongs to."""
-    try:
-        yield
-    except InputError as error:
-        raise relocated(error, key, str(case.file)) from error
-
-
 def _contacts(
-    case: Case, bodies: Mapping[str, BodyPart], slaves: Mapping[str, SlavePart]
-) -> Iterator[ContactPart]:
+    case: Case,
+    bodies: Mapping[str, BodyPart],
+    slaves: Mapping[str, SlavePart],
+    wrong: Together,
+) -> tuple[ContactPart, ...]:
+    """Contacts of the parts there are."""
     measured = {spec.name for spec in case.slave if spec.area is not None}
+    made = []
     for i, spec in enumerate(case.contact):
-        with _at(case, f"contact[{i}]"):
+        if spec.master in bodies and spec.slave in slaves:
             body, slave = bodies[spec.master].body, slaves[spec.slave].slave
-            contact = _contact(spec, body, slave, _area(spec, slave, spec.slave in measured))
-        yield ContactPart(spec.title, spec.master, spec.slave, contact)
+            with wrong.at(f"contact[{i}]"):
+                contact = _contact(spec, body, slave, _area(spec, slave, spec.slave in measured))
+                made.append(ContactPart(spec.title, spec.master, spec.slave, contact))
+    return tuple(made)
 
 
-def _parts(case: Case, cache: PartCache) -> dict[str, Master | Slave]:
-    """Bodies and slaves where they stand before any motion, by name."""
+def _told_motions(case: Case, wrong: Together) -> dict[str, BodyMotion]:
+    """Motions that are told beforehand, by the key of the case."""
+    entries: list[tuple[str, Any]] = [
+        *((f"body[{i}].motion", spec.motion) for i, spec in enumerate(case.body)),
+        *((f"slave[{i}].motion", spec.motion) for i, spec in enumerate(case.slave)),
+    ]
+    told = {}
+    for key, motion in entries:
+        if not isinstance(motion, FreeSpec | AttachedSpec | SeriesSpec):
+            with wrong.at(key):
+                told[key] = _prescribed(motion, case)
+    return told
+
+
+def _parts(case: Case, cache: PartCache, wrong: Together) -> dict[str, Master | Slave]:
+    """Bodies and slaves where they stand before any motion, by name; those that can be made."""
     keys = {spec.name: f"body[{i}].geometry" for i, spec in enumerate(case.body)}
     keys |= {spec.name: f"slave[{i}].points" for i, spec in enumerate(case.slave)}
     if any(isinstance(spec.geometry, FileGeometry) for spec in case.body):
         preload_search()  # CAD's reader is being loaded, too
     raw: dict[str, Body | TriMesh] = {}
     for body_spec in case.body:
-        with _at(case, keys[body_spec.name]):
+        with wrong.at(keys[body_spec.name]):
             raw[body_spec.name] = _body(body_spec, case.units.length, cache)
     parts: dict[str, Master | Slave] = {}
     for name in order_of(case.parts):
         spec = case.parts[name]
-        with _at(case, keys[name]):
+        needed = {other for _, other in references(spec)}
+        if not needed <= parts.keys() or (isinstance(spec, BodySpec) and name not in raw):
+            continue  # what it is placed by is told
+        with wrong.at(keys[name]):
             if isinstance(spec, BodySpec):
                 parts[name] = spec.geometry.standing(raw[name], parts)
             else:
-                met = [raw[one.master].size for one in case.contact if one.slave == name]
-                parts[name] = _slave(spec, case.units.length, parts, met, cache)
+                met = [one.master for one in case.contact if one.slave == name]
+                sizes = [raw[master].size for master in met if master in raw]
+                parts[name] = _slave(spec, case.units.length, parts, sizes, cache)
     return parts
+
+
+def _bodies(
+    case: Case,
+    made: Mapping[str, Master | Slave],
+    told: Mapping[str, BodyMotion],
+    wrong: Together,
+) -> dict[str, BodyPart]:
+    """Bodies with their motions, and with their masses where forces move them."""
+    bodies = {}
+    for i, spec in enumerate(case.body):
+        body, motion, mass = made.get(spec.name), spec.motion, None
+        if body is None:
+            continue
+        assert not isinstance(body, Slave)
+        if spec.reference_point is not None:
+            body = body.about(spec.reference_point)
+        if isinstance(motion, FreeSpec | AttachedSpec) and spec.mass is not None:
+            with wrong.at(f"body[{i}].mass"):
+                mass = spec.mass.properties(body)
+        moved: BodyMotion | Free | Attached | None = told.get(f"body[{i}].motion")
+        if isinstance(motion, AttachedSpec):
+            moved = Attached(motion.body, mass)
+        elif isinstance(motion, FreeSpec) and mass is not None:
+            with wrong.at(f"body[{i}].motion"):
+                moved = motion.moved(mass)
+        # What is wrong with its motion is told: its contacts are looked at all the same.
+        bodies[spec.name] = BodyPart(body, Fixed() if moved is None else moved)
+    return bodies
+
+
+def _slaves(
+    case: Case,
+    made: Mapping[str, Master | Slave],
+    told: Mapping[str, BodyMotion],
+    wrong: Together,
+) -> dict[str, SlavePart]:
+    """Slaves with their motions."""
+    slaves = {}
+    for i, spec in enumerate(case.slave):
+        slave, key = made.get(spec.name), f"slave[{i}].motion"
+        if slave is None:
+            continue
+        assert isinstance(slave, Slave)
+        with wrong.at(key):
+            slaves[spec.name] = SlavePart(slave, _slave_motion(spec, slave, case, told.get(key)))
+    return slaves
 
 
 def _body(spec: BodySpec, unit: str, cache: PartCache) -> Body | TriMesh:
@@ -196,21 +253,6 @@ def _body(spec: BodySpec, unit: str, cache: PartCache) -> Body | TriMesh:
     return cache.part(spec.geometry, spec.name, unit, make)
 
 
-def _body_motion(case: Case, i: int, body: Master) -> BodyMotion | Free | Attached:
-    """How a body moves, with its mass where forces move it."""
-    spec = case.body[i]
-    motion, mass = spec.motion, None
-    if isinstance(motion, FreeSpec | AttachedSpec) and spec.mass is not None:
-        with _at(case, f"body[{i}].mass"):
-            mass = spec.mass.properties(body)
-    if isinstance(motion, AttachedSpec):
-        return Attached(motion.body, mass)
-    with _at(case, f"body[{i}].motion"):
-        if isinstance(motion, FreeSpec):
-            return motion.moved(mass)
-        return _prescribed(motion, case)
-
-
 def _prescribed(spec: RigidMotionSpec | VelocitySpec | AccelerationSpec, case: Case) -> BodyMotion:
     """A motion that is told beforehand, in the units of the case."""
     if isinstance(spec, VelocitySpec | AccelerationSpec):
@@ -220,19 +262,19 @@ def _prescribed(spec: RigidMotionSpec | VelocitySpec | AccelerationSpec, case: C
     return spec.motion
 
 
-def _springs(case: Case) -> dict[str, Spring]:
+def _springs(case: Case, wrong: Together) -> dict[str, Spring]:
     """Springs by name: their own, or that of the bodies they are between."""
     springs: dict[str, Spring] = {}
     for i, spec in enumerate(case.spring):
         name = spec.name or "-".join(spec.between)
-        with _at(case, f"spring[{i}].name"):
+        with wrong.at(f"spring[{i}].name"):
             if name in springs:
                 raise CaseError(
                     "another spring is called so",
                     found=name,
                     remedy="Give each spring a name of its own",
                 )
-        springs[name] = spec.spring
+            springs[name] = spec.spring
     return springs
 
 
@@ -272,14 +314,17 @@ def _slave(
     )
 
 
-def _slave_motion(spec: SlaveSpec, slave: Slave, case: Case) -> SlaveMotion | Free | Attached:
+def _slave_motion(
+    spec: SlaveSpec, slave: Slave, case: Case, told: BodyMotion | None
+) -> SlaveMotion | Free | Attached:
+    """How the points move, with `told` where that is told beforehand; still where that is wrong."""
     motion = spec.motion
     if isinstance(motion, FreeSpec):
         return motion.moved(None)
     if isinstance(motion, AttachedSpec):
         return Attached(motion.body)
     if not isinstance(motion, SeriesSpec):
-        return Moved(slave.points, _prescribed(motion, case))
+        return Moved(slave.points, Fixed() if told is None else told)
     series = _series(motion, case)
     count = len(series.points(case.time.start))
     if count != len(slave):

@@ -23,12 +23,16 @@ from contiga.case.spec import (
     listed_choice,
     numbers_in,
 )
+from contiga.errors import CaseError
 from contiga.geometry import clouds
+from contiga.geometry.body_mesh import fewest_triangles
 from contiga.masters.protocol import Master
 from contiga.masters.sampling import default_size, refined
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.slave import Slave
 
+_MOST_TRIANGLES = 500_000
+"""Of a sampled body: its points are searched for at every step."""
 Corner = Annotated[int, Field(ge=2)]
 Seed = Annotated[int, Field(ge=0)]
 
@@ -239,8 +243,17 @@ class BodyPoints(_Points):
         """Points and triangles of the placed body, moved by the transform.
 
         `met` are sizes of bodies that it is to meet.
+
+        Raises
+        ------
+        CaseError
+            The tolerance takes more points than a run can be waited for.
         """
+        if self.tolerance is not None and body.faces is not None:
+            _check_number(self.tolerance, fewest_triangles(body.faces, self.tolerance))
         mesh = body.tessellate(self.tolerance or 1e-3 * body.size)
+        if self.tolerance is not None and body.faces is not None:
+            _check_number(self.tolerance, len(mesh.triangles))
         size = default_size(body, mesh, met) if self.size is None else self.size
         mesh = refined(body, mesh, size)
         return self.chosen(Slave(mesh.vertices, mesh.triangles))
@@ -263,6 +276,18 @@ else:
         coordinates=GivenPoints,
         body=BodyPoints,
     )
+
+
+def _check_number(tolerance: float, triangles: float) -> None:
+    if triangles > _MOST_TRIANGLES:
+        raise CaseError(
+            f"takes about {triangles:.2g} triangles or more",
+            where="tolerance",
+            found=tolerance,
+            allowed=f"{tolerance * triangles / _MOST_TRIANGLES:.2g} or more: all their points "
+            "are searched for at every step",
+            remedy="A thousandth of the size of the body is the default",
+        )
 
 
 def _grid_facets(points: FloatArray, nu: int, nv: int) -> IntArray:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from pydantic import ValidationError
@@ -32,10 +33,50 @@ def case_error(error: ValidationError, data: object, file: str) -> InputError:
     problems = [_problem(detail, data, "") for detail in error.errors(include_url=False)]
     if len(problems) == 1:
         return _problem(error.errors(include_url=False)[0], data, "", file)
+    return _listed(problems, file)
+
+
+def _listed(problems: Sequence[InputError], file: str) -> InputError:
     lines = [str(problem) for problem in problems[:_MOST]]
     if len(problems) > _MOST:
         lines.append(f"and {len(problems) - _MOST} more")
     return CaseError(f"{len(problems)} things are wrong\n  " + "\n  ".join(lines), where=file)
+
+
+class Together:
+    """Keeps what is wrong with the parts of a case, to be told at once.
+
+    Parameters
+    ----------
+    file : of the case
+    """
+
+    def __init__(self, file: str) -> None:
+        self._file = file
+        self._errors: list[tuple[InputError, str]] = []
+
+    @contextmanager
+    def at(self, key: str) -> Iterator[None]:
+        """Keeps an `InputError` inside, with the key of the case it belongs to."""
+        try:
+            yield
+        except InputError as error:
+            self._errors.append((error, key))
+
+    def tell(self) -> None:
+        """Raise what was kept, if anything.
+
+        Raises
+        ------
+        InputError
+            The only one, or all of them as one list.
+        """
+        if not self._errors:
+            return
+        first, key = self._errors[0]
+        if len(self._errors) == 1:
+            raise relocated(first, key, self._file) from first
+        raise _listed([relocated(one, key, "") for one, key in self._errors], self._file) from first
 
 
 def first_problem(error: ValidationError, data: object, key: str) -> InputError:

@@ -108,14 +108,13 @@ def run(
     try:
         result = run_case.run(loaded, out=folder, resume=resume, strict=strict, quiet=quiet)
     except KeyboardInterrupt:
-        from contiga.simulation.output_folder import CHECKPOINT
+        from contiga.simulation.output_folder import newest_checkpoint
 
         again = shlex.join(f"--set={one}" for one in settings or ())
         line = " ".join(filter(None, (f"contiga run {case} -o {folder}", again, "--resume")))
         how = f"; {line} goes on from the last checkpoint"
-        print(
-            f"\ncontiga: stopped{how if (folder / CHECKPOINT).is_file() else ''}", file=sys.stderr
-        )
+        there = newest_checkpoint(folder).is_file()
+        print(f"\ncontiga: stopped{how if there else ''}", file=sys.stderr)
         raise
     if not quiet:
         _print_result(result.summary, result.history, folder)

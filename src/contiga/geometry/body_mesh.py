@@ -65,7 +65,9 @@ def body_mesh(body: Faces, tol: float, method: str = "chord") -> TriMesh:
     """
     check_request(tol, method)
     if method == "chord":
-        _check_number(body, tol)
+        number = fewest_triangles(body, tol)
+        if number > MOST:
+            raise too_many(tol, number)
     return _Mesher(body, tol, method == "net").mesh()
 
 
@@ -306,10 +308,10 @@ def _parted(faces: list[FaceMesh], triangles: Ints, places: Ints) -> bool:
     return done
 
 
-def _check_number(body: Faces, tol: float) -> None:
-    """Refuse a tolerance that takes far too many triangles, before any is made.
+def fewest_triangles(body: Faces, tol: float) -> float:
+    """About the fewest triangles that a tolerance takes, before any is made.
 
-    √|K| dA over 2.6 tol is about the fewest there can be (Pottmann et al. 2000).
+    √|K| dA over 2.6 tol (Pottmann et al. 2000); nothing of faces that bend one way or not at all.
     """
     share = (np.arange(COARSE) + 0.5) / COARSE
     total = 0.0
@@ -326,8 +328,7 @@ def _check_number(body: Faces, tol: float) -> None:
         root = np.sqrt(np.abs(bends[0] * bends[2] - bends[1] ** 2))
         density = np.divide(root, size, out=np.zeros_like(root), where=size > 1e-9 * size.max())
         total += float(density.mean() * np.prod(high - low))
-    if total / (2.6 * tol) > MOST:
-        raise too_many(tol, total / (2.6 * tol))
+    return total / (2.6 * tol)
 
 
 def too_many(tol: float, number: float) -> GeometryError:

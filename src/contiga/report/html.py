@@ -18,6 +18,7 @@ from contiga.report.lines import PLOT_CONFIG
 from contiga.report.motion import body_figures, criteria_table, extremes_table, sensor_figures
 from contiga.report.plots import energy_figure, history_figures, touched
 from contiga.report.run_folder import Run
+from contiga.report.scene import halves
 from contiga.report.space import VIEW_CONFIG, View
 from contiga.report.springs import spring_figures, spring_table
 from contiga.report.style import number
@@ -98,7 +99,6 @@ def _pictures(run: Run, still: bytes | None, view: View | None, peak_time: float
             "of the case for pictures.</p>"
         )
     when = f"{number(peak_time)} {escape(run.units.time)}".strip() if peak_time is not None else ""
-    image = b64encode(still).decode("ascii")
     head = f"The peak, at t = {when}"
     said = (
         "The recorded time of greatest force, framed by what touches. Slave points are drawn "
@@ -107,12 +107,24 @@ def _pictures(run: Run, still: bytes | None, view: View | None, peak_time: float
     if not view.touches:
         head, said = f"The scene, at t = {when}", "At no recorded time is a point in contact."
     return (
-        f"<h2>{head}</h2>"
-        f'<figure><img alt="Body, slave and contact at the peak"{"" if view.touches else _NARROW} '
-        f'src="data:image/png;base64,{image}">'
+        f"<h2>{head}</h2><figure>{_stills(still, view)}"
         f'<figcaption class="caption">{said}</figcaption></figure>'
         f"<h2>Turn it about</h2>{_view(view)}"
     )
+
+
+def _stills(still: bytes, view: View) -> str:
+    """The picture; of two views, each by itself, so that they can stand one over the other."""
+
+    def image(picture: bytes, said: str, look: str = "") -> str:
+        data = b64encode(picture).decode("ascii")
+        return f'<img alt="{said}"{look} src="data:image/png;base64,{data}">'
+
+    if not view.touches:
+        return image(still, "Body and slave", _NARROW)
+    said = ("Body, slave and contact at the peak", "The contact, seen through the body")
+    both = "".join(map(image, halves(still), said))
+    return f'<div class="halves">{both}</div>'
 
 
 def _view(view: View) -> str:
@@ -237,7 +249,7 @@ def _figure(figure: Any, name: str, config: dict[str, Any]) -> str:
 def _peak_note(peak_time: float | None) -> str:
     if peak_time is None:
         return ""
-    return '<p class="caption">The dotted line marks the time the pictures show.</p>'
+    return '<p class="caption">The dotted line marks the time that the scene shows.</p>'
 
 
 def _tables(run: Run) -> str:

@@ -19,6 +19,8 @@ STAGES = {
     "output": "Writing output",
 }
 """What the stages of a run are called."""
+_CRITERIA = 6
+"""Key figures that are criteria, at most."""
 _APART = ("compile",)
 """Stages that say nothing about the method: shown, but apart."""
 
@@ -42,11 +44,26 @@ def key_figures(run: Run) -> str:
         value, when = run.greatest(column)
         at = f"at t = {number(when)} {run.units.time}".strip() if value > 0.0 else "no contact"
         tiles.append(_tile(number(value), unit, label, at))
+    tiles += _criteria(run)
     tiles.append(_tile(number(float(run.summary.get("steps") or len(run.times))), "", "Steps"))
     total = (run.summary.get("timings") or {}).get("total")
     if total is not None:
         tiles.append(_tile(number(float(total), 3), "s", "Wall time"))
     return f'<div class="figures">{"".join(tiles)}</div>'
+
+
+def _criteria(run: Run) -> list[str]:
+    """What the criteria of sensors found, the first of them; a table has all."""
+    return [
+        _tile(
+            number(found["value"]),
+            "g" if criterion == "3ms" else "",
+            f"{criterion} of {sensor}",
+            f"t = {number(found['start'])} to {number(found['end'])} {run.units.time}".strip(),
+        )
+        for sensor, told in (run.summary.get("sensors") or {}).items()
+        for criterion, found in (told.get("criteria") or {}).items()
+    ][:_CRITERIA]
 
 
 def inputs_table(run: Run) -> str:

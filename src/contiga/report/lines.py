@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import pairwise
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,10 @@ PLOT_CONFIG = {
 _AXES = {"x": "#d08a80", "y": "#8fb996", "z": "#9db7d4"}
 _MOST = 4000
 """Rows of a line at most: more than a picture has columns of pixels."""
+_LONG = 28
+"""Characters of an upright label that a figure has room for in one line."""
+SHOWN = "shown"
+"""Name of the line at the time that the scene of the page shows."""
 _NOTHING = 1e-6
 """Share of the largest component below which one is not drawn: it would lie on the axis."""
 
@@ -117,7 +122,7 @@ def finish(
     axis = {"gridcolor": GRID, "zerolinecolor": "#c5cad0"}
     title = {"text": with_unit("Time", run.units.time), "standoff": 8}
     thin = {"showgrid": False, "linecolor": "#c5cad0", "ticks": "outside", "ticklen": 4}
-    value = {"title": {"text": label, "standoff": 8}, "rangemode": "tozero"}
+    value = {"title": {"text": _in_lines(label), "standoff": 8}, "rangemode": "tozero"}
     power = {"exponentformat": "power", "minexponent": 6, "automargin": True}
     # at once: plotly takes a tenth of a second to update the layouts of a report bit by bit
     figure.layout = {
@@ -142,10 +147,16 @@ def finish(
     }
 
 
+def _in_lines(label: str) -> str:
+    """A label in lines that a figure has room for."""
+    return "<br>".join(wrap(label, _LONG, break_long_words=False))
+
+
 def _upright(time: float) -> dict[str, Any]:
     """A dotted line from the lower end of a figure to the upper."""
     return {
         "line": {"color": "#9aa3ad", "width": 1, "dash": "dot"},
+        "name": SHOWN,
         "type": "line",
         "x0": time,
         "x1": time,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,8 @@ _SAMPLES = 2
 """Pixels drawn per pixel shown, in each direction."""
 _CHARACTER = np.array([9.0, 18.0])
 """Width and height of a character of the labels, pixels shown."""
+SPLIT = 0.4697
+"""Where a picture of two views comes apart, of its width: between them."""
 _LABELS = 12
 """Regions that are named in the picture; more names would hide it."""
 
@@ -228,6 +231,19 @@ def draw_still(peak: Peak, path: Path, units: Units) -> None:
     if touches:
         _colour_bar(figure, shown)
     figure.savefig(path, format="png")
+
+
+def halves(picture: bytes) -> list[bytes]:
+    """Both views of a still picture (PNG), to stand side by side or one over the other."""
+    from matplotlib.image import imread, imsave
+
+    pixels = imread(BytesIO(picture))
+    parts = []
+    for part in np.split(pixels, [round(SPLIT * pixels.shape[1])], axis=1):
+        file = BytesIO()
+        imsave(file, np.ascontiguousarray(part), format="png")
+        parts.append(file.getvalue())
+    return parts
 
 
 def _colour_bar(figure: Any, shown: Shown) -> None:

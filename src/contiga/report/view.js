@@ -85,10 +85,23 @@
       while (change[name].length < view.data.length) change[name].push(undefined);
     });
     Plotly.restyle(view, change, view.data.map(function (_, k) { return k; }));
+    mark(data.times[shown]);
     if (slider) {
       slider.value = shown;
       said.textContent = data.labels[shown] + (shown === data.first ? ", the peak" : "");
     }
+  }
+
+  // Figures over time have a line where the scene stands.
+  function mark(time) {
+    document.querySelectorAll(".js-plotly-plot").forEach(function (plot) {
+      (plot.layout.shapes || []).forEach(function (shape, k) {
+        if (shape.name !== "shown") return;
+        var change = {};
+        change["shapes[" + k + "].x0"] = change["shapes[" + k + "].x1"] = time;
+        Plotly.relayout(plot, change);
+      });
+    });
   }
 
   function stop() {

@@ -12,8 +12,8 @@ import numpy as np
 from contiga.contact.state import State
 from contiga.dynamics.springs import SpringState
 from contiga.errors import CheckpointError, InputError
-from contiga.io.out.files import atomic_write
-from contiga.io.out.stored import TOLD
+from contiga.io.out.hdf5 import is_sealed, whole_file
+from contiga.io.out.stored import TOLD, damage_told
 from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.fingerprint import fingerprint_of
@@ -21,7 +21,7 @@ from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.peak import Peak
 from contiga.simulation.system_state import BodyStates, Energy, SlaveState, SystemState
 
-FORMAT = 8
+FORMAT = 9
 
 
 class Onward(NamedTuple):
@@ -60,11 +60,14 @@ class Checkpoint(NamedTuple):
     """None where it makes no difference."""
 
 
-def write_checkpoint(path: Path, checkpoint: Checkpoint, told: dict[str, Any]) -> None:
-    """Write the file whole, in place of an older one; `told` is what it says of the run so far."""
-    import h5py
+def write_checkpoint(
+    path: Path, checkpoint: Checkpoint, told: dict[str, Any], before: Path | None = None
+) -> None:
+    """Write the file whole, in place of an older one, which is kept as `before`.
 
-    with atomic_write(path) as temporary, h5py.File(temporary, "w") as file:
+    `told` is what it says of the run so far.
+    """
+    with whole_file(path, sealed=True, before=before) as file:
         file.attrs["format"] = FORMAT
         file.attrs["fingerprint"] = checkpoint.fingerprint
         file.attrs["end"] = checkpoint.end
@@ -165,6 +168,8 @@ def read_checkpoint(path: Path, model: Model) -> Checkpoint:
             where=str(path),
             remedy="Run the case without --resume",
         )
+    if not is_sealed(path):
+        raise CheckpointError(**damage_told(path), where=str(path))
     try:
         checkpoint = _read(path, model.contacts)
     except (OSError, KeyError, TypeError, ValueError) as error:

@@ -8,10 +8,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cached_property
-from itertools import chain
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,25 +16,34 @@ from contiga.contact.contact import Contact
 from contiga.dynamics.free import Attached, Free
 from contiga.dynamics.prescribed import Moved, SlaveMotion
 from contiga.dynamics.stepping import ended
-from contiga.num.digest import Digest
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
+from contiga.simulation.things import Things
 from contiga.slaves.slave import Slave
 
 # Instants a slave's motion is looked at where it is not a rigid one: a series of large files would
 # have to be read again for more.
 INSTANTS = 64
-# Arguments a function is tried at, beside its code: strains, penetrations and rates.
-_TRIED = np.array([0.0, 1e-6, 1e-3, 0.03, 0.3])
-# Objects inside objects, inside objects…: beyond this a law says nothing more about itself.
-_DEEPEST = 8
 # The end of a run does not tell a case from another: the times do, as far as they go.
 _END = re.compile(r"^(\[time\]\n(?:(?!\[).*\n)*?)end = .*\n", re.M)
 # Nor does what is only told of it.
 _TOLD = re.compile(r"^title = .*\n|^report = (true|false)\n", re.M)
 
 
+class Identity(NamedTuple):
+    """What tells a simulation from another."""
+
+    fingerprint: str
+    unknown: tuple[str, ...]
+    """What decides its results and says nothing of itself, by name: compiled code."""
+
+
 def fingerprint_of(model: Model, end: float | None = None) -> str:
+    """See `identity_of`."""
+    return identity_of(model, end).fingerprint
+
+
+def identity_of(model: Model, end: float | None = None) -> Identity:
     """Of case, times, geometry, slaves, motions, contacts and what is written.
 
     `end` is taken for that of the run: a case that goes on for longer is the same until then.
@@ -71,7 +77,7 @@ def fingerprint_of(model: Model, end: float | None = None) -> str:
             pair.contact.master.digest(digest)
         if pair.contact.slave is not model.slaves[pair.slave].slave:
             digest.slave(pair.contact.slave)
-    return digest.hexdigest()
+    return Identity(digest.hexdigest(), tuple(sorted(digest.unknown)))
 
 
 def _without_folder(model: Model) -> str:
@@ -81,7 +87,7 @@ def _without_folder(model: Model) -> str:
     return model.case_text.replace(f"{quoted.rstrip('/')}/", '"')
 
 
-class _Digest(Digest):
+class _Digest(Things):
     """Adds things one after the other, each with what tells it from its neighbours."""
 
     def slave(self, slave: Slave) -> None:
@@ -111,62 +117,3 @@ class _Digest(Digest):
         self.thing(contact.law)
         self.thing(contact.friction)
         self.thing(contact.area)
-
-    def thing(self, value: Any, depth: int = 0) -> None:
-        """A law, a method or what stands in one: numbers, arrays, functions, objects."""
-        if value is None or isinstance(value, bool | int | float | complex | str | bytes):
-            self.text(f"{type(value).__name__} {value!r}")
-        elif isinstance(value, np.ndarray | np.generic):
-            self.arrays("array", np.asarray(value))
-        elif depth >= _DEEPEST:
-            self.text(type(value).__qualname__)
-        elif isinstance(value, Mapping):
-            self._things(chain.from_iterable(value.items()), depth)
-        elif isinstance(value, Sequence | set | frozenset):
-            ordered = value if isinstance(value, Sequence) else sorted(value, key=repr)
-            self._things(ordered, depth)
-        else:
-            self._object(value, depth)
-
-    def _things(self, values: Iterable[Any], depth: int) -> None:
-        own = list(values)
-        self.text(f"{len(own)} things")
-        for value in own:
-            self.thing(value, depth + 1)
-
-    def _object(self, value: Any, depth: int) -> None:
-        named = value if callable(value) and hasattr(value, "__qualname__") else type(value)
-        self.text(f"{named.__module__}.{named.__qualname__}")
-        self._code(value, depth)
-        if callable(value):
-            self.text(_tried(value))
-        if hasattr(value, "__dict__") and not isinstance(value, type):
-            # What follows from the rest, and is there only once it was asked for, tells nothing.
-            kept = [
-                (name, own)
-                for name, own in vars(value).items()
-                if not isinstance(getattr(type(value), name, None), cached_property)
-            ]
-            self._things(chain.from_iterable(sorted(kept)), depth)
-
-    def _code(self, value: Any, depth: int) -> None:
-        """What a function of Python does: its code, constants, defaults and closure."""
-        function = getattr(value, "__func__", value)
-        code = getattr(function, "__code__", None)
-        if code is None:
-            return
-        self.text(code.co_code.hex() + repr(code.co_names))
-        plain = [c for c in code.co_consts if not hasattr(c, "co_code")]
-        cells = [cell.cell_contents for cell in function.__closure__ or ()]
-        self._things([plain, function.__defaults__, cells], depth)
-        if function is not value:
-            self.thing(value.__self__, depth + 1)
-
-
-def _tried(function: Callable[..., Any]) -> str:
-    """What a function answers; the name of the error where it takes other arguments."""
-    try:
-        with np.errstate(all="ignore"):
-            return repr(np.asarray(function(_TRIED.copy()), dtype=np.float64).tobytes())
-    except Exception as error:
-        return type(error).__name__

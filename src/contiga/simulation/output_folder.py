@@ -7,21 +7,24 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from contiga.errors import CheckpointError, OutputError
-from contiga.io.out.files import atomic_write
+from contiga.io.out.files import atomic_write, clear_temporaries
 from contiga.io.out.stored import (
     CASE,
     CHECKPOINT,
+    CHECKPOINT_BEFORE,
     FIELDS,
     HISTORY,
     OUTLINES,
     SUMMARY,
     UNFINISHED,
     UNFINISHED_OUTLINES,
+    newest_checkpoint,
 )
 
 __all__ = [
     "CASE",
     "CHECKPOINT",
+    "CHECKPOINT_BEFORE",
     "FIELDS",
     "HISTORY",
     "LOCK",
@@ -30,22 +33,45 @@ __all__ = [
     "SUMMARY",
     "UNFINISHED",
     "UNFINISHED_OUTLINES",
+    "newest_checkpoint",
 ]
 
 LOCK = "run.lock"
 """There while a run writes to the folder; it says which."""
 # Not the copy of the case: a folder that holds a case.toml and nothing else is somebody's own.
-OURS = (HISTORY, FIELDS, OUTLINES, SUMMARY, CHECKPOINT, UNFINISHED, UNFINISHED_OUTLINES, LOCK)
+_CHECKPOINTS = (CHECKPOINT, CHECKPOINT_BEFORE)
+_UNFINISHED = (UNFINISHED, UNFINISHED_OUTLINES)
+OURS = (HISTORY, FIELDS, OUTLINES, SUMMARY, *_CHECKPOINTS, *_UNFINISHED, LOCK)
 REPORT = ("report.html", "peak.png")
 
 
 def clear_last_run(folder: Path) -> None:
     """Remove what would be taken for a part of the new run."""
-    for name in (CHECKPOINT, UNFINISHED, UNFINISHED_OUTLINES):
+    for name in (*_CHECKPOINTS, *_UNFINISHED):
         (folder / name).unlink(missing_ok=True)
 
 
-def take_up_fields(folder: Path) -> None:
+def clear_killed(folder: Path) -> None:
+    """Remove the half-written files of runs that were killed."""
+    clear_temporaries(folder, (*OURS, CASE, *REPORT))
+
+
+def finish_fields(folder: Path, *, outlines: bool) -> None:
+    """Give fields and outlines their final names, each that has not got it yet."""
+    if (folder / UNFINISHED).exists() and not outlines:
+        (folder / OUTLINES).unlink(missing_ok=True)
+    for unfinished, finished in _series(outlines):
+        if (folder / unfinished).exists():
+            (folder / unfinished).replace(folder / finished)
+
+
+def _series(outlines: bool) -> tuple[tuple[str, str], ...]:
+    """Names of fields and outlines while a run goes on and after it."""
+    fields = (UNFINISHED, FIELDS)
+    return ((UNFINISHED_OUTLINES, OUTLINES), fields) if outlines else (fields,)
+
+
+def take_up_fields(folder: Path, *, outlines: bool) -> None:
     """Have the unfinished fields and outlines of a run there, to go on with.
 
     Where it had gone through these are copies of the finished ones, which stay until it has again.
@@ -55,11 +81,10 @@ def take_up_fields(folder: Path) -> None:
     CheckpointError
         The fields are gone.
     """
-    if not (folder / UNFINISHED).is_file():
-        for finished, unfinished in ((OUTLINES, UNFINISHED_OUTLINES), (FIELDS, UNFINISHED)):
-            if (folder / finished).is_file():
-                with atomic_write(folder / unfinished) as temporary:
-                    shutil.copyfile(folder / finished, temporary)
+    for unfinished, finished in _series(outlines):
+        if (folder / finished).is_file() and not (folder / unfinished).is_file():
+            with atomic_write(folder / unfinished) as temporary:
+                shutil.copyfile(folder / finished, temporary)
     if not (folder / UNFINISHED).is_file():
         raise CheckpointError(
             "the fields of the run that is to go on are not there",

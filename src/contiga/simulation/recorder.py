@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.dynamics.stepping import AutoSteps
+from contiga.errors import ContigaWarning
 from contiga.extras import require
 from contiga.io.out.files import open_folder, write_json, write_text
 from contiga.io.out.full_disk import check_room
@@ -28,7 +30,7 @@ from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.run_checks import check_crest
 from contiga.simulation.clock import Clock
 from contiga.simulation.fields import Fields, has_outlines
-from contiga.simulation.fingerprint import fingerprint_of
+from contiga.simulation.fingerprint import identity_of
 from contiga.simulation.history import (
     history_row,
     measured_columns,
@@ -110,13 +112,17 @@ class Recorder:
     def open(self, folder: Path, *, resume: bool) -> None:
         """Write to `folder` from now on, or go on from what is there."""
         require("an output folder", "h5py")
-        self._fingerprint = fingerprint_of(self.model)
+        self._fingerprint, unknown = identity_of(self.model)
         checkpoint = None
         if resume:
-            checkpoint = read_checkpoint(folder / names.CHECKPOINT, self.model)
+            checkpoint = read_checkpoint(names.newest_checkpoint(folder), self.model)
+            for name in unknown:
+                text = f"{name} is compiled: whether it is what it was before cannot be known"
+                warnings.warn(text, ContigaWarning, stacklevel=6)
         self._made = open_folder(folder, names.OURS, "run")
         self._lock = FolderLock(folder / names.LOCK, "run")
         self.folder = folder
+        names.clear_killed(folder)
         if checkpoint is None:
             names.clear_last_run(folder)
         else:
@@ -125,7 +131,7 @@ class Recorder:
         if "vtkhdf" in self.model.output.formats and not finished:
             with self._clock("output"):
                 if checkpoint is not None:
-                    names.take_up_fields(folder)
+                    names.take_up_fields(folder, outlines=has_outlines(self.model))
                 files = folder / names.UNFINISHED, folder / names.UNFINISHED_OUTLINES
                 written = None if checkpoint is None else self._stand.written
                 self._fields = Fields(self.model, *files, written)
@@ -244,7 +250,7 @@ class Recorder:
             if self.done:
                 self._checkpoint(stopped=True)
         finally:
-            if not (folder / names.CHECKPOINT).is_file():
+            if not names.newest_checkpoint(folder).is_file():
                 self._clear(folder)
 
     def _clear(self, folder: Path) -> None:
@@ -269,15 +275,10 @@ class Recorder:
             write_history(self.folder / names.HISTORY, history, summary["columns"])
         if self.model.case_text:
             write_text(self.folder / names.CASE, self.model.case_text)
-        # Also there where a run was stopped after its last step and goes on from it.
-        if (self.folder / names.UNFINISHED).exists():
-            (self.folder / names.UNFINISHED).replace(self.folder / names.FIELDS)
-            if has_outlines(self.model):
-                unfinished = self.folder / names.UNFINISHED_OUTLINES
-                unfinished.replace(self.folder / names.OUTLINES)
-            else:
-                (self.folder / names.OUTLINES).unlink(missing_ok=True)
+        # Also where a run was stopped after its last step, or killed here, and goes on from it.
+        names.finish_fields(self.folder, outlines=has_outlines(self.model))
         write_json(self.folder / names.SUMMARY, summary)
+        (self.folder / names.CHECKPOINT_BEFORE).unlink(missing_ok=True)
 
     def _checkpoint(self, *, stopped: bool = False) -> None:
         if self.folder is None or self.state is None:
@@ -286,7 +287,6 @@ class Recorder:
         with self._clock("output"):
             if self._fields is not None:
                 self._fields.flush()
-            check_room(self.folder / names.CHECKPOINT, self._checkpoint_bytes() // 2)
             write_checkpoint(
                 self.folder / names.CHECKPOINT,
                 Checkpoint(
@@ -302,6 +302,7 @@ class Recorder:
                     self._stand.onward,
                 ),
                 summary_so_far(self.model, history, self._clock, stopped=stopped),
+                before=self.folder / names.CHECKPOINT_BEFORE,
             )
             self._saved = perf_counter()
 

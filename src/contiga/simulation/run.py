@@ -13,7 +13,7 @@ from contiga.simulation.checks.model_checks import check_model
 from contiga.simulation.checks.run_checks import check_run
 from contiga.simulation.clock import Clock
 from contiga.simulation.model import Model
-from contiga.simulation.output_folder import CHECKPOINT
+from contiga.simulation.output_folder import newest_checkpoint
 from contiga.simulation.recorder import Progress, Recorder
 from contiga.simulation.result import Result
 from contiga.simulation.signals import filtered_columns
@@ -104,7 +104,7 @@ def _stepped(
 
 def _with_way_on(error: OutputError, folder: Path | None) -> OutputError:
     """The same, with what there is to go on from."""
-    if folder is None or not (folder / CHECKPOINT).is_file():
+    if folder is None or not newest_checkpoint(folder).is_file():
         return error
     remedy = f"{error.remedy or 'See to it'}; then the run goes on with --resume"
     found = {"found": error.found} if error.has_found else {}

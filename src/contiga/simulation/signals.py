@@ -15,8 +15,9 @@ from contiga.records import FloatArray
 from contiga.simulation.model import Model
 from contiga.simulation.sensor import Sensor
 
-FINE = 2 * LEAST_RATE
-"""Samples a second for each Hz of a filter's class, where steps are of several lengths."""
+FINE = 8 * LEAST_RATE
+"""Samples a second for each Hz of a filter's class, where steps are of several lengths. The mean
+over one of them is less than the signal by a part in 4,000 where the filter takes 3 dB."""
 MOST = 2_000_000
 """Samples a signal is brought to at most."""
 _EQUAL = 1e-6
@@ -27,13 +28,16 @@ def filtered_columns(model: Model, history: dict[str, FloatArray]) -> dict[str, 
     """Filtered accelerations of sensors that ask for them, with their resultants, and filtered
     forces of springs, by column."""
     columns: dict[str, FloatArray] = {}
+    times = history["time"]
     for name, (cls, raw) in _filtered(model).items():
         if too_coarse(model, cls, history):
             continue
-        smooth = _smooth(model, cls, history["time"], [history[f"{name}.{c}"] for c in raw])
-        columns |= {f"{name}.filtered_{c}": row for c, row in zip(raw, smooth, strict=True)}
+        grid, smooth = _smooth(model, name, history)
+        if len(grid) != len(times):
+            smooth = means(times, grid, smooth, _trapezoids(grid, smooth))
+        columns |= {f"{name}.filtered_{c}": smooth[:, i] for i, c in enumerate(raw)}
         if len(raw) > 1:
-            columns[f"{name}.filtered_a"] = np.array([length(row) for row in smooth.T])
+            columns[f"{name}.filtered_a"] = np.array([length(row) for row in smooth])
     return columns
 
 
@@ -61,27 +65,61 @@ def _sample(model: Model, cls: str) -> float:
     return 1.0 / (hertz * base_factor(model.units[2], "time"))
 
 
-def _smooth(model: Model, cls: str, times: FloatArray, columns: list[FloatArray]) -> FloatArray:
-    """(k, n) columns, filtered."""
-    grid, signal = _even(model, cls, times, np.stack(columns, axis=1))
-    dt = float(grid[1] - grid[0]) * base_factor(model.units[2], "time")
-    smooth = cfc(signal, dt, cls)
-    return np.stack([np.interp(times, grid, channel) for channel in smooth.T])
-
-
-def _even(
-    model: Model, cls: str, times: FloatArray, signal: FloatArray
+def _smooth(
+    model: Model, name: str, history: dict[str, FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Times one step apart (m,) and the signal there (m, k)."""
+    """Times one step apart (m,) and what a sensor or spring has filtered, there (m, k)."""
+    cls, raw = _filtered(model)[name]
+    times, unit = history["time"], base_factor(model.units[2], "time")
+    signal = np.stack([history[f"{name}.{c}"] for c in raw], axis=1)
     steps = np.diff(times)
     if np.ptp(steps) <= _EQUAL * steps.max():
-        return times, signal
-    unit = base_factor(model.units[2], "time")
+        return times, cfc(signal, float(times[1] - times[0]) * unit, cls)
     step = 1.0 / (FINE * int(cls.removeprefix("CFC"))) / unit
     step = min(step, float(np.median(steps)))
     count = min(int(np.ceil((times[-1] - times[0]) / step)), MOST)
     grid = np.linspace(times[0], times[-1], count + 1)
-    return grid, np.stack([np.interp(grid, times, channel) for channel in signal.T], axis=1)
+    even = means(grid, times, signal, _impulses(model, name, history, signal))
+    return grid, cfc(even, float(grid[1] - grid[0]) * unit, cls)
+
+
+def _impulses(
+    model: Model, name: str, history: dict[str, FloatArray], signal: FloatArray
+) -> FloatArray:
+    """(n - 1, k) integrals of a signal over each step.
+
+    Of an acceleration the change of velocity, which is exact; where that is not measured, and of
+    forces, by the trapezoidal rule: for the centre of a free body the same.
+    """
+    velocities = [f"{name}.v{axis}" for axis in "xyz"]
+    along = {sensor.name for sensor in model.point_sensors if sensor.axes == "world"}
+    if name in along and all(column in history for column in velocities):
+        return np.diff(np.stack([history[column] for column in velocities], axis=1), axis=0)
+    return _trapezoids(history["time"], signal)
+
+
+def _trapezoids(times: FloatArray, signal: FloatArray) -> FloatArray:
+    return np.asarray(0.5 * np.diff(times)[:, None] * (signal[1:] + signal[:-1]))
+
+
+def means(
+    grid: FloatArray, times: FloatArray, signal: FloatArray, impulses: FloatArray
+) -> FloatArray:
+    """(m, k) means of a signal about other times, half way to the neighbours of each.
+
+    So that none of its integral is lost, however short a part of it is: the trapezoidal rule has
+    it again. Between its own times the signal (n, k) goes straight, moved by what its impulse
+    (n - 1, k) over the step says more.
+    """
+    borders = np.concatenate([grid[:1], 0.5 * (grid[1:] + grid[:-1]), grid[-1:]])
+    row = np.clip(np.searchsorted(times, borders, side="right") - 1, 0, len(times) - 2)
+    steps = np.diff(times)[:, None]
+    slope = np.diff(signal, axis=0) / steps
+    first = impulses / steps - 0.5 * slope * steps
+    before = np.concatenate([np.zeros((1, signal.shape[1])), np.cumsum(impulses, axis=0)])
+    into = (borders - times[row])[:, None]
+    total = before[row] + into * (first[row] + 0.5 * into * slope[row])
+    return np.asarray(np.diff(total, axis=0) / np.diff(borders)[:, None])
 
 
 def sensor_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[str, Any]]:
@@ -108,13 +146,19 @@ def _criteria(
     model: Model, sensor: Sensor, history: dict[str, FloatArray]
 ) -> dict[str, dict[str, float]]:
     """Each criterion with its value, and when it holds, in the time unit of the case."""
-    column = f"{sensor.name}.filtered_a" if sensor.filter else f"{sensor.name}.a"
-    if not sensor.criteria or column not in history or len(history["time"]) < 2:
+    if not sensor.criteria or len(history["time"]) < 2:
         return {}
+    if sensor.filter is None:
+        times, acceleration = history["time"], history[f"{sensor.name}.a"]
+    elif too_coarse(model, sensor.filter, history):
+        return {}
+    else:
+        times, filtered = _smooth(model, sensor.name, history)
+        acceleration = np.array([length(row) for row in filtered])
     length_unit, _, time_unit = model.units
-    a = history[column] / acceleration_factor("g", length_unit, time_unit)
+    a = acceleration / acceleration_factor("g", length_unit, time_unit)
     unit = base_factor(time_unit, "time")
-    t = history["time"] * unit
+    t = times * unit
     if not np.isfinite(a).all():
         return {}
     found: dict[str, dict[str, float]] = {}

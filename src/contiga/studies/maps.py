@@ -10,12 +10,14 @@ import numpy as np
 from contiga.case.build import build
 from contiga.io.out.files import atomic_write
 from contiga.records import FloatArray, IntArray
+from contiga.report.lines import with_unit
 from contiga.report.space import dots, mesh_trace, space_axis
-from contiga.report.style import BODY, INK, SCALE, colour_map
+from contiga.report.style import BODY, INK
 from contiga.report.view import View
 from contiga.studies.cases import case_of
 from contiga.studies.one_case import Base, parts_of_process
 from contiga.studies.row import DONE, Row
+from contiga.studies.shades import Shades
 from contiga.studies.spec import StudySpec
 from contiga.triangles.trimesh import TriMesh
 
@@ -23,6 +25,11 @@ _SIZE, _DPI = (11.0, 6.4), 110
 _SIDEWAYS = np.array([-0.6, 0.8, 0.0])
 _FINE = 1.0 / 90.0
 """Longest edge of the triangles that are coloured, of the size of the part."""
+_REACH = 0.75
+_BETWEEN = {
+    "linear": "colours between them are linear",
+    "nearest": "colours about them are those of the nearest",
+}
 _TOLERANCE = 3e-4
 _MOST = 400_000
 """Triangles at most."""
@@ -45,16 +52,16 @@ class ColourMap(NamedTuple):
     """(k,) the values at the targets; NaN of cases that failed."""
     cases: list[int]
     """Their numbers."""
-    limits: tuple[float, float]
+    shades: Shades
+    between: str
+    """What is drawn between the targets, in words."""
 
     @property
     def colours(self) -> FloatArray:
         """(n, 3) red, green and blue of the vertices."""
         from matplotlib.colors import to_rgb
 
-        low, high = self.limits
-        share = np.clip((self.values - low) / max(high - low, 1e-300), 0.0, 1.0)
-        rgb = colour_map()(np.nan_to_num(share))[:, :3]
+        rgb = self.shades.colours(self.values)
         return np.where(np.isnan(self.values)[:, None], to_rgb(BODY), rgb)
 
     @property
@@ -95,17 +102,40 @@ def map_of(study: StudySpec, base: Base, rows: tuple[Row, ...]) -> ColourMap | N
     vertices, triangles = refined(coarse.vertices, coarse.triangles, _FINE * body.size)
     targets = np.array(list(best))
     low, high = drawn.limits or (float(np.nanmin(hit)), float(np.nanmax(hit)))
+    filled = nearest if drawn.between == "nearest" else between
     return ColourMap(
         drawn.body,
-        label,
+        with_unit(label, base.units.get(label, "")),
         vertices,
         triangles,
-        between(targets, hit, vertices),
+        filled(targets, hit, vertices),
         targets,
         hit,
         [row.number for row in best.values()],
-        (low, high),
+        Shades((low, high), tuple(drawn.bands or ())),
+        _BETWEEN[drawn.between],
     )
+
+
+def nearest(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatArray:
+    """(n,) values at points: those of the nearest of the (k, 3) targets, NaN far from all.
+
+    Far is more than three quarters of the longest way from a target to its nearest: so the squares
+    of a grid are whole, and its border is as wide as half of them and a half more.
+
+    >>> row = np.array([[0.0, 0, 0], [2, 0, 0]])
+    >>> nearest(row, np.array([1.0, 3.0]), np.array([[0.9, 0, 0], [1.1, 1, 0], [0, 1.6, 0]]))
+    array([ 1.,  3., nan])
+    """
+    from scipy.spatial import cKDTree
+
+    told = np.isfinite(hit)
+    if told.sum() < 2:
+        return np.full(len(points), np.nan)
+    tree = cKDTree(targets[told])
+    reach = _REACH * float(tree.query(targets[told], k=2)[0][:, 1].max())
+    away, which = tree.query(points)
+    return np.where(away <= reach, hit[told][which], np.nan)
 
 
 def between(targets: FloatArray, hit: FloatArray, points: FloatArray) -> FloatArray:
@@ -171,24 +201,28 @@ def _split(triangles: IntArray, middle: IntArray) -> IntArray:
 def draw_map(found: ColourMap, title: str, path: Path) -> None:
     """Write the map as PNG."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=_SIZE, dpi=_DPI, facecolor="white")
     FigureCanvasAgg(figure)
     figure.text(0.02, 0.955, title[:90], fontsize=14, color=INK, va="center")
+    figure.text(0.02, 0.02, f"Dots are targets; {found.between}", fontsize=10, color=INK)
     place = (0.01, 0.02, 0.88, 0.9)
     shape = round(place[2] * _SIZE[0] * _DPI), round(place[3] * _SIZE[1] * _DPI)
     view = View(figure.add_axes(place), found.vertices, towards=found.towards, shape=shape)
     view.surface(TriMesh(found.vertices, found.triangles), colours=found.colours)
-    scale, norm = colour_map(), Normalize(*found.limits)
-    for at, value in zip(found.targets, found.hit, strict=True):
-        inside = "white" if np.isnan(value) else scale(norm(value))
+    inner = found.shades.colours(found.hit)
+    for at, value, colour in zip(found.targets, found.hit, inner, strict=True):
+        inside = "white" if np.isnan(value) else tuple(colour)
         view.dots([at], color=inside, ms=6.5, mew=0.8, mec="white" if value == value else INK)
     view.show()
     bar = figure.add_axes((0.915, 0.2, 0.014, 0.5))
-    figure.colorbar(ScalarMappable(norm, scale), cax=bar, extend=_beyond(found))
+    if found.shades.bands:
+        places, texts = found.shades.marks
+        figure.colorbar(found.shades.mappable(), cax=bar, ticks=places)
+        bar.set_yticklabels(texts)
+    else:
+        figure.colorbar(found.shades.mappable(), cax=bar, extend=_beyond(found))
     bar.set_title(found.label, fontsize=11, color=INK, loc="center", pad=12)
     bar.tick_params(labelsize=10, length=3)
     for spine in bar.spines.values():
@@ -198,7 +232,10 @@ def draw_map(found: ColourMap, title: str, path: Path) -> None:
 
 
 def _beyond(found: ColourMap) -> str:
-    low, high = np.nanmin(found.hit) < found.limits[0], np.nanmax(found.hit) > found.limits[1]
+    low, high = (
+        np.nanmin(found.hit) < found.shades.limits[0],
+        np.nanmax(found.hit) > found.shades.limits[1],
+    )
     return {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[int(low), int(high)]
 
 
@@ -212,19 +249,12 @@ def map_figure(found: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
     tints = np.round(255.0 * found.colours).astype(int)
     mesh.vertexcolor = [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in tints.tolist()]
     mesh.hoverinfo = "skip"
-    low, high = found.limits
-    marker = {
-        "color": found.hit,
-        "cmin": low,
-        "cmax": high,
-        "colorscale": [[k / (len(SCALE) - 1), colour] for k, colour in enumerate(SCALE)],
-        "colorbar": {"title": {"text": found.label}, "thickness": 12, "outlinewidth": 0},
-        "line": {"color": "white", "width": 1},
-    }
+    marker = found.shades.marker(found.hit, found.label)
     points = dots(found.targets, "targets", 5.0, marker)
     points.customdata = [rows[number] for number in found.cases]
     points.text = [f"case {number}" for number in found.cases]
-    points.hovertemplate = f"%{{text}}<br>{found.label} %{{marker.color:.5g}}<extra></extra>"
+    points.hovertemplate = f"%{{text}}<br>{found.label} %{{hovertext}}<extra></extra>"
+    points.hovertext = [f"{value:.5g}" for value in found.hit]
     figure = go.Figure([mesh, points])
     eye = dict(
         zip("xyz", (-1.9 * found.towards / np.linalg.norm(found.towards)).tolist(), strict=True)

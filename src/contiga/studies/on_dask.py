@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import logging
+import warnings
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 from secrets import token_hex
 from time import perf_counter, sleep
-from typing import Any
+from typing import Any, NamedTuple
 
 import dask
 from distributed import Client, Event, Future, KilledWorker, LocalCluster, wait
 
-from contiga.errors import InputError, RunError
+from contiga.errors import ContigaWarning, InputError, RunError
 from contiga.studies.cases import StudyCase
 from contiga.studies.one_case import Base, run_one
 from contiga.studies.row import DONE, LOST, Row
@@ -28,6 +30,8 @@ _SETTINGS = {
 }
 _ANSWER_SECONDS = 10
 _LOOK_SECONDS = 1.0
+_STRANDED_SECONDS = 3.0
+"""The scheduler has told of a worker that was lost by then."""
 QUIET_SECONDS = 10.0
 """A machine whose first case has compiled nothing for so long has its kernels."""
 
@@ -84,6 +88,14 @@ def remote_client(address: str) -> Iterator[Client]:
         yield client
 
 
+class _Sent(NamedTuple):
+    """A case on its way."""
+
+    case: StudyCase
+    workers: frozenset[str]
+    """Addresses of those that may run it."""
+
+
 class OnDask:
     """The cases on the workers of a scheduler, the next to whoever is free.
 
@@ -101,16 +113,21 @@ class OnDask:
         """In the names of its tasks: others may use the same scheduler."""
         self._cold: dict[str, Event] | None = None
         """Hosts whose kernels may have to be compiled, once they are known."""
+        self._fit: dict[str, bool] = {}
+        """Whether a worker may be used, by address, of those that have been asked."""
+        self._tries = count()
+        self._stranded: dict[Future, float] = {}
+        """Since when nobody is there who may run it."""
 
     def run(self, cases: Sequence[StudyCase]) -> Iterator[Row]:
         """The rows as they come. While a machine may compile kernels it runs one case."""
-        waiting, running = deque(cases), dict[Future, StudyCase]()
+        waiting, running = deque(cases), dict[Future, _Sent]()
         try:
             while waiting or running:
                 self._submit(waiting, running)
                 self._wait(running)
                 for future in [future for future in running if future.done()]:
-                    case = running.pop(future)
+                    case = running.pop(future).case
                     row = self._row(future, case)
                     if row is None:
                         waiting.append(case)
@@ -119,7 +136,7 @@ class OnDask:
         finally:
             self._client.cancel(list(running), force=True)
 
-    def _wait(self, running: dict[Future, StudyCase]) -> None:
+    def _wait(self, running: dict[Future, _Sent]) -> None:
         """Until a case is done, or it is time to look whether more may run."""
         if not running:  # no worker is there just now
             sleep(_LOOK_SECONDS)
@@ -127,71 +144,100 @@ class OnDask:
         with suppress(TimeoutError), self._client.as_current():
             wait(list(running), timeout=_LOOK_SECONDS, return_when="FIRST_COMPLETED")
 
-    def _submit(self, waiting: deque[StudyCase], running: dict[Future, StudyCase]) -> None:
+    def _submit(self, waiting: deque[StudyCase], running: dict[Future, _Sent]) -> None:
         """As many as there are free threads: who dies takes no other case with it."""
+        there = self._workers()
         if self._cold is None:
-            self._cold = self._hosts()
+            self._cold = self._hosts(there)
+        self._take_back(there, waiting, running)
         for host, warm in list(self._cold.items()):
-            workers = self._workers().get(host, [])
+            workers = there.get(host, [])
             if warm.is_set() or not workers:
                 del self._cold[host]
             elif waiting and not any(_host_of(future) == host for future in running):
-                case = waiting.popleft()
-                running[self._first(case, host, warm, workers)] = case
-        room = 0 if self._cold else sum(self._client.nthreads().values()) - len(running)
+                sent = _Sent(waiting.popleft(), frozenset(workers))
+                running[self._first(sent.case, host, warm, workers)] = sent
+        threads = self._client.nthreads()
+        workers = [address for addresses in there.values() for address in addresses]
+        room = 0 if self._cold else sum(threads.get(w, 0) for w in workers) - len(running)
         for _ in range(min(room, len(waiting))):
-            case = waiting.popleft()
-            key = self._key(case)
-            running[self._client.submit(run_one, self._base, case, key=key, pure=False)] = case
+            sent = _Sent(waiting.popleft(), frozenset(workers))
+            key = self._key(sent.case)
+            options = {"key": key, "pure": False, "workers": workers}
+            running[self._client.submit(run_one, self._base, sent.case, **options)] = sent
+
+    def _take_back(
+        self,
+        there: dict[str, list[str]],
+        waiting: deque[StudyCase],
+        running: dict[Future, _Sent],
+    ) -> None:
+        """Cases whose workers have all gone before they began; a lost one is told as such."""
+        workers = {address for addresses in there.values() for address in addresses}
+        now = perf_counter()
+        self._stranded = {
+            future: self._stranded.get(future, now)
+            for future, sent in running.items()
+            if not future.done() and not sent.workers & workers
+        }
+        for future, since in self._stranded.items():
+            if now - since > _STRANDED_SECONDS:
+                self._client.cancel([future], force=True)
+                waiting.append(running.pop(future).case)
 
     def _first(self, case: StudyCase, host: str, warm: Event, workers: list[str]) -> Future:
-        """The first case of a machine, on one worker of it."""
+        """The first case of a machine, on a worker of it."""
         return self._client.submit(
             _first_on_host,
             self._base,
             case,
             warm.name,
-            workers=workers[:1],
-            allow_other_workers=True,
+            workers=workers,
             key=f"{host}{self._key(case)}",
             pure=False,
         )
 
     def _key(self, case: StudyCase) -> str:
-        return f"|{self._token}|{case.name}|{self._lost[case.number]}"
+        return f"|{self._token}|{case.name}|{next(self._tries)}"
 
-    def _hosts(self) -> dict[str, Event]:
-        """The machines there are, each seen to see the folder; waits for the first of them."""
-        self._client.wait_for_workers(1)
-        try:
-            seen = self._client.run(_sees, self._base.folder)
-        except ImportError as error:
-            raise InputError(
-                f"a worker cannot load contiga ({error})",
-                where="scheduler",
-                allowed=f"workers with contiga {__version__} and what studies need of its extras",
-            ) from error
-        for address, (sees, version) in seen.items():
-            if not sees or version != __version__:
-                raise InputError(
-                    "a worker does not see the folder of the study"
-                    if not sees
-                    else "a worker has another version of contiga",
-                    where=f"worker {address}",
-                    found=version if sees else self._base.folder,
-                    allowed=__version__ if sees else "a folder that all machines share",
-                )
-        return {
-            host: Event(f"contiga-{self._token}-{host}", client=self._client)
-            for host in self._workers()
-        }
+    def _hosts(self, there: dict[str, list[str]]) -> dict[str, Event]:
+        """The machines there are; waits for the first of them."""
+        while not there:
+            self._client.wait_for_workers(1)
+            there.update(self._workers())
+        return {host: Event(f"contiga-{self._token}-{host}", client=self._client) for host in there}
 
     def _workers(self) -> dict[str, list[str]]:
-        """Addresses of workers by host."""
+        """Addresses of workers that may be used, by host; those that are new are asked."""
+        told = self._client.scheduler_info(n_workers=-1)["workers"]
+        new = [address for address in told if address not in self._fit]
+        if new:
+            self._ask(new)
         found: dict[str, list[str]] = {}
-        for address, told in self._client.scheduler_info(n_workers=-1)["workers"].items():
-            found.setdefault(told["host"], []).append(address)
+        for address, one in told.items():
+            if self._fit.get(address, False):
+                found.setdefault(one["host"], []).append(address)
         return found
+
+    def _ask(self, workers: list[str]) -> None:
+        """Ask workers whether they see the folder and have this version.
+
+        Raises
+        ------
+        InputError
+            One that is there from the start has not; of one that comes later a warning is given,
+            and no case.
+        """
+        answers = self._client.run(_sees, self._base.folder, workers=workers, on_error="return")
+        for address, answer in answers.items():
+            if isinstance(answer, OSError):  # it was lost meanwhile
+                continue
+            wrong = _unfit(address, answer, self._base.folder)
+            self._fit[address] = wrong is None
+            if wrong is not None:
+                if self._cold is None:
+                    raise wrong
+                warnings.warn(f"{wrong}. It gets no case", ContigaWarning, stacklevel=2)
 
     def _row(self, future: Future, case: StudyCase) -> Row | None:
         """What came of a case; None where it is to be begun again."""
@@ -222,6 +268,27 @@ class OnDask:
 def _host_of(future: Future) -> str:
     """The machine that a first case was given to; "" of others."""
     return str(future.key).partition("|")[0]
+
+
+def _unfit(address: str, answer: Any, folder: str) -> InputError | None:
+    """What is wrong with a worker, by what it has answered."""
+    if isinstance(answer, BaseException):
+        return InputError(
+            f"a worker cannot load contiga ({answer})",
+            where=f"worker {address}",
+            allowed=f"workers with contiga {__version__} and what studies need of its extras",
+        )
+    sees, version = answer
+    if sees and version == __version__:
+        return None
+    return InputError(
+        "a worker does not see the folder of the study"
+        if not sees
+        else "a worker has another version of contiga",
+        where=f"worker {address}",
+        found=version if sees else folder,
+        allowed=__version__ if sees else "a folder that all machines share",
+    )
 
 
 def _sees(folder: str) -> tuple[bool, str]:

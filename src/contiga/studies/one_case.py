@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import tomllib
 import warnings
 from collections.abc import Callable
 from functools import cache
@@ -47,6 +48,13 @@ class Base(NamedTuple):
     """Of the study."""
     quantities: dict[str, Quantity]
     """By column."""
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Of the quantities, by column; none where the base case names no units."""
+        named = tomllib.loads(self.text).get("units") or {}
+        units = (named.get("length", ""), named.get("mass", ""), named.get("time", ""))
+        return {name: quantity.unit(units) for name, quantity in self.quantities.items()}
 
     def case(self, settings: dict[str, Any]) -> Case:
         """The base case with what one of the study sets."""

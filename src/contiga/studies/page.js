@@ -85,11 +85,13 @@
       }
       return made;
     });
+    // Labels that would meet are slanted.
+    var slanted = dimensions.length > 6 || $("parallel").clientWidth < 110 * dimensions.length;
     Plotly.react("parallel", [{
-      type: "parcoords", dimensions: dimensions, labelangle: dimensions.length > 6 ? -20 : 0,
+      type: "parcoords", dimensions: dimensions, labelangle: slanted ? -20 : 0,
       line: { color: of(colour), colorscale: data.look.scale, showscale: true,
         colorbar: { title: { text: label(colour), side: "right" }, thickness: 12, outlinewidth: 0 } }
-    }], layout({}, {}, { margin: { l: 70, r: 40, t: dimensions.length > 6 ? 110 : 60, b: 30 } }), config);
+    }], layout({}, {}, { margin: { l: 70, r: 40, t: slanted ? 110 : 60, b: 30 } }), config);
   }
 
   // One quantity over one variable, coloured by anything.

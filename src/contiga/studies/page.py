@@ -41,6 +41,7 @@ def write_page(study: StudySpec, base: Base, table: Table, rows: tuple[Row, ...]
         draw_map(drawn, study.title, folder / MAP)
         picture = (folder / MAP).read_bytes()
         data["map"] = map_figure(drawn, {row.number: k for k, row in enumerate(rows)})
+        data["between"] = drawn.between
     write_text(folder / PAGE, page_of(study, data, rows, picture))
 
 
@@ -50,7 +51,7 @@ def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -
     reports = [(Path(base.folder) / name / "report.html").is_file() for name in names]
     data = {
         "count": len(rows),
-        "columns": [_column(study, table, name) for name in table.columns],
+        "columns": [_column(study, base, table, name) for name in table.columns],
         "links": [
             f"{n}/report.html" if is_ else f"{n}/" for n, is_ in zip(names, reports, strict=True)
         ],
@@ -73,14 +74,14 @@ def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -
     return data
 
 
-def _column(study: StudySpec, table: Table, name: str) -> dict[str, Any]:
+def _column(study: StudySpec, base: Base, table: Table, name: str) -> dict[str, Any]:
     """A column: its role, and numbers, or the numbers of texts."""
     role = "other"
     if name in table.variables:
         role = "variable"
     elif name in table.quantities:
         role = "quantity"
-    units = {variable.label: variable.unit for variable in study.variable}
+    units = base.units | {variable.label: variable.unit for variable in study.variable}
     column: dict[str, Any] = {"name": name, "role": role, "unit": units.get(name, "")}
     values = table.columns[name]
     if all(isinstance(value, int | float) for value in values):
@@ -203,8 +204,8 @@ def _map(data: dict[str, Any], picture: bytes) -> str:
         f'<h2>Over the part</h2><figure><img alt="Map over the part" '
         f'src="data:image/png;base64,{image}"></figure><h3>Turn it about</h3>'
         '<div class="frame"><div id="map"></div></div><p class="caption">Dots are the points that '
-        "were hit; a click on one opens the report of its case. Colours between are linear; white "
-        "dots are cases without a value.</p>"
+        f"were hit; a click on one opens the report of its case. Of the rest, {data['between']}; "
+        "white dots are cases without a value.</p>"
     )
 
 

@@ -12,6 +12,7 @@ from scipy.integrate import trapezoid
 from contiga.errors import CaseError
 from contiga.io.naming import closest
 from contiga.records import FloatArray
+from contiga.simulation.column_units import column_units
 
 _CALL = re.compile(r"(\w+)\((.+?)(?:,\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*)?\)")
 _PLAIN = ("energy_error", "steps", "warnings")
@@ -51,6 +52,14 @@ class Quantity(NamedTuple):
     """Of the column, or of the sensor."""
     criterion: str = ""
     time: float = 0.0
+
+    def unit(self, units: tuple[str, str, str]) -> str:
+        """By the units of length, mass and time of the case; "" of what has none."""
+        if self.kind == "criterion":
+            return "g" if self.criterion == "3ms" else ""
+        if self.kind.startswith("time_of"):
+            return units[2]
+        return column_units([self.name], units).get(self.name, "")
 
     def check(self, columns: list[str], criteria: list[str], end: float) -> None:
         """Refuse what a case will not have.

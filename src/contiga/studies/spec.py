@@ -15,6 +15,7 @@ from contiga.case.problems import case_error
 from contiga.case.spec import Count, ExistingFile, Spec, suggest
 from contiga.errors import CaseError, FileError
 from contiga.studies.expressions import Expression
+from contiga.studies.map_spec import MapSpec
 from contiga.studies.quantities import Quantity, quantity_of
 
 _LIMIT = re.compile(r"(.+?)\s*(<=|>=)\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)")
@@ -195,18 +196,6 @@ class GoalSpec(Spec):
             quantity, sign, bound = found.groups()
             read.append(Limit(quantity=quantity, most=sign == "<=", bound=float(bound)))
         return read
-
-
-class MapSpec(Spec):
-    """`map`: a quantity as colours over a body, at the points that three variables say."""
-
-    body: str
-    at: Annotated[list[str], Field(min_length=3, max_length=3)]
-    """Names of the variables x, y, z."""
-    colour: str | None = None
-    """The first quantity that is collected if omitted."""
-    limits: Annotated[list[float], Field(min_length=2, max_length=2)] | None = None
-    """Values the colours begin and end at."""
 
 
 class StudySpec(Spec):

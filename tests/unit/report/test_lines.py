@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from contiga.report.lines import add_line, largest, rows_drawn, vector_figure
+from contiga.report.lines import add_line, finish, largest, rows_drawn, vector_figure
 from contiga.report.run_folder import read_run
 
 
@@ -58,3 +58,13 @@ def test_components_that_would_lie_on_the_axis_are_left_out(run_folder: Path) ->
     assert figure.layout.yaxis.title.text == "Way [mm]"
     none = {axis: np.zeros(5) for axis in "xyz"}
     assert vector_figure(run, 2.0, none, ("Way", "mm")) is None
+
+
+def test_upright_labels_are_in_lines_that_a_figure_has_room_for(run_folder: Path) -> None:
+    run, label = read_run(run_folder), "Displacement of the centre of the body [mm]"
+    figure = go.Figure()
+    finish(figure, run, label, 2.0)
+    lines = figure.layout.yaxis.title.text.split("<br>")
+    assert " ".join(lines) == label
+    assert max(map(len, lines)) <= 28
+    assert [shape.name for shape in figure.layout.shapes] == ["shown"]

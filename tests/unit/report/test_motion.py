@@ -90,7 +90,7 @@ class Cells(HTMLParser):
 
 def test_bodies_have_a_figure_for_each_way_they_move(run: Run) -> None:
     figures = body_figures(run, "ball", 2.0)
-    assert [figure.layout.yaxis.title.text for figure in figures] == [
+    assert [figure.layout.yaxis.title.text.replace("<br>", " ") for figure in figures] == [
         "Displacement of the centre [mm]",
         "Velocity of the centre [mm/ms]",
         "Acceleration of the centre [g]",

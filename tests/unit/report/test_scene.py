@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from contiga.io.out.vtkhdf import read_fields
 from contiga.report.camera import look, project
@@ -15,6 +17,7 @@ from contiga.report.scene import (
     SLAVE,
     _slave_layer,
     draw_still,
+    halves,
     outside_direction,
     outside_view,
     render,
@@ -162,3 +165,12 @@ def test_picture_with_outlines_and_labels_is_written(tmp_path: Path) -> None:
     draw_still(peak._replace(outlines=outlined()), tmp_path / "lines.png", UNITS)
     draw_still(peak, tmp_path / "bare.png", UNITS)
     assert (tmp_path / "lines.png").read_bytes() != (tmp_path / "bare.png").read_bytes()
+
+
+def test_a_picture_of_two_views_comes_apart_between_them(tmp_path: Path) -> None:
+    draw_still(peak_at(tmp_path, 2), tmp_path / "p.png", UNITS)
+    whole = imread(tmp_path / "p.png")
+    left, right = (imread(BytesIO(part)) for part in halves((tmp_path / "p.png").read_bytes()))
+    assert np.array_equal(np.concatenate([left, right], axis=1), whole)
+    # Nothing is cut: beside the seam all is white.
+    assert left[:, -1:, :3].min() == right[:, :1, :3].min() == 1.0

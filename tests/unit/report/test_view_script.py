@@ -37,11 +37,12 @@ const group = part({ dataset: { what: "field" } });
 const button = part({ dataset: { field: input.field }, parentElement: group });
 const kind = part({ dataset: { what: "frame" } });
 const frame = part({ dataset: { frame: "near" }, parentElement: kind });
-globalThis.document =
-  { getElementById: (name) => parts[name], querySelectorAll: () => [button, frame] };
-const laid = [];
+const plot = { layout: { shapes: [{ name: "else" }, { name: "shown" }] } };
+globalThis.document = { getElementById: (name) => parts[name],
+  querySelectorAll: (what) => what.startsWith(".choice") ? [button, frame] : [plot] };
+const laid = [], marked = [];
 globalThis.Plotly = { restyle: (view, change) => calls.push(change),
-  relayout: (view, change) => laid.push(change) };
+  relayout: (view, change) => (view === plot ? marked : laid).push(change) };
 globalThis.setTimeout = (act, after) => wait.push([act, after]);
 globalThis.clearTimeout = () => {};
 eval(input.script);
@@ -55,7 +56,7 @@ let spent = 0;
 while (wait.length) { const [act, after] = wait.shift(); spent += after; act(); }
 labels.push(parts["step-time"].textContent); shown.push(parts.play.textContent);
 const plain = (key, value) => ArrayBuffer.isView(value) ? Array.from(value) : value;
-console.log(JSON.stringify({ calls, laid, begun, labels, shown, spent }, plain));
+console.log(JSON.stringify({ calls, laid, marked, begun, labels, shown, spent }, plain));
 """
 
 
@@ -194,6 +195,11 @@ def test_playing_goes_on_to_the_end_in_six_seconds(tmp_path: Path) -> None:
     told = played(series, [2, 0])
     assert told["shown"] == ["Pause", "Play"]
     assert told["labels"] == ["t = 0 ms", "t = 4 ms"]
+    # The line of figures over time goes with the scene, the last step last.
+    assert [list(one) for one in told["marked"]] == [["shapes[1].x1", "shapes[1].x0"]] * len(
+        told["marked"]
+    )
+    assert told["marked"][-1]["shapes[1].x0"] == 4.0
     assert told["spent"] == 6000
     assert len(told["calls"]) == told["begun"] + 4
     at_the_peak = played(series, [2])

@@ -77,3 +77,9 @@ def stop() -> type[StopError]:
 def blocked(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
     """Makes the import of a package fail."""
     return lambda name: monkeypatch.setitem(sys.modules, name, None)
+
+
+@pytest.fixture
+def always(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leaves a checkpoint behind every step."""
+    monkeypatch.setattr("contiga.simulation.recorder.CHECKPOINT_SECONDS", -1.0)

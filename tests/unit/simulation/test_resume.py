@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +15,8 @@ import contiga as cg
 from contiga import Simulation
 from contiga.dynamics.prescribed import Moved, Translate
 from contiga.dynamics.stepping import GivenTimes
-from contiga.errors import CheckpointError
+from contiga.errors import CheckpointError, FileError
+from contiga.io.out.hdf5 import whole_file
 from contiga.io.out.vtkhdf import read_fields
 from contiga.masters.body import Body
 from contiga.simulation import fields as fields_module
@@ -140,15 +143,12 @@ def test_nothing_to_resume_is_told(simulation: Simulation, tmp_path: Path) -> No
     assert not (tmp_path / "new").exists()
 
 
-def _cut(content: bytes) -> bytes:
-    return content[: len(content) // 3]
-
-
 DAMAGE = {
     "empty": lambda content: b"",
-    "cut off": _cut,
+    "cut off": lambda content: content[: len(content) // 3],
     "text": lambda content: b"not a checkpoint",
     "overwritten": lambda content: b"\0" * 512 + content[512:],
+    "one bit": lambda content: content[:-9] + bytes([content[-9] ^ 4]) + content[-8:],
 }
 
 
@@ -160,11 +160,33 @@ def test_a_damaged_checkpoint_is_told_and_kept(
     path = tmp_path / "checkpoint.h5"
     path.write_bytes(DAMAGE[how](path.read_bytes()))
     damaged = path.read_bytes()
-    with pytest.raises(CheckpointError, match="cannot be read") as error:
+    told = re.escape(f"{path}: the checkpoint is damaged, and there is none before it. Run the")
+    with pytest.raises(CheckpointError, match=told) as error:
         simulation.run(tmp_path, resume=True)
-    assert str(path) in str(error.value)
     assert error.value.exit_code == 2
     assert path.read_bytes() == damaged
+
+
+def test_the_checkpoint_before_a_damaged_one_is_named_and_serves(
+    make: Make, stop_after: StopAfter, stop: type[Exception], tmp_path: Path, always: None
+) -> None:
+    whole = make().run(tmp_path / "whole")
+    with pytest.raises(stop):
+        make().run(tmp_path / "parts", progress=stop_after(7))
+    path, before = (tmp_path / "parts" / f"checkpoint{k}.h5" for k in ("", ".before"))
+    path.write_bytes(path.read_bytes()[:-1])
+    with pytest.raises(CheckpointError, match=r"is damaged; the one before is checkpoint\.before"):
+        make().run(tmp_path / "parts", resume=True)
+    with pytest.raises(FileError, match=r"is damaged; the one before is checkpoint\.before"):
+        cg.open_result(tmp_path / "parts")
+    content = before.read_bytes()
+    before.write_bytes(content[:-1])
+    with pytest.raises(CheckpointError, match="is damaged, and there is none before it"):
+        make().run(tmp_path / "parts", resume=True)
+    before.write_bytes(content)
+    before.replace(path)
+    same_history(whole.history, make().run(tmp_path / "parts", resume=True).history)
+    same_output(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -177,26 +199,25 @@ def test_a_damaged_checkpoint_is_told_and_kept(
         "slaves/sheet/velocities",
         "bodies",
         "energy",
+        None,
     ],
 )
-def test_a_checkpoint_that_lacks_something_is_told(
-    simulation: Simulation, tmp_path: Path, missing: str
+def test_a_checkpoint_of_a_later_format_is_told(
+    simulation: Simulation, tmp_path: Path, missing: str | None
 ) -> None:
     import h5py
 
     simulation.run(tmp_path)
-    with h5py.File(tmp_path / "checkpoint.h5", "r+") as file:
-        del file[missing]
-    with pytest.raises(CheckpointError, match="cannot be read"):
-        simulation.run(tmp_path, resume=True)
-
-
-def test_a_checkpoint_of_a_later_format_is_told(simulation: Simulation, tmp_path: Path) -> None:
-    import h5py
-
-    simulation.run(tmp_path)
-    with h5py.File(tmp_path / "checkpoint.h5", "r+") as file:
-        file.attrs["format"] = 99
+    path = tmp_path / "checkpoint.h5"
+    with h5py.File(path) as old, whole_file(path, sealed=True) as file:
+        for name in old:
+            old.copy(name, file)
+        for name, value in old.attrs.items():
+            file.attrs[name] = value
+        if missing is None:
+            file.attrs["format"] = 99
+        else:
+            del file[missing]
     with pytest.raises(CheckpointError, match="cannot be read"):
         simulation.run(tmp_path, resume=True)
 
@@ -313,6 +334,18 @@ def test_functions_are_told_apart_by_what_they_do(make: Make) -> None:
     # They differ beyond every argument they are tried at: the closure tells.
     assert fingerprint(law(2.0)) == fingerprint(law(2.0))
     assert fingerprint(law(2.0)) != fingerprint(law(3.0))
+
+
+def test_a_law_that_cannot_be_known_again_is_told(
+    make: Make, stop_after: StopAfter, stop: type[Exception], tmp_path: Path
+) -> None:
+    law = cg.StressLaw(TABLE)
+    object.__setattr__(law, "guard", threading.Lock())
+    simulation = _contact(law=law)(make())
+    with pytest.raises(stop):
+        simulation.run(tmp_path, progress=stop_after(4))
+    with pytest.warns(cg.errors.ContigaWarning, match=r"lock is compiled: whether it is what it"):
+        simulation.run(tmp_path, resume=True)
 
 
 def test_a_folder_that_was_moved_is_the_same_case(make: Make, tmp_path: Path) -> None:

@@ -104,3 +104,9 @@ def test_what_is_no_run_is_told(tmp_path: Path) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         sensed().run(tmp_path / "out", on_step=look)
+
+
+def test_a_damaged_checkpoint_keeps_nobody_from_a_run_that_has_ended(tmp_path: Path) -> None:
+    sensed().run(tmp_path)
+    (tmp_path / "checkpoint.h5").write_bytes(b"damaged")
+    assert cg.open_result(tmp_path).finished

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.studies.maps import between, draw_map, map_figure, map_of, refined
+from contiga.errors import CaseError
+from contiga.studies.maps import between, draw_map, map_figure, map_of, nearest, refined
 from contiga.studies.row import DONE, FAILED, Row
 
 from .conftest import base_in, study_from
@@ -66,7 +67,8 @@ def test_a_map_has_the_greatest_value_of_each_target(folder: Path) -> None:
     found = map_of(study, base, rows)
     assert found is not None
     assert found.cases == [1, 4, 3, 5]
-    assert found.limits == (1.0, 7.0)
+    assert found.shades.limits == (1.0, 7.0)
+    assert found.label == "max(force) [N]"
     assert found.hit[1] == 7.0
     assert np.isfinite(found.values).any()
     assert np.isnan(found.values).any()
@@ -75,3 +77,55 @@ def test_a_map_has_the_greatest_value_of_each_target(folder: Path) -> None:
     drawn = map_figure(found, {row.number: row.number - 1 for row in rows})
     assert drawn["data"][1]["customdata"] == [0, 3, 2, 4]
     assert map_of(study, base, rows[4:]) is None
+
+
+def test_the_nearest_target_colours_what_is_about_it() -> None:
+    x = np.arange(5.0)
+    grid = np.stack([*np.meshgrid(x, x, indexing="ij"), np.zeros((5, 5))], axis=-1).reshape(-1, 3)
+    rng = np.random.default_rng(4)
+    hit, points = rng.normal(size=25), rng.uniform(0.0, 4.0, (200, 3)) * [1.0, 1.0, 0.0]
+    brute = hit[np.linalg.norm(points[:, None] - grid, axis=2).argmin(axis=1)]
+    assert nearest(grid, hit, points).tolist() == brute.tolist()
+    assert np.isnan(nearest(grid, hit, np.array([[-0.8, 2.0, 0.0], [2.0, 2.0, 0.9]]))).all()
+    hit[12] = np.nan  # a case that failed colours nothing, its neighbours reach what they reach
+    assert np.isnan(nearest(grid, hit, grid[12:13])).all()
+    assert np.isnan(nearest(grid[:1], hit[:1], points)).all()
+
+
+@pytest.mark.parametrize(
+    ("way", "said"), [("linear", "are linear"), ("nearest", "those of the nearest")]
+)
+def test_a_map_has_bands_and_says_what_is_between(folder: Path, way: str, said: str) -> None:
+    (folder / "targets.csv").write_text("x,y,z\n0,0,0\n", encoding="utf-8")
+    more = f'"z"], bands = [650, 1000, 1350, 1700], between = "{way}" }}'
+    study = study_from(TEXT.replace('"z"] }', more), folder)
+    at = [(0.0, 0.0, 0.0), (10.0, 0.0, 0.0), (0.0, 10.0, 0.0), (-10.0, 0.0, 0.0), (0.0, -10.0, 0.0)]
+    values = [600.0, 650.0, 1200.0, 1699.0, 2000.0]
+    rows = tuple(
+        Row(k, DONE, "", dict(zip("xyz", p, strict=True)), {"max(force)": v}, 0.0)
+        for k, (p, v) in enumerate(zip(at, values, strict=True), start=1)
+    )
+    found = map_of(study, base_in(folder), rows)
+    assert found is not None
+    assert said in found.between
+    assert np.isfinite(found.values).any()
+    draw_map(found, "Ball", folder / "map.png")
+    marker = map_figure(found, {k: k for k in range(1, 6)})["data"][1]["marker"]
+    assert found.shades.places(found.hit).tolist() == [0, 1, 2, 3, 4]
+    assert marker["colorbar"]["ticktext"][0] == "650"
+
+
+@pytest.mark.parametrize(
+    ("more", "match"),
+    [
+        ("bands = [650, 650]", "map.bands: must rise"),
+        ("bands = []", "map.bands"),
+        ("limits = [3, 1]", "map.limits: must rise"),
+        ("limits = [1, 3], bands = [2]", "one of the two"),
+        ('between = "natural"', "map.between.*linear"),
+    ],
+)
+def test_wrong_maps_are_told(folder: Path, more: str, match: str) -> None:
+    (folder / "targets.csv").write_text("x,y,z\n0,0,0\n", encoding="utf-8")
+    with pytest.raises(CaseError, match=match):
+        study_from(TEXT.replace('"z"] }', f'"z"], {more} }}'), folder)

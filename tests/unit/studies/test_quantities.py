@@ -82,3 +82,21 @@ def test_what_cases_will_not_have_is_refused_before_they_run() -> None:
         quantity_of("head_cg.HIC36").check(columns, criteria, 10.0)
     with pytest.raises(CaseError, match=r"after the end of the cases.*up to 10"):
         quantity_of("at(force, 11)").check(columns, criteria, 10.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [
+        ("max(force)", "N"),
+        ("at(ball.vz, 2)", "mm/ms"),
+        ("time_of_max(force)", "ms"),
+        ("cg.3ms", "g"),
+        ("cg.HIC15", ""),
+        ("energy_error", ""),
+        ("steps", ""),
+        ("max(pad.max_penetration)", "mm"),
+    ],
+)
+def test_quantities_have_units(text: str, unit: str) -> None:
+    assert quantity_of(text).unit(("mm", "g", "ms")) == unit
+    assert quantity_of(text).unit(("", "", "")) == ("g" if unit == "g" else "")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import json
 import os
 import secrets
@@ -13,10 +14,15 @@ from typing import Any
 from contiga.errors import OutputError
 from contiga.io.out.full_disk import full_disk, telling_of_full_disks
 
+_TOKEN = 4
+"""Random bytes in the name of a temporary file."""
+
 
 @contextmanager
-def atomic_write(path: str | Path) -> Iterator[Path]:
+def atomic_write(path: str | Path, before: Path | None = None) -> Iterator[Path]:
     """A temporary path beside `path`; renamed to it when the block ends well, removed when not.
+
+    An older file goes, or stays under the name `before`, in place of a still older one.
 
     The temporary file has the same suffix, for writers that look at it, and is in the same
     folder, so that the rename is one step of the file system. Its content reaches the disk
@@ -37,7 +43,7 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
     path = Path(path)
     if path.is_dir():
         raise OutputError("a folder has the name of the file to be written", where=str(path))
-    temporary = path.with_name(f".{path.stem}.{secrets.token_hex(4)}{path.suffix}")
+    temporary = path.with_name(f".{path.stem}.{secrets.token_hex(_TOKEN)}{path.suffix}")
     try:
         temporary.touch(exist_ok=False)
     except OSError as error:
@@ -51,9 +57,22 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
             yield temporary
             with temporary.open("rb") as file:
                 os.fsync(file.fileno())
+            if before is not None and path.exists():
+                path.replace(before)
             temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def clear_temporaries(folder: Path, names: Iterable[str]) -> None:
+    """Remove the temporary files that a killed process left of files of these names.
+
+    Nobody else may be writing them.
+    """
+    for path in map(Path, names):
+        token = "[0-9a-f]" * (2 * _TOKEN)
+        for left in folder.glob(f".{glob.escape(path.stem)}.{token}{glob.escape(path.suffix)}"):
+            left.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:

@@ -16,7 +16,7 @@ _FULL = {
     EDQUOT: "the disk quota is used up",
     EFBIG: "the file is larger than may be",
 }
-_SLACK = 1_000_000
+SLACK = 1_000_000
 """Bytes that stay free: HDF5 writes more than what it is given, and files are written beside."""
 _OF_HDF5 = re.compile(r"errno = (\d+)")
 
@@ -44,12 +44,12 @@ def check_room(path: str | Path, needed: int) -> None:
         There are fewer left.
     """
     left = shutil.disk_usage(Path(path).parent).free
-    if left < needed + _SLACK:
+    if left < needed + SLACK:
         raise OutputError(
             _FULL[ENOSPC],
             where=str(path),
             found=f"{left / 1e6:.3g} MB left",
-            allowed=f"about {(needed + _SLACK) / 1e6:.3g} MB for the next step",
+            allowed=f"about {(needed + SLACK) / 1e6:.3g} MB for the next step",
             remedy="Make room on it",
         )
 

@@ -14,14 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import FileError
-from contiga.io.out.files import atomic_write
-from contiga.io.out.vtkhdf_layout import Growing, Steps, open_file
+from contiga.io.out.hdf5 import open_file, whole_file
+from contiga.io.out.vtkhdf_layout import Growing, Steps
 from contiga.records import FloatArray, IntArray
 
 _CELLS = ("Vertices", "Lines", "Polygons", "Strips")
 _LINES = _CELLS.index("Lines")
 _LABELS = ("cluster", "contact")
 _CHUNK = 256
+_PARTS_OF_A_STEP = 3
+"""Bytes written of a step are fewer than this many times those of its lines."""
 
 
 class Loops(NamedTuple):
@@ -54,7 +56,7 @@ class OutlinesWriter:
         self.path = Path(path)
         self.n_steps = 0
         self._steps = Steps(self.path)
-        with atomic_write(self.path) as temporary, open_file(temporary, "w") as file:
+        with whole_file(self.path) as file:
             _write_frame(file.create_group("VTKHDF"))
 
     @classmethod
@@ -77,13 +79,14 @@ class OutlinesWriter:
         writer = cls.__new__(cls)
         writer.path, writer.n_steps = Path(path), n_steps
         writer._steps = Steps(writer.path)
-        with open_file(writer.path, "r+") as file:
-            _truncate(file["VTKHDF"], n_steps)
+        with writer._steps.changing() as root:
+            _truncate(root, n_steps)
         return writer
 
     def append(self, time: float, loops: Loops) -> None:
         """Add a step; one without lines is empty."""
-        with self._steps.step(self.n_steps + 1):
+        n_bytes = _PARTS_OF_A_STEP * (loops.points.nbytes + loops.first.nbytes)
+        with self._steps.step(self.n_steps + 1, n_bytes):
             self._append(float(time), loops)
         self.n_steps += 1
 

@@ -15,11 +15,13 @@ import numpy as np
 
 from contiga.errors import FileError
 from contiga.extras import require
+from contiga.io.out.hdf5 import is_sealed
 from contiga.io.out.history import read_history
 from contiga.records import FloatArray
 
 HISTORY, FIELDS, CASE = "history.csv", "fields.vtkhdf", "case.toml"
-SUMMARY, CHECKPOINT = "summary.json", "checkpoint.h5"
+SUMMARY = "summary.json"
+CHECKPOINT, CHECKPOINT_BEFORE = "checkpoint.h5", "checkpoint.before.h5"
 OUTLINES = "outlines.vtkhdf"
 UNFINISHED, UNFINISHED_OUTLINES = FIELDS + ".part", OUTLINES + ".part"
 TOLD = "summary"
@@ -49,7 +51,12 @@ def read_stored(folder: str | Path) -> Stored:
         raise FileError(
             "no such output folder", where=str(folder), remedy="Run a case first: contiga run"
         )
-    told = _told(folder / CHECKPOINT)
+    try:
+        told = _told(newest_checkpoint(folder))
+    except FileError:
+        if not _has_ended(folder):
+            raise
+        told = None  # what the run has left besides is whole
     if _is_finished(folder, told):
         history = read_history(folder / HISTORY)
         return Stored(folder, True, _floats(history), _summary(folder / SUMMARY))
@@ -67,8 +74,7 @@ def read_stored(folder: str | Path) -> Stored:
 
 def _is_finished(folder: Path, told: Stored | None) -> bool:
     """Whether the last run in a folder has ended: its last checkpoint is as far as its summary."""
-    there = (folder / SUMMARY).is_file() and (folder / HISTORY).is_file()
-    if not there or (folder / UNFINISHED).is_file():
+    if not _has_ended(folder):
         return False
     if told is None:
         return True
@@ -76,10 +82,38 @@ def _is_finished(folder: Path, told: Stored | None) -> bool:
     return all(told.summary.get(key) == summary.get(key) for key in ("title", "steps"))
 
 
+def _has_ended(folder: Path) -> bool:
+    there = (folder / SUMMARY).is_file() and (folder / HISTORY).is_file()
+    return there and not (folder / UNFINISHED).is_file()
+
+
+def newest_checkpoint(folder: Path) -> Path:
+    """The checkpoint to go on from, which need not be there.
+
+    A run that was killed while it put a new one in place of the last has left that alone.
+    """
+    newest, before = folder / CHECKPOINT, folder / CHECKPOINT_BEFORE
+    return before if before.is_file() and not newest.is_file() else newest
+
+
+def damage_told(path: Path) -> dict[str, str]:
+    """What is said of a checkpoint that is damaged: the parts of an error's message."""
+    before = path.with_name(CHECKPOINT_BEFORE)
+    if path == before or not (before.is_file() and is_sealed(before)):
+        remedy = "Run the case again without --resume"
+        return {"what": "the checkpoint is damaged, and there is none before it", "remedy": remedy}
+    return {
+        "what": f"the checkpoint is damaged; the one before is {before.name}",
+        "remedy": f"Rename that to {CHECKPOINT} to go on from there",
+    }
+
+
 def _told(path: Path) -> Stored | None:
     """What a checkpoint says of its run; None where there is none that does."""
     if not path.is_file():
         return None
+    if not is_sealed(path):
+        raise FileError(**damage_told(path), where=str(path))
     require("what an unfinished run has left", "h5py")
     import h5py
 

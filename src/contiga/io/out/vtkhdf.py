@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import FileError, InputError
-from contiga.io.out.files import atomic_write
+from contiga.extras import require
 from contiga.io.out.full_disk import telling_of_full_disks
+from contiga.io.out.hdf5 import open_file, whole_file
 from contiga.io.out.vtkhdf_layout import (
     Part,
     Steps,
@@ -29,7 +30,6 @@ from contiga.io.out.vtkhdf_layout import (
     checked_part,
     create_array,
     offsets_of,
-    open_file,
     read_parts,
     truncate,
     write_frame,
@@ -72,7 +72,8 @@ class FieldsWriter:
         self._time = -np.inf
         self._last: dict[str, tuple[int, NDArray[Any]]] = {}
         self._steps = Steps(self.path)
-        with atomic_write(self.path) as temporary, open_file(temporary, "w") as file:
+        require("fields over time", "h5py")
+        with whole_file(self.path) as file:
             write_frame(file, self.parts)
 
     @classmethod
@@ -101,8 +102,7 @@ class FieldsWriter:
         writer._time = float(series.times[n_steps - 1]) if n_steps else -np.inf
         writer._last = {}
         writer._steps = Steps(writer.path)
-        with open_file(writer.path, "r+") as file:
-            root = file["VTKHDF"]
+        with writer._steps.changing() as root:
             truncate(root, n_steps, writer.n_points)
             if n_steps:
                 for name, values, offsets in arrays_of(root):
@@ -134,7 +134,7 @@ class FieldsWriter:
             arrays[f"PointData/{name}"] = _as_rows(name, values, self.n_points, None)
         last = dict(self._last)
         try:
-            with self._steps.step(self.n_steps + 1):
+            with self._steps.step(self.n_steps + 1, sum(a.nbytes for a in arrays.values())):
                 self._append(float(time), arrays)
         except BaseException:
             self._last = last  # what there is of this step is written over

@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.errors import FileError, InputError, OutputError
-from contiga.extras import require
+from contiga.errors import InputError, OutputError
 from contiga.io.out.full_disk import full_disk
+from contiga.io.out.hdf5 import close_file, open_file, set_aside
 from contiga.records import IntArray
 
 _VERSION = (2, 2)
@@ -60,27 +60,6 @@ def checked_part(part: Part) -> Part:
                 allowed=f"0 to {part.n_points - 1}",
             )
     return Part(part.name, part.kind, int(part.n_points), triangles)
-
-
-def open_file(path: Path, mode: str) -> Any:
-    """An h5py file.
-
-    Raises
-    ------
-    FileError, OutputError
-        It cannot be opened for reading, for writing.
-    """
-    require("fields over time", "h5py")
-    import h5py
-
-    try:
-        # The oldest layout is what every reader knows, and it has no in-use mark that would keep
-        # a file shut after a crash. Without the lock, ParaView may look on during a run.
-        return h5py.File(path, mode, libver=("earliest", "v110"), locking=False)
-    except OSError as error:
-        kind = FileError if mode == "r" else OutputError
-        told = full_disk(error, path)
-        raise told or kind(f"cannot be opened as HDF5: {error}", where=str(path)) from error
 
 
 def write_frame(file: Any, parts: tuple[Part, ...]) -> None:
@@ -280,37 +259,52 @@ class Steps:
         return found
 
     @contextmanager
-    def step(self, number: int) -> Iterator[None]:
+    def step(self, number: int, n_bytes: int) -> Iterator[None]:
         """Within this a step is written; readers see that many once all of it is there.
+
+        Parameters
+        ----------
+        n_bytes : of its arrays, at most
 
         Raises
         ------
         OutputError
             It cannot be written.
         """
-        try:
-            with self._told():
+        with self._told():
+            root = self.root
+            set_aside(self._file, n_bytes, self._path)
+            try:
                 yield
-                steps = self.root["Steps"]
                 self._file.flush()
                 # The count comes last, when all it counts has been handed to the system: what is
                 # cut off before is a step that readers do not see.
-                steps.attrs["NSteps"] = np.int64(number)
+                root["Steps"].attrs["NSteps"] = np.int64(number)
                 self._file.flush()
-        except OutputError:
-            with suppress(OSError, RuntimeError):  # what went wrong first is told
-                self._drop()
-            raise
-        except BaseException:
-            with self._told():
-                self._drop()
-            raise
+            except BaseException:
+                with suppress(OSError, RuntimeError):  # what went wrong first is told
+                    for array in self._arrays.values():
+                        array.drop()
+                raise
         for array in self._arrays.values():
             array.keep()
 
-    def _drop(self) -> None:
-        for array in self._arrays.values():
-            array.drop()
+    @contextmanager
+    def changing(self) -> Iterator[Any]:
+        """The group of VTKHDF, for changes that add nothing; then the file is closed.
+
+        Raises
+        ------
+        OutputError
+            They cannot be written.
+        """
+        try:
+            with self._told():
+                root = self.root
+                set_aside(self._file, 0, self._path)
+                yield root
+        finally:
+            self.close()
 
     def close(self) -> None:
         """Let go of the file; it is opened again where more is to be written.
@@ -324,7 +318,7 @@ class Steps:
         self._arrays.clear()
         if file is not None:
             with self._told():
-                file.close()
+                close_file(file, self._path)
 
     @contextmanager
     def _told(self) -> Iterator[None]:

@@ -21,6 +21,8 @@ _DENSITIES = (5.0, 2.5e4)
 _GYRATION = (0.02, 1.5)
 # m/s and m/s²: beyond what occupant safety, impact and blast have, and beyond any planet.
 _FASTEST = 2e4
+# Sizes of the largest part that a free one goes from its start to the end of the run, alone.
+_WAY = 200.0
 _HEAVIEST = 300.0
 _LIGHTEST = 0.01
 
@@ -37,13 +39,12 @@ def check_masses(scene: Scene) -> Iterator[Finding]:
         mass = float(system.fixed[k, MASS])
         if said.known:
             yield from _density(names[i], part.body, mass, said)
-            yield from _speed(f"body {names[i]}", part.motion, said)
+        yield from _speed(f"body {names[i]}", part.motion, scene)
         yield from _inertia(names[i], part.body, part.motion, said)
     for name, slave in model.slaves.items():
         if isinstance(slave.motion, Free):
             yield from _dust(name, slave.slave)
-            if said.known:
-                yield from _speed(f"slave {name}", slave.motion, said)
+            yield from _speed(f"slave {name}", slave.motion, scene)
 
 
 def _dust(name: str, slave: Slave) -> Iterator[Finding]:
@@ -112,12 +113,22 @@ def _inertia(name: str, body: Master, motion: Free, said: Said) -> Iterator[Find
         )
 
 
-def _speed(where: str, motion: Free, said: Said) -> Iterator[Finding]:
+def _speed(where: str, motion: Free, scene: Scene) -> Iterator[Finding]:
+    said, stepping = scene.said, scene.model.stepping
     speed = float(np.sqrt(np.square(np.atleast_2d(motion.velocity)).sum(axis=1)).max())
-    if speed * said.si(1, 0, -1) > _FASTEST:
+    starts = f"it starts at {said(speed, 'velocity')}"
+    give = f"Give velocities in {said.unit('velocity')}" if said.known else "Look at its unit"
+    if said.known and speed * said.si(1, 0, -1) > _FASTEST:
+        told = f"{starts}, which is {speed * said.si(1, 0, -1):.3g} m/s"
+        yield Finding("velocity", where, told, give)
+        return
+    largest = max((max(pair.body.size, pair.slave_size) for pair in scene.pairs), default=np.inf)
+    way = speed * (stepping.end - stepping.start)
+    if way > _WAY * largest:
         yield Finding(
             "velocity",
             where,
-            f"it starts at {said(speed, 'velocity')}, which is {speed * said.si(1, 0, -1):.3g} m/s",
-            f"Give velocities in {said.unit('velocity')}",
+            f"{starts} and would go {said(way)} until the end, {way / largest:.3g} times the size "
+            "of the largest part",
+            f"{give}, and look at that of the end",
         )

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from contiga.errors import InputError
 from contiga.num.ordered import length
 from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Finding
@@ -20,6 +21,8 @@ _LARGEST = 200.0
 _SMALLEST = 1e-7
 # Sizes of a body that a place on it may be away from its box.
 _FAR = 3.0
+# Beyond so many a place has lost what its body is about: no lever is meant, and no run ends.
+_LOST = 1e6
 
 
 def check_sizes(scene: Scene) -> Iterator[Finding]:
@@ -61,7 +64,13 @@ def _absolute(scene: Scene) -> Iterator[Finding]:
 
 
 def check_places(scene: Scene) -> Iterator[Finding]:
-    """Loads, springs and sensors at points far from the body they are on."""
+    """Loads, springs and sensors at points far from the body they are on.
+
+    Raises
+    ------
+    InputError
+        So far that nothing can be made of it.
+    """
     model = scene.model
     for i, load in enumerate(model.loads):
         if load.at is not None:
@@ -85,6 +94,14 @@ def _far(scene: Scene, body: str, at: FloatArray, where: str) -> Iterator[Findin
     local = X[:3, :3].T @ (np.asarray(at) - X[:3, 3])
     low, high = master.bounds()
     away = length(np.maximum(np.maximum(low - local, local - high), 0.0))
+    if away > _LOST * master.size:
+        raise InputError(
+            f"a point of {body} is {away / master.size:.3g} times its size away from it",
+            where=where,
+            found=_point(at),
+            allowed=f"up to {said(_FAR * master.size)} without a warning",
+            remedy="Look at the unit of its coordinates",
+        )
     if away > _FAR * master.size:
         yield Finding(
             "far",

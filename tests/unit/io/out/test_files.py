@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from contiga.errors import OutputError
-from contiga.io.out.files import atomic_write, open_folder, write_json
+from contiga.io.out.files import atomic_write, clear_temporaries, open_folder, write_json
 
 
 def test_file_appears_only_at_the_end_of_the_block(tmp_path):
@@ -64,3 +64,26 @@ def test_a_folder_of_somebody_else_is_left_alone(tmp_path):
         open_folder(tmp_path, ("ours.csv",), "reproduction")
     with pytest.raises(OutputError, match="is a file"):
         open_folder(tmp_path / "note.txt", ("ours.csv",), "reproduction")
+
+
+def test_an_older_file_is_kept_where_it_is_asked_for(tmp_path):
+    path, before = tmp_path / "a.txt", tmp_path / "b.txt"
+    for text in ("one", "two", "three"):
+        with atomic_write(path, before) as temporary:
+            temporary.write_text(text)
+    assert (path.read_text(), before.read_text()) == ("three", "two")
+    with pytest.raises(ValueError, match="no"), atomic_write(path, before):
+        raise ValueError("no")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.txt", "b.txt"]
+    assert (path.read_text(), before.read_text()) == ("three", "two")
+
+
+def test_what_killed_processes_left_is_removed_and_nothing_else(tmp_path):
+    with atomic_write(tmp_path / "[a].h5.part") as temporary:
+        (tmp_path / "left").write_text(temporary.name)
+    mine = (tmp_path / "left").read_text()
+    kept = (".[a].h5.0123.part", ".b.h5.01234567.part", ".[a].h5.0123456g.part", "[a].h5.part")
+    for name in (mine, *kept):
+        (tmp_path / name).touch()
+    clear_temporaries(tmp_path, ["[a].h5.part", "missing.csv"])
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted((*kept, "left"))

@@ -273,25 +273,35 @@ def test_a_program_that_dies_in_a_step_leaves_those_before(tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="limits of a process are POSIX's")
-def test_a_disk_that_is_full_is_told_of(tmp_path):
+def test_a_disk_that_is_full_is_told_of_and_the_process_lives(tmp_path):
+    """HDF5 lost a file that it could not write to the end, and its process with it."""
     path = tmp_path / "f.vtkhdf"
     program = (
-        "import os, resource, signal, numpy as np\n"
+        "import gc, resource, signal, numpy as np\n"
         "from contiga.errors import OutputError\n"
-        "from contiga.io.out.vtkhdf import FieldsWriter, Part\n"
+        "from contiga.io.out.vtkhdf import FieldsWriter, Part, read_fields\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
-        f"writer = FieldsWriter({str(path)!r}, [Part('a', 'slave', 5000, None)])\n"
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))\n"
-        "try:\n"
-        "    for i in range(9):\n"
-        "        writer.append(float(i), np.random.default_rng(i).random((5000, 3)))\n"
-        "except OutputError as error:\n"
-        "    print(error, flush=True)\n"
-        "    os._exit(0)\n"
+        "hard = resource.getrlimit(resource.RLIMIT_FSIZE)[1]\n"
+        "for limit in (3_000, 60_000, 300_000, 1_100_000, 1_200_000, 1_500_000):\n"
+        f"    path, done = {str(path)!r} + str(limit), 0\n"
+        "    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, hard))\n"
+        "    try:\n"
+        "        with FieldsWriter(path, [Part('a', 'slave', 5000, None)]) as writer:\n"
+        "            for done in range(9):\n"
+        "                writer.append(done, np.random.default_rng(done).random((5000, 3)))\n"
+        "    except OutputError as error:\n"
+        "        print(error, flush=True)\n"
+        "    gc.collect()\n"
+        "    resource.setrlimit(resource.RLIMIT_FSIZE, (hard, hard))\n"
+        "    if limit > 3_000:\n"
+        "        assert len(read_fields(path).times) == done\n"
     )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-    assert "the file is larger than may be. Make room" in done.stdout
-    assert str(path) in done.stdout
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (ran.returncode, ran.stderr) == (0, "")
+    told = ran.stdout.splitlines()
+    assert len(told) == 6
+    assert all(line.startswith(f"{path}") for line in told)
+    assert all("the file is larger than may be. Make room" in line for line in told)
 
 
 def test_many_points_are_chunked_and_light(tmp_path):
@@ -303,8 +313,8 @@ def test_many_points_are_chunked_and_light(tmp_path):
         writer.append(i, points, {"force": np.zeros((n, 3))})
     series = read_fields(path)
     assert all(np.array_equal(series.points(i), points) for i, points in enumerate(moved))
-    assert path.stat().st_size < 1.05 * 2 * moved[0].nbytes
     writer.close()
+    assert path.stat().st_size < 1.05 * 2 * moved[0].nbytes
     with h5py.File(path) as file:
         assert file["VTKHDF/Points"].chunks[0] < n
         # Each step starts with a chunk.

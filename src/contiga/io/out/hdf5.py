@@ -1,0 +1,111 @@
+"""HDF5 files that are whole, and never meet a full disk.
+
+A file that the library cannot write to the end is lost to it, and may take the process with it. So
+files that are written at once are made in memory and handed to the disk as bytes, and room for what
+a file grows by is set aside before the library writes to it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from contiga.errors import FileError, OutputError
+from contiga.extras import require
+from contiga.io.out.files import atomic_write
+from contiga.io.out.full_disk import SLACK, check_room, full_disk
+
+# The oldest layout is what every reader knows, and it has no in-use mark that would keep a file
+# shut after a crash.
+_LAYOUT = ("earliest", "v110")
+_SEAL_BYTES = 512
+"""The least that HDF5 leaves to users at the beginning of a file ("user block")."""
+
+
+def open_file(path: Path, mode: str) -> Any:
+    """An h5py file that is there, for reading ("r") or to be changed ("r+").
+
+    Raises
+    ------
+    FileError, OutputError
+        It cannot be opened for reading, for writing.
+    """
+    require("fields over time", "h5py")
+    import h5py
+
+    try:
+        # Without the lock, ParaView may look on during a run.
+        return h5py.File(path, mode, libver=_LAYOUT, locking=False)
+    except OSError as error:
+        kind = FileError if mode == "r" else OutputError
+        told = full_disk(error, path)
+        raise told or kind(f"cannot be opened as HDF5: {error}", where=str(path)) from error
+
+
+@contextmanager
+def whole_file(path: Path, *, sealed: bool = False, before: Path | None = None) -> Iterator[Any]:
+    """A new h5py file, written in place of an older one when the block ends well.
+
+    Parameters
+    ----------
+    sealed : with a checksum of all its bytes in front of them: see `is_sealed`
+    before : where an older one is kept
+
+    Raises
+    ------
+    OutputError
+        It cannot be written.
+    """
+    import h5py
+
+    block = _SEAL_BYTES if sealed else 0
+    options = {"driver": "core", "backing_store": False, "userblock_size": block}
+    with h5py.File(path.name, "w", libver=_LAYOUT, **options) as file:
+        yield file
+        file.flush()
+        image: bytes = file.id.get_file_image()  # without the user block
+    with atomic_write(path, before) as temporary:
+        temporary.write_bytes((_seal(image) if sealed else b"") + image)
+
+
+def is_sealed(path: Path) -> bool:
+    """Whether a file was written with a seal, and is what it was then to the last bit."""
+    content = path.read_bytes()
+    return content[:_SEAL_BYTES] == _seal(content[_SEAL_BYTES:])
+
+
+def _seal(image: bytes) -> bytes:
+    return f"contiga sha256 {hashlib.sha256(image).hexdigest()}\n".encode().ljust(
+        _SEAL_BYTES, b"\0"
+    )
+
+
+def set_aside(file: Any, n_bytes: int, path: Path) -> None:
+    """Have the system keep room for what an open h5py file is to grow by.
+
+    Raises
+    ------
+    OutputError
+        There is none. The file is as it was.
+    """
+    try:
+        end = file.id.get_filesize()
+        os.posix_fallocate(file.id.get_vfd_handle(), end, n_bytes + SLACK)
+    except (AttributeError, OSError) as error:
+        told = full_disk(error, path)
+        if told is not None:
+            raise told from error
+        check_room(path, n_bytes)  # neither every system nor every disk can
+
+
+def close_file(file: Any, path: Path) -> None:
+    """Close an h5py file that room was set aside for, and give back what it did not need."""
+    file.flush()
+    size = file.id.get_filesize()
+    file.close()
+    if path.stat().st_size > size:
+        os.truncate(path, size)

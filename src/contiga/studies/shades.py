@@ -1,0 +1,88 @@
+"""What colour a value has on a map: between two limits, or by bands as protocols of rating do."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.records import FloatArray
+from contiga.report.style import SCALE, colour_map, number
+
+RATED = ("#3a9d4f", "#f2d43d", "#f0973a", "#8f5a2a", "#c8352f")
+"""From good to poor, as protocols of pedestrian protection colour their five bands."""
+
+
+class Shades(NamedTuple):
+    """Colours of values."""
+
+    limits: tuple[float, float]
+    """Where they begin and end."""
+    bands: tuple[float, ...] = ()
+    """Where one gives way to the next; none where they change evenly."""
+
+    @property
+    def steps(self) -> list[str]:
+        """A colour a band."""
+        if len(self.bands) == len(RATED) - 1:
+            return list(RATED)
+        from matplotlib.colors import LinearSegmentedColormap, to_hex
+
+        rated = LinearSegmentedColormap.from_list("rated", RATED)
+        return [to_hex(rated(share)) for share in np.linspace(0.0, 1.0, len(self.bands) + 1)]
+
+    def places(self, values: FloatArray) -> FloatArray:
+        """(n,) of values: their band, which begins with its lower end, or themselves; NaN stays."""
+        if not self.bands:
+            return values
+        found = np.searchsorted(self.bands, values, side="right").astype(np.float64)
+        return np.where(np.isnan(values), np.nan, found)
+
+    def colours(self, values: FloatArray) -> FloatArray:
+        """(n, 3) red, green and blue; of NaN that of zero."""
+        from matplotlib.colors import to_rgb
+
+        if self.bands:
+            table = np.array([to_rgb(colour) for colour in self.steps])
+            return np.asarray(table[np.nan_to_num(self.places(values)).astype(int)])
+        low, high = self.limits
+        share = np.clip((values - low) / max(high - low, 1e-300), 0.0, 1.0)
+        return np.asarray(colour_map()(np.nan_to_num(share))[:, :3])
+
+    @property
+    def marks(self) -> tuple[list[float], list[str]]:
+        """Where on the bar of bands one gives way to the next, and what stands there."""
+        return [k + 0.5 for k in range(len(self.bands))], [number(value) for value in self.bands]
+
+    def mappable(self) -> Any:
+        """For a colour bar of matplotlib: of values, or of the bands by their number."""
+        from matplotlib.cm import ScalarMappable
+        from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
+
+        if not self.bands:
+            return ScalarMappable(Normalize(*self.limits), colour_map())
+        count = len(self.bands) + 1
+        norm = BoundaryNorm(np.arange(count + 1.0) - 0.5, count)
+        return ScalarMappable(norm, ListedColormap(self.steps))
+
+    def marker(self, values: FloatArray, label: str) -> dict[str, Any]:
+        """Of dots of plotly, with their colour bar."""
+        bar: dict[str, Any] = {"title": {"text": label}, "thickness": 12, "outlinewidth": 0}
+        if not self.bands:
+            scale = [[k / (len(SCALE) - 1), colour] for k, colour in enumerate(SCALE)]
+            low, high = self.limits
+        else:
+            count = len(self.bands) + 1
+            scale = [
+                [(k + end) / count, colour] for k, colour in enumerate(self.steps) for end in (0, 1)
+            ]
+            low, high = -0.5, count - 0.5
+            bar["tickvals"], bar["ticktext"] = self.marks
+        return {
+            "color": self.places(values),
+            "cmin": low,
+            "cmax": high,
+            "colorscale": scale,
+            "colorbar": bar,
+            "line": {"color": "white", "width": 1},
+        }

@@ -1,0 +1,103 @@
+"""What is wrong with the parts of a case is told at once, what costs nothing first."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from contiga.case.build import build
+from contiga.case.problems import Together
+from contiga.case.schema import load_case
+from contiga.errors import InputError
+
+CASE = """
+[units]
+length = "mm"
+mass = "g"
+time = "ms"
+[time]
+end = 10.0
+step = 0.5
+[[body]]
+name = "ball"
+geometry = { shape = "sphere", radius = 20.0, centre = [0, 0, 30] }
+mass = { density = 1.0e-3 }
+motion = { kind = "free", velocity = [0, 0, -1.0] }
+[[body]]
+name = "sled"
+geometry = { shape = "plane", width = 90.0, length = 90.0, centre = [0, 0, -50] }
+motion = { kind = "acceleration", table = [[0, 2.0], [10, 0.0]], unit = "g", direction = "x" }
+[[body]]
+name = "part"
+geometry = { shape = "sphere", radius = 5.0, centre = [90, 0, 0] }
+[[slave]]
+name = "pad"
+points = { grid = { shape = "plane", width = 80, length = 80, nu = 9, nv = 9 } }
+thickness = 10.0
+[[slave]]
+name = "skin"
+points = { body = "part", tolerance = 0.5 }
+[[contact]]
+master = "ball"
+slave = "pad"
+law = { kind = "stress", elastic = [[0, 0], [0.5, 1.0]] }
+[[contact]]
+master = "ball"
+slave = "skin"
+law = { kind = "force", curve = [[0, 0], [1, 1]] }
+"""
+WRONG = {
+    "sled's table": ("[10, 0.0]]", "[9, 0.0]]", "body[1].motion.table: "),
+    "part's file": (
+        'shape = "sphere", radius = 5.0, centre = [90, 0, 0]',
+        'mesh = "part.stl"',
+        "body[2].geometry",
+    ),
+    "ball's mass": (
+        'shape = "sphere", radius = 20.0, centre = [0, 0, 30]',
+        'shape = "plane", width = 20.0, length = 20.0, centre = [0, 0, 30]',
+        "body[0].mass",
+    ),
+    "pad's thickness": ("thickness = 10.0\n", "", "contact[0].law: the law needs the slave's"),
+}
+
+
+def told(folder: Path, *names: str) -> InputError:
+    text = CASE
+    for name in names:
+        old, new, _ = WRONG[name]
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    (folder / "part.stl").write_text("solid nothing\nfacet\n")
+    (folder / "case.toml").write_text(text)
+    with pytest.raises(InputError) as caught:
+        build(load_case(folder / "case.toml"))
+    return caught.value
+
+
+def test_it_is_one_list(tmp_path: Path) -> None:
+    first, *others = str(told(tmp_path, *WRONG)).splitlines()
+    assert first == f"{tmp_path / 'case.toml'}: 4 things are wrong"
+    # The contact of the part that cannot be read is not wrong by itself.
+    assert all(
+        line.strip().startswith(WRONG[name][2]) for line, name in zip(others, WRONG, strict=True)
+    )
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_one_thing_is_told_alone(tmp_path: Path, name: str) -> None:
+    error = told(tmp_path, name)
+    assert str(error).startswith(f"{tmp_path / 'case.toml'}: {WRONG[name][2]}")
+
+
+def test_what_is_right_is_built(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(CASE)
+    assert len(build(load_case(tmp_path / "case.toml")).contacts) == 2
+
+
+def test_other_errors_are_not_kept() -> None:
+    wrong = Together("case.toml")
+    wrong.tell()
+    with pytest.raises(ZeroDivisionError), wrong.at("body[0]"):
+        raise ZeroDivisionError
