@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.contact.as_one import grip_as_one
 from contiga.contact.checks import PLAIN, checked_answer
 from contiga.contact.kernels import totals_nb
 from contiga.contact.loads import NO_ROWS, NONE, NOWHERE, Guards, Loads
@@ -75,7 +76,11 @@ def respond(
     answer = checked_answer(law, inp)
     if friction is None:
         return Response(answer, None)
-    gripped = friction.respond(_friction_input(friction, points, answer, inp, past))
+    seen = _friction_input(friction, points, answer, inp, past)
+    if getattr(law, "acts_as_one", False) and len(points.rows):
+        gripped = grip_as_one(friction, points, seen, past)
+    else:
+        gripped = friction.respond(seen)
     force = np.empty(points.normal.shape)
     force[...] = gripped.force
     return Response(answer, gripped._replace(force=force))
