@@ -24,6 +24,7 @@ _HOME = {
     "write_mesh": "contiga.io.out.write_mesh",
     "Slave": "contiga.slaves.slave",
     "ForceLaw": "contiga.laws.force",
+    "FaceLaws": "contiga.laws.by_face",
     "StressLaw": "contiga.laws.stress",
     "PenaltyLaw": "contiga.laws.normal",
     "AdaptiveLaw": "contiga.laws.normal",
@@ -131,6 +132,7 @@ if TYPE_CHECKING:
     from contiga.laws.friction import ViscousFriction as ViscousFriction
     from contiga.laws.normal import AdaptiveLaw as AdaptiveLaw
     from contiga.laws.normal import PenaltyLaw as PenaltyLaw
+    from contiga.laws.by_face import FaceLaws as FaceLaws
     from contiga.laws.stress import StressLaw as StressLaw
     from contiga.masters.body import Body as Body
     from contiga.masters.protocol import Master as Master

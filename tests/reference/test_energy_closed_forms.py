@@ -25,9 +25,7 @@ LOADING, UNLOADING = [(0.0, 0.0), (0.1, 1.0), (0.3, 7.0)], [(0.0, 0.0), (0.05, 0
 SLOPE, DEPTH = 60.0, 0.2
 PADS = {
     "stress": cg.StressLaw(LOADING, 1.0, unloading=UNLOADING, hysteresis_slope=SLOPE),
-    "force": cg.ForceLaw(
-        LOADING, unloading=UNLOADING, hysteresis_slope=SLOPE, share="penetration"
-    ),
+    "force": cg.ForceLaw(LOADING, unloading=UNLOADING, hysteresis_slope=SLOPE, share="penetration"),
     "deepest": cg.ForceLaw(LOADING, unloading=UNLOADING, hysteresis_slope=SLOPE),
 }
 
@@ -41,7 +39,8 @@ def loss(depth: float) -> float:
 
 LOSS = loss(DEPTH)
 # All 35 nodes are the deepest: the greatest depth stands for that of as many.
-LOSSES = {"stress": FACE * LOSS, "force": LOSS, "deepest": loss(DEPTH / (1 - WIDTH + WIDTH / 35**0.5))}
+DEEPEST = DEPTH / (1.0 - WIDTH * (1.0 - 35**-0.5))
+LOSSES = {"stress": FACE * LOSS, "force": LOSS, "deepest": loss(DEEPEST)}
 
 
 def press(law: object, steps: int, cycles: int = 1, quadrature: str | int = "nodes") -> cg.State:

@@ -47,9 +47,17 @@ NO_GRIP = NOWHERE, NONE, NONE
 
 
 def law_input(
-    points: Touching, sampling: Sampling, area: FloatArray, past: Past | None, law: Law
+    points: Touching,
+    patch: IntArray,
+    sampling: Sampling,
+    area: FloatArray,
+    past: Past | None,
+    law: Law,
 ) -> LawInput:
-    """What the law sees of the points that carry; laws that are not ours cannot write to it."""
+    """What the law sees of the points that carry; laws that are not ours cannot write to it.
+
+    `patch` (n,) are the faces that all points have their feet on.
+    """
     n_memory, depth = law.n_memory, points.depth
     if type(law) not in PLAIN:
         depth, area = locked(depth), locked(area)
@@ -66,6 +74,7 @@ def law_input(
         None if mass is None else mass[rows],
         0.0 if past is None else past.dt,
         memory,
+        patch[rows] if getattr(law, "needs_patch", False) else None,
     )
 
 
