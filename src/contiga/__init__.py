@@ -124,6 +124,7 @@ if TYPE_CHECKING:
     from contiga.io.mesh.read_mesh import read_mesh as read_mesh
     from contiga.io.out import files as files
     from contiga.io.out.write_mesh import write_mesh as write_mesh
+    from contiga.laws.by_face import FaceLaws as FaceLaws
     from contiga.laws.characteristic import Characteristic as Characteristic
     from contiga.laws.force import ForceLaw as ForceLaw
     from contiga.laws.friction import Coulomb as Coulomb
@@ -132,7 +133,6 @@ if TYPE_CHECKING:
     from contiga.laws.friction import ViscousFriction as ViscousFriction
     from contiga.laws.normal import AdaptiveLaw as AdaptiveLaw
     from contiga.laws.normal import PenaltyLaw as PenaltyLaw
-    from contiga.laws.by_face import FaceLaws as FaceLaws
     from contiga.laws.stress import StressLaw as StressLaw
     from contiga.masters.body import Body as Body
     from contiga.masters.protocol import Master as Master
