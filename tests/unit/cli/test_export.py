@@ -18,7 +18,7 @@ geometry = { shape = "sphere", radius = 10.0 }
 motion = { kind = "acceleration", direction = "x", table = [[0, 0], [20, 0.4], [40, 0]] }
 [[slave]]
 name = "far"
-points = { coordinates = [[0, 500, 0]] }
+points = { coordinates = [[0, 15, 0]] }
 area = 1.0
 [[contact]]
 master = "head"
@@ -39,7 +39,7 @@ code = "11HEAD0000H3"
 def run(command: Command, tmp_path: Path) -> tuple[Path, str]:
     (tmp_path / "sled.toml").write_text(CASE, encoding="utf-8")
     code, out, err = command("run", tmp_path / "sled.toml", "-o", tmp_path / "T17")
-    assert (code, err) == (0, "")
+    assert code == 0, err
     return tmp_path / "T17", out
 
 
@@ -56,7 +56,7 @@ def test_channels_of_a_run(command: Command, run: tuple[Path, str], tmp_path: Pa
     listed = (tmp_path / "tests" / "T17" / "Channel" / "T17.chn").read_text(encoding="utf-8")
     assert "11HEAD0000H3ACXA / head_cg filtered_ax" in listed
     code, _, err = command("export", folder, "-o", tmp_path / "tests")
-    assert code == 1
+    assert code == 2
     assert "a new folder" in one_message(err)
 
 
