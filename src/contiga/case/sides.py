@@ -47,7 +47,9 @@ class LayeredSpec(Spec):
     def layers(self) -> str:
         """In words."""
         assert self.layer is not None
-        own = (f"faces {str(one.faces)[1:-1]} {one.law.describe()}" for one in self.face_layer)
+        own = (
+            f"faces {str(one.faces)[1:-1]} {one.law.describe()}" for one in self.face_layer or []
+        )
         return "; ".join([self.layer.describe(), *own])
 
     @model_validator(mode="after")

@@ -91,7 +91,9 @@ class FaceLaws:
         """What the law of its face answers for each point."""
         assert inp.patch is not None
         n, memory = len(inp.penetration), remembered(inp, self.n_memory)
-        out = LawOutput(*np.zeros((3, n)), np.zeros((n, self.n_memory)), *np.zeros((2, n)))
+        force, stiffness, stored, lost, damping = np.zeros((5, n))
+        left = np.zeros((n, self.n_memory))
+        out = LawOutput(force, stiffness, stored, left, lost, damping)
         chosen = np.zeros(n, np.intp)
         for k, own in enumerate(self.faces, start=1):
             chosen[np.isin(inp.patch, own)] = k

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import tomllib
 import warnings
 from collections.abc import Callable
 from functools import cache
@@ -47,6 +48,12 @@ class Base(NamedTuple):
     """Of the study."""
     quantities: dict[str, Quantity]
     """By column."""
+
+    @property
+    def units(self) -> tuple[str, str, str]:
+        """Names of the units of length, mass and time."""
+        told = tomllib.loads(self.text)["units"]
+        return told["length"], told["mass"], told["time"]
 
     def case(self, settings: dict[str, Any]) -> Case:
         """The base case with what one of the study sets."""

@@ -50,7 +50,7 @@ def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -
     reports = [(Path(base.folder) / name / "report.html").is_file() for name in names]
     data = {
         "count": len(rows),
-        "columns": [_column(study, table, name) for name in table.columns],
+        "columns": [_column(study, base, table, name) for name in table.columns],
         "links": [
             f"{n}/report.html" if is_ else f"{n}/" for n, is_ in zip(names, reports, strict=True)
         ],
@@ -73,14 +73,15 @@ def page_data(study: StudySpec, base: Base, table: Table, rows: Sequence[Row]) -
     return data
 
 
-def _column(study: StudySpec, table: Table, name: str) -> dict[str, Any]:
+def _column(study: StudySpec, base: Base, table: Table, name: str) -> dict[str, Any]:
     """A column: its role, and numbers, or the numbers of texts."""
     role = "other"
     if name in table.variables:
         role = "variable"
     elif name in table.quantities:
         role = "quantity"
-    units = {variable.label: variable.unit for variable in study.variable}
+    units = {name: one.unit(base.units) for name, one in base.quantities.items()}
+    units |= {variable.label: variable.unit for variable in study.variable}
     column: dict[str, Any] = {"name": name, "role": role, "unit": units.get(name, "")}
     values = table.columns[name]
     if all(isinstance(value, int | float) for value in values):

@@ -12,6 +12,7 @@ from scipy.integrate import trapezoid
 from contiga.errors import CaseError
 from contiga.io.naming import closest
 from contiga.records import FloatArray
+from contiga.simulation.column_units import column_units
 
 _CALL = re.compile(r"(\w+)\((.+?)(?:,\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*)?\)")
 _PLAIN = ("energy_error", "steps", "warnings")
@@ -82,6 +83,15 @@ class Quantity(NamedTuple):
                 found=self.text,
                 allowed=f"up to {end:g}",
             )
+
+    def unit(self, units: tuple[str, str, str]) -> str:
+        """Its unit, those of length, mass and time being `units`; empty of what has none."""
+        if self.kind == "criterion":
+            return "g" if self.criterion == "3ms" else ""
+        if self.kind in _PLAIN:
+            return ""
+        column = "time" if self.kind.startswith("time_of") else self.name
+        return column_units([column], units).get(column, "")
 
     def value(self, history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -> float:
         """The number, of what a run left; NaN where it has none.
