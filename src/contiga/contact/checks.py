@@ -168,8 +168,9 @@ def law_of(law: Law, master_law: MasterLaw | None, contact_type: str) -> Law:
     return law
 
 
-def check_needs(law: Law, slave: Slave) -> None:
-    """Refuse a slave without the nodal values the law needs."""
+def check_needs(law: Law, slave: Slave, master: Master) -> None:
+    """Refuse a slave without the nodal values the law needs, and a master without its faces."""
+    _check_faces(law, master)
     for name in ("thickness", "mass"):
         if not getattr(law, f"needs_{name}"):
             continue
@@ -184,7 +185,7 @@ def check_needs(law: Law, slave: Slave) -> None:
             )
 
 
-def check_faces(law: Law, master: Master) -> None:
+def _check_faces(law: Law, master: Master) -> None:
     """Refuse laws by face of a master that has no such faces."""
     if isinstance(law, FaceLaws) and (master.faces is None or law.largest() >= master.n_pieces):
         there = "CAD" if master.faces is None else f"up to {master.n_pieces - 1}"

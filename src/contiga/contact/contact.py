@@ -13,7 +13,6 @@ from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, Rest, pr
 from contiga.contact.at_once import detect_moved
 from contiga.contact.checks import (
     MasterLaw,
-    check_faces,
     check_friction,
     check_master,
     check_methods,
@@ -79,8 +78,7 @@ class Contact(Shown):
         from the free side; "penetration": from the step in which it lies inside
     contact_type : which side deforms (thesis, 3.2). "slave": areas of the slave. "master": the
         areas of the master; those of methods that measure on the slave are carried there along
-        the normal. "combined": both, the penetration is
-        split so that the stresses agree; needs stress laws of both
+        the normal. "combined": both in series; needs stress laws of both, or force laws
     on_edge : "release" points whose foot leaves the surface over a border, or "hold" them on it
     weights : area that the law gives a point. "rest": a fixed one, the point's share of the slave
         at rest (of `NodalArea(value)` that value), so that forces are the gradient of an energy.
@@ -96,8 +94,7 @@ class Contact(Shown):
         wall that holds it, so that depth is a function of the place, whatever the way in.
         "tracked": the one it came in by, followed as a local minimum of the distance, as in the
         thesis; so it is with `through="hold"`, whatever is said here
-    master_law : law of the master's side, for type "combined": a stress law, or `FaceLaws` of such,
-        where `law` is one, and a force law where `law` is one
+    master_law : for type "combined": a law as `law`, or `FaceLaws` of stress laws
     depth : deepest penetration that search by penetration takes for one, length; without limit
         for closed bodies and a tenth of the size for open ones if omitted
 
@@ -155,8 +152,7 @@ class Contact(Shown):
         self.law = law_of(law, master_law, contact_type)
         self.friction = friction
         self.area: AreaMethod = default_area(slave) if area is None else area
-        check_needs(self.law, slave)
-        check_faces(self.law, master)
+        check_needs(self.law, slave, master)
         self.weights = weights
         self.quadrature = quadrature
         check_sampling(quadrature, weights, self.law, self.area)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -31,13 +32,16 @@ class CoupledFolder:
         require("an output folder", "h5py")
         open_folder(folder, names.OURS, "run")
         self._folder, self._model = folder, model
+        self._time = math.nan
         self._lock = FolderLock(folder / names.LOCK, "run")
         names.clear_last_run(folder)
         self._fields = Fields(model, folder / names.UNFINISHED, folder / names.UNFINISHED_OUTLINES)
 
     def append(self, state: SystemState) -> None:
-        """Write the fields of one step."""
-        self._fields.append(state)
+        """Write the fields of one step, once."""
+        if state.time != self._time:
+            self._fields.append(state)
+            self._time = state.time
 
     def finish(self, history: dict[str, FloatArray], summary: dict[str, Any]) -> None:
         """Write all under its final names, and the report."""

@@ -256,7 +256,16 @@ class MujocoCoupling(Shown):
             self.start()
             if on_step is not None:
                 on_step(self)
-        self._folder = None if out is None else CoupledFolder(Path(out), self._scene.model)
+        result = self._run_to(end, on_step, None if out is None else Path(out), title)
+        for text in result.warnings:
+            warnings.warn(text, ContigaWarning, stacklevel=2)
+        return result
+
+    def _run_to(
+        self, end: float, on_step: OnStep | None, out: Path | None, title: str
+    ) -> MujocoResult:
+        """The steps of a run, and what is written of them."""
+        self._folder = None if out is None else CoupledFolder(out, self._scene.model)
         begun = perf_counter()
         try:
             while self.data.time < end - 0.5 * self.model.opt.timestep:
@@ -271,8 +280,6 @@ class MujocoCoupling(Shown):
             if self._folder is not None:
                 self._folder.close()
             self._folder = None
-        for text in result.warnings:
-            warnings.warn(text, ContigaWarning, stacklevel=2)
         return result
 
     def result(self) -> MujocoResult:
