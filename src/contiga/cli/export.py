@@ -11,8 +11,14 @@ import typer
 def export(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Output folder of a run.")],
     out: Annotated[
-        Path, typer.Option("-o", "--out", metavar="DIR", help="Folder to put the test in.")
-    ] = Path(),
+        Path | None,
+        typer.Option(
+            "-o",
+            "--out",
+            metavar="DIR",
+            help="Folder to put the test in; iso_mme in that of the run if left out.",
+        ),
+    ] = None,
     test: Annotated[
         str | None,
         typer.Option("--test", metavar="NAME", help="Name of the test; the folder's if left out."),
@@ -22,5 +28,5 @@ def export(
     from contiga.simulation.stored_result import open_result
 
     result = open_result(folder)
-    path, count = result.write_mme(out, test or folder.resolve().name)
+    path, count = result.write_mme(out or folder / "iso_mme", test or folder.resolve().name)
     print(f"{path}: {count} channels")

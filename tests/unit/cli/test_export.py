@@ -55,6 +55,8 @@ def test_channels_of_a_run(command: Command, run: tuple[Path, str], tmp_path: Pa
     assert max(float(line) for line in text.splitlines() if ":" not in line) == pytest.approx(400.0)
     listed = (tmp_path / "tests" / "T17" / "Channel" / "T17.chn").read_text(encoding="utf-8")
     assert "11HEAD0000H3ACXA / head_cg filtered_ax" in listed
+    assert command("export", folder)[0] == 0
+    assert (folder / "iso_mme" / "T17" / "T17.mme").is_file()
     code, _, err = command("export", folder, "-o", tmp_path / "tests")
     assert code == 2
     assert "a new folder" in one_message(err)

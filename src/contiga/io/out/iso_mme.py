@@ -66,12 +66,14 @@ def write_mme(
     _check_codes([channel.code for channel in channels])
     out = folder / test
     try:
-        (out / "Channel").mkdir(parents=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        out.mkdir()  # never one that is there: what fails is removed whole
     except OSError as error:
         raise OutputError(
             f"the folder cannot be made: {error.strerror}", where=str(out), allowed="a new folder"
         ) from error
     try:
+        (out / "Channel").mkdir()
         write_text(out / f"{test}.mme", _lines(_about(test, title, comment)))
         for k, channel in enumerate(channels, start=1):
             write_text(out / "Channel" / f"{test}.{k:03d}", _channel(channel))

@@ -63,6 +63,14 @@ def test_what_cannot_be_written_is_refused(tmp_path, test, channels, message: st
     assert not list(tmp_path.iterdir())
 
 
+def test_a_folder_of_that_name_stays_as_it_is(tmp_path: Path) -> None:
+    (tmp_path / "t").mkdir()
+    (tmp_path / "t" / "mine.txt").write_text("mine")
+    with pytest.raises(OutputError, match="cannot be made"):
+        write_mme(tmp_path, "t", [channel()], title="")
+    assert [path.name for path in (tmp_path / "t").iterdir()] == ["mine.txt"]
+
+
 def test_a_test_that_is_there_stays(tmp_path: Path) -> None:
     write_mme(tmp_path, "t", [channel()], title="first")
     with pytest.raises(OutputError, match="cannot be made"):
