@@ -24,6 +24,7 @@ _HOME = {
     "write_mesh": "contiga.io.out.write_mesh",
     "Slave": "contiga.slaves.slave",
     "ForceLaw": "contiga.laws.force",
+    "FaceLaws": "contiga.laws.by_face",
     "StressLaw": "contiga.laws.stress",
     "PenaltyLaw": "contiga.laws.normal",
     "AdaptiveLaw": "contiga.laws.normal",
@@ -123,6 +124,7 @@ if TYPE_CHECKING:
     from contiga.io.mesh.read_mesh import read_mesh as read_mesh
     from contiga.io.out import files as files
     from contiga.io.out.write_mesh import write_mesh as write_mesh
+    from contiga.laws.by_face import FaceLaws as FaceLaws
     from contiga.laws.characteristic import Characteristic as Characteristic
     from contiga.laws.force import ForceLaw as ForceLaw
     from contiga.laws.friction import Coulomb as Coulomb

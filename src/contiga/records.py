@@ -174,6 +174,8 @@ class LawInput(NamedTuple):
     """Step length, zero at the start."""
     memory: FloatArray = np.zeros((0, 0))
     """(n_c, m) what the law left of each point at the last step, zero of a point without a past."""
+    patch: IntArray | None = None
+    """(n_c,) face of the master that each foot is on, for laws with `needs_patch`."""
 
 
 class LawOutput(NamedTuple):

@@ -114,7 +114,7 @@ motion = {{ kind = "translate", table = [[0, 0, 0, 0], [20, 0.2, 0, 0], [40, 0, 
 [[contact]]
 master = "bolster"
 slave = "dummy"
-law = {{ kind = "force", curve = [[0, 0], [0.05, 2000], [0.2, 4000]] }}
+law = {{ kind = "force", curve = [[0, 0], [0.05, 2000], [0.2, 4000]], share = "penetration" }}
 {QUIET}""")
     physics(run)
     slave = run.simulation.slaves["dummy"].slave

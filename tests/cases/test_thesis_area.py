@@ -61,7 +61,7 @@ def test_two_cylinders_are_two_regions_and_then_one() -> None:
 
 def test_the_force_model_is_linear_and_does_not_see_the_area() -> None:
     """F = 0.5 λ_max; nodal forces within 1e-12 for any area that all points share."""
-    found = force.forces(ForceLaw(force.COEFFICIENT))
+    found = force.forces(ForceLaw(force.COEFFICIENT, share="penetration"))
     reference = found.nodal("analytic")[1]
     for name in found.runs:
         np.testing.assert_allclose(found.total(name), 0.5 * found.depth(), rtol=0, atol=1e-14)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
+from contiga.laws.deepest import WIDTH
 
 pose = cg.motion.pose
 FACE = 1.2 * 0.8
@@ -24,12 +25,22 @@ LOADING, UNLOADING = [(0.0, 0.0), (0.1, 1.0), (0.3, 7.0)], [(0.0, 0.0), (0.05, 0
 SLOPE, DEPTH = 60.0, 0.2
 PADS = {
     "stress": cg.StressLaw(LOADING, 1.0, unloading=UNLOADING, hysteresis_slope=SLOPE),
-    "force": cg.ForceLaw(LOADING, unloading=UNLOADING, hysteresis_slope=SLOPE),
-    "deepest": cg.ForceLaw(LOADING, unloading=UNLOADING, hysteresis_slope=SLOPE, share="deepest"),
+    "force": cg.ForceLaw(LOADING, unloading=UNLOADING, hysteresis_slope=SLOPE, share="penetration"),
+    "deepest": cg.ForceLaw(LOADING, unloading=UNLOADING, hysteresis_slope=SLOPE),
 }
-# Up along the loading curve to 4 at 0.2, down a line to the unloading curve, and along that.
-CORNER = (4.0 - 2.4) / (SLOPE - 16.0)
-LOSS = 0.5 * 0.1 * 1.0 + 0.1 * 2.5 - 0.5 * 16.0 * 0.15**2 - 0.5 * CORNER * (4.0 - 2.4)
+
+
+def loss(depth: float) -> float:
+    """Up along the loading curve, down a line to the unloading curve, and along that."""
+    most, least = 1.0 + 30.0 * (depth - 0.1), 16.0 * (depth - 0.05)
+    under = 0.05 + 0.5 * (depth - 0.1) * (1.0 + most) - 0.5 * (depth - 0.05) * least
+    return under - 0.5 * (most - least) ** 2 / (SLOPE - 16.0)
+
+
+LOSS = loss(DEPTH)
+# All 35 nodes are the deepest: the greatest depth stands for that of as many.
+DEEPEST = DEPTH / (1.0 - WIDTH * (1.0 - 35**-0.5))
+LOSSES = {"stress": FACE * LOSS, "force": LOSS, "deepest": loss(DEEPEST)}
 
 
 def press(law: object, steps: int, cycles: int = 1, quadrature: str | int = "nodes") -> cg.State:
@@ -47,14 +58,14 @@ def press(law: object, steps: int, cycles: int = 1, quadrature: str | int = "nod
 
 @pytest.mark.parametrize("name", PADS)
 def test_a_cycle_of_a_plate_loses_the_area_between_the_curves(name) -> None:
-    size = FACE if name == "stress" else 1.0
+    expected = LOSSES[name]
     for steps in (21, 42, 84):
         energy = press(PADS[name], steps).energy
-        assert energy.hysteresis == pytest.approx(size * LOSS, rel=1e-12)
+        assert energy.hysteresis == pytest.approx(expected, rel=1e-12)
         assert (energy.stored, energy.damping, energy.friction) == (0.0, 0.0, 0.0)
         assert abs(energy.error) < 2.8 * energy.hysteresis / steps**2
     twice = press(PADS[name], 21, cycles=2).energy
-    assert twice.hysteresis == pytest.approx(2.0 * size * LOSS, rel=1e-12)
+    assert twice.hysteresis == pytest.approx(2.0 * expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("quadrature", [1, 3, 6])

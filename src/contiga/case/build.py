@@ -25,6 +25,7 @@ from contiga.case.points_spec import BodyPoints
 from contiga.case.problems import Together
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.schema import BodySpec, Case, SlaveSpec
+from contiga.case.sides import Sides
 from contiga.case.standing import order_of, references
 from contiga.case.toml import resolved_toml
 from contiga.contact.contact import Contact
@@ -36,7 +37,6 @@ from contiga.dynamics.springs import Spring
 from contiga.errors import CaseError
 from contiga.io.mesh.series import MeshSeries, find_files
 from contiga.io.units import length_factor
-from contiga.laws.normal import StressLaw
 from contiga.masters.body import Body
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
@@ -150,7 +150,8 @@ def _contacts(
         if spec.master in bodies and spec.slave in slaves:
             body, slave = bodies[spec.master].body, slaves[spec.slave].slave
             with wrong.at(f"contact[{i}]"):
-                contact = _contact(spec, body, slave, _area(spec, slave, spec.slave in measured))
+                area = _area(spec, slave, spec.slave in measured)
+                contact = _contact(spec, case.sides(spec), body, slave, area)
                 made.append(ContactPart(spec.title, spec.master, spec.slave, contact))
     return tuple(made)
 
@@ -369,23 +370,22 @@ def _area(spec: ContactSpec, slave: Slave, given: bool) -> AreaMethod:
     return NodalArea()
 
 
-def _contact(spec: ContactSpec, body: Master, slave: Slave, area: AreaMethod) -> Contact:
-    master_law = None if spec.master_law is None else spec.master_law.law
-    # The schema refuses other laws on the master's side.
-    assert master_law is None or isinstance(master_law, StressLaw)
+def _contact(
+    spec: ContactSpec, sides: Sides, body: Master, slave: Slave, area: AreaMethod
+) -> Contact:
     return Contact(
         body,
         slave,
-        law=spec.law.law,
+        law=sides.law,
         area=area,
         search=spec.search,
-        contact_type=spec.type,
+        contact_type=sides.type,
         on_edge=spec.on_edge,
         through=spec.through,
         foot=spec.foot,
         weights=spec.weights,
         quadrature=spec.quadrature,
         friction=None if spec.friction is None else spec.friction.friction,
-        master_law=master_law,
+        master_law=sides.master_law,  # type: ignore[arg-type]  # the schema refuses others
         depth=spec.depth,
     )

@@ -14,7 +14,6 @@ from contiga.area.method import AreaMethod
 from contiga.case.law_spec import FrictionSpec, LawSpec
 from contiga.case.spec import Name, Positive, Spec, by_kind
 from contiga.errors import CaseError
-from contiga.laws.combined import CombinedLaw
 from contiga.slaves.sampling import QUADRATURES
 
 
@@ -146,7 +145,8 @@ class ContactSpec(Spec):
     slave: str
     name: Name | None = None
     """How results call the contact; "<master>-<slave>" if omitted."""
-    type: Literal["slave", "master", "combined"] = "slave"
+    type: Literal["slave", "master", "combined"] | None = None
+    """Who gives way; as `law` and the layers of the bodies say if omitted."""
     search: Literal["intersection", "penetration"] = "intersection"
     on_edge: Literal["release", "hold"] = "release"
     through: Literal["release", "hold"] = "release"
@@ -155,7 +155,8 @@ class ContactSpec(Spec):
     """Which wall pushes: the nearest that is not opposite, or the one a point came in by."""
     depth: Positive | None = None
     """Deepest penetration that search by penetration takes for one; see `Contact`."""
-    law: LawSpec
+    law: LawSpec | None = None
+    """That of the body's layer if omitted."""
     master_law: LawSpec | None = None
     """The master's side of a combined contact."""
     friction: FrictionSpec | None = None
@@ -175,18 +176,12 @@ class ContactSpec(Spec):
 
     @model_validator(mode="after")
     def _sides_fit_the_type(self) -> Self:
-        if self.type == "combined":
-            if self.master_law is None:
-                raise CaseError(
-                    "is missing", where="master_law", remedy='type = "combined" needs both laws'
-                )
-            CombinedLaw(self.law.law, self.master_law.law)  # type: ignore[arg-type]
-        elif self.master_law is not None:
+        if self.type != "combined" and self.master_law is not None:
             raise CaseError(
                 'only a contact of type "combined" has a master_law',
                 where="master_law",
                 found=self.master_law.kind,
-                remedy=f'Remove it, or set type = "combined" in place of "{self.type}"',
+                remedy='Remove it, or set type = "combined"',
             )
         if self.depth is not None and self.search != "penetration":
             raise CaseError(
@@ -201,11 +196,5 @@ class ContactSpec(Spec):
                 where="through",
                 found=self.through,
                 remedy='Remove it, or set search = "intersection"',
-            )
-        if self.type == "master" and self.law.law.needs_thickness:
-            raise CaseError(
-                "is missing",
-                where="law.thickness",
-                remedy='type = "master" deforms the master: its thickness, not the slave\'s',
             )
         return self

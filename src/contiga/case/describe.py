@@ -39,6 +39,8 @@ def describe(case: Case) -> list[tuple[str, str]]:
         rows.append((f"body {body.name}", _placed(body.geometry.describe(), body.geometry)))
         if body.mass is not None:
             rows.append(("  mass", body.mass.describe()))
+        if body.layer is not None:
+            rows.append(("  layer", body.layers()))
         rows.append(("  motion", body.motion.describe()))
     for slave in case.slave:
         rows.append((f"slave {slave.name}", _placed(slave.points.what(), slave.points)))
@@ -47,7 +49,7 @@ def describe(case: Case) -> list[tuple[str, str]]:
         if given:
             rows.append(("  every node", ", ".join(given)))
     for contact in case.contact:
-        rows += _contact(contact)
+        rows += _contact(contact, case.sides(contact).type)
     for k, load in enumerate(case.load):
         rows.append((f"load {k}", load.describe()))
     for spring in case.spring:
@@ -136,8 +138,8 @@ def _points(quadrature: str | int) -> str:
     return "" if quadrature == "nodes" else f", at {quadrature} points a facet"
 
 
-def _contact(contact: ContactSpec) -> list[tuple[str, str]]:
-    laws = [("  law", contact.law.describe())]
+def _contact(contact: ContactSpec, kind: str) -> list[tuple[str, str]]:
+    laws = [] if contact.law is None else [("  law", contact.law.describe())]
     if contact.master_law is not None:
         laws.append(("  master law", contact.master_law.describe()))
     if contact.friction is not None:
@@ -145,7 +147,7 @@ def _contact(contact: ContactSpec) -> list[tuple[str, str]]:
     area = _DEFAULT_AREA if contact.area is None else contact.area.describe()
     return [
         (f"contact {contact.title}", f"{contact.slave} against {contact.master}"),
-        ("  search", f"{contact.search}, type {contact.type}, foot {contact.foot}"),
+        ("  search", f"{contact.search}, type {kind}, foot {contact.foot}"),
         ("  lets go", f"on an edge: {contact.on_edge}, right through: {contact.through}"),
         *laws,
         ("  weights", _WEIGHTS[contact.weights] + _points(contact.quadrature)),

@@ -59,7 +59,7 @@ class ForceSpec(_LawSpec):
     """Force over greatest penetration."""
     unloading: ForceCurve | None = None
     hysteresis_slope: Positive | None = None
-    share: Literal["penetration", "deepest"] = "penetration"
+    share: Literal["deepest", "penetration"] = "deepest"
 
     @cached_property
     def law(self) -> Law:

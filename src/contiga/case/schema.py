@@ -7,7 +7,6 @@ when the case is built.
 from __future__ import annotations
 
 import tomllib
-from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -26,10 +25,12 @@ from contiga.case.motion_spec import (
     SeriesSpec,
     SlaveMotionSpec,
 )
+from contiga.case.names import check_defined, check_unique
 from contiga.case.points_spec import BodyPoints, PointsSpec
-from contiga.case.problems import case_error
+from contiga.case.problems import case_error, relocated
 from contiga.case.sensor_spec import RelativeSensorSpec, SensorSpec
 from contiga.case.settings import with_settings
+from contiga.case.sides import LayeredSpec, Sides, sides_of
 from contiga.case.spec import (
     Count,
     LengthUnit,
@@ -45,7 +46,7 @@ from contiga.case.spec import (
 from contiga.case.spring_spec import SpringSpec
 from contiga.case.standing import order_of, references
 from contiga.dynamics.stepping import AutoSteps, EqualSteps
-from contiga.errors import CaseError, FileError
+from contiga.errors import CaseError, FileError, InputError
 from contiga.simulation.mechanism import GROUND
 
 # Bytes; the parser takes about a second and ten times the memory for each million.
@@ -108,7 +109,7 @@ class WorldSpec(Spec):
     """Acceleration of free bodies and nodes, in the units of the case."""
 
 
-class BodySpec(Spec):
+class BodySpec(LayeredSpec):
     """A `[[body]]`: a rigid master surface."""
 
     name: Name
@@ -209,7 +210,7 @@ class Case(Spec):
             ("slave", [slave.name for slave in self.slave]),
             ("contact", [contact.title for contact in self.contact]),
         ):
-            _check_unique(key, names)
+            check_unique(key, names)
         masters = {body.name for body in self.body}
         for i, slave in enumerate(self.slave):
             if slave.name in masters:
@@ -225,7 +226,7 @@ class Case(Spec):
         bodies = [body.name for body in self.body]
         slaves = [slave.name for slave in self.slave]
         for where, name in self._named_bodies():
-            _check_defined(where, name, "body", bodies, slaves)
+            check_defined(where, name, "body", bodies, slaves)
         for i, body in enumerate(self.body):
             tied = [k for k, spring in enumerate(self.spring) if GROUND in spring.between]
             if body.name == GROUND and tied:
@@ -274,7 +275,7 @@ class Case(Spec):
         for name, part in self.parts.items():
             for key, other in references(part):
                 where = f"{places[name]}.{key}"
-                _check_defined(where, other, "body or slave", [*places], [])
+                check_defined(where, other, "body or slave", [*places], [])
                 if key.endswith("place.on") and not {name, other} & set(bodies):
                     raise CaseError(
                         "a slave cannot be placed on a slave: neither has a surface",
@@ -290,9 +291,20 @@ class Case(Spec):
         bodies = [body.name for body in self.body]
         slaves = [slave.name for slave in self.slave]
         for i, contact in enumerate(self.contact):
-            _check_defined(f"contact[{i}].master", contact.master, "body", bodies, slaves)
-            _check_defined(f"contact[{i}].slave", contact.slave, "slave", slaves, bodies)
+            check_defined(f"contact[{i}].master", contact.master, "body", bodies, slaves)
+            check_defined(f"contact[{i}].slave", contact.slave, "slave", slaves, bodies)
+            try:
+                self.sides(contact)
+            except InputError as error:
+                raise relocated(error, f"contact[{i}]", "") from error
         return self
+
+    def sides(self, contact: ContactSpec) -> Sides:
+        """Which side of a contact gives way, and how."""
+        bodies = {body.name: body for body in self.body}
+        (slave,) = (slave for slave in self.slave if slave.name == contact.slave)
+        of = bodies[slave.points.body] if isinstance(slave.points, BodyPoints) else None
+        return sides_of(contact, bodies[contact.master], of)
 
 
 def load_case(path: str | Path, *, set: Mapping[str, Any] | None = None) -> Case:
@@ -370,30 +382,3 @@ def parse_case(
         raise case_error(error, data, str(path)) from error
     case._file = path
     return case
-
-
-def _check_unique(key: str, names: list[str]) -> None:
-    for name, count in Counter(names).items():
-        if count > 1:
-            last = len(names) - 1 - names[::-1].index(name)
-            raise CaseError(
-                f"the name is used {count} times",
-                where=f"{key}[{last}].name",
-                found=name,
-                allowed="each name once",
-            )
-
-
-def _check_defined(where: str, name: str, kind: str, defined: list[str], other: list[str]) -> None:
-    if name in defined:
-        return
-    remedy = suggest(name, defined)
-    if name in other:
-        remedy = f"{name!r} is a {'slave' if kind == 'body' else 'body'}"
-    raise CaseError(
-        f"no {kind} of this name is defined",
-        where=where,
-        found=name,
-        allowed=", ".join(f'"{known}"' for known in defined),
-        remedy=remedy,
-    )

@@ -8,7 +8,25 @@ from typing import TYPE_CHECKING, Annotated, Self
 from pydantic import Field, model_validator
 
 from contiga.case.spec import Name, Spec, Vector, by_key
+from contiga.criteria.bands import Bands
 from contiga.simulation.sensor import RELATIVE_MEASURES, RelativeSensor, Sensor
+
+
+class BandsSpec(Spec):
+    """`{ limits, names }`: `Bands` of a criterion."""
+
+    limits: list[float]
+    names: list[str]
+
+    @cached_property
+    def bands(self) -> Bands:
+        """The bands."""
+        return Bands(self.limits, self.names)
+
+    @model_validator(mode="after")
+    def _bands_are_possible(self) -> Self:
+        assert self.bands is not None
+        return self
 
 
 class PointSensorSpec(Spec):
@@ -22,6 +40,10 @@ class PointSensorSpec(Spec):
     measures: list[str] = Field(default=["acceleration", "velocity", "displacement"])
     filter: str | None = None
     criteria: list[str] = Field(default_factory=list)
+    bands: dict[str, BandsSpec] | None = None
+    """By criterion."""
+    code: str | None = None
+    """Of its channels in ISO-MME files."""
 
     @cached_property
     def sensor(self) -> Sensor:
@@ -34,6 +56,8 @@ class PointSensorSpec(Spec):
             measures=self.measures,
             filter=self.filter,
             criteria=self.criteria,
+            bands={name: one.bands for name, one in (self.bands or {}).items()},
+            code=self.code,
         )
 
     @model_validator(mode="after")
@@ -57,12 +81,18 @@ class RelativeSensorSpec(Spec):
     at: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = None
     axes: str = "body"
     measures: list[str] = Field(default_factory=lambda: list(RELATIVE_MEASURES))
+    code: str | None = None
 
     @cached_property
     def sensor(self) -> RelativeSensor:
         """The sensor."""
         return RelativeSensor(
-            self.name, self.between, at=self.at, axes=self.axes, measures=self.measures
+            self.name,
+            self.between,
+            at=self.at,
+            axes=self.axes,
+            measures=self.measures,
+            code=self.code,
         )
 
     @model_validator(mode="after")

@@ -13,6 +13,7 @@ import typer
 from contiga.cli.compare import compare
 from contiga.cli.compiling import watch_compiling
 from contiga.cli.convert import convert
+from contiga.cli.export import export
 from contiga.cli.help_pages import Command, Group, epilog
 from contiga.cli.options import WITH_CASE, CaseFile, Settings, load
 from contiga.cli.preview_case import preview_path, write_preview
@@ -161,8 +162,9 @@ def _print_energy(summary: dict[str, Any]) -> None:
         print(f"energy: {share} of {number(energy['most'])} {unit} is nowhere at most".rstrip())
     for name, sensor in (summary.get("sensors") or {}).items():
         for criterion, found in sensor["criteria"].items():
-            span = f"t = {number(found['start'])} to {number(found['end'])}"
+            span = f"t = {number(found['start'])} to {number(found['end'])} {units.get('time', '')}"
             value = number(found["value"]) + (" g" if criterion == "3ms" else "")
+            value += f" ({found['band']})" if "band" in found else ""
             print(f"{name}: {criterion} {value}, {span}")
 
 
@@ -391,5 +393,5 @@ def verify(
         raise RunError("not every case holds: " + "; ".join(broken))
 
 
-for _command in (compare, convert, study, warmup):
+for _command in (compare, convert, export, study, warmup):
     app.command(cls=Command, epilog=epilog(_command.__name__))(_command)

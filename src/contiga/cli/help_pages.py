@@ -34,6 +34,7 @@ _TEXTS: dict[str, tuple[str, tuple[str, ...]]] = {
     "report": ("report.md", ("contiga report out",)),
     "compare": ("report.md", ("contiga compare out_1 out_2 -o compare.html",)),
     "convert": ("convert.md", ("contiga convert deck.k --units mm,kg,ms -o case.toml",)),
+    "export": ("command-line.md", ("contiga export out", "contiga export out -o tests --test T17")),
     "study": (
         "study.md",
         (

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 Row = tuple[str, str]
 
+_POWERS = {"size": "", "area": "²"}
+"""Of the unit of length, in that of numbers of a summary."""
+
 
 def rows_of(file: Path, *, faces: bool = False) -> Iterator[Row]:
     """What is in a CAD file or a mesh; `faces` adds the faces of CAD, one by one.
@@ -76,12 +79,14 @@ def _part(part: CadPart) -> Iterator[Row]:
     texts = [
         *([part.title] if part.title else []),
         *([f"loose {faces}"] if part.kind == "faces" else [part.kind, faces]),
-        f"closed, normals {side}, volume {abs(volume):.6g}" if closed else "open",
-        f"area {body.area():.6g}",
+        f"closed, normals {side}, volume {_with(body.unit, abs(volume), '³')}"
+        if closed
+        else "open",
+        f"area {_with(body.unit, body.area(), '²')}",
         *([] if part.colour is None else [part.colour]),
     ]
     yield f"part {part.number}", ", ".join(texts)
-    yield "", _box(body.bounds())
+    yield "", _box(body.bounds(), body.unit)
 
 
 def _faces(found: CadFile) -> Iterator[Row]:
@@ -96,17 +101,17 @@ def _faces(found: CadFile) -> Iterator[Row]:
         texts = [
             face.kind,
             *(said for said in (face.name, face.colour) if said is not None),
-            f"area {areas[k]:.6g}",
+            f"area {_with(body.unit, float(areas[k]), '²')}",
             f"part {part.number}",
-            _box(bounds_of([body.patches[k]], [body.trims[k]])),
+            _box(bounds_of([body.patches[k]], [body.trims[k]]), body.unit),
         ]
         yield f"face {number}", ", ".join(texts)
 
 
-def _box(bounds: FloatArray) -> str:
+def _box(bounds: FloatArray, unit: str | None) -> str:
     low, high = bounds.tolist()
     spans = zip("xyz", low, high, strict=True)
-    return ", ".join(f"{axis} {a:.6g} to {b:.6g}" for axis, a, b in spans)
+    return ", ".join(f"{axis} {a:.6g} to {_with(unit, b)}" for axis, a, b in spans)
 
 
 def _ranges(numbers: Sequence[int]) -> str:
@@ -122,16 +127,26 @@ def _ranges(numbers: Sequence[int]) -> str:
 
 def _summary(summary: dict[str, Any]) -> Iterable[Row]:
     """Rows of a summary: what is not known or empty is left out."""
+    unit = summary.get("unit")
     for key, value in summary.items():
         label = key.replace("_", " ")
         if key == "bounds":
             for axis, low, high in zip("xyz", *value, strict=True):
-                yield axis, f"{low:.6g} to {high:.6g}, {high - low:.6g} long"
+                yield axis, f"{low:.6g} to {high:.6g}, {_with(unit, high - low)} long"
+        elif key in _POWERS and isinstance(value, float):
+            yield label, _with(unit, value, _POWERS[key])
+        elif key == "thickness" and value is not None:
+            yield label, f"{value[0]:.6g} to {_with(unit, value[1])}"
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             for k, entry in enumerate(value):
                 yield (label if k == 0 else ""), _in_words(entry)
         elif value is not None and value not in ([], {}, ""):
             yield label, _in_words(value)
+
+
+def _with(unit: str | None, value: float, power: str = "") -> str:
+    """A number with its unit, where that is known."""
+    return f"{value:.6g}" if unit is None else f"{value:.6g} {unit}{power}"
 
 
 def _in_words(value: Any) -> str:

@@ -10,8 +10,9 @@ from contiga.area.nodal import NodalArea
 from contiga.contact.kernels import place_nb
 from contiga.contact.state import State
 from contiga.errors import InputError
-from contiga.laws.combined import CombinedLaw
-from contiga.laws.normal import AdaptiveLaw, Law, PenaltyLaw, StressLaw
+from contiga.laws.by_face import FaceLaws
+from contiga.laws.combined import CombinedLaw, forces_in_series
+from contiga.laws.normal import AdaptiveLaw, ForceLaw, Law, PenaltyLaw, StressLaw
 from contiga.masters.protocol import Master, is_master
 from contiga.num.arrays import locked
 from contiga.records import FloatArray, IntArray, LawInput, LawOutput
@@ -136,7 +137,11 @@ def check_through(through: str, search: str) -> None:
         )
 
 
-def law_of(law: Law, master_law: StressLaw | None, contact_type: str) -> Law:
+MasterLaw = StressLaw | ForceLaw | FaceLaws
+"""What the master's side of a combined contact may have."""
+
+
+def law_of(law: Law, master_law: MasterLaw | None, contact_type: str) -> Law:
     """The law of a contact: that of both sides for type "combined"."""
     if contact_type == "combined":
         if isinstance(law, CombinedLaw) and master_law is None:
@@ -146,8 +151,12 @@ def law_of(law: Law, master_law: StressLaw | None, contact_type: str) -> Law:
                 "combined contact needs the characteristic of the master too",
                 where="master_law",
                 found=None,
-                allowed="StressLaw",
+                allowed="StressLaw, or ForceLaw on both sides",
             )
+        if isinstance(master_law, FaceLaws):
+            return master_law.with_slave(law)  # type: ignore[arg-type]  # checked there
+        if isinstance(law, ForceLaw) and isinstance(master_law, ForceLaw):
+            return forces_in_series(law, master_law)
         return CombinedLaw(law, master_law)  # type: ignore[arg-type]  # checked there
     if master_law is not None:
         raise InputError(
@@ -159,8 +168,9 @@ def law_of(law: Law, master_law: StressLaw | None, contact_type: str) -> Law:
     return law
 
 
-def check_needs(law: Law, slave: Slave) -> None:
-    """Refuse a slave without the nodal values the law needs."""
+def check_needs(law: Law, slave: Slave, master: Master) -> None:
+    """Refuse a slave without the nodal values the law needs, and a master without its faces."""
+    _check_faces(law, master)
     for name in ("thickness", "mass"):
         if not getattr(law, f"needs_{name}"):
             continue
@@ -173,6 +183,13 @@ def check_needs(law: Law, slave: Slave) -> None:
                 found=f"{bare} points without {name}",
                 remedy=f"Give the slave a {name}, or the law one of its own",
             )
+
+
+def _check_faces(law: Law, master: Master) -> None:
+    """Refuse laws by face of a master that has no such faces."""
+    if isinstance(law, FaceLaws) and (master.faces is None or law.largest() >= master.n_pieces):
+        there = "CAD" if master.faces is None else f"up to {master.n_pieces - 1}"
+        raise InputError("no such face", where="law: faces", found=law.largest(), allowed=there)
 
 
 def check_state(state: State, n_points: int, memories: tuple[int, int], master: Master) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared, weights_of
 from contiga.contact.at_once import detect_moved
 from contiga.contact.checks import (
+    MasterLaw,
     check_friction,
     check_master,
     check_methods,
@@ -35,7 +36,7 @@ from contiga.contact.touching import Past, Touching, touching
 from contiga.contact.tracked import Columns, Detected, Options, Rooms, options_of
 from contiga.errors import InputError
 from contiga.laws.friction import Friction
-from contiga.laws.normal import Law, StressLaw
+from contiga.laws.normal import Law
 from contiga.masters.protocol import Master, Surface
 from contiga.num.arrays import as_points, positive
 from contiga.num.pose import identity
@@ -77,8 +78,7 @@ class Contact(Shown):
         from the free side; "penetration": from the step in which it lies inside
     contact_type : which side deforms (thesis, 3.2). "slave": areas of the slave. "master": the
         areas of the master; those of methods that measure on the slave are carried there along
-        the normal. "combined": both, the penetration is
-        split so that the stresses agree; needs stress laws of both
+        the normal. "combined": both in series; needs stress laws of both, or force laws
     on_edge : "release" points whose foot leaves the surface over a border, or "hold" them on it
     weights : area that the law gives a point. "rest": a fixed one, the point's share of the slave
         at rest (of `NodalArea(value)` that value), so that forces are the gradient of an energy.
@@ -94,7 +94,7 @@ class Contact(Shown):
         wall that holds it, so that depth is a function of the place, whatever the way in.
         "tracked": the one it came in by, followed as a local minimum of the distance, as in the
         thesis; so it is with `through="hold"`, whatever is said here
-    master_law : stress law of the master, for type "combined"
+    master_law : for type "combined": a law as `law`, or `FaceLaws` of stress laws
     depth : deepest penetration that search by penetration takes for one, length; without limit
         for closed bodies and a tenth of the size for open ones if omitted
 
@@ -131,7 +131,7 @@ class Contact(Shown):
         friction: Friction | None = None,
         through: str = "release",
         foot: str = "nearest",
-        master_law: StressLaw | None = None,
+        master_law: MasterLaw | None = None,
         depth: float | None = None,
     ) -> None:
         choice("search", search, SEARCHES)
@@ -152,7 +152,7 @@ class Contact(Shown):
         self.law = law_of(law, master_law, contact_type)
         self.friction = friction
         self.area: AreaMethod = default_area(slave) if area is None else area
-        check_needs(self.law, slave)
+        check_needs(self.law, slave, master)
         self.weights = weights
         self.quadrature = quadrature
         check_sampling(quadrature, weights, self.law, self.area)
@@ -382,7 +382,7 @@ class Contact(Shown):
                 areas = self._measure.areas(seen)
         with clock("forces"):
             area = sampling.weights(points.rows) if areas is None else areas.area
-            inp = law_input(points, sampling, area, past, self.law)
+            inp = law_input(points, found.feet.patch, sampling, area, past, self.law)
             answer = respond(self.law, self.friction, points, inp, past)
             # The forces act where the slave's points are: so those on slave and master balance,
             # with their moments, whatever friction adds along the surface.

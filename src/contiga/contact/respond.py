@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.contact.as_one import grip_as_one
 from contiga.contact.checks import PLAIN, checked_answer
 from contiga.contact.kernels import totals_nb
 from contiga.contact.loads import NO_ROWS, NONE, NOWHERE, Guards, Loads
@@ -46,9 +47,17 @@ NO_GRIP = NOWHERE, NONE, NONE
 
 
 def law_input(
-    points: Touching, sampling: Sampling, area: FloatArray, past: Past | None, law: Law
+    points: Touching,
+    patch: IntArray,
+    sampling: Sampling,
+    area: FloatArray,
+    past: Past | None,
+    law: Law,
 ) -> LawInput:
-    """What the law sees of the points that carry; laws that are not ours cannot write to it."""
+    """What the law sees of the points that carry; laws that are not ours cannot write to it.
+
+    `patch` (n,) are the faces that all points have their feet on.
+    """
     n_memory, depth = law.n_memory, points.depth
     if type(law) not in PLAIN:
         depth, area = locked(depth), locked(area)
@@ -65,6 +74,7 @@ def law_input(
         None if mass is None else mass[rows],
         0.0 if past is None else past.dt,
         memory,
+        patch[rows] if getattr(law, "needs_patch", False) else None,
     )
 
 
@@ -75,7 +85,11 @@ def respond(
     answer = checked_answer(law, inp)
     if friction is None:
         return Response(answer, None)
-    gripped = friction.respond(_friction_input(friction, points, answer, inp, past))
+    seen = _friction_input(friction, points, answer, inp, past)
+    if getattr(law, "acts_as_one", False) and len(points.rows):
+        gripped = grip_as_one(friction, points, seen, past)
+    else:
+        gripped = friction.respond(seen)
     force = np.empty(points.normal.shape)
     force[...] = gripped.force
     return Response(answer, gripped._replace(force=force))

@@ -143,16 +143,24 @@ def motion_of(
 
     `speed` and `acceleration` (nv,) are those of the joints.
     """
+    centre = data.xipos[body]
+    velocity, rate = point_rates(model, data, body, centre, speed, acceleration)
+    spin = frame_of(model, data, body, speed).twist[1]
+    return (*centre, *velocity, *rate, *data.xquat[body], *spin)
+
+
+def point_rates(
+    model: Any,
+    data: Any,
+    body: int,
+    point: FloatArray,
+    speed: FloatArray,
+    acceleration: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Velocity and acceleration (3,) of a point of a body, world axes; the rest as `motion_of`."""
     import mujoco
 
-    centre, rows = data.xipos[body], [np.zeros((3, model.nv)) for _ in range(4)]
-    along, about, along_rate, about_rate = rows
-    mujoco.mj_jac(model, data, along, about, centre, body)
-    mujoco.mj_jacDot(model, data, along_rate, about_rate, centre, body)
-    return (
-        *centre,
-        *product(along, speed),
-        *(product(along, acceleration) + product(along_rate, speed)),
-        *data.xquat[body],
-        *product(about, speed),
-    )
+    along, about, along_rate, about_rate = (np.zeros((3, model.nv)) for _ in range(4))
+    mujoco.mj_jac(model, data, along, about, point, body)
+    mujoco.mj_jacDot(model, data, along_rate, about_rate, point, body)
+    return product(along, speed), product(along, acceleration) + product(along_rate, speed)

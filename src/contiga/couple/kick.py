@@ -90,6 +90,15 @@ def gravity_of(model: Any) -> FloatArray:
     return np.zeros(3) if off else model.opt.gravity.copy()
 
 
+def bad_states(data: Any) -> int:
+    """How often MuJoCo has found places, velocities or accelerations to be bad."""
+    import mujoco
+
+    kinds = mujoco.mjtWarning
+    which = kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC
+    return sum(int(data.warning[int(kind)].number) for kind in which)
+
+
 def _strain(model: Any, data: Any, weighed: FloatArray) -> float:
     """Stored in springs: what MuJoCo counts without its weights."""
     import mujoco

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from time import perf_counter
 from typing import Any
 
@@ -18,10 +19,12 @@ from contiga.couple.carriers import (
     motion_of,
     moving,
 )
-from contiga.couple.kick import Account, Kick, Push, gravity_of, kick, opened
+from contiga.couple.folder import CoupledFolder
+from contiga.couple.kick import Account, Kick, Push, bad_states, gravity_of, kick, opened
 from contiga.couple.own_contacts import switch_off
 from contiga.couple.parts import parts_of
 from contiga.couple.result import MujocoResult
+from contiga.couple.scene import Carriers, Scene
 from contiga.couple.stability import rates_of
 from contiga.errors import ContigaWarning, InputError, RunError
 from contiga.extras import require
@@ -35,6 +38,8 @@ from contiga.simulation.history import OF_BODIES, contact_columns, energy_column
 from contiga.simulation.model import ContactPart
 from contiga.simulation.parts import by_name
 from contiga.simulation.recorder import as_column
+from contiga.simulation.sensor import RelativeSensor, Sensor
+from contiga.simulation.signals import filtered_columns, sensor_summary
 from contiga.slaves.slave import Slave
 
 OnStep = Callable[["MujocoCoupling"], Any]
@@ -51,16 +56,21 @@ class MujocoCoupling(Shown):
     model, data : `mujoco.MjModel` and its `mujoco.MjData`, in any units that fit together. Geoms
         of bodies that meet in a contact are switched off in `model` (see `docs/mujoco.md`)
     masters, slaves : by name, each in the axes of the frame of a MuJoCo body (xpos, xmat): that of
-        its own name, or of another as ``(master, "body")``; "world" stands still
+        its own name, or of another as ``(master, "body")``; "world" stands still. A master without
+        a contact is there for sensors, fields and the report
     contacts : a list, or by name; each made with one of the masters and one of the slaves
-    every : steps from one measuring of contact areas to the next; NaN in the history between
+    sensors : of points of masters, and between two masters, as a `Simulation` has them: they
+        measure acceleration, velocity and displacement; distance, displacement and angle
+    units : names of the units of length, mass and time, which filters and criteria need
+    every : steps from one measuring of contact areas to the next, and from one set of fields to
+        the next; NaN in the history between
     allow_unstable : go on with steps longer than the critical one
 
     Raises
     ------
     InputError
-        Data of another model, the integrator RK4, a body that the model does not have, masters
-        or slaves without a contact, contacts of others, both sides on one body, geoms that must
+        Data of another model, the integrator RK4, a body that the model does not have, slaves
+        without a contact, contacts of others, both sides on one body, geoms that must
         be excluded in the model.
     MissingPackageError
         mujoco is not installed.
@@ -95,6 +105,8 @@ class MujocoCoupling(Shown):
         masters: Mapping[str, Master | tuple[Master, str]],
         slaves: Mapping[str, Slave | tuple[Slave, str]],
         contacts: Mapping[str, Contact] | Sequence[Contact],
+        sensors: Sequence[Sensor | RelativeSensor] = (),
+        units: tuple[str, str, str] = ("", "", ""),
         every: int = 1,
         allow_unstable: bool = False,
     ) -> None:
@@ -110,7 +122,9 @@ class MujocoCoupling(Shown):
         switch_off(model, map(self._pair, self._parts))
         carrying = [*self._masters.values(), *self._slaves.values()]
         self._moving = moving(model, [one.body for one in carrying])
+        self._sensors, self._units = tuple(sensors), units
         self._forget()
+        self._scene = self._made_scene()  # so that what is wrong is told at once
 
     def _forget(self) -> None:
         self._contacts: dict[str, State] = {}
@@ -118,6 +132,7 @@ class MujocoCoupling(Shown):
         self._rows: dict[str, list[float]] = {}
         self._time = math.nan
         self._account: Account | None = None
+        self._folder: CoupledFolder | None = None
         self._gravity = gravity_of(self.model)
 
     def _facts(self) -> Facts:
@@ -152,7 +167,12 @@ class MujocoCoupling(Shown):
 
         self._forget()
         mujoco.mj_step1(self.model, self.data)
+        self._scene = self._made_scene()
         self._touch(None)
+
+    def _made_scene(self) -> Scene:
+        carriers = Carriers(self._masters, self._slaves, self._moving)
+        return Scene((self.model, self.data), carriers, self._parts, self._sensors, self._units)
 
     def step(self) -> None:
         """One step of `model.opt.timestep`.
@@ -171,20 +191,28 @@ class MujocoCoupling(Shown):
             self.start()
         check_integrator(self.model)
         self._check_step()
-        step, bad = self.model.opt.timestep, _bad(self.data)
+        step, bad = self.model.opt.timestep, bad_states(self.data)
         now = kick(self.model, self.data, self._pushes(), self._gravity)
         self._account = self._booked(now)
+        self._write(self.data, now)
         for name, value in self._row(self.data, now, self._account).items():
             self._rows.setdefault(name, []).append(value)
         mujoco.mj_step1(self.model, self.data)
-        if abs(self.data.time - self._time - step) > 0.5 * step or _bad(self.data) != bad:
+        if abs(self.data.time - self._time - step) > 0.5 * step or bad_states(self.data) != bad:
             raise RunError(
                 f"t = {self._time:g}: MuJoCo found its state to be bad (not finite, or too large), "
                 "or it was set back. Take smaller steps, and start() after setting back"
             )
         self._touch(now)
 
-    def run(self, end: float, *, on_step: OnStep | None = None) -> MujocoResult:
+    def run(
+        self,
+        end: float,
+        *,
+        on_step: OnStep | None = None,
+        out: str | Path | None = None,
+        title: str = "MuJoCo and contiga",
+    ) -> MujocoResult:
         """Go on step by step to `end`, from the start if nothing was started.
 
         Parameters
@@ -192,6 +220,9 @@ class MujocoCoupling(Shown):
         end : when to end: at the step next to it
         on_step : called with the coupling after the start and after every step, when its `data`
             may be read and controls set
+        out : folder for history, fields of every so many steps, summary and report, as a
+            `Simulation` writes them: `contiga.open_result` reads it
+        title : of the report
 
         Returns
         -------
@@ -203,7 +234,9 @@ class MujocoCoupling(Shown):
         InputError
             The end has passed, or is no number.
         RunError
-            As of `step`.
+            As of `step`; nothing is left in the folder then.
+        OutputError
+            The folder is somebody's own, or cannot be written.
 
         Warns
         -----
@@ -223,13 +256,30 @@ class MujocoCoupling(Shown):
             self.start()
             if on_step is not None:
                 on_step(self)
-        while self.data.time < end - 0.5 * self.model.opt.timestep:
-            self.step()
-            if on_step is not None:
-                on_step(self)
-        result = self.result()
+        result = self._run_to(end, on_step, None if out is None else Path(out), title)
         for text in result.warnings:
             warnings.warn(text, ContigaWarning, stacklevel=2)
+        return result
+
+    def _run_to(
+        self, end: float, on_step: OnStep | None, out: Path | None, title: str
+    ) -> MujocoResult:
+        """The steps of a run, and what is written of them."""
+        self._folder = None if out is None else CoupledFolder(out, self._scene.model)
+        begun = perf_counter()
+        try:
+            while self.data.time < end - 0.5 * self.model.opt.timestep:
+                self.step()
+                if on_step is not None:
+                    on_step(self)
+            result = self.result()
+            if self._folder is not None:
+                summary = result.told(self._scene.model, title, perf_counter() - begun)
+                self._folder.finish(result.history, summary)
+        finally:
+            if self._folder is not None:
+                self._folder.close()
+            self._folder = None
         return result
 
     def result(self) -> MujocoResult:
@@ -250,9 +300,13 @@ class MujocoCoupling(Shown):
         mujoco.mj_copyData(copy, self.model, self.data)
         now = kick(self.model, copy, self._pushes(), self._gravity)
         account = self._booked(now)
+        self._write(copy, now, last=True)
         last = self._row(copy, now, account)
         history = {n: as_column(n, [*self._rows.get(n, []), value]) for n, value in last.items()}
-        return MujocoResult(history, self.contacts, account.energy(self._contacts))
+        model = self._scene.model
+        history |= filtered_columns(model, history)
+        sensors = sensor_summary(model, history)
+        return MujocoResult(history, self.contacts, account.energy(self._contacts), sensors)
 
     def _pair(self, part: ContactPart) -> tuple[int, int]:
         """Bodies of the master and of the slave."""
@@ -305,10 +359,20 @@ class MujocoCoupling(Shown):
             return opened(self._time, now, self._contacts)
         return self._account.after(self._time, now)
 
+    def _is_due(self) -> bool:
+        """Whether areas are measured, and fields written, where the data stand."""
+        return len(self._rows.get("time", ())) % self.every == 0
+
+    def _write(self, data: Any, now: Kick, *, last: bool = False) -> None:
+        """Fields, where they are asked for; `data` have had the kick."""
+        if self._folder is not None and (last or self._is_due()):
+            physics = self.model, data
+            self._folder.append(self._scene.state(physics, now.speed, self._contacts, self._time))
+
     def _row(self, data: Any, now: Kick, account: Account) -> dict[str, float]:
         """One row of the history; `data` have had the kick."""
         row = {"time": self._time}
-        measured = len(self._rows.get("time", ())) % self.every == 0
+        measured = self._is_due()
         for part in self._parts:
             prefix = "" if len(self._parts) == 1 else f"{part.name}."
             columns = contact_columns(
@@ -318,6 +382,10 @@ class MujocoCoupling(Shown):
         for name, body in self._moving.items():
             values = motion_of(self.model, data, body, now.speed, now.acceleration)
             row |= {f"{name}.{c}": float(v) for c, v in zip(OF_BODIES, values, strict=True)}
+        if self._sensors:
+            physics = self.model, data
+            state = self._scene.state(physics, now.speed, self._contacts, self._time)
+            row |= self._scene.columns(physics, now, state)
         return row | energy_columns(account.energy(self._contacts))
 
     def _check_step(self) -> None:
@@ -328,12 +396,3 @@ class MujocoCoupling(Shown):
                 f"the contacts, {critical:.4g}: their vibrations would grow without bound. Take a "
                 f"timestep below {0.9 * critical:.3g}; allow_unstable lets it pass"
             )
-
-
-def _bad(data: Any) -> int:
-    """How often MuJoCo has found places, velocities or accelerations to be bad."""
-    import mujoco
-
-    kinds = mujoco.mjtWarning
-    which = kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC
-    return sum(int(data.warning[int(kind)].number) for kind in which)

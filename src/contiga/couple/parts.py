@@ -22,8 +22,8 @@ def parts_of(
     Raises
     ------
     InputError
-        What is no master or slave, or stands in no contact; contacts of others, or of one name;
-        two sides on one body.
+        What is no master or slave; a slave that stands in no contact; contacts of others, or of one
+        name; two sides on one body.
     """
     for name, one in masters.items():
         _check("masters", name, one.carried, is_master(one.carried), "a Body or a TriMesh")
@@ -40,8 +40,7 @@ def parts_of(
             found=names,
             remedy="Two of one pair need names: contacts={name: contact}",
         )
-    _check_used("master", masters, [part.master for part in parts])
-    _check_used("slave", slaves, [part.slave for part in parts])
+    _check_used(slaves, [part.slave for part in parts])
     for part in parts:
         _check_apart(model, part, (masters[part.master].body, slaves[part.slave].body))
     return parts
@@ -57,12 +56,12 @@ def _check(where: str, name: str, value: object, fits: bool, allowed: str) -> No
         )
 
 
-def _check_used(role: str, known: Mapping[str, Carrier], used: list[str]) -> None:
-    idle = [name for name in known if name not in used]
+def _check_used(slaves: Mapping[str, Carrier], used: list[str]) -> None:
+    idle = [name for name in slaves if name not in used]
     if idle:
         raise InputError(
-            f"a {role} stands in no contact",
-            where=f"{role}s",
+            "a slave stands in no contact",
+            where="slaves",
             found=", ".join(idle),
             remedy="Make a Contact with it, or leave it out",
         )

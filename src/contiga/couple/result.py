@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from contiga.contact.state import State
+from contiga.errors import InputError
 from contiga.io.out.history import write_history
 from contiga.records import FloatArray
 from contiga.shown import Facts, Shown
+from contiga.simulation.clock import Clock
 from contiga.simulation.energy_told import LARGE, energy_text, told_of, worst_step
+from contiga.simulation.model import Model
 from contiga.simulation.result import table_of
+from contiga.simulation.summary import summarise
 from contiga.simulation.system_state import Energy
 
 if TYPE_CHECKING:
@@ -34,6 +38,8 @@ class MujocoResult(Shown):
     """At the end, by name."""
     energy: Energy
     """At the end."""
+    criteria: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """What sensors say of the whole run, by name: filter, and criteria with values and windows."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -43,6 +49,37 @@ class MujocoResult(Shown):
             return ()
         time = float(self.history["time"][worst_step(self.history)])
         return (energy_text(told, time, _CAUSE),)
+
+    def of(self, name: str) -> dict[str, FloatArray]:
+        """Columns of a contact, a body, a sensor or "energy", by their own names.
+
+        Raises
+        ------
+        InputError
+            The history has nothing of that name.
+        """
+        columns = {whole.rpartition("."): values for whole, values in self.history.items()}
+        found = {column: values for (of, _, column), values in columns.items() if of == name}
+        if not found and list(self.contacts) == [name]:  # the only one: not prefixed
+            found = {column: values for (of, _, column), values in columns.items() if not of}
+        if not found:
+            known = dict.fromkeys(of for of, _, _ in columns if of)
+            raise InputError(
+                "the history has nothing of this name",
+                where="name",
+                found=name,
+                allowed=", ".join(map(repr, {*self.contacts, *known})),
+            )
+        return found
+
+    def told(self, model: Model, title: str, seconds: float) -> dict[str, Any]:
+        """The summary of the run for its folder."""
+        clock = Clock()
+        clock.seconds["total"] = seconds
+        summary = summarise(model, self.history, clock)
+        warnings = [*summary["warnings"], *self.warnings]
+        energy = told_of(self.history)
+        return summary | {"title": title, "energy": energy, "warnings": warnings}
 
     def _facts(self) -> Facts:
         return [

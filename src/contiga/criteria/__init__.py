@@ -11,6 +11,7 @@
 
 from __future__ import annotations
 
+from contiga.criteria.bands import Bands
 from contiga.criteria.brain import BrIC, bric
 from contiga.criteria.chest import Viscous, vc
 from contiga.criteria.femur import FemurForce, femur_force
@@ -23,6 +24,7 @@ __all__ = [
     "HIC",
     "HYBRID_III_5",
     "HYBRID_III_50",
+    "Bands",
     "BrIC",
     "Clip",
     "FemurForce",

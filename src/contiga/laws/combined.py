@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.errors import InputError
-from contiga.laws.characteristic import Characteristic
+from contiga.laws.characteristic import Characteristic, Extrapolation
+from contiga.laws.force import ForceLaw
 from contiga.laws.law import no_memory
 from contiga.laws.stress import StressLaw
 from contiga.laws.stress_path import StressPath, stress_path
@@ -74,7 +75,7 @@ class CombinedLaw:
                     where=side,
                     found=type(law).__name__,
                     allowed="StressLaw",
-                    remedy="The force, penalty and adaptive laws work with type slave or master",
+                    remedy="Others work with type slave or master, force laws also in series",
                 )
             _check_side(law, side)
         if master.thickness is None:
@@ -121,6 +122,33 @@ class CombinedLaw:
             inp.area * stored,
             inp.area * split.stress,
         )
+
+
+def forces_in_series(slave: ForceLaw, master: ForceLaw) -> ForceLaw:
+    """One force law of two sides that carry the same force, λ = λ_s + λ_m.
+
+    Raises
+    ------
+    InputError
+        A side with unloading, whose split goes with the past; curves that are no tables, decrease
+        or leave zero out; shares that differ.
+    """
+    for side, law in (("law", slave), ("master_law", master)):
+        if law.hysteresis is not None or not law.curve.is_table or law.share != slave.share:
+            raise InputError(
+                "two force laws in series have tables without unloading, and one share",
+                where=side,
+                remedy='Remove unloading and hysteresis_slope, or use type "slave" or "master"',
+            )
+    path = stress_path(slave.curve, master.curve)
+    depth, force = path.slave + path.master, path.stress
+    if path.ray is not None:  # goes on as the line through two points
+        way = float(depth[-1]) or 1.0
+        depth = np.append(depth, depth[-1] + way * (path.ray[0] + path.ray[1]))
+        force = np.append(force, force[-1] + way * path.ray[2])
+    beyond: Extrapolation = "error" if path.ray is None else "linear"
+    rows = np.column_stack([depth, force])
+    return ForceLaw(Characteristic(rows, extrapolation=beyond), share=slave.share)
 
 
 def _check_side(law: StressLaw, side: str) -> None:

@@ -9,22 +9,23 @@ import numpy as np
 
 from contiga.errors import InputError
 from contiga.laws.characteristic import Characteristic, CurveLike
+from contiga.laws.deepest import deepest
 from contiga.laws.hysteresis import Hysteresis, elastic_move, hysteresis_of
 from contiga.laws.law import as_curve, remembered
 from contiga.laws.share import share
 from contiga.records import FloatArray, LawInput, LawOutput
 
-Share = Literal["penetration", "deepest"]
+Share = Literal["deepest", "penetration"]
 
 
 @dataclass(frozen=True, init=False, eq=False)
 class ForceLaw:
     """Total force from the greatest penetration (thesis, Eq. 3.1–3.3).
 
-    F = Γ(λ_max), shared as F_i = F λ_i A_i / Σ λ_j A_j. The total depends neither on the number
-    of points in contact nor on their area. The total is what an energy ∫Γ dλ_max gives, the shares
-    are not: points that move against each other gain or lose energy that nothing accounts for.
-    ``share="deepest"`` gives all to the deepest point, which is the gradient of that energy.
+    F = Γ(λ_max), whatever the number of points in contact and their area. It is the gradient of the
+    energy ∫Γ dλ_max and acts at the deepest point, along the normal there: a body pressed into
+    another feels what the curve says. Points within 0.5 % of the greatest depth share it, so that
+    it passes smoothly from one to the next; λ_max is greater by that much at most.
 
     Parameters
     ----------
@@ -32,18 +33,25 @@ class ForceLaw:
     unloading : Γ_u ≤ Γ, the force of an unloading; as `curve` if None
     hysteresis_slope : K, force over penetration between the two curves; goes with `unloading`, and
         is not below the steepest slope of either
-    share : ``"penetration"`` (default) as above, or ``"deepest"``: the first of the deepest points
+    share : ``"deepest"`` (default) as above, or ``"penetration"``: F_i = F λ_i A_i / Σ λ_j A_j, as
+        in the thesis. Those add up to F as numbers and not as vectors, to less where normals
+        differ, and are no gradient: points that move against each other gain or lose energy that
+        nothing accounts for
 
     Notes
     -----
     No points in contact: no forces. Points that only touch (all λ = 0): Γ(0), which is zero for
-    most curves, shared by area; see `share` for what happens without areas.
+    most curves, shared alike, or by area; see `share` for what happens without areas.
 
     >>> depth, area = np.array([0.2, 0.4]), np.array([0.1, 0.1])
-    >>> ForceLaw(0.6).respond(LawInput(depth, np.zeros(2), area, None, None, 0.0)).force.round(12)
+    >>> pressed = LawInput(depth, np.zeros(2), area, None, None, 0.0)
+    >>> ForceLaw(0.6).respond(pressed).force.round(12)
+    array([0.  , 0.24])
+    >>> ForceLaw(0.6, share="penetration").respond(pressed).force.round(12)
     array([0.08, 0.16])
 
-    Stiffness and energies are those of the whole, shared as the force is.
+    Stiffness and energies are those of the whole, shared as the force is. So is friction with
+    ``share="deepest"``: it sticks and slips as one, on the mean way of the points that carry.
 
     With `unloading` the total moves along lines of slope K between the curves: see
     `contiga.laws.hysteresis`. The last λ_max and F stand in the memory of every point, so that they
@@ -66,7 +74,7 @@ class ForceLaw:
         *,
         unloading: CurveLike | None = None,
         hysteresis_slope: float | None = None,
-        share: Share = "penetration",
+        share: Share = "deepest",
     ) -> None:
         if share not in get_args(Share):
             raise InputError(
@@ -85,30 +93,41 @@ class ForceLaw:
     needs_thickness = False
 
     @property
+    def acts_as_one(self) -> bool:
+        """Whether the points that carry are one contact, which sticks and slips as a whole."""
+        return self.share == "deepest"
+
+    @property
     def n_memory(self) -> int:
         """λ_max and F of the last step, with hysteresis; else nothing."""
         return 0 if self.hysteresis is None else 2
 
     def respond(self, inp: LawInput) -> LawOutput:
-        """Forces whose sum is Γ(λ_max) to rounding, or what hysteresis makes of it."""
+        """Forces whose sum is Γ(λ_max), or what hysteresis makes of it.
+
+        To rounding shared by penetration, else as far as λ_max itself.
+        """
         n = inp.penetration.size
         if n == 0:
             none = np.zeros(0)
             return LawOutput(none, none, none, np.zeros((0, self.n_memory)), none, none)
-        deepest = inp.penetration.max(keepdims=True)
+        depth, shares = self._shares(inp)
         if self.hysteresis is None:
-            moved = elastic_move(self.curve, deepest)
+            moved = elastic_move(self.curve, depth)
             memory = np.zeros((n, 0))
         else:
             past = remembered(inp, self.n_memory).max(axis=0)
-            moved = self.hysteresis.move(past[:1], past[1:], deepest)
-            memory = np.tile([deepest[0], moved.force[0]], (n, 1))
-        force, stiffness, stored, lost = (self._shared(float(whole[0]), inp) for whole in moved)
-        return LawOutput(force, stiffness, stored, memory, lost, np.zeros(n))
+            moved = self.hysteresis.move(past[:1], past[1:], depth)
+            memory = np.tile([depth[0], moved.force[0]], (n, 1))
+        force, stiffness, stored, lost = (float(whole[0]) for whole in moved)
+        part = shares / shares.sum()
+        return LawOutput(
+            force * shares, stiffness * shares, stored * part, memory, lost * part, np.zeros(n)
+        )
 
-    def _shared(self, whole: float, inp: LawInput) -> FloatArray:
+    def _shares(self, inp: LawInput) -> tuple[FloatArray, FloatArray]:
+        """The greatest penetration (1,) and what each point has of the force (n,)."""
         if self.share == "penetration":
-            return share(whole, inp.penetration, inp.area)
-        one = np.zeros(inp.penetration.size)
-        one[np.argmax(inp.penetration)] = whole
-        return one
+            return inp.penetration.max(keepdims=True), share(1.0, inp.penetration, inp.area)
+        found = deepest(inp.penetration)
+        return np.array([found.depth]), found.weight

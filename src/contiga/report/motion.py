@@ -209,5 +209,6 @@ def criteria_table(run: Run) -> str:
         for criterion, found in (told.get("criteria") or {}).items():
             unit = " g" if criterion == "3ms" else ""
             span = f"{number(found['start'])} to {number(found['end'])} {escape(run.units.time)}"
-            rows.append(named_row(name, criterion, [number(found["value"]) + unit, span]))
+            band = f" ({escape(str(found['band']))})" if "band" in found else ""
+            rows.append(named_row(name, criterion, [number(found["value"]) + unit + band, span]))
     return named_table(("Sensor", "Criterion", "Value", "Window"), rows)

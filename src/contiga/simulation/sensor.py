@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.criteria.bands import Bands
 from contiga.criteria.filters import NAMES as FILTERS
 from contiga.errors import InputError
 from contiga.num.arrays import read_only
@@ -17,6 +19,7 @@ from contiga.records import FloatArray
 MEASURES = ("acceleration", "velocity", "displacement", "force", "moment")
 RELATIVE_MEASURES = ("distance", "displacement", "angle")
 CRITERIA = ("HIC15", "HIC36", "HICd", "3ms")
+_CODE = re.compile(r"[A-Z0-9?]{12}")
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -35,11 +38,15 @@ class Sensor:
     filter : "CFC60", "CFC180", "CFC600" or "CFC1000" (SAE J211) for the acceleration; none if
         omitted
     criteria : of "HIC15", "HIC36", "HICd" and "3ms", from the resultant acceleration as filtered
+    bands : of the values of criteria, by their names: `contiga.criteria.Bands`
+    code : the first 12 characters of its channels' codes in ISO-MME files; made of the name if
+        omitted
 
     Raises
     ------
     InputError
-        Unknown measures, filters or criteria, criteria without acceleration.
+        Unknown measures, filters or criteria, criteria without acceleration, bands of a criterion
+        that is not asked for, a code of other than 12 capital letters and digits.
 
     Examples
     --------
@@ -56,6 +63,8 @@ class Sensor:
     measures: tuple[str, ...]
     filter: str | None
     criteria: tuple[str, ...]
+    bands: Mapping[str, Bands]
+    code: str | None
 
     def __init__(
         self,
@@ -67,6 +76,8 @@ class Sensor:
         measures: Iterable[str] = ("acceleration", "velocity", "displacement"),
         filter: str | None = None,
         criteria: Iterable[str] = (),
+        bands: Mapping[str, Bands] | None = None,
+        code: str | None = None,
     ) -> None:
         put = object.__setattr__
         put(self, "name", name)
@@ -76,6 +87,10 @@ class Sensor:
         put(self, "measures", _several("measures", measures, MEASURES))
         put(self, "filter", None if filter is None else _one_of("filter", filter, FILTERS))
         put(self, "criteria", _several("criteria", criteria, CRITERIA))
+        put(self, "bands", dict(bands or {}))
+        put(self, "code", _checked_code(code))
+        for which in self.bands:
+            _one_of("bands", which, self.criteria)
         for where in ("filter", "criteria"):
             if getattr(self, where) and "acceleration" not in self.measures:
                 raise InputError(
@@ -97,6 +112,7 @@ class RelativeSensor:
     at : (2, 3) the points, where they are at the start, world coordinates; as of a `Sensor` if
         omitted
     axes : of the displacement: those of the first "body", or "world"
+    code : as of a `Sensor`
     measures : of "distance" (and its `rate`), "displacement" (how the second point has moved from
         where it was, seen from the first) and "angle" (by which the second body has turned against
         the first since the start, 0 to π, and that turn about the axes of the first body)
@@ -119,6 +135,7 @@ class RelativeSensor:
     at: FloatArray | None
     axes: str
     measures: tuple[str, ...]
+    code: str | None
 
     def __init__(
         self,
@@ -128,6 +145,7 @@ class RelativeSensor:
         at: ArrayLike | None = None,
         axes: str = "body",
         measures: Iterable[str] = RELATIVE_MEASURES,
+        code: str | None = None,
     ) -> None:
         pair = () if isinstance(between, str) else tuple(between)
         if len(pair) != 2 or pair[0] == pair[1] or not all(isinstance(n, str) for n in pair):
@@ -140,6 +158,18 @@ class RelativeSensor:
         put(self, "at", None if at is None else _two_points(at))
         put(self, "axes", _one_of("axes", axes, ("world", "body")))
         put(self, "measures", _several("measures", measures, RELATIVE_MEASURES))
+        put(self, "code", _checked_code(code))
+
+
+def _checked_code(code: str | None) -> str | None:
+    if code is not None and not (isinstance(code, str) and _CODE.fullmatch(code)):
+        raise InputError(
+            "is not the start of a channel's code",
+            where="code",
+            found=code,
+            allowed="12 capital letters and digits, such as 11HEAD0000H3",
+        )
+    return code
 
 
 def _two_points(at: ArrayLike) -> FloatArray:

@@ -13,7 +13,7 @@ from contiga.io.units import acceleration_factor, base_factor
 from contiga.num.ordered import length
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
-from contiga.simulation.sensor import Sensor
+from contiga.simulation.sensor import RelativeSensor, Sensor
 
 FINE = 8 * LEAST_RATE
 """Samples a second for each Hz of a filter's class, where steps are of several lengths. The mean
@@ -129,6 +129,7 @@ def sensor_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, di
             "body": sensor.body,
             "filter": sensor.filter,
             "criteria": _criteria(model, sensor, history),
+            **coded(sensor),
         }
         for sensor in model.point_sensors
     } | relative_summary(model)
@@ -137,16 +138,21 @@ def sensor_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, di
 def relative_summary(model: Model) -> dict[str, dict[str, Any]]:
     """Of sensors between two bodies: which."""
     return {
-        one.name: {"body": " – ".join(one.between), "filter": None, "criteria": {}}
+        one.name: {"body": " – ".join(one.between), "filter": None, "criteria": {}} | coded(one)
         for one in model.relative
     }
 
 
+def coded(sensor: Sensor | RelativeSensor) -> dict[str, str]:
+    """Its code in files of ISO-MME, where it was given one."""
+    return {} if sensor.code is None else {"code": sensor.code}
+
+
 def _criteria(
     model: Model, sensor: Sensor, history: dict[str, FloatArray]
-) -> dict[str, dict[str, float]]:
-    """Each criterion with its value, and when it holds, in the time unit of the case."""
-    if not sensor.criteria or len(history["time"]) < 2:
+) -> dict[str, dict[str, Any]]:
+    """Each criterion with its value and band, and when it holds, in the time unit of the case."""
+    if not sensor.criteria or f"{sensor.name}.a" not in history or len(history["time"]) < 2:
         return {}
     if sensor.filter is None:
         times, acceleration = history["time"], history[f"{sensor.name}.a"]
@@ -161,7 +167,7 @@ def _criteria(
     t = times * unit
     if not np.isfinite(a).all():
         return {}
-    found: dict[str, dict[str, float]] = {}
+    found: dict[str, dict[str, Any]] = {}
     for name in sensor.criteria:
         if name == "3ms":
             if t[-1] - t[0] < 0.003:
@@ -171,6 +177,8 @@ def _criteria(
             value, start, end = hic(a, t, _WINDOWS[name])
             value = hicd(value) if name == "HICd" else value
         found[name] = {"value": value, "start": start / unit, "end": end / unit}
+        if name in sensor.bands:
+            found[name]["band"] = sensor.bands[name].of(value)
     return found
 
 

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from contiga.io.out.iso_mme import write_mme
 from contiga.io.out.stored import FIELDS, UNFINISHED, read_stored
 from contiga.io.out.vtkhdf import FieldSeries, read_fields
 from contiga.records import FloatArray
 from contiga.shown import Facts, Shown
+from contiga.simulation.iso_mme import channels_of
 from contiga.simulation.result import table_of
 
 if TYPE_CHECKING:
@@ -61,6 +63,29 @@ class StoredResult(Shown):
     def _of(self, owner: str) -> dict[str, FloatArray]:
         columns = {name.rpartition("."): values for name, values in self.history.items()}
         return {name: values for (of, _, name), values in columns.items() if of == owner}
+
+    def write_mme(self, folder: str | Path, test: str) -> tuple[Path, int]:
+        """Write what sensors and springs have measured as ISO/TS 13499 (ISO-MME) files.
+
+        Parameters
+        ----------
+        folder : where the folder of the test is made
+        test : its name
+
+        Returns
+        -------
+        The folder of the test, and how many channels are in it.
+
+        Raises
+        ------
+        InputError
+            The run has no units, no sensors and no springs; codes of two sensors are the same.
+        OutputError
+            There is such a test already, or it cannot be written.
+        """
+        channels = channels_of(self.history, self.summary)
+        title, of = str(self.summary.get("title", "")), f"contiga {self.summary.get('version', '')}"
+        return write_mme(Path(folder), test, channels, title=title, comment=of), len(channels)
 
     def at(self, time: float) -> int:
         """The recorded step of the fields that is nearest to a time."""

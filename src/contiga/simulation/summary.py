@@ -16,6 +16,7 @@ from contiga.simulation.energy_told import energy_summary, energy_warnings
 from contiga.simulation.history import COUNTED
 from contiga.simulation.model import Model
 from contiga.simulation.signals import (
+    coded,
     filtered_columns,
     relative_summary,
     sensor_summary,
@@ -100,7 +101,7 @@ def summary_so_far(
     }
     time, end = float(history["time"][-1]), model.stepping.end
     sensors = {
-        one.name: {"body": one.body, "filter": one.filter, "criteria": {}}
+        one.name: {"body": one.body, "filter": one.filter, "criteria": {}} | coded(one)
         for one in model.point_sensors
     } | relative_summary(model)
     return {

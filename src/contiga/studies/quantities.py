@@ -53,14 +53,6 @@ class Quantity(NamedTuple):
     criterion: str = ""
     time: float = 0.0
 
-    def unit(self, units: tuple[str, str, str]) -> str:
-        """By the units of length, mass and time of the case; "" of what has none."""
-        if self.kind == "criterion":
-            return "g" if self.criterion == "3ms" else ""
-        if self.kind.startswith("time_of"):
-            return units[2]
-        return column_units([self.name], units).get(self.name, "")
-
     def check(self, columns: list[str], criteria: list[str], end: float) -> None:
         """Refuse what a case will not have.
 
@@ -91,6 +83,15 @@ class Quantity(NamedTuple):
                 found=self.text,
                 allowed=f"up to {end:g}",
             )
+
+    def unit(self, units: tuple[str, str, str]) -> str:
+        """Its unit, those of length, mass and time being `units`; empty of what has none."""
+        if self.kind == "criterion":
+            return "g" if self.criterion == "3ms" else ""
+        if self.kind in _PLAIN:
+            return ""
+        column = "time" if self.kind.startswith("time_of") else self.name
+        return column_units([column], units).get(column, "")
 
     def value(self, history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -> float:
         """The number, of what a run left; NaN where it has none.

@@ -93,7 +93,7 @@ def forces(law: ForceLaw | StressLaw) -> Forces:
 
 
 def _force_model() -> Outcome:
-    found = forces(ForceLaw(COEFFICIENT))
+    found = forces(ForceLaw(COEFFICIENT, share="penetration"))
     depth = found.depth()
     totals = {name: found.total(name) for name in found.runs}
     rows = [
@@ -317,7 +317,7 @@ def contact_types() -> tuple[list[TypeRow], str]:
         Contact(
             part.contact.master,
             slave_of(simulation),
-            law=ForceLaw(COEFFICIENT),
+            law=ForceLaw(COEFFICIENT, share="penetration"),
             area=HullArea(1),
             weights="area",
             contact_type="combined",

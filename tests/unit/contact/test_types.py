@@ -83,7 +83,8 @@ def test_a_combined_contact_with_a_rigid_like_master_is_one_of_the_slave() -> No
 def test_the_force_law_shares_its_total_by_penetration_and_area() -> None:
     points = np.array([[0.0, 0.0, -0.1], [0.5, 0.5, -0.3], [-1.0, 0.2, 0.2]])
     area = np.array([0.5, 1.0, 2.0])
-    contact = cg.Contact(PLATE, cg.Slave(points, area=area), law=cg.ForceLaw(2.0))
+    law = cg.ForceLaw(2.0, share="penetration")
+    contact = cg.Contact(PLATE, cg.Slave(points, area=area), law=law)
     state = _pressed(contact, points, np.array([0.0, 0.0, 1.0]))
     expected = 2.0 * 0.3 * np.array([0.05, 0.3, 0.0]) / 0.35
     np.testing.assert_allclose(state.force[:, 2], expected, rtol=1e-13)
@@ -109,7 +110,8 @@ def test_no_one_and_flat_contacts_are_defined(law: object) -> None:
 
 def test_no_areas_at_all_still_share_a_total_force() -> None:
     points = np.array([[0.0, 0.0, -0.1], [0.5, 0.5, -0.3]])
-    contact = cg.Contact(PLATE, cg.Slave(points, area=[0.0, 0.0]), law=cg.ForceLaw(2.0))
+    law = cg.ForceLaw(2.0, share="penetration")
+    contact = cg.Contact(PLATE, cg.Slave(points, area=[0.0, 0.0]), law=law)
     state = _pressed(contact, points, np.array([0.0, 0.0, 1.0]))
     np.testing.assert_allclose(state.force[:, 2], 0.6 * np.array([0.25, 0.75]), rtol=1e-13)
     assert not state.pressure.any()

@@ -292,10 +292,6 @@ WRONG: Mapping[str, tuple[dict[str, Any], str]] = {
         r"slaves\['point'\]: the MuJoCo model has no body.*found 'table'",
     ),
     "body by number": ({"slaves": {"point": (POINT, 2)}}, "no body of this name; found 2"),
-    "idle master": (
-        {"masters": {"ball": BALL, "plate": cg.Body([cg.shapes.torus()])}},
-        "masters: a master stands in no contact; found 'plate'",
-    ),
     "idle slave": (
         {"slaves": {"point": (POINT, "plate"), "world": cg.Slave([[0.0, 0.0, 9.0]])}},
         "slaves: a slave stands in no contact; found 'world'",

@@ -7,7 +7,7 @@ import pytest
 
 from contiga.errors import InputError, RunError
 from contiga.laws.characteristic import Characteristic
-from contiga.laws.combined import CombinedLaw
+from contiga.laws.combined import CombinedLaw, forces_in_series
 from contiga.laws.normal import ForceLaw, StressLaw
 from contiga.records import LawInput
 
@@ -149,3 +149,37 @@ def test_a_callable_that_falls_is_refused_when_it_is_used() -> None:
     law.respond(law_input([1.0]))
     with pytest.raises(InputError, match="falls near"):
         law.respond(law_input([3.0]))
+
+
+def test_two_force_laws_in_series_carry_one_force() -> None:
+    slave, master = [[0, 0], [10, 3], [60, 5]], [[0, 0], [4, 2], [20, 8]]
+    both = forces_in_series(ForceLaw(slave), ForceLaw(master))
+    for force in (0.0, 1.5, 2.0, 3.0, 4.0, 8.0, 12.0):
+        # Each side's way by its own curve, continued straight on.
+        depth = sum(
+            np.interp(force, f, x) + max(force - f[-1], 0.0) * (x[-1] - x[-2]) / (f[-1] - f[-2])
+            for x, f in (np.array(slave).T, np.array(master).T)
+        )
+        assert both.curve(depth) == pytest.approx(force, rel=1e-12)
+
+
+def test_a_side_with_a_plateau_is_the_ceiling_of_both() -> None:
+    crush = Characteristic([[0, 0], [1, 2]], extrapolation="constant")
+    both = forces_in_series(ForceLaw(1.0), ForceLaw(crush))
+    assert both.curve([1.5, 3.0, 50.0]) == pytest.approx([1.0, 2.0, 2.0])
+    ends = Characteristic([[0, 0], [1, 2]], extrapolation="error")
+    with pytest.raises(RunError, match="outside its table"):
+        forces_in_series(ForceLaw(ends), ForceLaw(ends)).curve(2.5)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        ForceLaw(1.0, unloading=0.5, hysteresis_slope=2.0),
+        ForceLaw(lambda x: x**2),
+        ForceLaw(1.0, share="penetration"),
+    ],
+)
+def test_forces_in_series_without_an_answer_are_refused(other: ForceLaw) -> None:
+    with pytest.raises(InputError, match=r"master_law: .*tables without unloading, and one share"):
+        forces_in_series(ForceLaw(2.0), other)

@@ -90,7 +90,9 @@ def test_a_half_sine_gives_its_hic() -> None:
     times = np.linspace(0.0, 30.0, 601)
     pulse = np.where(times < 20.0, peak * g * np.sin(np.pi * times / 20.0), 0.0)
     motion = cg.motion.Accelerated(np.stack([times, pulse], axis=1), direction="x")
-    sensor = cg.Sensor("head", "ball", filter="CFC1000", criteria=["HIC15", "HICd", "3ms"])
+    bands = {"HIC15": cg.criteria.Bands([0.1, 1e5], ["low", "middle", "high"])}
+    asked = ["HIC15", "HICd", "3ms"]
+    sensor = cg.Sensor("head", "ball", filter="CFC1000", criteria=asked, bands=bands)
     units = {"end": 30.0, "step": 0.05, "units": ("mm", "g", "ms")}
     result = flight(motion, [sensor], **units)
     told = result.summary["sensors"]["head"]["criteria"]
@@ -100,6 +102,7 @@ def test_a_half_sine_gives_its_hic() -> None:
     assert told["HICd"]["value"] == pytest.approx(
         cg.criteria.hicd(cg.criteria.hic(a, t, 0.036).value), rel=1e-3
     )
+    assert (told["HIC15"]["band"], "band" in told["3ms"]) == ("middle", False)
     assert told["HIC15"]["start"] < 10.0 < told["HIC15"]["end"]
     assert np.abs(result.history["head.filtered_a"] - result.history["head.a"]).max() < 0.02
 
@@ -124,6 +127,8 @@ def test_steps_that_choose_themselves_are_short_enough_for_the_filter() -> None:
         ({"filter": "CFC500"}, "filter"),
         ({"criteria": ["GSI"]}, "criteria"),
         ({"criteria": ["HIC15"], "measures": ["force"]}, "does not measure"),
+        ({"bands": {"HIC15": cg.criteria.Bands([1], "ab")}, "criteria": ["3ms"]}, "bands"),
+        ({"code": "11HEAD"}, "code: is not the start of a channel's code"),
     ],
 )
 def test_wrong_sensors_are_told(options: dict[str, object], match: str) -> None:

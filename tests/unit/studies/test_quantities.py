@@ -53,6 +53,24 @@ def test_quantities_are_those_of_the_history(text: str, value: float) -> None:
     assert quantity_of(text).value(HISTORY, SUMMARY) == pytest.approx(value, rel=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("text", "unit"),
+    [
+        ("max(force)", "N"),
+        ("max(head-pad.force)", "N"),
+        ("at(head.vz, 3.0)", "mm/ms"),
+        ("time_of_max(force)", "ms"),
+        ("cg.HIC15", ""),
+        ("cg.3ms", "g"),
+        ("steps", ""),
+        ("max(n_contact)", ""),
+    ],
+)
+def test_quantities_say_their_units(text: str, unit: str) -> None:
+    assert quantity_of(text).unit(("mm", "g", "ms")) == unit
+    assert quantity_of("max(force)").unit(("", "", "")) == ""
+
+
 @pytest.mark.parametrize("text", ["max(none)", "end(gone)", "cg.3ms", "tail.HIC15"])
 def test_what_a_case_has_not_is_no_number(text: str) -> None:
     assert math.isnan(quantity_of(text).value(HISTORY, SUMMARY))

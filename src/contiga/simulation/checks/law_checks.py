@@ -8,7 +8,7 @@ import numpy as np
 
 from contiga.area.nodal import NodalArea
 from contiga.contact.contact import Contact
-from contiga.laws.combined import CombinedLaw
+from contiga.laws.by_face import FaceLaws
 from contiga.laws.friction import Coulomb
 from contiga.laws.normal import PenaltyLaw
 from contiga.laws.stress import StressLaw
@@ -73,7 +73,7 @@ def _curve(pair: Pair, said: Said) -> Iterator[Finding]:
 
 def _stress(pair: Pair, said: Said) -> Iterator[Finding]:
     """Tables of layers that give way far, with stresses that hardly any of those has."""
-    if not said.known or isinstance(pair.contact.law, CombinedLaw):
+    if not said.known or pair.contact.contact_type == "combined":
         return
     pascal = said.si(-1, 1, -2)
     for layer in layers_of(pair.contact):
@@ -99,7 +99,7 @@ def _thickness(pair: Pair, said: Said) -> Iterator[Finding]:
     for layer in layers_of(pair.contact):
         size = pair.slave_size if pair.contact.contact_type == "slave" else pair.body.size
         thickness = layer.thickness
-        if thickness is None or not size > 0.0 or isinstance(pair.contact.law, CombinedLaw):
+        if thickness is None or not size > 0.0 or pair.contact.contact_type == "combined":
             continue
         if thickness > _THICK * size:
             yield Finding(
@@ -158,7 +158,7 @@ def _shares(pair: Pair) -> Iterator[Finding]:
 def _by_area(contact: Contact) -> bool:
     """Whether a law's force goes with the area of each point."""
     law = contact.law
-    return isinstance(law, StressLaw) or (isinstance(law, PenaltyLaw) and law.per_area)
+    return isinstance(law, StressLaw | FaceLaws) or (isinstance(law, PenaltyLaw) and law.per_area)
 
 
 def _given_area(pair: Pair) -> float | None:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.contact import Contact
+from contiga.laws.by_face import FaceLaws
 from contiga.laws.characteristic import Characteristic
 from contiga.laws.combined import CombinedLaw
 from contiga.laws.force import ForceLaw
@@ -33,8 +34,14 @@ class Layer(NamedTuple):
 
 
 def layers_of(contact: Contact) -> list[Layer]:
-    """The layers of one contact: none of laws that have no curve, two of combined ones."""
-    law = contact.law
+    """The layers of one contact: none of laws that have no curve, one a law of
+    those by face."""
+    if isinstance(contact.law, FaceLaws):
+        return [layer for law in contact.law.laws for layer in _layers(law, contact)]
+    return _layers(contact.law, contact)
+
+
+def _layers(law: object, contact: Contact) -> list[Layer]:
     if isinstance(law, CombinedLaw):
         # What each side takes of the penetration is the law's: together they have both.
         slave, master = _layer(law.slave, contact), _layer(law.master, contact)

@@ -209,5 +209,6 @@ def _resultant(scene: Scene, pair: Pair, own: Columns) -> Iterator[str]:
         yield (
             f"{pair.part.name}: its curve sets the sum of the nodal forces, "
             f"{scene.said(told, 'force')} at the peak; printed is their resultant, "
-            f"{scene.said(printed, 'force')}, as they do not all point one way"
+            f"{scene.said(printed, 'force')}, as they do not all point one way; with share = "
+            '"deepest", as by default, it is what the curve says'
         )

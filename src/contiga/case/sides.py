@@ -1,0 +1,124 @@
+"""Which side of a contact gives way, and how: by its own laws, or by the layers of its bodies.
+
+A body may have a `layer`, the law of its own surface, and others on some of its faces. A contact
+that says nothing else takes what its two sides have: in series where both give way.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Annotated, NamedTuple, Self
+
+from pydantic import Field, model_validator
+
+from contiga.case.contact_spec import ContactSpec
+from contiga.case.law_spec import LawSpec
+from contiga.case.spec import Count, Spec
+from contiga.contact.checks import law_of
+from contiga.errors import CaseError
+from contiga.laws.by_face import FaceLaws
+from contiga.laws.law import Law
+
+
+class FaceLayerSpec(Spec):
+    """`{ faces, law }`: another layer on some faces of a body."""
+
+    faces: Annotated[list[Count], Field(min_length=1)]
+    """Numbers from 1, in the order of the body's faces."""
+    law: LawSpec
+
+
+class LayeredSpec(Spec):
+    """What of a `[[body]]` says how its surface gives way; a rigid one has none of it."""
+
+    layer: LawSpec | None = None
+    """Of its faces, all or the rest."""
+    face_layer: Annotated[list[FaceLayerSpec], Field(min_length=1)] | None = None
+    """Of some of them."""
+
+    @cached_property
+    def gives_way(self) -> Law | None:
+        """The law of its surface; None of a rigid one."""
+        if self.layer is None or not self.face_layer:
+            return None if self.layer is None else self.layer.law
+        own = {tuple(face - 1 for face in one.faces): one.law.law for one in self.face_layer}
+        return FaceLaws(self.layer.law, own)  # type: ignore[arg-type]
+
+    def layers(self) -> str:
+        """In words."""
+        assert self.layer is not None
+        own = (
+            f"faces {str(one.faces)[1:-1]} {one.law.describe()}" for one in self.face_layer or []
+        )
+        return "; ".join([self.layer.describe(), *own])
+
+    @model_validator(mode="after")
+    def _all_faces_have_layers(self) -> Self:
+        if self.face_layer and self.layer is None:
+            raise CaseError(
+                "is missing: some faces have layers, and the others none",
+                where="layer",
+                remedy="Give the layer of the rest of the body",
+            )
+        if self.gives_way is not None and self.gives_way.needs_thickness:
+            raise CaseError("is missing", where="layer.thickness")
+        return self
+
+
+class Sides(NamedTuple):
+    """The two sides of a contact."""
+
+    type: str
+    """"slave", "master" or "combined": who gives way."""
+    law: Law
+    master_law: Law | None
+    """Of the master, where both give way."""
+
+
+def sides_of(contact: ContactSpec, master: LayeredSpec, slave: LayeredSpec | None) -> Sides:
+    """Of a contact with the body `master`, of points of the body `slave` where they are such.
+
+    Raises
+    ------
+    InputError
+        A side that is to give way has no law; laws that do not go together.
+    """
+    own = None if contact.law is None else contact.law.law
+    front = own if own is not None or slave is None else _of_slave(slave)
+    back = master.gives_way if contact.master_law is None else contact.master_law.law
+    kind = contact.type
+    if kind is None:
+        kind = "slave" if back is None else "master" if front is None else "combined"
+    if kind == "master":
+        law, back = back if own is None else own, None
+    else:
+        law, back = front, back if kind == "combined" else None
+    if law is None:
+        raise CaseError(
+            "is missing", where="law", allowed="a law, or a body of the contact that has a layer"
+        )
+    if kind == "combined" and back is None:
+        raise CaseError(
+            "is missing",
+            where="master_law",
+            remedy='type = "combined" needs both laws: give it, or the body a layer',
+        )
+    if kind == "master" and law.needs_thickness:
+        raise CaseError(
+            "is missing",
+            where="law.thickness",
+            remedy='type = "master" deforms the master: its thickness, not the slave\'s',
+        )
+    law_of(law, back, kind)  # type: ignore[arg-type]  # refused there
+    return Sides(kind, law, back)
+
+
+def _of_slave(slave: LayeredSpec) -> Law | None:
+    """The layer of points of a body, which do not know what face they are of."""
+    if slave.face_layer:
+        raise CaseError(
+            "is missing: only the master's side tells faces with layers of their own apart",
+            where="law",
+            remedy="Make that body the master, or give the contact a law",
+        )
+    return slave.gives_way

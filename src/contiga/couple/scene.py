@@ -1,0 +1,176 @@
+"""What contiga sees of a coupled run: masters, slaves, contacts and sensors, by their names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.contact.state import State
+from contiga.couple.carriers import Carrier, Frame, frame_of, point_rates
+from contiga.couple.kick import Kick
+from contiga.dynamics.prescribed import Fixed, Moved
+from contiga.dynamics.stepping import EqualSteps
+from contiga.errors import InputError
+from contiga.num.ordered import length, product
+from contiga.num.rigid import to_body, to_world
+from contiga.num.twist import Twist, still
+from contiga.records import FloatArray
+from contiga.simulation.model import BodyPart, ContactPart, Model, SlavePart
+from contiga.simulation.relative_sensors import relative_columns
+from contiga.simulation.sensor import RelativeSensor, Sensor
+from contiga.simulation.system_state import BodyStates, Energy, SlaveState, SystemState
+
+_TOLD = {"acceleration": "a", "velocity": "v", "displacement": ""}
+
+
+class Carriers(NamedTuple):
+    """What stands on bodies of a MuJoCo model, by name."""
+
+    masters: Mapping[str, Carrier]
+    slaves: Mapping[str, Carrier]
+    moving: Mapping[str, int]
+    """Bodies that can move, by their own names."""
+
+
+class _Standing(NamedTuple):
+    """A motion that MuJoCo makes: told of it is where it begins."""
+
+    first: FloatArray
+
+    def pose(self, t: float) -> FloatArray:
+        """The pose at the start."""
+        return self.first
+
+    def twist(self, t: float) -> Twist:
+        """Zero."""
+        return still()
+
+
+class Scene:
+    """Made where a run starts.
+
+    Raises
+    ------
+    InputError
+        Sensors of what is no master, of one name, with criteria and no units, or that measure what
+        only MuJoCo knows.
+    """
+
+    def __init__(
+        self,
+        physics: tuple[Any, Any],
+        carriers: Carriers,
+        parts: tuple[ContactPart, ...],
+        sensors: Sequence[Sensor | RelativeSensor],
+        units: tuple[str, str, str],
+    ) -> None:
+        self._masters, self._slaves, moving = carriers
+        model, data = physics
+        rest = np.zeros(model.nv)
+        frames = {n: frame_of(model, data, one.body, rest) for n, one in self._masters.items()}
+        self.model = Model(
+            bodies={
+                n: BodyPart(one.carried, _Standing(frames[n].pose))
+                for n, one in self._masters.items()
+            },
+            slaves={
+                n: SlavePart(one.carried, Moved(one.carried.points, Fixed()))
+                for n, one in self._slaves.items()
+            },
+            contacts=parts,
+            stepping=EqualSteps(0.0, 1.0, 1.0),
+            sensors=tuple(self._placed(one, physics) for one in sensors),
+            units=units,
+        )
+        self._points = {}
+        for sensor in self.model.point_sensors:
+            _check(sensor, moving)
+            own = _own_point(physics, self._masters[sensor.body].body)
+            first = np.array(own if sensor.at is None else sensor.at)
+            at = to_body(frames[sensor.body].pose, first[None])[0]
+            self._points[sensor.name] = at, first
+
+    def _placed(
+        self, one: Sensor | RelativeSensor, physics: tuple[Any, Any]
+    ) -> Sensor | RelativeSensor:
+        """A sensor between two bodies with its points: centres of mass where it names none."""
+        known = one.between if isinstance(one, RelativeSensor) and one.at is None else ()
+        if not known or not set(known) <= set(self._masters):
+            return one
+        at = [_own_point(physics, self._masters[name].body) for name in known]
+        options = {"axes": one.axes, "measures": one.measures, "code": one.code}
+        return RelativeSensor(one.name, known, at=at, **options)  # type: ignore[arg-type]
+
+    def state(
+        self,
+        physics: tuple[Any, Any],
+        speed: FloatArray,
+        contacts: Mapping[str, State],
+        time: float,
+    ) -> SystemState:
+        """Where everything stands, at the joint velocities `speed`."""
+        bodies = [frame_of(*physics, one.body, speed) for one in self._masters.values()]
+        return SystemState(
+            time,
+            BodyStates(
+                {name: i for i, name in enumerate(self._masters)},
+                np.array([frame.pose for frame in bodies]),
+                np.array([np.concatenate(frame.twist) for frame in bodies]),
+            ),
+            {
+                name: _slave(one, frame_of(*physics, one.body, speed))
+                for name, one in self._slaves.items()
+            },
+            dict(contacts),
+            Energy(0.0),
+        )
+
+    def columns(self, physics: tuple[Any, Any], now: Kick, state: SystemState) -> dict[str, float]:
+        """What sensors say."""
+        columns: dict[str, float] = {}
+        for sensor in self.model.point_sensors:
+            at, first = self._points[sensor.name]
+            body, pose = self._masters[sensor.body].body, state.bodies[sensor.body].pose
+            place = to_world(pose, at[None])[0]
+            v, a = point_rates(*physics, body, place, now.speed, now.acceleration)
+            values = {"acceleration": a, "velocity": v, "displacement": place - first}
+            for measure in sensor.measures:
+                own, letter = values[measure], _TOLD[measure]
+                own = product(pose[:3, :3].T, own) if sensor.axes == "body" else own
+                named = zip("xyz", own, strict=True)
+                columns |= {f"{sensor.name}.{letter}{axis}": float(x) for axis, x in named}
+                if letter:
+                    columns[f"{sensor.name}.{letter}"] = length(own)
+        return columns | relative_columns(self.model, state)
+
+
+def _own_point(physics: tuple[Any, Any], body: int) -> FloatArray:
+    """(3,) the centre of mass of a body that can move, the origin of the frame of another."""
+    model, data = physics
+    return np.array(data.xipos[body] if model.body_weldid[body] != 0 else data.xpos[body])
+
+
+def _slave(one: Carrier, frame: Frame) -> SlaveState:
+    points = to_world(frame.pose, one.carried.points)
+    return SlaveState(points, frame.twist.at(frame.pose[:3, 3], points))
+
+
+def _check(sensor: Sensor, moving: Mapping[str, int]) -> None:
+    unknown = [measure for measure in sensor.measures if measure not in _TOLD]
+    if unknown:
+        raise InputError(
+            "what acts on a body of MuJoCo is not measured here",
+            where=f"sensor {sensor.name!r}: measures",
+            found=", ".join(unknown),
+            allowed=", ".join(map(repr, _TOLD)),
+            remedy="Put a <force> or <torque> sensor into the MuJoCo model",
+        )
+    if sensor.name in moving:
+        raise InputError(
+            "must have a name of its own: columns of the history are called by it",
+            where="sensors: name",
+            found=sensor.name,
+            allowed="not that of a body, a contact or another sensor",
+        )

@@ -1,0 +1,156 @@
+"""Signals as ISO/TS 13499 (ISO-MME) has them: a folder of text files, one a channel.
+
+    TEST/TEST.mme              about the test
+    TEST/Channel/TEST.chn      the list of channels
+    TEST/Channel/TEST.001 …    one channel: a head of "name :value" lines, then a number a line
+
+A channel's code has 16 characters: test object, position, main location (4), fine locations
+(3 × 2), physical dimension (2), direction and filter class.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from contiga.errors import InputError, OutputError
+from contiga.io.out.files import write_text
+from contiga.records import FloatArray
+
+EDITION = "1.6"
+_NONE = "NOVALUE"
+_WIDTH = 28
+_CODE = re.compile(r"[A-Z0-9?]{16}")
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+MOST = 999
+
+
+class MmeChannel(NamedTuple):
+    """A signal at even times."""
+
+    code: str
+    """16 characters."""
+    name: str
+    unit: str
+    """As the format writes it, such as ``m/(s*s)``."""
+    start: float
+    """Seconds."""
+    interval: float
+    """Seconds between samples."""
+    values: FloatArray
+    """(n,)."""
+    filter: str = _NONE
+    """Channel frequency class, such as "1000"."""
+
+
+def write_mme(
+    folder: Path, test: str, channels: Sequence[MmeChannel], *, title: str, comment: str = ""
+) -> Path:
+    """Write a test into a new folder of its name in `folder`; that folder.
+
+    Raises
+    ------
+    InputError
+        A name that files cannot have, codes that are none or are there twice, no channel or more
+        than 999.
+    OutputError
+        There is such a folder already, or it cannot be written; nothing is left then.
+    """
+    if not _NAME.fullmatch(test):
+        raise InputError(
+            "is no name of a test", where="test", found=test, allowed="letters, digits, _ - ."
+        )
+    _check_codes([channel.code for channel in channels])
+    out = folder / test
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        out.mkdir()  # never one that is there: what fails is removed whole
+    except OSError as error:
+        raise OutputError(
+            f"the folder cannot be made: {error.strerror}", where=str(out), allowed="a new folder"
+        ) from error
+    try:
+        (out / "Channel").mkdir()
+        write_text(out / f"{test}.mme", _lines(_about(test, title, comment)))
+        for k, channel in enumerate(channels, start=1):
+            write_text(out / "Channel" / f"{test}.{k:03d}", _channel(channel))
+        write_text(out / "Channel" / f"{test}.chn", _lines(_list(channels)))
+    except BaseException:
+        shutil.rmtree(out, ignore_errors=True)
+        raise
+    return out
+
+
+def _check_codes(codes: Sequence[str]) -> None:
+    if not 0 < len(codes) <= MOST:
+        raise InputError(
+            "must be some channels", where="channels", found=len(codes), allowed=f"1 … {MOST}"
+        )
+    for code in codes:
+        if not _CODE.fullmatch(code) or codes.count(code) > 1:
+            twice = "is there twice" if _CODE.fullmatch(code) else "is no code of a channel"
+            raise InputError(
+                twice, where="code", found=code, allowed="16 capital letters and digits, each once"
+            )
+
+
+def _about(test: str, title: str, comment: str) -> Iterable[tuple[str, str]]:
+    return [
+        ("Data format edition number", EDITION),
+        ("Laboratory name", _NONE),
+        ("Laboratory test ref. number", test),
+        ("Customer name", _NONE),
+        ("Customer test ref. number", _NONE),
+        ("Title", title),
+        ("Medium No./number of media", "1/1"),
+        ("Timestamp", _NONE),
+        ("Type of the test", "Simulation"),
+        ("Subtype of the test", _NONE),
+        ("Regulation", _NONE),
+        ("Comments", comment),
+    ]
+
+
+def _list(channels: Sequence[MmeChannel]) -> Iterable[tuple[str, str]]:
+    yield "Instrumentation standard", _NONE
+    yield "Number of channels", str(len(channels))
+    for k, channel in enumerate(channels, start=1):
+        yield f"Name of channel {k:03d}", f"{channel.code} / {channel.name}"
+
+
+def _channel(channel: MmeChannel) -> str:
+    head = [
+        ("Test object number", channel.code[0]),
+        ("Name of the channel", channel.name),
+        ("Laboratory channel code", _NONE),
+        ("Customer channel code", _NONE),
+        ("Channel code", channel.code),
+        ("Comments", _NONE),
+        ("Location", _NONE),
+        ("Dimension", channel.code[12:14]),
+        ("Direction", channel.code[14]),
+        ("Channel frequency class", channel.filter),
+        ("Unit", channel.unit),
+        ("Reference system", _NONE),
+        ("Transducer type", _NONE),
+        ("Pre-filter type", _NONE),
+        ("Cut off frequency", _NONE),
+        ("Channel amplitude class", _NONE),
+        ("Sampling interval", repr(float(channel.interval))),
+        ("Bit resolution", _NONE),
+        ("Time of first sample", repr(float(channel.start))),
+        ("Number of samples", str(len(channel.values))),
+        ("Reference channel", "implicit"),
+        ("Reference channel name", _NONE),
+        ("Data source", "simulation"),
+        ("Data status", "ok"),
+    ]
+    return _lines(head) + "".join(f"{value!r}\n" for value in channel.values.tolist())
+
+
+def _lines(head: Iterable[tuple[str, str]]) -> str:
+    # One line each, whatever a title holds.
+    return "".join(f"{name:<{_WIDTH}}:{' '.join(value.split()) or _NONE}\n" for name, value in head)
