@@ -17,6 +17,8 @@ from contiga.geometry.curve import NurbsCurve
 from contiga.io.cad import occ_geometry as occ
 from contiga.io.cad.assemble import Assembly, Edge, warn
 from contiga.io.cad.loops import (
+    OPEN,
+    THIN,
     Loop,
     Sides,
     Strand,
@@ -38,13 +40,9 @@ from contiga.records import FloatArray
 
 OCC_UNIT = "mm"
 """OpenCASCADE brings every file to millimetres."""
-THIN = 1e-10
-"""Faces this much longer than wide are lines."""
 ROUNDED = 1e-11
 """Share of a face within which its bounds are the surface's own: OpenCASCADE rounds them more than
 float64 would."""
-OPEN = 1e-3
-"""A loop open by more than this share of the face is not a loop; below it is closed straight."""
 
 
 class Numbers(Protocol):
