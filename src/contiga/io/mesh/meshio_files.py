@@ -42,7 +42,7 @@ _MESSAGE_LENGTH = 300
 # tetgen opens its two files itself.
 _NOT_READ = {"wkt", "tetgen"}
 # These ask for line after line at the end of a file cut short, but take an open file.
-_SPINNING = {"tecplot": "r", "mdpa": "rb", "ansys": "rb", "ply": "rb", "nastran": "r"}
+_SPINNING = {"tecplot": "r", "mdpa": "rb", "ansys": "rb", "ply": "rb"}
 
 
 def warm_up() -> None:
@@ -72,8 +72,6 @@ def read_with_meshio(path: Path) -> RawMesh:
         The mesh has cells of a kind that has no facets here.
     """
     _refuse_unknown(path)
-    if path.suffix.lower() == ".inp":
-        _refuse_assemblies(path)
     mesh = _read(path)
     try:
         return _converted(mesh, path)
@@ -94,27 +92,6 @@ def _refuse_unknown(path: Path) -> None:
             where=str(path),
             found=path.suffix,
             allowed=" ".join([*lsdyna.SUFFIXES, *cloud_files.SUFFIXES, *known]),
-        )
-
-
-def _refuse_assemblies(path: Path) -> None:
-    """Instances of Abaqus parts are placed and repeated, which meshio passes over in silence."""
-    instances, placed, inside = 0, False, False
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        if line.startswith("**") or not line.strip():
-            continue
-        if line.startswith("*"):
-            inside = line[1:].lstrip().upper().startswith("INSTANCE")
-            instances += inside
-        elif inside:  # the cards of an instance are a translation and a rotation
-            placed = True
-    if placed or instances > 1:
-        raise FileError(
-            "parts are placed by *INSTANCE, which is not carried out",
-            where=str(path),
-            found=f"{instances} instances",
-            allowed="one instance that is not moved",
-            remedy="Write the deck flat, without parts and assemblies",
         )
 
 
