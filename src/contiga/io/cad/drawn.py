@@ -37,7 +37,7 @@ PER_SPAN = 6
 FEWEST = 33
 FAR = 100.0
 """Edges farther off their surface than this many tolerances do not lie on it,"""
-FARTHEST = 1e-2
+FARTHEST = 5e-2
 """nor those farther off than this share of its size."""
 
 

@@ -82,13 +82,20 @@ def _farthest(body: Body, k: int, mesh: RenderMesh) -> float:
     off = np.linalg.norm(chart.points(uv) - points, axis=1)
     loops = body.trims[k]
     if loops is not None:
+        apart = np.full(len(points), np.inf)
         out = ~points_in_trim(body.trim_tables, k, uv)
-        if out.any():
-            border = chart.points(
-                np.concatenate(
-                    [c.evaluate(np.linspace(*c.domain, ALONG))[:, :2] for x in loops for c in x]
-                )
-            )
-            apart = np.linalg.norm(points[out, None] - border, axis=2).min(axis=1)
-            off[out] = np.maximum(off[out], apart)
+        for curve in (curve for loop in loops for curve in loop) if out.any() else ():
+            border = chart.points(curve.evaluate(np.linspace(*curve.domain, ALONG))[:, :2])
+            apart[out] = np.minimum(apart[out], _to_polyline(points[out], border))
+        off[out] = np.maximum(off[out], apart[out])
     return float(off.max())
+
+
+def _to_polyline(points: FloatArray, corners: FloatArray) -> FloatArray:
+    """(n,) distances of points (n, 3) to a chain of lines (m, 3)."""
+    start, along = corners[:-1], np.diff(corners, axis=0)
+    way = points[:, None] - start
+    square = np.maximum(np.einsum("mi,mi->m", along, along), 1e-300)
+    share = np.clip(np.einsum("nmi,mi->nm", way, along) / square, 0.0, 1.0)
+    apart: FloatArray = np.linalg.norm(way - share[..., None] * along, axis=2).min(axis=1)
+    return apart

@@ -273,7 +273,7 @@ def _natural_sides(
     if len(trims) != 1 or len(trims[0]) != 4:
         return None
     size = float(np.ptp(surface.bounds(), axis=0).max())
-    near = max(10.0 * tolerance, 1e-9 * size)
+    near = max(tolerance, 1e-9 * size)
     # Outer loops run counter-clockwise: up u on v0, up v on u1, and back.
     order = [(2, False), (1, False), (3, True), (0, True)]
     for turn in range(4):

@@ -28,6 +28,8 @@ APART = 1e-9
 """Borders of pieces closer to each other than this share of the whole are one, told by rounding."""
 TOWARD = 1e-4
 """Share of an edge from a pole at which parameters are taken to tell that at the pole."""
+ROUNDS = 8
+"""Secants by which a crossing of a knot is found (Illinois rule): far more than it takes."""
 CHECKED = 65
 """Points of an edge that must lie on its surface."""
 TOLERANCE = 1e-10
@@ -135,7 +137,36 @@ def on_edge(
         # Next to a pole one parameter says little: what counts is the place.
         return np.maximum(TOLERANCE * span, near / np.maximum(chart.speed(uv), 1e-300))
 
-    return fitted(image, distinct(edge.knots), allowed)
+    borders = np.concatenate([edge.knots, _over_knots(image, np.union1d(t, curve.knots), chart)])
+    return fitted(image, distinct(np.clip(borders, a, b)), allowed)
+
+
+def _over_knots(
+    image: Callable[[FloatArray], FloatArray], t: FloatArray, chart: Chart
+) -> FloatArray:
+    """Where an image crosses knots of the surface, at which it is less smooth; `t` ascending."""
+    uv = image(t)
+    found = []
+    for axis, knots in enumerate(chart.surface.knots):
+        levels = np.unique(knots)
+        period = chart.periods[axis]
+        if period > 0.0:
+            first, last = np.floor((uv[:, axis].min() - levels[0]) / period), np.ceil(
+                (uv[:, axis].max() - levels[0]) / period
+            )
+            levels = np.unique(levels + period * np.arange(first, last + 1.0)[:, None])
+        low, high = uv[:-1, axis, None], uv[1:, axis, None]
+        row, level = np.nonzero((low - levels) * (high - levels) < 0.0)
+        a, b, off = t[row], t[row + 1], uv[:, axis]
+        off_a, off_b = off[row] - levels[level], off[row + 1] - levels[level]
+        for _ in range(ROUNDS if len(row) else 0):
+            at = a - off_a * (b - a) / np.where(off_a == off_b, 1.0, off_b - off_a)
+            miss = image(at)[:, axis] - levels[level]
+            before = off_a * miss > 0.0
+            a, off_a = np.where(before, at, a), np.where(before, miss, 0.5 * off_a)
+            b, off_b = np.where(before, b, at), np.where(before, 0.5 * off_b, miss)
+        found.append(np.where(np.abs(off_a) < np.abs(off_b), a, b))
+    return np.concatenate(found)
 
 
 def _image(

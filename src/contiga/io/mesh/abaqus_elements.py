@@ -18,7 +18,7 @@ _SOLID_NODES = {
     15: "wedge15",
     20: "hexahedron20",
 }
-_SHELLS = re.compile(r"(?:S|DS|M3D|SFM3D|R3D|CPS|CPE|CPEG|DC2D|AC2D|F3D)([34689])(?!\d)[A-Z0-9]*")
+_SHELLS = re.compile(r"(?:S|DS|M3D|SFM3D|R3D|CPS|CPE|CPEG|CAX|CGAX|DC2D|AC2D|F3D)([34689])(?!\d)[A-Z0-9]*")
 _NAMED = {"STRI3": "triangle", "STRI65": "triangle6"}
 _SOLIDS = re.compile(r"(?:C3D|DC3D|AC3D|DCC3D|SC|COH3D|CSS|EC3D|PC3D|GK3D)(\d+)[A-Z]*")
 _LINES = re.compile(

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import FileError, InputError, MeshError
+from contiga.io.mesh.gmsh_groups import physical_groups
 from contiga.io.mesh.guarded import GuardedFile, GuardedText
 from contiga.io.mesh.polygons import Blocks, blocks_of
 from contiga.io.mesh.raw import Group, RawMesh
@@ -123,6 +124,7 @@ def _read(path: Path) -> Any:
                 warnings.catch_warnings(),
                 np.errstate(all="ignore"),
                 _source(path, file_format) as source,
+                physical_groups(),
             ):
                 warnings.simplefilter("ignore")
                 return meshio.read(source, file_format)
@@ -261,18 +263,23 @@ def _groups(mesh: Any, places: list[_Place], n_blocks: int) -> Iterator[Group]:
 
 
 def _numbered(mesh: Any, key: str, places: list[_Place], n_blocks: int) -> Iterator[Group]:
-    """Groups from the part number each cell carries; Gmsh numbers them apart by dimension."""
+    """Groups from the part numbers each cell carries.
+
+    Gmsh numbers them apart by dimension; 0 stands for no group.
+    """
     by_dimension = key == "gmsh:physical"
     found: dict[tuple[int, int], list[NDArray[Any]]] = {}
     for block, numbers, place in zip(mesh.cells, mesh.cell_data[key], places, strict=True):
         if not place.made.blocks:
             continue
-        values = np.asarray(numbers).reshape(len(block.data), -1)[:, 0].astype(np.int64)
+        values = np.asarray(numbers).reshape(len(block.data), -1).astype(np.int64)
         dimension = int(block.dim) if by_dimension else 0
         for value in np.unique(values):
+            if by_dimension and value == 0:
+                continue
             empty = [np.empty(0, dtype=np.int64)] * n_blocks
             rows = found.setdefault((dimension, int(value)), empty)
-            place.put(np.flatnonzero(values == value), rows)
+            place.put(np.flatnonzero((values == value).any(axis=1)), rows)
     names = {}
     if by_dimension:
         names = {(int(dim), int(n)): str(name) for name, (n, dim) in mesh.field_data.items()}
