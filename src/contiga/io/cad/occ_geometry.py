@@ -17,6 +17,8 @@ from contiga.records import FloatArray
 
 EXACT = 1e-10
 """Largest miss of an analytic surface's rational form, as a share of the size."""
+GRID = 41
+"""Points in each direction at which an approximation is compared."""
 
 
 class Patch(NamedTuple):
@@ -25,6 +27,8 @@ class Patch(NamedTuple):
     surface: NurbsSurface
     maps: tuple[Map, Map]
     """Old u → new u, old v → new v."""
+    off: float = 0.0
+    """How far it is from the surface at most, where it is an approximation, length."""
 
 
 def _values(array: Any) -> FloatArray:
@@ -272,7 +276,9 @@ def _analytic(surface: Any, box: FloatArray, scale: float) -> Patch:
     if exact is not None:
         spline, shift, maps = exact
         return Patch(surface_from(spline, shift, scale), maps)
-    return Patch(surface_from(_approximated(trimmed), np.zeros(2), scale), (identity, identity))
+    near = _approximated(trimmed)
+    off = _largest_miss(trimmed, near) * scale
+    return Patch(surface_from(near, np.zeros(2), scale), (identity, identity), off)
 
 
 def _exact_form(
@@ -318,7 +324,7 @@ def _joined_patches(one: Patch, two: Patch, axis: int) -> Patch | None:
     elif first is not second:
         return None
     surface = NurbsSurface(a.degrees, (knots[0], knots[1]), points, _rational(joined))
-    return Patch(surface, (maps[0], maps[1]))
+    return Patch(surface, (maps[0], maps[1]), max(one.off, two.off))
 
 
 def _possible_maps(spline: Any, shift: FloatArray) -> list[tuple[Map, Map]]:
@@ -376,7 +382,17 @@ def _approximated(trimmed: Any) -> Any:
         )
         if made.IsDone() and made.HasResult() and math.isfinite(made.MaxError()):
             return made.Surface()
-    raise GeometryError("a surface has no NURBS form and could not be approximated")
+    raise GeometryError(
+        "its surface has no NURBS form and could not be approximated",
+        found=type(trimmed.BasisSurface()).__name__,
+    )
+
+
+def _largest_miss(surface: Any, near: Any) -> float:
+    """How far an approximation with the same parameters is off, on a grid."""
+    u0, u1, v0, v1 = surface.Bounds()
+    places = [(u, v) for u in np.linspace(u0, u1, GRID) for v in np.linspace(v0, v1, GRID)]
+    return max(float(surface.Value(u, v).Distance(near.Value(u, v))) for u, v in places)
 
 
 @contextmanager

@@ -57,7 +57,7 @@ def doubts(body: Body, meshes: list[RenderMesh | None]) -> Iterator[tuple[int, s
     """Patches of `body` that are not what their render mesh shows, and what differs."""
     if not any(meshes):
         return
-    areas = patch_areas(body, 1e-4)
+    areas = patch_areas(body, 1e-3)
     for k, mesh in enumerate(meshes):
         if mesh is None or not mesh.area > 0.0:
             continue

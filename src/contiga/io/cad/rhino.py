@@ -15,7 +15,7 @@ import numpy as np
 from contiga.errors import FileError, GeometryError
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
-from contiga.io.cad.assemble import Assembly, Edge, merged, warn
+from contiga.io.cad.assemble import MEND, Assembly, Edge, merged, warn
 from contiga.io.cad.drawn import DrawnFace, Trim, add_drawn
 from contiga.io.cad.loops import Loop, Sides, Strand
 from contiga.io.cad.rendered import doubts, render_mesh
@@ -257,7 +257,7 @@ def _named(name: str, made: Callable[[Any], _Made], geometry: Any) -> _Made:
         return made(geometry)
     except GeometryError as error:
         raise FileError(
-            str(error), where=name, remedy="Mend or delete it in the program that wrote the file"
+            str(error), where=name, remedy=MEND
         ) from error
 
 

@@ -13,9 +13,10 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from contiga.errors import FileError, GeometryError
 from contiga.geometry.curve import NurbsCurve
 from contiga.io.cad import occ_geometry as occ
-from contiga.io.cad.assemble import Assembly, Edge, warn
+from contiga.io.cad.assemble import MEND, Assembly, Edge, warn
 from contiga.io.cad.loops import (
     OPEN,
     THIN,
@@ -183,7 +184,15 @@ def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where:
     sides = rectangle_sides(raw.loops[0], raw.box, raw.speed) if len(raw.loops) == 1 else None
     closed = _closed(raw, where)
     whole = sides is None and closed
-    patch = occ.patch_from(raw.surface, raw.box, whole, scale)
+    try:
+        patch = occ.patch_from(raw.surface, raw.box, whole, scale)
+    except GeometryError as error:
+        raise FileError(str(error), where=where, remedy=MEND) from error
+    if patch.off > 0.0:
+        warn(
+            f"{where}: its surface has no NURBS form (an offset surface, for example) and is "
+            f"approximated, to {patch.off:.2g}"
+        )
     if not whole:
         loop = raw.loops[0] if sides is not None else None
         mapped = None if sides is None else _mapped_sides(sides, patch)

@@ -181,8 +181,7 @@ def whole(field: str, block: Block, card: Card) -> int:
     try:
         value = int(field or "0")
     except ValueError:
-        number = _number(field, block, card, "a whole number")
-        value = int(number) if math.isfinite(number) else _LARGEST + 1
+        value = int(_number(field, block, card, "a whole number"))
     if abs(value) > _LARGEST:
         raise MeshError(
             "a field of the card is no number that counts anything",
@@ -200,11 +199,14 @@ def real(field: str, block: Block, card: Card) -> float:
 
 def _number(field: str, block: Block, card: Card, allowed: str) -> float:
     try:
-        return fortran_number(field)
+        value = fortran_number(field)
+        if not math.isfinite(value):
+            raise ValueError
+        return value
     except ValueError:
         remedy = "No *PARAMETER that is understood gives it a value: write the deck out flat."
         raise MeshError(
-            "a field of the card is not a number",
+            "a field of the card is not a finite number",
             where=block.where(card),
             found=field,
             allowed=allowed,
