@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 
-from contiga.criteria.filters import LEAST_RATE, cfc
+from contiga.criteria.filters import LEAST_RATE, cfc, memory
 from contiga.criteria.head_injury import hic, hicd
 from contiga.criteria.held_level import clip
+from contiga.errors import ContigaWarning
 from contiga.io.units import acceleration_factor, base_factor
 from contiga.num.ordered import length
 from contiga.records import FloatArray
@@ -65,7 +67,9 @@ def _smooth(model: Model, cls: str, times: FloatArray, columns: list[FloatArray]
     """(k, n) columns, filtered."""
     grid, signal = _even(model, cls, times, np.stack(columns, axis=1))
     dt = float(grid[1] - grid[0]) * base_factor(model.units[2], "time")
-    smooth = cfc(signal, dt, cls)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ContigaWarning)  # `signal_warnings` says it of the run
+        smooth = cfc(signal, dt, cls)
     return np.stack([np.interp(times, grid, channel) for channel in smooth.T])
 
 
@@ -131,11 +135,22 @@ def _criteria(
 
 
 def signal_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
-    """Filters that the steps of the run are too long for."""
-    return [
-        f"{name}: the steps are too long for {cls}, which needs "
-        f"{LEAST_RATE} samples a second for each Hz of its class; nothing is filtered and its "
-        'criteria are left out. Take smaller steps, or step = "auto" with a shorter largest one'
-        for name, (cls, _) in _filtered(model).items()
-        if too_coarse(model, cls, history)
-    ]
+    """Filters that the steps of the run are too long for, or the run too short."""
+    told = []
+    for name, (cls, _) in _filtered(model).items():
+        if too_coarse(model, cls, history):
+            told.append(
+                f"{name}: the steps are too long for {cls}, which needs "
+                f"{LEAST_RATE} samples a second for each Hz of its class; nothing is filtered and "
+                'its criteria are left out. Take smaller steps, or step = "auto" with a shorter '
+                "largest one"
+            )
+            continue
+        kept = memory(int(cls.removeprefix("CFC"))) / base_factor(model.units[2], "time")
+        lasts = float(np.ptp(history["time"]))
+        if lasts < kept:
+            told.append(
+                f"{name}: the run lasts {lasts:.4g}, less than the memory of {cls}, {kept:.4g}: what "
+                "is filtered may be off by a fifth of its size at the ends, and its criteria with it"
+            )
+    return told

@@ -141,7 +141,9 @@ def _closed_up(loops: list[_Runs], chart: Chart) -> list[Loop]:
         turns = _turns(loop, periods)
         back = [k for k, one in enumerate(endless) if not (_turns(one, periods) + turns).any()]
         if back:  # a band between two loops
-            closed.append(joined([*loop, *endless.pop(back[0])], periods))
+            band = joined([*loop, *endless.pop(back[0])], periods)
+            first, second = band[: len(loop)], band[len(loop) :]
+            closed.append([*first, *_tied(first, second), *second, *_tied(second, first)])
         else:
             closed.append(_to_the_side(loop, chart))
     return closed
@@ -189,9 +191,20 @@ def _to_the_side(loop: Loop, chart: Chart) -> Loop:
     corners = [end, end.copy(), start.copy(), start]
     for corner in corners[1:3]:
         corner[1 - axis] = side[1 - axis]
-    lines = [NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array(pair)) for pair in pairwise(corners)]
-    lines = [line for line in lines if np.ptp(line.control_points, axis=0).any()]
-    return [*loop, *(Strand(line, -1, False, 0.0) for line in lines)]
+    return [*loop, *(line for pair in pairwise(corners) for line in _line(*pair))]
+
+
+def _tied(one: Loop, other: Loop) -> Loop:
+    """What joins the end of some strands to the start of others."""
+    return _line(ends(one[-1])[1], ends(other[0])[0])
+
+
+def _line(start: FloatArray, end: FloatArray) -> Loop:
+    """A straight piece of no edge; none between places that are one."""
+    if not (start != end).any():
+        return []
+    curve = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array([start, end]))
+    return [Strand(curve, -1, False, 0.0)]
 
 
 def _added(assembly: Assembly, face: DrawnFace, loops: list[Loop], chart: Chart) -> bool:
