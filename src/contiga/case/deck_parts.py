@@ -209,7 +209,8 @@ class DeckParts:
         left = [n for n in self.model.node_velocities if n not in self._started]
         if left:
             first = self.model.node_velocities[left[0]]
-            why = f"{len(left)} nodes, first {left[0]}: not all those of a rigid part, at one velocity"
+            which = f"{len(left)} nodes, first {left[0]}"
+            why = f"{which}: not all those of a rigid part, at one velocity"
             self.model.leave(first.block, why, first.line)
 
     def prescribed(self, part: int, end: float) -> dict[str, Any] | None:

@@ -62,15 +62,7 @@ def cfc(signal: ArrayLike, dt: float, cls: int | str) -> FloatArray:
     >>> cfc([5.0, 5.0, 5.0], 1e-4, "CFC1000").tolist()
     [5.0, 5.0, 5.0]
     """
-    values = numbers(signal, "cfc, signal")
-    if values.ndim not in (1, 2) or values.size == 0:
-        raise InputError(
-            "a signal must have samples",
-            where="cfc, signal",
-            found=values.shape,
-            allowed="shape (n,) or (n, k)",
-        )
-    finite_rows(values, "cfc, signal")
+    values = _checked(signal)
     number, step = _class(cls), positive(dt, "cfc, dt")
     if step * LEAST_RATE * number > 1.0 + 1e-9:
         raise InputError(
@@ -82,8 +74,8 @@ def cfc(signal: ArrayLike, dt: float, cls: int | str) -> FloatArray:
         )
     if is_short(len(values), step, number) and np.ptp(values, axis=0).any():
         warnings.warn(
-            f"the signal is shorter than the memory of CFC{number}, {memory(number):.3g} s: its ends "
-            "may be off by a fifth of its size",
+            f"the signal is shorter than the memory of CFC{number}, {memory(number):.3g} s: its "
+            "ends may be off by a fifth of its size",
             ContigaWarning,
             stacklevel=2,
         )
@@ -92,6 +84,19 @@ def cfc(signal: ArrayLike, dt: float, cls: int | str) -> FloatArray:
     two_poles_nb.forward_and_back(both.reshape(len(both), -1), a, b)
     pad = (len(both) - len(values)) // 2
     return np.ascontiguousarray(both[pad : pad + len(values)])
+
+
+def _checked(signal: ArrayLike) -> FloatArray:
+    values = numbers(signal, "cfc, signal")
+    if values.ndim not in (1, 2) or values.size == 0:
+        raise InputError(
+            "a signal must have samples",
+            where="cfc, signal",
+            found=values.shape,
+            allowed="shape (n,) or (n, k)",
+        )
+    finite_rows(values, "cfc, signal")
+    return values
 
 
 def memory(cls: int) -> float:

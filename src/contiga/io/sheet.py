@@ -119,9 +119,7 @@ class Sheet:
                     allowed=allowed,
                 ) from error
             if not np.isfinite(values[-1]).all():
-                raise FileError(
-                    "a number is not finite", where=f"{self.path}:{number}", found=line
-                )
+                raise FileError("a number is not finite", where=f"{self.path}:{number}", found=line)
         return np.array(values).reshape(-1, len(order))
 
 

@@ -13,9 +13,7 @@ _SUSPECTS = [
     re.compile(text) for text in (rb"NAN", rb"INF", rb"1\.#", rb"E(?=\+?\d{3})", rb"D(?=\+?\d{3})")
 ]
 """One by one they are searched for at the speed of memory."""
-_TOKEN = re.compile(
-    rb"[+-]?(?:NAN|INF|INFINITY|1\.#\w+|[\d.]+[ED]\+?\d+)", re.IGNORECASE
-)
+_TOKEN = re.compile(rb"[+-]?(?:NAN|INF|INFINITY|1\.#\w+|[\d.]+[ED]\+?\d+)", re.IGNORECASE)
 _ENTITY = re.compile(rb"\s*(#\d+)\s*=\s*\(?\s*(\w+)")
 _BEFORE, _AFTER = re.compile(rb"[(,;\n]"), re.compile(rb"[),;\n]")
 _LONGEST = 64

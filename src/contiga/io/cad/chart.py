@@ -204,7 +204,7 @@ def _grid(surface: NurbsSurface) -> FloatArray:
 
 
 def _turned_on(surface: NurbsSurface, axis: int, low: float, high: float) -> NurbsSurface:
-    """A closed patch over [low, high] of its endless parameter, or its own domain if it holds it."""
+    """A closed patch over [low, high] of its endless parameter; its own domain if that holds it."""
     a, b = surface.domain[axis]
     period = b - a
     slack = 1e-9 * period

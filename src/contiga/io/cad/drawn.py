@@ -182,8 +182,7 @@ def _area(loop: Loop) -> float:
 
 
 def _to_the_side(loop: Loop, chart: Chart) -> Loop:
-    """A loop that goes round the surface, closed along the side that its face, on its left, ends at.
-    """
+    """A loop round the surface, closed along the side that its face, on its left, ends at."""
     start, end = ends(loop[0])[0], ends(loop[-1])[1]
     axis = int(np.argmax(np.abs(end - start)))
     onward = end[axis] > start[axis]
@@ -258,10 +257,10 @@ def _cut(patch: NurbsSurface, box: FloatArray) -> NurbsSurface:
 
 def _speed(chart: Chart, box: FloatArray) -> FloatArray:
     """(2,) largest |S_u| and |S_v| over a box."""
-    axes = [np.linspace(*box[:, axis], 4) for axis in range(2)]
-    largest: FloatArray = chart.speed(
-        np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
-    ).max(axis=0)
+    axes = [np.linspace(box[0, axis], box[1, axis], 4) for axis in range(2)]
+    largest: FloatArray = chart.speed(np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)).max(
+        axis=0
+    )
     return largest
 
 

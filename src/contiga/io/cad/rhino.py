@@ -18,8 +18,8 @@ from contiga.geometry.surface import NurbsSurface
 from contiga.io.cad.assemble import MEND, Assembly, Edge, merged, warn
 from contiga.io.cad.drawn import DrawnFace, Trim, add_drawn
 from contiga.io.cad.loops import Loop, Sides, Strand
-from contiga.io.cad.rendered import doubts, render_mesh
 from contiga.io.cad.parts import ALL, Choice, FaceLabel, Inventory, PartLabel, chosen_faces
+from contiga.io.cad.rendered import doubts, render_mesh
 from contiga.io.cad.stitch import side_curve
 from contiga.io.units import length_factor, short_name
 from contiga.masters.body import Body
@@ -256,9 +256,7 @@ def _named(name: str, made: Callable[[Any], _Made], geometry: Any) -> _Made:
     try:
         return made(geometry)
     except GeometryError as error:
-        raise FileError(
-            str(error), where=name, remedy=MEND
-        ) from error
+        raise FileError(str(error), where=name, remedy=MEND) from error
 
 
 def _trims(loop: Any) -> list[Trim]:

@@ -104,7 +104,8 @@ class Sewn:
     def _crown(self, group: list[int], pieces: dict[int, dict[int, Any]]) -> None:
         """Give the edges of a group, which are joined, to one that runs along all of them."""
         every = {number: part for own in group for number, part in pieces[own].items()}
-        leader = max(group, key=lambda own: len(pieces[own]))
+        root = self._leader[group[0]][0]
+        leader = max([root, *group], key=lambda own: len(pieces[own]))
         against = self._leader[leader][1]
         if len(pieces[leader]) < len(every):
             whole = _whole(list(every.values()))

@@ -151,8 +151,9 @@ def _over_knots(
         levels = np.unique(knots)
         period = chart.periods[axis]
         if period > 0.0:
-            first, last = np.floor((uv[:, axis].min() - levels[0]) / period), np.ceil(
-                (uv[:, axis].max() - levels[0]) / period
+            first, last = (
+                np.floor((uv[:, axis].min() - levels[0]) / period),
+                np.ceil((uv[:, axis].max() - levels[0]) / period),
             )
             levels = np.unique(levels + period * np.arange(first, last + 1.0)[:, None])
         low, high = uv[:-1, axis, None], uv[1:, axis, None]
@@ -169,9 +170,7 @@ def _over_knots(
     return np.concatenate(found)
 
 
-def _image(
-    curve: NurbsCurve, edge: NurbsCurve, chart: Chart
-) -> Callable[[FloatArray], FloatArray]:
+def _image(curve: NurbsCurve, edge: NurbsCurve, chart: Chart) -> Callable[[FloatArray], FloatArray]:
     """Parameters on the surface by those of the edge."""
     a, b = edge.domain
 
@@ -253,4 +252,4 @@ def _quintics(
     control[:, [0, -1]] = through[:, [0, -1]]
     checked = np.array([product(_AT_CHECKS, points) for points in control])
     slack = allowed(between.reshape(-1, 2)).reshape(between.shape)
-    return control, (np.abs(checked - between) <= slack).all(axis=(1, 2))
+    return control, np.asarray((np.abs(checked - between) <= slack).all(axis=(1, 2)))

@@ -38,7 +38,7 @@ def assembled(instances: Mapping[str, Scope], names: Mapping[str, str], where: s
         A set names nodes or elements that are not there.
     """
     row_of: dict[tuple[str, int], int] = {}
-    points = []
+    points: list[tuple[float, float, float]] = []
     for name, scope in instances.items():
         for number, place in scope.nodes.items():
             row_of[name, number] = len(points)
@@ -95,7 +95,9 @@ def _nodes(
 
 
 def _parts(
-    instances: Mapping[str, Scope], names: Mapping[str, str], blocks: tuple[CellBlock, ...],
+    instances: Mapping[str, Scope],
+    names: Mapping[str, str],
+    blocks: tuple[CellBlock, ...],
     cells: Cells,
 ) -> Iterator[Group]:
     """A group for each of several instances."""

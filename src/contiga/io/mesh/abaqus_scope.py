@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.errors import MeshError
-from contiga.io.mesh.abaqus_cards import Keyword, Line, real, reals, whole
+from contiga.io.mesh.abaqus_cards import Keyword, Line, reals, whole
 from contiga.io.mesh.abaqus_elements import cell_of
 from contiga.records import FloatArray
 from contiga.slaves.cells import N_NODES
@@ -276,9 +276,7 @@ def read_elcopy(keyword: Keyword, scope: Scope) -> None:
     _copied(scope, old, {step: nodes}, keyword.options.get("NEW SET", ""), keyword.where)
 
 
-def _copied(
-    scope: Scope, masters: list[int], made: dict[int, int], name: str, where: str
-) -> None:
+def _copied(scope: Scope, masters: list[int], made: dict[int, int], name: str, where: str) -> None:
     """Elements again; `made` adds to their numbers and to those of their nodes."""
     for number in masters:
         element = scope.elements.get(number)

@@ -27,7 +27,9 @@ def test_a_step_point_without_numbers_is_refused(
 
 def test_names_may_look_like_numbers_that_are_none(tmp_path: Path) -> None:
     path = tmp_path / "part.step"
-    path.write_text("ISO-10303-21;\n#1=PRODUCT('(nan,1.E999)','INF',(1.E+2,0.));\n#2=INF(1.E-400);\n")
+    path.write_text(
+        "ISO-10303-21;\n#1=PRODUCT('(nan,1.E999)','INF',(1.E+2,0.));\n#2=INF(1.E-400);\n"
+    )
     check_numbers(path)
 
 

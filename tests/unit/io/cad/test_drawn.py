@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from itertools import pairwise
 from types import SimpleNamespace as Bag
 from typing import Any
 
@@ -139,11 +140,16 @@ def test_a_slit_edge_is_used_twice() -> None:
 
 
 def test_knots_an_ulp_apart_are_one() -> None:
-    net = np.array([[[0, 0, 0], [0, 1, 0]], [[0.5, 0, 0], [0.5, 1, 0]], [[1, 0, 0.25], [1, 1, 0.25]]])
+    net = np.array(
+        [[[0, 0, 0], [0, 1, 0]], [[0.5, 0, 0], [0.5, 1, 0]], [[1, 0, 0.25], [1, 1, 0.25]]]
+    )
     sheet = cg.NurbsSurface((2, 1), ([0, 0, 0, 1, 1, 1], [0, 0, 1, 1]), net)  # z = x²/4
     uv = np.array([[0.1, 0.2], [0.4, 0.5], [0.9, 0.6]])
     at_knots, between = uv, 0.5 * (uv[1:] + uv[:-1])
-    height = [[u * u / 4] for u in at_knots[:, 0]], [[a * b / 4] for a, b in zip(uv[:-1, 0], uv[1:, 0])]
+    height = (
+        [[u * u / 4] for u in at_knots[:, 0]],
+        [[a * b / 4] for a, b in pairwise(uv[:, 0])],
+    )
     points = np.empty((5, 3))
     points[::2], points[1::2] = np.hstack([at_knots, height[0]]), np.hstack([between, height[1]])
     edge = cg.NurbsCurve(2, [0, 0, 0, 0.3, 0.3, 1, 1, 1], points)
@@ -177,7 +183,7 @@ def test_a_face_that_is_not_what_its_render_mesh_shows_is_told(degrees: float, t
     angles, heights = np.meshgrid(np.linspace(0, degrees, 10), [LOW, HIGH], indexing="ij")
     vertices = np.array([at(a, z) for a, z in zip(angles.ravel(), heights.ravel(), strict=True)])
     k = 2 * np.arange(9)[:, None]
-    triangles = np.concatenate([k + [0, 2, 1], k + [1, 2, 3]])
+    triangles = np.concatenate([k + np.array(corners) for corners in ((0, 2, 1), (1, 2, 3))])
     found = list(doubts(body, [RenderMesh(vertices, triangles)]))
     assert [k for k, _ in found] == [0] * bool(told)
     assert all(told in text for _, text in found)

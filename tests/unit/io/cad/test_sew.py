@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -40,10 +41,7 @@ def tube(radius: float, z: float, height: float, *degrees: float) -> list[Any]:
 
     round_ = gp_Cylinder(gp_Ax3(gp_Pnt(0, 0, z), gp_Dir(0, 0, 1)), radius)
     turns = np.radians(degrees).tolist()
-    return [
-        BRepBuilderAPI_MakeFace(round_, a, b, 0.0, height).Face()
-        for a, b in zip(turns[:-1], turns[1:], strict=True)
-    ]
+    return [BRepBuilderAPI_MakeFace(round_, a, b, 0.0, height).Face() for a, b in pairwise(turns)]
 
 
 def quad(*corners: tuple[float, float, float]) -> Any:

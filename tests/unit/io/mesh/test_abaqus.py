@@ -86,7 +86,7 @@ def test_systems_move_and_turn(tmp_path: Path) -> None:
     """x' points along y, y' against x."""
     sheet = read(tmp_path, f"*SYSTEM\n100, 0, 0, 100, 1, 0\n99, 0, 0\n{NODES}{ELEMENTS}")
     there = PLACES @ np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    assert np.allclose(sheet.points, there + [100.0, 0.0, 0.0])
+    assert np.allclose(sheet.points, there + np.array([100.0, 0.0, 0.0]))
 
 
 ASSEMBLY = f"""*PART, NAME=P
@@ -118,7 +118,7 @@ def test_instances_are_placed_where_the_assembly_has_them(tmp_path: Path) -> Non
     assert sheets.area.sum() == pytest.approx(12.0)
     two = read(tmp_path, ASSEMBLY, parts="Two")
     turned = PLACES @ np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    assert np.allclose(two.points[two.active], turned + [0.0, 0.0, 5.0])
+    assert np.allclose(two.points[two.active], turned + np.array([0.0, 0.0, 5.0]))
     assert read(tmp_path, ASSEMBLY, parts="BOTH").active.sum() == 3
     assert read(tmp_path, ASSEMBLY, parts="NAMED").active.sum() == 5
     assert read(tmp_path, ASSEMBLY, parts="One.LOW").active.sum() == 4
@@ -178,7 +178,12 @@ def test_what_is_not_understood_is_refused_by_name_and_line(
     ("name", "cell"),
     [
         *(("S3RS", "triangle"), ("S8R5", "quad8"), ("STRI65", "triangle6"), ("M3D4R", "quad")),
-        *(("R3D4", "quad"), ("CPE6M", "triangle6"), ("C3D8R", "hexahedron"), ("C3D10MH", "tetra10")),
+        *(
+            ("R3D4", "quad"),
+            ("CPE6M", "triangle6"),
+            ("C3D8R", "hexahedron"),
+            ("C3D10MH", "tetra10"),
+        ),
         *(("C3D15", "wedge15"), ("SC8R", "hexahedron"), ("COH3D6", "wedge"), ("C3D5", "pyramid")),
         *(("T3D2", ""), ("CONN3D2", ""), ("SPRINGA", ""), ("ROTARYI", ""), ("B33", "")),
         *(("C3D27", None), ("U1", None), ("SAX1", None), ("FOO", None), ("C3D81", None)),

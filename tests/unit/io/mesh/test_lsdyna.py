@@ -271,7 +271,11 @@ def test_included_files_are_read_in_their_place(deck, tmp_path):
         ("*TITLE\nnothing\n", MeshError, "no nodes"),
         (NODES.replace("             2.0", "             two", 1), MeshError, "line 8.*'two'"),
         (NODES.replace("             2.0", "           &size", 1), MeshError, r"No \*PARAMETER"),
-        (NODES.replace("             2.0", "             nan", 1), MeshError, "line 8.*not a finite number"),
+        (
+            NODES.replace("             2.0", "             nan", 1),
+            MeshError,
+            "line 8.*not a finite number",
+        ),
         (NODES + NODES.replace("1.0", "1.5"), MeshError, "twice.*node 2"),
         (NODES + SHELLS.replace("       6       6", "      66      66"), MeshError, "node 66"),
         (NODES + SHELLS.replace("SHELL", "SHELL_COMPOSITE"), MeshError, "COMPOSITE.*THICKNESS"),

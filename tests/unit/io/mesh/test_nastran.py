@@ -36,25 +36,36 @@ GLOBE = card("CORD2S", 5, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0)
 TURNED = card("CORD2R", 6, 5, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0)
 POLAR = [(0, 0, 0), (1, 0, 0), (2**0.5, 45, 0), (1, 90, 0)]
 ROUND = [(0, 0, 0), (1, 90, 0), (2**0.5, 90, 45), (1, 90, 90)]
-FEET = card("GRID", 91, "", 10, 0, 0) + card("GRID", 92, "", 10, 0, 1) + card("GRID", 93, "", 11, 0, 0)
+FEET = (
+    card("GRID", 91, "", 10, 0, 0) + card("GRID", 92, "", 10, 0, 1) + card("GRID", 93, "", 11, 0, 0)
+)
+ALL_IN_5, ON_FEET = card("GRDSET", "", 5), card("CORD1R", 5, 91, 92, 93)
+NO_SURFACE = "".join(
+    [
+        *(card("CBAR", 7, 1, 1, 2), card("RBE2", 8, 1, 123456, 2), card("PSHELL", 3, 1)),
+        *(card("CONM2", 9, 1, 0, 2.5), card("MAT1", 1, 7.0), card("SPC1", 1, 123, 4)),
+    ]
+)
 HEXA = f"{'CHEXA':<8}" + "".join(f"{x:>8}" for x in (1, 1, 1, 2, 3, 4, 5, 6))
 LONG = "".join(
     f"{'GRID*':<8}{k:>16}{'':>16}{x:>16}{y:>16}*\n{'*':<8}{z:>16}\n"
     for k, (x, y, z) in enumerate(CUBE, start=1)
 )
 FREE = "".join(f"GRID,{k},,{x},{y},{z}\n" for k, (x, y, z) in enumerate(CUBE, start=1))
-ODD = "".join(f"GRID,{k},,{x:.0f}.+0,{y:.0f}.D0,{z:.0f}.-0\n" for k, (x, y, z) in enumerate(CUBE, 1))
+ODD = "".join(
+    f"GRID,{k},,{x:.0f}.+0,{y:.0f}.D0,{z:.0f}.-0\n" for k, (x, y, z) in enumerate(CUBE, 1)
+)
 DECKS = {
     "plain": (grid() + QUAD, 2, LOW, HIGH),
     "a system moved": (SHIFT + grid(5) + QUAD, 2, (10, 0, 0), (11, 1, 0)),
-    "moved, of all that name none": (SHIFT + card("GRDSET", "", 5) + grid() + QUAD, 2, (10, 0, 0), (11, 1, 0)),
-    "moved, but for those that name 0": (SHIFT + card("GRDSET", "", 5) + grid(0) + QUAD, 2, LOW, HIGH),
+    "moved, of all that name none": (SHIFT + ALL_IN_5 + grid() + QUAD, 2, (10, 0, 0), (11, 1, 0)),
+    "moved, but for those that name 0": (SHIFT + ALL_IN_5 + grid(0) + QUAD, 2, LOW, HIGH),
     "within another, turned": (SHIFT + TURNED + grid(6) + QUAD, 2, (9, 0, 0), (10, 1, 0)),
-    "by grid points": (FEET + card("CORD1R", 5, 91, 92, 93) + grid(5) + QUAD, 2, (10, 0, 0), (11, 1, 0)),
+    "by grid points": (FEET + ON_FEET + grid(5) + QUAD, 2, (10, 0, 0), (11, 1, 0)),
     "round a drum": (DRUM + grid(5, POLAR) + QUAD, 2, LOW, HIGH),
     "on a globe": (GLOBE + grid(5, ROUND) + QUAD, 2, LOW, HIGH),
     "an included file": (grid() + QUAD + "INCLUDE 'more.bdf'\n", 4, LOW, (1, 1, 1)),
-    "an included file over two lines": (grid() + QUAD + "INCLUDE 'mo\n   re.bdf'\n", 4, LOW, (1, 1, 1)),
+    "included over two lines": (grid() + QUAD + "INCLUDE 'mo\n  re.bdf'\n", 4, LOW, (1, 1, 1)),
     "THETA": (grid() + card("CQUAD4", 1, 1, 1, 2, 3, 4, "30."), 2, LOW, HIGH),
     "T1 to T4": (grid() + card("CQUAD4", 1, 1, 1, 2, 3, 4, "", "", "", "", 1.0, 1.0), 2, LOW, HIGH),
     "long fields": (LONG + QUAD, 2, LOW, HIGH),
@@ -64,10 +75,7 @@ DECKS = {
     "unmarked continuation": (grid() + HEXA + f"\n{'':<8}{7:>8}{8:>8}\n", 12, LOW, (1, 1, 1)),
     "marked continuation": (grid() + HEXA + f"+H1\n{'+H1':<8}{7:>8}{8:>8}\n", 12, LOW, (1, 1, 1)),
     "free continuation": (FREE + "CHEXA,1,1,1,2,3,4,5,6\n,7,8\n", 12, LOW, (1, 1, 1)),
-    "what has no surface": (
-        grid() + QUAD + card("CBAR", 7, 1, 1, 2) + card("RBE2", 8, 1, 123456, 2) + card("PSHELL", 3, 1)
-        + card("CONM2", 9, 1, 0, 2.5) + card("MAT1", 1, 7.0) + card("SPC1", 1, 123, 4), 2, LOW, HIGH,
-    ),
+    "what has no surface": (grid() + QUAD + NO_SURFACE, 2, LOW, HIGH),
 }  # fmt: skip
 
 

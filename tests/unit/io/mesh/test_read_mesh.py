@@ -226,7 +226,12 @@ def test_a_unit_that_is_none_is_refused(abaqus):
         ("a.vtu", "nonsense", FileError, "cannot be read as .vtu"),
         ("a.inp", "*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE=WHAT\n1, 1\n", MeshError, "line 3.*WHAT"),
         ("a.inp", "*HEADING\nnothing\n", MeshError, "no nodes"),
-        ("a.inp", "*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE=S3\n1, 1, 2, 3\n", MeshError, "not there.*2"),
+        (
+            "a.inp",
+            "*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE=S3\n1, 1, 2, 3\n",
+            MeshError,
+            "not there.*2",
+        ),
         ("a.stl", "solid s\nendsolid s\n", ContigaError, "a.stl"),
         ("a.msh", "(0 cut", FileError, "cannot be read as .msh"),
         ("a.off", "OFF", FileError, "the file ends before its counts"),
