@@ -215,7 +215,7 @@ def _number(field: str, block: Block, card: Card, allowed: str) -> float:
     except ValueError:
         remedy = "No *PARAMETER that is understood gives it a value: write the deck out flat."
         raise MeshError(
-            "a field of the card is not a finite number",
+            "a field of the card is not a number",
             where=block.where(card),
             found=field,
             allowed=allowed,

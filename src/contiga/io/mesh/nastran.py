@@ -79,8 +79,8 @@ def read_nastran(path: Path) -> RawMesh:
     any_card = False
     for card in read_cards(path):
         any_card = True
-        # meshio marks elements with mid-side nodes so: CHEXA_.
-        card = card._replace(name=card.name.rstrip("_"))
+        if card.name.endswith("_"):  # so meshio marks elements with mid-side nodes: CHEXA_
+            card = card._replace(name=card.name.rstrip("_"))
         if card.name == "GRID":
             grids.grid(card)
         elif card.name == "GRDSET":

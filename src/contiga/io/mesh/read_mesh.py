@@ -37,7 +37,7 @@ def read_mesh(
 ) -> Slave:
     """Read a mesh or a cloud as a slave.
 
-    Meshes: OFF, OBJ, LS-DYNA keyword decks and what meshio reads (VTU, VTK, Abaqus, Gmsh, Nastran,
+    Meshes: OFF, OBJ, decks of LS-DYNA, Abaqus and Nastran, and what meshio reads (VTU, VTK, Gmsh,
     STL, PLY …). Facets of second-order cells are split through mid-side nodes; polygons of more
     than four corners are split, with a warning. Clouds: three columns in .csv, .xyz, .txt or .npy.
 

@@ -220,6 +220,31 @@ def test_missing_pcurves_on_curved_faces_are_drawn_exactly(axis):
     assert cap_of_a_sphere(axis).area() == pytest.approx(2 * math.pi, rel=1e-10)
 
 
+def test_a_surface_that_is_approximated_is_told_with_its_miss(solids, tmp_path):
+    """An offset of a free-form sheet, whose truth is the sheet and its normals."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.collections import Array2_gp_Pnt
+    from OCP.Geom import Geom_BezierSurface, Geom_OffsetSurface
+    from OCP.gp import gp_Pnt
+
+    x = np.linspace(0.0, 60.0, 4)
+    net = np.array([[[a, b, 3 * np.sin(a / 9) * np.cos(b / 11)] for b in x] for a in x])
+    poles = Array2_gp_Pnt(1, 4, 1, 4)
+    for i, j in np.ndindex(4, 4):
+        poles.SetValue(i + 1, j + 1, gp_Pnt(*net[i, j].tolist()))
+    offset = Geom_OffsetSurface(Geom_BezierSurface(poles), 2.0)
+    face = BRepBuilderAPI_MakeFace(offset, 1e-6).Face()
+    path = solids.write(face, tmp_path / "offset.step")
+    with pytest.warns(ContigaWarning, match=r"face 1: its surface has no NURBS form.*to \d") as told:
+        body = cg.read_cad(path)
+    said = float(str(told[0].message).rsplit(" ", 1)[1])
+    sheet = cg.NurbsSurface((3, 3), ([0.0] * 4 + [1.0] * 4,) * 2, net)
+    uv = np.random.default_rng(0).random((300, 2))
+    there = sheet.evaluate(uv) + 2.0 * sheet.normal(uv)
+    off = np.linalg.norm(body.patches[0].evaluate(uv) - there, axis=1).max()
+    assert 0.1 * said < off < 1.5 * said
+
+
 def test_rhino_unit_is_converted(tmp_path):
     path = rhino_file(tmp_path / "a.3dm", rhino_shapes()["box"][0], unit="Inches")
     assert cg.read_cad(path).unit == "in"
