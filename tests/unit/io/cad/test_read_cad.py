@@ -235,7 +235,9 @@ def test_a_surface_that_is_approximated_is_told_with_its_miss(solids, tmp_path):
     offset = Geom_OffsetSurface(Geom_BezierSurface(poles), 2.0)
     face = BRepBuilderAPI_MakeFace(offset, 1e-6).Face()
     path = solids.write(face, tmp_path / "offset.step")
-    with pytest.warns(ContigaWarning, match=r"face 1: its surface has no NURBS form.*to \d") as told:
+    with pytest.warns(
+        ContigaWarning, match=r"face 1: its surface has no NURBS form.*to \d"
+    ) as told:
         body = cg.read_cad(path)
     said = float(str(told[0].message).rsplit(" ", 1)[1])
     sheet = cg.NurbsSurface((3, 3), ([0.0] * 4 + [1.0] * 4,) * 2, net)

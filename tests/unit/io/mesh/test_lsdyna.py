@@ -271,7 +271,11 @@ def test_included_files_are_read_in_their_place(deck, tmp_path):
         ("*TITLE\nnothing\n", MeshError, "no nodes"),
         (NODES.replace("             2.0", "             two", 1), MeshError, "line 8.*'two'"),
         (NODES.replace("             2.0", "           &size", 1), MeshError, r"No \*PARAMETER"),
-        (NODES.replace("             2.0", "             nan", 1), MeshError, "line 8.*number.*nan"),
+        (
+            NODES.replace("             2.0", "             nan", 1),
+            MeshError,
+            "line 8.*number.*nan",
+        ),
         ("*KEYWORD I10=Y\n" + NODES, MeshError, r"\*KEYWORD: fields of ten characters.*LONG=Y"),
         (NODES.replace("*NODE", "*NODE %"), MeshError, r"\*NODE: fields of ten characters"),
         (NODES + NODES.replace("1.0", "1.5"), MeshError, "twice.*node 2"),
