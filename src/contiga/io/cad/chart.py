@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from scipy.spatial import cKDTree
 
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
@@ -45,7 +46,7 @@ class Chart:
         self.size = float(np.ptp(surface.bounds(), axis=0).max())
         span = self.high - self.low
         self.periods = np.where([_closes(self, axis) for axis in range(2)], span, 0.0)
-        self._tree: cKDTree | None = None
+        self._tree: Any = None
         self._grid = np.empty((0, 2))
         self._typical: FloatArray | None = None
 
@@ -94,6 +95,8 @@ class Chart:
     def located(self, points: FloatArray) -> FloatArray:
         """(n, 2) parameters of the places nearest to `points`, within the domain."""
         if self._tree is None:
+            from scipy.spatial import cKDTree  # takes long to import, and most files need none
+
             self._grid = _grid(self.surface)
             self._tree = cKDTree(self.surface.evaluate(self._grid))
         _, starts = self._tree.query(points, k=STARTS)
