@@ -11,6 +11,8 @@ from typing import Any
 
 COINCIDENT = 1e-6
 """Edges farther apart than this share of the whole size stay two."""
+CUT_OFF = 1e-3
+"""Shares of an edge that are cut off its end make it no other edge."""
 FINEST = 1e-7
 """OpenCASCADE's own confusion distance, mm."""
 
@@ -104,10 +106,13 @@ class Sewn:
     def _crown(self, group: list[int], pieces: dict[int, dict[int, Any]]) -> None:
         """Give the edges of a group, which are joined, to one that runs along all of them."""
         every = {number: part for own in group for number, part in pieces[own].items()}
+        length = {number: _length(part) for number, part in every.items()}
+        along = {own: sum(length[number] for number in pieces[own]) for own in group}
         root = self._leader[group[0]][0]
-        leader = max([root, *group], key=lambda own: len(pieces[own]))
+        longest = max(group, key=lambda own: along[own])
+        leader = root if along[root] >= (1.0 - CUT_OFF) * along[longest] else longest
         against = self._leader[leader][1]
-        if len(pieces[leader]) < len(every):
+        if along[leader] < (1.0 - CUT_OFF) * sum(length.values()):
             whole = _whole(list(every.values()))
             if whole is not None:
                 against ^= not _same_way(self.edge(leader), whole)
@@ -142,6 +147,14 @@ class Sewn:
                     faces.append((self._number(before), face.Orientation() != after))
             inside_out = not _is_closed(shell) and min(faces, default=(0, False))[1]
             self._turned |= {face for face, turned in faces if turned != inside_out}
+
+
+def _length(edge: Any) -> float:
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.GCPnts import GCPnts_AbscissaPoint
+    from OCP.TopoDS import TopoDS
+
+    return float(GCPnts_AbscissaPoint.Length_s(BRepAdaptor_Curve(TopoDS.Edge(edge))))
 
 
 def _whole(parts: list[Any]) -> Any | None:
