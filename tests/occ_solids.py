@@ -152,6 +152,18 @@ def lidless_box() -> Any:
     return sewn(parts(block((0, 0, 0), (10, 10, 10)), "FACE")[:5], 1e-6)
 
 
+def compound(faces: list[Any]) -> Any:
+    """Faces side by side, which share nothing."""
+    from OCP.BRep import BRep_Builder
+    from OCP.TopoDS import TopoDS_Compound
+
+    made, builder = TopoDS_Compound(), BRep_Builder()
+    builder.MakeCompound(made)
+    for face in faces:
+        builder.Add(made, face)
+    return made
+
+
 def write(shape: Any, path: Path) -> Path:
     from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 

@@ -63,7 +63,12 @@ def test_tyre_has_the_nodes_and_cells_of_the_manifest(data_dir):
     summary = mesh_summary(slave)
     assert summary["nodes"] == 21_359
     assert summary["cells"] == {"tetra10": 11_171}
-    assert [part["label"] for part in summary["parts"]] == ["PART1_EG1", "BC_INT", "BC_CONN"]
+    assert [part["label"] for part in summary["parts"]] == [
+        "PART1_EG1",
+        "BC_INT",
+        "BC_CONN",
+        "NSET1",
+    ]
     lowest, highest = np.array(summary["bounds"])
     assert highest - lowest == pytest.approx([0.53, 1.42, 1.42], abs=5e-3)
 

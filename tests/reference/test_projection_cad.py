@@ -147,10 +147,33 @@ class Extrema:
         return best
 
 
-def occ_surface(surface):
-    from contiga.io.cad.occ_build import occ_surface
+def occ_knots(knots):
+    """Distinct knots and their multiplicities."""
+    from OCP.collections import Array1_double, Array1_int
 
-    return occ_surface(surface)
+    distinct, times = np.unique(knots, return_counts=True)
+    values, counts = Array1_double(1, len(times)), Array1_int(1, len(times))
+    for i, (value, count) in enumerate(zip(distinct, times, strict=True), start=1):
+        values.SetValue(i, float(value))
+        counts.SetValue(i, int(count))
+    return values, counts
+
+
+def occ_surface(surface):
+    from OCP.collections import Array2_double, Array2_gp_Pnt
+    from OCP.Geom import Geom_BSplineSurface
+    from OCP.gp import gp_Pnt
+
+    points = surface.control_points
+    n, m = points.shape[:2]
+    poles, factors = Array2_gp_Pnt(1, n, 1, m), Array2_double(1, n, 1, m)
+    weights = np.ones((n, m)) if surface.weights is None else surface.weights
+    for i in range(n):
+        for j in range(m):
+            poles.SetValue(i + 1, j + 1, gp_Pnt(*map(float, points[i, j])))
+            factors.SetValue(i + 1, j + 1, float(weights[i, j]))
+    (U, u_times), (V, v_times) = (occ_knots(knots) for knots in surface.knots)
+    return Geom_BSplineSurface(poles, factors, U, V, u_times, v_times, *surface.degrees)
 
 
 def occ_curve2d(curve):

@@ -109,7 +109,7 @@ def test_everything_that_needs_no_extra_works_bare_with_the_same_bits(child: Chi
 DOORS = {
     "STEP": ('cg.read_cad("part.step")', "cadquery-ocp-novtk", "cad"),
     "IGES": ('cg.read_cad("part.IGS")', "cadquery-ocp-novtk", "cad"),
-    "3DM": ('cg.read_cad("part.3dm")', "cadquery-ocp-novtk and rhino3dm", "cad"),
+    "3DM": ('cg.read_cad("part.3dm")', "rhino3dm", "cad"),
     "mesh": ('cg.read_mesh("part.vtu")', "meshio", "mesh"),
     "master": ('cg.read_master("part.stl")', "meshio", "mesh"),
     "writing": ('cg.write_mesh("new.stl", ball.tessellate(0.1))', "meshio", "mesh"),

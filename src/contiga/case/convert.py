@@ -78,6 +78,7 @@ def convert(deck: str | Path, units: tuple[str, str, str], folder: str | Path) -
         )
     bodies = sorted({part for pair in pairs for part in (pair.master, *_owners(pair, parts))})
     text = "\n".join([*_head(model, units), *_bodies(bodies, parts), *_contacts(pairs, parts)])
+    parts.leave_nodes()
     text += "\n" + "\n".join(_foot(model))
     parse_case(text, Path(folder) / "case.toml")
     return Converted(text, len(pairs), len(bodies), model.unknown)

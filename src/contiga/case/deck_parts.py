@@ -50,6 +50,7 @@ class DeckParts:
         self.file = file
         self._names: dict[str, str] = {}
         self._skins: dict[tuple[str | int, ...], _Facets] = {}
+        self._started: set[int] = set()
 
     @cached_property
     def mesh(self) -> RawMesh:
@@ -185,7 +186,32 @@ class DeckParts:
         return own
 
     def _start_of_cards(self, part: int) -> Start | None:
-        return self.model.velocities.get(part, self.model.velocities.get(0))
+        own = self.model.velocities.get(part) or self._start_of_nodes(part)
+        return own or self.model.velocities.get(0)
+
+    def _start_of_nodes(self, part: int) -> Start | None:
+        """The one velocity that *INITIAL_VELOCITY_NODE gives all nodes of a part."""
+        told = self.model.node_velocities
+        if not told or self.mesh.node_ids is None:
+            return None
+        nodes = self.mesh.node_ids[self._nodes(self.groups[part])].tolist()
+        given = [told[node] for node in nodes if node in told]
+        if len(given) < len(nodes) or len({one.rates for one in given}) > 1:
+            return None
+        rates = given[0].rates
+        if any(rates[3:]):
+            return None
+        self._started.update(nodes)
+        return Start(rates, (), given[0].block)
+
+    def leave_nodes(self) -> None:
+        """Note the nodes whose velocity at the start no body has."""
+        left = [n for n in self.model.node_velocities if n not in self._started]
+        if left:
+            first = self.model.node_velocities[left[0]]
+            which = f"{len(left)} nodes, first {left[0]}"
+            why = f"{which}: not all those of a rigid part, at one velocity"
+            self.model.leave(first.block, why, first.line)
 
     def prescribed(self, part: int, end: float) -> dict[str, Any] | None:
         """The `motion` of a part whose motion the deck tells; None where it tells none."""

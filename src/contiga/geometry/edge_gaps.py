@@ -19,6 +19,8 @@ from contiga.geometry.trim import Loop
 
 BELIEVED = 1e-6
 """Misses up to this share of an edge's box are not looked at twice."""
+CHORDS = 256
+"""Of an image whose length is measured: whole circles come out 3e-5 short."""
 MORE = 1.02
 """Between samples an image may be a little farther off."""
 
@@ -32,7 +34,6 @@ class Image(NamedTuple):
     """Largest distance to the edge's curve, length."""
     point: tuple[float, float, float]
     """Point of the image where it is so far off."""
-    length: float
 
 
 def image_of(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Trims) -> Image:
@@ -42,7 +43,7 @@ def image_of(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Tri
     span = edge.spans[k] if edge.spans else None
     (u0, u1), (v0, v1) = patch.domain
     near = BELIEVED * float(np.ptp(edge.curve.bounds(), axis=0).max())
-    out = np.empty(5)
+    out = np.empty(4)
     image_gap(
         patch.arrays,
         image_curve(use, span, patch, trims[use.patch]).arrays,
@@ -51,8 +52,19 @@ def image_of(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Tri
         near,
         out,
     )
-    gap, x, y, z, length = out.tolist()
-    return Image(gap, (x, y, z), length)
+    gap, x, y, z = out.tolist()
+    return Image(gap, (x, y, z))
+
+
+def image_length(edge: BodyEdge, k: int, patches: Sequence[NurbsSurface], trims: Trims) -> float:
+    """Length of the image of `edge` by its use `k`, by chords."""
+    use = edge.uses[k]
+    patch = patches[use.patch]
+    curve = image_curve(use, edge.spans[k] if edge.spans else None, patch, trims[use.patch])
+    low, high = np.transpose(patch.domain)
+    uv = curve.evaluate(np.linspace(*curve.domain, CHORDS + 1))[:, :2]
+    points = patch.evaluate(np.clip(uv, low, high))
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
 
 
 def image_curve(

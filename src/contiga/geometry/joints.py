@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.geometry.edge_gaps import image_of
+from contiga.geometry.edge_gaps import image_length
 from contiga.geometry.edges import UNTRIMMED, EdgeUse
 from contiga.geometry.trim import Loop
 from contiga.records import FloatArray
@@ -59,8 +59,9 @@ def joints_of(body: Faces) -> Joints:
         elif len(uses) < 2:
             is_open[k] = True
         else:
-            images = [image_of(edge, i, body.patches, body.trims) for i in range(len(uses))]
-            length = np.array([image.length for image in images])
+            length = np.array(
+                [image_length(edge, i, body.patches, body.trims) for i in range(len(uses))]
+            )
             opposite = _opposite(length)
             joints += [
                 Joint(uses[i].patch, uses[j].patch, sense[i] != sense[j]) for i, j in opposite

@@ -93,10 +93,22 @@ class Sheet:
         return at[0]
 
     def numbers(self, order: Sequence[int], allowed: str) -> FloatArray:
-        """The columns `order` (n, k)."""
+        """The columns `order` (n, k), all finite.
+
+        A row of more cells than the header has is refused: where a comma parts columns, numbers
+        with a decimal comma are two.
+        """
         values = []
         for number, line in self.rows:
-            cells = line.split(self.mark)
+            cells = line.rstrip(f"{self.mark} \t").split(self.mark)
+            if len(cells) > len(self.names):
+                raise FileError(
+                    f"a row has {len(cells)} cells under a header of {len(self.names)}",
+                    where=f"{self.path}:{number}",
+                    found=line,
+                    allowed=f"{len(self.names)} cells, parted by {self.mark!r}",
+                    remedy="Write numbers with a decimal point, not a comma",
+                )
             try:
                 values.append([float(cells[i]) for i in order])
             except (ValueError, IndexError) as error:
@@ -106,6 +118,8 @@ class Sheet:
                     found=line,
                     allowed=allowed,
                 ) from error
+            if not np.isfinite(values[-1]).all():
+                raise FileError("a number is not finite", where=f"{self.path}:{number}", found=line)
         return np.array(values).reshape(-1, len(order))
 
 

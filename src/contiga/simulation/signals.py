@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 
-from contiga.criteria.filters import LEAST_RATE, cfc
+from contiga.criteria.filters import LEAST_RATE, cfc, memory
 from contiga.criteria.head_injury import hic, hicd
 from contiga.criteria.held_level import clip
+from contiga.errors import ContigaWarning
 from contiga.io.units import acceleration_factor, base_factor
 from contiga.num.ordered import length
 from contiga.records import FloatArray
@@ -74,13 +76,21 @@ def _smooth(
     signal = np.stack([history[f"{name}.{c}"] for c in raw], axis=1)
     steps = np.diff(times)
     if np.ptp(steps) <= _EQUAL * steps.max():
-        return times, cfc(signal, float(times[1] - times[0]) * unit, cls)
+        return times, _filtered_evenly(times, signal, (unit, cls))
     step = 1.0 / (FINE * int(cls.removeprefix("CFC"))) / unit
     step = min(step, float(np.median(steps)))
     count = min(int(np.ceil((times[-1] - times[0]) / step)), MOST)
     grid = np.linspace(times[0], times[-1], count + 1)
     even = means(grid, times, signal, _impulses(model, name, history, signal))
-    return grid, cfc(even, float(grid[1] - grid[0]) * unit, cls)
+    return grid, _filtered_evenly(grid, even, (unit, cls))
+
+
+def _filtered_evenly(times: FloatArray, signal: FloatArray, how: tuple[float, str]) -> FloatArray:
+    """A signal (n, k) at even times, filtered; `how` is (time unit in seconds, class)."""
+    unit, cls = how
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ContigaWarning)  # `signal_warnings` says it of the run
+        return cfc(signal, float(times[1] - times[0]) * unit, cls)
 
 
 def _impulses(
@@ -183,11 +193,23 @@ def _criteria(
 
 
 def signal_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
-    """Filters that the steps of the run are too long for."""
-    return [
-        f"{name}: the steps are too long for {cls}, which needs "
-        f"{LEAST_RATE} samples a second for each Hz of its class; nothing is filtered and its "
-        'criteria are left out. Take smaller steps, or step = "auto" with a shorter largest one'
-        for name, (cls, _) in _filtered(model).items()
-        if too_coarse(model, cls, history)
-    ]
+    """Filters that the steps of the run are too long for, or the run too short."""
+    told = []
+    for name, (cls, _) in _filtered(model).items():
+        if too_coarse(model, cls, history):
+            told.append(
+                f"{name}: the steps are too long for {cls}, which needs "
+                f"{LEAST_RATE} samples a second for each Hz of its class; nothing is filtered and "
+                'its criteria are left out. Take smaller steps, or step = "auto" with a shorter '
+                "largest one"
+            )
+            continue
+        kept = memory(int(cls.removeprefix("CFC"))) / base_factor(model.units[2], "time")
+        lasts = float(np.ptp(history["time"]))
+        if lasts < kept:
+            told.append(
+                f"{name}: the run lasts {lasts:.4g}, less than the memory of {cls}, {kept:.4g}: "
+                "what is filtered may be off by a fifth of its size at the ends, and its criteria "
+                "with it"
+            )
+    return told

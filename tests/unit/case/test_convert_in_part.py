@@ -6,7 +6,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.decks import CONTACT, END, FLIGHT, FOAM, PARTS, RIGID, card, converted, deck, mesh
+from tests.decks import (
+    CONTACT,
+    END,
+    FLIGHT,
+    FOAM,
+    PARTS,
+    RIGID,
+    card,
+    converted,
+    deck,
+    mesh,
+    sphere,
+)
 
 from contiga.case import deck_parts
 from contiga.errors import ContigaWarning, FileError, MeshError
@@ -78,6 +90,41 @@ def test_a_start_is_that_of_the_parts_it_is_said_of(
     assert found == velocity
     assert why in text
     assert ("Not understood" in text) == bool(why)
+
+
+def of_nodes(count: int, *rates: float, last: tuple[float, ...] | None = None) -> list[str]:
+    """Velocities of the first nodes, which are those of the head form."""
+    cards = [card(k, *rates) for k in range(1, count + 1)]
+    return ["*INITIAL_VELOCITY_NODE", *cards[:-1], card(count, *(last or rates))]
+
+
+HEAD = len(sphere()[0])
+
+
+@pytest.mark.parametrize(
+    ("pieces", "velocity", "left"),
+    [
+        (of_nodes(HEAD, 0, 0, -2.5), [0.0, 0.0, -2.5], 0),
+        (of_nodes(HEAD + 9, 0, 0, -2.5), [0.0, 0.0, -2.5], 9),
+        (of_nodes(HEAD - 1, 0, 0, -2.5), REST, HEAD - 1),
+        (of_nodes(HEAD, 0, 0, -2.5, last=(0, 0, -3)), REST, HEAD),
+        (of_nodes(HEAD, 0, 0, -2.5, 0, 0, 1), REST, HEAD),
+    ],
+)
+def test_velocities_of_nodes_are_those_of_the_part_they_make_up(
+    tmp_path: Path, pieces: list[str], velocity: list[float], left: int
+) -> None:
+    found, text = start(tmp_path, pieces)
+    assert found == velocity
+    assert (f"({left} nodes, first " in text) == bool(left)
+    assert ("Not understood" in text) == bool(left)
+
+
+def test_nodes_come_between_their_part_and_all(tmp_path: Path) -> None:
+    nodes, everything = of_nodes(HEAD, 0, 0, -2.5), ["*INITIAL_VELOCITY", card(0), card(0, 0, -3)]
+    assert start(tmp_path, nodes, everything)[0] == [0.0, 0.0, -2.5]
+    part = ["*INITIAL_VELOCITY_RIGID_BODY", card(1, 0, 0, -4)]
+    assert start(tmp_path, nodes, part)[0] == [0.0, 0.0, -4.0]
 
 
 OWN = [

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
@@ -12,6 +14,7 @@ from contiga.criteria.kernels.two_poles_nb import forward_and_back
 from contiga.errors import InputError
 
 RNG = np.random.default_rng(0)
+short = pytest.mark.filterwarnings("ignore:the signal is shorter than the memory")
 
 
 def gain(cls: int, frequency: float, rate: float) -> float:
@@ -25,6 +28,7 @@ def gain(cls: int, frequency: float, rate: float) -> float:
     return float(20.0 * np.log10(ratio.real))
 
 
+@short
 @pytest.mark.parametrize("cls", CLASSES)
 @pytest.mark.parametrize("rate", [1e4, 5e4])
 @pytest.mark.parametrize("n", [3, 150, 5000])
@@ -36,6 +40,7 @@ def test_it_is_the_butterworth_filter_of_scipy(cls, rate, n):
     assert np.abs(cfc(signal, 1.0 / rate, cls) - theirs).max() < 1e-9 * np.abs(signal).max()
 
 
+@short
 @pytest.mark.parametrize("n", [1, 2, 3, 400])
 def test_the_order_in_memory_does_not_matter(n):
     signal = RNG.normal(size=(n, 3))
@@ -104,6 +109,7 @@ def test_one_sample_is_a_constant():
     assert cfc([3.0], 1e-4, 60).tolist() == [3.0]
 
 
+@short
 def test_what_is_given_is_not_changed():
     signal = RNG.normal(size=50)
     before = signal.copy()
@@ -146,3 +152,21 @@ def test_steps_are_positive(dt):
 def test_bad_signals_are_refused(signal, says):
     with pytest.raises(InputError, match=f"cfc, signal: {says}"):
         cfc(signal, 1e-4, 60)
+
+
+def test_a_signal_shorter_than_the_memory_is_told_of():
+    """Cut out of a long signal, its ends come out otherwise; a longer one's hardly do."""
+    dt, cls, size = 1e-5, 180, 100.0
+    for memories, told in ((0.5, True), (1.5, False)):
+        count = int(memories * 0.75 / cls / dt) + 1
+        period = 2.0 * (count - 1) * dt
+        times = np.arange(-5 * count, 6 * count) * dt
+        wave = size * np.sin(2.0 * np.pi * times / period)
+        truth = cfc(wave, dt, cls)[5 * count : 6 * count]
+        with warnings.catch_warnings(record=True) as heard:
+            warnings.simplefilter("always")
+            cut = cfc(wave[5 * count : 6 * count], dt, cls)
+        assert [str(one.message)[:10] for one in heard] == ["the signal"] * told
+        off = np.abs(cut - truth).max()
+        assert (off > 1e-2 * size) == told
+        assert told or off < 2e-3 * size

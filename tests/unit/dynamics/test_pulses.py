@@ -210,6 +210,8 @@ def test_a_file_says_its_units(tmp_path: Path, text, given, expected) -> None:
         ("t,a\n0,1\n1\n", {}, FileError, r"csv:3: a row does not have a number"),
         ("t,a\n0,1\n\n0,2\n", {}, FileError, r"csv:4: the times must increase"),
         ("t,a\n0,1\n1,nan\n", {}, FileError, r"csv:3: a number is not finite"),
+        ("t,a\n0,1\n0,5,1,5\n", {}, FileError, r"csv:3: a row has 4 cells under a header of 2"),
+        ("t;a\n0;1;2\n", {}, FileError, r"csv:2: a row has 3 cells.*parted by ';'"),
         ("t,a\n", {}, FileError, "no rows under the header"),
         (
             "t [ms],a [g]\n0,1\n",

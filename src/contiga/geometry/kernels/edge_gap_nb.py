@@ -158,21 +158,13 @@ def _farthest(s, image, curve, domain, tables, work, out):
     """
     ts = _samples(image, PER_SPAN)[0]
     out[0] = -1.0
-    out[4] = 0.0
     at = 0
     near = 0
-    last = np.zeros(3)
     for k in range(ts.size):
         distance = _off(s, image, curve, domain, ts[k], tables, work)
-        point = work[0][3][0, 0]
-        step = 0.0
-        for c in range(3):
-            step += (point[c] - last[c]) ** 2
-            last[c] = point[c]
-        out[4] += math.sqrt(step) if k > 0 else 0.0
         if distance > out[0]:
             out[0] = distance
-            out[1:4] = point
+            out[1:4] = work[0][3][0, 0]
             at = k
             near = work[1][2][0]
     best = ts[at]
@@ -201,8 +193,7 @@ def image_gap(s, image, curve, domain, near, out):
     """Largest distance of the image of an edge on a surface to the edge's curve.
 
     `image` is the p-curve, `domain` (4,) u0, u1, v0, v1 of the surface; distances up to `near`
-    are believed at once. Fills out[5]: the distance, the point of the image where it is found and
-    the length of the image.
+    are believed at once. Fills out[4]: the distance, and the point of the image where it is found.
     """
     work = (
         (scratch(1), scratch(1, 1, 3), make_scratch(s.p, s.q, 0), scratch(1, 1, 3)),

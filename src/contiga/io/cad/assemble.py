@@ -19,6 +19,8 @@ from contiga.masters.body import Body
 
 BRIDGED = 1e-9
 """Gaps in a loop above this share of the domain get a straight closing piece."""
+MEND = "Mend or delete it in the program that wrote the file"
+"""What to do about a face that cannot be read."""
 
 
 class Edge(NamedTuple):

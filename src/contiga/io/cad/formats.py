@@ -8,7 +8,7 @@ from __future__ import annotations
 from contiga.io.apart import prepare
 
 SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
-PACKAGES = dict.fromkeys(SUFFIXES[:4], ("OCP",)) | {".3dm": ("OCP", "rhino3dm"), ".xml": ()}
+PACKAGES = dict.fromkeys(SUFFIXES[:4], ("OCP",)) | {".3dm": ("rhino3dm",), ".xml": ()}
 """What reads files of a suffix and has to be installed."""
 READERS = dict.fromkeys(SUFFIXES[:4], "step_iges") | {".3dm": "rhino", ".xml": "gismo"}
 """Modules beside this one, with functions `read_<module>` and `list_<module>`."""

@@ -19,6 +19,10 @@ STRAIGHT = 1e-12
 """Misses of this share of a face are rounding."""
 CLOSED = 1e-6
 """Gaps of this share of a loop leave no doubt about its order."""
+OPEN = 1e-3
+"""A loop open by more than this share of the face is not a loop; below it is closed straight."""
+THIN = 1e-10
+"""Faces this much longer than wide are lines."""
 LEVEL = 1e-7
 """Largest share of a face by which its border may miss the rectangle it is taken for."""
 
@@ -60,16 +64,17 @@ def chained(loop: Loop, periods: FloatArray) -> Loop:
 
     The order of the file is kept where it already closes; else the nearest start follows.
     """
-    ordered = _joined(loop, periods)
+    ordered = joined(loop, periods)
     reach = float(np.ptp(np.concatenate([ends(strand) for strand in ordered]), axis=0).max())
     if worst_gap(ordered) <= CLOSED * reach:
         return ordered
     # Only then: on a surface that is periodic both ways every strand may follow every other.
-    nearest = _joined(_nearest_order(loop, periods), periods)
+    nearest = joined(_nearest_order(loop, periods), periods)
     return nearest if worst_gap(nearest) < 0.5 * worst_gap(ordered) else ordered
 
 
-def _joined(loop: Loop, periods: FloatArray) -> Loop:
+def joined(loop: Loop, periods: FloatArray) -> Loop:
+    """`loop` in its order, strands shifted by whole periods to meet the one before."""
     result = [loop[0]]
     for strand in loop[1:]:
         step = ends(result[-1])[1] - ends(strand)[0]

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.errors import GeometryError
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
+from contiga.io.cad.occ_approximation import approximated, largest_miss
 from contiga.io.cad.warp import AngleMap, Map, identity
 from contiga.records import FloatArray
 
@@ -25,6 +25,8 @@ class Patch(NamedTuple):
     surface: NurbsSurface
     maps: tuple[Map, Map]
     """Old u → new u, old v → new v."""
+    off: float = 0.0
+    """How far it is from the surface at most, where it is an approximation, length."""
 
 
 def _values(array: Any) -> FloatArray:
@@ -272,7 +274,9 @@ def _analytic(surface: Any, box: FloatArray, scale: float) -> Patch:
     if exact is not None:
         spline, shift, maps = exact
         return Patch(surface_from(spline, shift, scale), maps)
-    return Patch(surface_from(_approximated(trimmed), np.zeros(2), scale), (identity, identity))
+    near = approximated(trimmed)
+    off = largest_miss(trimmed, near) * scale
+    return Patch(surface_from(near, np.zeros(2), scale), (identity, identity), off)
 
 
 def _exact_form(
@@ -318,7 +322,7 @@ def _joined_patches(one: Patch, two: Patch, axis: int) -> Patch | None:
     elif first is not second:
         return None
     surface = NurbsSurface(a.degrees, (knots[0], knots[1]), points, _rational(joined))
-    return Patch(surface, (maps[0], maps[1]))
+    return Patch(surface, (maps[0], maps[1]), max(one.off, two.off))
 
 
 def _possible_maps(spline: Any, shift: FloatArray) -> list[tuple[Map, Map]]:
@@ -357,26 +361,6 @@ def _agrees(
             worst = max(worst, point.Distance(spline.Value(float(x), float(y))))
             size = max(size, point.Distance(origin), abs(point.X()), abs(point.Y()))
     return worst <= EXACT * size
-
-
-def _approximated(trimmed: Any) -> Any:
-    """A B-spline near `trimmed` with the same parameters, as close as OpenCASCADE gets."""
-    from OCP.GeomAbs import GeomAbs_Shape
-    from OCP.GeomConvert import GeomConvert_ApproxSurface
-
-    u0, u1, v0, v1 = trimmed.Bounds()
-    corner = trimmed.Value(u0, v0)
-    size = max(
-        corner.Distance(trimmed.Value(u, v)) for u in (u0, u1) for v in (v0, 0.5 * (v0 + v1), v1)
-    )
-    smooth = GeomAbs_Shape.GeomAbs_C1
-    for tolerance in (1e-8, 1e-7, 1e-6, 1e-5):
-        made = GeomConvert_ApproxSurface(
-            trimmed, tolerance * max(size, 1e-3), smooth, smooth, 9, 9, 200, 1
-        )
-        if made.IsDone() and made.HasResult() and math.isfinite(made.MaxError()):
-            return made.Surface()
-    raise GeometryError("a surface has no NURBS form and could not be approximated")
 
 
 @contextmanager

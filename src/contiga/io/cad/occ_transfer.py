@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from contiga.errors import FileError
 from contiga.io.cad.assemble import warn
+from contiga.io.cad.cad_numbers import check_numbers
 from contiga.io.cad.occ_parts import Piece, new_document, pieces_of
 
 _UNCERTAINTY = re.compile(
@@ -35,8 +36,9 @@ def transferred(path: Path) -> Transferred:
     Raises
     ------
     FileError
-        Not what its suffix says, or damaged.
+        Not what its suffix says, or damaged; a number that is not finite.
     """
+    check_numbers(path)
     iges = path.suffix.lower() in (".igs", ".iges")
     return _transfer_iges(path) if iges else _transfer_step(path)
 

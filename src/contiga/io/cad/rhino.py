@@ -1,26 +1,25 @@
 """3DM through rhino3dm: surfaces, extrusions and breps, instances placed.
 
 rhino3dm gives a face's surface, the edges of its loops in space and their order, but not its
-p-curves. Faces that are not the whole of their surface are therefore handed to OpenCASCADE, which
-builds the p-curves from the edges; from there on the way is that of `step_iges`.
+p-curves. Where a face is not the whole of its surface they are drawn from the edges.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from contiga.errors import FileError
+from contiga.errors import FileError, GeometryError
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
-from contiga.io.cad import step_iges
-from contiga.io.cad.assemble import Assembly, Edge, merged, warn
+from contiga.io.cad.assemble import MEND, Assembly, Edge, merged, warn
+from contiga.io.cad.drawn import DrawnFace, Trim, add_drawn
 from contiga.io.cad.loops import Loop, Sides, Strand
-from contiga.io.cad.occ_build import OccEdges
 from contiga.io.cad.parts import ALL, Choice, FaceLabel, Inventory, PartLabel, chosen_faces
-from contiga.io.cad.step_iges import add_face
+from contiga.io.cad.rendered import doubts, render_mesh
 from contiga.io.cad.stitch import side_curve
 from contiga.io.units import length_factor, short_name
 from contiga.masters.body import Body
@@ -43,6 +42,8 @@ _UNITS = {
 }
 SAMPLES = 9
 
+_Made = TypeVar("_Made")
+
 
 class _Item(NamedTuple):
     """An object with faces, where it stands."""
@@ -54,17 +55,9 @@ class _Item(NamedTuple):
     """(4, 4) placement in the file's length unit."""
 
 
-class _Trim(NamedTuple):
-    edge: int
-    """Index in the brep, −1 at a pole."""
-    reversed: bool
-
-
 def warm_up() -> None:
     """Load what the reader needs, before the time of a file counts."""
     import rhino3dm  # noqa: F401
-
-    step_iges.warm_up()
 
 
 def read_rhino(path: Path, file_unit: str | None, unit: str | None, choice: Choice = ALL) -> Body:
@@ -127,7 +120,13 @@ class _Model:
 
         if isinstance(item.geometry, rhino3dm.NurbsSurface):
             return Body(surface_from(item.geometry)), [0]
-        return _brep(item, wanted, self._tolerance, str(self._path))
+        body, kept = _brep(item, wanted, self._tolerance, str(self._path))
+        if body is not None:
+            meshes = [render_mesh(item.geometry.Faces[i]) for i in kept]
+            for k, doubt in doubts(body, meshes):
+                number = item.label.faces[kept[k]].number
+                warn(f"{self._path}, face {number} is in doubt: {doubt}")
+        return body, kept
 
 
 def _items(model: Any, path: Path) -> list[_Item]:
@@ -227,23 +226,24 @@ def _brep(
     item: _Item, wanted: list[bool], tolerance: float, where: str
 ) -> tuple[Body | None, list[int]]:
     brep = item.geometry
-    curves = [curve_from(brep.Edges[i].ToNurbsCurve()) for i in range(len(brep.Edges))]
-    edges = OccEdges(curves, tolerance)
+    curves = [
+        _named(f"{where}, edge {i}", curve_from, brep.Edges[i].ToNurbsCurve())
+        for i in range(len(brep.Edges))
+    ]
     assembly = Assembly(where)
     kept = []
     for i in np.flatnonzero(wanted).tolist():
         face = brep.Faces[i]
-        surface = surface_from(face.UnderlyingSurface().ToNurbsSurface())
+        name = f"{where}, face {item.label.faces[i].number}"
+        surface = _named(name, surface_from, face.UnderlyingSurface().ToNurbsSurface())
         trims = [_trims(face.Loops[k]) for k in range(len(face.Loops))]
         turned = bool(face.OrientationIsReversed)
         sides = _natural_sides(surface, trims, curves, tolerance)
         if sides is not None:
             assembly.add_whole(surface, *sides, flip=turned)
             kept.append(i)
-        else:
-            made = edges.face(surface, trims, turned)
-            if add_face(assembly, made, edges, 1.0, f"{where}, face {item.label.faces[i].number}"):
-                kept.append(i)
+        elif add_drawn(assembly, DrawnFace(surface, trims, turned, name), curves, tolerance):
+            kept.append(i)
 
     def edge_of(number: int) -> Edge | None:
         return Edge(curves[number], tolerance)
@@ -251,19 +251,27 @@ def _brep(
     return (assembly.body("brep", edge_of, None) if kept else None), kept
 
 
-def _trims(loop: Any) -> list[_Trim]:
+def _named(name: str, made: Callable[[Any], _Made], geometry: Any) -> _Made:
+    """What `made` makes of a curve or surface; what is wrong with it is told by its name."""
+    try:
+        return made(geometry)
+    except GeometryError as error:
+        raise FileError(str(error), where=name, remedy=MEND) from error
+
+
+def _trims(loop: Any) -> list[Trim]:
     trims = (loop.Trims[i] for i in range(loop.TrimCount))
-    return [_Trim(int(trim.EdgeIndex), bool(trim.IsReversed)) for trim in trims]
+    return [Trim(int(trim.EdgeIndex), bool(trim.IsReversed)) for trim in trims]
 
 
 def _natural_sides(
-    surface: NurbsSurface, trims: list[list[_Trim]], curves: list[NurbsCurve], tolerance: float
+    surface: NurbsSurface, trims: list[list[Trim]], curves: list[NurbsCurve], tolerance: float
 ) -> tuple[Loop, Sides] | None:
     """The four sides as a loop if the trims are just those, else None."""
     if len(trims) != 1 or len(trims[0]) != 4:
         return None
     size = float(np.ptp(surface.bounds(), axis=0).max())
-    near = max(10.0 * tolerance, 1e-9 * size)
+    near = max(tolerance, 1e-9 * size)
     # Outer loops run counter-clockwise: up u on v0, up v on u1, and back.
     order = [(2, False), (1, False), (3, True), (0, True)]
     for turn in range(4):
@@ -280,7 +288,7 @@ def _natural_sides(
 
 
 def _fits(
-    side: NurbsCurve, against: bool, trim: _Trim, curves: list[NurbsCurve], near: float
+    side: NurbsCurve, against: bool, trim: Trim, curves: list[NurbsCurve], near: float
 ) -> bool:
     """Whether a trim runs along a natural side (or both are one point)."""
     fine = side.evaluate(np.linspace(*side.domain, 8 * SAMPLES + 1))

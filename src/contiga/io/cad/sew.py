@@ -11,6 +11,8 @@ from typing import Any
 
 COINCIDENT = 1e-6
 """Edges farther apart than this share of the whole size stay two."""
+CUT_OFF = 1e-3
+"""Shares of an edge that are cut off its end make it no other edge."""
 FINEST = 1e-7
 """OpenCASCADE's own confusion distance, mm."""
 
@@ -69,18 +71,24 @@ class Sewn:
         """Find, for each edge that was joined, the one that stands for it.
 
         An edge that meets several edges one after the other is cut by the sewing; here it stays
-        whole and shares its number with all of them.
+        whole and shares its number with all of them. Whichever of them the file has first, the
+        one that runs along all the others stands for them; where none does (two halves of a
+        circle on three thirds), what they make together.
         """
         from OCP.TopAbs import TopAbs_Orientation
 
         forward = TopAbs_Orientation.TopAbs_FORWARD
+        pieces: dict[int, dict[int, Any]] = {}
         holders: dict[int, list[tuple[int, bool]]] = defaultdict(list)
         for edge in subshapes(shape, "EDGE"):
             own = self._number(edge)
-            if own not in self._leader:
-                self._leader[own] = own, False
+            if own not in pieces:
+                pieces[own] = {}
                 for part in subshapes(sewing.ModifiedSubShape(edge.Oriented(forward)), "EDGE"):
-                    holders[self._number(part)].append((own, part.Orientation() != forward))
+                    number = self._number(part)
+                    pieces[own][number] = part
+                    holders[number].append((own, part.Orientation() != forward))
+        self._leader = {own: (own, False) for own in pieces}
         for (first, first_against), *others in holders.values():
             root, turned = self._root(first)
             for own, against in others:
@@ -88,6 +96,30 @@ class Sewn:
                 if end != root:
                     self._leader[end] = root, (turned != first_against) != (flipped != against)
         self._leader = {edge: self._root(edge) for edge in self._leader}
+        groups: dict[int, list[int]] = defaultdict(list)
+        for own, (root, _) in self._leader.items():
+            groups[root].append(own)
+        for group in groups.values():
+            if len(group) > 1:
+                self._crown(group, pieces)
+
+    def _crown(self, group: list[int], pieces: dict[int, dict[int, Any]]) -> None:
+        """Give the edges of a group, which are joined, to one that runs along all of them."""
+        every = {number: part for own in group for number, part in pieces[own].items()}
+        length = {number: _length(part) for number, part in every.items()}
+        along = {own: sum(length[number] for number in pieces[own]) for own in group}
+        root = self._leader[group[0]][0]
+        longest = max(group, key=lambda own: along[own])
+        leader = root if along[root] >= (1.0 - CUT_OFF) * along[longest] else longest
+        against = self._leader[leader][1]
+        if along[leader] < (1.0 - CUT_OFF) * sum(length.values()):
+            whole = _whole(list(every.values()))
+            if whole is not None:
+                against ^= not _same_way(self.edge(leader), whole)
+                leader = self._number(whole)
+                self._leader[leader] = leader, False
+        for own in group:
+            self._leader[own] = leader, self._leader[own][1] != against
 
     def _root(self, edge: int) -> tuple[int, bool]:
         """The edge at the end of the chain of leaders, and whether `edge` runs against it."""
@@ -115,6 +147,58 @@ class Sewn:
                     faces.append((self._number(before), face.Orientation() != after))
             inside_out = not _is_closed(shell) and min(faces, default=(0, False))[1]
             self._turned |= {face for face, turned in faces if turned != inside_out}
+
+
+def _length(edge: Any) -> float:
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.GCPnts import GCPnts_AbscissaPoint
+    from OCP.TopoDS import TopoDS
+
+    return float(GCPnts_AbscissaPoint.Length_s(BRepAdaptor_Curve(TopoDS.Edge(edge))))
+
+
+def _whole(parts: list[Any]) -> Any | None:
+    """One edge that runs along edges which meet end to end; None if they do not."""
+    from OCP.BRep import BRep_Builder, BRep_Tool
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
+    from OCP.Geom import Geom_TrimmedCurve
+    from OCP.GeomConvert import GeomConvert_CompCurveToBSplineCurve
+    from OCP.TopoDS import TopoDS
+
+    edges = [TopoDS.Edge(part) for part in parts]
+    near = max(BRep_Tool.Tolerance_s(edge) for edge in edges)
+    chain = GeomConvert_CompCurveToBSplineCurve()
+    rest = edges
+    while rest:
+        # A piece that does not meet the chain yet may do so later.
+        left = []
+        for edge in rest:
+            curve = BRep_Tool.Curve_s(edge, 0.0, 0.0)
+            trimmed = Geom_TrimmedCurve(curve, *BRep_Tool.Range_s(edge))
+            if not chain.Add(trimmed, 2.0 * near):
+                left.append(edge)
+        if len(left) == len(rest):
+            return None
+        rest = left
+    whole = BRepBuilderAPI_MakeEdge(chain.BSplineCurve()).Edge()
+    BRep_Builder().UpdateEdge(whole, near)
+    return whole
+
+
+def _same_way(edge: Any, whole: Any) -> bool:
+    """Whether an edge runs as another does, which it lies on."""
+    from OCP.BRep import BRep_Tool
+    from OCP.GeomAPI import GeomAPI_ProjectPointOnCurve
+    from OCP.gp import gp_Pnt, gp_Vec
+
+    first, last = BRep_Tool.Range_s(edge)
+    point, way = gp_Pnt(), gp_Vec()
+    BRep_Tool.Curve_s(edge, 0.0, 0.0).D1(0.5 * (first + last), point, way)
+    curve = BRep_Tool.Curve_s(whole, 0.0, 0.0)
+    at = GeomAPI_ProjectPointOnCurve(point, curve).LowerDistanceParameter()
+    other = gp_Vec()
+    curve.D1(at, point, other)
+    return bool(way.Dot(other) > 0.0)
 
 
 def _is_closed(shell: Any) -> bool:

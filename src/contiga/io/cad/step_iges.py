@@ -13,10 +13,13 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from contiga.errors import FileError, GeometryError
 from contiga.geometry.curve import NurbsCurve
 from contiga.io.cad import occ_geometry as occ
-from contiga.io.cad.assemble import Assembly, Edge, warn
+from contiga.io.cad.assemble import MEND, Assembly, Edge, warn
 from contiga.io.cad.loops import (
+    OPEN,
+    THIN,
     Loop,
     Sides,
     Strand,
@@ -38,13 +41,9 @@ from contiga.records import FloatArray
 
 OCC_UNIT = "mm"
 """OpenCASCADE brings every file to millimetres."""
-THIN = 1e-10
-"""Faces this much longer than wide are lines."""
 ROUNDED = 1e-11
 """Share of a face within which its bounds are the surface's own: OpenCASCADE rounds them more than
 float64 would."""
-OPEN = 1e-3
-"""A loop open by more than this share of the face is not a loop; below it is closed straight."""
 
 
 class Numbers(Protocol):
@@ -185,7 +184,15 @@ def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where:
     sides = rectangle_sides(raw.loops[0], raw.box, raw.speed) if len(raw.loops) == 1 else None
     closed = _closed(raw, where)
     whole = sides is None and closed
-    patch = occ.patch_from(raw.surface, raw.box, whole, scale)
+    try:
+        patch = occ.patch_from(raw.surface, raw.box, whole, scale)
+    except GeometryError as error:
+        raise FileError(str(error), where=where, remedy=MEND) from error
+    if patch.off > 0.0:
+        warn(
+            f"{where}: its surface has no NURBS form (an offset surface, for example) and is "
+            f"approximated, to {patch.off:.2g}"
+        )
     if not whole:
         loop = raw.loops[0] if sides is not None else None
         mapped = None if sides is None else _mapped_sides(sides, patch)

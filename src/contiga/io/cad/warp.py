@@ -1,11 +1,11 @@
-"""p-curves drawn anew: where a surface's parameters change, and where they were only near.
+"""p-curves drawn anew: where a surface's parameters change, and where a file gives edges only.
 
 A circular arc of half-angle α as a rational quadratic over [k, k + h] passes the angle θ at
 ``k + h/2 · (1 + tan((θ − θm)/2) / tan(α/2))``, θm its middle (stereographic projection). Patches
 made from cylinders, spheres, … have their knots at true angles, so that the map keeps them and
 p-curves given in angles only need to be bent between them.
 
-p-curves that were approximated from an edge are brought onto it by projection.
+Edges are projected onto their surface, over its seams and as often round it as they go.
 """
 
 from __future__ import annotations
@@ -19,12 +19,19 @@ from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.kernels.trim_build_nb import monotone_pieces
 from contiga.geometry.kernels.trim_nb import parameter_at
 from contiga.geometry.surface import NurbsSurface
+from contiga.io.cad.chart import Chart
 from contiga.num.ordered import product, solve
 from contiga.records import FloatArray
 
 DEGREE = 5
-STEPS = 4
+APART = 1e-9
+"""Borders of pieces closer to each other than this share of the whole are one, told by rounding."""
+TOWARD = 1e-4
+"""Share of an edge from a pole at which parameters are taken to tell that at the pole."""
+ROUNDS = 8
+"""Secants by which a crossing of a knot is found (Illinois rule): far more than it takes."""
 CHECKED = 65
+"""Points of an edge that must lie on its surface."""
 TOLERANCE = 1e-10
 """Largest deviation of a bent p-curve, as a share of the domain."""
 
@@ -74,23 +81,25 @@ def bent(curve: NurbsCurve, maps: tuple[Map, Map], span: FloatArray) -> NurbsCur
         uv = curve.evaluate(t)
         return np.stack([maps[0](uv[:, 0]), maps[1](uv[:, 1])], axis=1)
 
-    return fitted(mapped, _borders(curve, maps), span)
+    allowed = TOLERANCE * np.maximum(span, 1e-300)
+    return fitted(mapped, _borders(curve, maps), lambda uv: np.broadcast_to(allowed, uv.shape))
 
 
 def fitted(
-    image: Callable[[FloatArray], FloatArray], borders: FloatArray, span: FloatArray
+    image: Callable[[FloatArray], FloatArray],
+    borders: FloatArray,
+    allowed: Callable[[FloatArray], FloatArray],
 ) -> NurbsCurve:
     """A chain of quintics through ``image(t)`` (k, 2), smooth between `borders`.
 
-    Pieces are halved until they miss by no more than `TOLERANCE` · span in between.
+    Pieces are halved until they miss by no more than ``allowed(uv)`` (k, 2) in between.
     """
-    tolerance = TOLERANCE * np.maximum(span, 1e-300)
     smallest = (borders[-1] - borders[0]) * 2.0**-20
     todo = np.stack([borders[:-1], borders[1:]], axis=1)
     starts, pieces = [], []
     while len(todo):  # all of one size at once
-        control, miss = _quintics(image, todo)
-        done = np.all(miss <= tolerance, axis=1) | (todo[:, 1] - todo[:, 0] <= smallest)
+        control, fits = _quintics(image, todo, allowed)
+        done = fits | (todo[:, 1] - todo[:, 0] <= smallest)
         starts.append(todo[done, 0])
         pieces.append(control[done])
         a, b = todo[~done].T
@@ -111,29 +120,86 @@ def on_edge(
     """The p-curve of `edge` on `surface`, from a rough one with the same parameters.
 
     Every point of the edge is projected by Gauss-Newton, which converges at once since edges lie
-    on their surfaces. None if a point stays farther away than `tolerance` (length): the edge then
-    runs over a seam or leaves the surface.
+    on their surfaces. `curve` may go on over seams of a closed surface. None if a point stays
+    farther away than `tolerance` (length): the edge leaves the surface.
     """
-    low, high = np.array(surface.domain).T
-
-    def image(t: FloatArray) -> FloatArray:
-        uv = np.clip(curve.evaluate(np.clip(t, *curve.domain))[:, :2], low, high)
-        points = edge.evaluate(t)
-        for _ in range(STEPS):
-            first = surface.derivatives(uv, 1)
-            J = np.stack([first[:, 1, 0], first[:, 0, 1]], axis=2)
-            step = np.linalg.pinv(J) @ (points - first[:, 0, 0])[..., None]
-            uv = np.clip(uv + step[..., 0], low, high)
-        return uv
-
+    chart = Chart(surface)
     a, b = edge.domain
     t = np.linspace(a, b, CHECKED)
-    missed = np.linalg.norm(surface.evaluate(image(t)) - edge.evaluate(t), axis=1).max()
+    image = _image(curve, edge, chart)
+    missed = np.linalg.norm(chart.points(image(t)) - edge.evaluate(t), axis=1).max()
     if missed > tolerance:
         return None
-    knots = np.unique(np.concatenate([edge.knots, curve.knots]))
-    borders = knots[(knots > a + 1e-9 * (b - a)) & (knots < b - 1e-9 * (b - a))]
-    return fitted(image, np.concatenate([[a], borders, [b]]), high - low)
+    span = chart.high - chart.low
+    near = TOLERANCE * chart.size
+
+    def allowed(uv: FloatArray) -> FloatArray:
+        # Next to a pole one parameter says little: what counts is the place.
+        return np.maximum(TOLERANCE * span, near / np.maximum(chart.speed(uv), 1e-300))
+
+    borders = np.concatenate([edge.knots, _over_knots(image, np.union1d(t, curve.knots), chart)])
+    return fitted(image, distinct(np.clip(borders, a, b)), allowed)
+
+
+def _over_knots(
+    image: Callable[[FloatArray], FloatArray], t: FloatArray, chart: Chart
+) -> FloatArray:
+    """Where an image crosses knots of the surface, at which it is less smooth; `t` ascending."""
+    uv = image(t)
+    found = []
+    for axis, knots in enumerate(chart.surface.knots):
+        levels = np.unique(knots)
+        period = chart.periods[axis]
+        if period > 0.0:
+            first, last = (
+                np.floor((uv[:, axis].min() - levels[0]) / period),
+                np.ceil((uv[:, axis].max() - levels[0]) / period),
+            )
+            levels = np.unique(levels + period * np.arange(first, last + 1.0)[:, None])
+        low, high = uv[:-1, axis, None], uv[1:, axis, None]
+        row, level = np.nonzero((low - levels) * (high - levels) < 0.0)
+        a, b, off = t[row], t[row + 1], uv[:, axis]
+        off_a, off_b = off[row] - levels[level], off[row + 1] - levels[level]
+        for _ in range(ROUNDS if len(row) else 0):
+            at = a - off_a * (b - a) / np.where(off_a == off_b, 1.0, off_b - off_a)
+            miss = image(at)[:, axis] - levels[level]
+            before = off_a * miss > 0.0
+            a, off_a = np.where(before, at, a), np.where(before, miss, 0.5 * off_a)
+            b, off_b = np.where(before, b, at), np.where(before, 0.5 * off_b, miss)
+        found.append(np.where(np.abs(off_a) < np.abs(off_b), a, b))
+    return np.concatenate(found)
+
+
+def _image(curve: NurbsCurve, edge: NurbsCurve, chart: Chart) -> Callable[[FloatArray], FloatArray]:
+    """Parameters on the surface by those of the edge."""
+    a, b = edge.domain
+
+    def at(t: FloatArray) -> FloatArray:
+        rough = curve.evaluate(np.clip(t, *curve.domain))[:, :2]
+        return chart.refined(rough, edge.evaluate(t))
+
+    def image(t: FloatArray) -> FloatArray:
+        uv = at(t)
+        lost = chart.lost(uv).any(axis=1)
+        if lost.any():
+            # At a pole itself a parameter is what it tends to on the way there.
+            step = np.where(t[lost] < 0.5 * (a + b), 1.0, -1.0) * TOWARD * (b - a)
+            first, second, third = (at(t[lost] + k * step) for k in (1, 2, 3))
+            uv[lost] = 3.0 * first - 3.0 * second + third
+        return uv
+
+    return image
+
+
+def distinct(borders: FloatArray) -> FloatArray:
+    """`borders` in order, those that differ by rounding once; the first and the last stay."""
+    sorted_ = np.unique(borders)
+    close = APART * (sorted_[-1] - sorted_[0])
+    keep = np.diff(sorted_, prepend=-np.inf) > close
+    keep[-1] = True
+    if len(sorted_) > 2 and sorted_[-1] - sorted_[-2] <= close:
+        keep[-2] = False
+    return sorted_[keep]
 
 
 def _borders(curve: NurbsCurve, maps: tuple[Map, Map]) -> FloatArray:
@@ -153,12 +219,7 @@ def _borders(curve: NurbsCurve, maps: tuple[Map, Map]) -> FloatArray:
                 if values[0] < level < values[1]:
                     t = a + (b - a) * parameter_at(piece, degree, axis, level)
                     found.append(np.array([low + t * width]))
-    borders = np.unique(np.concatenate(found))
-    keep = np.diff(borders, prepend=-np.inf) > 1e-9 * (borders[-1] - borders[0])
-    keep[-1] = True
-    if len(borders) > 2 and borders[-1] - borders[-2] <= 1e-9 * (borders[-1] - borders[0]):
-        keep[-2] = False
-    return borders[keep]
+    return distinct(np.concatenate(found))
 
 
 _NODES = 0.5 * (1.0 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE))
@@ -178,9 +239,11 @@ _AT_CHECKS = _bernstein(_CHECKS)
 
 
 def _quintics(
-    image: Callable[[FloatArray], FloatArray], parts: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Quintics (n, 6, 2) through the image of `parts` (n, 2), and largest misses (n, 2) between."""
+    image: Callable[[FloatArray], FloatArray],
+    parts: FloatArray,
+    allowed: Callable[[FloatArray], FloatArray],
+) -> tuple[FloatArray, np.ndarray]:
+    """Quintics (n, 6, 2) through the image of `parts` (n, 2), and which fit it in between (n,)."""
     a, b = parts[:, :1], parts[:, 1:]
     t = np.clip(a + (b - a) * np.concatenate([_NODES, _CHECKS]), a, b)
     mapped = image(t.ravel()).reshape(*t.shape, 2)
@@ -188,4 +251,5 @@ def _quintics(
     control = np.array([product(_TO_BERNSTEIN, points) for points in through])
     control[:, [0, -1]] = through[:, [0, -1]]
     checked = np.array([product(_AT_CHECKS, points) for points in control])
-    return control, np.abs(checked - between).max(axis=1)
+    slack = allowed(between.reshape(-1, 2)).reshape(between.shape)
+    return control, np.asarray((np.abs(checked - between) <= slack).all(axis=(1, 2)))

@@ -19,6 +19,7 @@ from contiga.errors import ContigaWarning, FileError, MeshError
 from contiga.io.mesh.lsdyna_cards import Block, Card, fields, read_blocks, real, whole
 from contiga.io.mesh.lsdyna_parts import Parts, read_parts
 from contiga.io.mesh.lsdyna_sets import read_sets, set_name
+from contiga.io.mesh.numbered import Int64Array, Rows
 from contiga.io.mesh.raw import Group, RawMesh
 from contiga.records import FloatArray
 from contiga.slaves.skin import CellBlock
@@ -35,8 +36,6 @@ _SOLIDS = ("ELEMENT_SOLID", "ELEMENT_TSHELL")
 
 _PLAIN_NUMBER = re.compile(r" *[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)? *", re.ASCII)
 _PLAIN_COUNT = re.compile(r" *\d+ *", re.ASCII)
-
-Int64Array = NDArray[np.int64]
 
 
 class _Table(NamedTuple):
@@ -65,7 +64,7 @@ def read_lsdyna(path: Path) -> RawMesh:
     _refuse_moved_nodes(blocks, path)
     node_ids, points, shells, solids = _nodes_and_elements(blocks)
     node_ids, points = _without_repeats(node_ids, points, path)
-    rows = _Rows(node_ids, str(path))
+    rows = Rows(node_ids, str(path), "numbers given under *NODE")
     parts = read_parts(blocks, _warn_of_parts)
     cells, part_numbers, thickness = _cells(shells, solids, rows, parts)
     return RawMesh(
@@ -272,32 +271,8 @@ def _without_repeats(
     return ids[first], points[first]
 
 
-class _Rows:
-    """Turns node numbers of the deck into rows of its points."""
-
-    def __init__(self, ids: Int64Array, where: str) -> None:
-        self.order = np.argsort(ids, kind="stable")
-        self.sorted = ids[self.order]
-        self.where = where
-
-    def __call__(self, ids: Int64Array) -> Int64Array:
-        if len(self.sorted) == 0:
-            return np.zeros_like(ids)
-        place = np.minimum(np.searchsorted(self.sorted, ids), len(self.sorted) - 1)
-        unknown = self.sorted[place] != ids
-        if unknown.any():
-            raise MeshError(
-                "an element or mass stands on a node that is not in the deck",
-                where=self.where,
-                found=f"node {ids[unknown][0]}",
-                allowed="numbers given under *NODE",
-            )
-        rows: Int64Array = self.order[place]
-        return rows
-
-
 def _cells(
-    shells: list[_Table], solids: list[_Table], rows: _Rows, parts: Parts
+    shells: list[_Table], solids: list[_Table], rows: Rows, parts: Parts
 ) -> tuple[list[CellBlock], list[Int64Array], list[FloatArray | None]]:
     """Blocks by kind, with the part number of each cell and the thickness at its nodes."""
     blocks: list[CellBlock] = []
@@ -355,7 +330,7 @@ def _groups(part_numbers: list[Int64Array], parts: Parts) -> list[Group]:
     ]
 
 
-def _sets(blocks: Iterable[Block], rows: _Rows) -> Iterable[Group]:
+def _sets(blocks: Iterable[Block], rows: Rows) -> Iterable[Group]:
     """Sets of nodes: by name alone, as their numbers are those of parts, too.
 
     One with parameters without a value is not there: who asks for it is told.
@@ -365,7 +340,7 @@ def _sets(blocks: Iterable[Block], rows: _Rows) -> Iterable[Group]:
         yield Group(None, set_name(number), None, own)
 
 
-def _mass(blocks: Iterable[Block], rows: _Rows, count: int) -> FloatArray | None:
+def _mass(blocks: Iterable[Block], rows: Rows, count: int) -> FloatArray | None:
     """(n,) from *ELEMENT_MASS: eid, node, mass; None if the deck has none."""
     ids: list[int] = []
     values: list[float] = []

@@ -19,6 +19,7 @@ from contiga.io.mesh.lsdyna_parameters import Parameters, fortran_number, is_par
 
 _LONG_WIDTH = 20
 _LARGEST = 2**62
+_TEN = re.compile(r"I10\s*=\s*Y")
 
 
 class Card(NamedTuple):
@@ -105,6 +106,14 @@ def _split(lines: list[str], path: Path, long: bool) -> Iterator[Block]:
         if block is not None:
             yield block
         word, _, rest = line[1:].strip().upper().partition(" ")
+        if word.endswith("%") or rest.strip() == "%" or (word == "KEYWORD" and _TEN.search(rest)):
+            raise MeshError(
+                "fields of ten characters for whole numbers are not read",
+                where=f"{path}, line {number}: *{word}",
+                found=line.strip(),
+                allowed="the standard format, or LONG=Y",
+                remedy="Write the deck in one of these with your preprocessor.",
+            )
         if word == "KEYWORD":
             long = long or re.search(r"LONG\s*=\s*Y", rest) is not None
         this_long = (long or word.endswith("+")) and not word.endswith("-")
@@ -181,8 +190,7 @@ def whole(field: str, block: Block, card: Card) -> int:
     try:
         value = int(field or "0")
     except ValueError:
-        number = _number(field, block, card, "a whole number")
-        value = int(number) if math.isfinite(number) else _LARGEST + 1
+        value = int(_number(field, block, card, "a whole number"))
     if abs(value) > _LARGEST:
         raise MeshError(
             "a field of the card is no number that counts anything",
@@ -200,7 +208,10 @@ def real(field: str, block: Block, card: Card) -> float:
 
 def _number(field: str, block: Block, card: Card, allowed: str) -> float:
     try:
-        return fortran_number(field)
+        value = fortran_number(field)
+        if not math.isfinite(value):
+            raise ValueError
+        return value
     except ValueError:
         remedy = "No *PARAMETER that is understood gives it a value: write the deck out flat."
         raise MeshError(

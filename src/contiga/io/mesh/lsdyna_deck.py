@@ -62,6 +62,15 @@ class Start(NamedTuple):
     block: Block
 
 
+class NodeStart(NamedTuple):
+    """Velocity and spin of a node at the start."""
+
+    rates: tuple[float, ...]
+    """vx, vy, vz, and the spin about x, y, z."""
+    block: Block
+    line: int
+
+
 @dataclass
 class DeckModel:
     """What a deck says, as far as it is understood."""
@@ -77,6 +86,8 @@ class DeckModel:
     motions: list[Prescribed] = field(default_factory=list)
     velocities: dict[int, Start] = field(default_factory=dict)
     """By part; 0 stands for all."""
+    node_velocities: dict[int, NodeStart] = field(default_factory=dict)
+    """By node."""
     gravity: dict[int, tuple[int, float, Block]] = field(default_factory=dict)
     """By axis (0 to 2): curve, scale, where it is said."""
     unread: dict[int, Block] = field(default_factory=dict)

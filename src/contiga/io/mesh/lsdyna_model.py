@@ -22,7 +22,14 @@ from contiga.io.mesh.lsdyna_cards import (
     whole,
 )
 from contiga.io.mesh.lsdyna_curves import is_curve, read_curves
-from contiga.io.mesh.lsdyna_deck import DeckContact, DeckModel, Material, Prescribed, Start
+from contiga.io.mesh.lsdyna_deck import (
+    DeckContact,
+    DeckModel,
+    Material,
+    NodeStart,
+    Prescribed,
+    Start,
+)
 from contiga.io.mesh.lsdyna_parameters import is_parameters
 from contiga.io.mesh.lsdyna_parts import is_part, read_parts
 from contiga.io.mesh.lsdyna_sets import is_set, read_sets
@@ -226,6 +233,8 @@ def _initial(block: Block, model: DeckModel) -> None:
             _generated(block, head, tail, model)
     elif block.keyword == "INITIAL_VELOCITY" and len(rows) > 1:
         _of_all(block, rows, model)
+    elif block.keyword == "INITIAL_VELOCITY_NODE":
+        _of_nodes(block, rows, model)
     else:
         model.leave(block)
 
@@ -245,6 +254,16 @@ def _of_all(block: Block, rows: list[_Row], model: DeckModel) -> None:
         model.leave(block, f"all but set of nodes {exempt}, NSIDEX: these, too")
     replaced = [0] * (over < 0) if over <= 0 else model.part_sets.get(over, [])
     model.velocities[0] = Start(_reals(block, card_2, rates[:6]), tuple(replaced), block)
+
+
+def _of_nodes(block: Block, rows: list[_Row], model: DeckModel) -> None:
+    for card, texts in rows:
+        node = whole(texts[0], block, card)
+        if node and whole(texts[7], block, card):
+            model.leave(block, f"node {node}, in axes of its own, ICID", card.line)
+        elif node:
+            rates = _reals(block, card, texts[1:7])
+            model.node_velocities[node] = NodeStart(rates, block, card.line)
 
 
 def _generated(block: Block, head: _Row, tail: _Row, model: DeckModel) -> None:

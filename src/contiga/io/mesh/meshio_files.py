@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.errors import FileError, InputError, MeshError
+from contiga.io.mesh.gmsh_groups import physical_groups
 from contiga.io.mesh.guarded import GuardedFile, GuardedText
 from contiga.io.mesh.polygons import Blocks, blocks_of
 from contiga.io.mesh.raw import Group, RawMesh
@@ -42,7 +43,7 @@ _MESSAGE_LENGTH = 300
 # tetgen opens its two files itself.
 _NOT_READ = {"wkt", "tetgen"}
 # These ask for line after line at the end of a file cut short, but take an open file.
-_SPINNING = {"tecplot": "r", "mdpa": "rb", "ansys": "rb", "ply": "rb", "nastran": "r"}
+_SPINNING = {"tecplot": "r", "mdpa": "rb", "ansys": "rb", "ply": "rb"}
 
 
 def warm_up() -> None:
@@ -72,8 +73,6 @@ def read_with_meshio(path: Path) -> RawMesh:
         The mesh has cells of a kind that has no facets here.
     """
     _refuse_unknown(path)
-    if path.suffix.lower() == ".inp":
-        _refuse_assemblies(path)
     mesh = _read(path)
     try:
         return _converted(mesh, path)
@@ -94,27 +93,6 @@ def _refuse_unknown(path: Path) -> None:
             where=str(path),
             found=path.suffix,
             allowed=" ".join([*lsdyna.SUFFIXES, *cloud_files.SUFFIXES, *known]),
-        )
-
-
-def _refuse_assemblies(path: Path) -> None:
-    """Instances of Abaqus parts are placed and repeated, which meshio passes over in silence."""
-    instances, placed, inside = 0, False, False
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        if line.startswith("**") or not line.strip():
-            continue
-        if line.startswith("*"):
-            inside = line[1:].lstrip().upper().startswith("INSTANCE")
-            instances += inside
-        elif inside:  # the cards of an instance are a translation and a rotation
-            placed = True
-    if placed or instances > 1:
-        raise FileError(
-            "parts are placed by *INSTANCE, which is not carried out",
-            where=str(path),
-            found=f"{instances} instances",
-            allowed="one instance that is not moved",
-            remedy="Write the deck flat, without parts and assemblies",
         )
 
 
@@ -146,6 +124,7 @@ def _read(path: Path) -> Any:
                 warnings.catch_warnings(),
                 np.errstate(all="ignore"),
                 _source(path, file_format) as source,
+                physical_groups(),
             ):
                 warnings.simplefilter("ignore")
                 return meshio.read(source, file_format)
@@ -284,18 +263,23 @@ def _groups(mesh: Any, places: list[_Place], n_blocks: int) -> Iterator[Group]:
 
 
 def _numbered(mesh: Any, key: str, places: list[_Place], n_blocks: int) -> Iterator[Group]:
-    """Groups from the part number each cell carries; Gmsh numbers them apart by dimension."""
+    """Groups from the part numbers each cell carries.
+
+    Gmsh numbers them apart by dimension; 0 stands for no group.
+    """
     by_dimension = key == "gmsh:physical"
     found: dict[tuple[int, int], list[NDArray[Any]]] = {}
     for block, numbers, place in zip(mesh.cells, mesh.cell_data[key], places, strict=True):
         if not place.made.blocks:
             continue
-        values = np.asarray(numbers).reshape(len(block.data), -1)[:, 0].astype(np.int64)
+        values = np.asarray(numbers).reshape(len(block.data), -1).astype(np.int64)
         dimension = int(block.dim) if by_dimension else 0
         for value in np.unique(values):
+            if by_dimension and value == 0:
+                continue
             empty = [np.empty(0, dtype=np.int64)] * n_blocks
             rows = found.setdefault((dimension, int(value)), empty)
-            place.put(np.flatnonzero(values == value), rows)
+            place.put(np.flatnonzero((values == value).any(axis=1)), rows)
     names = {}
     if by_dimension:
         names = {(int(dim), int(n)): str(name) for name, (n, dim) in mesh.field_data.items()}

@@ -13,7 +13,7 @@ import numpy as np
 from contiga.errors import FileError, MeshError
 from contiga.extras import require
 from contiga.io.apart import read_apart
-from contiga.io.mesh import cloud_files, lsdyna, polygon_files
+from contiga.io.mesh import abaqus, cloud_files, lsdyna, nastran, polygon_files
 from contiga.io.mesh.layers import Layer, check_layer, peeled, with_middles
 from contiga.io.mesh.raw import RawMesh, Selection, nodes_of, part_of, select
 from contiga.io.naming import PartKeys, as_keys
@@ -37,7 +37,7 @@ def read_mesh(
 ) -> Slave:
     """Read a mesh or a cloud as a slave.
 
-    Meshes: OFF, OBJ, LS-DYNA keyword decks and what meshio reads (VTU, VTK, Abaqus, Gmsh, Nastran,
+    Meshes: OFF, OBJ, decks of LS-DYNA, Abaqus and Nastran, and what meshio reads (VTU, VTK, Gmsh,
     STL, PLY …). Facets of second-order cells are split through mid-side nodes; polygons of more
     than four corners are split, with a warning. Clouds: three columns in .csv, .xyz, .txt or .npy.
 
@@ -145,6 +145,10 @@ def _reader(path: Path) -> str:
     suffix = path.suffix.lower()
     if suffix in lsdyna.SUFFIXES:
         return "lsdyna:read_lsdyna"
+    if suffix in abaqus.SUFFIXES:
+        return "abaqus:read_abaqus"
+    if suffix in nastran.SUFFIXES:
+        return "nastran:read_nastran"
     if suffix in polygon_files.SUFFIXES:
         return "polygon_files:read_polygons"
     require(f"reading {path.suffix} files", "meshio")

@@ -12,9 +12,9 @@ from contiga.io.cad import formats
     [
         ('geometry = { file = "head.STEP" }', "contiga.io.cad.step_iges:read_step_iges"),
         ("hull.igs", "contiga.io.cad.step_iges:read_step_iges"),
-        ("shoe.3dm", "contiga.io.cad.rhino:read_rhino"),
+        ("shoe.3dm", None),  # for which OpenCASCADE is not needed
         ('geometry = { shape = "sphere", radius = 1 }', None),
-        ("teapot.xml", None),  # for which OpenCASCADE is not needed
+        ("teapot.xml", None),
     ],
 )
 def test_what_is_loaded_ahead(

@@ -1,0 +1,82 @@
+"""Numbers of STEP and IGES files that are none: OpenCASCADE never ends on some of them."""
+
+from __future__ import annotations
+
+import math
+import re
+from itertools import chain
+from pathlib import Path
+
+from contiga.errors import FileError
+
+_SUSPECTS = [
+    re.compile(text) for text in (rb"NAN", rb"INF", rb"1\.#", rb"E(?=\+?\d{3})", rb"D(?=\+?\d{3})")
+]
+"""One by one they are searched for at the speed of memory."""
+_TOKEN = re.compile(rb"[+-]?(?:NAN|INF|INFINITY|1\.#\w+|[\d.]+[ED]\+?\d+)", re.IGNORECASE)
+_ENTITY = re.compile(rb"\s*(#\d+)\s*=\s*\(?\s*(\w+)")
+_BEFORE, _AFTER = re.compile(rb"[(,;\n]"), re.compile(rb"[),;\n]")
+_LONGEST = 64
+_IGES_PARAMETERS = re.compile(rb"^.{72}P", re.MULTILINE)
+_IGES_DATA, _IGES_ENTRY, _IGES_SECTION = slice(0, 64), slice(64, 72), slice(72, 73)
+
+
+def check_numbers(path: Path) -> None:
+    """Refuse a file in which a number is not finite.
+
+    Raises
+    ------
+    FileError
+        With the line and the entity.
+    """
+    data = path.read_bytes()
+    iges = path.suffix.lower() in (".igs", ".iges")
+    upper = data.upper()
+    parameters = _IGES_PARAMETERS.search(data) if iges else None
+    begin = parameters.start() if parameters else 0
+    for suspect in chain(*(pattern.finditer(upper, begin) for pattern in _SUSPECTS)):
+        token = _token(data, suspect.start())
+        if _TOKEN.fullmatch(token) is None or _is_finite(token):
+            continue
+        line = data.count(b"\n", 0, suspect.start()) + 1
+        name = (_iges_entity if iges else _step_entity)(data, suspect.start())
+        if name is not None:
+            raise FileError(
+                "a number is not finite",
+                where=f"{path}, line {line}{name}",
+                found=token.decode("latin-1"),
+                allowed="finite numbers",
+                remedy="Mend the entity, or export the file anew",
+            )
+
+
+def _token(data: bytes, at: int) -> bytes:
+    """What stands around a place, between commas and the like."""
+    before = data[max(at - _LONGEST, 0) : at]
+    start = max((found.end() for found in _BEFORE.finditer(before)), default=0)
+    end = _AFTER.search(data, at, at + _LONGEST)
+    return (before[start:] + data[at : end.start() if end else at + _LONGEST]).strip()
+
+
+def _step_entity(data: bytes, at: int) -> str | None:
+    """Number and type of the entity around a place; None within a string."""
+    if data.count(b"'", 0, at) % 2:
+        return None
+    entity = _ENTITY.match(data, data.rfind(b";", 0, at) + 1)
+    return f", {b' '.join(entity.groups()).decode('latin-1')}" if entity else ""
+
+
+def _iges_entity(data: bytes, at: int) -> str | None:
+    """Directory entry of the parameters around a place; None in another section."""
+    start = data.rfind(b"\n", 0, at) + 1
+    line = data[start : start + 80]
+    if line[_IGES_SECTION] != b"P" or at - start >= _IGES_DATA.stop:
+        return None
+    return f", directory entry {line[_IGES_ENTRY].decode('latin-1').strip()}"
+
+
+def _is_finite(text: bytes) -> bool:
+    try:
+        return math.isfinite(float(re.sub(rb"[dD]", b"e", text)))
+    except ValueError:
+        return False

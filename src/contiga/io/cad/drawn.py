@@ -1,0 +1,271 @@
+"""Faces whose edges a file gives in space alone: p-curves drawn, loops closed, the face added.
+
+Loops are followed over the seams of closed surfaces: each p-curve goes on where the one before
+ended, whole turns further on if need be. The patch is unrolled as far as the loops go.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise, product
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.surface import NurbsSurface
+from contiga.io.cad.assemble import Assembly, warn
+from contiga.io.cad.chart import Chart, flat_image
+from contiga.io.cad.loops import (
+    OPEN,
+    THIN,
+    Loop,
+    Strand,
+    aligned,
+    ends,
+    exact_box,
+    gaps,
+    joined,
+    moved,
+    rectangle_sides,
+)
+from contiga.io.cad.warp import on_edge
+from contiga.records import FloatArray
+
+PER_SPAN = 6
+"""Points of an edge, for each knot span times its degree, that it is followed by."""
+FEWEST = 33
+FAR = 100.0
+"""Edges farther off their surface than this many tolerances do not lie on it,"""
+FARTHEST = 5e-2
+"""nor those farther off than this share of its size."""
+
+
+class Trim(NamedTuple):
+    """A piece of a loop as a file has it."""
+
+    edge: int
+    """Number of the edge, −1 at a pole."""
+    reversed: bool
+
+
+class DrawnFace(NamedTuple):
+    """What a file says of a face."""
+
+    surface: NurbsSurface
+    loops: list[list[Trim]]
+    """The outer one first."""
+    turned: bool
+    """Whether its free side is the surface's other side."""
+    where: str
+    """What to call it in messages."""
+
+
+class _Runs(NamedTuple):
+    """The strands of a loop from pole to pole; all of them where it passes none."""
+
+    runs: list[Loop]
+    over_poles: bool
+
+
+def add_drawn(
+    assembly: Assembly, face: DrawnFace, edges: Sequence[NurbsCurve], tolerance: float
+) -> bool:
+    """Add a face, if it has an extent; `edges` are in space, and `tolerance` how far off, length.
+
+    Warns
+    -----
+    ContigaWarning
+        The face has no extent and is left out; its loops do not close or an edge does not lie on
+        it, and it is kept as the rectangle around its loops.
+    """
+    chart = Chart(face.surface)
+    far = min(FAR * tolerance, FARTHEST * chart.size)
+    drawn = {
+        number: _drawn(chart, edges[number], far)
+        for number in {trim.edge for loop in face.loops for trim in loop}
+        if number >= 0
+    }
+    lost = [number for number, curve in drawn.items() if curve is None]
+    if lost:
+        warn(
+            f"{face.where}: edge {lost[0]} does not lie on the surface to within "
+            f"{far:.3g}; the face is kept whole"
+        )
+        assembly.add_whole(face.surface, flip=face.turned)
+        return True
+    known = {number: curve for number, curve in drawn.items() if curve is not None}
+    loops = _closed_up([_runs(loop, known, tolerance) for loop in face.loops], chart)
+    return _added(assembly, face, loops, chart)
+
+
+def _drawn(chart: Chart, edge: NurbsCurve, far: float) -> NurbsCurve | None:
+    """The p-curve of an edge, from any of the turns of the surface on; None if it is off it."""
+    flat = flat_image(chart.surface, edge)
+    if flat is not None:
+        return flat
+    breaks = np.unique(edge.knots)
+    count = max(PER_SPAN * edge.degree * (len(breaks) - 1) + 1, FEWEST)
+    t = np.interp(np.linspace(0, len(breaks) - 1, count), range(len(breaks)), breaks)
+    track = chart.continued(chart.located(edge.evaluate(t)))
+    rough = NurbsCurve(1, np.concatenate([t[:1], t, t[-1:]]), track)
+    return on_edge(rough, edge, chart.surface, far)
+
+
+def _runs(loop: list[Trim], drawn: dict[int, NurbsCurve], tolerance: float) -> _Runs:
+    poles = [k for k, trim in enumerate(loop) if trim.edge < 0]
+    first = poles[0] if poles else 0
+    runs: list[Loop] = [[]]
+    for trim in loop[first:] + loop[:first]:
+        if trim.edge < 0:
+            runs.append([])
+            continue
+        curve = drawn[trim.edge]
+        curve = curve.reversed() if trim.reversed else curve
+        runs[-1].append(Strand(curve, trim.edge, trim.reversed, tolerance))
+    return _Runs([run for run in runs if run], len(poles) > 0)
+
+
+def _closed_up(loops: list[_Runs], chart: Chart) -> list[Loop]:
+    """Loops whose strands follow each other, closed over poles and round the surface."""
+    periods = chart.periods
+    closed: list[Loop] = []
+    endless: list[Loop] = []
+    for runs, over_poles in loops:
+        if runs:
+            loop = _over_poles([joined(run, periods) for run in runs], periods)
+            goes_round = not over_poles and _turns(loop, periods).any()
+            (endless if goes_round else closed).append(loop)
+    while endless:
+        loop = endless.pop()
+        turns = _turns(loop, periods)
+        back = [k for k, one in enumerate(endless) if not (_turns(one, periods) + turns).any()]
+        if back:  # a band between two loops
+            band = joined([*loop, *endless.pop(back[0])], periods)
+            first, second = band[: len(loop)], band[len(loop) :]
+            closed.append([*first, *_tied(first, second), *second, *_tied(second, first)])
+        else:
+            closed.append(_to_the_side(loop, chart))
+    return closed
+
+
+def _turns(loop: Loop, periods: FloatArray) -> FloatArray:
+    """By how much of whole periods (2,) a loop ends farther on than it begins."""
+    gap = ends(loop[-1])[1] - ends(loop[0])[0]
+    safe = np.where(periods > 0.0, periods, 1.0)
+    near = np.round(gap / safe) * periods
+    meets = np.abs(gap - near).max() <= 1e-3 * periods.max(initial=0.0)
+    return np.where(meets, near, 0.0)
+
+
+def _over_poles(runs: list[Loop], periods: FloatArray) -> Loop:
+    """One loop of runs between poles, where any number of turns may lie between them.
+
+    Outer loops have their face on the left, so that the smallest positive area is it.
+    """
+    ways = {tuple(np.array(way) * periods) for way in product((0, 1, -1), repeat=2)}
+    result = runs[0]
+    for run in runs[1:]:
+        choices = [[*result, *(moved(strand, np.array(way)) for strand in run)] for way in ways]
+        areas = np.array([_area(choice) for choice in choices])
+        positive = areas > 1e-9 * np.abs(areas).max()
+        result = choices[int(np.where(positive, areas, np.inf).argmin())]
+    return result
+
+
+def _area(loop: Loop) -> float:
+    """Twice what a loop encloses in (u, v), positive if counter-clockwise, by chords."""
+    x, y = np.concatenate(
+        [s.curve.evaluate(np.linspace(*s.curve.domain, FEWEST))[:, :2] for s in loop]
+    ).T
+    return float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
+
+
+def _to_the_side(loop: Loop, chart: Chart) -> Loop:
+    """A loop round the surface, closed along the side that its face, on its left, ends at."""
+    start, end = ends(loop[0])[0], ends(loop[-1])[1]
+    axis = int(np.argmax(np.abs(end - start)))
+    onward = end[axis] > start[axis]
+    side = chart.high if onward == (axis == 0) else chart.low
+    corners = [end, end.copy(), start.copy(), start]
+    for corner in corners[1:3]:
+        corner[1 - axis] = side[1 - axis]
+    return [*loop, *(line for pair in pairwise(corners) for line in _line(*pair))]
+
+
+def _tied(one: Loop, other: Loop) -> Loop:
+    """What joins the end of some strands to the start of others."""
+    return _line(ends(one[-1])[1], ends(other[0])[0])
+
+
+def _line(start: FloatArray, end: FloatArray) -> Loop:
+    """A straight piece of no edge; none between places that are one."""
+    if not (start != end).any():
+        return []
+    curve = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array([start, end]))
+    return [Strand(curve, -1, False, 0.0)]
+
+
+def _added(assembly: Assembly, face: DrawnFace, loops: list[Loop], chart: Chart) -> bool:
+    loops = [_brought_back(loop, chart) for loop in loops]
+    loops = aligned(loops, chart.periods)
+    boxes = np.array([exact_box(loop) for loop in loops])
+    box = np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+    open_ways = chart.periods == 0.0
+    box = np.where(open_ways, np.clip(box, chart.low, chart.high), box)
+    speed = _speed(chart, box)
+    extent = (box[1] - box[0]) * speed
+    if extent.min() <= THIN * extent.max():
+        warn(f"{face.where}: a face without extent was left out")
+        return False
+    patch = chart.unrolled(box)
+    low, high = np.array(patch.domain).T
+    box = np.clip(box, low, high)
+    worst = max(_open_by(loop, chart) for loop in loops)
+    sides = rectangle_sides(loops[0], box, speed) if len(loops) == 1 else None
+    if worst > OPEN * float(np.linalg.norm(extent)):
+        warn(
+            f"{face.where}: a trimming loop is open by {worst:.3g}; the face is kept as the "
+            "rectangle around its loops"
+        )
+        assembly.add_whole(_cut(patch, box), flip=face.turned)
+    elif sides is not None:
+        assembly.add_whole(_cut(patch, box), loops[0], sides, flip=face.turned)
+    else:
+        assembly.add_trimmed(patch, loops, face.where, flip=face.turned)
+    return True
+
+
+def _brought_back(loop: Loop, chart: Chart) -> Loop:
+    """A loop moved by whole turns so that it begins within the domain."""
+    low = exact_box(loop)[0]
+    safe = np.where(chart.periods > 0.0, chart.periods, 1.0)
+    turns = np.floor((low - chart.low) / safe + 1e-9) * chart.periods
+    return [moved(strand, -turns) for strand in loop]
+
+
+def _cut(patch: NurbsSurface, box: FloatArray) -> NurbsSurface:
+    """A patch cut down to `box`; within rounding of its own bounds it stays as it is."""
+    low, high = np.array(patch.domain).T
+    near = 1e-9 * (high - low)
+    a = np.where(box[0] - low <= near, low, box[0])
+    b = np.where(high - box[1] <= near, high, box[1])
+    if (a == low).all() and (b == high).all():
+        return patch
+    return patch.restricted((float(a[0]), float(b[0])), (float(a[1]), float(b[1])))
+
+
+def _speed(chart: Chart, box: FloatArray) -> FloatArray:
+    """(2,) largest |S_u| and |S_v| over a box."""
+    axes = [np.linspace(box[0, axis], box[1, axis], 4) for axis in range(2)]
+    largest: FloatArray = chart.speed(np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)).max(
+        axis=0
+    )
+    return largest
+
+
+def _open_by(loop: Loop, chart: Chart) -> float:
+    """Largest gap of a loop in space: none at a pole, however far apart in (u, v)."""
+    last = np.array([ends(strand)[1] for strand in loop])
+    apart = chart.points(last) - chart.points(last + gaps(loop))
+    return float(np.linalg.norm(apart, axis=1).max())

@@ -1,0 +1,101 @@
+"""Faces held against the render meshes that a 3DM file stores of them.
+
+A render mesh is rough, but the program that wrote the file made it from the face it meant: areas
+tell a face that is cut along the wrong border, and vertices, which lie on the face, where.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.geometry.kernels.trim_nb import points_in_trim
+from contiga.geometry.trim_area import patch_areas
+from contiga.io.cad.chart import Chart
+from contiga.masters.body import Body
+from contiga.records import FloatArray, IntArray
+
+SAMPLES = 100
+"""Vertices of each face that are looked at."""
+ALONG = 65
+"""Points of a p-curve its border is told by."""
+AREA = 0.1
+"""Share by which areas may differ: what flat facets take from a curved face, and some more."""
+DISTANCE = 0.01
+"""Share of a face that its vertices may be off it."""
+
+
+class RenderMesh(NamedTuple):
+    """What a file draws a face as."""
+
+    vertices: FloatArray
+    triangles: IntArray
+
+    @property
+    def area(self) -> float:
+        """Of its triangles."""
+        a, b, c = (self.vertices[self.triangles[:, k]] for k in range(3))
+        return 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+
+
+def render_mesh(face: Any) -> RenderMesh | None:
+    """The stored render mesh of a rhino3dm.BrepFace; None where there is none."""
+    import rhino3dm
+
+    mesh = face.GetMesh(rhino3dm.MeshType.Render)
+    if mesh is None or len(mesh.Faces) == 0:
+        return None
+    vertices = np.array([(p.X, p.Y, p.Z) for p in mesh.Vertices.ToPoint3dArray()])
+    corners = np.array([mesh.Faces[i] for i in range(len(mesh.Faces))])
+    triangles = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
+    return RenderMesh(vertices, triangles)
+
+
+def doubts(body: Body, meshes: list[RenderMesh | None]) -> Iterator[tuple[int, str]]:
+    """Patches of `body` that are not what their render mesh shows, and what differs."""
+    if not any(meshes):
+        return
+    areas = patch_areas(body, 1e-3)
+    for k, mesh in enumerate(meshes):
+        if mesh is None or not mesh.area > 0.0:
+            continue
+        size = float(np.ptp(mesh.vertices, axis=0).max())
+        off = _farthest(body, k, mesh)
+        told = []
+        if abs(areas[k] - mesh.area) > AREA * mesh.area:
+            told.append(f"its area is {areas[k]:.6g}, that of its render mesh {mesh.area:.6g}")
+        if off > DISTANCE * size:
+            told.append(f"its render mesh is up to {off:.3g} off it")
+        if told:
+            yield k, " and ".join(told)
+
+
+def _farthest(body: Body, k: int, mesh: RenderMesh) -> float:
+    """How far some of the vertices are from patch `k`, trims obeyed, at most."""
+    used = np.unique(mesh.triangles)
+    used = used[np.linspace(0, len(used) - 1, min(SAMPLES, len(used))).astype(int)]
+    points = mesh.vertices[used]
+    chart = Chart(body.patches[k])
+    uv = chart.located(points)
+    off = np.linalg.norm(chart.points(uv) - points, axis=1)
+    loops = body.trims[k]
+    if loops is not None:
+        apart = np.full(len(points), np.inf)
+        out = ~points_in_trim(body.trim_tables, k, uv)
+        for curve in (curve for loop in loops for curve in loop) if out.any() else ():
+            border = chart.points(curve.evaluate(np.linspace(*curve.domain, ALONG))[:, :2])
+            apart[out] = np.minimum(apart[out], _to_polyline(points[out], border))
+        off[out] = np.maximum(off[out], apart[out])
+    return float(off.max())
+
+
+def _to_polyline(points: FloatArray, corners: FloatArray) -> FloatArray:
+    """(n,) distances of points (n, 3) to a chain of lines (m, 3)."""
+    start, along = corners[:-1], np.diff(corners, axis=0)
+    way = points[:, None] - start
+    square = np.maximum(np.einsum("mi,mi->m", along, along), 1e-300)
+    share = np.clip(np.einsum("nmi,mi->nm", way, along) / square, 0.0, 1.0)
+    apart: FloatArray = np.linalg.norm(way - share[..., None] * along, axis=2).min(axis=1)
+    return apart

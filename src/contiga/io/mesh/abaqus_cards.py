@@ -1,0 +1,195 @@
+"""Abaqus input files as keywords with their data lines.
+
+Rules of syntax: Abaqus Analysis User's Guide, "Input syntax rules": ``*`` begins a keyword with
+parameters parted by commas, which goes on where its line ends with one; ``**`` a comment, anywhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from contiga.errors import FileError, MeshError
+from contiga.io.limits import watched_lines
+from contiga.io.mesh.lsdyna_parameters import fortran_number
+
+LARGEST = 2**62
+
+
+class Line(NamedTuple):
+    """A data line."""
+
+    fields: list[str]
+    where: str
+    """File and line."""
+
+
+class Keyword(NamedTuple):
+    """A keyword with its parameters and data lines, comments and blank lines left out."""
+
+    name: str
+    """Upper case, one blank between words: "END PART"."""
+    options: dict[str, str]
+    """Values by upper-case parameter, "" of those without one."""
+    lines: list[Line]
+    path: Path
+    line: int
+
+    @property
+    def where(self) -> str:
+        """File, line and keyword, for messages."""
+        return f"{self.path}, line {self.line}: *{self.name}"
+
+    def need(self, option: str) -> str:
+        """The value of a parameter that must be there.
+
+        Raises
+        ------
+        MeshError
+            It is not.
+        """
+        if not self.options.get(option):
+            raise MeshError(f"the parameter {option} is missing", where=self.where)
+        return self.options[option]
+
+    def understood(self, *options: str) -> None:
+        """Refuse parameters other than these."""
+        for option in self.options:
+            if option not in options:
+                raise MeshError(
+                    f"the parameter {option} is not carried out",
+                    where=self.where,
+                    allowed=", ".join(options),
+                    remedy="Write the nodes and elements out in full",
+                )
+
+
+def read_keywords(path: Path, open_files: tuple[Path, ...] = ()) -> Iterator[Keyword]:
+    """Keywords of an input file and of the files it includes, in their order.
+
+    Raises
+    ------
+    FileError
+        An included file is missing or includes itself.
+    """
+    open_files = (*open_files, path.resolve())
+    keyword: Keyword | None = None
+    for bare in _split(path):
+        keyword = bare
+        if "INPUT" in bare.options and bare.name in ("INCLUDE", "NODE", "ELEMENT", "NSET", "ELSET"):
+            inner = _beside(bare, open_files)
+            if bare.name == "INCLUDE":
+                yield from read_keywords(inner, open_files)
+                continue
+            keyword = bare._replace(lines=[*_data(inner), *bare.lines])
+        yield keyword
+    if keyword is None and len(open_files) == 1:
+        raise FileError(
+            "not an Abaqus input file", where=str(path), allowed="keywords such as *NODE"
+        )
+
+
+def whole(text: str, where: str) -> int:
+    """A whole number.
+
+    Raises
+    ------
+    MeshError
+        It is none, or counts nothing.
+    """
+    try:
+        value = int(text)
+    except ValueError:
+        value = LARGEST + 1
+    if abs(value) > LARGEST:
+        raise MeshError("not a whole number", where=where, found=text)
+    return value
+
+
+def real(text: str, where: str) -> float:
+    """A number in any way Fortran writes it; empty is 0.
+
+    Raises
+    ------
+    MeshError
+        It is none, or not finite.
+    """
+    try:
+        value = fortran_number(text or "0")
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise MeshError("not a finite number", where=where, found=text)
+    return value
+
+
+def reals(line: Line, count: int) -> list[float]:
+    """The first `count` numbers of a line; those that are not there are 0."""
+    texts = (line.fields + [""] * count)[:count]
+    return [real(text, line.where) for text in texts]
+
+
+def _split(path: Path) -> Iterator[Keyword]:
+    keyword: Keyword | None = None
+    unfinished = ""
+    with path.open(encoding="utf-8", errors="replace") as stream:
+        for number, text in watched_lines(stream, path):
+            line = text.strip()
+            if not line or line.startswith("**"):
+                continue
+            if unfinished or line.startswith("*"):
+                if not unfinished:
+                    if keyword is not None:
+                        yield keyword
+                    start = number
+                unfinished += line
+                keyword = _keyword(unfinished, path, start)
+                if not line.endswith(","):
+                    unfinished = ""
+            elif keyword is not None:
+                keyword.lines.append(_line(line, path, number))
+    if keyword is not None:
+        yield keyword
+
+
+def _keyword(text: str, path: Path, line: int) -> Keyword:
+    name, *words = _fields(text[1:])
+    options = {}
+    for word in words:
+        key, _, value = word.partition("=")
+        if key.strip():
+            options[" ".join(key.upper().split())] = value.strip().strip('"')
+    return Keyword(" ".join(name.upper().split()), options, [], path, line)
+
+
+def _line(text: str, path: Path, number: int) -> Line:
+    return Line(_fields(text), f"{path}, line {number}")
+
+
+def _fields(text: str) -> list[str]:
+    """What stands between commas, those within quotes apart."""
+    if '"' not in text:
+        return [field.strip() for field in text.split(",")]
+    parts = text.split('"')
+    parts[1::2] = [part.replace(",", "\0") for part in parts[1::2]]
+    return [field.strip().replace("\0", ",") for field in '"'.join(parts).split(",")]
+
+
+def _data(path: Path) -> Iterator[Line]:
+    """The data lines of a file that has nothing else."""
+    with path.open(encoding="utf-8", errors="replace") as stream:
+        for number, text in watched_lines(stream, path):
+            if text.strip() and not text.strip().startswith("**"):
+                yield _line(text.strip(), path, number)
+
+
+def _beside(keyword: Keyword, open_files: tuple[Path, ...]) -> Path:
+    name = keyword.options["INPUT"]
+    found = keyword.path.parent / name
+    if not found.is_file():
+        raise FileError("no such included file", where=keyword.where, found=name)
+    if found.resolve() in open_files:
+        raise FileError("a file includes itself", where=keyword.where, found=name)
+    return found

@@ -1,0 +1,143 @@
+"""Nastran bulk data: grid points with their systems, shells and solids by property.
+
+What makes or moves grid points and elements is carried out or refused by name and line; cards of
+families that do neither (properties, materials, loads, constraints, rigid and line elements …)
+are passed over. Card layouts: MSC Nastran Quick Reference Guide.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+from contiga.errors import FileError, MeshError
+from contiga.io.mesh.nastran_cards import Card, read_cards
+from contiga.io.mesh.nastran_systems import CORDS, Grids
+from contiga.io.mesh.numbered import Elements, Numbered, raw_mesh
+from contiga.io.mesh.raw import RawMesh
+from contiga.slaves.cells import N_NODES
+
+SUFFIXES = (".bdf", ".nas", ".fem")
+
+
+class _Kind(NamedTuple):
+    """What cells an element is."""
+
+    linear: str
+    quadratic: str
+    order: tuple[int, ...] = ()
+    """Its nodes in VTK's order, where that is another."""
+
+
+_BRICK = (*range(12), *range(16, 20), *range(12, 16))
+_WEDGE = (*range(9), *range(12, 15), *range(9, 12))
+_ELEMENTS = {
+    "CTRIA3": _Kind("triangle", ""),
+    "CTRIAR": _Kind("triangle", ""),
+    "CTRIA6": _Kind("triangle", "triangle6"),
+    "CQUAD4": _Kind("quad", ""),
+    "CQUADR": _Kind("quad", ""),
+    "CQUAD8": _Kind("quad", "quad8"),
+    "CQUAD": _Kind("quad", "quad9"),
+    "CSHEAR": _Kind("quad", ""),
+    "CTETRA": _Kind("tetra", "tetra10"),
+    "CHEXA": _Kind("hexahedron", "hexahedron20", _BRICK),
+    "CPENTA": _Kind("wedge", "wedge15", _WEDGE),
+    "CPYRAM": _Kind("pyramid", "pyramid13"),
+    "CPYRA": _Kind("pyramid", "pyramid13"),
+}
+_PASSED = re.compile(
+    r"P\w*|MAT\w*|MPC\w*|MOM\w*|MDLPRM|MODTRAK|MONPNT\d|MKAERO\d|SPC\w*|SET\d?|SUPORT\d?|SPOINT"
+    r"|SLOAD|SNORM|SPLINE\d|FORCE\w*|FREQ\w*|FLUTTER|FLFACT|LOAD\w*|LSEQ|TAB\w*|TEMP\w*|TF|TIC\w*"
+    r"|TLOAD\d|TSTEP\w*|EIG\w+|EPOINT|DAREA|DELAY|DPHASE|DLOAD|DESVAR|DRESP\d|DV[MPC]REL\d|DCONSTR"
+    r"|DCONADD|DOPTPRM|DEQATN|DLINK|DTABLE\d?|DSCREEN|DTI|DMI\w*|DEFORM|RBE\d\w*|RBAR\d?|RROD|RSPLINE"
+    r"|RSSCON|RTRPLT\d?|RFORCE\w*|RLOAD\d|RAND\w+|ASET\d?|ACCEL\d?|AE\w+|BSET\d?|BC\w+|BSURF\w*"
+    r"|BLSEG|BFRIC|BNDF\w+|BOLT\w*|GRAV|GENEL|GUST|NLPARM|NLPCI|NLSTEP|NOLIN\d|NSM\w*|QBDY\d|QHBDY"
+    r"|QSET\d?|QVECT|QVOL|USET\d?|OMIT\d?|VIEW\w*|CROD|CONROD|CTUBE|CBAR|CBEAM3?|CBEND|CBUSH\w*"
+    r"|CELAS\d|CDAMP\d|CMASS\d|CONM\d|CGAP|CVISC|CWELD|CFAST|CSEAM|CSET\d?|CHBDY\w|CONV\w?|CAERO\d"
+    r"|CREEP|CBARAO|BAROR|BEAMOR|ECHO(?:ON|OFF)"
+)
+"""Names of cards that neither make nor move grid points, shells or solids."""
+
+
+def read_nastran(path: Path) -> RawMesh:
+    """Mesh of a bulk data deck, with the files it includes; one group for each property.
+
+    Raises
+    ------
+    FileError
+        Not a deck, or an included file is missing.
+    MeshError
+        A card that is not known here, a number that is none, a system that is not there, an
+        element of a grid point that is not there or of some mid-side nodes but not all.
+    """
+    grids = Grids()
+    elements: list[Elements] = []
+    properties: dict[int, set[int]] = {}
+    seen: dict[int, str] = {}
+    any_card = False
+    for card in read_cards(path):
+        any_card = True
+        if card.name.endswith("_"):  # so meshio marks elements with mid-side nodes: CHEXA_
+            card = card._replace(name=card.name.rstrip("_"))
+        if card.name == "GRID":
+            grids.grid(card)
+        elif card.name == "GRDSET":
+            grids.defaults(card)
+        elif card.name in CORDS:
+            grids.system(card)
+        elif card.name in _ELEMENTS:
+            number = card.whole(0)
+            if number in seen:
+                raise MeshError(
+                    "an element is given twice",
+                    where=card.where,
+                    found=f"element {number}",
+                    allowed=f"each number once; it is there in {seen[number]}",
+                )
+            seen[number] = card.where
+            _add(card, number, elements)
+            properties.setdefault(card.whole(1, number), set()).add(number)
+        elif not _PASSED.fullmatch(card.name):
+            raise MeshError(
+                "a card that is not known here, and may make or move grid points or elements",
+                where=card.where,
+                remedy="Leave it out if it does neither; else write the mesh without it",
+            )
+    if not any_card:
+        raise FileError("not a Nastran deck", where=str(path), allowed="cards such as GRID")
+    places = grids.positions()
+    mesh = Numbered(list(places), list(places.values()), elements)
+    groups = [(number, None, held) for number, held in sorted(properties.items())]
+    return raw_mesh(mesh, groups, {}, str(path), "numbers given by GRID")
+
+
+def _add(card: Card, number: int, elements: list[Elements]) -> None:
+    kind, nodes = _cell(card)
+    if not elements or elements[-1].kind != kind:
+        elements.append(Elements(kind, [], [], card.where))
+    elements[-1].ids.append(number)
+    elements[-1].nodes.append(nodes)
+
+
+def _cell(card: Card) -> tuple[str, list[int]]:
+    """Kind and nodes of an element: linear where it names no mid-side node."""
+    known = _ELEMENTS[card.name]
+    corners = N_NODES[known.linear]
+    count = N_NODES.get(known.quadratic, corners)
+    nodes = [card.whole(2 + k) for k in range(count)]
+    middles = nodes[corners:]
+    if not all(nodes[:corners]):
+        raise MeshError("a corner is left out", where=card.where, found=card.fields[2:])
+    if not any(middles):
+        return known.linear, nodes[:corners]
+    if known.quadratic == "quad9" and not middles[-1]:
+        known, nodes, middles = _ELEMENTS["CQUAD8"], nodes[:-1], middles[:-1]
+    if not all(middles):
+        raise MeshError(
+            "some mid-side nodes are left out, which is not carried out",
+            where=card.where,
+            allowed="all of them, or none",
+        )
+    return known.quadratic, [nodes[k] for k in known.order] if known.order else nodes

@@ -1,0 +1,204 @@
+"""Nastran bulk data as cards: fixed, long and free fields, continuations, included files.
+
+Rules of layout: MSC Nastran Quick Reference Guide, "Bulk Data Entries", format of bulk data.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from contiga.errors import FileError, MeshError
+from contiga.io.limits import watched_lines
+from contiga.io.mesh.lsdyna_parameters import fortran_number
+
+LARGEST = 2**62
+_INCLUDE = re.compile(r"\s*INCLUDE\s+(.*)", re.IGNORECASE)
+_BEGIN = re.compile(r"\s*BEGIN\s+(?:BULK\b)?(.*)", re.IGNORECASE)
+
+
+class Card(NamedTuple):
+    """A bulk data entry."""
+
+    name: str
+    """Upper case."""
+    fields: list[str]
+    """What follows the name, continuations too, eight for each line (four of a long one)."""
+    where: str
+    """File, line and name, for messages."""
+
+    def text(self, k: int) -> str:
+        """Field `k`, counted from 0 after the name; "" past the end."""
+        return self.fields[k] if k < len(self.fields) else ""
+
+    def whole(self, k: int, default: int = 0) -> int:
+        """A whole number.
+
+        Raises
+        ------
+        MeshError
+            It is none, or counts nothing.
+        """
+        text = self.text(k)
+        try:
+            value = int(text) if text else default
+        except ValueError:
+            value = LARGEST + 1
+        if abs(value) > LARGEST:
+            raise MeshError("not a whole number", where=self.where, found=text)
+        return value
+
+    def real(self, k: int) -> float:
+        """A number in any way Nastran writes it; empty is 0.
+
+        Raises
+        ------
+        MeshError
+            It is none, or not finite.
+        """
+        text = self.text(k)
+        try:
+            value = fortran_number(text or "0")
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise MeshError("not a finite number", where=self.where, found=text)
+        return value
+
+    def place(self, k: int) -> tuple[float, float, float]:
+        """Three numbers from field `k` on."""
+        return self.real(k), self.real(k + 1), self.real(k + 2)
+
+
+class _Line(NamedTuple):
+    text: str
+    path: Path
+    number: int
+
+    @property
+    def where(self) -> str:
+        return f"{self.path}, line {self.number}"
+
+
+class _Split(NamedTuple):
+    """The fields of a line."""
+
+    name: str
+    """Upper case without the star of long fields; "" where the line goes on with a card."""
+    fields: list[str]
+    tag: str
+    """What a continuation says of the card before."""
+    next_tag: str
+    """What the next line is to say of this one."""
+
+
+def read_cards(path: Path) -> Iterator[Card]:
+    """The bulk data of a deck and of the files it includes, in their order.
+
+    Raises
+    ------
+    FileError
+        An included file is missing or includes itself.
+    MeshError
+        A continuation without its card; superelements.
+    """
+    card: Card | None = None
+    tag = ""
+    for line in _bulk(list(_lines(path, ()))):
+        split = _split(line.text)
+        if split.name:
+            if card is not None:
+                yield card
+            card = Card(split.name, split.fields, f"{line.where}: {split.name}")
+        elif card is None or (split.tag and tag and split.tag != tag):
+            raise MeshError(
+                "a continuation that does not follow its card",
+                where=line.where,
+                found=line.text[:72].rstrip(),
+                remedy="Write each card with its continuations one after the other",
+            )
+        else:
+            card.fields.extend(split.fields)
+        tag = split.next_tag
+    if card is not None:
+        yield card
+
+
+def _lines(path: Path, open_files: tuple[Path, ...]) -> Iterator[_Line]:
+    """Lines without comments, tabs spread out, those of included files in their place."""
+    open_files = (*open_files, path.resolve())
+    including: _Line | None = None
+    with path.open(encoding="utf-8", errors="replace") as stream:
+        for number, raw in watched_lines(stream, path):
+            line = _Line(raw.partition("$")[0].expandtabs(8).rstrip(), path, number)
+            if not line.text:
+                continue
+            if including is not None:
+                including = including._replace(text=including.text + line.text.strip())
+            elif _INCLUDE.match(line.text):
+                including = line
+            else:
+                yield line
+                continue
+            if including.text.count("'") % 2 == 0 and including.text.count('"') % 2 == 0:
+                yield from _included(including, open_files)
+                including = None
+
+
+def _included(line: _Line, open_files: tuple[Path, ...]) -> Iterator[_Line]:
+    found = _INCLUDE.match(line.text)
+    name = found[1].strip().strip("'\"").strip() if found else ""
+    inner = line.path.parent / name
+    if not inner.is_file():
+        raise FileError("no such included file", where=line.where, found=name)
+    if inner.resolve() in open_files:
+        raise FileError("a file includes itself", where=line.where, found=name)
+    yield from _lines(inner, open_files)
+
+
+def _bulk(lines: list[_Line]) -> Iterator[_Line]:
+    """What stands between BEGIN BULK and ENDDATA; without the one, from the start."""
+    begins = [k for k, line in enumerate(lines) if _BEGIN.fullmatch(line.text)]
+    for k in begins:
+        told = _BEGIN.fullmatch(lines[k].text)
+        if (told and told[1].strip()) or k != begins[0]:
+            raise MeshError(
+                "superelements and other bulk data sections are not carried out",
+                where=lines[k].where,
+                found=lines[k].text.strip(),
+                allowed="one BEGIN BULK",
+            )
+    for line in lines[begins[0] + 1 if begins else 0 :]:
+        if line.text[:8].strip().upper() == "ENDDATA":
+            return
+        yield line
+
+
+def _split(text: str) -> _Split:
+    if "," in text:
+        return _free(text)
+    first = text[:8].strip()
+    wide = first.endswith("*") or first.startswith("*")
+    width, count = (16, 4) if wide else (8, 8)
+    fields = [text[8 + k * width : 8 + (k + 1) * width].strip() for k in range(count)]
+    return _named(first, fields, text[72:80].strip())
+
+
+def _free(text: str) -> _Split:
+    first, *rest = (field.strip() for field in text.split(","))
+    count = 4 if first.endswith("*") or first.startswith("*") else 8
+    fields = (rest + [""] * count)[:count]
+    more = rest[count:]
+    if len(more) > 1 or (more and more[0] and more[0][0] not in "+*"):
+        # More fields than a line has room for go on without a line of their own.
+        return _named(first, rest, "")
+    return _named(first, fields, more[0] if more else "")
+
+
+def _named(first: str, fields: list[str], next_tag: str) -> _Split:
+    if not first or first[0] in "+*":
+        return _Split("", fields, first.lstrip("+*"), next_tag.lstrip("+*"))
+    return _Split(first.rstrip("*").strip().upper(), fields, "", next_tag.lstrip("+*"))
