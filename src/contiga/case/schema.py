@@ -84,20 +84,25 @@ class TimeSpec(Spec):
     """Share of the critical step that "auto" takes at most."""
     largest: Positive | None = None
     """Of the steps that "auto" takes; a two hundredth of the time if omitted."""
+    shortest: Positive | None = None
+    """Below which nothing but stability shortens a step of "auto"; a hundredth of the critical
+    step if omitted."""
     allow_unstable: bool = False
     """Lets a step pass that is longer than the critical one."""
 
     @model_validator(mode="after")
     def _time_goes_forward(self) -> Self:
-        if self.step != "auto" and self.largest is not None:
-            raise CaseError('is for step = "auto"', where="largest", found=self.largest)
+        for name in ("largest", "shortest"):
+            if self.step != "auto" and getattr(self, name) is not None:
+                raise CaseError('is for step = "auto"', where=name, found=getattr(self, name))
         self.stepping()
         return self
 
     def stepping(self) -> EqualSteps | AutoSteps:
         """The times of the run."""
         if isinstance(self.step, str):
-            return AutoSteps(self.start, self.end, self.safety, self.largest or 0.0)
+            most, least = self.largest or 0.0, self.shortest or 0.0
+            return AutoSteps(self.start, self.end, self.safety, most, least)
         return EqualSteps(self.start, self.end, self.step)
 
 
