@@ -66,6 +66,7 @@ def run(
     checked = _checked(case)
     if out is not None and checked.output.report:  # said before the run, not after it
         require_packages("a run's report (a case leaves it out by [output] report = false)")
+    pace: list[str] = []
     with stoppable() as stopped, progress_bar(checked.title, quiet=quiet) as show:
         return build.run(
             checked,
@@ -73,8 +74,10 @@ def run(
             resume=resume,
             strict=strict,
             keep=keep,
-            progress=_progress(show, stopped),
+            progress=_progress(show, stopped, pace),
             on_check=None if quiet else _tell,
+            on_pace=None if quiet else lambda text: pace.__setitem__(slice(None), [text]),
+            on_slow=None if quiet else _warn,
             on_finish=write_report,
         )
 
@@ -82,16 +85,25 @@ def run(
 def _tell(findings: tuple[Finding, ...]) -> None:
     """Warn before the first step: a wrong model is not to be waited for."""
     for finding in findings:
-        print(f"warning: {finding}", file=sys.stderr, flush=True)
+        _warn(str(finding))
 
 
-def _progress(show: Show, stopped: Callable[[], bool]) -> Callable[[int, int, int], None]:
-    """Shows each step, and ends the run between two of them where it is to stop."""
+def _warn(text: str) -> None:
+    print(f"warning: {text}", file=sys.stderr, flush=True)
+
+
+def _progress(
+    show: Show, stopped: Callable[[], bool], pace: list[str]
+) -> Callable[[int, int, int], None]:
+    """Shows each step, and ends the run between two of them where it is to stop.
+
+    `pace` says what set it, or nothing.
+    """
 
     def progress(done: int, steps: int, contacts: int) -> None:
         if stopped():
             raise KeyboardInterrupt
-        show(done, steps, f"{contacts} in contact")
+        show(done, steps, ", ".join([f"{contacts} in contact", *pace]))
 
     return progress
 

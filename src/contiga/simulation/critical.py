@@ -97,7 +97,9 @@ def _couplings(
         if len(rows):
             ends = _contact_ends(system, part, contact, rows, state)
             if ends:
-                yield f"contact {part.name!r}", ends
+                drags = bool(_dragging(part, rows, state).any())
+                drags = drags and all(rates.decay**2 > rates.square for _, rates, _ in ends)
+                yield f"{'viscous friction of ' if drags else ''}contact {part.name!r}", ends
     for name in state.springs:
         if ends := _spring_ends(system, name, state):
             yield f"spring {name!r}", ends

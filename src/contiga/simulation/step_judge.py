@@ -28,10 +28,14 @@ JUMPS = 0.2
 """Weight of work that may be missing, or too much, as chance has it."""
 COARSER = 2.0
 """A step that ends where one so much shorter would be taken is too long: it met something stiff."""
+SAME = 1.05
+"""Times the shortest step that a step may be and need not be taken again."""
 LEAST = 1e-9
 """Part of the longest step below which nothing shortens one."""
 FORGOTTEN = 0.25
 """Part of ω that a swing is forgotten by: where it turns round, forces do not change."""
+_MET = (Reason.CRITICAL, Reason.SWING, Reason.TURN)
+"""What a step may meet that was not foreseen at its start."""
 
 
 class Try(NamedTuple):
@@ -76,7 +80,8 @@ def objection(model: Model, stepping: AutoSteps, last: SystemState, now: Try) ->
             return further
     if not model.mechanism.moved:
         return None
-    ahead = min(proposals(model, stepping, replace(state, shaking=now.shaking)))
+    foreseen = proposals(model, stepping, replace(state, shaking=now.shaking))
+    ahead = min((cut for cut in foreseen if cut.reason in _MET), default=Cut(math.inf, Reason.END))
     if step > COARSER * ahead.step:
         shorter = Cut(min(0.5 * step, COARSER * ahead.step), Reason.STIFFER, ahead.of)
         if ahead.reason == Reason.CRITICAL:
@@ -100,8 +105,8 @@ def cures(now: Try, longer: Try) -> bool:
 
 
 def _above(least: float, cut: Cut, step: float) -> Cut | None:
-    """A cut to no less than the shortest step; None where it is as short already."""
-    return cut._replace(step=max(cut.step, least)) if step > least else None
+    """A cut to no less than the shortest step; None where it is about as short already."""
+    return cut._replace(step=max(cut.step, least)) if step > SAME * least else None
 
 
 def _by_energy(model: Model) -> bool:

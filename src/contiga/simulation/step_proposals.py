@@ -9,10 +9,12 @@ from contiga.dynamics.stepping import AutoSteps
 from contiga.num.ordered import length
 from contiga.num.rigid_lanes import MOMENTS
 from contiga.simulation.critical import Limit, limit_of
+from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import Model
 from contiga.simulation.reasons import Cut, Reason
 from contiga.simulation.signals import longest_sample
 from contiga.simulation.system_state import SystemState
+from contiga.simulation.way_limits import driven_ways
 
 RESOLVED = 0.025
 """Part of 1/ω of a body's fastest vibration that a step takes where that has all the energy: its
@@ -20,8 +22,8 @@ phase is right to ω²h²/24 then, its amplitude to ω²h²/8."""
 DAMPED = 0.25
 """A decay γ counts as a vibration of so much of it: it has no phase to be right."""
 TURNED, EVENLY = 0.025, 0.1
-"""Of a radian, that a body turns in a step; the other where two of its moments are equal, whose
-turns are exact."""
+"""Of a radian, that a body turns in a step; the other where its turns are exact: of one that a
+motion drives, or with two equal moments of inertia."""
 EQUAL = 1e-3
 """Part of a moment of inertia by which two may differ that count as one."""
 SHORTEST = 0.01
@@ -32,6 +34,8 @@ def proposals(model: Model, stepping: AutoSteps, state: SystemState) -> Iterator
     """All of them, for the step after `state`, which says how forces have changed before."""
     yield Cut(stepping.most, Reason.LARGEST)
     yield Cut(longest_sample(model), Reason.SAMPLE)
+    yield from driven_ways(model, state)
+    yield from _turns(model, state)
     if not model.mechanism.moved:
         return
     limit = limit_of(model, state, adapting=False)
@@ -40,7 +44,6 @@ def proposals(model: Model, stepping: AutoSteps, state: SystemState) -> Iterator
         followed = RESOLVED * math.sqrt(math.sqrt(2.0 * state.most) / state.shaking)
         least = shortest_step(stepping, limit.critical)
         yield Cut(max(followed, least), Reason.SWING, limit.of)
-    yield from _turns(model, state)
 
 
 def shortest_step(stepping: AutoSteps, critical: float) -> float:
@@ -54,12 +57,16 @@ def fastest_of(limit: Limit) -> float:
 
 
 def _turns(model: Model, state: SystemState) -> Iterator[Cut]:
-    """By how far free bodies turn."""
-    names = list(model.bodies)
-    for k, i in enumerate(model.mechanism.free):
+    """By how far bodies turn."""
+    names, system = list(model.bodies), model.mechanism
+    for i in (*system.free.tolist(), *(i for _, _, i in system.driven)):
         spin = length(state.bodies.twists[i, 3:])
         if spin > 0.0:
-            least, middle, most = model.mechanism.fixed[k, MOMENTS : MOMENTS + 3].tolist()
-            even = min(middle - least, most - middle) <= EQUAL * most
-            part = EVENLY if even else TURNED
+            part = EVENLY if i not in system.row or _turns_evenly(system, i) else TURNED
             yield Cut(part / spin, Reason.TURN, f"body {names[i]!r}")
+
+
+def _turns_evenly(system: Mechanism, i: int) -> bool:
+    """Whether two moments of inertia of a free body are equal."""
+    least, middle, most = system.fixed[system.row[i], MOMENTS : MOMENTS + 3].tolist()
+    return bool(min(middle - least, most - middle) <= EQUAL * most)

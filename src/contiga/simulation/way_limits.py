@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -24,6 +25,14 @@ CLIPPED = 0.01
 """Part of its way in the step: a point that goes no deeper and out again has felt nothing."""
 
 
+def driven_ways(model: Model, state: SystemState) -> Iterator[Cut]:
+    """The steps after `state` in which points that a motion drives go as far as they may."""
+    for part in model.contacts:
+        if _driven(model, part) and (speed := _speed(part, state)) > 0.0:
+            allowed = _allowed(model, part, state.contacts[part.name])
+            yield Cut(AIM * allowed / speed, Reason.WAY, f"contact {part.name!r}")
+
+
 def too_far(model: Model, last: SystemState, state: SystemState) -> Cut | None:
     """The step to take in place of one in which points go too far; None where they do not.
 
@@ -32,13 +41,17 @@ def too_far(model: Model, last: SystemState, state: SystemState) -> Cut | None:
     """
     worst, of = 1.0, ""
     for part in model.contacts:
-        before = last.contacts[part.name]
-        allowed = max(SPAN * model.bodies[part.master].body.size, _clear(before))
+        allowed = _allowed(model, part, last.contacts[part.name])
         if math.isfinite(allowed) and (far := _way(model, part, last, state) / allowed) > worst:
             worst, of = far, f"contact {part.name!r}"
     if worst == 1.0:
         return None
     return Cut(state.step * max(LEAST_PART, AIM / worst), Reason.WAY, of)
+
+
+def _allowed(model: Model, part: ContactPart, before: State) -> float:
+    """How far points may go."""
+    return max(SPAN * model.bodies[part.master].body.size, _clear(before))
 
 
 def _clear(state: State) -> float:
