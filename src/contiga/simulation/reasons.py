@@ -87,4 +87,4 @@ class Choice(NamedTuple):
     tries: int = 1
     """Steps that were worked out for it, this one among them."""
     nowhere: float = 0.0
-    """Energy that it leaves nowhere and that no shorter step would have kept."""
+    """Energy that it leaves nowhere and that was let pass: shorter steps have not kept it."""

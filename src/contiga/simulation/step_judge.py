@@ -20,10 +20,12 @@ from contiga.simulation.step_proposals import DAMPED, fastest_of, proposals, sho
 from contiga.simulation.system_state import SystemState
 from contiga.simulation.way_limits import crossed, too_far
 
-LOST = 2e-6
+LOST = 1e-6
 """Part of the largest energy so far that a step may leave nowhere."""
 LEAKED = 2.0
-"""So many times the energy a time that no shorter step kept is let pass without a shorter try."""
+"""So many times the energy a time that shorter steps have not kept is let pass."""
+LEARNT = 0.25
+"""Part by which one step that does not help is believed: a force that jumps looks the same once."""
 JUMPS = 0.2
 """Weight of work that may be missing, or too much, as chance has it."""
 COARSER = 2.0
@@ -55,6 +57,11 @@ class Try(NamedTuple):
         """Energy a time that is nowhere."""
         return self.missing / self.stepped.state.step
 
+    @property
+    def let_pass(self) -> float:
+        """Energy that it leaves nowhere though it may not, where it is accepted."""
+        return self.missing if self.missing > LOST * self.stepped.state.most else 0.0
+
 
 def tried(
     model: Model, stepping: AutoSteps, last: SystemState, stepped: Stepped, cut: Cut
@@ -64,11 +71,19 @@ def tried(
     if not model.mechanism.moved:
         return Try(stepped, cut, 0.0, 0.0, 0.0)
     limit = limit_of(model, state, adapting=False)
-    fastest, before = fastest_of(limit), limit_of(model, last, adapting=False)
+    before = limit_of(model, last, adapting=False)
     now = shaking_of(model, last, state, DAMPED * DAMPED * limit.bodies.decay)
-    shaking = max(now, last.shaking * math.exp(-FORGOTTEN * fastest * state.step))
+    shaking = max(now, _remembered(last, state, fastest_of(limit)))
     least = shortest_step(stepping, min(limit.critical, before.critical))
     return Try(stepped, cut, shaking, missing_of(model, last, state), least)
+
+
+def _remembered(last: SystemState, state: SystemState, fastest: float) -> float:
+    """What is left of the shaking before: nothing where no body can swing on anything."""
+    if fastest == 0.0 or state.most == 0.0:
+        return 0.0
+    own = math.sqrt(last.shaking / math.sqrt(2.0 * state.most))
+    return last.shaking * math.exp(-FORGOTTEN * max(fastest, own) * state.step)
 
 
 def objection(model: Model, stepping: AutoSteps, last: SystemState, now: Try) -> Cut | None:
@@ -94,14 +109,18 @@ def objection(model: Model, stepping: AutoSteps, last: SystemState, now: Try) ->
     return _above(now.least, Cut(part * step, Reason.ENERGY, _loser(last, state)), step)
 
 
-def cures(now: Try, longer: Try) -> bool:
-    """Whether it helps that a step is shorter than `longer`, from the same start.
+def leak_of(last: SystemState, now: Try, longer: Try | None) -> float:
+    """Energy a time that steps leave nowhere however short, as it is known after a step.
 
-    Of what points leave nowhere that come in, half as long a step leaves half the energy a time, or
-    less; of forces that are the gradient of none all. Between the two lies 1/√2.
+    Of what points leave that come in, half as long a step leaves half the energy a time, or less;
+    of forces that are the gradient of none all. Between the two lies 1/√2. `longer` is a step that
+    was too long by its energy, from the same start.
     """
-    share = now.stepped.state.step / longer.stepped.state.step
-    return now.rate <= math.sqrt(share) * longer.rate
+    if longer is not None:
+        share = now.stepped.state.step / longer.stepped.state.step
+        if now.rate > math.sqrt(share) * longer.rate:
+            return last.leak + LEARNT * (now.rate - last.leak)
+    return max(0.5 * last.leak, min(now.rate, last.leak))
 
 
 def _above(least: float, cut: Cut, step: float) -> Cut | None:

@@ -16,7 +16,7 @@ from contiga.simulation.signals import longest_sample
 from contiga.simulation.system_state import SystemState
 from contiga.simulation.way_limits import driven_ways
 
-RESOLVED = 0.025
+RESOLVED = 0.018
 """Part of 1/ω of a body's fastest vibration that a step takes where that has all the energy: its
 phase is right to ω²h²/24 then, its amplitude to ω²h²/8."""
 DAMPED = 0.25
@@ -26,8 +26,9 @@ TURNED, EVENLY = 0.025, 0.1
 motion drives, or with two equal moments of inertia."""
 EQUAL = 1e-3
 """Part of a moment of inertia by which two may differ that count as one."""
-SHORTEST = 0.01
-"""Part of the critical step below which nothing but stability, ways and kinks shortens one."""
+SHORTEST = 0.002
+"""Part of the critical step below which nothing but stability, ways and kinks shortens one: a fifth
+of what follows a swing that has all the energy."""
 
 
 def proposals(model: Model, stepping: AutoSteps, state: SystemState) -> Iterator[Cut]:

@@ -20,7 +20,7 @@ from contiga.simulation.critical import Limit, limit_of
 from contiga.simulation.model import Model
 from contiga.simulation.reasons import Choice, Cut, Reason
 from contiga.simulation.step import Stepped, advance
-from contiga.simulation.step_judge import Try, cures, objection, tried
+from contiga.simulation.step_judge import Try, leak_of, objection, tried
 from contiga.simulation.step_proposals import proposals
 from contiga.simulation.system_state import SystemState
 
@@ -69,22 +69,15 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
         with clock("motion"):
             now = tried(model, stepping, last, stepped, cut)
             shorter = objection(model, stepping, last, now)
-        if longer is not None and not cures(now, longer):
-            return _taken(last, longer, tries, cured=False)
         if shorter is None:
-            return _taken(last, now, tries, cured=True)
+            state = replace(
+                stepped.state, shaking=now.shaking, leak=leak_of(last, now, longer)
+            )
+            return stepped._replace(state=state, choice=Choice(cut, tries, now.let_pass))
         if shorter.reason == Reason.ENERGY:
             longer = now
         cut = shorter
     raise AssertionError("there is always another step")
-
-
-def _taken(last: SystemState, now: Try, tries: int, *, cured: bool) -> Stepped:
-    """A try with all that the next step needs of it."""
-    leak = max(0.5 * last.leak, min(now.rate, last.leak)) if cured else now.rate
-    state = replace(now.stepped.state, shaking=now.shaking, leak=leak)
-    choice = Choice(now.cut, tries, 0.0 if cured else now.missing)
-    return now.stepped._replace(state=state, choice=choice)
 
 
 def _until(model: Model, time: float, cut: Cut) -> tuple[float, Cut]:
