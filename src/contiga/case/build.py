@@ -143,7 +143,9 @@ def run(
         if out is not None:
             keep_case_file(Path(out), case.file, simulation.case_text)
     wanted = on_finish if case.output.report else None
-    options = RunOptions(resume, strict, keep, progress, on_check, None, wanted, clock, on_pace, on_slow)
+    options = RunOptions(
+        resume, strict, keep, progress, on_check, None, wanted, clock, on_pace, on_slow
+    )
     return carry_out(simulation, out, options)
 
 

@@ -85,8 +85,7 @@ class TimeSpec(Spec):
     largest: Positive | None = None
     """Of the steps that "auto" takes; a two hundredth of the time if omitted."""
     shortest: Positive | None = None
-    """Below which nothing but stability shortens a step of "auto"; a hundredth of the critical
-    step if omitted."""
+    """Of "auto", but for stability; a five hundredth of the critical step if omitted."""
     allow_unstable: bool = False
     """Lets a step pass that is longer than the critical one."""
 
@@ -101,8 +100,8 @@ class TimeSpec(Spec):
     def stepping(self) -> EqualSteps | AutoSteps:
         """The times of the run."""
         if isinstance(self.step, str):
-            most, least = self.largest or 0.0, self.shortest or 0.0
-            return AutoSteps(self.start, self.end, self.safety, most, least)
+            limits = self.largest or 0.0, self.shortest or 0.0
+            return AutoSteps(self.start, self.end, self.safety, *limits)
         return EqualSteps(self.start, self.end, self.step)
 
 

@@ -67,9 +67,7 @@ def _lengths(rows: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt((rows * rows).sum(axis=1)))
 
 
-def _kept(
-    times: FloatArray, held: FloatArray, apart: Callable[[int, int], float]
-) -> FloatArray:
+def _kept(times: FloatArray, held: FloatArray, apart: Callable[[int, int], float]) -> FloatArray:
     """Rows one after the other, each as far from the one before as a line between is right.
 
     `held` (n − 1,) is ∫|f| dt of each piece, `apart` ∫|f − line| dt between two rows.

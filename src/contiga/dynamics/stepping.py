@@ -129,7 +129,7 @@ class AutoSteps:
     safety : share of the critical step that is taken at most, in (0, 1]
     largest : of all steps; a two hundredth of the time if 0
     shortest : below which nothing but stability, a table's rows and the way of points shortens a
-        step; a hundredth of the critical step if 0
+        step; a five hundredth of the critical step if 0
 
     Raises
     ------

@@ -54,7 +54,7 @@ def energy_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
 def _shorter(model: Model) -> str:
     """What to do for shorter steps."""
     if isinstance(model.stepping, AutoSteps):
-        return "give shorter ones, as time.largest or a number in place of \"auto\""
+        return 'give shorter ones, as time.largest or a number in place of "auto"'
     return 'take a smaller step, or step = "auto"'
 
 

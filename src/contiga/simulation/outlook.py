@@ -52,8 +52,9 @@ class Outlook:
             self._cuts.clear()
             return None
         self._spoken = True
-        return f"t = {time:.6g} of {self._end:g}: at the pace of the last {passed:.0f} s the run " + (
-            f"takes {_long(left)} more. {self._why(stepped.choice)}"
+        return (
+            f"t = {time:.6g} of {self._end:g}: at the pace of the last {passed:.0f} s the run "
+            + (f"takes {_long(left)} more. {self._why(stepped.choice)}")
         )
 
     def _why(self, choice: Choice | None) -> str:

@@ -4,8 +4,8 @@ In a step h a leapfrog's velocity is off by about h²/12 of the rate at which th
 changes. A body that swings at ω on what it touches changes it by ω² v: so steps that are to be
 right to a share ε of the largest velocity take h = √(12 ε)/ω in an impact, and any length that is
 stable at rest, in steady sliding and in rolling, where the forces of single points change and
-their sum does not. Elastic forces and friction count, as far as they change smoothly; how hard damping pulls counts as a swing of a
-part of its decay.
+their sum does not. Elastic forces and friction count, as far as they change smoothly; how hard
+damping pulls counts as a swing of a part of its decay.
 """
 
 from __future__ import annotations

@@ -236,7 +236,9 @@ class Simulation(Model):
         When the run is stopped (an exception, Ctrl-C) a checkpoint of the last whole step is left;
         before the first one nothing is.
         """
-        options = RunOptions(resume, strict, keep, progress, on_check, on_step, None, clock, None, on_slow)
+        options = RunOptions(
+            resume, strict, keep, progress, on_check, on_step, None, clock, None, on_slow
+        )
         return carry_out(self, out, options)
 
 

@@ -16,8 +16,8 @@ from contiga.simulation.ledger import (
     kinetic_of_nodes,
 )
 from contiga.simulation.model import ContactPart, Model
-from contiga.simulation.reasons import Choice
 from contiga.simulation.place import Standing, frames, kicked_nodes, place
+from contiga.simulation.reasons import Choice
 from contiga.simulation.system_state import BodyState, SlaveState, SystemState
 
 

@@ -63,9 +63,7 @@ class Try(NamedTuple):
         return self.missing if self.missing > LOST * self.stepped.state.most else 0.0
 
 
-def tried(
-    model: Model, stepping: AutoSteps, last: SystemState, stepped: Stepped, cut: Cut
-) -> Try:
+def tried(model: Model, stepping: AutoSteps, last: SystemState, stepped: Stepped, cut: Cut) -> Try:
     """A step with what it shows."""
     state = stepped.state
     if not model.mechanism.moved:

@@ -70,9 +70,7 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
             now = tried(model, stepping, last, stepped, cut)
             shorter = objection(model, stepping, last, now)
         if shorter is None:
-            state = replace(
-                stepped.state, shaking=now.shaking, leak=leak_of(last, now, longer)
-            )
+            state = replace(stepped.state, shaking=now.shaking, leak=leak_of(last, now, longer))
             return stepped._replace(state=state, choice=Choice(cut, tries, now.let_pass))
         if shorter.reason == Reason.ENERGY:
             longer = now

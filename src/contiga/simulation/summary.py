@@ -113,7 +113,6 @@ def summary_so_far(
         "timings": dict(clock.seconds),
         "steps": len(history["time"]),
         "step_reasons": steps_summary(model, history),
-        "step_reasons": steps_summary(model, history),
         "unfinished": {"time": time, "end": end},
         "statuses": statuses,
         "advice": _advice(statuses),

@@ -90,7 +90,9 @@ def _driven(model: Model, part: ContactPart) -> bool:
 def _speed(part: ContactPart, at: SystemState) -> float:
     """The largest speed of a node against the master."""
     (points, velocities), body = at.slaves[part.slave], at.bodies[part.master]
-    return float(np.max(_lengths(velocities - body.twist.at(body.pose[:3, 3], points)), initial=0.0))
+    return float(
+        np.max(_lengths(velocities - body.twist.at(body.pose[:3, 3], points)), initial=0.0)
+    )
 
 
 def _lengths(ways: FloatArray) -> FloatArray:
