@@ -17,7 +17,7 @@ import numpy as np
 from contiga.contact.state import State
 from contiga.num.ordered import product
 from contiga.num.rigid import to_world, turn_to_world
-from contiga.num.rigid_lanes import AXES, CENTRE, MASS, MOMENTS, SPINS, WAYS
+from contiga.num.rigid_lanes import AXES, CENTRE, FORCE, MASS, MOMENTS, SPINS, WAYS
 from contiga.records import FloatArray
 from contiga.simulation.critical import has_energy
 from contiga.simulation.mechanism import Mechanism
@@ -41,6 +41,13 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, decay: float
     for name in state.springs:
         _add_spring(rates, system, name, last, state, decay)
     return max(_over_mass(system, k, rate, state) for k, rate in enumerate(rates))
+
+
+def unbalanced(model: Model, state: SystemState) -> float:
+    """The largest force on a free body that nothing balances, over √mass, as `shaking_of`."""
+    system = model.mechanism
+    forces = state.rigid[:, FORCE : FORCE + 6]
+    return max((_over_mass(system, k, own, state) for k, own in enumerate(forces)), default=0.0)
 
 
 def _over_mass(system: Mechanism, k: int, rate: FloatArray, state: SystemState) -> float:

@@ -14,7 +14,7 @@ from contiga.records import ContactStatus
 from contiga.simulation.critical import has_energy, limit_of
 from contiga.simulation.model import Model
 from contiga.simulation.reasons import Cut, Reason
-from contiga.simulation.shaking import shaking_of
+from contiga.simulation.shaking import shaking_of, unbalanced
 from contiga.simulation.step import Stepped
 from contiga.simulation.step_proposals import DAMPED, fastest_of, proposals, shortest_step
 from contiga.simulation.system_state import SystemState
@@ -34,8 +34,8 @@ SAME = 1.05
 """Times the shortest step that a step may be and need not be taken again."""
 LEAST = 1e-9
 """Part of the longest step below which nothing shortens one."""
-FORGOTTEN = 0.25
-"""Part of ω that a swing is forgotten by: where it turns round, forces do not change."""
+FORGOTTEN = 0.05
+"""Part of ω that a swing is forgotten by."""
 _MET = (Reason.CRITICAL, Reason.SWING, Reason.TURN)
 """What a step may meet that was not foreseen at its start."""
 
@@ -71,17 +71,20 @@ def tried(model: Model, stepping: AutoSteps, last: SystemState, stepped: Stepped
     limit = limit_of(model, state, adapting=False)
     before = limit_of(model, last, adapting=False)
     now = shaking_of(model, last, state, DAMPED * DAMPED * limit.bodies.decay)
-    shaking = max(now, _remembered(last, state, fastest_of(limit)))
+    shaking = math.hypot(now, _turning(model, last, state, fastest_of(limit)))
     least = shortest_step(stepping, min(limit.critical, before.critical))
     return Try(stepped, cut, shaking, missing_of(model, last, state), least)
 
 
-def _remembered(last: SystemState, state: SystemState, fastest: float) -> float:
-    """What is left of the shaking before: nothing where no body can swing on anything."""
-    if fastest == 0.0 or state.most == 0.0:
+def _turning(model: Model, last: SystemState, state: SystemState, fastest: float) -> float:
+    """What a swing at ω shakes where it turns round, and forces do not change: ω F.
+
+    No more than before, so that a force which stays, as in steady sliding, is forgotten.
+    """
+    if fastest == 0.0:
         return 0.0
-    own = math.sqrt(last.shaking / math.sqrt(2.0 * state.most))
-    return last.shaking * math.exp(-FORGOTTEN * max(fastest, own) * state.step)
+    before = last.shaking * math.exp(-FORGOTTEN * fastest * state.step)
+    return min(before, fastest * unbalanced(model, state))
 
 
 def objection(model: Model, stepping: AutoSteps, last: SystemState, now: Try) -> Cut | None:

@@ -7,9 +7,7 @@ from collections.abc import Iterator
 
 from contiga.dynamics.stepping import AutoSteps
 from contiga.num.ordered import length
-from contiga.num.rigid_lanes import MOMENTS
 from contiga.simulation.critical import Limit, limit_of
-from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import Model
 from contiga.simulation.reasons import Cut, Reason
 from contiga.simulation.signals import longest_sample
@@ -21,11 +19,8 @@ RESOLVED = 0.018
 phase is right to ω²h²/24 then, its amplitude to ω²h²/8."""
 DAMPED = 0.25
 """A decay γ counts as a vibration of so much of it: it has no phase to be right."""
-TURNED, EVENLY = 0.025, 0.1
-"""Of a radian, that a body turns in a step; the other where its turns are exact: of one that a
-motion drives, or with two equal moments of inertia."""
-EQUAL = 1e-3
-"""Part of a moment of inertia by which two may differ that count as one."""
+TURNED, DRIVEN = 0.025, 0.1
+"""Of a radian, that a free body turns in a step, and one whose turns a motion says exactly."""
 SHORTEST = 0.002
 """Part of the critical step below which nothing but stability, ways and kinks shortens one: a fifth
 of what follows a swing that has all the energy."""
@@ -63,11 +58,6 @@ def _turns(model: Model, state: SystemState) -> Iterator[Cut]:
     for i in (*system.free.tolist(), *(i for _, _, i in system.driven)):
         spin = length(state.bodies.twists[i, 3:])
         if spin > 0.0:
-            part = EVENLY if i not in system.row or _turns_evenly(system, i) else TURNED
+            part = TURNED if i in system.row else DRIVEN
             yield Cut(part / spin, Reason.TURN, f"body {names[i]!r}")
 
-
-def _turns_evenly(system: Mechanism, i: int) -> bool:
-    """Whether two moments of inertia of a free body are equal."""
-    least, middle, most = system.fixed[system.row[i], MOMENTS : MOMENTS + 3].tolist()
-    return bool(min(middle - least, most - middle) <= EQUAL * most)
