@@ -48,8 +48,7 @@ from contiga.dynamics.stepping import AutoSteps, EqualSteps
 from contiga.errors import CaseError, FileError
 from contiga.simulation.mechanism import GROUND
 
-# Bytes; the parser takes about a second and ten times the memory for each million.
-_LARGEST_CASE = 32 * 1024**2
+_LARGEST_CASE = 32 * 1024**2  # bytes; the parser takes a second, ten times the memory, a million
 
 
 def _number_or_auto(value: Any) -> Any:
@@ -58,10 +57,7 @@ def _number_or_auto(value: Any) -> Any:
             raise CaseError("is too small", found=value, allowed='> 0, or "auto"')
         return value
     raise CaseError(
-        'must be a number, or "auto"',
-        found=value,
-        allowed="> 0",
-        remedy=suggest(value, ["auto"]),
+        'must be a number, or "auto"', found=value, allowed="> 0", remedy=suggest(value, ["auto"])
     )
 
 
@@ -79,7 +75,7 @@ class TimeSpec(Spec):
     start: float = 0.0
     end: float
     step: Annotated[float | str, BeforeValidator(_number_or_auto)]
-    """A number, or "auto": as long as contacts, springs and turns allow."""
+    """A number, or "auto"."""
     safety: Positive = 0.9
     """Share of the critical step that "auto" takes at most."""
     largest: Positive | None = None
@@ -100,8 +96,8 @@ class TimeSpec(Spec):
     def stepping(self) -> EqualSteps | AutoSteps:
         """The times of the run."""
         if isinstance(self.step, str):
-            limits = self.largest or 0.0, self.shortest or 0.0
-            return AutoSteps(self.start, self.end, self.safety, *limits)
+            bounds = self.largest or 0.0, self.shortest or 0.0
+            return AutoSteps(self.start, self.end, self.safety, *bounds)
         return EqualSteps(self.start, self.end, self.step)
 
 

@@ -75,9 +75,7 @@ def run(
             strict=strict,
             keep=keep,
             progress=_progress(show, stopped, pace),
-            on_check=None if quiet else _tell,
-            on_pace=None if quiet else lambda text: pace.__setitem__(slice(None), [text]),
-            on_slow=None if quiet else _warn,
+            **_listeners(pace, quiet=quiet),
             on_finish=write_report,
         )
 
@@ -86,6 +84,15 @@ def _tell(findings: tuple[Finding, ...]) -> None:
     """Warn before the first step: a wrong model is not to be waited for."""
     for finding in findings:
         _warn(str(finding))
+
+
+def _listeners(pace: list[str], *, quiet: bool) -> dict[str, Callable[..., None]]:
+    """What a run tells as it goes on; what set a step is kept in `pace`."""
+
+    def keep(text: str) -> None:
+        pace[:] = [text]
+
+    return {} if quiet else {"on_check": _tell, "on_pace": keep, "on_slow": _warn}
 
 
 def _warn(text: str) -> None:

@@ -36,8 +36,11 @@ def proposals(model: Model, stepping: AutoSteps, state: SystemState) -> Iterator
         return
     limit = limit_of(model, state, adapting=False)
     yield Cut(stepping.safety * limit.critical, Reason.CRITICAL, limit.of)
-    if state.shaking > 0.0:
-        followed = RESOLVED * math.sqrt(math.sqrt(2.0 * state.most) / state.shaking)
+    energetic = math.sqrt(2.0 * state.most)
+    # Of the start nothing is known: as if all there is swung.
+    shaking = state.shaking if state.step else fastest_of(limit) ** 2 * energetic
+    if shaking > 0.0:
+        followed = RESOLVED * math.sqrt(energetic / shaking)
         least = shortest_step(stepping, limit.critical)
         yield Cut(max(followed, least), Reason.SWING, limit.of)
 
@@ -60,4 +63,3 @@ def _turns(model: Model, state: SystemState) -> Iterator[Cut]:
         if spin > 0.0:
             part = TURNED if i in system.row else DRIVEN
             yield Cut(part / spin, Reason.TURN, f"body {names[i]!r}")
-

@@ -78,12 +78,13 @@ def _driven(model: Model, part: ContactPart) -> bool:
     driven, host = {i for _, _, i in system.driven}, system.carried.get(part.slave)
     if int(system.root[system.index[part.master]]) in driven or host in driven:
         return True
+    if host is not None or part.slave in system.masses:
+        return False
     motion = model.slaves[part.slave].motion
-    stays = isinstance(motion, Moved) and isinstance(motion.motion, Fixed)
     return not (
-        host is not None
-        or part.slave in system.masses
-        or (stays and isinstance(motion.base, np.ndarray))
+        isinstance(motion, Moved)
+        and isinstance(motion.motion, Fixed)
+        and isinstance(motion.base, np.ndarray)
     )
 
 
