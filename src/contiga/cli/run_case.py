@@ -40,7 +40,7 @@ def run(
     Returns
     -------
     Result
-        ``history`` (columns by name), ``state`` at the end, ``states`` kept, ``summary``, ``out``.
+        ``history`` by column, ``state`` at the end, ``states`` kept, ``summary``, ``out``
 
     Raises
     ------
@@ -61,23 +61,32 @@ def run(
     [0.0, 1.0, 2.0]
     """
     from contiga.case import build
-    from contiga.report import require_packages, write_report
+    from contiga.report import write_report
 
     checked = _checked(case)
-    if out is not None and checked.output.report:  # said before the run, not after it
-        require_packages("a run's report (a case leaves it out by [output] report = false)")
-    pace: list[str] = []
+    _check_report(checked, out)
     with stoppable() as stopped, progress_bar(checked.title, quiet=quiet) as show:
+        told = _Told(show, stopped)
         return build.run(
             checked,
             out,
             resume=resume,
             strict=strict,
             keep=keep,
-            progress=_progress(show, stopped, pace),
-            **_listeners(pace, quiet=quiet),
+            progress=told.progress,
+            on_check=None if quiet else _tell,
+            on_pace=told.keep,
+            on_slow=None if quiet else _warn,
             on_finish=write_report,
         )
+
+
+def _check_report(case: Case, out: str | Path | None) -> None:
+    """Packages that are missing are told before the run, not after it."""
+    from contiga.report import require_packages
+
+    if out is not None and case.output.report:
+        require_packages("a run's report (a case leaves it out by [output] report = false)")
 
 
 def _tell(findings: tuple[Finding, ...]) -> None:
@@ -86,33 +95,25 @@ def _tell(findings: tuple[Finding, ...]) -> None:
         _warn(str(finding))
 
 
-def _listeners(pace: list[str], *, quiet: bool) -> dict[str, Callable[..., None]]:
-    """What a run tells as it goes on; what set a step is kept in `pace`."""
-
-    def keep(text: str) -> None:
-        pace[:] = [text]
-
-    return {} if quiet else {"on_check": _tell, "on_pace": keep, "on_slow": _warn}
-
-
 def _warn(text: str) -> None:
     print(f"warning: {text}", file=sys.stderr, flush=True)
 
 
-def _progress(
-    show: Show, stopped: Callable[[], bool], pace: list[str]
-) -> Callable[[int, int, int], None]:
-    """Shows each step, and ends the run between two of them where it is to stop.
+class _Told:
+    """Shows each step, and ends the run between two of them where it is to stop."""
 
-    `pace` says what set it, or nothing.
-    """
+    def __init__(self, show: Show, stopped: Callable[[], bool]) -> None:
+        self._show, self._stopped = show, stopped
+        self._pace = ""
 
-    def progress(done: int, steps: int, contacts: int) -> None:
-        if stopped():
+    def keep(self, pace: str) -> None:
+        """What set the step, to be shown with it."""
+        self._pace = f", {pace}"
+
+    def progress(self, done: int, steps: int, contacts: int) -> None:
+        if self._stopped():
             raise KeyboardInterrupt
-        show(done, steps, ", ".join([f"{contacts} in contact", *pace]))
-
-    return progress
+        self._show(done, steps, f"{contacts} in contact{self._pace}")
 
 
 def _checked(case: object) -> Case:
