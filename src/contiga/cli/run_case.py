@@ -45,8 +45,7 @@ def run(
     Raises
     ------
     InputError, MissingPackageError
-        Something in the case, its files or the folder is wrong, or what the case asks for needs a
-        package that is not installed; nothing has been written.
+        The case, a file or the folder is wrong, or a package is missing; nothing has been written.
     RunError
         The run could not be carried through.
 
@@ -63,8 +62,7 @@ def run(
     from contiga.case import build
     from contiga.report import write_report
 
-    checked = _checked(case)
-    _check_report(checked, out)
+    checked = _with_packages(_checked(case), out)
     with stoppable() as stopped, progress_bar(checked.title, quiet=quiet) as show:
         told = _Told(show, stopped)
         return build.run(
@@ -81,12 +79,13 @@ def run(
         )
 
 
-def _check_report(case: Case, out: str | Path | None) -> None:
-    """Packages that are missing are told before the run, not after it."""
+def _with_packages(case: Case, out: str | Path | None) -> Case:
+    """The case; packages that its report lacks are told before the run, not after it."""
     from contiga.report import require_packages
 
     if out is not None and case.output.report:
         require_packages("a run's report (a case leaves it out by [output] report = false)")
+    return case
 
 
 def _tell(findings: tuple[Finding, ...]) -> None:
