@@ -107,6 +107,8 @@ def run(
     progress: Callable[[int, int, int], None] | None = None,
     on_check: Callable[[tuple[Finding, ...]], Any] | None = None,
     on_finish: Callable[[Path], Any] | None = None,
+    on_pace: Callable[[str], Any] | None = None,
+    on_slow: Callable[[str], Any] | None = None,
     parts: PartCache | None = None,
 ) -> Result:
     """Build a case and run it.
@@ -120,6 +122,8 @@ def run(
     progress : called with steps done, steps in all, points in contact
     on_check : called before the first step with what looks wrong about the model
     on_finish : called with `out` after a run that is to have a report
+    on_pace : called with what set each step that chose itself
+    on_slow : called once, with why, where the end is out of reach
     parts : as `build`
 
     Raises
@@ -133,7 +137,9 @@ def run(
         if out is not None:
             keep_case_file(Path(out), case.file, simulation.case_text)
     wanted = on_finish if case.output.report else None
-    options = RunOptions(resume, strict, keep, progress, on_check, None, wanted, clock)
+    options = RunOptions(
+        resume, strict, keep, progress, on_check, None, wanted, clock, on_pace, on_slow
+    )
     return carry_out(simulation, out, options)
 
 

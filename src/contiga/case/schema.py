@@ -49,8 +49,7 @@ from contiga.dynamics.stepping import AutoSteps, EqualSteps
 from contiga.errors import CaseError, FileError, InputError
 from contiga.simulation.mechanism import GROUND
 
-# Bytes; the parser takes about a second and ten times the memory for each million.
-_LARGEST_CASE = 32 * 1024**2
+_LARGEST_CASE = 32 * 1024**2  # bytes; the parser takes a second, ten times the memory, a million
 
 
 def _number_or_auto(value: Any) -> Any:
@@ -59,10 +58,7 @@ def _number_or_auto(value: Any) -> Any:
             raise CaseError("is too small", found=value, allowed='> 0, or "auto"')
         return value
     raise CaseError(
-        'must be a number, or "auto"',
-        found=value,
-        allowed="> 0",
-        remedy=suggest(value, ["auto"]),
+        'must be a number, or "auto"', found=value, allowed="> 0", remedy=suggest(value, ["auto"])
     )
 
 
@@ -80,25 +76,29 @@ class TimeSpec(Spec):
     start: float = 0.0
     end: float
     step: Annotated[float | str, BeforeValidator(_number_or_auto)]
-    """A number, or "auto": as long as contacts, springs and turns allow."""
+    """A number, or "auto"."""
     safety: Positive = 0.9
     """Share of the critical step that "auto" takes at most."""
     largest: Positive | None = None
     """Of the steps that "auto" takes; a two hundredth of the time if omitted."""
+    shortest: Positive | None = None
+    """Of "auto", but for stability; a five hundredth of the critical step if omitted."""
     allow_unstable: bool = False
     """Lets a step pass that is longer than the critical one."""
 
     @model_validator(mode="after")
     def _time_goes_forward(self) -> Self:
-        if self.step != "auto" and self.largest is not None:
-            raise CaseError('is for step = "auto"', where="largest", found=self.largest)
+        for name in ("largest", "shortest"):
+            if self.step != "auto" and getattr(self, name) is not None:
+                raise CaseError('is for step = "auto"', where=name, found=getattr(self, name))
         self.stepping()
         return self
 
     def stepping(self) -> EqualSteps | AutoSteps:
         """The times of the run."""
         if isinstance(self.step, str):
-            return AutoSteps(self.start, self.end, self.safety, self.largest or 0.0)
+            bounds = self.largest or 0.0, self.shortest or 0.0
+            return AutoSteps(self.start, self.end, self.safety, *bounds)
         return EqualSteps(self.start, self.end, self.step)
 
 

@@ -124,6 +124,7 @@ def run(
 def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path) -> None:
     import numpy as np
 
+    from contiga.cli.steps_told import steps_line
     from contiga.report.style import number
 
     timings = summary.get("timings") or {}
@@ -141,6 +142,8 @@ def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path
             when = f"{history['time'][at]:g} {columns.get('time', '')}".rstrip()
             print(f"{label}peak force {peak} at t = {when}")
     _print_energy(summary)
+    if line := steps_line(summary.get("step_reasons") or {}):
+        print(line)
     for text in summary.get("notes") or []:
         print(f"note: {text}")
     for text in summary.get("warnings") or []:

@@ -40,13 +40,12 @@ def run(
     Returns
     -------
     Result
-        ``history`` (columns by name), ``state`` at the end, ``states`` kept, ``summary``, ``out``.
+        ``history`` by column, ``state`` at the end, ``states`` kept, ``summary``, ``out``
 
     Raises
     ------
     InputError, MissingPackageError
-        Something in the case, its files or the folder is wrong, or what the case asks for needs a
-        package that is not installed; nothing has been written.
+        The case, a file or the folder is wrong, or a package is missing; nothing has been written.
     RunError
         The run could not be carried through.
 
@@ -61,39 +60,59 @@ def run(
     [0.0, 1.0, 2.0]
     """
     from contiga.case import build
-    from contiga.report import require_packages, write_report
+    from contiga.report import write_report
 
-    checked = _checked(case)
-    if out is not None and checked.output.report:  # said before the run, not after it
-        require_packages("a run's report (a case leaves it out by [output] report = false)")
+    checked = _with_packages(_checked(case), out)
     with stoppable() as stopped, progress_bar(checked.title, quiet=quiet) as show:
+        told = _Told(show, stopped)
         return build.run(
             checked,
             out,
             resume=resume,
             strict=strict,
             keep=keep,
-            progress=_progress(show, stopped),
+            progress=told.progress,
             on_check=None if quiet else _tell,
+            on_pace=told.keep,
+            on_slow=None if quiet else _warn,
             on_finish=write_report,
         )
+
+
+def _with_packages(case: Case, out: str | Path | None) -> Case:
+    """The case; packages that its report lacks are told before the run, not after it."""
+    from contiga.report import require_packages
+
+    if out is not None and case.output.report:
+        require_packages("a run's report (a case leaves it out by [output] report = false)")
+    return case
 
 
 def _tell(findings: tuple[Finding, ...]) -> None:
     """Warn before the first step: a wrong model is not to be waited for."""
     for finding in findings:
-        print(f"warning: {finding}", file=sys.stderr, flush=True)
+        _warn(str(finding))
 
 
-def _progress(show: Show, stopped: Callable[[], bool]) -> Callable[[int, int, int], None]:
+def _warn(text: str) -> None:
+    print(f"warning: {text}", file=sys.stderr, flush=True)
+
+
+class _Told:
     """Shows each step, and ends the run between two of them where it is to stop."""
 
-    def progress(done: int, steps: int, contacts: int) -> None:
-        if stopped():
-            raise KeyboardInterrupt
-        show(done, steps, f"{contacts} in contact")
+    def __init__(self, show: Show, stopped: Callable[[], bool]) -> None:
+        self._show, self._stopped = show, stopped
+        self._pace = ""
 
-    return progress
+    def keep(self, pace: str) -> None:
+        """What set the step, to be shown with it."""
+        self._pace = f", {pace}"
+
+    def progress(self, done: int, steps: int, contacts: int) -> None:
+        if self._stopped():
+            raise KeyboardInterrupt
+        self._show(done, steps, f"{contacts} in contact{self._pace}")
 
 
 def _checked(case: object) -> Case:

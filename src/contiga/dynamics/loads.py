@@ -89,6 +89,12 @@ class Load:
             return None
         return max(times[0] for times in tables), min(times[-1] for times in tables)
 
+    @property
+    def kinks(self) -> FloatArray:
+        """Times that steps end at for nothing of its impulse to be lost."""
+        tables = [of.kinks() for of in (self.force, self.moment) if isinstance(of, Pieces)]
+        return np.concatenate([np.zeros(0), *tables])
+
     def force_at(self, t: float) -> FloatArray:
         """(3,) at time `t`: world axes, or with `follow` those that the body had them in at the
         start and that have turned with it."""

@@ -15,10 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.dynamics.kinks import bends_of
 from contiga.dynamics.tables import as_table
 from contiga.errors import InputError
 from contiga.num.arrays import read_only
 from contiga.records import FloatArray
+
+_FINER = 8
+"""Parts that a curved piece is looked at in."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,20 @@ class Pieces:
         """Coefficients, and those of the first two derivatives, with one row at least."""
         first = _derivative(self.coefficients)
         return self.coefficients, first, _derivative(first)
+
+    def kinks(self, order: int = 0) -> FloatArray:
+        """Times that steps end at for nothing of the derivative of `order` to be lost."""
+        rows, times = self._derived[order], np.array(self.times)
+        if rows.shape[1] > 2 and rows[:, 2:].any():  # curved between its rows
+            parts = np.arange(_FINER) / _FINER
+        else:
+            parts = np.zeros(1)
+        s = np.diff(times)[:, None] * parts
+        values = np.zeros((*s.shape, 3))
+        for k in range(rows.shape[1] - 1, -1, -1):
+            values = rows[:, k, None, :] + s[..., None] * values
+        times = np.append((times[:-1, None] + s).ravel(), times[-1])
+        return bends_of(times, np.vstack([values.reshape(-1, 3), self.value(times[-1], order)]))
 
     def integral(self, start: FloatArray) -> Pieces:
         """∫ from the first time on, with the value `start` (3,) there.

@@ -11,12 +11,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.dynamics.kinks import jumps_of
 from contiga.dynamics.tables import as_table, as_times, read_columns
 from contiga.errors import FileError, InputError
 from contiga.num import pose, quaternion, twist
@@ -33,7 +35,10 @@ _QUATERNION_TOLERANCE = 0.01
 
 
 class BodyMotion(Protocol):
-    """Where a body stands over time."""
+    """Where a body stands over time.
+
+    One that bends or jumps may say when: `kinks`, times that steps which choose themselves end at.
+    """
 
     def pose(self, t: float) -> FloatArray:
         """X_WB at time `t`, (4, 4)."""
@@ -43,13 +48,26 @@ class BodyMotion(Protocol):
 
 
 class SlaveMotion(Protocol):
-    """Where a slave's points are over time."""
+    """Where a slave's points are over time; `kinks` as of a `BodyMotion`."""
 
     def points(self, t: float) -> FloatArray:
         """World coordinates at time `t`, (n, 3)."""
 
     def velocities(self, t: float) -> FloatArray:
         """Velocities at time `t`, (n, 3), world axes."""
+
+
+def kinks_in(motion: object) -> FloatArray:
+    """(k,) times that steps end at for nothing of a motion to be lost; none where it says none."""
+    return np.asarray(getattr(motion, "kinks", ()), dtype=np.float64).reshape(-1)
+
+
+def _turns(times: FloatArray, steps: FloatArray) -> FloatArray:
+    """Times at which what goes evenly between rows, by `steps` (n − 1, d), goes otherwise."""
+    if len(times) < 2:
+        return times
+    # Outside its table it is held: it begins and stops there.
+    return jumps_of(times, steps / np.diff(times)[:, None])
 
 
 @dataclass(frozen=True)
@@ -81,6 +99,11 @@ class Translate:
         rows = as_table(table, ("t", "dx", "dy", "dz"))
         object.__setattr__(self, "times", read_only(rows[:, 0]))
         object.__setattr__(self, "offsets", read_only(rows[:, 1:]))
+
+    @property
+    def kinks(self) -> FloatArray:
+        """Times that steps end at for nothing of the table to be lost."""
+        return _turns(self.times, np.diff(self.offsets, axis=0))
 
     def pose(self, t: float) -> FloatArray:
         """A translation by the table's offset at `t`."""
@@ -115,6 +138,11 @@ class Rotate:
         object.__setattr__(self, "degrees", read_only(rows[:, 1]))
         object.__setattr__(self, "axis", read_only(unit_axis(axis)))
         object.__setattr__(self, "centre", read_only(vector(centre, "centre")))
+
+    @property
+    def kinks(self) -> FloatArray:
+        """Times that steps end at for nothing of the table to be lost."""
+        return _turns(self.times, np.diff(self.degrees)[:, None])
 
     def pose(self, t: float) -> FloatArray:
         """A rotation by the table's angle at `t`."""
@@ -177,6 +205,15 @@ class Poses:
         except InputError as error:
             raise type(error)(str(error), where=where) from error
 
+    @property
+    def kinks(self) -> FloatArray:
+        """Times that steps end at for nothing of the table to be lost."""
+        q = [pose.to_quaternion(X) for X in self.poses]
+        turns = [quaternion.rotation_vector(a, b) for a, b in pairwise(q)]
+        ways = np.diff(self.poses[:, :3, 3], axis=0)
+        both = [_turns(self.times, steps) for steps in (ways, np.reshape(turns, (-1, 3)))]
+        return np.concatenate(both)
+
     def pose(self, t: float) -> FloatArray:
         """The pose at `t`."""
         after = int(np.searchsorted(self.times, t, side="right"))
@@ -207,6 +244,11 @@ class Combine:
 
     def __init__(self, motions: Sequence[BodyMotion]) -> None:
         object.__setattr__(self, "motions", tuple(motions))
+
+    @property
+    def kinks(self) -> FloatArray:
+        """Those of all of them."""
+        return np.concatenate([np.zeros(0), *(kinks_in(motion) for motion in self.motions)])
 
     def pose(self, t: float) -> FloatArray:
         """The product of the motions' poses."""
@@ -239,6 +281,11 @@ class Moved:
         own = base if hasattr(base, "points") else read_only(as_points(base))
         object.__setattr__(self, "base", own)
         object.__setattr__(self, "motion", motion)
+
+    @property
+    def kinks(self) -> FloatArray:
+        """Those of what is carried and of what carries it."""
+        return np.concatenate([kinks_in(self.base), kinks_in(self.motion)])
 
     def points(self, t: float) -> FloatArray:
         """World coordinates at `t`, (n, 3)."""

@@ -8,6 +8,7 @@ goes on evenly. A run that lasts longer than its pulse is refused by `check_cove
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,6 +30,13 @@ class _Pulse:
     """A translation along pieces of polynomials, even before the first and after the last."""
 
     displacements: Pieces
+    _given: ClassVar[int]
+    """Which derivative of the displacement the table gives."""
+
+    @property
+    def kinks(self) -> FloatArray:
+        """Times that steps end at for nothing of the table to be lost."""
+        return self.displacements.kinks(self._given)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -93,6 +101,8 @@ class Velocity(_Pulse):
     ([4.0, 0.0, 0.0], [14.0, 0.0, 0.0])
     """
 
+    _given = 1
+
     def __init__(
         self, table: ArrayLike, *, direction: Axis | None = None, smooth: bool = False
     ) -> None:
@@ -126,6 +136,8 @@ class Accelerated(_Pulse):
     >>> sled.velocity(4.0).tolist(), sled.displacement(4.0).tolist()
     ([0.0, 0.0, 0.0], [20.0, 0.0, 0.0])
     """
+
+    _given = 2
 
     def __init__(
         self,

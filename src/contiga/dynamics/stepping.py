@@ -128,17 +128,21 @@ class AutoSteps:
     start, end : times, start < end
     safety : share of the critical step that is taken at most, in (0, 1]
     largest : of all steps; a two hundredth of the time if 0
+    shortest : below which nothing but stability, a table's rows and the way of points shortens a
+        step; a five hundredth of the critical step if 0
 
     Raises
     ------
     InputError
-        Times that are not finite or do not rise, a safety outside (0, 1], a negative step.
+        Times that are not finite or do not rise, a safety outside (0, 1], a negative step, a
+        shortest step above the largest.
     """
 
     start: float
     end: float
     safety: float = 0.9
     largest: float = 0.0
+    shortest: float = 0.0
 
     def __post_init__(self) -> None:
         EqualSteps(self.start, self.end, self.end - self.start)
@@ -148,6 +152,13 @@ class AutoSteps:
             )
         if not self.largest >= 0.0:
             raise InputError("must be positive", where="largest", found=self.largest, allowed="> 0")
+        if not 0.0 <= self.shortest <= self.most:
+            raise InputError(
+                "must be positive and not above the largest step",
+                where="shortest",
+                found=self.shortest,
+                allowed=f"at most {self.most:g}",
+            )
 
     @property
     def most(self) -> float:

@@ -259,6 +259,15 @@ class ViscousFriction:
         """(n, 3) zeros: it does not remember."""
         return np.zeros((len(memory), 3))
 
+    def viscosity(self, force: FloatArray, speed: FloatArray) -> FloatArray:
+        """(n,) friction over sliding speed (n,) at normal forces (n,): μ F tanh(v/v₀)/v.
+
+        >>> ViscousFriction(0.3, speed=0.01).viscosity(np.array([10.0]), np.zeros(1)).round(9)
+        array([300.])
+        """
+        part = np.maximum(speed / self.speed, 1e-9)
+        return np.asarray(self.coefficient * force / self.speed * (np.tanh(part) / part))
+
     def respond(self, inp: FrictionInput) -> FrictionOutput:
         """Forces against the sliding velocity."""
         return _in_blocks(self._respond, inp, self.n_memory)

@@ -108,6 +108,9 @@ class AdaptiveLaw:
 
     scale: float = 0.1
 
+    has_energy = False
+    """Its stiffness goes with the step: what it stores is no measure of how right a step was."""
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "scale", above_zero(self.scale, "scale"))
 

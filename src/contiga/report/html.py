@@ -21,6 +21,7 @@ from contiga.report.run_folder import Run
 from contiga.report.scene import halves
 from contiga.report.space import VIEW_CONFIG, View
 from contiga.report.springs import spring_figures, spring_table
+from contiga.report.steps import steps_section
 from contiga.report.style import number
 from contiga.report.style import page as styled
 
@@ -60,6 +61,7 @@ def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float |
         key_figures(run),
         _pictures(run, still, view, peak_time),
         _over_time(run, peak_time),
+        steps_section(run, peak_time),
         _energy(run, peak_time),
         _bodies(run, peak_time),
         _sensors(run, peak_time),

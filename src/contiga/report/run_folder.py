@@ -17,6 +17,7 @@ Columns = dict[str, FloatArray]
 _ONLY_ONE = "contact"
 _NO_COLUMNS = ("time", "wall_time")
 _SYSTEM = "energy"
+_STEPS, _OF_STEPS = "step", frozenset(("reason", "of", "tries", "nowhere"))
 _OF_BODIES = frozenset(
     (*"xyz", *(kind + axis for kind in "vaqw" for axis in "xyz"), "qw"),
 )
@@ -65,6 +66,8 @@ class Run(NamedTuple):
     """What is told of springs, by spring and name."""
     finished: bool = True
     """Whether the run has ended."""
+    steps: Columns = {}  # noqa: RUF012 (read only)
+    """Why steps were as long as they were, by name; empty of steps that were given."""
 
     def total(self, column: str) -> FloatArray:
         """(n,) sum of one column over the contacts."""
@@ -110,6 +113,7 @@ def read_run(folder: Path) -> Run:
         energy=owners.energy,
         springs=owners.springs,
         finished=stored.finished,
+        steps=owners.steps,
     )
 
 
@@ -121,13 +125,14 @@ class Owners(NamedTuple):
     sensors: dict[str, Columns]
     energy: Columns
     springs: dict[str, Columns]
+    steps: Columns
 
 
 def sort_columns(
     history: Columns, contacts: list[str], sensors: list[str], springs: list[str]
 ) -> Owners:
     """Columns ``"<owner>.<name>"`` by their owners; bare names belong to the only contact."""
-    owners = Owners({}, {}, {}, {}, {})
+    owners = Owners({}, {}, {}, {}, {}, {})
     for label, column in history.items():
         owner, dot, name = label.rpartition(".")
         if name in _NO_COLUMNS:
@@ -140,6 +145,8 @@ def sort_columns(
             of = owners.springs.setdefault(owner, {})
         elif owner == _SYSTEM and owner not in contacts:
             of = owners.energy
+        elif owner == _STEPS and name in _OF_STEPS:
+            of = owners.steps
         elif name in _OF_BODIES:
             of = owners.bodies.setdefault(owner, {})
         else:

@@ -21,7 +21,9 @@ from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.peak import Peak
 from contiga.simulation.system_state import BodyStates, Energy, SlaveState, SystemState
 
-FORMAT = 9
+FORMAT = 10
+_NUMBERS = ("step", "most", "shaking", "leak")
+"""Of a state."""
 
 
 class Onward(NamedTuple):
@@ -116,7 +118,8 @@ def _write_state(file: Any, state: SystemState) -> None:
         for key, value in spring._asdict().items():
             group[key] = value
     file["energy"] = np.array(state.energy)
-    file["step"], file["most"] = state.step, state.most
+    for name in _NUMBERS:
+        file[name] = getattr(state, name)
     file["rigid"], file["wrenches"] = state.rigid, state.wrenches
 
 
@@ -141,11 +144,10 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
             for part in contacts
         },
         energy=Energy(*map(float, file["energy"])),
-        step=float(file["step"][()]),
         rigid=np.asarray(file["rigid"]),
         wrenches=np.asarray(file["wrenches"]),
         springs={name: _spring(group) for name, group in file["springs"].items()},
-        most=float(file["most"][()]),
+        **{name: float(file[name][()]) for name in _NUMBERS},
     )
 
 

@@ -53,10 +53,13 @@ class Limit(NamedTuple):
     """The fastest of whole bodies; nodes may be faster."""
 
 
-def limit_of(model: Model, state: SystemState) -> Limit:
-    """The critical step of what touches and pulls in `state`."""
+def limit_of(model: Model, state: SystemState, *, adapting: bool = True) -> Limit:
+    """The critical step of what touches and pulls in `state`.
+
+    Without `adapting` that of contacts alone whose stiffness does not follow the step.
+    """
     felt: dict[object, list[tuple[str, Rates, Rates]]] = {}
-    for text, ends in _couplings(model, state):
+    for text, ends in _couplings(model, state, adapting):
         both = sum((rates for _, rates, _ in ends), Rates())
         whole = sum((rates for _, _, rates in ends), Rates())
         for end, _, _ in ends:
@@ -76,16 +79,27 @@ _End = tuple[object, Rates, Rates]
 """Which body or slave, its rates, and those of it as one body."""
 
 
-def _couplings(model: Model, state: SystemState) -> Iterator[tuple[str, list[_End]]]:
+def has_energy(law: object) -> bool:
+    """Whether a law's forces belong to an energy, so that this can judge a step."""
+    return bool(getattr(law, "has_energy", True))
+
+
+def _couplings(
+    model: Model, state: SystemState, adapting: bool
+) -> Iterator[tuple[str, list[_End]]]:
     """Each contact and spring, with what it does to the free bodies at its two ends."""
     system = model.mechanism
     for part in model.contacts:
+        if not (adapting or has_energy(part.contact.law)):
+            continue
         contact = state.contacts[part.name]
         rows = np.flatnonzero(contact.stiffness)
         if len(rows):
             ends = _contact_ends(system, part, contact, rows, state)
             if ends:
-                yield f"contact {part.name!r}", ends
+                drags = bool(_dragging(part, rows, state).any())
+                drags = drags and all(rates.decay**2 > rates.square for _, rates, _ in ends)
+                yield f"{'viscous friction of ' if drags else ''}contact {part.name!r}", ends
     for name in state.springs:
         if ends := _spring_ends(system, name, state):
             yield f"spring {name!r}", ends
@@ -124,6 +138,7 @@ def _contact_ends(
     along = contact.stiffness[rows]
     across = contact.tangential[rows] if len(contact.tangential) else np.zeros(len(rows))
     damping = contact.viscosity[rows] if len(contact.viscosity) else np.zeros(len(rows))
+    dragging = _dragging(part, rows, state)
     sides = int(system.root[system.index[part.master]]), system.carried.get(part.slave)
     bodies = [system.row[side] for side in sides if side is not None and side in system.row]
     if bodies:
@@ -133,14 +148,33 @@ def _contact_ends(
         own = _row(system, state, row)
         rates = Rates(
             fastest(points, normals, along, across, *own),
-            fastest(points, normals, damping, np.zeros(len(rows)), *own) if damping.any() else 0.0,
+            fastest(points, normals, damping, dragging, *own)
+            if damping.any() or dragging.any()
+            else 0.0,
         )
         ends.append((row, rates, rates))
     if part.slave in system.masses:
         mass = system.masses[part.slave]
         most = [
             float((part.contact.nodal_sum(rows, values) / mass).max())
-            for values in (np.maximum(along, across), damping)
+            for values in (np.maximum(along, across), np.maximum(damping, dragging))
         ]
         ends.append((part.slave, Rates(*most), Rates()))
     return ends
+
+
+def _dragging(part: ContactPart, rows: np.ndarray, state: SystemState) -> FloatArray:
+    """(k,) viscous friction of the points `rows` over their sliding speeds, zero without."""
+    viscosity = getattr(part.contact.friction, "viscosity", None)
+    if viscosity is None:
+        return np.zeros(len(rows))
+    contact, body = state.contacts[part.name], state.bodies[part.master]
+    speed = np.zeros(len(rows))  # of points between nodes the least, at which it is stiffest
+    nodes = rows < len(contact.force)
+    points, velocities = state.slaves[part.slave]
+    own = rows[nodes]
+    v_W = velocities[own] - body.twist.at(body.pose[:3, 3], points[own])
+    n_W = turn_to_world(contact.pose, contact.part("normal_B", own))
+    across = v_W - (v_W * n_W).sum(axis=1)[:, None] * n_W
+    speed[nodes] = np.sqrt((across * across).sum(axis=1))
+    return np.asarray(viscosity(contact.normal_force[rows], speed))

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from contiga.dynamics.stepping import AutoSteps
 from contiga.records import FloatArray
+from contiga.simulation.critical import has_energy
 from contiga.simulation.model import Model
+from contiga.simulation.step_columns import NOWHERE
 
 LARGE = 0.01
 """Part of the largest energy that may be nowhere without a warning."""
@@ -41,11 +44,18 @@ def energy_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
     if not told or told["relative"] <= LARGE:
         return []
     at = worst_step(history)
-    cause = (
-        _blamed(model, history, at)
-        or 'the step is too long there: take a smaller one, or step = "auto"'
-    )
+    cause = _blamed(model, history, at) or f"the step is too long there: {_shorter(model)}"
+    passed = int(np.count_nonzero(history.get(NOWHERE, ())))
+    if passed:
+        cause += f". {passed} steps were let pass whose energy no shorter ones would have kept"
     return [energy_text(told, float(history["time"][at]), cause)]
+
+
+def _shorter(model: Model) -> str:
+    """What to do for shorter steps."""
+    if isinstance(model.stepping, AutoSteps):
+        return 'give shorter ones, as time.largest or a number in place of "auto"'
+    return 'take a smaller step, or step = "auto"'
 
 
 def worst_step(history: dict[str, FloatArray]) -> int:
@@ -89,5 +99,30 @@ def _blamed(model: Model, history: dict[str, FloatArray], at: int) -> str:
         works[part.name] = abs(float(work[at] - work[max(at - 1, 0)]))
     if works and max(works.values()) > 0.0:
         name = max(works, key=lambda key: works[key])
-        return f'contact {name} works most there: take a smaller step, or step = "auto"'
+        return f"contact {name} works most there: {_no_gradient(model, name) or _shorter(model)}"
+    return ""
+
+
+def _no_gradient(model: Model, name: str) -> str:
+    """Why the forces of a contact keep no energy at any step; empty where they do."""
+    part = next(part for part in model.contacts if part.name == name)
+    facts, law = part.contact.master.facts(), part.contact.law
+    if facts.get("normals") == "vertex":
+        return (
+            "its master's normals are those of vertices, blended over its facets, which are the "
+            'gradient of no depth: normals = "facet", a finer mesh, or the CAD keeps more at any '
+            "step"
+        )
+    if not has_energy(law):
+        return "its law's stiffness follows the step, so that it has no energy: a penalty law has"
+    if getattr(law, "share", "") == "penetration":
+        return (
+            "its law shares one force by penetration, which is the gradient of no energy: no step "
+            'keeps it; share = "deepest" does'
+        )
+    if part.contact.master.faces is None:
+        return (
+            "its master is of facets, over whose edges normals jump: a finer mesh, or the CAD, "
+            "keeps more at any step"
+        )
     return ""

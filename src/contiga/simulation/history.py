@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.dynamics.stepping import AutoSteps
 from contiga.num import rigid_lanes as lanes
 from contiga.num.ordered import length
 from contiga.records import ContactStatus
@@ -13,6 +14,7 @@ from contiga.simulation.relative_sensors import relative_columns
 from contiga.simulation.sensors import sensor_columns
 from contiga.simulation.springs import spring_columns
 from contiga.simulation.step import Stepped
+from contiga.simulation.step_columns import step_columns
 from contiga.simulation.system_state import Energy, SystemState
 
 # Columns of the history that count points by what became of them in the step.
@@ -54,6 +56,8 @@ def history_row(
     row |= sensor_columns(model, stepped.state, last)
     row |= relative_columns(model, stepped.state)
     row |= spring_columns(model, stepped.state)
+    if isinstance(model.stepping, AutoSteps):
+        row |= step_columns(model, stepped.choice)
     if model.mechanism.moved:
         row |= _body_columns(model, stepped.state) | energy_columns(stepped.state.energy)
     return row

@@ -12,8 +12,9 @@ import numpy as np
 
 from contiga.contact.contact import Contact
 from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.kinks import united
 from contiga.dynamics.loads import Load
-from contiga.dynamics.prescribed import BodyMotion, SlaveMotion
+from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, kinks_in
 from contiga.dynamics.pulses import check_covers
 from contiga.dynamics.springs import Spring
 from contiga.dynamics.stepping import Stepping
@@ -125,6 +126,14 @@ class Model(Shown):
             if not isinstance(part.motion, Free | Attached):
                 poses[i] = part.motion.pose(self.stepping.start)
         return poses[self.mechanism.root]
+
+    @cached_property
+    def kinks(self) -> tuple[float, ...]:
+        """Times at which a load or a motion bends or jumps: steps that choose themselves end
+        there."""
+        bodies, slaves = self.bodies.values(), self.slaves.values()
+        movers = [*(p.motion for p in bodies), *(p.motion for p in slaves), *self.loads]
+        return united(map(kinks_in, movers), self.stepping.start, self.stepping.end)
 
     def _facts(self) -> Facts:
         planned = self.stepping.planned()

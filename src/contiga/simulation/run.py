@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from time import perf_counter
 from typing import Any, NamedTuple
 
 from contiga.errors import InputError, OutputError
@@ -13,11 +14,12 @@ from contiga.simulation.checks.model_checks import check_model
 from contiga.simulation.checks.run_checks import check_run
 from contiga.simulation.clock import Clock
 from contiga.simulation.model import Model
+from contiga.simulation.outlook import Outlook
 from contiga.simulation.output_folder import newest_checkpoint
 from contiga.simulation.recorder import Progress, Recorder
 from contiga.simulation.result import Result
 from contiga.simulation.signals import filtered_columns
-from contiga.simulation.step import advance
+from contiga.simulation.step import Stepped, advance
 from contiga.simulation.step_size import following
 from contiga.simulation.strict import check_proved
 from contiga.simulation.summary import summarise
@@ -36,6 +38,12 @@ class RunOptions(NamedTuple):
     on_finish: Callable[[Path], Any] | None = None
     """Called with the output folder once all is written, before a strict run is refused."""
     clock: Clock | None = None
+    on_pace: Callable[[str], Any] | None = None
+    """Called with what set each step that chose itself."""
+    on_slow: Callable[[str], Any] | None = None
+    """Called once, where the end is out of reach."""
+    now: Callable[[], float] = perf_counter
+    """Seconds of the clock that the end is reckoned by."""
 
 
 def carry_out(model: Model, out: str | Path | None, options: RunOptions) -> Result:
@@ -74,6 +82,7 @@ def _stepped(
 ) -> tuple[SystemState, list[SystemState]]:
     """The state at the end, and those that are kept."""
     kept: list[SystemState] = []
+    outlook = Outlook(model.stepping.end, options.now)
     try:
         if out is not None:
             recorder.open(Path(out), resume=options.resume)
@@ -86,6 +95,7 @@ def _stepped(
             state = stepped.state
             if options.strict:
                 check_proved(state)
+            _tell(options, stepped, outlook)
             recorder.take(stepped)
             if options.keep is not None and (recorder.done - 1) % options.keep == 0:
                 kept.append(state)
@@ -100,6 +110,15 @@ def _stepped(
         raise
     recorder.save()
     return state, kept
+
+
+def _tell(options: RunOptions, stepped: Stepped, outlook: Outlook) -> None:
+    """What set the step, and where the end is out of reach."""
+    if options.on_pace is not None and stepped.choice is not None:
+        cut = stepped.choice.cut
+        options.on_pace(f"steps of {stepped.state.step:.2g}: {cut.said()}")
+    if options.on_slow is not None and (text := outlook.after(stepped)) is not None:
+        options.on_slow(text)
 
 
 def _with_way_on(error: OutputError, folder: Path | None) -> OutputError:

@@ -199,6 +199,7 @@ class Simulation(Model):
         progress: Progress | None = None,
         on_check: Callable[[tuple[Finding, ...]], Any] | None = None,
         on_step: Callable[[SystemState], Any] | None = None,
+        on_slow: Callable[[str], Any] | None = None,
         clock: Clock | None = None,
     ) -> Result:
         """Run to the end.
@@ -213,6 +214,8 @@ class Simulation(Model):
         progress : called with steps done, steps in all, points in contact
         on_check : called before the first step with what looks wrong about the model
         on_step : called with the state of every step
+        on_slow : called once, with why and what would help, where at the pace of a minute the end
+            is more than an hour away
         clock : goes on counting from what was spent before (reading, building)
 
         Raises
@@ -233,7 +236,9 @@ class Simulation(Model):
         When the run is stopped (an exception, Ctrl-C) a checkpoint of the last whole step is left;
         before the first one nothing is.
         """
-        options = RunOptions(resume, strict, keep, progress, on_check, on_step, None, clock)
+        options = RunOptions(
+            resume, strict, keep, progress, on_check, on_step, None, clock, None, on_slow
+        )
         return carry_out(self, out, options)
 
 

@@ -17,6 +17,7 @@ from contiga.simulation.ledger import (
 )
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.place import Standing, frames, kicked_nodes, place
+from contiga.simulation.reasons import Choice
 from contiga.simulation.system_state import BodyState, SlaveState, SystemState
 
 
@@ -26,6 +27,8 @@ class Stepped(NamedTuple):
     state: SystemState
     walls: dict[str, float]
     """Seconds each contact took, by contact."""
+    choice: Choice | None = None
+    """How its length was chosen; None where it was given."""
 
 
 def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -> Stepped:

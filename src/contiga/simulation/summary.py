@@ -23,6 +23,7 @@ from contiga.simulation.signals import (
     signal_warnings,
 )
 from contiga.simulation.springs import spring_summary
+from contiga.simulation.step_columns import steps_summary
 from contiga.version import __version__
 
 NOTED = (ContactStatus.SLID_OFF, ContactStatus.HELD, ContactStatus.THROUGH)
@@ -63,6 +64,7 @@ def summarise(
         "columns": column_units(history, model.units),
         "timings": {**clock.seconds, "compile": clock.compiled},
         "steps": len(history["time"]),
+        "step_reasons": steps_summary(model, history),
         "n_points": sum(len(part.slave.points) for part in model.slaves.values()),
         "n_elements": sum(part.body.surface.n_elements for part in model.bodies.values()),
         "threads": thread_count(),
@@ -111,6 +113,7 @@ def summary_so_far(
         "columns": column_units(history, model.units),
         "timings": dict(clock.seconds),
         "steps": len(history["time"]),
+        "step_reasons": steps_summary(model, history),
         "unfinished": {"time": time, "end": end},
         "statuses": statuses,
         "advice": _advice(statuses),

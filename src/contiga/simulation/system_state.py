@@ -123,6 +123,11 @@ class SystemState(Shown):
     """By name."""
     most: float = 0.0
     """The largest energy so far: kinetic, stored and lost."""
+    shaking: float = 0.0
+    """How fast forces on bodies change, of late: `contiga.simulation.shaking`. Of steps that choose
+    themselves, with the next."""
+    leak: float = 0.0
+    """Energy a time that steps leave nowhere and that no shorter ones would keep."""
 
     def _facts(self) -> Facts:
         return [

@@ -96,6 +96,11 @@ class MeshSeries:
     def __len__(self) -> int:
         return len(self.files)
 
+    @property
+    def kinks(self) -> FloatArray:
+        """The instants: between two all goes evenly."""
+        return self.times
+
     def points(self, t: float) -> FloatArray:
         """(n, 3) positions at time `t`."""
         after = int(np.searchsorted(self.times, t, side="right"))

@@ -1,0 +1,95 @@
+"""Steps that choose themselves, as a strip over time: which reason set each, and how often."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.records import FloatArray
+from contiga.report.lines import PLOT_CONFIG, finish
+from contiga.report.run_folder import Run
+from contiga.report.style import LINES, number
+
+LANE = 24
+"""Pixels of a lane."""
+PIXEL = 5e-4
+"""Part of the time between two stretches below which they are drawn as one."""
+
+
+def steps_section(run: Run, peak_time: float | None) -> str:
+    """The strip and the table of reasons; empty of steps that were given."""
+    told = run.summary.get("step_reasons") or {}
+    if not told or not run.steps:
+        return ""
+    figure = steps_figure(run, told, peak_time)
+    drawn = figure.to_html(
+        full_html=False, include_plotlyjs=False, div_id="steps", config=PLOT_CONFIG
+    )
+    count, unit = sum(one["steps"] for one in told["reasons"]), escape(run.units.time)
+    said = (
+        f"Which reason had the last word on each of {count} steps, and when. The shortest is "
+        f"{number(told['least'])} {unit} at t = {number(told['when'])}; "
+        f"{number(told['tries'] / count, 2)} were worked out for one."
+    )
+    if told["let_pass"]:
+        said += f" {told['let_pass']} leave energy nowhere that no shorter ones would have kept."
+    return (
+        f'<h2>Steps</h2><div class="frame">{drawn}</div><p class="caption">{said}</p>'
+        f'<div class="wide">{_table(told, run)}</div>'
+    )
+
+
+def steps_figure(run: Run, told: dict[str, Any], peak_time: float | None) -> Any:
+    """A lane for each reason, the most frequent at the top."""
+    import plotly.graph_objects as go
+
+    figure, lanes = go.Figure(), told["reasons"]
+    reasons, of = run.steps["reason"][1:], run.steps["of"][1:]
+    for k, one in enumerate(lanes):
+        reason, who = one["number"]
+        x = _stretches(run.times, (reasons == reason) & (of == who))
+        y, colour = np.full(len(x), float(len(lanes) - k)), LINES[k % len(LINES)]
+        line = {"color": colour, "width": 0.5 * LANE}
+        figure.add_trace(
+            go.Scatter(x=x, y=y, mode="lines", line=line, name=one["told"], hoverinfo="name+x")
+        )
+    finish(figure, run, "", peak_time, height=140 + LANE * len(lanes))
+    figure.update_layout(
+        showlegend=False,
+        hovermode="closest",
+        yaxis={
+            "title": {"text": ""},
+            "tickvals": list(range(len(lanes), 0, -1)),
+            "ticktext": [one["told"] for one in lanes],
+            "range": [0.4, len(lanes) + 0.6],
+            "automargin": True,
+        },
+        margin={"t": 16},
+    )
+    return figure
+
+
+def _stretches(times: FloatArray, own: NDArray[np.bool_]) -> FloatArray:
+    """(3 k,) begin, end, NaN of each stretch of steps that are marked in `own` (n − 1,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], own.astype(np.int8), [0]])))
+    begins, ends = times[edges[::2]], times[edges[1::2]]
+    apart = begins[1:] - ends[:-1] > PIXEL * (times[-1] - times[0])
+    begins, ends = begins[np.append(True, apart)], ends[np.append(apart, True)]
+    return np.column_stack([begins, ends, np.full(len(begins), np.nan)]).ravel()
+
+
+def _table(told: dict[str, Any], run: Run) -> str:
+    """Reasons with their steps and the time that these went through."""
+    rows = "".join(
+        f"<tr><td>{escape(one['told'])}</td>"
+        f'<td class="number">{one["steps"]}</td><td class="number">{number(one["time"])}</td></tr>'
+        for one in told["reasons"]
+    )
+    unit = f" [{escape(run.units.time)}]" if run.units.time else ""
+    return (
+        '<table><thead><tr><th>What set the step</th><th class="number">Steps</th>'
+        f'<th class="number">Time{unit}</th></tr></thead>{rows}</table>'
+    )

@@ -1,0 +1,90 @@
+"""What cuts a step: the reasons by name, and a step proposed or rejected with its own."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import NamedTuple
+
+
+class Reason(IntEnum):
+    """Why a step was no longer than it was. Numbers stand in histories: they never change."""
+
+    LARGEST = 0
+    GROWTH = 1
+    SAMPLE = 2
+    CRITICAL = 3
+    SWING = 4
+    TURN = 5
+    KINK = 6
+    END = 7
+    WAY = 8
+    CROSSING = 9
+    STIFFER = 10
+    ENERGY = 11
+    SHORTEST = 12
+
+    @property
+    def told(self) -> str:
+        """In words."""
+        return _TOLD[self]
+
+    @property
+    def remedy(self) -> str:
+        """What would let steps be longer."""
+        return _REMEDY.get(self, "")
+
+
+_TOLD = {
+    Reason.LARGEST: "no step is longer",
+    Reason.GROWTH: "half as much again as the step before",
+    Reason.SAMPLE: "samples for the filter of a sensor",
+    Reason.CRITICAL: "share of the critical step",
+    Reason.SWING: "a body swings on what touches and pulls",
+    Reason.TURN: "a body turns",
+    Reason.KINK: "a row of a table: load, pulse or motion",
+    Reason.END: "the end of the run",
+    Reason.WAY: "points go far against the master where they may touch",
+    Reason.CROSSING: "points would go in and out within the step",
+    Reason.STIFFER: "it met what is stiffer",
+    Reason.ENERGY: "energy would be nowhere",
+    Reason.SHORTEST: "the shortest step that anything but stability may ask for",
+}
+_REMEDY = {
+    Reason.SAMPLE: "a lower class of filter",
+    Reason.CRITICAL: "a softer law, less damping, or more mass where it is least",
+    Reason.SWING: "a softer law or spring, or damping that brings what swings to rest",
+    Reason.TURN: "a slower spin",
+    Reason.KINK: "fewer rows in tables, or smooth ones",
+    Reason.WAY: "a larger master, or less speed where it is near",
+    Reason.CROSSING: "a thicker master, or less speed",
+    Reason.STIFFER: "curves of laws without steep ends, and damping that sets in softly",
+    Reason.ENERGY: "smooth normals, finer meshes, laws without jumps, or a larger time.shortest",
+    Reason.SHORTEST: "smooth normals, finer meshes, laws without jumps, or a larger time.shortest",
+}
+
+
+class Cut(NamedTuple):
+    """How long a step may be, and why not longer."""
+
+    step: float
+    reason: Reason
+    of: str = ""
+    """The contact, spring or body that asks for it; empty where none does."""
+
+    def said(self) -> str:
+        """In words.
+
+        >>> Cut(0.1, Reason.TURN, "body 'wheel'").said()
+        "a body turns (body 'wheel')"
+        """
+        return self.reason.told + (f" ({self.of})" if self.of else "")
+
+
+class Choice(NamedTuple):
+    """How a step came to be as long as it is."""
+
+    cut: Cut
+    tries: int = 1
+    """Steps that were worked out for it, this one among them."""
+    nowhere: float = 0.0
+    """Energy that it leaves nowhere and that was let pass: shorter steps have not kept it."""

@@ -1,0 +1,73 @@
+"""What a run says of its steps: why each was as long as it was, and what came of all."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from contiga.records import FloatArray
+from contiga.simulation.model import Model
+from contiga.simulation.reasons import Choice, Cut, Reason
+
+REASON, OF, TRIES, NOWHERE = "step.reason", "step.of", "step.tries", "step.nowhere"
+COLUMNS = (REASON, OF, TRIES, NOWHERE)
+"""Of steps that choose themselves: number of the `Reason`, of what in `names_of` (−1 of nothing),
+steps worked out, and energy left nowhere that no shorter one would have kept."""
+
+
+def names_of(model: Model) -> list[str]:
+    """What asks for short steps, in words, by its number in histories."""
+    return [
+        *(f"contact {part.name!r}" for part in model.contacts),
+        *(f"viscous friction of contact {part.name!r}" for part in model.contacts),
+        *(f"spring {name!r}" for name in model.springs),
+        *(f"body {name!r}" for name in model.bodies),
+    ]
+
+
+def step_columns(model: Model, choice: Choice | None) -> dict[str, float]:
+    """The columns of one step; of the start those of none."""
+    if choice is None:
+        return dict(zip(COLUMNS, (float(Reason.LARGEST), -1.0, 0.0, 0.0), strict=True))
+    names = names_of(model)
+    of = names.index(choice.cut.of) if choice.cut.of in names else -1
+    told = float(choice.cut.reason), float(of), float(choice.tries), choice.nowhere
+    return dict(zip(COLUMNS, told, strict=True))
+
+
+def steps_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any]:
+    """Of steps that choose themselves: each reason, how often it had the last word, by whom.
+
+    Keys: `least` step and `when`, `tries` worked out, `let_pass` steps that left energy
+    nowhere which no shorter ones would have kept, with its sum `nowhere`, and `reasons`, a list
+    with the most frequent first: `number` (as columns have it), `reason`, `of`, `told`, `steps`,
+    `time`. Empty of other steps.
+    """
+    if REASON not in history or len(history["time"]) < 2:
+        return {}
+    lengths, names = np.diff(history["time"]), names_of(model)
+    reasons, of, tries, nowhere = (history[name][1:] for name in COLUMNS)
+    found = []
+    for reason, who in sorted({*zip(reasons.tolist(), of.tolist(), strict=True)}):
+        own = (reasons == reason) & (of == who)
+        cut = Cut(0.0, Reason(int(reason)), names[int(who)] if who >= 0 else "")
+        found.append(
+            {
+                "number": [int(reason), int(who)],
+                "reason": cut.reason.name.lower(),
+                "of": cut.of,
+                "told": cut.said(),
+                "steps": int(own.sum()),
+                "time": float(lengths[own].sum()),
+            }
+        )
+    least = int(np.argmin(lengths))
+    return {
+        "least": float(lengths[least]),
+        "when": float(history["time"][least + 1]),
+        "tries": int(tries.sum()),
+        "let_pass": int(np.count_nonzero(nowhere)),
+        "nowhere": float(nowhere.sum()),
+        "reasons": sorted(found, key=lambda one: -one["steps"]),
+    }

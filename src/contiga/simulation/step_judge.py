@@ -1,0 +1,175 @@
+"""What is held against a step once it is worked out: how far points went, what it met, energy."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.dynamics.stepping import AutoSteps
+from contiga.num.rigid_lanes import FORCE, MASS
+from contiga.records import ContactStatus
+from contiga.simulation.critical import has_energy, limit_of
+from contiga.simulation.model import Model
+from contiga.simulation.reasons import Cut, Reason
+from contiga.simulation.shaking import shaking_of, unbalanced
+from contiga.simulation.step import Stepped
+from contiga.simulation.step_proposals import DAMPED, fastest_of, proposals, shortest_step
+from contiga.simulation.system_state import SystemState
+from contiga.simulation.way_limits import crossed, too_far
+
+LOST = 1e-6
+"""Part of the largest energy so far that a step may leave nowhere."""
+LEAKED = 2.0
+"""So many times the energy a time that shorter steps have not kept is let pass."""
+LEARNT = 0.25
+"""Part by which one step that does not help is believed: a force that jumps looks the same once."""
+JUMPS = 0.2
+"""Weight of work that may be missing, or too much, as chance has it."""
+COARSER = 2.0
+"""A step that ends where one so much shorter would be taken is too long: it met something stiff."""
+SAME = 1.05
+"""Times the shortest step that a step may be and need not be taken again."""
+LEAST = 1e-9
+"""Part of the longest step below which nothing shortens one."""
+FORGOTTEN = 0.05
+"""Part of ω that a swing is forgotten by."""
+_MET = (Reason.CRITICAL, Reason.SWING, Reason.TURN)
+"""What a step may meet that was not foreseen at its start."""
+
+
+class Try(NamedTuple):
+    """A step that was worked out, and what it shows."""
+
+    stepped: Stepped
+    cut: Cut
+    """Why it was no longer."""
+    shaking: float
+    missing: float
+    """Energy that it leaves nowhere."""
+    least: float
+    """The shortest step that it may be cut to, but for stability."""
+
+    @property
+    def rate(self) -> float:
+        """Energy a time that is nowhere."""
+        return self.missing / self.stepped.state.step
+
+    @property
+    def let_pass(self) -> float:
+        """Energy that it leaves nowhere though it may not, where it is accepted."""
+        return self.missing if self.missing > LOST * self.stepped.state.most else 0.0
+
+
+def tried(model: Model, stepping: AutoSteps, last: SystemState, stepped: Stepped, cut: Cut) -> Try:
+    """A step with what it shows."""
+    state = stepped.state
+    if not model.mechanism.moved:
+        return Try(stepped, cut, 0.0, 0.0, 0.0)
+    limit = limit_of(model, state, adapting=False)
+    before = limit_of(model, last, adapting=False)
+    now = shaking_of(model, last, state, DAMPED * DAMPED * limit.bodies.decay)
+    shaking = math.hypot(now, _turning(model, last, state, fastest_of(limit)))
+    least = shortest_step(stepping, min(limit.critical, before.critical))
+    return Try(stepped, cut, shaking, missing_of(model, last, state), least)
+
+
+def _turning(model: Model, last: SystemState, state: SystemState, fastest: float) -> float:
+    """What a swing at ω shakes where it turns round, and forces do not change: ω F.
+
+    No more than before, so that a force which stays, as in steady sliding, is forgotten.
+    """
+    if fastest == 0.0:
+        return 0.0
+    before = last.shaking * math.exp(-FORGOTTEN * fastest * state.step)
+    return min(before, fastest * unbalanced(model, state))
+
+
+def objection(model: Model, stepping: AutoSteps, last: SystemState, now: Try) -> Cut | None:
+    """The step to take in place of one, and why; None where it may pass."""
+    state, step = now.stepped.state, now.stepped.state.step
+    if step > LEAST * stepping.most:
+        further = too_far(model, last, state) or crossed(model, last, state)
+        if further is not None:
+            return further
+    if not model.mechanism.moved:
+        return None
+    foreseen = proposals(model, stepping, replace(state, shaking=now.shaking))
+    ahead = min((cut for cut in foreseen if cut.reason in _MET), default=Cut(math.inf, Reason.END))
+    if step > COARSER * ahead.step:
+        shorter = Cut(min(0.5 * step, COARSER * ahead.step), Reason.STIFFER, ahead.of)
+        if ahead.reason == Reason.CRITICAL:
+            return shorter
+        return _above(now.least, shorter, step)
+    bearable = LOST * state.most + LEAKED * last.leak * step
+    if not _by_energy(model) or now.missing <= bearable:
+        return None
+    part = min(0.5, max(0.05, 0.7 * math.sqrt(bearable / now.missing)))
+    return _above(now.least, Cut(part * step, Reason.ENERGY, _loser(last, state)), step)
+
+
+def leak_of(last: SystemState, now: Try, longer: Try | None) -> float:
+    """Energy a time that steps leave nowhere however short, as it is known after a step.
+
+    Of what points leave that come in, half as long a step leaves half the energy a time, or less;
+    of forces that are the gradient of none all. Between the two lies 1/√2. `longer` is a step that
+    was too long by its energy, from the same start.
+    """
+    if longer is not None:
+        share = now.stepped.state.step / longer.stepped.state.step
+        if now.rate > math.sqrt(share) * longer.rate:
+            return last.leak + LEARNT * (now.rate - last.leak)
+    return max(0.5 * last.leak, min(now.rate, last.leak))
+
+
+def _above(least: float, cut: Cut, step: float) -> Cut | None:
+    """A cut to no less than the shortest step; None where it is about as short already."""
+    return cut._replace(step=max(cut.step, least)) if step > SAME * least else None
+
+
+def _by_energy(model: Model) -> bool:
+    """Whether energy judges steps: forces that are the gradient of none leave some at any step."""
+    return all(
+        part.contact.weights != "area" and has_energy(part.contact.law) for part in model.contacts
+    )
+
+
+def _loser(last: SystemState, state: SystemState) -> str:
+    """The contact whose own balance has changed most."""
+    off = {
+        name: abs(now.energy.error - last.contacts[name].energy.error)
+        for name, now in state.contacts.items()
+    }
+    name = max(off, key=lambda key: off[key], default="")
+    return f"contact {name!r}" if name and off[name] > 0.0 else ""
+
+
+def missing_of(model: Model, last: SystemState, state: SystemState) -> float:
+    """Energy that a step leaves nowhere, but for what a leapfrog owes until the next one.
+
+    Its kinetic energy stands h² F²/(8 m) above what the work of its forces has made it.
+    """
+    owed = 0.0
+    for k, one in enumerate(model.mechanism.fixed):
+        a, b = (rows[k, FORCE : FORCE + 3] for rows in (last.rigid, state.rigid))
+        owed += float((b * b - a * a).sum()) * state.step * state.step / (8.0 * one[MASS])
+    return abs(state.energy.error - last.energy.error + owed) + JUMPS * _jumped(last, state)
+
+
+def _jumped(last: SystemState, state: SystemState) -> float:
+    """Work that may or may not have been done by damping that set in within the step.
+
+    A damping force is there at once when a point comes in at a speed. The step counts half of its
+    work over the whole step, wherever in it that was; of many points the errors are independent.
+    """
+    squares = 0.0
+    for name, now in state.contacts.items():
+        if len(now.damping) == 0:
+            continue
+        rows = np.flatnonzero((now.status == ContactStatus.NEW) & (now.damping != 0.0))
+        way = now.points_B[rows] - last.contacts[name].points_B[rows]
+        work = 0.5 * now.damping[rows] * (way * now.part("normal_B", rows)).sum(axis=1)
+        squares += float((work * work).sum())
+    return math.sqrt(squares)

@@ -1,0 +1,65 @@
+"""What a step is proposed by, from the state it begins at: the longest that each reason allows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from contiga.dynamics.stepping import AutoSteps
+from contiga.num.ordered import length
+from contiga.simulation.critical import Limit, limit_of
+from contiga.simulation.model import Model
+from contiga.simulation.reasons import Cut, Reason
+from contiga.simulation.signals import longest_sample
+from contiga.simulation.system_state import SystemState
+from contiga.simulation.way_limits import driven_ways
+
+RESOLVED = 0.018
+"""Part of 1/ω of a body's fastest vibration that a step takes where that has all the energy: its
+phase is right to ω²h²/24 then, its amplitude to ω²h²/8."""
+DAMPED = 0.25
+"""A decay γ counts as a vibration of so much of it: it has no phase to be right."""
+TURNED, DRIVEN = 0.025, 0.1
+"""Of a radian, that a free body turns in a step, and one whose turns a motion says exactly."""
+SHORTEST = 0.002
+"""Part of the critical step below which nothing but stability, ways and kinks shortens one: a fifth
+of what follows a swing that has all the energy."""
+
+
+def proposals(model: Model, stepping: AutoSteps, state: SystemState) -> Iterator[Cut]:
+    """All of them, for the step after `state`, which says how forces have changed before."""
+    yield Cut(stepping.most, Reason.LARGEST)
+    yield Cut(longest_sample(model), Reason.SAMPLE)
+    yield from driven_ways(model, state)
+    yield from _turns(model, state)
+    if not model.mechanism.moved:
+        return
+    limit = limit_of(model, state, adapting=False)
+    yield Cut(stepping.safety * limit.critical, Reason.CRITICAL, limit.of)
+    energetic = math.sqrt(2.0 * state.most)
+    # Of the start nothing is known: as if all there is swung.
+    shaking = state.shaking if state.step else fastest_of(limit) ** 2 * energetic
+    if shaking > 0.0:
+        followed = RESOLVED * math.sqrt(energetic / shaking)
+        least = shortest_step(stepping, limit.critical)
+        yield Cut(max(followed, least), Reason.SWING, limit.of)
+
+
+def shortest_step(stepping: AutoSteps, critical: float) -> float:
+    """The step that nothing but stability, ways and kinks goes below."""
+    return stepping.shortest or SHORTEST * min(critical, stepping.most)
+
+
+def fastest_of(limit: Limit) -> float:
+    """The ω that whole bodies swing with at most, 1/time."""
+    return max(math.sqrt(limit.bodies.square), DAMPED * limit.bodies.decay)
+
+
+def _turns(model: Model, state: SystemState) -> Iterator[Cut]:
+    """By how far bodies turn."""
+    names, system = list(model.bodies), model.mechanism
+    for i in (*system.free.tolist(), *(i for _, _, i in system.driven)):
+        spin = length(state.bodies.twists[i, 3:])
+        if spin > 0.0:
+            part = TURNED if i in system.row else DRIVEN
+            yield Cut(part / spin, Reason.TURN, f"body {names[i]!r}")

@@ -1,0 +1,228 @@
+"""Steps that choose themselves: what they may not miss, and where they may be long."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tests.scenes import box
+
+import contiga as cg
+from contiga.dynamics.stepping import AutoSteps
+from contiga.errors import InputError, RunError
+from contiga.simulation.critical import limit_of
+from contiga.simulation.reasons import Reason
+
+Free = cg.motion.Free
+G = 9.81
+
+
+def reasons(result: cg.Result) -> dict[str, int]:
+    """How often each had the last word."""
+    told: dict[str, int] = {}
+    for one in result.summary["step_reasons"]["reasons"]:
+        told[one["reason"]] = told.get(one["reason"], 0) + one["steps"]
+    return told
+
+
+def grid(n: int, half: float, height: float = 0.0) -> np.ndarray:
+    x, y = np.meshgrid(*2 * [np.linspace(-half, half, n) + 0.01 * half])
+    return np.column_stack([x.ravel(), y.ravel(), np.full(n * n, height)])
+
+
+def test_an_impulse_between_two_steps_is_not_lost() -> None:
+    ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    push = [[0, 0, 0, 0], [20.13, 0, 0, 0], [20.18, 1e4, 0, 0], [20.23, 0, 0, 0], [100, 0, 0, 0]]
+    simulation = cg.Simulation(
+        bodies={"ball": (ball, Free(mass=2.0, hold=["rx", "ry", "rz"]))},
+        slaves={},
+        contacts=[],
+        end=100.0,
+        step="auto",
+        loads=[cg.Load("ball", force=push)],
+    )
+    result = simulation.run()
+    assert result.history["ball.vx"][-1] == pytest.approx(1e4 * 0.05 / 2.0, rel=1e-12)
+    assert {20.13, 20.18, 20.23} <= set(result.history["time"].tolist())
+    assert reasons(result)["kink"] >= 3
+
+
+def resting(tilt: float = 0.0, **more) -> cg.Simulation:
+    """A block on a damped bed, let go a little above where it comes to rest; m, kg, s."""
+    block = box((-0.2, -0.2, 0.0), (0.2, 0.2, 0.1))
+    bed = cg.Slave(grid(5, 0.18, -1e-4), area=np.full(25, 1e-3))
+    law = cg.PenaltyLaw(4e3, damping=16.0)
+    contact = cg.Contact(block, bed, law=law, friction=cg.Coulomb(0.5))
+    motion = Free(block.mass_properties(500.0))
+    down = np.array([np.sin(tilt), 0.0, -np.cos(tilt)])
+    own = {"end": 4.0, "step": "auto", "gravity": G * down} | more
+    return cg.Simulation(
+        bodies={"block": (block, motion)}, slaves={"bed": bed}, contacts=[contact], **own
+    )
+
+
+def test_at_rest_steps_are_nine_tenths_of_the_critical_one() -> None:
+    simulation = resting()
+    result = simulation.run()
+    critical = limit_of(simulation, result.state).critical
+    late = result.history["time"] > 2.0
+    assert late.sum() < 1.1 * 2.0 / (0.9 * critical)
+    assert len(late) < 1000
+    assert reasons(result)["critical"] > 0.9 * late.sum()
+    assert result.summary["energy"]["relative"] < 1e-3
+    # it presses as its weight says
+    force = result.history["force"][-1]
+    assert force == pytest.approx(8.0 * G, rel=1e-6)
+
+
+def test_an_impact_is_followed_as_finely_as_ever() -> None:
+    ball, point = cg.Body([cg.shapes.sphere(radius=1.0)]), cg.Slave([[0, 0, -1.01]], area=[1.0])
+    motion = Free(mass=1.0, velocity=[0, 0, -1.0], hold=["rx", "ry", "rz"])
+    contact = cg.Contact(ball, point, law=cg.PenaltyLaw(100.0))
+    simulation = cg.Simulation(
+        bodies={"ball": (ball, motion)}, slaves={"s": point}, contacts=[contact], end=1.0,
+        step="auto",
+    )  # fmt: skip
+    history = simulation.run().history
+    assert history["max_penetration"].max() == pytest.approx(0.1, rel=1e-4)
+    assert history["ball.vz"][-1] == pytest.approx(1.0, rel=1e-4)
+
+
+def test_forces_of_no_gradient_make_no_step_short_and_the_cause_is_named() -> None:
+    ball = cg.Body([cg.shapes.sphere(radius=0.0825, centre=(0, 0, 0.085))])
+    motion = Free(ball.mass_properties(1900.0), velocity=[4.7, 0.0, -10.0])
+    pad = cg.Slave(grid(31, 0.2), area=np.full(961, 1e-4))
+    law = cg.ForceLaw([[0, 0], [0.01, 3e3], [0.06, 5e3]], share="penetration")
+    contact = cg.Contact(ball, pad, law=law, friction=cg.Coulomb(0.3))
+    simulation = cg.Simulation(
+        bodies={"ball": (ball, motion)}, slaves={"pad": pad}, contacts=[contact], end=0.015,
+        step="auto",
+    )  # fmt: skip
+    result = simulation.run()
+    assert len(result.history["time"]) < 700
+    (warning,) = (text for text in result.summary["warnings"] if text.startswith("energy"))
+    assert "the gradient of no energy" in warning
+    assert "let pass" in warning
+    assert "auto" not in warning
+    assert result.summary["step_reasons"]["let_pass"] > 20
+
+
+def test_a_law_without_an_energy_ends_under_gravity() -> None:
+    plane = cg.Body([cg.shapes.plane(width=4, length=4)])
+    node = cg.Slave([[0.1, 0.2, 0.5]], area=[1.0], mass=[2.0])
+    simulation = cg.Simulation(
+        bodies={"plane": plane},
+        slaves={"node": (node, Free(velocity=[0, 0, -1.0]))},
+        contacts=[cg.Contact(plane, node, law=cg.AdaptiveLaw())],
+        end=4.0,
+        step="auto",
+        gravity=[0, 0, -10.0],
+    )
+    history = simulation.run().history
+    assert len(history["time"]) < 500
+    assert history["n_contact"].max() == 1
+
+
+@pytest.mark.parametrize("gap", [5.0, 5.5, 6.0, 7.0])
+def test_a_thin_panel_stops_what_would_be_through_in_one_step(gap: float) -> None:
+    panel = box((-30.0, -30.0, -1.0), (30.0, 30.0, 0.0))
+    m, v, deep = 4540.0, 11.1, 0.45
+    face = cg.Slave(grid(5, 20.0, gap), area=np.full(25, 1.0))
+    carrier = cg.Body([cg.shapes.sphere(radius=45.0, centre=(0.2, 0.2, gap + 50.0))])
+    motion = Free(mass=m, inertia=4e6 * np.eye(3), centre=[0.2, 0.2, gap + 50], velocity=[0, 0, -v])
+    contact = cg.Contact(panel, face, law=cg.PenaltyLaw(m * v * v / deep**2 / 25))
+    simulation = cg.Simulation(
+        bodies={"panel": panel, "carrier": (carrier, motion)},
+        slaves={"face": (face, cg.motion.Attached("carrier"))},
+        contacts=[contact],
+        end=40.0,
+        step="auto",
+    )
+    result = simulation.run()
+    assert result.history["carrier.vz"][-1] == pytest.approx(v, rel=1e-3)
+    assert result.history["max_penetration"].max() == pytest.approx(deep, rel=1e-3)
+    assert len(result.history["time"]) < 800
+
+
+def struck(body: cg.Body, motion: object, point: list[float], **time) -> cg.Result:
+    """A free mass that what a table drives may hit."""
+    node = cg.Slave([point], area=[1.0], mass=[1.0])
+    return cg.Simulation(
+        bodies={"tool": (body, motion)},
+        slaves={"node": (node, Free())},
+        contacts=[cg.Contact(body, node, law=cg.PenaltyLaw(4000.0))],
+        **time,
+    ).run()
+
+
+def test_a_hammer_that_strikes_within_one_step_is_seen() -> None:
+    hammer, t0, w = cg.Body([cg.shapes.sphere(radius=1.0)]), 20.13, 0.4
+    blow = cg.motion.Translate(
+        [[0, 0, 0, 0], [t0, 0, 0, 0], [t0 + w / 2, 0, 0, -0.3], [t0 + w, 0, 0, 0], [100, 0, 0, 0]]
+    )
+    result = struck(hammer, blow, [0, 0, -1.05], end=100.0, step="auto")
+    # a heavy hammer at 1.5 sends it off at twice that
+    assert result.state.slaves["node"].velocities[0] == pytest.approx([0, 0, -3.0], abs=0.01)
+
+
+def test_a_rotor_that_turns_wholly_in_a_step_is_seen() -> None:
+    blade = cg.Body([cg.shapes.sphere(radius=0.5, centre=(3.0, 0, 0))])
+    turning = cg.motion.Rotate([[0, 0], [2, 1440]], axis="z")
+    result = struck(blade, turning, [-3.0, 0, 0.3], end=2.0, step="auto")
+    fine = struck(blade, turning, [-3.0, 0, 0.3], end=2.0, step=2e-4)
+    velocities = [one.state.slaves["node"].velocities[0] for one in (result, fine)]
+    np.testing.assert_allclose(*velocities, atol=0.02)
+    assert reasons(result)["way"] + reasons(result)["turn"] > 20
+
+
+def creeping(v0: float, step: float | str) -> cg.Simulation:
+    """A mass under its weight of 10, pulled by a third of its viscous friction."""
+    plane = cg.Body([cg.shapes.plane(width=40, length=40)])
+    node = cg.Slave([[0.1, 0.2, -0.01]], area=[1.0], mass=[1.0])
+    law, friction = cg.PenaltyLaw(1000.0), cg.ViscousFriction(0.3, v0)
+    contact = cg.Contact(plane, node, law=law, friction=friction, search="penetration")
+    return cg.Simulation(
+        bodies={"p": plane}, slaves={"s": (node, Free())}, contacts=[contact], end=0.5, step=step,
+        gravity=[1.0, 0, -10.0],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("v0", [0.01, 1e-3])
+def test_viscous_friction_is_part_of_the_critical_step(v0: float) -> None:
+    run = creeping(v0, "auto").run(keep=1)
+    (x0, t0), (x1, t1) = (
+        (s.slaves["s"].points[0, 0], s.time) for s in (run.states[-200], run.state)
+    )
+    assert (x1 - x0) / (t1 - t0) == pytest.approx(v0 * np.arctanh(1.0 / 3.0), rel=0.01)
+    with pytest.raises(RunError, match="viscous friction of contact 'p-s'"):
+        creeping(v0, 0.01).run()
+
+
+def test_a_resumed_run_takes_the_same_steps(tmp_path) -> None:
+    seen: list[int] = []
+
+    def stop(*_: int) -> None:
+        seen.append(1)
+        if len(seen) > 40:
+            raise KeyboardInterrupt
+
+    whole = resting(0.3, end=0.1).run()
+    with pytest.raises(KeyboardInterrupt):
+        resting(0.3, end=0.1).run(tmp_path / "out", progress=stop)
+    again = resting(0.3, end=0.1).run(tmp_path / "out", resume=True)
+    for name in ("time", "step.reason", "step.tries", "step.nowhere", "block.x"):
+        np.testing.assert_array_equal(whole.history[name], again.history[name])
+
+
+def test_the_shortest_step_may_be_given_and_is_not_above_the_largest() -> None:
+    with pytest.raises(InputError, match=r"shortest.*not above the largest"):
+        AutoSteps(0.0, 1.0, largest=0.1, shortest=0.2)
+    assert AutoSteps(0.0, 1.0, shortest=1e-3).shortest == 1e-3
+
+
+def test_reasons_keep_their_numbers() -> None:
+    """Histories hold them."""
+    names = (
+        "LARGEST GROWTH SAMPLE CRITICAL SWING TURN KINK END WAY CROSSING STIFFER ENERGY SHORTEST"
+    )
+    assert [reason.name for reason in Reason] == names.split()
+    assert all(reason.told for reason in Reason)
