@@ -19,6 +19,7 @@ from contiga.cli.options import WITH_CASE, CaseFile, Settings, load
 from contiga.cli.preview_case import preview_path, write_preview
 from contiga.cli.progress import progress_bar
 from contiga.cli.study import study
+from contiga.cli.verify import verify
 from contiga.cli.warmup import warmup
 from contiga.errors import ContigaError, FileError, InputError, RunError
 from contiga.version import __version__
@@ -367,34 +368,5 @@ def reproduce(
         raise RunError("not every statement held: " + "; ".join(broken))
 
 
-@app.command(cls=Command, epilog=epilog("verify"))
-def verify(
-    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Output folder.")] = Path(
-        "verification"
-    ),
-    only: Annotated[
-        str | None,
-        typer.Option(
-            "--only",
-            metavar="spring,mass,…",
-            help="Cases, or the first words of their names, separated by commas; all if left out.",
-        ),
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")] = False,
-) -> None:
-    """Check motion, forces and criteria against closed forms: a page and its numbers."""
-    from contiga_validation.verify import broken_cases
-    from contiga_validation.verify import verify as run_all
-
-    names = None if only is None else only.split(",")
-    with progress_bar("verify", quiet=quiet) as show:
-        page = run_all(out, only=names, progress=show)
-    broken = broken_cases(out)
-    if not quiet:
-        print(f"report: {page}")
-    if broken:
-        raise RunError("not every case holds: " + "; ".join(broken))
-
-
-for _command in (compare, convert, export, study, warmup):
+for _command in (compare, convert, export, study, verify, warmup):
     app.command(cls=Command, epilog=epilog(_command.__name__))(_command)

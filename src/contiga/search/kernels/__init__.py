@@ -10,6 +10,8 @@
 - closest_cell_nb: one cell of an element against a point: whether it can hold a closer one, or
   just one minimum
 - plates_nb: every leaf laid flat, with how far it leaves that, for bounds before anything is opened
+- global_among_nb: what of a body a search may answer: all of it, one patch, or minima that do not
+  face away
 - global_nb: the closest point of a body: branch and bound with rigorous lower bounds
 - around_nb: the elements that meet at a foot, and which of them leads down from there
 - walk_nb: the local foot from a start: safeguarded Newton that walks over elements and patches

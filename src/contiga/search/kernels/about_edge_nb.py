@@ -20,7 +20,6 @@ from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.codes import CREASE
 from contiga.num.jit import inner, lazy
 from contiga.num.kernels.vector_nb import cross, dot
-from contiga.search.kernels.among_nb import on_patch
 from contiga.search.kernels.around_nb import cross as beyond_side
 from contiga.search.kernels.bend_nb import (
     SPEED_S,
@@ -33,6 +32,7 @@ from contiga.search.kernels.bend_nb import (
 from contiga.search.kernels.cells_nb import CELL, SNAP, cell_about
 from contiga.search.kernels.curve_nb import surface_foot
 from contiga.search.kernels.face_nb import in_face
+from contiga.search.kernels.global_among_nb import on_patch
 from contiga.search.kernels.global_nb import closest
 from contiga.search.kernels.joined_nb import prove_work
 from contiga.search.kernels.pseudo_normal_nb import JOIN

@@ -14,10 +14,10 @@ from contiga.num.codes import EDGE, FACE, MAX_ITERATIONS, NOT_FINITE, OK
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.num.scratch import scratch
-from contiga.search.kernels.among_nb import Among, is_guarded
 from contiga.search.kernels.curve_nb import polish, surface_foot
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import write_foot
+from contiga.search.kernels.global_among_nb import Among, is_guarded
 from contiga.search.kernels.global_nb import closest
 from contiga.search.kernels.walk_nb import walk
 

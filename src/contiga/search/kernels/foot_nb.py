@@ -11,9 +11,9 @@ from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.codes import BUDGET, EDGE, FACE, MAX_ITERATIONS, OK, TRIMMED
 from contiga.num.jit import inner, lazy
 from contiga.num.scratch import scratch, whole_scratch
-from contiga.search.kernels.among_nb import on_patch
 from contiga.search.kernels.curve_nb import polish, surface_foot
 from contiga.search.kernels.face_nb import in_face
+from contiga.search.kernels.global_among_nb import on_patch
 from contiga.search.kernels.global_nb import GIVEN_UP, PRUNE, SEEN, closest
 from contiga.search.kernels.pseudo_normal_nb import (
     NEAR,

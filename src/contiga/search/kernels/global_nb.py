@@ -24,7 +24,6 @@ from contiga.elements.kernels.element_nb import evaluate
 from contiga.num.jit import inner
 from contiga.num.kernels.vector_nb import cross, dot
 from contiga.num.scratch import scratch, whole_scratch
-from contiga.search.kernels.among_nb import ALL, is_guarded, may_hold
 from contiga.search.kernels.closest_cell_nb import (
     bends_down,
     convex,
@@ -37,6 +36,7 @@ from contiga.search.kernels.closest_cell_nb import (
 )
 from contiga.search.kernels.curve_nb import ROUNDING, closest_on_stretch, curve_point
 from contiga.search.kernels.face_nb import has_pole, in_face
+from contiga.search.kernels.global_among_nb import ALL, is_guarded, may_hold
 from contiga.search.kernels.local_nb import expand
 from contiga.search.kernels.plates_nb import no_nearer_than
 from contiga.search.kernels.tree_nb import open_node

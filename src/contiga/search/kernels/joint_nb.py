@@ -7,8 +7,8 @@ import math
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.num.jit import kernel
 from contiga.num.scratch import scratch
-from contiga.search.kernels.among_nb import on_patch
 from contiga.search.kernels.curve_nb import curve_point, surface_foot
+from contiga.search.kernels.global_among_nb import on_patch
 from contiga.search.kernels.global_nb import closest
 from contiga.search.kernels.pseudo_normal_nb import JOIN
 

@@ -18,10 +18,10 @@ from contiga.num.codes import MAX_ITERATIONS, NOT_FINITE
 from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.num.scratch import scratch, whole_scratch
-from contiga.search.kernels.among_nb import anywhere
 from contiga.search.kernels.ball_nb import radius_at
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import found_foot, no_farther
+from contiga.search.kernels.global_among_nb import anywhere
 from contiga.search.kernels.global_nb import PRUNE, closest
 from contiga.search.kernels.one_foot_nb import foot_from, parameters_of, write_proved
 from contiga.search.kernels.plates_nb import no_farther_than, on_plate

@@ -16,10 +16,10 @@ from contiga.elements.kernels.sides_nb import normal_at, side_point
 from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.num.jit import inner, lazy
 from contiga.num.scratch import scratch, whole_scratch
-from contiga.search.kernels.among_nb import on_patch
 from contiga.search.kernels.around_nb import MOST, around, collapsed_side
 from contiga.search.kernels.curve_nb import curve_point, piece_parameters, surface_foot
 from contiga.search.kernels.face_nb import in_face
+from contiga.search.kernels.global_among_nb import on_patch
 from contiga.search.kernels.global_nb import PRUNE, SEEN, closest
 from contiga.search.kernels.tree_nb import box_distance2
 
