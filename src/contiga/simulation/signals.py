@@ -35,7 +35,7 @@ def filtered_columns(model: Model, history: dict[str, FloatArray]) -> dict[str, 
         if too_coarse(model, cls, history):
             continue
         grid, smooth = _smooth(model, name, history)
-        if len(grid) != len(times):
+        if grid is not times:
             smooth = means(times, grid, smooth, _trapezoids(grid, smooth))
         columns |= {f"{name}.filtered_{c}": smooth[:, i] for i, c in enumerate(raw)}
         if len(raw) > 1:

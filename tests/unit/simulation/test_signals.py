@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.simulation.signals import means
+from contiga.simulation.signals import filtered_columns, means
 
 UNITS = ("mm", "g", "ms")
 
@@ -67,3 +69,15 @@ def test_means_have_the_integral_and_are_those_of_straight_lines() -> None:
     fine = np.linspace(0.0, 10.0, 200_001)
     found = means(fine, times, signal, straight)[:, 0]
     np.testing.assert_allclose(found[1:-1], np.interp(fine, times, signal[:, 0])[1:-1], atol=0.01)
+
+
+def test_an_even_grid_of_as_many_points_is_another_one() -> None:
+    """Steps of h/2, h and 3 h/2: as many as even ones of h."""
+    n, h = 1000, 2.0**-7
+    times = np.concatenate([[0.0], np.cumsum([0.5 * h] * n + [h] + [1.5 * h] * n)])
+    force = np.sin(2.0 * np.pi * times / 20.0)  # 50 Hz
+    spring = SimpleNamespace(filter="CFC1000")
+    model = SimpleNamespace(point_sensors=(), springs={"s": spring}, units=UNITS)
+    found = filtered_columns(model, {"time": times, "s.force": force})  # type: ignore[arg-type]
+    inside = (times > 1.0) & (times < times[-1] - 1.0)
+    assert np.abs(found["s.filtered_force"] - force)[inside].max() < 1e-2

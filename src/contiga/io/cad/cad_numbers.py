@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+from bisect import bisect_right
+from functools import cached_property
 from itertools import chain
 from pathlib import Path
 
@@ -13,8 +15,13 @@ _SUSPECTS = [
     re.compile(text) for text in (rb"NAN", rb"INF", rb"1\.#", rb"E(?=\+?\d{3})", rb"D(?=\+?\d{3})")
 ]
 """One by one they are searched for at the speed of memory."""
-_TOKEN = re.compile(rb"[+-]?(?:NAN|INF|INFINITY|1\.#\w+|[\d.]+[ED]\+?\d+)", re.IGNORECASE)
-_ENTITY = re.compile(rb"\s*(#\d+)\s*=\s*\(?\s*(\w+)")
+_TOKEN = re.compile(
+    rb"[+-]?(?:NAN(?:\(\w*\)?)?|INF|INFINITY|1\.#\w+|[\d.]+[ED]\+?\d+)", re.IGNORECASE
+)
+"""What stands between commas and brackets: a bracket that closes is not part of it."""
+_ASIDE = re.compile(rb"'[^']*'|/\*.*?\*/", re.DOTALL)
+"""A string or a comment of a STEP file."""
+_ENTITY = re.compile(rb"(?:\s|/\*.*?\*/)*(#\d+)\s*=\s*\(?\s*(\w+)", re.DOTALL)
 _BEFORE, _AFTER = re.compile(rb"[(,;\n]"), re.compile(rb"[),;\n]")
 _LONGEST = 64
 _IGES_PARAMETERS = re.compile(rb"^.{72}P", re.MULTILINE)
@@ -34,12 +41,14 @@ def check_numbers(path: Path) -> None:
     upper = data.upper()
     parameters = _IGES_PARAMETERS.search(data) if iges else None
     begin = parameters.start() if parameters else 0
+    asides = _Asides(data)
     for suspect in chain(*(pattern.finditer(upper, begin) for pattern in _SUSPECTS)):
         token = _token(data, suspect.start())
         if _TOKEN.fullmatch(token) is None or _is_finite(token):
             continue
         line = data.count(b"\n", 0, suspect.start()) + 1
-        name = (_iges_entity if iges else _step_entity)(data, suspect.start())
+        at = suspect.start()
+        name = _iges_entity(data, at) if iges else _step_entity(data, at, asides)
         if name is not None:
             raise FileError(
                 "a number is not finite",
@@ -58,9 +67,24 @@ def _token(data: bytes, at: int) -> bytes:
     return (before[start:] + data[at : end.start() if end else at + _LONGEST]).strip()
 
 
-def _step_entity(data: bytes, at: int) -> str | None:
-    """Number and type of the entity around a place; None within a string."""
-    if data.count(b"'", 0, at) % 2:
+class _Asides:
+    """The strings and comments of a STEP file, found once and only if they are asked for."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data = data
+
+    @cached_property
+    def _borders(self) -> list[int]:
+        """Where they begin and end, by turns."""
+        return [border for found in _ASIDE.finditer(self._data) for border in found.span()]
+
+    def __contains__(self, at: int) -> bool:
+        return bisect_right(self._borders, at) % 2 == 1
+
+
+def _step_entity(data: bytes, at: int, asides: _Asides) -> str | None:
+    """Number and type of the entity around a place; None within a string or comment."""
+    if at in asides:
         return None
     entity = _ENTITY.match(data, data.rfind(b";", 0, at) + 1)
     return f", {b' '.join(entity.groups()).decode('latin-1')}" if entity else ""

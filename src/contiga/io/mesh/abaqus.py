@@ -6,17 +6,19 @@ neither is passed over. Keywords: Abaqus Keywords Reference Guide.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from contiga.errors import MeshError
+from contiga.errors import ContigaWarning, MeshError
 from contiga.io.mesh.abaqus_cards import Keyword, Line, read_keywords, whole
-from contiga.io.mesh.abaqus_elements import touches_no_mesh
-from contiga.io.mesh.abaqus_mesh import assembled
+from contiga.io.mesh.abaqus_elements import moves_to_contact, touches_no_mesh
+from contiga.io.mesh.abaqus_mesh import assembled, told
 from contiga.io.mesh.abaqus_scope import (
     Label,
     Scope,
     moved,
+    numbered,
     put,
     read_elcopy,
     read_elements,
@@ -96,6 +98,13 @@ class _Deck:
                 where=keyword.where,
                 remedy="Leave it out if it does neither; else write nodes and elements in full",
             )
+        elif moves_to_contact(name, keyword.options):
+            warnings.warn(
+                f"{keyword.where}: nodes stay where they are; the adjustment a solver makes of "
+                "them is not carried out",
+                ContigaWarning,
+                2,
+            )
 
     def _part(self, keyword: Keyword) -> None:
         self._scope = self.parts.setdefault(keyword.need("NAME").casefold(), Scope())
@@ -131,7 +140,7 @@ class _Deck:
         put(sets, name, ())
         if nodes and keyword.options.get("ELSET"):
             elements = self._named(keyword.options["ELSET"], instance, False, keyword.where)
-            put(sets, name, self._nodes_of(elements))
+            put(sets, name, self._nodes_of(elements, keyword.where))
         for line in keyword.lines:
             if "GENERATE" in keyword.options:
                 put(sets, name, (Label(instance, number) for number in _range(line)))
@@ -163,12 +172,19 @@ class _Deck:
         labels = sets[name.casefold()].labels
         return [label if label.instance else Label(instance, label.number) for label in labels]
 
-    def _nodes_of(self, elements: list[Label]) -> Iterator[Label]:
+    def _nodes_of(self, elements: list[Label], where: str) -> list[Label]:
+        found: list[Label] = []
+        without: list[int] = []
         for label in elements:
             scope = self.instances[label.instance] if label.instance else self._scope
             element = scope.elements.get(label.number)
-            if element is not None:
-                yield from (Label(label.instance, node) for node in element.nodes)
+            if element is None or not element.nodes:
+                without.append(label.number)
+            else:
+                found += (Label(label.instance, node) for node in element.nodes)
+        for text in told("elements that are not there, or whose nodes are not", without):
+            warnings.warn(f"{where}: {text}", ContigaWarning, 2)
+        return found
 
     def mesh(self) -> RawMesh:
         """All instances in one mesh; parts that no instance places stand where they are drawn."""
@@ -179,8 +195,11 @@ class _Deck:
 
 
 def _range(line: Line) -> range:
-    """First, last and step of a line of GENERATE."""
-    first, last, step = (*(whole(text, line.where) for text in line.fields if text), 1, 1)[:3]
-    if step < 1:
-        raise MeshError("a step must be positive", where=line.where, found=step)
-    return range(first, last + 1, step)
+    """First, last (the first, if left out) and step of a line of GENERATE."""
+    first, last, step, *_ = (*numbered(line), "", "")
+    begin = whole(first, line.where)
+    end = whole(last or first, line.where)
+    by = whole(step or "1", line.where)
+    if by < 1:
+        raise MeshError("a step must be positive", where=line.where, found=by)
+    return range(begin, end + 1, by)

@@ -165,7 +165,7 @@ def _keyword(text: str, path: Path, line: int) -> Keyword:
 
 
 def _line(text: str, path: Path, number: int) -> Line:
-    return Line(_fields(text), f"{path}, line {number}")
+    return Line([field.replace('"', "") for field in _fields(text)], f"{path}, line {number}")
 
 
 def _fields(text: str) -> list[str]:

@@ -7,6 +7,7 @@ The number of nodes stands in the name. Nodes are in VTK's order in all that are
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 
 _SHELL_NODES = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}
 _SOLID_NODES = {
@@ -49,7 +50,7 @@ def cell_of(name: str) -> str | None:
 
 
 _PASSED = re.compile(
-    r"C|D|ACOUSTIC|ADJUST|AMPLITUDE|ANISOTROPIC|ANNEAL|AQUA|BASE|BEAM|BIAXIAL|BOND|BOUNDARY"
+    r"C|D|ACOUSTIC|AMPLITUDE|ANISOTROPIC|ANNEAL|AQUA|BASE|BEAM|BIAXIAL|BOND|BOUNDARY"
     r"|BRITTLE|DEFORMATION|HYSTERESIS|MAGNETIC|ELECTROMAGNETIC|PERMITTIVITY"
     r"|BUCKLE|BULK|CAP|CAPACITY|CAST|CAVITY|CENTROID|CFILM|CFLOW|CFLUX|CHANGE|CHARACTERISTIC"
     r"|CLAY|CLEARANCE|CLOAD|COHESIVE|COMBINED|COMPLEX|CONCRETE|CONDUCTIVITY|CONNECTOR"
@@ -83,6 +84,14 @@ _PASSED_WHOLE = frozenset(
     ]
 )
 """Whole names of more."""
+
+
+def moves_to_contact(name: str, options: Mapping[str, str]) -> bool:
+    """Whether a keyword lets a solver move nodes onto the surface they face."""
+    adjust = options.get("ADJUST", "").upper()
+    if name == "CONTACT PAIR":
+        return "ADJUST" in options
+    return name in ("TIE", "CONTACT CLEARANCE") and adjust != "NO"
 
 
 def touches_no_mesh(name: str) -> bool:

@@ -50,11 +50,11 @@ def assembled(instances: Mapping[str, Scope], names: Mapping[str, str], where: s
         known = [cells[label] for label in labels if label in cells]
         groups.append(Group(None, set_name, _rows(known, len(blocks))))
         unknown = [n for i, n in labels if n not in instances[i].elements]
-        missing += _told(f"*ELSET {set_name}", unknown)
+        missing += told(f"*ELSET {set_name}", unknown)
     for set_name, labels in _sets(instances, names, nodes=True).items():
-        rows = sorted(row_of[label] for label in labels if label in row_of)
+        rows = sorted({row_of[label] for label in labels if label in row_of})
         groups.append(Group(None, set_name, None, np.array(rows, dtype=np.int64)))
-        missing += _told(f"*NSET {set_name}", [n for i, n in labels if (i, n) not in row_of])
+        missing += told(f"*NSET {set_name}", [n for i, n in labels if (i, n) not in row_of])
     if missing:
         text = "; ".join(missing)
         warnings.warn(f"{where}: members of sets are not there: {text}", ContigaWarning, 2)
@@ -113,23 +113,30 @@ def _rows(known: list[tuple[int, int]], n_blocks: int) -> tuple[np.ndarray, ...]
     rows: list[list[int]] = [[] for _ in range(n_blocks)]
     for block, row in known:
         rows[block].append(row)
-    return tuple(np.array(sorted(own), dtype=np.int64) for own in rows)
+    return tuple(np.array(sorted(set(own)), dtype=np.int64) for own in rows)
 
 
 def _sets(
     instances: Mapping[str, Scope], names: Mapping[str, str], *, nodes: bool
 ) -> dict[str, list[Label]]:
-    """Members of all sets by the name they go by: with that of their instance, of several."""
+    """Members of all sets by the name they go by.
+
+    With that of their instance where there are several, or another scope has a set so named.
+    """
     found: dict[str, list[Label]] = {}
+    taken: set[str] = set()
     for name, scope in instances.items():
         for one in (scope.node_sets if nodes else scope.element_sets).values():
-            full = f"{names[name]}.{one.name}" if name and len(names) > 1 else one.name
+            shared = len(names) > 1 or one.name.casefold() in taken
+            full = f"{names[name]}.{one.name}" if name and shared else one.name
+            taken.add(full.casefold())
             labels = [Label(label.instance or name, label.number) for label in one.labels]
             found.setdefault(full, []).extend(labels)
     return found
 
 
-def _told(what: str, numbers: list[int]) -> list[str]:
+def told(what: str, numbers: list[int]) -> list[str]:
+    """How many are missing of what, and some of them."""
     if not numbers:
         return []
     some = ", ".join(map(str, numbers[:SHOWN])) + (", …" if len(numbers) > SHOWN else "")

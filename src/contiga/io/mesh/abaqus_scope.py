@@ -32,6 +32,7 @@ class Element(NamedTuple):
     kind: str
     """What cell it is, "" if it has no surface."""
     nodes: list[int]
+    """None of a point or line that names some by their instance."""
     where: str
 
 
@@ -143,7 +144,7 @@ def read_system(keyword: Keyword, scope: Scope) -> None:
         scope.system = None
         return
     a, b, c = np.array((numbers + [0.0] * 12)[:9]).reshape(3, 3)
-    given = [len([text for text in line.fields if text]) for line in keyword.lines[:2]]
+    given = [len(filled(line)) for line in keyword.lines[:2]]
     if given[0] <= 3:  # an origin alone moves
         scope.system = (a, np.eye(3))
         return
@@ -177,7 +178,8 @@ def read_elements(keyword: Keyword, scope: Scope) -> None:
     for fields, where in _records(keyword, N_NODES.get(kind, 0)):
         number = whole(fields[0], where)
         # Points and lines may stand on nodes of an instance, by name.
-        nodes = [whole(text, where) for text in fields[1:]] if kind else []
+        named = not kind and not all(text.isdigit() for text in fields[1:])
+        nodes = [] if named else [whole(text, where) for text in fields[1:]]
         scope.add_element(number, Element(kind, nodes, where))
         numbers.append(number)
     put(scope.element_sets, keyword.options.get("ELSET", ""), own(numbers))
@@ -187,12 +189,12 @@ def _records(keyword: Keyword, count: int) -> Iterator[tuple[list[str], str]]:
     """Number and `count` nodes of each element; with none known, a line each."""
     lines = iter(keyword.lines)
     for line in lines:
-        fields = _full(line)
+        fields = numbered(line)
         while count and len(fields) <= count:
             more = next(lines, None)
             if more is None:
                 break
-            fields += _full(more)
+            fields += filled(more)
         if count and len(fields) != count + 1:
             raise MeshError(
                 f"an element of {count} nodes",
@@ -203,7 +205,7 @@ def _records(keyword: Keyword, count: int) -> Iterator[tuple[list[str], str]]:
         yield fields, line.where
 
 
-def _full(line: Line) -> list[str]:
+def filled(line: Line) -> list[str]:
     """The fields of a line without those left empty at its end."""
     fields = list(line.fields)
     while fields and not fields[-1]:
@@ -211,16 +213,30 @@ def _full(line: Line) -> list[str]:
     return fields
 
 
+def numbered(line: Line) -> list[str]:
+    """The fields of a line that begins with a number.
+
+    Raises
+    ------
+    MeshError
+        It is left out.
+    """
+    fields = filled(line)
+    if not fields or not fields[0]:
+        raise MeshError("a line without its first number", where=line.where, found=line.fields)
+    return fields
+
+
 def read_ngen(keyword: Keyword, scope: Scope) -> None:
     """*NGEN: nodes between two, in even steps along a straight line."""
     keyword.understood("NSET")
     for line in keyword.lines:
-        first, last, *more = (whole(text, line.where) for text in _full(line))
-        step = more[0] if more else 1
+        first, *others = (whole(text, line.where) for text in numbered(line))
+        last, step = (*others, 1)[:2] if others else (first, 1)
         count, rest = divmod(last - first, step) if step else (0, 1)
-        if len(more) > 1 or rest or count < 1:
+        if len(others) > 2 or rest or count < 1:
             raise MeshError("not two nodes and an even step", where=line.where, found=line.fields)
-        a, b = (np.array(_node(scope, number, line)) for number in (first, last))
+        a, b = (np.array(_node(scope, number, line.where)) for number in (first, last))
         numbers = range(first, last + (1 if step > 0 else -1), step)
         for k, number in enumerate(numbers):
             x, y, z = (a + (b - a) * (k / count)).tolist()
@@ -246,7 +262,7 @@ def read_ncopy(keyword: Keyword, scope: Scope) -> None:
     old = _of_set(scope.node_sets, keyword.need("OLD SET"), keyword.where)
     for k in range(1, many + 1):
         for number in old:
-            x, y, z = (np.array(scope.nodes[number]) + k * shift).tolist()
+            x, y, z = (np.array(_node(scope, number, keyword.where)) + k * shift).tolist()
             scope.add_node(number + k * step, (x, y, z), keyword.where)
         name = keyword.options.get("NEW SET", "")
         put(scope.node_sets, name, own(number + k * step for number in old))
@@ -256,7 +272,7 @@ def read_elgen(keyword: Keyword, scope: Scope) -> None:
     """*ELGEN: an element again along a row, the row over a layer, the layer over a block."""
     keyword.understood("ELSET")
     for line in keyword.lines:
-        master, *rest = (whole(text or "1", line.where) for text in _full(line))
+        master, *rest = (whole(text or "1", line.where) for text in numbered(line))
         steps = [(*rest[k : k + 3], 1, 1)[:3] for k in range(0, len(rest), 3)]
         made = {0: 0}
         for count, node_step, step in steps:
@@ -289,9 +305,9 @@ def _copied(scope: Scope, masters: list[int], made: dict[int, int], name: str, w
         put(scope.element_sets, name, own(number + by for by in made))
 
 
-def _node(scope: Scope, number: int, line: Line) -> Place:
+def _node(scope: Scope, number: int, where: str) -> Place:
     if number not in scope.nodes:
-        raise MeshError("no node of that number", where=line.where, found=number)
+        raise MeshError("no node of that number", where=where, found=number)
     return scope.nodes[number]
 
 

@@ -124,7 +124,7 @@ def _read(path: Path) -> Any:
                 warnings.catch_warnings(),
                 np.errstate(all="ignore"),
                 _source(path, file_format) as source,
-                physical_groups(),
+                physical_groups() if file_format == "gmsh" else contextlib.nullcontext(),
             ):
                 warnings.simplefilter("ignore")
                 return meshio.read(source, file_format)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from contiga.errors import FileError, MeshError
 from contiga.io.mesh.nastran_cards import Card, read_cards
 from contiga.io.mesh.nastran_systems import CORDS, Grids
-from contiga.io.mesh.numbered import Elements, Numbered, raw_mesh
+from contiga.io.mesh.numbered import Elements, raw_mesh
 from contiga.io.mesh.raw import RawMesh
 from contiga.slaves.cells import N_NODES
 
@@ -73,8 +73,7 @@ def read_nastran(path: Path) -> RawMesh:
         element of a grid point that is not there or of some mid-side nodes but not all.
     """
     grids = Grids()
-    elements: list[Elements] = []
-    properties: dict[int, set[int]] = {}
+    elements: dict[str, Elements] = {}
     seen: dict[int, str] = {}
     any_card = False
     for card in read_cards(path):
@@ -98,7 +97,6 @@ def read_nastran(path: Path) -> RawMesh:
                 )
             seen[number] = card.where
             _add(card, number, elements)
-            properties.setdefault(card.whole(1, number), set()).add(number)
         elif not _PASSED.fullmatch(card.name):
             raise MeshError(
                 "a card that is not known here, and may make or move grid points or elements",
@@ -107,18 +105,15 @@ def read_nastran(path: Path) -> RawMesh:
             )
     if not any_card:
         raise FileError("not a Nastran deck", where=str(path), allowed="cards such as GRID")
-    places = grids.positions()
-    mesh = Numbered(list(places), list(places.values()), elements)
-    groups = [(number, None, held) for number, held in sorted(properties.items())]
-    return raw_mesh(mesh, groups, {}, str(path), "numbers given by GRID")
+    return raw_mesh(grids.positions(), list(elements.values()), str(path), "numbers given by GRID")
 
 
-def _add(card: Card, number: int, elements: list[Elements]) -> None:
+def _add(card: Card, number: int, elements: dict[str, Elements]) -> None:
     kind, nodes = _cell(card)
-    if not elements or elements[-1].kind != kind:
-        elements.append(Elements(kind, [], [], card.where))
-    elements[-1].ids.append(number)
-    elements[-1].nodes.append(nodes)
+    own = elements.setdefault(kind, Elements(kind, [], [], []))
+    own.nodes.append(nodes)
+    own.properties.append(card.whole(1, number))
+    own.where.append(card.where)
 
 
 def _cell(card: Card) -> tuple[str, list[int]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -32,8 +32,8 @@ class Rows:
         place = np.minimum(np.searchsorted(self.sorted, ids), len(self.sorted) - 1)
         return np.asarray(self.sorted[place] == ids)
 
-    def __call__(self, ids: Int64Array, where: str | None = None) -> Int64Array:
-        """Rows of numbers of any shape.
+    def __call__(self, ids: Int64Array, where: Sequence[str] = ()) -> Int64Array:
+        """Rows of numbers of any shape; `where` has file and line of each along the first axis.
 
         Raises
         ------
@@ -43,12 +43,12 @@ class Rows:
         if len(self.sorted) == 0 and ids.size == 0:
             return np.zeros_like(ids)
         flat = ids.ravel()
-        unknown = ~self.known(flat)
-        if unknown.any():
+        unknown = np.flatnonzero(~self.known(flat))
+        if len(unknown):
             raise MeshError(
                 "an element or mass stands on a node that is not in the deck",
-                where=where or self.where,
-                found=f"node {flat[unknown][0]}",
+                where=where[unknown[0] * len(where) // len(flat)] if where else self.where,
+                found=f"node {flat[unknown[0]]}",
                 allowed=self.allowed,
             )
         rows: Int64Array = self.order[np.searchsorted(self.sorted, ids)]
@@ -56,54 +56,48 @@ class Rows:
 
 
 class Elements(NamedTuple):
-    """Elements of one kind that stand together in a deck."""
+    """All elements of one kind of a deck."""
 
     kind: str
     """As VTK and meshio name it: "tetra10", "quad" …"""
-    ids: list[int]
     nodes: list[list[int]]
     """Numbers of their nodes, in VTK's order."""
-    where: str
-    """File and line, for messages."""
-
-
-class Numbered(NamedTuple):
-    """A mesh by numbers."""
-
-    ids: list[int]
-    """Of the nodes, each once."""
-    points: list[tuple[float, float, float]]
-    elements: list[Elements]
+    properties: list[int]
+    where: list[str]
+    """File and line of each, for messages."""
 
 
 def raw_mesh(
-    mesh: Numbered,
-    cell_groups: Sequence[tuple[int | None, str | None, set[int]]],
-    node_groups: Mapping[str, list[int]],
+    places: Mapping[int, tuple[float, float, float]],
+    elements: Sequence[Elements],
     where: str,
     allowed: str,
 ) -> RawMesh:
-    """A mesh with groups of elements (number, name, their numbers) and of nodes (by name).
+    """A mesh of nodes by number, with a group for each property of its elements.
 
     Raises
     ------
     MeshError
         An element names a node that is not there.
     """
-    ids = np.array(mesh.ids, dtype=np.int64)
+    ids = np.array(list(places), dtype=np.int64)
     rows = Rows(ids, where, allowed)
     blocks = tuple(
         CellBlock(each.kind, rows(np.array(each.nodes, dtype=np.int64), each.where))
-        for each in mesh.elements
+        for each in elements
     )
-    numbers = [np.array(each.ids, dtype=np.int64) for each in mesh.elements]
-    groups = [
-        Group(number, name, tuple(np.flatnonzero(np.isin(own, list(held))) for own in numbers))
-        for number, name, held in cell_groups
+    points: FloatArray = np.array(list(places.values()), dtype=np.float64).reshape(-1, 3)
+    return RawMesh(points, blocks, tuple(_groups(elements)), ids)
+
+
+def _groups(elements: Sequence[Elements]) -> Iterator[Group]:
+    """Groups of properties, ascending: each block is sorted once, however many there are."""
+    owners = [np.array(each.properties, dtype=np.int64) for each in elements]
+    numbers = np.unique(np.concatenate(owners)) if owners else np.zeros(0, dtype=np.int64)
+    sorts = [np.argsort(own, kind="stable") for own in owners]
+    starts = [
+        np.searchsorted(own[order], numbers) for own, order in zip(owners, sorts, strict=True)
     ]
-    groups += [
-        Group(None, name, None, rows(np.array(sorted(set(held)), dtype=np.int64)))
-        for name, held in node_groups.items()
-    ]
-    points: FloatArray = np.array(mesh.points, dtype=np.float64).reshape(-1, 3)
-    return RawMesh(points, blocks, tuple(groups), ids)
+    held = [np.split(order, first)[1:] for order, first in zip(sorts, starts, strict=True)]
+    for k, number in enumerate(numbers.tolist()):
+        yield Group(number, None, tuple(pieces[k] for pieces in held))

@@ -12,7 +12,7 @@ from contiga.errors import FileError
 from contiga.io.cad.cad_numbers import check_numbers
 
 
-@pytest.mark.parametrize("number", ["NAN", "-nan", "INF", "1.E999", "1.#QNAN"])
+@pytest.mark.parametrize("number", ["NAN", "-nan", "-nan(ind)", "INF", "1.E999", "1.#QNAN"])
 def test_a_step_point_without_numbers_is_refused(
     number: str, solids: ModuleType, tmp_path: Path
 ) -> None:
@@ -31,6 +31,16 @@ def test_names_may_look_like_numbers_that_are_none(tmp_path: Path) -> None:
         "ISO-10303-21;\n#1=PRODUCT('(nan,1.E999)','INF',(1.E+2,0.));\n#2=INF(1.E-400);\n"
     )
     check_numbers(path)
+
+
+def test_apostrophes_of_comments_hide_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "part.step"
+    head = "ISO-10303-21;\n#1=PRODUCT('it''s; (nan,/* ','');\n/* it's nan,\n(nan) */"
+    path.write_text(f"{head}#2=DIRECTION('',(0.,0.,1.));\n")
+    check_numbers(path)
+    path.write_text(f"{head}#2=DIRECTION('',(0.,NAN,1.));\n")
+    with pytest.raises(FileError, match="line 4, #2 DIRECTION: a number is not finite"):
+        check_numbers(path)
 
 
 def test_an_iges_parameter_that_is_none_is_refused(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 
 import contiga as cg
 from contiga.errors import ContigaWarning, FileError, MeshError
+from contiga.io.mesh.abaqus import read_abaqus
 from contiga.io.mesh.abaqus_elements import cell_of
 from contiga.slaves.slave import Slave
 
@@ -74,6 +77,9 @@ def test_one_sheet_in_many_words(tmp_path: Path, name: str) -> None:
         ("*NSET, NSET=S, ELSET=B\n", 8),
         ("*NSET, NSET=T, GENERATE\n1, 4\n*NSET, NSET=S\nT, 11\n", 5),
         ('*NSET, NSET="S"\n1, 2\n', 2),
+        ('*NSET, NSET="a, b"\n1, 2\n*NSET, NSET=S\n"a, b", 3\n', 3),
+        ("*NSET, NSET=S, GENERATE\n2\n3,\n11, , 1\n", 3),
+        ("*ELEMENT, TYPE=T3D2, ELSET=L\n9, 1, 24\n*NSET, NSET=S, ELSET=L\n", 2),
         ("*STEP\n*NSET, NSET=S\n1, 2\n*END STEP\n", 2),
     ],
 )
@@ -87,6 +93,8 @@ def test_systems_move_and_turn(tmp_path: Path) -> None:
     sheet = read(tmp_path, f"*SYSTEM\n100, 0, 0, 100, 1, 0\n99, 0, 0\n{NODES}{ELEMENTS}")
     there = PLACES @ np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     assert np.allclose(sheet.points, there + np.array([100.0, 0.0, 0.0]))
+    left_out = read(tmp_path, f"*SYSTEM\n, , , 0, 1, 0\n-1, 0, 0\n{NODES}{ELEMENTS}")
+    assert np.allclose(left_out.points, there)
 
 
 ASSEMBLY = f"""*PART, NAME=P
@@ -131,6 +139,17 @@ def test_a_part_placed_once_keeps_its_names(tmp_path: Path) -> None:
     assert [part.label for part in read(tmp_path, text).parts] == ["A", "LOW"]
 
 
+def test_sets_of_one_name_in_a_part_and_the_assembly_are_two(tmp_path: Path) -> None:
+    text = ASSEMBLY[: ASSEMBLY.index("*INSTANCE, NAME=Two")]
+    text += "*NSET, NSET=Low, INSTANCE=One\n1, 22\nOne.LOW\n*ELSET, ELSET=a, INSTANCE=One\n1\n"
+    path = tmp_path / "deck.inp"
+    path.write_text(text + "*END ASSEMBLY\n")
+    groups = {group.name: group for group in read_abaqus(path).groups}
+    assert {k: len((g.nodes, *(g.cells or ()))[-1]) for k, g in groups.items()} == {
+        **{"a": 1, "One.A": 6, "Low": 5, "One.LOW": 4}
+    }
+
+
 def test_files_are_included(tmp_path: Path) -> None:
     (tmp_path / "nodes.txt").write_text(lines(GRID))
     (tmp_path / "more.inp").write_text(ELEMENTS)
@@ -150,8 +169,42 @@ def test_members_of_sets_that_are_not_there_are_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
+        ("*ELSET, ELSET=L\n1, 99\n*NSET, NSET=S, ELSET=L\n", r"\*NSET: elements that.*1 \(99\)"),
+        (
+            "*ELEMENT, TYPE=SPRINGA, ELSET=L\n9, 1, One.24\n*NSET, NSET=S, ELSET=L\n",
+            r"line \d+: \*NSET: elements that are not there, or whose nodes are not: 1 \(9\)",
+        ),
+        ("*TIE, NAME=T\nA, B\n", r"line \d+: \*TIE: nodes stay where they are"),
+        ("*CONTACT PAIR, ADJUST=0.1\nA, B\n", r"\*CONTACT PAIR: nodes stay"),
+        ("*CONTACT CLEARANCE, NAME=C\n", r"\*CONTACT CLEARANCE: nodes stay"),
+    ],
+)
+def test_what_a_deck_says_and_is_not_carried_out_is_told(
+    tmp_path: Path, text: str, message: str
+) -> None:
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ContigaWarning)
+        assert len(read(tmp_path, NODES + ELEMENTS + text).facets) == 12
+    assert any(re.search(message, str(one.message)) for one in caught)
+
+
+def test_ties_that_move_nothing_are_passed_over(tmp_path: Path) -> None:
+    read(tmp_path, NODES + ELEMENTS + "*TIE, NAME=T, ADJUST=NO\nA, B\n*CONTACT PAIR\nA, B\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
         ("*IMPERFECTION, FILE=x\n", r"line \d+: \*IMPERFECTION: a keyword that is not known"),
         ("*NFILL\nA, B, 3\n", r"\*NFILL: a keyword that is not known"),
+        ("*ADJUST, NODE SET=N\n", r"\*ADJUST: a keyword that is not known"),
+        ("*NGEN\n5\n", r"line \d+: not two nodes and an even step"),
+        ("*NGEN\n1, 999\n", "no node of that number; found 999"),
+        ("*NSET, NSET=N\n1, 777\n*NCOPY, OLD SET=N, CHANGE NUMBER=100, SHIFT\n1\n", "found 777"),
+        ("*ELEMENT, TYPE=B31\n,,\n", r"line \d+: a line without its first number"),
+        ("*ELEMENT, TYPE=S4\n,,\n", r"line \d+: a line without its first number"),
+        ("*ELGEN\n,,\n", r"line \d+: a line without its first number"),
+        ("*NSET, NSET=S, GENERATE\n,\n", r"line \d+: a line without its first number"),
         ("*NGEN, LINE=C\n1, 4\n", r"\*NGEN: the parameter LINE is not carried out"),
         ("*NCOPY, OLD SET=N, CHANGE NUMBER=1, REFLECT=POINT\n", "REFLECT is not carried out"),
         ("*ELEMENT, TYPE=U12\n9, 1\n", r"a type of element.*TYPE=U12"),

@@ -9,6 +9,7 @@ import pytest
 
 import contiga as cg
 from contiga.errors import FileError, MeshError
+from contiga.io.mesh.nastran import read_nastran
 from contiga.slaves.slave import Slave
 
 CUBE = [(x, y, z) for z in (0.0, 1.0) for x, y in ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))]
@@ -101,6 +102,21 @@ def test_a_file_of_cards_alone_is_a_deck(tmp_path: Path) -> None:
     assert [part.label for part in slave.parts] == ["3"]
 
 
+def test_kinds_that_alternate_are_one_block_each_with_its_properties(tmp_path: Path) -> None:
+    corners = [(1, 2, 3, 4), (5, 6, 7), (1, 2, 6, 5), (2, 3, 7), (3, 4, 8, 7), (5, 7, 8)]
+    names = {3: "CTRIA3", 4: "CQUAD4"}
+    cards = [card(names[len(c)], k, (9, 3, 5)[k % 3], *c) for k, c in enumerate(corners, 1)]
+    path = tmp_path / "deck.bdf"
+    path.write_text(grid() + "".join(cards))
+    mesh = read_nastran(path)
+    assert [(block.kind, len(block.nodes)) for block in mesh.blocks] == [
+        ("quad", 3),
+        ("triangle", 3),
+    ]
+    rows = {group.id: [own.tolist() for own in group.cells or ()] for group in mesh.groups}
+    assert rows == {3: [[0], [1]], 5: [[2], [0]], 9: [[1], [2]]}
+
+
 @pytest.mark.parametrize(("name", "count"), [("CHEXA", 20), ("CPENTA", 15), ("CQUAD8", 8)])
 def test_mid_side_nodes_stand_where_nastran_counts_them(
     tmp_path: Path, name: str, count: int
@@ -131,6 +147,10 @@ def test_mid_side_nodes_stand_where_nastran_counts_them(
         (card("GRID", 9, "", "nan", 0.0, 0.0), "GRID: not a finite number; found 'nan'"),
         (card("CQUAD4", 1, 3, 1, 2, 3, 4), "an element is given twice"),
         (card("CQUAD4", 9, 3, 1, 2, 3, 99), r"line \d+: CQUAD4.*found 'node 99'"),
+        (
+            card("CQUAD4", 8, 3, 5, 6, 7, 8) + card("CQUAD4", 9, 3, 1, 2, 3, 99),
+            r"line 15: CQUAD4.*found 'node 99'",
+        ),
         (card("CQUAD4", 9, 3, 1, 2, 3), "a corner is left out"),
         (card("CQUAD8", 9, 3, 1, 2, 3, 4, 5, 6), "some mid-side nodes are left out"),
         (card("CORD2R", 7, 7, *[0.0] * 9) + card("GRID", 9, 7), "a system that stands on itself"),
