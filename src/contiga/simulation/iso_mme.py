@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import re
+import warnings
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
+from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.errors import InputError
+from contiga.errors import ContigaWarning, InputError
 from contiga.io.out.iso_mme import MmeChannel
 from contiga.io.units import base_factor
 from contiga.records import FloatArray
+from contiga.simulation.resampling import FINE, even_times, means, trapezoids
 
-_EVEN = 1e-6
+_FASTEST = 1000
+"""Channel frequency class whose fine rate steps that differ are brought to."""
+_OF_INTEGRALS = ("AC", "FO", "MO")
+"""Dimensions that act by their integral: of a short pulse it must be kept."""
 _CLASSES = {"CFC1000": "A", "CFC600": "B", "CFC180": "C", "CFC60": "D"}
 _UNFILTERED = "0"
 
@@ -43,7 +50,14 @@ _RESULTANTS = ("a", "v", "f", "filtered_a")
 def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -> list[MmeChannel]:
     """The channels of all sensors and springs, in SI units, at even times.
 
-    Steps that differ are brought to their median by linear interpolation.
+    Steps that differ are brought to the fine rate of CFC 1000, no finer than the shortest of them
+    unless half of them are. Accelerations, forces and moments keep their integral, the rest goes
+    straight from step to step.
+
+    Warns
+    -----
+    ContigaWarning
+        Columns are left out as they are not finite.
 
     Raises
     ------
@@ -62,26 +76,43 @@ def channels_of(history: Mapping[str, FloatArray], summary: Mapping[str, Any]) -
             remedy="Add a [[sensor]] to the case",
         )
     times, codes = history["time"], _codes(owners)
-    grid = _even(times)
+    shortest = float(np.diff(times).min(initial=np.inf))
+    grid = even_times(times, max(1.0 / (FINE * _FASTEST * base[2]), shortest))
     found = []
+    left_out = []
     for name, told in owners.items():
         for column, kind, direction in _columns(history, name):
+            if not np.isfinite(history[f"{name}.{column}"]).all():
+                left_out.append(f"{name}.{column}")
+                continue
             factor = float(np.prod([b**p for b, p in zip(base, kind.powers, strict=True)]))
-            values = np.interp(grid, times, history[f"{name}.{column}"]) * factor
+            values = _resampled(grid, times, history[f"{name}.{column}"], kind) * factor
             cls = str(told.get("filter")) if column.startswith("filtered_") else ""
             code = codes[name] + kind.dimension + direction + _CLASSES.get(cls, _UNFILTERED)
             interval = float(grid[-1] - grid[0]) / max(len(grid) - 1, 1) * base[2]
             start, filter = float(grid[0]) * base[2], cls.removeprefix("CFC") or "NOVALUE"
             label = f"{name} {column}"
             found.append(MmeChannel(code, label, kind.unit, start, interval, values, filter))
+    if left_out:
+        text = ", ".join(left_out)
+        warnings.warn(f"left out, as they are not finite: {text}", ContigaWarning, 2)
     return found
+
+
+def _resampled(grid: FloatArray, times: FloatArray, values: FloatArray, kind: _Kind) -> FloatArray:
+    if grid is times:
+        return values
+    if kind.dimension not in _OF_INTEGRALS:
+        return np.interp(grid, times, values)
+    signal = values[:, None]
+    return means(grid, times, signal, trapezoids(times, signal))[:, 0]
 
 
 def _columns(history: Mapping[str, FloatArray], name: str) -> Iterator[tuple[str, _Kind, str]]:
     """Columns of an owner that channels can hold, with their kind and direction."""
     for whole in history:
         owner, _, column = whole.rpartition(".")
-        if owner != name or not np.isfinite(history[whole]).all():
+        if owner != name:
             continue
         for pattern, kind in _KINDS:
             if match := re.fullmatch(pattern, column):
@@ -90,18 +121,20 @@ def _columns(history: Mapping[str, FloatArray], name: str) -> Iterator[tuple[str
 
 
 def _codes(owners: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    """The first twelve characters of the codes: as given, else made of the name."""
-    codes: dict[str, str] = {}
-    for name, told in owners.items():
+    """The first twelve characters of the codes: as given, else made of the name.
+
+    Names that begin alike are counted in the fine locations, the first of them first.
+    """
+    codes: dict[str, str] = {
+        name: told["code"] for name, told in owners.items() if told.get("code")
+    }
+    taken = set(codes.values())
+    numbers: defaultdict[str, Iterator[int]] = defaultdict(count)
+    for name in owners:
         place = re.sub(r"[^A-Z0-9]", "", name.upper())[:4].ljust(4, "0")
-        made = (f"10{place}{k:02d}0000" for k in range(100))
-        codes[name] = told.get("code") or next(c for c in made if c not in codes.values())
+        while name not in codes:
+            high, low = divmod(next(numbers[place]), 100)
+            code = f"10{place}{low:02d}{high:04d}"
+            if code not in taken:
+                codes[name] = code
     return codes
-
-
-def _even(times: FloatArray) -> FloatArray:
-    steps = np.diff(times)
-    if len(steps) == 0 or np.ptp(steps) <= _EVEN * steps.max():
-        return times
-    count = round(float(times[-1] - times[0]) / float(np.median(steps)))
-    return np.linspace(times[0], times[-1], count + 1)

@@ -15,13 +15,9 @@ from contiga.io.units import acceleration_factor, base_factor
 from contiga.num.ordered import length
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
+from contiga.simulation.resampling import FINE, even_times, means, trapezoids
 from contiga.simulation.sensor import RelativeSensor, Sensor
 
-FINE = 8 * LEAST_RATE
-"""Samples a second for each Hz of a filter's class, where steps are of several lengths. The mean
-over one of them is less than the signal by a part in 4,000 where the filter takes 3 dB."""
-MOST = 2_000_000
-"""Samples a signal is brought to at most."""
 _EQUAL = 1e-6
 _WINDOWS = {"HIC15": 0.015, "HIC36": 0.036, "HICd": 0.036}
 
@@ -36,7 +32,7 @@ def filtered_columns(model: Model, history: dict[str, FloatArray]) -> dict[str, 
             continue
         grid, smooth = _smooth(model, name, history)
         if grid is not times:
-            smooth = means(times, grid, smooth, _trapezoids(grid, smooth))
+            smooth = means(times, grid, smooth, trapezoids(grid, smooth))
         columns |= {f"{name}.filtered_{c}": smooth[:, i] for i, c in enumerate(raw)}
         if len(raw) > 1:
             columns[f"{name}.filtered_a"] = np.array([length(row) for row in smooth])
@@ -74,13 +70,9 @@ def _smooth(
     cls, raw = _filtered(model)[name]
     times, unit = history["time"], base_factor(model.units[2], "time")
     signal = np.stack([history[f"{name}.{c}"] for c in raw], axis=1)
-    steps = np.diff(times)
-    if np.ptp(steps) <= _EQUAL * steps.max():
+    grid = even_times(times, 1.0 / (FINE * int(cls.removeprefix("CFC"))) / unit)
+    if grid is times:
         return times, _filtered_evenly(times, signal, (unit, cls))
-    step = 1.0 / (FINE * int(cls.removeprefix("CFC"))) / unit
-    step = min(step, float(np.median(steps)))
-    count = min(int(np.ceil((times[-1] - times[0]) / step)), MOST)
-    grid = np.linspace(times[0], times[-1], count + 1)
     even = means(grid, times, signal, _impulses(model, name, history, signal))
     return grid, _filtered_evenly(grid, even, (unit, cls))
 
@@ -105,31 +97,7 @@ def _impulses(
     along = {sensor.name for sensor in model.point_sensors if sensor.axes == "world"}
     if name in along and all(column in history for column in velocities):
         return np.diff(np.stack([history[column] for column in velocities], axis=1), axis=0)
-    return _trapezoids(history["time"], signal)
-
-
-def _trapezoids(times: FloatArray, signal: FloatArray) -> FloatArray:
-    return np.asarray(0.5 * np.diff(times)[:, None] * (signal[1:] + signal[:-1]))
-
-
-def means(
-    grid: FloatArray, times: FloatArray, signal: FloatArray, impulses: FloatArray
-) -> FloatArray:
-    """(m, k) means of a signal about other times, half way to the neighbours of each.
-
-    So that none of its integral is lost, however short a part of it is: the trapezoidal rule has
-    it again. Between its own times the signal (n, k) goes straight, moved by what its impulse
-    (n - 1, k) over the step says more.
-    """
-    borders = np.concatenate([grid[:1], 0.5 * (grid[1:] + grid[:-1]), grid[-1:]])
-    row = np.clip(np.searchsorted(times, borders, side="right") - 1, 0, len(times) - 2)
-    steps = np.diff(times)[:, None]
-    slope = np.diff(signal, axis=0) / steps
-    first = impulses / steps - 0.5 * slope * steps
-    before = np.concatenate([np.zeros((1, signal.shape[1])), np.cumsum(impulses, axis=0)])
-    into = (borders - times[row])[:, None]
-    total = before[row] + into * (first[row] + 0.5 * into * slope[row])
-    return np.asarray(np.diff(total, axis=0) / np.diff(borders)[:, None])
+    return trapezoids(history["time"], signal)
 
 
 def sensor_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, dict[str, Any]]:

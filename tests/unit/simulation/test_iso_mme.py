@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from contiga.errors import InputError
+from contiga.errors import ContigaWarning, InputError
 from contiga.simulation.iso_mme import channels_of
 
 TIMES = np.linspace(0.0, 2.0, 5)
@@ -60,18 +60,50 @@ def test_names_that_begin_alike_have_codes_of_their_own() -> None:
     assert codes == ["10HEAD000000DSX0", "10HEAD010000DSX0", "10B000000000DSX0"]
 
 
+def test_codes_made_of_names_are_as_many_as_wanted_and_leave_those_given() -> None:
+    names = [f"head_{k}" for k in range(250)]
+    sensors = {name: {"filter": None} for name in names} | {
+        "own": {"filter": None, "code": "10HEAD000000"}
+    }
+    history = {"time": TIMES} | {f"{name}.x": TIMES for name in sensors}
+    found = channels_of(history, {"units": UNITS, "sensors": sensors})
+    codes = {one.name: one.code for one in found}
+    assert len(set(codes.values())) == 251
+    assert {len(code) for code in codes.values()} == {16}
+    assert (codes["own x"], codes["head_0 x"]) == ("10HEAD000000DSX0", "10HEAD010000DSX0")
+    assert codes["head_99 x"] == "10HEAD000001DSX0"
+
+
 def test_steps_that_differ_are_made_even() -> None:
     times = np.array([0.0, 0.1, 0.2, 0.25, 0.4, 0.5])
     sensors = {"units": UNITS, "sensors": {"head": {"filter": None}}}
     (one,) = channels_of({"time": times, "head.x": 7.0 * times}, sensors)
-    assert one.interval == pytest.approx(1e-4)
-    np.testing.assert_allclose(one.values, 7e-3 * np.linspace(0.0, 0.5, 6), rtol=1e-12)
+    assert one.interval == pytest.approx(5e-5)
+    np.testing.assert_allclose(one.values, 7e-3 * np.linspace(0.0, 0.5, 11), atol=1e-15)
 
 
-def test_columns_that_are_not_finite_are_left_out() -> None:
+@pytest.mark.parametrize("column", ["ax", "fz", "my", "filtered_a"])
+def test_a_pulse_shorter_than_most_steps_is_not_lost(column: str) -> None:
+    """149 steps of 1 ms, and 20 of 0.05 ms through half a sine of 1 ms amid them."""
+    times = np.cumsum([0.0] + [1.0] * 75 + [0.05] * 20 + [1.0] * 74)
+    pulse = np.where(np.abs(times - 75.5) < 0.5, np.sin(np.pi * (times - 75.0)), 0.0)
+    sensors = {"head": {"filter": "CFC1000" if "filtered" in column else None}}
+    summary = {"units": {"length": "m", "mass": "kg", "time": "ms"}, "sensors": sensors}
+    (one,) = channels_of({"time": times, f"head.{column}": pulse}, summary)
+    unit = 1e6  # 1/ms² in SI
+    integral = np.trapezoid(one.values, dx=one.interval)
+    assert integral == pytest.approx(unit * 1e-3 * np.trapezoid(pulse, times), rel=1e-9)
+    assert integral == pytest.approx(unit * 1e-3 * 2.0 / np.pi, rel=5e-3)
+    assert one.values.max() == pytest.approx(unit, rel=1e-2)
+    assert len(one.values) < 3100
+
+
+def test_columns_that_are_not_finite_are_left_out_and_told() -> None:
     sensors = {"units": UNITS, "sensors": {"head": {"filter": None}}}
     history = {"time": TIMES, "head.x": np.nan * TIMES, "head.y": TIMES}
-    assert [one.code[-4:] for one in channels_of(history, sensors)] == ["DSY0"]
+    with pytest.warns(ContigaWarning, match="left out, as they are not finite: head.x"):
+        found = channels_of(history, sensors)
+    assert [one.code[-4:] for one in found] == ["DSY0"]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.simulation.signals import filtered_columns, means
+from contiga.simulation.signals import filtered_columns
 
 UNITS = ("mm", "g", "ms")
 
@@ -52,23 +52,6 @@ def test_a_contact_far_shorter_than_the_filter_is_not_lost(
     hic = cg.criteria.hic(truth[::8] / 9.80665e-3, 8e-3 * dt * np.arange(len(truth[::8])), 0.015)
     found = result.summary["sensors"]["cg"]["criteria"]["HIC15"]["value"]
     assert found == pytest.approx(hic.value, rel=0.01)
-
-
-def test_means_have_the_integral_and_are_those_of_straight_lines() -> None:
-    rng = np.random.default_rng(0)
-    times = np.sort(np.concatenate([[0.0, 10.0], rng.uniform(0.0, 10.0, 40)]))
-    signal = rng.normal(size=(42, 3))
-    steps = np.diff(times)[:, None]
-    straight = 0.5 * steps * (signal[1:] + signal[:-1])
-    for grid in (np.linspace(0.0, 10.0, 7), np.linspace(0.0, 10.0, 3001), times):
-        for impulses in (straight, straight + rng.normal(size=straight.shape)):
-            found = means(grid, times, signal, impulses)
-            np.testing.assert_allclose(
-                np.trapezoid(found, grid, axis=0), impulses.sum(axis=0), atol=1e-12
-            )
-    fine = np.linspace(0.0, 10.0, 200_001)
-    found = means(fine, times, signal, straight)[:, 0]
-    np.testing.assert_allclose(found[1:-1], np.interp(fine, times, signal[:, 0])[1:-1], atol=0.01)
 
 
 def test_an_even_grid_of_as_many_points_is_another_one() -> None:

@@ -63,7 +63,7 @@ def write_mme(
         raise InputError(
             "is no name of a test", where="test", found=test, allowed="letters, digits, _ - ."
         )
-    _check_codes([channel.code for channel in channels])
+    _check_codes(channels)
     out = folder / test
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -84,17 +84,23 @@ def write_mme(
     return out
 
 
-def _check_codes(codes: Sequence[str]) -> None:
-    if not 0 < len(codes) <= MOST:
+def _check_codes(channels: Sequence[MmeChannel]) -> None:
+    if not 0 < len(channels) <= MOST:
         raise InputError(
-            "must be some channels", where="channels", found=len(codes), allowed=f"1 … {MOST}"
+            "must be some channels", where="channels", found=len(channels), allowed=f"1 … {MOST}"
         )
-    for code in codes:
-        if not _CODE.fullmatch(code) or codes.count(code) > 1:
-            twice = "is there twice" if _CODE.fullmatch(code) else "is no code of a channel"
-            raise InputError(
-                twice, where="code", found=code, allowed="16 capital letters and digits, each once"
-            )
+    names: dict[str, str] = {}
+    for code, name in ((channel.code, channel.name) for channel in channels):
+        if not _CODE.fullmatch(code):
+            wrong = f"is no code of a channel, of {name!r}"
+        elif code in names:
+            wrong = f"is there twice, of {names[code]!r} and of {name!r}"
+        else:
+            names[code] = name
+            continue
+        raise InputError(
+            wrong, where="code", found=code, allowed="16 capital letters and digits, each once"
+        )
 
 
 def _about(test: str, title: str, comment: str) -> Iterable[tuple[str, str]]:

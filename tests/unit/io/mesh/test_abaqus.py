@@ -146,7 +146,10 @@ def test_sets_of_one_name_in_a_part_and_the_assembly_are_two(tmp_path: Path) -> 
     path.write_text(text + "*END ASSEMBLY\n")
     groups = {group.name: group for group in read_abaqus(path).groups}
     assert {k: len((g.nodes, *(g.cells or ()))[-1]) for k, g in groups.items()} == {
-        **{"a": 1, "One.A": 6, "Low": 5, "One.LOW": 4}
+        "a": 1,
+        "One.A": 6,
+        "Low": 5,
+        "One.LOW": 4,
     }
 
 

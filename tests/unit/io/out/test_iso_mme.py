@@ -52,7 +52,7 @@ def test_a_test_is_a_folder_of_channels(tmp_path: Path) -> None:
         ("a/b", [channel()], "test: is no name of a test"),
         ("", [channel()], "test: is no name of a test"),
         ("t", [], "channels: must be some channels"),
-        ("t", [channel(), channel()], "code: is there twice"),
+        ("t", [channel(), channel()], "code: is there twice, of .* and of "),
         ("t", [channel("11head0000H3ACXA")], "code: is no code"),
         ("t", [channel("11HEAD")], "code: is no code"),
     ],
