@@ -148,7 +148,8 @@ BEFORE = [
 
 AFTER = [
     wrong("right through a thin plate", PRESSED, "through", "points leave ball from up to",
-          ball='{ shape = "sphere", radius = 6.0, centre = [0, 0, 8] }', table=moved(-19),
+          ball='{ shape = "ellipsoid", axes = [12.0, 12.0, 3.0], centre = [0, 0, 5] }',
+          table=moved(-19),
           grid=GRID.replace("120.0", "30.0")),
     wrong("one long step", DROPPED, "step", "in the one step to t = 8 ms", "22 mm deeper",
           auto="step = 8.0\nallow_unstable = true"),

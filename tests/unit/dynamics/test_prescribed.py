@@ -99,7 +99,7 @@ def test_poses_come_from_a_csv_with_its_columns_in_any_order(tmp_path: Path) -> 
         ("t,x,y,z,qw,qx,qy,qz\n0,0,0,zero,1,0,0,0\n", FileError, r"poses\.csv:2: a row does not"),
         ("t,x,y,z,qw,qx,qy,qz\n", InputError, r"poses\.csv: .*at least one row"),
         ("t,x,y,z,qw,qx,qy,qz\n0,0,0,0,2,0,0,0\n", InputError, "must have length 1"),
-        ("t,x,y,z,qw,qx,qy,qz\n0,0,0,0,nan,0,0,0\n", InputError, "row 0 is not finite"),
+        ("t,x,y,z,qw,qx,qy,qz\n0,0,0,0,nan,0,0,0\n", FileError, r"poses\.csv:2: a number is not"),
         (
             "t,x,y,z,qw,qx,qy,qz\n1,0,0,0,1,0,0,0\n0,0,0,0,1,0,0,0\n",
             InputError,

@@ -9,7 +9,7 @@ from numba import njit
 import contiga as cg
 from contiga.records import empty_projection
 from contiga.search import ball
-from contiga.search.kernels import global_nb, nearest_nb, plates_nb
+from contiga.search.kernels import global_among_nb, global_nb, nearest_nb, plates_nb
 from contiga.search.tables import tables_of
 from contiga.statuses import Feature, Status
 
@@ -23,7 +23,7 @@ def distances(tables, points):
     h, found, out = np.empty((4, 6)), np.empty(4), np.empty(len(points))
     for k in range(len(points)):
         point = (points[k, 0], points[k, 1], points[k, 2])
-        out[k] = global_nb.closest(tables, point, global_nb.anywhere(), np.inf, found, h)
+        out[k] = global_nb.closest(tables, point, global_among_nb.anywhere(), np.inf, found, h)
     return out
 
 
