@@ -11,6 +11,7 @@ import shutil
 import signal
 import tempfile
 import time
+import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -95,37 +96,53 @@ def kill(count: int, seed: int) -> Tally:
     ):
         whole = make_simulation().run(Path(folder) / "whole")
         begun = time.perf_counter()
-        _in_process(Path(folder) / "parts", np.inf)
+        _count(tally, _in_process(Path(folder) / "parts", np.inf))
         longest = time.perf_counter() - begun
         for _ in range(count):
             shutil.rmtree(Path(folder) / "parts", ignore_errors=True)
             for _ in range(1 + int(rng.random() < 0.25)):
-                tally.note("killed", _in_process(Path(folder) / "parts", longest * rng.random()))
+                _count(tally, _in_process(Path(folder) / "parts", longest * rng.random()))
             tally.count += 1
             try:
                 _compare(Path(folder), whole)
             except (AssertionError, cg.errors.ContigaError) as error:
                 tally.wrong += 1
                 tally.faults.append({"kind": "other results", "text": str(error)[:500]})
+        if not tally.notes.get("killed"):
+            tally.wrong += 1
+            tally.faults.append({"kind": "no run was killed"})
     return tally
+
+
+def _count(tally: Tally, code: int) -> None:
+    """Count how a process has ended: by itself, killed by us, or in an error of its own."""
+    tally.note("killed", code == -signal.SIGKILL)
+    if code not in (0, -signal.SIGKILL):
+        tally.wrong += 1
+        tally.faults.append({"kind": "a run failed by itself", "exit code": code})
 
 
 def _resumable(out: Path) -> bool:
     return any((out / name).is_file() for name in ("checkpoint.h5", "checkpoint.before.h5"))
 
 
-def _in_process(out: Path, seconds: float) -> bool:
-    """Whether a run in a process of its own, gone on with if it can be, had to be killed."""
+def _in_process(out: Path, seconds: float) -> int:
+    """The exit code of a run in a process of its own, gone on with if it can be, and killed after
+    so many seconds."""
     child = os.fork()
     if not child:
+        code = 1
         try:
             make_simulation().run(out, resume=_resumable(out))
+            code = 0
+        except BaseException:
+            traceback.print_exc()
         finally:
-            os._exit(0)
+            os._exit(code)
     if np.isfinite(seconds):
         time.sleep(seconds)
         os.kill(child, signal.SIGKILL)
-    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) != 0
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
 def _compare(folder: Path, whole: cg.Result) -> None:

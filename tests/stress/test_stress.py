@@ -90,6 +90,24 @@ def test_round_a_closed_loop_no_work_is_done(name, wave):
     assert abs(done.sum()) < 2.5e-3 * done[done > 0.0].sum()
 
 
+def test_a_run_that_fails_by_itself_is_wrong_and_none_killed_too(monkeypatch):
+    own = checkpoints.make_simulation
+    parent = checkpoints.os.getpid()
+
+    def fail():
+        if checkpoints.os.getpid() != parent:
+            raise RuntimeError
+        return own()
+
+    monkeypatch.setattr(checkpoints, "make_simulation", fail)
+    tally = checkpoints.kill(0, seed=18)
+    assert tally.wrong == 2
+    assert [fault["kind"] for fault in tally.faults] == [
+        "a run failed by itself",
+        "no run was killed",
+    ]
+
+
 def test_damaged_checkpoints_are_told_and_never_gone_on_from():
     tally = checkpoints.damage(300, seed=17)
     clean(tally)

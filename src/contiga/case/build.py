@@ -137,10 +137,9 @@ def run(
         if out is not None:
             keep_case_file(Path(out), case.file, simulation.case_text)
     wanted = on_finish if case.output.report else None
-    options = RunOptions(
-        resume, strict, keep, progress, on_check, None, wanted, clock, on_pace, on_slow
-    )
-    return carry_out(simulation, out, options)
+    how = RunOptions(resume=resume, strict=strict, keep=keep, progress=progress, clock=clock)
+    how = how._replace(on_check=on_check, on_finish=wanted, on_pace=on_pace, on_slow=on_slow)
+    return carry_out(simulation, out, how)
 
 
 def _contacts(

@@ -11,12 +11,11 @@ from contiga.io.out.files import open_folder, write_json
 from contiga.io.out.history import write_history
 from contiga.io.out.lock import FolderLock
 from contiga.records import FloatArray
+from contiga.report import require_packages, write_report
 from contiga.simulation import output_folder as names
 from contiga.simulation.fields import Fields, has_outlines
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
-
-_FILES = (names.FIELDS, names.UNFINISHED), (names.OUTLINES, names.UNFINISHED_OUTLINES)
 
 
 class CoupledFolder:
@@ -26,16 +25,25 @@ class CoupledFolder:
     ------
     OutputError
         The folder is somebody's own, another run writes to it, or it cannot be written.
+    MissingPackageError
+        What fields or the report are written with is not installed.
     """
 
     def __init__(self, folder: Path, model: Model) -> None:
         require("an output folder", "h5py")
+        require_packages()
         open_folder(folder, names.OURS, "run")
         self._folder, self._model = folder, model
         self._time = math.nan
         self._lock = FolderLock(folder / names.LOCK, "run")
-        names.clear_last_run(folder)
-        self._fields = Fields(model, folder / names.UNFINISHED, folder / names.UNFINISHED_OUTLINES)
+        unfinished = folder / names.UNFINISHED, folder / names.UNFINISHED_OUTLINES
+        try:
+            names.clear_last_run(folder)
+            names.clear_killed(folder)
+            self._fields = Fields(model, *unfinished)
+        except BaseException:
+            self._lock.release()
+            raise
 
     def append(self, state: SystemState) -> None:
         """Write the fields of one step, once."""
@@ -45,16 +53,10 @@ class CoupledFolder:
 
     def finish(self, history: dict[str, FloatArray], summary: dict[str, Any]) -> None:
         """Write all under its final names, and the report."""
-        from contiga.report import write_report
-
         self._fields.close()
         names.clear_stale(self._folder, ("csv", "vtkhdf"))
         write_history(self._folder / names.HISTORY, history, summary["columns"])
-        for final, unfinished in _FILES:
-            if final == names.FIELDS or has_outlines(self._model):
-                (self._folder / unfinished).replace(self._folder / final)
-            else:
-                (self._folder / final).unlink(missing_ok=True)
+        names.finish_fields(self._folder, outlines=has_outlines(self._model))
         write_json(self._folder / names.SUMMARY, summary)
         write_report(self._folder)
 

@@ -194,7 +194,7 @@ class MujocoCoupling(Shown):
         step, bad = self.model.opt.timestep, bad_states(self.data)
         now = kick(self.model, self.data, self._pushes(), self._gravity)
         self._account = self._booked(now)
-        self._write(self.data, now)
+        self._write(self.data, now, due=self._is_due())
         for name, value in self._row(self.data, now, self._account).items():
             self._rows.setdefault(name, []).append(value)
         mujoco.mj_step1(self.model, self.data)
@@ -272,7 +272,7 @@ class MujocoCoupling(Shown):
                 self.step()
                 if on_step is not None:
                     on_step(self)
-            result = self.result()
+            result = self._result(write=True)
             if self._folder is not None:
                 summary = result.told(self._scene.model, title, perf_counter() - begun)
                 self._folder.finish(result.history, summary)
@@ -292,6 +292,9 @@ class MujocoCoupling(Shown):
         InputError
             Nothing was started.
         """
+        return self._result()
+
+    def _result(self, *, write: bool = False) -> MujocoResult:
         import mujoco
 
         if not self._contacts:
@@ -300,12 +303,11 @@ class MujocoCoupling(Shown):
         mujoco.mj_copyData(copy, self.model, self.data)
         now = kick(self.model, copy, self._pushes(), self._gravity)
         account = self._booked(now)
-        self._write(copy, now, last=True)
+        self._write(copy, now, due=write)
         last = self._row(copy, now, account)
         history = {n: as_column(n, [*self._rows.get(n, []), value]) for n, value in last.items()}
-        model = self._scene.model
-        history |= filtered_columns(model, history)
-        sensors = sensor_summary(model, history)
+        history |= filtered_columns(self._scene.model, history)
+        sensors = sensor_summary(self._scene.model, history)
         return MujocoResult(history, self.contacts, account.energy(self._contacts), sensors)
 
     def _pair(self, part: ContactPart) -> tuple[int, int]:
@@ -314,8 +316,7 @@ class MujocoCoupling(Shown):
 
     def _reference(self, part: ContactPart, state: State) -> FloatArray:
         """(3,) where the wrench on the master acts, world axes."""
-        about = part.contact.master.reference_point
-        return product(state.pose[:3, :3], about) + state.pose[:3, 3]
+        return product(state.pose[:3, :3], part.contact.master.reference_point) + state.pose[:3, 3]
 
     def _touch(self, last: Kick | None) -> None:
         """All contacts where the data stand. Speeds there are foreseen from the last kick."""
@@ -363,9 +364,9 @@ class MujocoCoupling(Shown):
         """Whether areas are measured, and fields written, where the data stand."""
         return len(self._rows.get("time", ())) % self.every == 0
 
-    def _write(self, data: Any, now: Kick, *, last: bool = False) -> None:
+    def _write(self, data: Any, now: Kick, *, due: bool) -> None:
         """Fields, where they are asked for; `data` have had the kick."""
-        if self._folder is not None and (last or self._is_due()):
+        if self._folder is not None and due:
             physics = self.model, data
             self._folder.append(self._scene.state(physics, now.speed, self._contacts, self._time))
 

@@ -13,7 +13,7 @@ from contiga.contact.state import State
 from contiga.dynamics.springs import SpringState
 from contiga.errors import CheckpointError, InputError
 from contiga.io.out.hdf5 import is_sealed, whole_file
-from contiga.io.out.stored import TOLD, damage_told
+from contiga.io.out.stored import TOLD, unsealed_told
 from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.fingerprint import fingerprint_of
@@ -21,7 +21,7 @@ from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.peak import Peak
 from contiga.simulation.system_state import BodyStates, Energy, SlaveState, SystemState
 
-FORMAT = 10
+FORMAT = 11
 _NUMBERS = ("step", "most", "shaking", "leak")
 """Of a state."""
 
@@ -162,7 +162,8 @@ def read_checkpoint(path: Path, model: Model) -> Checkpoint:
     Raises
     ------
     CheckpointError
-        Missing, damaged, of another format, of another case, or of a run to a later end.
+        Missing, damaged, of an older version or another format, of another case, or of a run to a
+        later end.
     """
     if not path.is_file():
         raise CheckpointError(
@@ -171,7 +172,7 @@ def read_checkpoint(path: Path, model: Model) -> Checkpoint:
             remedy="Run the case without --resume",
         )
     if not is_sealed(path):
-        raise CheckpointError(**damage_told(path), where=str(path))
+        raise CheckpointError(**unsealed_told(path), where=str(path))
     try:
         checkpoint = _read(path, model.contacts)
     except (OSError, KeyError, TypeError, ValueError) as error:

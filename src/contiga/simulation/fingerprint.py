@@ -15,7 +15,7 @@ import numpy as np
 from contiga.contact.contact import Contact
 from contiga.dynamics.free import Attached, Free
 from contiga.dynamics.prescribed import Moved, SlaveMotion
-from contiga.dynamics.stepping import ended
+from contiga.dynamics.stepping import AutoSteps, ended
 from contiga.records import FloatArray
 from contiga.simulation.model import Model
 from contiga.simulation.things import Things
@@ -55,6 +55,8 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
     digest.text(repr((model.output.every, tuple(model.output.formats))))
     digest.arrays("gravity", model.gravity)
     digest.text(repr((type(model.stepping).__name__, model.allow_unstable)))
+    if isinstance(model.stepping, AutoSteps):
+        digest.text(repr((model.stepping.safety, model.stepping.shortest)))
     digest.thing([dict(model.springs), model.loads, model.sensors])
     for name, part in model.bodies.items():
         digest.text(f"motion of {name}")

@@ -52,8 +52,11 @@ def clear_last_run(folder: Path) -> None:
 
 
 def clear_killed(folder: Path) -> None:
-    """Remove the half-written files of runs that were killed."""
-    clear_temporaries(folder, (*OURS, CASE, *REPORT))
+    """Remove the half-written files of runs that were killed.
+
+    Those of reports stay: somebody may just be writing one, who need not have locked the folder.
+    """
+    clear_temporaries(folder, (*OURS, CASE))
 
 
 def finish_fields(folder: Path, *, outlines: bool) -> None:

@@ -237,7 +237,14 @@ class Simulation(Model):
         before the first one nothing is.
         """
         options = RunOptions(
-            resume, strict, keep, progress, on_check, on_step, None, clock, None, on_slow
+            resume=resume,
+            strict=strict,
+            keep=keep,
+            progress=progress,
+            on_check=on_check,
+            on_step=on_step,
+            clock=clock,
+            on_slow=on_slow,
         )
         return carry_out(self, out, options)
 

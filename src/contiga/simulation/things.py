@@ -1,8 +1,9 @@
 """What a law or a method is made of, for a fingerprint: its numbers and arrays, and its code.
 
 Code is followed wherever it is the user's own: methods, constants of classes, slots, closures, and
-the functions and constants of modules that it names. Of packages that are installed the name and
-the version stand for their code. What is left says nothing of itself, and is told to be `unknown`.
+the functions and constants of modules that it names, however far away. Of packages that are
+installed the name and the version stand for their code, and of their objects that are only named
+(a logger, a cache) the kind. What is left says nothing of itself, and is told to be `unknown`.
 """
 
 from __future__ import annotations
@@ -11,11 +12,21 @@ import dis
 import sys
 import sysconfig
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cached_property, partial
+from contextlib import contextmanager
+from enum import IntEnum
+from functools import cached_property
 from itertools import chain
+from numbers import Number
 from pathlib import Path
-from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
-from typing import Any
+from types import (
+    BuiltinFunctionType,
+    CodeType,
+    FunctionType,
+    MappingProxyType,
+    MethodType,
+    ModuleType,
+)
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,8 +34,10 @@ from contiga.num.digest import Digest
 
 # Arguments a function is tried at, beside its code: strains, penetrations and rates.
 _TRIED = np.array([0.0, 1e-6, 1e-3, 0.03, 0.3])
-# Objects inside objects, inside objects…: beyond this a law says nothing more about itself.
+# Objects inside objects, inside objects…: beyond this data tell their kind only.
 _DEEPEST = 8
+# Data of Python that hold others.
+_PLAIN = (tuple, list, dict, set, frozenset, range, MappingProxyType)
 _KNOWN = {*sys.stdlib_module_names, "contiga", "numpy", "numba", "scipy"}
 _INSTALLED = {Path(sysconfig.get_path(kind)).resolve() for kind in ("purelib", "platlib")}
 # What Python itself puts into a class beside what stands in it.
@@ -35,33 +48,65 @@ _OF_PYTHON = {
 }
 
 
+class _Manner(IntEnum):
+    """How something is taken, the more narrowly the higher."""
+
+    WHOLLY = 0
+    UNCALLED = 1
+    """Who knows what code does that nobody has called yet."""
+    NAMED = 2
+    """And what others' objects keep changes by itself: loggers, counters, caches."""
+
+
+class _Met(NamedTuple):
+    """A function or class, and how it is taken."""
+
+    value: Any
+    manner: _Manner
+
+
 class Things(Digest):
     """Adds laws, methods and what stands in them."""
 
     def __init__(self) -> None:
         super().__init__()
         self.unknown: set[str] = set()
-        # Functions and classes met so far: recursion ends, and they stay where they are.
-        self._met: dict[int, Any] = {}
-        self._named = False
+        # Functions and classes in the order in which they were met: each is taken once.
+        self._met: list[_Met] = []
+        self._numbers: dict[int, int] = {}
+        self._taken = 0
+        self._manner = _Manner.WHOLLY
 
-    def thing(self, value: Any, depth: int = 0) -> None:
+    def thing(self, value: Any) -> None:
         """A law, a method or what stands in one: numbers, arrays, functions, objects."""
+        self._thing(value, 0)
+        while self._taken < len(self._met):
+            met, self._taken = self._met[self._taken], self._taken + 1
+            with self._as(met.manner):
+                if isinstance(met.value, type):
+                    self._members(met.value)
+                else:
+                    self._code(met.value)
+
+    def _thing(self, value: Any, depth: int) -> None:
+        function = _function_of(value) if callable(value) else None
         if value is None or isinstance(value, bool | int | float | complex | str | bytes):
             self.text(f"{type(value).__name__} {value!r}")
         elif isinstance(value, np.ndarray | np.generic):
             self.arrays("array", np.asarray(value))
         elif isinstance(value, ModuleType):
             self._installed(value.__name__)
-        elif depth >= _DEEPEST:
-            self.text(type(value).__qualname__)
+        elif isinstance(value, type):
+            self._class(value)
+        elif function is not None:
+            self._function(value, function, depth)
+        elif depth >= _DEEPEST or (self._manner == _Manner.NAMED and _is_others(value)):
+            self.text(_name_of(value))
         elif isinstance(value, Mapping):
             self._things(chain.from_iterable(value.items()), depth)
         elif isinstance(value, Sequence | set | frozenset):
             ordered = value if isinstance(value, Sequence) else sorted(value, key=repr)
             self._things(ordered, depth)
-        elif isinstance(value, type):
-            self._class(value, depth)
         else:
             self._object(value, depth)
 
@@ -69,70 +114,75 @@ class Things(Digest):
         own = list(values)
         self.text(f"{len(own)} things")
         for value in own:
-            self.thing(value, depth + 1)
+            self._thing(value, depth + 1)
+
+    def _function(self, value: Any, function: FunctionType, depth: int) -> None:
+        """What calls a function of Python: itself, a method, what is wrapped or compiled."""
+        self.text(_name_of(value))
+        self._later(function)
+        if isinstance(value, MethodType):
+            self._thing(value.__self__, depth + 1)
+        if self._manner == _Manner.WHOLLY:
+            self.text(_tried(value))
 
     def _object(self, value: Any, depth: int) -> None:
         self.text(_name_of(value))
-        function = _function_of(value)
-        if function is not None:
-            self._code(function, depth)
-        if isinstance(value, MethodType):
-            self.thing(value.__self__, depth + 1)
-        # What code only names is never called: who knows what it does.
-        if callable(value) and not self._named:
+        if callable(value) and self._manner == _Manner.WHOLLY:
             self.text(_tried(value))
-        if function is not None:
-            return
-        self._class(type(value), depth)
-        if _in_python(type(value)) and not isinstance(value, partial):
+        self._class(type(value))
+        if _in_python(type(value)):
             self._things(chain.from_iterable(sorted(_kept(value).items())), depth)
         else:
             self._compiled(value, depth)
 
-    def _class(self, kind: type, depth: int) -> None:
-        """Code and constants of a class and of what it comes from."""
+    def _class(self, kind: type) -> None:
+        """A class and what it comes from."""
         for one in kind.__mro__:
-            if not _is_own(one.__module__):
-                if one is not object:
-                    self._installed(one.__module__)
-                continue
-            self.text(one.__qualname__)
-            if self._meets(one):
-                continue
-            for name, value in sorted(vars(one).items()):
-                if name not in _OF_PYTHON and not _is_slot(value):
-                    self.text(name)
-                    self._only_named(_plain(value), depth)
+            if _is_own(one.__module__):
+                self.text(one.__qualname__)
+                self._later(one)
+            elif one is not object:
+                self._installed(one.__module__)
 
-    def _code(self, function: FunctionType, depth: int) -> None:
+    def _later(self, value: FunctionType | type) -> None:
+        """Have a function or class taken in its turn; here its number stands for it."""
+        number = self._numbers.setdefault(id(value), len(self._met))
+        if number == len(self._met):
+            self._met.append(_Met(value, self._manner))
+        self.text(f"number {number}")
+
+    def _members(self, kind: type) -> None:
+        """Code and constants of a class alone."""
+        for name, value in sorted(vars(kind).items()):
+            if name not in _OF_PYTHON and not _is_slot(value):
+                self.text(name)
+                self._only_named(_plain(value))
+
+    def _code(self, function: FunctionType) -> None:
         """What a function of Python does: its code, constants, defaults, closure, and what it
         names."""
-        if self._meets(function):
-            return
         cells = [cell.cell_contents for cell in function.__closure__ or () if _is_full(cell)]
         for code in _codes(function.__code__):
             self.text(code.co_code.hex() + repr(code.co_names))
-            self._things([c for c in code.co_consts if not isinstance(c, CodeType)], depth)
-        self._things([function.__defaults__, function.__kwdefaults__, cells], depth)
+            self._things([c for c in code.co_consts if not isinstance(c, CodeType)], 0)
+        self._things([function.__defaults__, function.__kwdefaults__, cells], 0)
         if _is_own(function.__module__):
             for name, value in _globals(function):
                 self.text(name)
-                self._only_named(value, depth)
+                self._only_named(value)
 
-    def _only_named(self, value: Any, depth: int) -> None:
-        before, self._named = self._named, True
-        self.thing(value, depth + 1)
-        self._named = before
+    def _only_named(self, value: Any) -> None:
+        with self._as(_Manner.NAMED):
+            self._thing(value, 0)
 
-    def _meets(self, value: Any) -> bool:
-        """Whether a function or class was met before; from now on it was."""
-        met = id(value) in self._met
-        self._met[id(value)] = value
-        return met
+    @contextmanager
+    def _as(self, manner: _Manner) -> Iterator[None]:
+        before, self._manner = self._manner, max(manner, self._manner)
+        yield
+        self._manner = before
 
     def _compiled(self, value: Any, depth: int) -> None:
-        """What is not made in Python: as it would be kept in a file (PEP 307)."""
-        self._named, before = True, self._named
+        """What is not seen in Python: as it would be kept in a file (PEP 307)."""
         try:
             told = value.__reduce_ex__(2)
         except Exception:
@@ -140,8 +190,8 @@ class Things(Digest):
         code = isinstance(value, BuiltinFunctionType) and value.__module__ is not None
         if told is None or (code and _top(value.__module__) not in _KNOWN):
             self.unknown.add(_name_of(value))
-        self.thing(told, depth + 1)
-        self._named = before
+        with self._as(_Manner.UNCALLED):
+            self._thing(told, depth + 1)
 
     def _installed(self, module: str) -> None:
         """A package by its name, and by its version where that is not one that all need."""
@@ -159,9 +209,19 @@ def _name_of(value: Any) -> str:
     return f"{named.__module__}.{named.__qualname__}"
 
 
+def _is_others(value: Any) -> bool:
+    """Whether an object is Python's or an installed package's, and neither data nor code."""
+    kind = type(value)
+    data = kind in _PLAIN or isinstance(value, Number) or _top(kind.__module__) == "contiga"
+    return not (data or callable(value) or _is_own(kind.__module__))
+
+
 def _in_python(kind: type) -> bool:
-    """Whether a class was made there, or keeps what it is where Python sees it."""
-    return any(name in vars(one) for one in kind.__mro__ for name in ("__dict__", "__slots__"))
+    """Whether all that an object is stands where Python sees it, as it has been given."""
+    names = {name for one in kind.__mro__ if one is not object for name in vars(one)}
+    if not _is_own(kind.__module__) and names & {"__reduce__", "__reduce_ex__"}:
+        return False  # it knows best what of it is kept
+    return bool(names & {"__dict__", "__slots__"})
 
 
 def _function_of(value: Any) -> FunctionType | None:

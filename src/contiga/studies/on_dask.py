@@ -205,6 +205,8 @@ class OnDask:
         while not there:
             self._client.wait_for_workers(1)
             there.update(self._workers())
+            if not there:  # those that are told of are not to be used, or were just lost
+                sleep(_LOOK_SECONDS)
         return {host: Event(f"contiga-{self._token}-{host}", client=self._client) for host in there}
 
     def _workers(self) -> dict[str, list[str]]:
@@ -293,7 +295,10 @@ def _unfit(address: str, answer: Any, folder: str) -> InputError | None:
 
 def _sees(folder: str) -> tuple[bool, str]:
     """Whether a worker sees the folder of the study, and its version of contiga."""
-    return Path(folder).is_dir(), __version__
+    try:
+        return Path(folder).is_dir(), __version__
+    except OSError:  # a folder above it may not be entered, a network drive does not answer
+        return False, __version__
 
 
 def _first_on_host(base: Base, case: StudyCase, event: str) -> Row:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 import contiga as cg
 from contiga.couple import MujocoCoupling
-from contiga.errors import OutputError
+from contiga.errors import MissingPackageError, OutputError
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -66,6 +67,55 @@ def test_a_run_that_fails_leaves_nothing(tmp_path: Path) -> None:
     assert not list((tmp_path / "out").iterdir())
     again = coupling().run(0.05, out=tmp_path / "out")
     assert len(again.history["time"]) == 6
+
+
+def test_what_is_looked_at_in_between_is_not_written(tmp_path: Path) -> None:
+    def look(running: MujocoCoupling) -> None:
+        running.result()
+
+    coupling().run(0.1, out=tmp_path / "out", on_step=look)
+    fields = cg.open_result(tmp_path / "out").fields
+    assert fields is not None
+    np.testing.assert_allclose(fields.times, [0.0, 0.05, 0.1], atol=1e-12)
+
+
+def test_packages_of_the_report_are_asked_for_at_the_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "plotly", None)
+    steps: list[float] = []
+    with pytest.raises(MissingPackageError, match="plotly"):
+        coupling().run(0.02, out=tmp_path / "out", on_step=lambda c: steps.append(c.data.time))
+    assert len(steps) <= 1
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("what", ["Fields", "names.clear_last_run"])
+def test_a_folder_whose_files_cannot_be_opened_is_let_go(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: str
+) -> None:
+    def fail(*_: object) -> None:
+        raise OutputError("cannot be written")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(f"contiga.couple.folder.{what}", fail)
+        with pytest.raises(OutputError, match="cannot be written") as error:
+            coupling().run(0.02, out=tmp_path / "out")
+    assert not (tmp_path / "out" / "run.lock").exists()
+    assert error.value  # its frames are there yet, with what they hold
+    coupling().run(0.02, out=tmp_path / "out")
+
+
+def test_what_a_killed_run_left_half_written_goes(tmp_path: Path) -> None:
+    """Not what somebody may be writing of a report."""
+    coupling().run(0.02, out=tmp_path / "out")
+    left = [
+        tmp_path / "out" / f".{name}" for name in ("summary.0123abcd.json", "report.0123abcd.html")
+    ]
+    for path in left:
+        path.touch()
+    coupling().run(0.02, out=tmp_path / "out")
+    assert [path.exists() for path in left] == [False, True]
 
 
 def test_a_folder_of_somebody_else_stays(tmp_path: Path) -> None:

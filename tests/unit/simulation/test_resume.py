@@ -6,6 +6,7 @@ import re
 import threading
 from collections.abc import Callable
 from dataclasses import replace
+from errno import EACCES
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ import pytest
 import contiga as cg
 from contiga import Simulation
 from contiga.dynamics.prescribed import Moved, Translate
-from contiga.dynamics.stepping import GivenTimes
+from contiga.dynamics.stepping import AutoSteps, GivenTimes
 from contiga.errors import CheckpointError, FileError
 from contiga.io.out.hdf5 import whole_file
 from contiga.io.out.vtkhdf import read_fields
@@ -167,6 +168,38 @@ def test_a_damaged_checkpoint_is_told_and_kept(
     assert path.read_bytes() == damaged
 
 
+def test_a_checkpoint_without_a_seal_is_of_an_older_version(
+    make: Make, stop_after: StopAfter, stop: type[Exception], tmp_path: Path
+) -> None:
+    with pytest.raises(stop):
+        make().run(tmp_path, progress=stop_after(3))
+    path = tmp_path / "checkpoint.h5"
+    path.write_bytes(path.read_bytes()[512:])
+    told = r"checkpoint\.h5: the checkpoint was written by an older version\. Go on with that"
+    with pytest.raises(CheckpointError, match=told):
+        make().run(tmp_path, resume=True)
+    with pytest.raises(FileError, match=told):
+        cg.open_result(tmp_path)
+
+
+def test_a_checkpoint_that_cannot_be_read_is_told(
+    make: Make,
+    stop_after: StopAfter,
+    stop: type[Exception],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refused(*_: object) -> None:
+        raise PermissionError(EACCES, "Permission denied")
+
+    with pytest.raises(stop):
+        make().run(tmp_path, progress=stop_after(3))
+    monkeypatch.setattr(Path, "read_bytes", refused)
+    monkeypatch.setattr(Path, "open", refused)
+    with pytest.raises(CheckpointError, match="cannot be read: Permission denied"):
+        read_checkpoint(tmp_path / "checkpoint.h5", make())
+
+
 def test_the_checkpoint_before_a_damaged_one_is_named_and_serves(
     make: Make, stop_after: StopAfter, stop: type[Exception], tmp_path: Path, always: None
 ) -> None:
@@ -313,6 +346,14 @@ def test_a_checkpoint_of_another_case_is_told(
 
 def test_equal_cases_built_twice_have_one_fingerprint(make: Make) -> None:
     assert make().fingerprint() == make().fingerprint()
+
+
+def test_what_chooses_steps_tells(make: Make) -> None:
+    def case(**options: float) -> str:
+        return make(stepping=AutoSteps(0.0, 12.0, **options)).fingerprint()
+
+    assert case(safety=0.9) == case() != case(safety=0.8)
+    assert case(shortest=0.0) == case() != case(shortest=1e-3)
 
 
 def test_what_is_only_told_of_a_case_tells_it_from_no_other(make: Make) -> None:

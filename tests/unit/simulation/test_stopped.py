@@ -76,6 +76,21 @@ def test_what_a_killed_run_left_keeps_nobody_out(simulation: Simulation, tmp_pat
     assert not (tmp_path / "out" / LOCK).exists()
 
 
+def test_of_what_a_killed_run_left_reports_that_are_being_written_stay(
+    simulation: Simulation, tmp_path: Path
+) -> None:
+    simulation.run(tmp_path)
+    gone, *stay = (
+        tmp_path / f".{stem}.0123abcd{end}"
+        for stem, end in (("summary", ".json"), ("report", ".html"), ("peak", ".png"))
+    )
+    for path in (gone, *stay):
+        path.touch()
+    simulation.run(tmp_path)
+    assert not gone.exists()
+    assert all(path.exists() for path in stay)
+
+
 @pytest.mark.parametrize("steps", [0, 1, 5])
 def test_a_full_disk_is_told_and_the_run_goes_on_once_there_is_room(
     steps: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

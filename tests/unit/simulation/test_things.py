@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import logging
 import threading
 import types
 from collections.abc import Callable
@@ -48,7 +49,7 @@ class Law(Base, cg.PenaltyLaw):
 """
 
 
-def law(text: str = LAW, **slots: float) -> Any:
+def law(text: str = LAW, **slots: Any) -> Any:
     module = types.ModuleType("my_law")
     exec(compile(text, "my_law.py", "exec"), vars(module))
     return module.Law(**slots)
@@ -104,6 +105,64 @@ def test_what_code_names_is_never_called() -> None:
     exec(compile(text, "my_law.py", "exec"), vars(module))
     digest(module.Law())
     assert calls == []
+
+
+def test_what_changes_by_itself_in_a_module_does_not_tell() -> None:
+    """A logger holds all of the process; counters and caches of other kinds than plain ones."""
+    kinds = {
+        "logging.getLogger('mine')": lambda x: logging.getLogger(f"other {id(x)}").setLevel(10),
+        "[logging.getLogger('mine')]": lambda x: x[0].addHandler(logging.NullHandler()),
+        "collections.Counter()": lambda x: x.update("a"),
+        "itertools.count()": next,
+        "np.random.default_rng(1)": lambda x: x.random(),
+        "threading.Lock()": lambda x: x.acquire(),
+    }
+    for made, change in kinds.items():
+        text = LAW.replace("import functools", "import collections, itertools, logging, threading")
+        one = law(text.replace("SCALE = 2.0", f"import functools\nSCALE = {made}"))
+        before = digest(one)
+        change(one.respond.__globals__["SCALE"])
+        assert digest(one) == before, made
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("[1.0]", "[2.0]"),
+        ("{'a': {1: (2.0,)}}", "{'a': {1: (3.0,)}}"),
+        ("Fraction(1, 2)", "Fraction(1, 3)"),
+        ("range(2)", "range(3)"),
+        ("cg.PenaltyLaw(1.0)", "cg.PenaltyLaw(2.0)"),
+        ("functools.partial(deeper, 1.0)", "functools.partial(deeper, 2.0)"),
+        ("CubicSpline([0, 1], [0, 1])", "CubicSpline([0, 1], [0, 2])"),
+    ],
+)
+def test_data_and_code_in_a_module_tell(old: str, new: str) -> None:
+    head = "from fractions import Fraction\nfrom scipy.interpolate import CubicSpline\n"
+    text = head + LAW.replace("class Base", "SCALE = None\nclass Base")
+    first, second = (law(text.replace("SCALE = None", f"SCALE = {one}")) for one in (old, new))
+    assert digest(first) != digest(second)
+
+
+def test_a_logger_of_a_law_tells_by_its_name() -> None:
+    one = law(slot=logging.getLogger("mine"))
+    before = digest(one)
+    logging.getLogger(f"other {id(one)}").addHandler(logging.NullHandler())
+    one.slot.setLevel(logging.DEBUG)
+    assert digest(one) == before != digest(law(slot=logging.getLogger("yours")))
+
+
+@pytest.mark.parametrize("first", ["helper", "step30"])
+def test_what_is_many_calls_away_tells_in_whatever_order(first: str) -> None:
+    steps = "".join(f"def step{k}(x):\n    return step{k + 1}(x)\n" for k in range(40))
+    text = LAW.replace("def helper", f"{steps}def step40(x):\n    return 3.0\ndef helper")
+    text = text.replace("return helper(inp)", f"return {first}(inp) + step0(inp)")
+    assert digest(law(text)) == digest(law(text)) != digest(law(text.replace("3.0\n", "3.5\n", 1)))
+
+
+def test_which_of_two_functions_comes_again_tells() -> None:
+    one, other = (eval(f"lambda x: x * {k}", {}) for k in (1.0, 2.0))
+    assert digest([one, other, one]) != digest([one, other, other])
 
 
 def _times(factor: float) -> Callable[[float], float]:

@@ -1,4 +1,4 @@
-"""HDF5 files that are whole, and never meet a full disk.
+"""HDF5 files that are whole, and never meet a full disk where the system can set room aside.
 
 A file that the library cannot write to the end is lost to it, and may take the process with it. So
 files that are written at once are made in memory and handed to the disk as bytes, and room for what
@@ -46,6 +46,9 @@ def open_file(path: Path, mode: str) -> Any:
         raise told or kind(f"cannot be opened as HDF5: {error}", where=str(path)) from error
 
 
+_MAGIC = b"\x89HDF\r\n\x1a\n"
+
+
 @contextmanager
 def whole_file(path: Path, *, sealed: bool = False, before: Path | None = None) -> Iterator[Any]:
     """A new h5py file, written in place of an older one when the block ends well.
@@ -73,9 +76,21 @@ def whole_file(path: Path, *, sealed: bool = False, before: Path | None = None) 
 
 
 def is_sealed(path: Path) -> bool:
-    """Whether a file was written with a seal, and is what it was then to the last bit."""
-    content = path.read_bytes()
+    """Whether a file was written with a seal, and is what it was then to the last bit.
+
+    One that cannot be read is not.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return False
     return content[:_SEAL_BYTES] == _seal(content[_SEAL_BYTES:])
+
+
+def begins_as_hdf5(path: Path) -> bool:
+    """Whether a file is one of HDF5 without anything in front of it: it was never sealed."""
+    with path.open("rb") as file:
+        return file.read(len(_MAGIC)) == _MAGIC
 
 
 def _seal(image: bytes) -> bytes:
@@ -104,8 +119,10 @@ def set_aside(file: Any, n_bytes: int, path: Path) -> None:
 
 def close_file(file: Any, path: Path) -> None:
     """Close an h5py file that room was set aside for, and give back what it did not need."""
-    file.flush()
-    size = file.id.get_filesize()
-    file.close()
+    try:
+        file.flush()
+        size = file.id.get_filesize()
+    finally:
+        file.close()
     if path.stat().st_size > size:
         os.truncate(path, size)

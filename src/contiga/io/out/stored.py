@@ -15,7 +15,7 @@ import numpy as np
 
 from contiga.errors import FileError
 from contiga.extras import require
-from contiga.io.out.hdf5 import is_sealed
+from contiga.io.out.hdf5 import begins_as_hdf5, is_sealed
 from contiga.io.out.history import read_history
 from contiga.records import FloatArray
 
@@ -96,8 +96,18 @@ def newest_checkpoint(folder: Path) -> Path:
     return before if before.is_file() and not newest.is_file() else newest
 
 
-def damage_told(path: Path) -> dict[str, str]:
-    """What is said of a checkpoint that is damaged: the parts of an error's message."""
+def unsealed_told(path: Path) -> dict[str, str]:
+    """What is said of a checkpoint that is not sealed: the parts of an error's message."""
+    try:
+        older = begins_as_hdf5(path)
+    except OSError as error:
+        remedy = "Have it read, or run the case again without --resume"
+        return {"what": f"the checkpoint cannot be read: {error.strerror}", "remedy": remedy}
+    if older:
+        return {
+            "what": "the checkpoint was written by an older version",
+            "remedy": "Go on with that version, or run the case again without --resume",
+        }
     before = path.with_name(CHECKPOINT_BEFORE)
     if path == before or not (before.is_file() and is_sealed(before)):
         remedy = "Run the case again without --resume"
@@ -113,7 +123,7 @@ def _told(path: Path) -> Stored | None:
     if not path.is_file():
         return None
     if not is_sealed(path):
-        raise FileError(**damage_told(path), where=str(path))
+        raise FileError(**unsealed_told(path), where=str(path))
     require("what an unfinished run has left", "h5py")
     import h5py
 
