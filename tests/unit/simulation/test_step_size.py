@@ -166,8 +166,6 @@ def test_a_law_without_an_energy_keeps_its_stiffness() -> None:
     ]
     assert limits[0] == limits[1]
     assert limits[0].critical == pytest.approx(2.0 * np.sqrt(2.0 / 2e4))
-    history = falling(Unjudged(2e4)).run().history  # bounces as high as it came from
-    assert history["energy.total"].max() < 1.01 * history["energy.total"][0]
 
 
 def test_where_the_stiffness_follows_the_step_and_no_step_is_stable_the_run_says_so() -> None:
