@@ -61,10 +61,11 @@ def deepest(penetration: FloatArray) -> Deepest:
     own, scaled, depth = part[on] / whole, y[on] * shrunk, most / shrunk
     weight = np.zeros(n)
     weight[near[on]] = own
-    if len(own) == 1:
+    layer = WIDTH * depth * whole
+    if len(own) == 1 or layer < np.finfo(float).tiny:  # one over it would be no number
         return Deepest(depth, weight, 0.0)
     slant = float((own * own).sum() * (scaled * scaled).sum())
-    return Deepest(depth, weight, slant / (WIDTH * depth * whole))
+    return Deepest(depth, weight, slant / layer)
 
 
 def _root(y: FloatArray, gap: FloatArray) -> float:
