@@ -194,6 +194,10 @@ class LawOutput(NamedTuple):
     laws that are elastic."""
     damping: FloatArray | None = None
     """(n_c,) the part of `force` that is due to the rate; None of laws without."""
+    tangent: FloatArray | None = None
+    """(n_c,) springs at least as stiff as the slope of all elastic forces over all penetrations,
+    whatever way points go: vᵀ (∂F_i/∂λ_j) v ≤ Σ tangent_i v_i². The critical step goes by it. None
+    of laws whose force on a point depends on its own penetration alone: that is `stiffness`."""
 
 
 class MassProperties(NamedTuple):

@@ -27,7 +27,9 @@ def grip_as_one(
         (rows, force), normals, *_ = past.state.carried
         before = _unit(product(_shares(force), Sparse(0, *normals).at(rows)))
         memory[0] = inp.memory[np.argmax(points.old)]  # all that were in contact have the same
-        ways = _shares(shares + _shares(Sparse(0, rows, force).at(points.rows)))
+        kept = Sparse(0, rows, force).at(points.rows)
+        if kept.any():  # else all that carried have left
+            ways = _shares(shares + _shares(kept))
     whole = friction.respond(
         FrictionInput(
             normal=_unit(product(shares, inp.normal)),

@@ -251,7 +251,7 @@ def checked_answer(law: Law, inp: LawInput) -> LawOutput:
             found=type(answer).__name__,
             allowed="LawOutput(force, stiffness, stored, memory)",
         )
-    force, stiffness, stored, memory, hysteresis, damping = answer
+    force, stiffness, stored, memory, hysteresis, damping, tangent = answer
     row = (n,)
     return LawOutput(
         _numbers("force", force, row),
@@ -260,6 +260,7 @@ def checked_answer(law: Law, inp: LawInput) -> LawOutput:
         _numbers("memory", memory, (n, law.n_memory)),
         None if hysteresis is None else _numbers("hysteresis", hysteresis, row),
         None if damping is None else _numbers("damping", damping, row),
+        None if tangent is None else _numbers("tangent", tangent, row),
     )
 
 

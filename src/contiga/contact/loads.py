@@ -89,6 +89,8 @@ class Loads(NamedTuple):
     tangential: FloatArray | None = None
     opposed: Guards = UNGUARDED
     """Those in contact whose nearest wall is opposite."""
+    tangent: FloatArray | None = None
+    """None where the law gives none."""
 
     @property
     def deep(self) -> Column:
@@ -124,6 +126,7 @@ class Loads(NamedTuple):
             "grip": self.grip,
             "traction_B": self.traction,
             "tangential": self.tangential,
+            "tangent": self.tangent,
         }
         return {
             "penetration": Sparse(n, self.held, self.penetration),
@@ -134,7 +137,7 @@ class Loads(NamedTuple):
 
     def without(self, n: int) -> dict[str, Any]:
         """The arrays of a state of n points that say that there is no such thing, by name."""
-        none: dict[str, Any] = {}
+        none: dict[str, Any] = {"tangent": np.zeros(0)} if self.tangent is None else {}
         if self.damping is None:
             none |= {"damping": np.zeros(0), "viscosity": np.zeros(0)}
         if self.grip is None:

@@ -147,7 +147,7 @@ def forces(
 
     `p_B` (m, 3) are all points, `frame` the pose of the body and its reference point.
     """
-    (force, _, stored, _, hysteresis, damping), grip = response
+    (force, _, stored, _, hysteresis, damping, _), grip = response
     k = len(points.rows)
     world, viscosity, totals = np.empty((k, 3)), np.empty(k), np.empty(totals_nb.TOTALS)
     lost = NONE if hysteresis is None else hysteresis
@@ -208,10 +208,10 @@ def loads_of(
 
     `opposed` are those whose nearest wall is opposite.
     """
-    (force, stiffness, _, memory, _, damping), grip = response
+    (force, stiffness, _, memory, _, damping, tangent), grip = response
     rows, depth, normal, foot, *_ = held
     carried = points.rows, force, stiffness, memory, felt.world
-    loads = Loads(rows, depth, normal, foot, *carried, opposed=opposed)
+    loads = Loads(rows, depth, normal, foot, *carried, opposed=opposed, tangent=tangent)
     if felt.viscosity is not None:
         loads = loads._replace(damping=damping, viscosity=felt.viscosity)
     if grip is not None:

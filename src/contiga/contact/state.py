@@ -90,6 +90,8 @@ class State(Shown):
     """(n, 3) on the slave's nodes, friction with it."""
     stiffness: FloatArray
     """(m,) of the normal force over the penetration, zero without contact."""
+    tangent: FloatArray
+    """(m,) `LawOutput.tangent`, zero without contact; (0,) of laws without."""
     damping: FloatArray
     """(m,) the part of `normal_force` that is due to the rate; (0,) of laws without."""
     viscosity: FloatArray
@@ -139,6 +141,11 @@ class State(Shown):
     def is_of(self, contact: object) -> bool:
         """Whether it is a state of that one."""
         return self.__dict__.get("_contact") is contact
+
+    @property
+    def steepest(self) -> FloatArray:
+        """(m,) springs that bound the slope of the normal forces: `tangent`, or `stiffness`."""
+        return self.tangent if len(self.tangent) else self.stiffness
 
     def spend(self) -> None:
         """Give up all arrays: others are going to be written over them."""

@@ -23,12 +23,12 @@ def rates_of(
     their relative Jacobian and M the inertia of the joints. The largest eigenvalue of the product
     is that of the whole system.
     """
-    rows = np.flatnonzero(state.stiffness)
+    rows = np.flatnonzero(state.steepest)
     if len(rows) == 0 or model.nv == 0:
         return Rates()
     arms = to_world(state.pose, state.points_B[rows]) - point
     normals = turn_to_world(state.pose, state.part("normal_B", rows))
-    along = state.stiffness[rows]
+    along = state.steepest[rows]
     across = state.tangential[rows] if len(state.tangential) else np.zeros(len(rows))
     mobility = _mobility(model, data, point, bodies)
     square = _largest(mobility, _springs(arms, normals, along, across))

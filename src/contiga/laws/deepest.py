@@ -31,10 +31,16 @@ class Deepest(NamedTuple):
     """m ≥ λ_max, zero where all are."""
     weight: FloatArray
     """(n,) ∂m/∂λ_i ≥ 0; their sum is between 1 and 1/(1 − η)."""
+    curvature: float
+    """The largest eigenvalue of ∂²m/∂λ_i∂λ_j, 1/length, which is zero but for points that share."""
 
 
 def deepest(penetration: FloatArray) -> Deepest:
     """m and its gradient, of `penetration` (n,) ≥ 0, n ≥ 1; where all are zero equal weights.
+
+    With p the parentheses above, y = λ/m and w the weights, all of the points that share, the
+    second derivative along d is |d − y (w·d)|²/(η m p·y). As w·y = 1 that takes y away from d along
+    a slant, which makes d longer by |y| |w| at most.
 
     >>> found = deepest(np.array([2.0, 1.0, 1.995]))
     >>> 2.0 <= found.depth < 2.0 / (1.0 - WIDTH), (found.weight > 0.0).tolist()
@@ -42,7 +48,7 @@ def deepest(penetration: FloatArray) -> Deepest:
     """
     n, most = len(penetration), float(penetration.max())
     if not most > 0.0:
-        return Deepest(0.0, np.full(n, 1.0 / n))
+        return Deepest(0.0, np.full(n, 1.0 / n), 0.0)
     relative = penetration / most
     near = np.flatnonzero(relative > 1.0 - WIDTH)
     y = relative[near]
@@ -50,9 +56,16 @@ def deepest(penetration: FloatArray) -> Deepest:
     top = _root(y, gap)
     part = np.maximum(top * y - gap, 0.0)
     shrunk = 1.0 - WIDTH * (1.0 - top)  # λ_max/m
+    on = part > 0.0
+    whole = float((part * y).sum() * shrunk)
+    own, scaled, depth = part[on] / whole, y[on] * shrunk, most / shrunk
     weight = np.zeros(n)
-    weight[near] = part / float((part * y).sum() * shrunk)
-    return Deepest(most / shrunk, weight)
+    weight[near[on]] = own
+    layer = WIDTH * depth * whole
+    if len(own) == 1 or layer < np.finfo(float).tiny:  # one over it would be no number
+        return Deepest(depth, weight, 0.0)
+    slant = float((own * own).sum() * (scaled * scaled).sum())
+    return Deepest(depth, weight, slant / layer)
 
 
 def _root(y: FloatArray, gap: FloatArray) -> float:

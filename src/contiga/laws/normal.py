@@ -109,7 +109,9 @@ class AdaptiveLaw:
     scale: float = 0.1
 
     has_energy = False
-    """Its stiffness goes with the step: what it stores is no measure of how right a step was."""
+    """What it stores is no measure of how right a step was."""
+    stiffness_follows_step = True
+    """No step is critical for it: a shorter one makes it stiffer."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "scale", above_zero(self.scale, "scale"))

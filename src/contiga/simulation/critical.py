@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -53,26 +53,28 @@ class Limit(NamedTuple):
     """The fastest of whole bodies; nodes may be faster."""
 
 
-def limit_of(model: Model, state: SystemState, *, adapting: bool = True) -> Limit:
-    """The critical step of what touches and pulls in `state`.
+Of = Literal["all", "lasting", "following"]
+"""All that touches and pulls; that whose stiffness a shorter step does not change; normal forces
+alone whose stiffness follows the step, of which no step is short enough if one is not."""
 
-    Without `adapting` that of contacts alone whose stiffness does not follow the step.
-    """
+
+def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
+    """The critical step of what touches and pulls in `state`."""
     felt: dict[object, list[tuple[str, Rates, Rates]]] = {}
-    for text, ends in _couplings(model, state, adapting):
+    for text, ends in _couplings(model, state, of):
         both = sum((rates for _, rates, _ in ends), Rates())
         whole = sum((rates for _, _, rates in ends), Rates())
         for end, _, _ in ends:
             felt.setdefault(end, []).append((text, both, whole))
-    critical, of, bodies = math.inf, "", Rates()
+    critical, who, bodies = math.inf, "", Rates()
     for own in felt.values():
         rates = sum((both for _, both, _ in own), Rates())
         whole = sum((w for _, _, w in own), Rates())
         bodies = Rates(max(bodies.square, whole.square), max(bodies.decay, whole.decay))
         if rates.critical < critical:
             critical = rates.critical
-            of = max(own, key=lambda entry: entry[1])[0]
-    return Limit(critical, of, bodies)
+            who = max(own, key=lambda entry: entry[1])[0]
+    return Limit(critical, who, bodies)
 
 
 _End = tuple[object, Rates, Rates]
@@ -84,23 +86,27 @@ def has_energy(law: object) -> bool:
     return bool(getattr(law, "has_energy", True))
 
 
-def _couplings(
-    model: Model, state: SystemState, adapting: bool
-) -> Iterator[tuple[str, list[_End]]]:
+def follows_step(law: object) -> bool:
+    """Whether a law's stiffness goes with the step, so that no step is critical for it."""
+    return bool(getattr(law, "stiffness_follows_step", False))
+
+
+def _couplings(model: Model, state: SystemState, of: Of) -> Iterator[tuple[str, list[_End]]]:
     """Each contact and spring, with what it does to the free bodies at its two ends."""
     system = model.mechanism
     for part in model.contacts:
-        if not (adapting or has_energy(part.contact.law)):
+        follows = follows_step(part.contact.law)
+        if of == ("lasting" if follows else "following"):
             continue
         contact = state.contacts[part.name]
-        rows = np.flatnonzero(contact.stiffness)
+        rows = np.flatnonzero(contact.steepest)
         if len(rows):
-            ends = _contact_ends(system, part, contact, rows, state)
+            ends = _contact_ends(system, part, contact, rows, state, of)
             if ends:
                 drags = bool(_dragging(part, rows, state).any())
                 drags = drags and all(rates.decay**2 > rates.square for _, rates, _ in ends)
                 yield f"{'viscous friction of ' if drags else ''}contact {part.name!r}", ends
-    for name in state.springs:
+    for name in state.springs if of != "following" else ():
         if ends := _spring_ends(system, name, state):
             yield f"spring {name!r}", ends
 
@@ -131,12 +137,18 @@ def _row(system: Mechanism, state: SystemState, row: int) -> tuple[FloatArray, F
 
 
 def _contact_ends(
-    system: Mechanism, part: ContactPart, contact: State, rows: np.ndarray, state: SystemState
+    system: Mechanism,
+    part: ContactPart,
+    contact: State,
+    rows: np.ndarray,
+    state: SystemState,
+    of: Of,
 ) -> list[_End]:
     """The free sides of a contact."""
     ends: list[_End] = []
-    along = contact.stiffness[rows]
-    across = contact.tangential[rows] if len(contact.tangential) else np.zeros(len(rows))
+    along, single = contact.steepest[rows], contact.stiffness[rows]
+    gripped = len(contact.tangential) and of != "following"
+    across = contact.tangential[rows] if gripped else np.zeros(len(rows))
     damping = contact.viscosity[rows] if len(contact.viscosity) else np.zeros(len(rows))
     dragging = _dragging(part, rows, state)
     sides = int(system.root[system.index[part.master]]), system.carried.get(part.slave)
@@ -152,7 +164,10 @@ def _contact_ends(
             if damping.any() or dragging.any()
             else 0.0,
         )
-        ends.append((row, rates, rates))
+        # Steps follow the swing on the curve; what shares its force is kept stable alone.
+        swung = fastest(points, normals, single, across, *own) if len(contact.tangent) else None
+        whole = rates if swung is None else rates._replace(square=swung)
+        ends.append((row, rates, whole))
     if part.slave in system.masses:
         mass = system.masses[part.slave]
         most = [

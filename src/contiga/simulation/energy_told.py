@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.dynamics.stepping import AutoSteps
+from contiga.laws.by_face import FaceLaws
 from contiga.records import FloatArray
 from contiga.simulation.critical import has_energy
 from contiga.simulation.model import Model
@@ -119,6 +120,11 @@ def _no_gradient(model: Model, name: str) -> str:
         return (
             "its law shares one force by penetration, which is the gradient of no energy: no step "
             'keeps it; share = "deepest" does'
+        )
+    if isinstance(law, FaceLaws):
+        return (
+            "its laws differ from face to face, so that forces jump where points go over from one "
+            "to another, which is the gradient of no energy: laws that are alike there keep it"
         )
     if part.contact.master.faces is None:
         return (

@@ -19,7 +19,7 @@ from contiga.num.ordered import product
 from contiga.num.rigid import to_world, turn_to_world
 from contiga.num.rigid_lanes import AXES, CENTRE, FORCE, MASS, MOMENTS, SPINS, WAYS
 from contiga.records import FloatArray
-from contiga.simulation.critical import has_energy
+from contiga.simulation.critical import follows_step
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.system_state import SystemState
@@ -36,7 +36,7 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, decay: float
         return 0.0
     rates = np.zeros((len(system.free), 6))
     for part in model.contacts:
-        if has_energy(part.contact.law):
+        if not follows_step(part.contact.law):
             _add_contact(rates, system, part, last, state, decay)
     for name in state.springs:
         _add_spring(rates, system, name, last, state, decay)

@@ -57,19 +57,14 @@ class Try(NamedTuple):
         """Energy a time that is nowhere."""
         return self.missing / self.stepped.state.step
 
-    @property
-    def let_pass(self) -> float:
-        """Energy that it leaves nowhere though it may not, where it is accepted."""
-        return self.missing if self.missing > LOST * self.stepped.state.most else 0.0
-
 
 def tried(model: Model, stepping: AutoSteps, last: SystemState, stepped: Stepped, cut: Cut) -> Try:
     """A step with what it shows."""
     state = stepped.state
     if not model.mechanism.moved:
         return Try(stepped, cut, 0.0, 0.0, 0.0)
-    limit = limit_of(model, state, adapting=False)
-    before = limit_of(model, last, adapting=False)
+    limit = limit_of(model, state, "lasting")
+    before = limit_of(model, last, "lasting")
     now = shaking_of(model, last, state, DAMPED * DAMPED * limit.bodies.decay)
     shaking = math.hypot(now, _turning(model, last, state, fastest_of(limit)))
     least = shortest_step(stepping, min(limit.critical, before.critical))
@@ -103,11 +98,28 @@ def objection(model: Model, stepping: AutoSteps, last: SystemState, now: Try) ->
         if ahead.reason == Reason.CRITICAL:
             return shorter
         return _above(now.least, shorter, step)
-    bearable = LOST * state.most + LEAKED * last.leak * step
-    if not _by_energy(model) or now.missing <= bearable:
+    if not loses(model, last, now):
         return None
-    part = min(0.5, max(0.05, 0.7 * math.sqrt(bearable / now.missing)))
+    part = min(0.5, max(0.05, 0.7 * math.sqrt(_bearable(last, now) / now.missing)))
     return _above(now.least, Cut(part * step, Reason.ENERGY, _loser(last, state)), step)
+
+
+def _bearable(last: SystemState, now: Try) -> float:
+    """Energy that a step may leave nowhere: as much as those before it, however short, have too."""
+    state = now.stepped.state
+    return LOST * state.most + LEAKED * last.leak * state.step
+
+
+def loses(model: Model, last: SystemState, now: Try) -> bool:
+    """Whether a step leaves more energy nowhere than it may."""
+    return _by_energy(model) and now.missing > _bearable(last, now)
+
+
+def let_pass(model: Model, last: SystemState, now: Try) -> float:
+    """Energy that a step leaves nowhere and may, since shorter ones have not kept it; else zero."""
+    if not _by_energy(model) or loses(model, last, now):
+        return 0.0
+    return now.missing if now.missing > LOST * now.stepped.state.most else 0.0
 
 
 def leak_of(last: SystemState, now: Try, longer: Try | None) -> float:
@@ -126,7 +138,9 @@ def leak_of(last: SystemState, now: Try, longer: Try | None) -> float:
 
 def _above(least: float, cut: Cut, step: float) -> Cut | None:
     """A cut to no less than the shortest step; None where it is about as short already."""
-    return cut._replace(step=max(cut.step, least)) if step > SAME * least else None
+    if step <= SAME * least:
+        return None
+    return Cut(least, Reason.SHORTEST, cut.of) if least > cut.step else cut
 
 
 def _by_energy(model: Model) -> bool:

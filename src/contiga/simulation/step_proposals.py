@@ -34,7 +34,7 @@ def proposals(model: Model, stepping: AutoSteps, state: SystemState) -> Iterator
     yield from _turns(model, state)
     if not model.mechanism.moved:
         return
-    limit = limit_of(model, state, adapting=False)
+    limit = limit_of(model, state, "lasting")
     yield Cut(stepping.safety * limit.critical, Reason.CRITICAL, limit.of)
     energetic = math.sqrt(2.0 * state.most)
     # Of the start nothing is known: as if all there is swung.

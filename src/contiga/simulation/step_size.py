@@ -20,7 +20,7 @@ from contiga.simulation.critical import Limit, limit_of
 from contiga.simulation.model import Model
 from contiga.simulation.reasons import Choice, Cut, Reason
 from contiga.simulation.step import Stepped, advance
-from contiga.simulation.step_judge import Try, leak_of, objection, tried
+from contiga.simulation.step_judge import Try, leak_of, let_pass, loses, objection, tried
 from contiga.simulation.step_proposals import proposals
 from contiga.simulation.system_state import SystemState
 
@@ -33,7 +33,7 @@ def following(model: Model, last: SystemState, clock: Clock) -> Stepped:
     Raises
     ------
     RunError
-        A given step is longer than the critical one.
+        A given step is longer than the critical one, or every step is.
     """
     stepping = model.stepping
     if isinstance(stepping, AutoSteps):
@@ -55,9 +55,20 @@ def _check(limit: Limit, step: float, time: float) -> None:
         )
 
 
+def _check_following(limit: Limit, last: SystemState) -> None:
+    if last.step > limit.critical:
+        raise RunError(
+            f"t = {last.time:g}: no step is stable for {limit.of}, whose stiffness follows the "
+            f"step: the critical one is {limit.critical / last.step:.3g} of any. Take a smaller "
+            "scale of its law; allow_unstable lets it pass"
+        )
+
+
 def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) -> Stepped:
     """A step as long as it may be."""
     with clock("motion"):
+        if model.mechanism.moved and not model.allow_unstable:
+            _check_following(limit_of(model, last, "following"), last)
         proposed = [*proposals(model, stepping, last)]
         if last.step > 0.0:
             proposed.append(Cut(GROWTH * last.step, Reason.GROWTH))
@@ -71,8 +82,9 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
             shorter = objection(model, stepping, last, now)
         if shorter is None:
             state = replace(stepped.state, shaking=now.shaking, leak=leak_of(last, now, longer))
-            return stepped._replace(state=state, choice=Choice(cut, tries, now.let_pass))
-        if shorter.reason == Reason.ENERGY:
+            choice = Choice(cut, tries, let_pass(model, last, now))
+            return stepped._replace(state=state, choice=choice)
+        if shorter.reason in (Reason.ENERGY, Reason.SHORTEST) and loses(model, last, now):
             longer = now
         cut = shorter
     raise AssertionError("there is always another step")

@@ -132,6 +132,11 @@ def test_a_run_of_it_closes_its_energy() -> None:
         ('step = "auto"', 'step = "aut"', "time.step.*must be a number, or.*Did you mean 'auto'"),
         ('step = "auto"', "step = -1.0", "time.step.*too small"),
         ('step = "auto", safety = 0.8', "step = 0.1", "largest.*is for step"),
+        (
+            'step = "auto", safety = 0.8, largest = 0.5',
+            "step = 0.1, shortest = 0.01",
+            "shortest.*is for step",
+        ),
         ("safety = 0.8", "safety = 1.8", "safety.*is no share"),
         ('mass = { density = 1.0e-3 }\n', "", r"body\[0\].mass.*a free body needs its mass"),
         ("density = 1.0e-3", "density = -1.0", r"body\[0\].mass.density"),

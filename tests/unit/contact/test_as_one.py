@@ -68,3 +68,26 @@ def test_a_contact_that_comes_back_holds_nothing_of_its_last_friction() -> None:
     for z in (R + 0.01, R - DEPTH):
         state = contact.step(state, PAD.points, pose.translation([0.4, 0.0, z]), 0.1)
     assert np.abs(state.friction.sum(axis=0)[:2]).max() < 1e-9
+
+
+def test_where_all_that_carried_have_left_the_way_is_that_of_those_that_carry() -> None:
+    """A plate spins below the point that carries now: that does not slide, others do."""
+    plane = cg.Body([cg.shapes.plane(width=4, length=4)])
+    points = np.array([[0.5, 0.1, -0.02], [0.1, 0.2, -0.01], [0.9, 0.2, -0.005]])
+    contact = cg.Contact(
+        plane,
+        cg.Slave(points, area=np.ones(3)),
+        law=cg.ForceLaw(STIFFNESS),
+        friction=cg.Coulomb(MU),
+        search="penetration",
+    )
+    state = contact.start(points)
+    assert np.flatnonzero(state.normal_force).tolist() == [0]
+    left = points.copy()
+    left[0, 2] = 0.1
+    arm, angle = left[2] - left[1], 0.01
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    left[2, :2] = left[1, :2] + turn @ arm[:2]
+    state = contact.step(state, left, dt=0.1)
+    assert np.flatnonzero(state.normal_force).tolist() == [1]
+    assert np.abs(state.friction).max() < 1e-12

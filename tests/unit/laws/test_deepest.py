@@ -61,3 +61,26 @@ def test_weights_are_its_gradient(depth, at) -> None:
 @given(depths, st.floats(0.0, 1.0))
 def test_a_point_more_never_makes_it_less(depth, more) -> None:
     assert deepest(np.append(depth, more)).depth >= deepest(depth).depth * (1.0 - 1e-14)
+
+
+CONFIGURATIONS = {
+    "alone": [1.0, 0.994, 0.2],
+    "two alike": [1.0, 1.0, 0.3],
+    "two": [1.0, 0.9952],
+    "nearly alone": [1.0, 0.99501],
+    "many alike": [3.0] * 30,
+    "some": [1.0, 0.999, 0.998, 0.9971, 0.9],
+}
+
+
+@pytest.mark.parametrize("name", CONFIGURATIONS)
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e6])
+def test_its_curvature_is_the_steepest_slope_of_the_gradient(name: str, unit: float) -> None:
+    depth = unit * np.array(CONFIGURATIONS[name])
+    step = 1e-8 * depth.max()
+    slopes = [
+        (deepest(depth + step * axis).weight - deepest(depth - step * axis).weight) / (2.0 * step)
+        for axis in np.eye(len(depth))
+    ]
+    steepest = np.linalg.eigvalsh(np.array(slopes) * unit).max()
+    assert deepest(depth).curvature * unit == pytest.approx(steepest, rel=1e-4, abs=1e-4)

@@ -9,8 +9,10 @@ from tests.scenes import box
 import contiga as cg
 from contiga.dynamics.stepping import AutoSteps
 from contiga.errors import InputError, RunError
+from contiga.simulation.checkpoint import read_checkpoint
 from contiga.simulation.critical import limit_of
 from contiga.simulation.reasons import Reason
+from contiga.simulation.step_columns import COLUMNS
 
 Free = cg.motion.Free
 G = 9.81
@@ -87,17 +89,23 @@ def test_an_impact_is_followed_as_finely_as_ever() -> None:
     assert history["ball.vz"][-1] == pytest.approx(1.0, rel=1e-4)
 
 
-def test_forces_of_no_gradient_make_no_step_short_and_the_cause_is_named() -> None:
+SOFTENING = [[0, 0], [0.01, 3e3], [0.06, 5e3]]
+
+
+def scraping(kind: type = cg.ForceLaw, **time) -> cg.Simulation:
+    """A ball that strikes a pad by a law whose forces are the gradient of nothing; m, kg, s."""
     ball = cg.Body([cg.shapes.sphere(radius=0.0825, centre=(0, 0, 0.085))])
     motion = Free(ball.mass_properties(1900.0), velocity=[4.7, 0.0, -10.0])
     pad = cg.Slave(grid(31, 0.2), area=np.full(961, 1e-4))
-    law = cg.ForceLaw([[0, 0], [0.01, 3e3], [0.06, 5e3]], share="penetration")
+    law = kind(SOFTENING, share="penetration")
     contact = cg.Contact(ball, pad, law=law, friction=cg.Coulomb(0.3))
-    simulation = cg.Simulation(
-        bodies={"ball": (ball, motion)}, slaves={"pad": pad}, contacts=[contact], end=0.015,
-        step="auto",
-    )  # fmt: skip
-    result = simulation.run()
+    return cg.Simulation(
+        bodies={"ball": (ball, motion)}, slaves={"pad": pad}, contacts=[contact], **time
+    )
+
+
+def test_forces_of_no_gradient_make_no_step_short_and_the_cause_is_named() -> None:
+    result = scraping(end=0.015, step="auto").run()
     assert len(result.history["time"]) < 700
     (warning,) = (text for text in result.summary["warnings"] if text.startswith("energy"))
     assert "the gradient of no energy" in warning
@@ -106,20 +114,64 @@ def test_forces_of_no_gradient_make_no_step_short_and_the_cause_is_named() -> No
     assert result.summary["step_reasons"]["let_pass"] > 20
 
 
-def test_a_law_without_an_energy_ends_under_gravity() -> None:
+def test_nothing_but_stability_and_ways_goes_below_the_shortest_step() -> None:
+    shortest = 1e-5
+    result = scraping(stepping=AutoSteps(0.0, 0.003, shortest=shortest)).run()
+    steps = np.diff(result.history["time"])[:-2]  # the last two share what is left
+    assert steps.min() >= 0.999 * shortest
+    assert reasons(result)["shortest"] > 0
+
+
+class UnjudgedForce(cg.ForceLaw):
+    """Its energy judges no step."""
+
+    has_energy = False
+
+
+def test_where_no_shorter_step_was_tried_none_is_told_of() -> None:
+    told = scraping(UnjudgedForce, end=0.003, step="auto").run().summary["step_reasons"]
+    assert told["let_pass"] == 0
+    assert told["tries"] < 300
+
+
+def falling(law: cg.Law, **more) -> cg.Simulation:
     plane = cg.Body([cg.shapes.plane(width=4, length=4)])
     node = cg.Slave([[0.1, 0.2, 0.5]], area=[1.0], mass=[2.0])
-    simulation = cg.Simulation(
+    own = {"end": 4.0, "step": "auto", "gravity": [0.0, 0.0, -10.0]} | more
+    return cg.Simulation(
         bodies={"plane": plane},
         slaves={"node": (node, Free(velocity=[0, 0, -1.0]))},
-        contacts=[cg.Contact(plane, node, law=cg.AdaptiveLaw())],
-        end=4.0,
-        step="auto",
-        gravity=[0, 0, -10.0],
+        contacts=[cg.Contact(plane, node, law=law)],
+        **own,
     )
-    history = simulation.run().history
+
+
+def test_a_law_without_an_energy_ends_under_gravity() -> None:
+    history = falling(cg.AdaptiveLaw()).run().history
     assert len(history["time"]) < 500
     assert history["n_contact"].max() == 1
+
+
+class Unjudged(cg.PenaltyLaw):
+    """Its energy judges no step."""
+
+    has_energy = False
+
+
+def test_a_law_without_an_energy_keeps_its_stiffness() -> None:
+    mine, ours = (falling(law, step=1e-4, end=0.24) for law in (Unjudged(2e4), cg.PenaltyLaw(2e4)))
+    states = [one.run().state for one in (mine, ours)]
+    limits = [
+        limit_of(one, state, "lasting") for one, state in zip((mine, ours), states, strict=True)
+    ]
+    assert limits[0] == limits[1]
+    assert limits[0].critical == pytest.approx(2.0 * np.sqrt(2.0 / 2e4))
+
+
+def test_where_the_stiffness_follows_the_step_and_no_step_is_stable_the_run_says_so() -> None:
+    with pytest.raises(RunError, match=r"no step is stable for contact 'plane-node'.*scale"):
+        falling(cg.AdaptiveLaw(scale=5.0)).run()
+    assert falling(cg.AdaptiveLaw(scale=5.0), allow_unstable=True, end=0.5).run()
 
 
 @pytest.mark.parametrize("gap", [5.0, 5.5, 6.0, 7.0])
@@ -202,14 +254,17 @@ def test_a_resumed_run_takes_the_same_steps(tmp_path) -> None:
 
     def stop(*_: int) -> None:
         seen.append(1)
-        if len(seen) > 40:
+        if len(seen) > 60:
             raise KeyboardInterrupt
 
-    whole = resting(0.3, end=0.1).run()
+    simulation = scraping(end=0.005, step="auto")
+    whole = simulation.run()
     with pytest.raises(KeyboardInterrupt):
-        resting(0.3, end=0.1).run(tmp_path / "out", progress=stop)
-    again = resting(0.3, end=0.1).run(tmp_path / "out", resume=True)
-    for name in ("time", "step.reason", "step.tries", "step.nowhere", "block.x"):
+        simulation.run(tmp_path / "out", progress=stop)
+    kept = read_checkpoint(tmp_path / "out" / "checkpoint.h5", simulation)
+    assert kept.state.leak > 0.0
+    again = simulation.run(tmp_path / "out", resume=True)
+    for name in ("time", *COLUMNS, "ball.x"):
         np.testing.assert_array_equal(whole.history[name], again.history[name])
 
 
@@ -226,3 +281,33 @@ def test_reasons_keep_their_numbers() -> None:
     )
     assert [reason.name for reason in Reason] == names.split()
     assert all(reason.told for reason in Reason)
+
+
+def flat_at_rest(step: float | str) -> cg.Simulation:
+    """A box of 10 kg on a force law, pressed in as far as its weight asks, hardly turning; SI."""
+    block, m, k = box((-0.2, -0.2, 0.0), (0.2, 0.2, 0.1)), 10.0, 1e4
+    deep = m * G / k / 1.004**2  # 25 nodes: λ_max and the sum of the shares are 0.4 % more
+    bed = cg.Slave(grid(5, 0.18, deep), area=np.full(25, 1e-3))
+    motion = Free(block.mass_properties(m / 0.016), spin=[1e-5, 2e-5, 0.0])
+    return cg.Simulation(
+        bodies={"block": (block, motion)},
+        slaves={"bed": bed},
+        contacts=[cg.Contact(block, bed, law=cg.ForceLaw(k), search="penetration")],
+        end=0.5,
+        step=step,
+        gravity=[0.0, 0.0, -G],
+    )
+
+
+def test_a_flat_box_on_a_force_law_stays_at_rest_below_its_critical_step() -> None:
+    """What shares one force between points that move against each other is stiffer than it."""
+    simulation = flat_at_rest(1e-6)
+    critical = limit_of(simulation, simulation.start()).critical
+    for step in (0.9 * critical, "auto"):
+        result = flat_at_rest(step).run()
+        spin = [np.abs(result.history[f"block.w{axis}"]).max() for axis in "xy"]
+        assert max(spin) < 0.01  # it swings with about what it was given, at that frequency
+        assert np.abs(result.history["block.vz"]).max() < 1e-3
+    assert len(result.history["time"]) < 1.5 * 0.5 / (0.9 * critical)
+    with pytest.raises(RunError, match="longer than the critical"):
+        flat_at_rest(1.1 * critical).run()
