@@ -11,8 +11,13 @@ from typing import Any
 
 import numba
 import pytest
+from hypothesis import settings
 
 from contiga.num.compiler import KernelDispatcher
+
+# No test is timed: the first example may compile or import what it needs.
+settings.register_profile("untimed", settings.default, deadline=None)
+settings.load_profile("untimed")
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
