@@ -31,7 +31,7 @@ class StoredResult(Shown):
     history: dict[str, FloatArray]
     """Columns (n,) by name, one row a step. Filtered ones are there once the run has ended."""
     summary: dict[str, Any]
-    """Counts, timings, statuses, criteria: the content of summary.json."""
+    """The content of summary.json (counts, timings, statuses, criteria)."""
 
     @cached_property
     def fields(self) -> FieldSeries | None:
