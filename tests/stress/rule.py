@@ -38,6 +38,10 @@ RAY = np.array([0.3141592653589793, 0.2718281828459045, 0.9097])
 """A direction along no edge of any solid here."""
 
 
+Was = tuple[np.ndarray, np.ndarray]
+"""(n, 3) where points were before, and (n,) how deep."""
+
+
 class Rule(Protocol):
     """What is known of a solid: places on its surface, and the side of points."""
 
@@ -47,9 +51,18 @@ class Rule(Protocol):
     def nearest(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(n,) distance to the surface, (n, 3) the outward normal at the nearest place."""
 
-    def behind(self, p: np.ndarray, guard: np.ndarray, least: np.ndarray) -> np.ndarray:
+    def came(self, p: np.ndarray, before: np.ndarray, depth: np.ndarray) -> np.ndarray:
+        """(n,) whether the wall that is the nearest one at p was no nearer than `depth` before."""
+
+    def behind(
+        self,
+        p: np.ndarray,
+        guard: np.ndarray,
+        least: np.ndarray,
+        was: tuple[np.ndarray, np.ndarray],
+    ) -> np.ndarray:
         """(n,) distance of at least `least` (n,) to the walls not opposite to `guard` that see p
-        from behind, or NaN."""
+        from behind, and were no nearer than `was` says before, or NaN."""
 
 
 # Plane faces.
@@ -125,9 +138,25 @@ class Planes:
             normal[rows] = np.where(on, facet.normal, way)
         return best, normal
 
-    def behind(self, p: np.ndarray, guard: np.ndarray, least: np.ndarray) -> np.ndarray:
+    def came(self, p: np.ndarray, before: np.ndarray, depth: np.ndarray) -> np.ndarray:
+        """The nearest face is the wall."""
+        best, off = np.full(len(p), np.inf), np.zeros(len(p))
+        for facet in self.facets:
+            away = norm(facet.foot(p) - p)
+            rows = np.flatnonzero(away < best)
+            best[rows], off[rows] = away[rows], norm(facet.foot(before[rows]) - before[rows])
+        return off >= depth - 1e3 * self.hair
+
+    def behind(
+        self,
+        p: np.ndarray,
+        guard: np.ndarray,
+        least: np.ndarray,
+        was: tuple[np.ndarray, np.ndarray],
+    ) -> np.ndarray:
         """Faces whose planes have the point before them are not asked. On an edge the normal is the
         way there."""
+        before, depth = was
         best = np.full(len(p), np.inf)
         for facet in self.facets:
             rows = np.flatnonzero(
@@ -137,6 +166,8 @@ class Planes:
             off = norm(to)
             faces = (to * guard[rows]).sum(axis=1) > OPPOSITE * off - self.hair
             faces &= off >= least[rows]
+            away = norm(facet.foot(before[rows]) - before[rows])
+            faces &= away >= depth[rows] - 1e3 * self.hair
             best[rows] = np.where(faces, np.minimum(best[rows], off), best[rows])
         return best
 
@@ -234,7 +265,17 @@ class Curved:
         near = far < 1e-9 * self.solid.size
         return far, np.where(near[:, None], feet.normal, off / np.where(near, 1.0, far)[:, None])
 
-    def behind(self, p: np.ndarray, guard: np.ndarray, least: np.ndarray) -> np.ndarray:
+    def came(self, p: np.ndarray, before: np.ndarray, depth: np.ndarray) -> np.ndarray:
+        """Not known."""
+        return np.ones(len(p), bool)
+
+    def behind(
+        self,
+        p: np.ndarray,
+        guard: np.ndarray,
+        least: np.ndarray,
+        was: tuple[np.ndarray, np.ndarray],
+    ) -> np.ndarray:
         """Not known."""
         return np.full(len(p), np.nan)
 
@@ -339,11 +380,15 @@ def follow(rule: Rule, seen: Seen, held: Held, *, crossings: bool = True) -> Hel
         least = np.where(entered, 0.0, depth - way * (1.0 + 1e-9) - 1e-12)
         normal, on = seen.normal[k], guard.any(axis=1)
         taken = on & ((normal * guard).sum(axis=1) > OPPOSITE) & (seen.distance[k] >= least)
+        was = seen.places[k - 1], np.where(entered, 0.0, depth)
+        rows = np.flatnonzero(taken & (was[1] > seen.distance[k - 1]))
+        taken[rows] = rule.came(seen.places[k][rows], was[0][rows], was[1][rows])
         guard[taken] = normal[taken]
         depth = np.where(taken, seen.distance[k], 0.0)
         rows = np.flatnonzero(on & ~taken)
         if len(rows):
-            depth[rows] = rule.behind(seen.places[k][rows], guard[rows], least[rows])
+            own = was[0][rows], was[1][rows]
+            depth[rows] = rule.behind(seen.places[k][rows], guard[rows], least[rows], own)
     if not crossings:
         first = ~began & seen.inside[-1]
         guard[first], depth[first] = seen.normal[-1][first], seen.distance[-1][first]
@@ -405,6 +450,7 @@ class Judge(NamedTuple):
         began = ~held.guard.any(axis=1) & inside.all(axis=0)
         doubtful |= began & (seen.distance.min(axis=0) <= apart)
         wrong = known & ~doubtful & ~(np.abs(state.penetration - fine.depth) <= within)
+        closer = wrong.copy()
         if wrong.any():
             rows = np.flatnonzero(wrong)
             wrong[rows] = ~self._in_small_steps(places, held, rows, state, within)
@@ -431,7 +477,7 @@ class Judge(NamedTuple):
         }
         for kind, rows in kinds.items():
             tally.fault(kind, np.flatnonzero(rows), **values)
-        anew = (~known | doubtful | wrong | flagged)[:, None]
+        anew = (~known | doubtful | closer | flagged)[:, None]
         depth = np.where(anew[:, 0], state.penetration, fine.depth)
         return Held(depth, np.where(anew, own, fine.guard))
 

@@ -7,6 +7,8 @@ import pytest
 from tests.stress import checkpoints, loops, motions, rule, segments, shaking, solids, tracking
 from tests.stress.tally import Tally
 
+import contiga as cg
+
 SOLIDS = list(solids.RECIPES)
 SAMPLED = ("slot", "cup", "torus", "block, fillets 3", "internal gear")
 SURFACES = ("sphere", "cylinder", "ellipsoid", "high bumps", "rational", "with creases")
@@ -56,6 +58,22 @@ def test_points_pressed_at_one_depth_travel_round_with_a_continuous_foot(name):
 @pytest.mark.parametrize("name", motions.TURNS)
 def test_blades_and_teeth_touch_points_where_their_arcs_say(name):
     clean(motions.turn(name, 300, 40, seed=15))
+
+
+@pytest.mark.parametrize("steps", [10, 100])
+def test_ways_through_a_t_end_by_the_same_wall_in_steps_of_any_length(steps):
+    """Past its hollow corners, where two walls of the web are nearly as near."""
+    a = np.array([[-4.8, 39.5, 4.7], [3.7, 39.0, 9.9], [2.1, 32.6, 5.0], [4.8, 38.0, -1.8]])
+    b = np.array([[0.8, 25.7, 3.7], [-1.6, 5.0, -13.5], [-11.5, 39.6, 9.9], [-2.2, 28.8, 3.4]])
+    slave = cg.Slave(a, area=np.ones(len(a)))
+    contact = cg.Contact(
+        rule.plane_body("T-section"), slave, law=cg.PenaltyLaw(1.0), search="penetration"
+    )
+    state = contact.start(a)
+    for share in np.linspace(0.0, 1.0, steps + 1)[1:]:
+        state = contact.step(state, a + share * (b - a))
+    depth = rule.Planes(rule.PLANE["T-section"]).nearest(b)[0]
+    np.testing.assert_allclose(state.penetration, depth, rtol=0, atol=1e-9)
 
 
 WANDERED = ("wedge", "plate", "T-section", "lens", "block, fillets 3")

@@ -137,9 +137,7 @@ def _left_of(told: Told, step: Step) -> Asked | None:
     kept = (mark[own] & settle_nb.KEEP) > 0
     within = distances(feet, now[own])
     side, reach = known
-    guard, depth = step.holds.at(rows[own])
-    held = guard, depth - step.way[rows[own]]
-    tracked = kept, continued(feet), held, feet
+    tracked = kept, continued(feet), step.holds.at(rows[own]), feet
     return asked_of(rows[own], (side[own], reach[own]), within, tracked)
 
 

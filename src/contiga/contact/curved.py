@@ -245,7 +245,7 @@ def _put(whole: Detected, rows: IndexArray, part: Detected) -> Detected:
 
 def _rows_of(last: Last, rows: IndexArray) -> Last:
     """Of some points, `rows` ascending."""
-    (held, guard, depth) = last.holds
+    held, guard, depth, opposed = last.holds
     place = np.full(len(last.patch), -1, np.int32)
     place[rows] = np.arange(len(rows), dtype=np.int32)
     own = np.flatnonzero(place[held] >= 0)
@@ -255,5 +255,5 @@ def _rows_of(last: Last, rows: IndexArray) -> Last:
         last.uv[rows],
         last.near[rows],
         last.safe_distance[rows],
-        Holds(place[held[own]], guard[own], depth[own]),
+        Holds(place[held[own]], guard[own], depth[own], opposed[own]),
     )

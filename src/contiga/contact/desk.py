@@ -42,8 +42,10 @@ class Asked(NamedTuple):
     """Distance to a point of the surface, infinite where none is known."""
     guard: FloatArray
     """(n, 3) normals that tell which walls are opposite to those that were in contact, else 0."""
-    least: FloatArray
-    """(n,) how deep the foot of one that was in contact must be: less by its way than it was."""
+    depth: FloatArray
+    """(n,) how deep those were, else 0."""
+    opposed: NDArray[np.bool_]
+    """(n,) whose nearest walls were opposite to those that held them."""
     feet: Projection
     """The feet that would do; then those of all points inside."""
     truth: Projection
@@ -61,6 +63,7 @@ class Asked(NamedTuple):
             *np.empty(lengths),
             np.empty((n, 3)),
             np.empty(n),
+            np.empty(n, np.bool_),
             *feet,
         )
         return cls._make(own)

@@ -15,7 +15,7 @@ import numpy as np
 from contiga.contact.desk import Asked
 from contiga.contact.kernels import judge_nb
 from contiga.contact.kernels.judge_nb import NOT_ASKED
-from contiga.contact.loads import UNGUARDED, Guards
+from contiga.contact.loads import UNGUARDED, UNHELD, Guards
 from contiga.contact.tracked import (
     BoolArray,
     Detected,
@@ -27,7 +27,7 @@ from contiga.contact.tracked import (
     take,
     track,
 )
-from contiga.contact.walls import hold
+from contiga.contact.walls import Known, hold
 from contiga.masters.protocol import Surface
 from contiga.records import (
     ByteArray,
@@ -48,20 +48,20 @@ def asked_of(
     rows: IntArray,
     known: tuple[ByteArray, FloatArray],
     within: FloatArray,
-    tracked: tuple[BoolArray, ByteArray, tuple[FloatArray, FloatArray], Projection] | None = None,
+    tracked: tuple[BoolArray, ByteArray, Known, Projection] | None = None,
 ) -> Asked:
-    """Points of which known = (side, reach) is; tracked = (kept, status, (guard, least depth),
-    feet) of those that were in contact."""
+    """Points of which known = (side, reach) is; tracked = (kept, status, what held them, feet) of
+    those that were in contact."""
     n = len(rows)
     truth = blank(n)
     truth.status[:] = NOT_ASKED
     if tracked is None:
         none = np.zeros(n, dtype=bool)
-        told = none.copy(), np.zeros(n, np.int8), *known, within, np.zeros((n, 3)), np.zeros(n)
-        return Asked(rows, none, *told, blank(n), truth)
-    kept, status, held, feet = tracked
+        told = none.copy(), np.zeros(n, np.int8), *known, within
+        return Asked(rows, none, *told, *UNHELD.at(rows), blank(n), truth)
+    kept, status, (guard, depth, opposed), feet = tracked
     was = np.ones(n, dtype=bool)
-    return Asked(rows, was, kept, status, *known, within, *held, feet, truth)
+    return Asked(rows, was, kept, status, *known, within, guard, depth, opposed, feet, truth)
 
 
 def joined(first: Asked, second: Asked) -> Asked:
@@ -102,7 +102,7 @@ def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: 
     _find(surface, step, asked, np.flatnonzero(needed))
     if options.nearest:
         near = options.band, same_foot
-        held = asked.guard, asked.least
+        held = asked.guard, asked.depth, asked.opposed
         judge_nb.take_nearest(asked[:4], asked.feet, truth, held, step.way, near)
     limits = options.penetration, options.nearest, options.band, options.depth, same_foot
     into = found.status, found.safe_distance, found.near, found.uv
@@ -163,13 +163,14 @@ def _judge_nearest(
     entered, start = _entries(surface, step, asked, standing, options)
     missed = deep & ~was & ~entered & ~free & (not options.penetration)
     touching = inside & ((was & (asked.kept | deep)) | entered | missed)
-    own = np.flatnonzero(touching)
+    own = np.flatnonzero(touching & ~asked.kept)
     way = start[own], step.now[rows[own]]
-    known = asked.guard[own], asked.least[own]
+    known = asked.guard[own], asked.depth[own], asked.opposed[own]
     feet, nearest = rows_of(asked.feet, own), rows_of(truth, own)
     held = hold(surface, way, known, feet, nearest, options.band)
     take(asked.feet, own, held.feet, np.ones(len(own), dtype=bool))
     status = np.where(was, ContactStatus.RELEASED, ContactStatus.FREE).astype(np.int8)
+    status[asked.kept & touching] = asked.status[asked.kept & touching]
     status[own] = np.where(held.anew, ContactStatus.REACQUIRED, ContactStatus.OLD)
     status[entered] = ContactStatus.NEW
     status[missed] = ContactStatus.FOUND
@@ -202,7 +203,8 @@ def _entries(
         hits, sense = surface.last_crossings(step.before, step.now, rows[which])
         back = np.flatnonzero(sense > 0)
         own, there = which[back], np.ascontiguousarray(hits.point[back])
-        entered[own], start[own], asked.least[own] = True, there, -np.inf
+        entered[own], start[own] = True, there
+        asked.depth[own], asked.opposed[own] = -np.inf, False
         feet = asked.feet
         feet.patch[own], feet.uv[own], feet.status[own] = hits.patch[back], hits.uv[back], Status.OK
         asked.guard[own] = closest(surface, there, np.arange(len(own), dtype=np.int32)).normal

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.contact.sparse import Sparse
 from contiga.records import FloatArray, IndexArray, IntArray
@@ -28,10 +29,14 @@ class Holds(NamedTuple):
     """(k, 3) outward normals that tell which walls are opposite."""
     depth: FloatArray
     """(k,) how deep they are."""
+    opposed: NDArray[np.bool_]
+    """(k,) whose nearest wall is opposite."""
 
-    def at(self, rows: IndexArray) -> tuple[FloatArray, FloatArray]:
-        """Guards (len(rows), 3) and depths of these points, zero where there is none."""
-        return Sparse(0, self.rows, self.guard).at(rows), Sparse(0, self.rows, self.depth).at(rows)
+    def at(self, rows: IndexArray) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Guards (len(rows), 3), depths and opposed of these points, zero where there is none."""
+        columns = self.guard, self.depth, self.opposed.astype(float)
+        guard, depth, opposed = (Sparse(0, self.rows, values).at(rows) for values in columns)
+        return guard, depth, opposed > 0.0
 
 
 class Guards(NamedTuple):
@@ -44,16 +49,17 @@ class Guards(NamedTuple):
 
 
 UNGUARDED = Guards(NO_ROWS, NOWHERE)
-UNHELD = Holds(NO_ROWS, NOWHERE, NONE)
+UNHELD = Holds(NO_ROWS, NOWHERE, NONE, np.zeros(0, np.bool_))
 
 
 def holds_of(held: Column, normal: FloatArray, opposed: Guards) -> Holds:
     """Of the points `held` = (rows, depth); guards are those `opposed`, else `normal` (k, 3)."""
     rows, depth = held
+    marked = np.zeros(len(rows), np.bool_)
     if len(opposed.rows):
-        normal = normal.copy()
-        normal[np.searchsorted(rows, opposed.rows)] = opposed.normal
-    return Holds(rows, normal, depth)
+        own, normal = np.searchsorted(rows, opposed.rows), normal.copy()
+        normal[own], marked[own] = opposed.normal, True
+    return Holds(rows, normal, depth, marked)
 
 
 def merged(first: Guards, second: Guards) -> Guards:

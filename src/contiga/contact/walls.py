@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.kernels.settle_nb import ANOTHER, LEAST, PART
-from contiga.contact.tracked import BoolArray, Options, Tracked, closest, take
+from contiga.contact.tracked import BoolArray, Options, Tracked, closest, distances, take
 from contiga.masters.protocol import Surface
 from contiga.records import FloatArray, IndexArray, IntArray, Projection, empty_projection, rows_of
 from contiga.statuses import Feature, Status
@@ -29,8 +29,15 @@ from contiga.statuses import Feature, Status
 WIDEST, SHORTEST = 2.0**-6, 2.0**-10
 LOOKS = 256
 END = 1.0 - 1e-9
+# Minima that are asked for one after the other, where the nearest has been nearer all along.
+TRIES = 8
 # Times its way by which a foot's depth may exceed the least that it can have come to, and rounding.
 ROUND = 2.0 + 1e-6
+
+
+Known = tuple[FloatArray, FloatArray, BoolArray]
+"""Of points where they started: guards (n, 3), zero where there is none; how deep they were, −inf
+where they came in; whose nearest walls were opposite to those that held them."""
 
 
 class Held(NamedTuple):
@@ -48,36 +55,36 @@ class Held(NamedTuple):
 def hold(
     surface: Surface,
     way: tuple[FloatArray, FloatArray],
-    known: tuple[FloatArray, FloatArray],
+    known: Known,
     last: Projection,
     nearest: Projection,
     band: float,
 ) -> Held:
     """The feet of points that went `way` = (from, to), inside of the body all along.
 
-    `known` is (guard (n, 3) where they started, zero where there is none; (n,) how near feet may be
-    at the end that were not nearer at the start), `last` the feet that were followed from there,
-    and `nearest` the closest points at the end. Distances are rounded by up to `band`.
+    `last` are the feet that were followed from where they started, and `nearest` the closest points
+    at the end. Distances are rounded by up to `band`.
     """
-    guard, least = known
+    guard, depth, opposed = known
     length = np.sqrt(np.square(way[1] - way[0]).sum(axis=1))
     feet = Projection._make(column.copy() for column in nearest)
     none = np.zeros(len(guard), dtype=bool)
     held = Held(feet, guard.copy(), none, none.copy())
     along = (nearest.normal * guard).sum(axis=1)
-    other = (along < LEAST) | (-nearest.gap < least - 2.0 * band)
+    other = opposed | (along < LEAST) | (-nearest.gap < depth - length - 2.0 * band)
     # A way on which a point comes to another wall may have led past walls between.
     long = (along < ANOTHER) & (length > -PART * nearest.gap) & guard.any(axis=1)
     own = np.flatnonzero(other | long)
     if len(own) == 0:
         return held
     starts = np.where(last.status[own] == Status.OK, last.patch[own], -1), last.uv[own]
-    walk = _Walk(way[0][own], way[1][own], guard[own], least[own] + length[own], *starts)
-    facing, opposed, anew = _go(surface, walk, length[own], rows_of(nearest, own), band)
+    walk = _Walk(way[0][own], way[1][own], guard[own], depth[own], opposed[own], *starts)
+    facing, anew = _go(surface, walk, length[own], rows_of(nearest, own), band)
     held.guard[own] = walk.guard
     held.anew[own[anew]] = True
-    held.opposed[own[opposed]] = True
-    take(feet, own[opposed], rows_of(facing, np.flatnonzero(opposed)), opposed[opposed])
+    held.opposed[own] = walk.opposed
+    beyond = np.flatnonzero(walk.opposed)
+    take(feet, own[beyond], rows_of(facing, beyond), walk.opposed[beyond])
     return held
 
 
@@ -89,21 +96,27 @@ class _Walk(NamedTuple):
     guard: FloatArray
     depth: FloatArray
     """(n,) how deep they are, −inf where they came in."""
+    opposed: BoolArray
+    """(n,) whose nearest walls are opposite."""
     patch: IntArray
     """(n,) where their feet are, with (n, 2)."""
     uv: FloatArray
 
+    def place(self, rows: IndexArray, share: FloatArray) -> FloatArray:
+        """(len(rows), 3) places at shares of some ways."""
+        return self.end[rows] - (1.0 - share[:, None]) * (self.end[rows] - self.start[rows])
+
 
 def _go(
     surface: Surface, walk: _Walk, length: FloatArray, nearest: Projection, band: float
-) -> tuple[Projection, BoolArray, BoolArray]:
+) -> tuple[Projection, BoolArray]:
     """Take points along their ways, of this `length`, to where `nearest` are their closest points.
 
-    Returns feet of walls that do not face away, which points these hold, and which the nearest wall
-    does though it is opposite, as there is no other.
+    Returns feet of walls that do not face away, of the points that are opposed, and which points
+    the nearest wall holds though it is opposite, as there is no other.
     """
     n = len(length)
-    facing, opposed, anew = empty_projection(n), np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
+    facing, anew = empty_projection(n), np.zeros(n, dtype=bool)
     longest = np.clip(-PART * nearest.gap / np.maximum(length, 1e-300), WIDEST, 1.0)
     at, part, left = np.zeros(n), longest.copy(), np.arange(n)
     for _ in range(LOOKS):
@@ -112,58 +125,83 @@ def _go(
         place = at[left] + part[left]
         place[place > END] = 1.0
         gone = (place - at[left]) * length[left]
-        p_B = walk.end[left] - (1.0 - place[:, None]) * (walk.end[left] - walk.start[left])
+        part_B = walk.place(left, at[left]), walk.place(left, place)
         feet, between = rows_of(nearest, left), np.flatnonzero(place < 1.0)
-        out = closest(surface, p_B[between], np.arange(len(between), dtype=np.int32))
+        out = closest(surface, part_B[1], between.astype(np.int32))
         take(feet, between, out, np.ones(len(between), dtype=bool))
-        pushes, held, other = _look(surface, walk, (p_B, gone), left, feet, band)
+        pushes, held, other = _look(surface, walk, (*part_B, gone), left, feet, band)
         # Both distances change by no more than the way: where they differ by more than twice that,
         # the nearest wall has been opposite all along. Else it may have turned little by little.
-        sure = opposed[left] | (feet.gap - other.gap > 2.0 * gone) | (part[left] <= SHORTEST)
+        sure = walk.opposed[left] | (feet.gap - other.gap > 2.0 * gone) | (part[left] <= SHORTEST)
         again = ~pushes & ~sure & (-feet.gap >= walk.depth[left] - gone - 2.0 * band)
         on = ~again
         took = left[on & ~held]
-        _stand(walk, took, rows_of(feet, np.flatnonzero(on & ~held)), turned=True)
-        _stand(walk, left[on & held], rows_of(other, np.flatnonzero(on & held)), turned=False)
-        opposed[left[on]] = held[on]
+        _stand(walk, took, rows_of(feet, np.flatnonzero(on & ~held)), opposed=False)
+        _stand(walk, left[on & held], rows_of(other, np.flatnonzero(on & held)), opposed=True)
         anew[left[on & ~held & ~pushes]] = True
         at[left[on]] = place[on]
         part[left] = np.where(again, 0.5 * part[left], np.minimum(2.0 * part[left], longest[left]))
         ended = on & held & (place == 1.0)
         take(facing, left[ended], rows_of(other, np.flatnonzero(ended)), ended[ended])
         left = left[at[left] < 1.0]
-    opposed[left], anew[left] = False, True
-    return facing, opposed, anew
+    walk.opposed[left], anew[left] = False, True
+    return facing, anew
 
 
 def _look(
     surface: Surface,
     walk: _Walk,
-    on: tuple[FloatArray, FloatArray],
+    part: tuple[FloatArray, FloatArray, FloatArray],
     rows: IndexArray,
     feet: Projection,
     band: float,
 ) -> tuple[BoolArray, BoolArray, Projection]:
-    """Whether the nearest walls push the points `rows` of a walk at the places `on` = (p_B, how far
-    on); whether other walls hold them, and the feet on those."""
-    p_B, gone = on
+    """Whether the nearest walls push points of a walk, `rows`, at the end of a `part` = (from, to,
+    length); whether other walls hold them, and the feet on those."""
+    before, p_B, gone = part
     guard, least = walk.guard[rows], walk.depth[rows] - gone - 2.0 * band
     pushes = (feet.normal * guard).sum(axis=1) >= LEAST
     pushes &= -feet.gap >= least
-    other, asked = rows_of(feet, np.arange(len(rows))), np.flatnonzero(~pushes)
-    starts = walk.patch[rows[asked]], walk.uv[rows[asked]]
-    out = _facing(surface, p_B[asked], (guard[asked], least[asked]), starts)
-    take(other, asked, out, np.ones(len(asked), dtype=bool))
+    near = np.where(walk.opposed[rows], walk.depth[rows] - 2.0 * band, -np.inf)
+    pushes &= _were_off(surface, before, feet, near)
+    other, asked, floor = rows_of(feet, np.arange(len(rows))), np.flatnonzero(~pushes), least.copy()
+    for _ in range(TRIES):
+        if len(asked) == 0:
+            break
+        starts = walk.patch[rows[asked]], walk.uv[rows[asked]]
+        out = _facing(surface, p_B[asked], (guard[asked], floor[asked]), starts)
+        take(other, asked, out, np.ones(len(asked), dtype=bool))
+        asked = asked[~_were_off(surface, before[asked], out, near[asked])]
+        floor[asked] = 2.0 * band - other.gap[asked]
     # Where the wall that held a point has vanished, others are farther than they can have come.
     deepest = np.where(np.isfinite(least), least + ROUND * gone + 4.0 * band, np.inf)
     held = ~pushes & (other.status == Status.OK) & (-other.gap <= deepest)
     return pushes, held, other
 
 
-def _stand(walk: _Walk, rows: IndexArray, feet: Projection, turned: bool) -> None:
-    """Put points of a walk on walls, whose normals are their guards where these have `turned`."""
+def _were_off(
+    surface: Surface, before: FloatArray, feet: Projection, near: FloatArray
+) -> BoolArray:
+    """Whether the walls of some feet were as far as `near` (n,) from the points `before` (n, 3).
+
+    A wall that was nearer than the one that holds a point has been nearer all along, even if a part
+    of its way is long enough for both to be as near.
+    """
+    off = np.ones(len(near), dtype=bool)
+    asked = np.flatnonzero((near > 0.0) & (feet.status == Status.OK))
+    if len(asked):
+        back = empty_projection(len(asked))
+        surface.track(before[asked], feet.patch[asked], feet.uv[asked], back)
+        off[asked] = distances(back, before[asked]) >= near[asked]
+    return off
+
+
+def _stand(walk: _Walk, rows: IndexArray, feet: Projection, opposed: bool) -> None:
+    """Put points of a walk on their nearest walls, whose normals are their guards, or on others
+    where those are `opposed`."""
     walk.depth[rows], walk.patch[rows], walk.uv[rows] = -feet.gap, feet.patch, feet.uv
-    if turned:
+    walk.opposed[rows] = opposed
+    if not opposed:
         walk.guard[rows] = feet.normal
 
 

@@ -76,13 +76,14 @@ def scene(seed: int, nearest: bool) -> tuple[Asked, Step]:
     becomes = rng.choice([ContactStatus.OLD, ContactStatus.HELD], N).astype(np.int8)
     kept = was & (rng.random(N) < 0.6)
     guard = rng.normal(size=(N, 3)) * (rng.random((N, 1)) < 0.7)
-    known = side, rng.random(N), rng.random(N), guard, rng.normal(size=N)
-    asked = Asked(rows, was, kept, becomes, *known, feet, truth)
+    known = side, rng.random(N), rng.random(N), guard, rng.normal(size=N) + 0.5
+    asked = Asked(rows, was, kept, becomes, *known, rng.random(N) < 0.1, feet, truth)
     way, ignored = rng.random(2 * N), rng.random(2 * N) < 0.3
     way[::7] = np.inf
     points, near = rng.normal(size=(2 * N, 3)), np.zeros(2 * N, np.int32)
     old = near, rng.random((2 * N, 2)), UNHELD
-    return asked, Step(points, points, way, ignored, *old, Small())
+    gone = np.where(np.isfinite(way), way, 0.0)[:, None] * [1.0, 0.0, 0.0]
+    return asked, Step(points - gone, points, way, ignored, *old, Small())
 
 
 def rows_of_asked(asked: Asked, which: np.ndarray) -> Asked:

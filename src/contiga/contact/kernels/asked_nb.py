@@ -18,7 +18,7 @@ balls_at = reader("contiga.search.ball_cells.Balls")
 
 
 @inner(linked=False)
-def ask_touching(desk, count, first, holds, way):
+def ask_touching(desk, count, first, holds):
     """Put points that were in contact, the first of the desk's `ways`, from row `first` on."""
     asked, place = desk.doubtful, 0
     for j in range(count):
@@ -33,7 +33,8 @@ def ask_touching(desk, count, first, holds, way):
         take_foot(asked.feet, m, desk.feet, i)
         place = at(holds.rows, desk.rows[i], place)
         there = place < holds.rows.shape[0] and holds.rows[place] == desk.rows[i]
-        asked.least[m] = (holds.depth[place] if there else 0.0) - way[desk.rows[i]]
+        asked.depth[m] = holds.depth[place] if there else 0.0
+        asked.opposed[m] = there and holds.opposed[place]
         for c in range(3):
             desk.stand[m, c] = desk.now[i, c]
             asked.guard[m, c] = holds.guard[place, c] if there else 0.0
@@ -47,7 +48,8 @@ def ask_free(desk, count, rows, now):
         i = desk.ways[m]
         asked.rows[m] = rows[i]
         asked.was[m] = asked.kept[m] = False
-        asked.guard[m, 0] = asked.guard[m, 1] = asked.guard[m, 2] = asked.least[m] = 0.0
+        asked.guard[m, 0] = asked.guard[m, 1] = asked.guard[m, 2] = asked.depth[m] = 0.0
+        asked.opposed[m] = False
         asked.status[m] = 0
         asked.side[m] = desk.own_side[i]
         asked.safe_distance[m] = desk.own_reach[i]
@@ -80,7 +82,8 @@ def judge_asked(desk, n, places, step, limits, found, taken):
     _find(desk, n, limits[0], tables_at(places[0]), balls_at(places[2]))
     own = (asked.rows[:n], asked.was, asked.kept, asked.status)
     near = (limits[2], limits[4])
-    take_nearest(own, asked.feet, asked.truth, (asked.guard, asked.least), step[0], near)
+    held = (asked.guard, asked.depth, asked.opposed)
+    take_nearest(own, asked.feet, asked.truth, held, step[0], near)
     columns = (
         asked.rows[:n],
         asked.was[:n],

@@ -45,16 +45,16 @@ def take_nearest(asked, feet, truth, held, way, limits):
     is off.
 
     `asked` are the columns (rows, was, kept, what becomes of those that are kept), of which the
-    last two are filled in; `held` is (guard, least depth of a foot), `way` that of all points,
-    `limits` (band, how far feet that are one may be apart).
+    last two are filled in; `held` is (guard, depth, whose nearest wall was opposite), `way` that of
+    all points, `limits` (band, how far feet that are one may be apart).
     """
     rows, was, kept, becomes = asked
-    (guard, least), (band, same_foot) = held, limits
+    (guard, deep, opposed), (band, same_foot) = held, limits
     for i in range(rows.shape[0]):
         if kept[i] and feet.certified[i] == 1:
             continue  # it has its closest point already
         kept[i] = False
-        if was[i] and truth.status[i] == OK and truth.gap[i] <= 0.0:
+        if was[i] and not opposed[i] and truth.status[i] == OK and truth.gap[i] <= 0.0:
             gone, depth = way[rows[i]], -truth.gap[i] - band
             there = not math.isfinite(gone) or depth > gone
             if there and gone > PART * depth and turns(truth, i, guard, i):
@@ -62,7 +62,7 @@ def take_nearest(asked, feet, truth, held, way, limits):
             # What could not be followed is a closest point already.
             led = feet.certified[i] == 0 and _apart(feet, truth, i) <= same_foot
             there = there or led
-            kept[i] = there and holds_on(truth, i, guard, i, least[i], band)
+            kept[i] = there and holds_on(truth, i, guard, i, deep[i] - gone, band)
         if kept[i]:
             becomes[i] = OLD
             take_foot(feet, i, truth, i)

@@ -196,7 +196,7 @@ def face(rows, feet, holds, way, band, mark, asked):
         sound = feet.certified[i] == 0 and _is_foot(feet.status[i]) and feet.gap[i] <= 0.0
         if sound and held:
             least = holds.depth[j] - way[rows[i]]
-            sound = holds_on(feet, i, holds.guard, j, least, band)
+            sound = not holds.opposed[j] and holds_on(feet, i, holds.guard, j, least, band)
         if sound:
             mark[i] = KEEP
             # What is no deeper than rounding is on the surface.

@@ -157,7 +157,7 @@ def _settle(lists, path, last, found, feet, limits, places):
     if touching.shape[0] > 0 and left >= 0:
         held, how = (last[0], last[1], last[4]), (with_balls, band)
         _, own = touch(touching, (*path, found[4]), held, into, feet, how, places)
-        ask_touching(desk, own, left, last[4], found[4])
+        ask_touching(desk, own, left, last[4])
         left = left + own if own >= 0 else own
     if left > 0:
         step, bounds = (found[4], found[5]), (penetration, True, band, depth, same_foot)
