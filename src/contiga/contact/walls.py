@@ -246,6 +246,7 @@ def give_way(
     other = _facing(surface, end, known, (feet.patch[own], feet.uv[own]))
     nearer = (other.status == Status.OK) & (other.feature == Feature.FACE)
     nearer &= other.gap > feet.gap[own] + options.band
+    nearer &= _were_off(surface, start, other, np.where(nearer, depth[own] - options.band, 0.0))
     nearer[nearer] = surface.are_joined(other.patch[nearer], feet.patch[own[nearer]])
     take(feet, own[nearer], rows_of(other, np.flatnonzero(nearer)), nearer[nearer])
 
