@@ -47,6 +47,8 @@ def test_names_that_do_not_exist_are_attribute_errors() -> None:
 def test_version_is_that_of_the_package() -> None:
     with (ROOT / "pyproject.toml").open("rb") as file:
         assert tomllib.load(file)["project"]["version"] == contiga.__version__
+    cited = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {contiga.__version__}\n" in cited
 
 
 def test_kernels_import_only_numpy_numba_math_and_kernels() -> None:
