@@ -10,12 +10,10 @@ import sys
 
 from contiga.errors import MissingPackageError
 from contiga.extras import require
-from contiga.num.garbage import look_seldom
 
 
 def main() -> None:
     """Run the command line and leave with its exit code."""
-    look_seldom()
     try:
         require("the command line", "typer", "rich", "pydantic")
     except MissingPackageError as error:

@@ -11,8 +11,8 @@ import math
 import numpy as np
 
 from contiga.elements.kernels.element_nb import evaluate, parameters
+from contiga.jit import inlined, inner, kernel
 from contiga.num.codes import AT_START, BUDGET, EITHER, ENTRIES, OK, OUT
-from contiga.num.jit import inlined, inner, kernel
 from contiga.num.kernels.query_nb import begin_path
 from contiga.search.kernels.crossing_nb import DEPTH, next_crossing
 from contiga.search.kernels.edge_width_nb import BESIDE, edge_width

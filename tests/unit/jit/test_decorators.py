@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from numba.core import caching
 
+from contiga.jit.stamps import PACKAGE
 from contiga.num import jit
-from contiga.num.stamps import PACKAGE
 
 CALLEE = """
 from numba import njit
@@ -132,7 +132,7 @@ def test_old_code_under_a_new_index_is_not_run(tiny):
 
 def test_a_file_that_changes_before_a_kernel_of_it_is_called_is_not_what_that_is_kept_by(tiny):
     """What is kept is looked for when a kernel is called; its stamp is of what was imported."""
-    text = "from contiga.num.jit import kernel\n\n@kernel()\ndef late(x):\n    return x + 10\n"
+    text = "from contiga.jit import kernel\n\n@kernel()\ndef late(x):\n    return x + 10\n"
     (tiny / "late.py").write_text(text)
 
     def run(then):

@@ -19,6 +19,11 @@ from typing import Any
 import llvmlite.binding as llvm
 from numba.core.codegen import JITCodeLibrary
 
+Call = tuple[str, str, str, Any]
+"""(Name of a function, its module, its kernel, types of its arguments)."""
+CALLED: dict[str, Call] = {}
+"""Where a function that is called by name comes from."""
+
 
 class KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
     """Code of a kernel of ours."""
@@ -72,3 +77,12 @@ def module_of(lines: list[str], like: Any) -> Any:
     module = llvm.parse_assembly(head + "\n".join(lines))
     module.name = like.name
     return module
+
+
+def calls_of(library: Any) -> list[Call]:
+    """Of `CALLED`, what a library calls by name."""
+    linked = isinstance(library, LinkedLibrary)
+    module = library._shared_module if linked else library._final_module
+    declared = (function for function in module.functions if function.is_declaration)
+    names = (named.name for named in (*declared, *module.global_variables))
+    return [CALLED[name] for name in names if name in CALLED]

@@ -14,9 +14,9 @@ import pytest
 from numba import njit
 from numba.core.compiler import Flags
 
+from contiga.jit import inner, kernel, straight
+from contiga.jit.pipeline import InnerCompiler
 from contiga.num import compiler
-from contiga.num.compiler import InnerCompiler
-from contiga.num.jit import inner, kernel, straight
 
 part = partial(njit, no_cpython_wrapper=True, no_cfunc_wrapper=True, pipeline_class=InnerCompiler)
 
@@ -104,7 +104,7 @@ def test_a_changed_caller_is_linked_with_kernels_from_the_cache(tmp_path: Path) 
     folder = tmp_path / "tiny"
     folder.mkdir()
     (folder / "__init__.py").touch()
-    head = "from contiga.num.jit import inner, kernel\n"
+    head = "from contiga.jit import inner, kernel\n"
 
     def run(ending: str) -> list[str]:
         for name, text in MODULES.items():
@@ -121,7 +121,7 @@ def test_kernels_called_by_name_are_found_by_other_processes(tmp_path: Path) -> 
     folder = tmp_path / "tiny"
     folder.mkdir()
     (folder / "__init__.py").touch()
-    head = "from contiga.num.jit import inner, kernel\n"
+    head = "from contiga.jit import inner, kernel\n"
 
     def run(ending: str, factor: str = "3.0") -> list[str]:
         for name, text in CALLED.items():
@@ -244,12 +244,12 @@ def divided(tmp_path: Path) -> Callable[..., str]:
     folder.mkdir()
     (folder / "__init__.py").touch()
     (folder / "callee.py").write_text(
-        "from contiga.num.jit import inner\n\n@inner(linked=False)\ndef callee(x):\n"
+        "from contiga.jit import inner\n\n@inner(linked=False)\ndef callee(x):\n"
         "    return 1.0 / x\n"
     )
     for model in ("python", "numpy"):
         (folder / f"by_{model}.py").write_text(
-            "from contiga.num.jit import kernel\nfrom tiny.callee import callee\n\n"
+            "from contiga.jit import kernel\nfrom tiny.callee import callee\n\n"
             f"@kernel(error_model='{model}')\ndef by_{model}(x):\n    return callee(x) + 1.0\n"
         )
     code = (
