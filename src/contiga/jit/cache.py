@@ -16,15 +16,17 @@ as ever. Only kernels of ours are kept so: no list of numba's is changed.
 
 from __future__ import annotations
 
+import inspect
 import os
 import re
+import sys
 from contextlib import AbstractContextManager, ExitStack
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol
 
 from numba.core import event
-from numba.core.caching import CacheImpl, CompileResultCacheImpl, FunctionCache, _CacheLocator
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
 
 from contiga.jit.libraries import CalledLibrary, calls_of, module_of
 from contiga.jit.locks import alone
@@ -53,24 +55,14 @@ COMPANY: list[Company] = []
 """Of this process."""
 
 
-class Sourced(_CacheLocator):  # type: ignore[misc]
-    """Where the kernels of our packages are kept: where numba would, by stamps of all sources."""
+class Sourced:
+    """Where a kernel of our packages is kept: where numba would, by stamps of all sources."""
 
-    def __init__(self, function: Any, file: str, numbas: Any) -> None:
-        name = f"{Path(file).stem}.{function.__qualname__}"
+    def __init__(self, function: Any, numbas: Any) -> None:
+        name = f"{Path(inspect.getfile(function)).stem}.{function.__qualname__}"
         self._name = name.replace("<", "").replace(">", "")
         self._stamp = stamp_at_import(function)
         self._numbas = numbas
-
-    @classmethod
-    def from_function(cls, py_func: Any, py_file: str) -> Any:
-        """A locator for the function; none where its file is not of a package of ours."""
-        path = Path(py_file).resolve()
-        if not path.is_file() or not any(package in path.parents for package in PACKAGES):
-            return None
-        made = (kind.from_function(py_func, py_file) for kind in CacheImpl._locator_classes)
-        numbas = next((locator for locator in made if locator is not None), None)
-        return None if numbas is None else cls(py_func, py_file, numbas)
 
     def get_cache_path(self) -> str:
         """The folder."""
@@ -97,7 +89,14 @@ class Sourced(_CacheLocator):  # type: ignore[misc]
 class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
     """What of a compiled kernel is kept: numba's own, and what it calls by name."""
 
-    _locator_classes = (Sourced, *CacheImpl._locator_classes)
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        file = Path(inspect.getfile(function)).resolve()
+        if any(package in file.parents for package in PACKAGES):
+            self._locator: Any = Sourced(function, self._locator)
+            self._filename_base = self.get_filename_base(
+                f"{file.stem}.{function.__qualname__}", getattr(sys, "abiflags", "")
+            )
 
     def check_cachable(self, compiled: Any) -> bool:
         """Not where it calls what another process would not find."""

@@ -16,7 +16,7 @@ from numba import njit
 
 from contiga.jit import reference as reference  # the types of tuples of tables
 from contiga.jit.dispatcher import KernelDispatcher, decorator
-from contiga.jit.lazy import lazily
+from contiga.jit.late import lazily
 from contiga.jit.pipeline import CalledCompiler, InnerCompiler, KernelCompiler
 
 Decorator = Callable[[Any], Any]

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from contiga.jit import locks
 from contiga.jit.locks import alone
-from contiga.num import locks
 
 HOLD = """
 import sys, time
@@ -33,10 +33,10 @@ folder = Path(sys.argv[1])
 sys.path.insert(0, str(folder))
 from numba.core import event
 from numba.core.caching import IndexDataCacheFile
-from contiga.num import jit
 from contiga.jit.pipeline import KernelCompiler
+from contiga.jit.stamps import PACKAGES
 
-jit.keep_by_sources(folder / "tiny")
+PACKAGES.append(folder / "tiny")
 from tiny.outer import inmost, outer
 
 own = KernelCompiler.compile_extra

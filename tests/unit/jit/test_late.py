@@ -16,8 +16,8 @@ from numba import njit, types
 from numba.core.errors import TypingError
 
 from contiga.jit import inner, kernel, lazy
-from contiga.jit.lazy import compile_all
-from contiga.num import lazy as lazy_module
+from contiga.jit import late as lazy_module
+from contiga.jit.late import compile_all
 
 WAIT = 120.0
 """Seconds after which threads wait for each other."""
@@ -40,16 +40,19 @@ import numpy as np
 
 folder = Path(sys.argv[1])
 sys.path.insert(0, str(folder))
-from contiga.num import jit, lazy
+from contiga.jit import lazy as _
+from contiga.jit import late as lazy_module
+from contiga.jit.late import compile_all
+from contiga.jit.stamps import PACKAGES
 
-jit.keep_by_sources(folder / "tiny")
+PACKAGES.append(folder / "tiny")
 from tiny.outer import outer
 from tiny.rare import rare
 from tiny.inmost import inmost
 
 for x in sys.argv[2:]:
     if x == "all":
-        lazy.compile_all()
+        compile_all()
     elif x == "type":
         numba.typeof(np.ones(1, [("another", float)]))
     else:
