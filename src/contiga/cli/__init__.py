@@ -10,6 +10,7 @@ import sys
 
 from contiga.errors import MissingPackageError
 from contiga.extras import require
+from contiga.warmup.garbage import looked_for_seldom
 
 
 def main() -> None:
@@ -19,6 +20,7 @@ def main() -> None:
     except MissingPackageError as error:
         print(f"contiga: error: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
-    from contiga.cli.commands import main as run
+    with looked_for_seldom():
+        from contiga.cli.commands import main as run
 
-    run()
+        run()

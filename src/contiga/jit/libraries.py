@@ -25,20 +25,11 @@ CALLED: dict[str, Call] = {}
 """Where a function that is called by name comes from."""
 
 
-class KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """Code of a kernel of ours."""
-
-    _final_module: Any
-
-    def _optimize_functions(self, ll_module: Any) -> None:
-        """Nothing: what is linked is optimised all at once."""
-        ll_module.data_layout = self._codegen._data_layout
-
-
-class LinkedLibrary(KernelLibrary):
+class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
     """Code of a kernel and of those that it calls, to be linked into its callers and not run."""
 
     _shared_module: Any
+    _final_module: Any
 
     def _optimize_final_module(self) -> None:
         """Nothing: the caller that Python calls does it for all at once."""
@@ -54,7 +45,7 @@ class LinkedLibrary(KernelLibrary):
         super()._finalize_final_module()
 
 
-class CalledLibrary(KernelLibrary):
+class CalledLibrary(JITCodeLibrary):  # type: ignore[misc]
     """Code of a kernel that its callers know by name."""
 
     def _get_module_for_linking(self) -> Any:

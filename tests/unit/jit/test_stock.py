@@ -188,13 +188,3 @@ def test_a_users_function_is_compiled_as_without_this_package() -> None:
 def _nameless(text: str) -> str:
     """Machine code without the numbers that numba counts its functions by, and addresses."""
     return re.sub(r'"?\.bytes\.-?\d+"?|v\d+B|\d{6,}|0x[0-9a-f]+|\.const\.[\w.$<>]+', "", text)
-
-
-@pytest.mark.parametrize("asked", [1, 2])
-def test_threads_are_as_many_as_numba_is_told(asked: int) -> None:
-    code = (
-        "import json, numba\nfrom contiga.num.threads import thread_count\n"
-        f"first = thread_count()\nnumba.set_num_threads({asked})\n"
-        "print(json.dumps([first, thread_count()]))"
-    )
-    assert said(code, NUMBA_NUM_THREADS="2") == [2, asked]
