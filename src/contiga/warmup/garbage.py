@@ -1,4 +1,4 @@
-"""When Python looks for garbage while a process of ours compiles: seldom, as there is hardly any."""
+"""When Python looks for garbage while a process of ours compiles: seldom."""
 
 from __future__ import annotations
 
