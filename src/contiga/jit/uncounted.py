@@ -62,9 +62,12 @@ def _owns(state: Any) -> bool:
                 counted = holds(state.typemap[line.target.name])
                 if counted and not _is_borrowed(line.value, state.typemap):
                     return True
-            # A slice written from an array that may overlap with it is written from a copy.
-            elif isinstance(line, WRITTEN) and holds(state.typemap[line.value.name]):
-                return True
+            # A slice written from an array that may overlap with it is written from a copy; where a
+            # tuple has another length, the error of numba before 0.62 owns what it says.
+            elif isinstance(line, WRITTEN):
+                of = state.typemap[line.value.name]
+                if holds(of) or isinstance(of, types.BaseTuple):
+                    return True
     return False
 
 
