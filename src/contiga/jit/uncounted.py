@@ -16,6 +16,7 @@ from numba.core import ir
 from numba.core import types as numba_types
 from numba.core.compiler_machinery import AnalysisPass, register_pass
 from numba.core.errors import TypingError
+from numba.np import arrayobj
 
 from contiga.jit.scratch import SCRATCH
 
@@ -27,6 +28,8 @@ BORROWED = (
 """Expressions whose arrays are their operands', or parts of them, unless an array is the index."""
 PARTS = types.Integer, types.SliceType, types.EllipsisType, types.StringLiteral
 WRITTEN = ir.SetItem, ir.StaticSetItem
+OWNED_ERRORS = not hasattr(arrayobj, "raise_with_shape_context")
+"""To say that a tuple does not fit a slice, older versions of numba (0.61) make what they say."""
 
 
 @register_pass(mutates_CFG=False, analysis_only=True)
@@ -62,11 +65,10 @@ def _owns(state: Any) -> bool:
                 counted = holds(state.typemap[line.target.name])
                 if counted and not _is_borrowed(line.value, state.typemap):
                     return True
-            # A slice written from an array that may overlap with it is written from a copy; where a
-            # tuple has another length, the error of numba before 0.62 owns what it says.
+            # A slice written from an array that may overlap with it is written from a copy.
             elif isinstance(line, WRITTEN):
                 of = state.typemap[line.value.name]
-                if holds(of) or isinstance(of, types.BaseTuple):
+                if holds(of) or (OWNED_ERRORS and isinstance(of, types.BaseTuple)):
                     return True
     return False
 
