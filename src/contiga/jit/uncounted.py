@@ -16,7 +16,6 @@ from numba.core import ir
 from numba.core import types as numba_types
 from numba.core.compiler_machinery import AnalysisPass, register_pass
 from numba.core.errors import TypingError
-from numba.np import arrayobj
 
 from contiga.jit.scratch import SCRATCH
 
@@ -28,8 +27,6 @@ BORROWED = (
 """Expressions whose arrays are their operands', or parts of them, unless an array is the index."""
 PARTS = types.Integer, types.SliceType, types.EllipsisType, types.StringLiteral
 WRITTEN = ir.SetItem, ir.StaticSetItem
-OWNED_ERRORS = not hasattr(arrayobj, "raise_with_shape_context")
-"""To say that a tuple does not fit a slice, older versions of numba (0.61) make what they say."""
 
 
 @register_pass(mutates_CFG=False, analysis_only=True)
@@ -66,10 +63,8 @@ def _owns(state: Any) -> bool:
                 if counted and not _is_borrowed(line.value, state.typemap):
                     return True
             # A slice written from an array that may overlap with it is written from a copy.
-            elif isinstance(line, WRITTEN):
-                of = state.typemap[line.value.name]
-                if holds(of) or (OWNED_ERRORS and isinstance(of, types.BaseTuple)):
-                    return True
+            elif isinstance(line, WRITTEN) and holds(state.typemap[line.value.name]):
+                return True
     return False
 
 
