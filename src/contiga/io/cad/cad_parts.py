@@ -123,8 +123,8 @@ def _parts(found: Inventory) -> tuple[CadPart, ...]:
     parts = []
     for said in found.parts:
         mine = patches[said.number]
-        if mine:
-            body = found.apart.get(said.number) or cut_out(found.body, mine)
+        body = found.apart.get(said.number) or (cut_out(found.body, mine) if mine else None)
+        if body is not None:
             parts.append(_part(said, body.renamed(said.title)))
     return tuple(parts)
 

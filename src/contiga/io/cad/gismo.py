@@ -23,7 +23,13 @@ from contiga.records import FloatArray
 SURFACES = ("TensorBSpline2", "TensorNurbs2")
 
 
-def read_gismo(path: Path, file_unit: str | None, unit: str | None, choice: Choice = ALL) -> Body:
+def read_gismo(
+    path: Path,
+    file_unit: str | None,
+    unit: str | None,
+    choice: Choice = ALL,
+    solids: Solids = "union",
+) -> Body:
     """The surfaces of a G+Smo file as one body; see `contiga.io.cad.read_cad.read_cad`.
 
     Patches that share a whole side, with the same parameters up to direction, share an edge.

@@ -12,7 +12,7 @@ from contiga.errors import ContigaWarning, FileError
 from contiga.extras import require
 from contiga.io.apart import read_apart
 from contiga.io.cad.formats import PACKAGES, SUFFIXES, reader
-from contiga.io.cad.parts import choice_of
+from contiga.io.cad.parts import Solids, checked_solids, choice_of
 from contiga.io.naming import PartKeys
 from contiga.io.units import base_factor
 
@@ -33,6 +33,7 @@ def read_cad(
     file_unit: str | None = None,
     parts: PartKeys | None = None,
     faces: int | Iterable[int] | None = None,
+    solids: Solids = "union",
 ) -> Body:
     """Read the faces of a CAD file, or of some of its parts, as a body.
 
@@ -50,6 +51,9 @@ def read_cad(
         A name is that of a part, its product or instance, or an assembly for all in it; "arm/bolt"
         is the bolt of the arm. A name that several share takes them all.
     faces : numbers of faces, from 1 in the file's order, beside those of `parts`
+    solids : what becomes of solids that touch or overlap. "union" makes one of them, without the
+        walls inside; "separate" keeps each as it is, though the body is not closed then where they
+        meet: `cad_parts` gives each as a body of its own; "refuse" is an error
 
     Returns
     -------
@@ -61,9 +65,11 @@ def read_cad(
     ------
     FileError
         Missing, empty, damaged, of another format, without faces, of an unknown suffix; it crashes
-        its reader, or takes more than the time or memory of `contiga.io.limits`.
+        its reader, or takes more than the time or memory of `contiga.io.limits`. Solids meet, and
+        are to be refused.
     GeometryError
-        `parts` or `faces` choose nothing; the message lists what the file has.
+        `parts` or `faces` choose nothing; the message lists what the file has. `solids` is none
+        of the three.
     MissingPackageError, UnitError
         What reads the format is not installed; a unit, the file's own too, is no length unit.
 
@@ -71,7 +77,8 @@ def read_cad(
     -----
     ContigaWarning
         A face without extent is left out; one whose loops do not close is kept whole; faces that
-        share an edge are more than 1e-4 of the size apart: a slit, bridged within tolerances.
+        share an edge are more than 1e-4 of the size apart: a slit, bridged within tolerances;
+        solids touch or overlap.
 
     Examples
     --------
@@ -82,8 +89,10 @@ def read_cad(
     """
     file = Path(path)
     choice = choice_of(parts, faces)
+    checked_solids(solids)
     target = reader_of(file, "read", file_unit, unit)
-    body: Body = read_apart(target, file, file_unit, unit, choice, needs="contiga.masters.body")
+    needs = "contiga.masters.body"
+    body: Body = read_apart(target, file, file_unit, unit, choice, solids, needs=needs)
     check_read(body, file)
     return body
 

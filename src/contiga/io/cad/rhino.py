@@ -60,7 +60,13 @@ def warm_up() -> None:
     import rhino3dm  # noqa: F401
 
 
-def read_rhino(path: Path, file_unit: str | None, unit: str | None, choice: Choice = ALL) -> Body:
+def read_rhino(
+    path: Path,
+    file_unit: str | None,
+    unit: str | None,
+    choice: Choice = ALL,
+    solids: Solids = "union",
+) -> Body:
     """The faces of a 3DM file as one body; see `contiga.io.cad.read_cad.read_cad`.
 
     Raises

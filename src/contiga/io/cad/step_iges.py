@@ -7,7 +7,6 @@ planes as they are, analytic surfaces in their rational form, p-curves along.
 
 from __future__ import annotations
 
-from collections.abc import Container
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -30,11 +29,13 @@ from contiga.io.cad.loops import (
     gaps,
     rectangle_sides,
 )
-from contiga.io.cad.occ_parts import joined, labelled
+from contiga.io.cad.occ_parts import compound_of, labelled
 from contiga.io.cad.occ_transfer import transferred
-from contiga.io.cad.parts import ALL, Choice, Inventory, chosen_faces
+from contiga.io.cad.parts import ALL, Choice, Inventory, PartLabel, Solids, chosen_faces
 from contiga.io.cad.sew import Sewn
+from contiga.io.cad.unite import Meeting, Placed, placed_of, tell
 from contiga.io.cad.warp import AngleMap, bent
+from contiga.io.naming import listed
 from contiga.io.units import length_factor, short_name
 from contiga.masters.body import Body
 from contiga.records import FloatArray
@@ -79,67 +80,98 @@ def warm_up() -> None:
 
 
 def read_step_iges(
-    path: Path, file_unit: str | None, unit: str | None, choice: Choice = ALL
+    path: Path,
+    file_unit: str | None,
+    unit: str | None,
+    choice: Choice = ALL,
+    solids: Solids = "union",
 ) -> Body:
     """The faces of a STEP or IGES file as a body in `unit`; see `io.cad.read_cad`."""
     with occ.quiet():
-        return _Model(path, file_unit, unit).body(choice)
+        return _Model(path, file_unit, unit, solids).body(choice)
 
 
-def list_step_iges(path: Path, file_unit: str | None, unit: str | None) -> Inventory:
+def list_step_iges(
+    path: Path, file_unit: str | None, unit: str | None, solids: Solids = "union"
+) -> Inventory:
     """All of a STEP or IGES file with what it says of its parts."""
     with occ.quiet():
-        return _Model(path, file_unit, unit).inventory()
+        return _Model(path, file_unit, unit, solids).inventory()
 
 
 class _Model:
     """A file as OpenCASCADE has it, to be converted whole or in part."""
 
-    def __init__(self, path: Path, file_unit: str | None, unit: str | None) -> None:
+    def __init__(
+        self, path: Path, file_unit: str | None, unit: str | None, solids: Solids
+    ) -> None:
         found = transferred(path)
         own = file_unit or found.unit
         # OpenCASCADE has multiplied by the unit the file states, which file_unit overrides.
         stated = 1.0 if found.unit is None else length_factor(OCC_UNIT, found.unit, str(path))
         wanted = length_factor(own, unit, str(path)) if own and unit else 1.0
-        self._path, self._pieces = path, found.pieces
+        self._path, self._pieces, self._solids = path, found.pieces, solids
         self._scale = _product(stated, wanted)
         self._unit = short_name(unit or own) if own else None
         to_occ = 1.0 if found.unit is None else length_factor(found.unit, OCC_UNIT, str(path))
         self._accuracy = found.accuracy * to_occ
-        self._sewn = Sewn(joined(found.pieces, None))
+        self._sewn = Sewn(compound_of(piece.shape for piece in found.pieces))
         self._parts = labelled(found.pieces, self._sewn)
 
     def body(self, choice: Choice) -> Body:
         """What is chosen, as if the file had nothing else."""
-        chosen = chosen_faces(self._parts, choice, str(self._path))
-        sewn = self._sewn if choice.everything else Sewn(joined(self._pieces, chosen))
-        assembly, _ = self._gathered(chosen, sewn)
+        placed = self._placed(choice)
+        sewn = self._sewn_of(placed)
+        assembly, _ = self._gathered(placed, sewn)
         return self._made(assembly, sewn)
 
     def inventory(self) -> Inventory:
-        """Everything, and parts that share edges with others apart, too."""
-        every = chosen_faces(self._parts, ALL, str(self._path))
-        assembly, numbers = self._gathered(every, self._sewn)
+        """Everything, and parts that share faces or edges with others apart, too."""
+        placed = self._placed(ALL)
+        sewn = self._sewn_of(placed)
+        assembly, numbers = self._gathered(placed, sewn)
         owner = {face.number: part.number for part in self._parts for face in part.faces}
-        apart = {
-            number: self.body(Choice(parts=(number,)))
-            for number in assembly.entangled([owner[number] for number in numbers])
-        }
-        return Inventory(self._made(assembly, self._sewn), numbers, self._parts, apart)
+        mixed = set(assembly.entangled([owner[number] for number in numbers]))
+        mixed |= {part.number for meeting in placed.meetings for part in self._parts_of(meeting)}
+        apart = {number: self.body(Choice(parts=(number,))) for number in sorted(mixed)}
+        return Inventory(self._made(assembly, sewn), numbers, self._parts, apart)
 
-    def _gathered(self, chosen: Container[int], sewn: Sewn) -> tuple[Assembly, list[int]]:
-        """The faces chosen, and the number in the file of each patch made of one."""
+    def _placed(self, choice: Choice) -> Placed:
+        """The faces chosen, solids that meet dealt with as asked for."""
+        chosen = chosen_faces(self._parts, choice, str(self._path))
+        unite = self._solids == "union"
+        placed = placed_of(self._pieces, chosen, self._accuracy, unite=unite)
+        told = [
+            f"{listed(part.title for part in self._parts_of(meeting))} at {self._at(meeting)}"
+            for meeting in placed.meetings
+        ]
+        tell(placed, told, self._solids, str(self._path))
+        return placed
+
+    def _parts_of(self, meeting: Meeting) -> list[PartLabel]:
+        firsts = np.cumsum([1, *(len(piece.faces) for piece in self._pieces)])
+        wanted = set(firsts[list(meeting.pieces)].tolist())
+        return [part for part in self._parts if part.faces[0].number in wanted]
+
+    def _at(self, meeting: Meeting) -> str:
+        return "({:.6g}, {:.6g}, {:.6g})".format(*(self._scale * c for c in meeting.place))
+
+    def _sewn_of(self, placed: Placed) -> Sewn:
+        """What numbers the edges of faces."""
+        own = len(placed.faces) == sum(len(piece.faces) for piece in self._pieces)
+        return self._sewn if own and not placed.meetings else Sewn(placed.shape)
+
+    def _gathered(self, placed: Placed, sewn: Sewn) -> tuple[Assembly, list[int]]:
+        """The faces, and the number in the file of each patch made of one."""
         from OCP.TopoDS import TopoDS
 
         assembly = Assembly(str(self._path))
         numbers = []
-        faces = (face for piece in self._pieces for face in piece.faces)
-        for number, face in enumerate(faces, start=1):
-            if number in chosen:
-                turned = TopoDS.Face(face.Reversed()) if sewn.turned(face) else face
-                where = f"{self._path}, face {number}"
-                if add_face(assembly, turned, sewn, self._scale, where):
-                    numbers.append(number)
+        for number, face in placed.faces:
+            turned = TopoDS.Face(face.Reversed()) if sewn.turned(face) else face
+            where = f"{self._path}, face {number}"
+            if add_face(assembly, turned, sewn, self._scale, where):
+                numbers.append(number)
         return assembly, numbers
 
     def _made(self, assembly: Assembly, sewn: Sewn) -> Body:
