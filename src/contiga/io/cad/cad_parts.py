@@ -65,6 +65,8 @@ class CadFile(NamedTuple):
     numbers: list[int]
     """Which face of the file each patch of `body` is."""
     parts: tuple[CadPart, ...]
+    said: str
+    """Of solids that touch or overlap, "" if none do."""
 
 
 def cad_parts(
@@ -106,7 +108,7 @@ def read_cad_file(
     reader = reader_of(file, "list", file_unit, unit)
     found: Inventory = read_apart(reader, file, file_unit, unit, needs=_LOOKED_AT_WITH)
     check_read(found.body, file)
-    return CadFile(found.body, found.numbers, _parts(found))
+    return CadFile(found.body, found.numbers, _parts(found), found.said)
 
 
 def _parts(found: Inventory) -> tuple[CadPart, ...]:

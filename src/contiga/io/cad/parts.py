@@ -155,7 +155,9 @@ class Inventory(NamedTuple):
     """Which face of the file each patch of `body` is."""
     parts: list[PartLabel]
     apart: dict[int, Body]
-    """By number the parts that share edges with others, as they are alone."""
+    """By number the parts that share faces or edges with others, as they are alone."""
+    said: str = ""
+    """Of solids that touch or overlap, "" if none do."""
 
 
 def chosen_faces(parts: Sequence[PartLabel], choice: Choice, where: str) -> set[int]:

@@ -33,7 +33,7 @@ from contiga.io.cad.occ_parts import compound_of, labelled
 from contiga.io.cad.occ_transfer import transferred
 from contiga.io.cad.parts import ALL, Choice, Inventory, PartLabel, Solids, chosen_faces
 from contiga.io.cad.sew import Sewn
-from contiga.io.cad.unite import Meeting, Placed, placed_of, tell
+from contiga.io.cad.unite import Meeting, Placed, placed_of, said_of
 from contiga.io.cad.warp import AngleMap, bent
 from contiga.io.naming import listed
 from contiga.io.units import length_factor, short_name
@@ -120,24 +120,26 @@ class _Model:
 
     def body(self, choice: Choice) -> Body:
         """What is chosen, as if the file had nothing else."""
-        placed = self._placed(choice)
+        placed, said = self._placed(choice)
+        if said:
+            warn(f"{self._path}: solids {said}")
         sewn = self._sewn_of(placed)
         assembly, _ = self._gathered(placed, sewn)
         return self._made(assembly, sewn)
 
     def inventory(self) -> Inventory:
         """Everything, and parts that share faces or edges with others apart, too."""
-        placed = self._placed(ALL)
+        placed, said = self._placed(ALL)
         sewn = self._sewn_of(placed)
         assembly, numbers = self._gathered(placed, sewn)
         owner = {face.number: part.number for part in self._parts for face in part.faces}
         mixed = set(assembly.entangled([owner[number] for number in numbers]))
         mixed |= {part.number for meeting in placed.meetings for part in self._parts_of(meeting)}
         apart = {number: self.body(Choice(parts=(number,))) for number in sorted(mixed)}
-        return Inventory(self._made(assembly, sewn), numbers, self._parts, apart)
+        return Inventory(self._made(assembly, sewn), numbers, self._parts, apart, said)
 
-    def _placed(self, choice: Choice) -> Placed:
-        """The faces chosen, solids that meet dealt with as asked for."""
+    def _placed(self, choice: Choice) -> tuple[Placed, str]:
+        """The faces chosen, solids that meet dealt with as asked for, and what is said of them."""
         chosen = chosen_faces(self._parts, choice, str(self._path))
         unite = self._solids == "union"
         placed = placed_of(self._pieces, chosen, self._accuracy, unite=unite)
@@ -145,8 +147,7 @@ class _Model:
             f"{listed(part.title for part in self._parts_of(meeting))} at {self._at(meeting)}"
             for meeting in placed.meetings
         ]
-        tell(placed, told, self._solids, str(self._path))
-        return placed
+        return placed, said_of(placed, told, self._solids, str(self._path))
 
     def _parts_of(self, meeting: Meeting) -> list[PartLabel]:
         firsts = np.cumsum([1, *(len(piece.faces) for piece in self._pieces)])

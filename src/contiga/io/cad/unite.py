@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.errors import FileError
-from contiga.io.cad.assemble import warn
 from contiga.io.cad.occ_parts import Piece, compound_of
 from contiga.io.cad.parts import Solids
 from contiga.io.cad.sew import COINCIDENT, FINEST, subshapes
@@ -88,8 +87,8 @@ def placed_of(
     return Placed(compound_of(_flat(shapes)), list(_flat(rows)), meetings, embedded)
 
 
-def tell(placed: Placed, told: Sequence[str], solids: Solids, where: str) -> None:
-    """Warn of solids that meet; `told` says for each meeting of which and where.
+def said_of(placed: Placed, told: Sequence[str], solids: Solids, where: str) -> str:
+    """What is to be said of solids that meet, "" if none do; `told` of which and where.
 
     Raises
     ------
@@ -104,15 +103,15 @@ def tell(placed: Placed, told: Sequence[str], solids: Solids, where: str) -> Non
             allowed="solids that are apart",
             remedy='solids = "union" makes one of them; parts chooses some',
         )
-    if solids == "union" and not placed.embedded:
-        found = "; ".join(told) or "which cannot be told"
-        warn(
-            f"{where}: solids touch or overlap and OpenCASCADE makes no sound union of them: "
-            f"{found}. They are kept as they are; choose some by parts"
-        )
-    elif told:
-        done = "made one" if solids == "union" else "kept as they are"
-        warn(f"{where}: solids that touch or overlap are {done}: {'; '.join(told)}")
+    if placed.embedded:
+        return f"that touch or overlap are made one: {'; '.join(told)}" if told else ""
+    if solids == "separate":
+        return f"that touch or overlap are kept as they are: {'; '.join(told)}"
+    found = "; ".join(told) or "which cannot be told"
+    return (
+        "that touch or overlap are kept as they are, because OpenCASCADE makes no sound union of "
+        f"them: {found}. Choose some by parts"
+    )
 
 
 def _flat(lists: Sequence[Sequence[Any]]) -> Iterator[Any]:
