@@ -113,7 +113,7 @@ def read_cad_file(
 
 def _parts(found: Inventory) -> tuple[CadPart, ...]:
     """Cut out of the whole, or as the reader made them where others are joined to them."""
-    from contiga.io.cad.assemble import cut_out
+    from contiga.geometry.piece import piece_of
 
     if len(found.parts) == 1:
         (said,) = found.parts
@@ -125,7 +125,7 @@ def _parts(found: Inventory) -> tuple[CadPart, ...]:
     parts = []
     for said in found.parts:
         mine = patches[said.number]
-        body = found.apart.get(said.number) or (cut_out(found.body, mine) if mine else None)
+        body = found.apart.get(said.number) or (piece_of(found.body, mine) if mine else None)
         if body is not None:
             parts.append(_part(said, body.renamed(said.title)))
     return tuple(parts)
