@@ -90,7 +90,9 @@ def _bolt() -> list[Piece]:
 def _within() -> list[Piece]:
     """A box in another one, and one that fills a cavity."""
     hollow = Piece(
-        parts.cut(parts.solid_box((0, 0, 0), (30, 20, 20)), parts.solid_box((5, 5, 5), (15, 15, 15))),
+        parts.cut(
+            parts.solid_box((0, 0, 0), (30, 20, 20)), parts.solid_box((5, 5, 5), (15, 15, 15))
+        ),
         fields.minus(fields.box((0, 0, 0), (30, 20, 20)), fields.box((5, 5, 5), (15, 15, 15))),
     )
     return [hollow, _box((5, 5, 5), (15, 15, 15)), _box((20, 5, 5), (25, 15, 15))]

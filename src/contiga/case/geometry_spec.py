@@ -169,7 +169,10 @@ class _Geometry(Placed):
 
 
 class FileGeometry(_Geometry):
-    """`{ file, unit, parts, faces, solids }`; `unit` is the file's own where it says none, or it wrong."""
+    """`{ file, unit, parts, faces, solids }`.
+
+    `unit` is the file's own where it says none, or it wrong.
+    """
 
     file: ExistingFile
     unit: LengthUnit | None = None

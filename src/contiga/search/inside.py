@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from contiga.errors import ContigaWarning
 from contiga.geometry.faces import Faces
 from contiga.num.arrays import as_points
-from contiga.records import FloatArray, IntArray
+from contiga.records import FloatArray, IndexArray
 from contiga.search.exact_surface import exact_surface
 from contiga.search.project import project
 from contiga.statuses import Status
@@ -39,7 +39,7 @@ def contains(body: Faces, points: ArrayLike) -> NDArray[np.bool_]:
     feet = project(body, p_B)
     behind = feet.gap <= 0.0
     inside = behind & (feet.status == Status.OK)
-    rows = np.flatnonzero(np.isin(feet.status, (Status.BUDGET, Status.MAX_ITERATIONS)))
+    rows: IndexArray = np.flatnonzero(np.isin(feet.status, (Status.BUDGET, Status.MAX_ITERATIONS)))
     if len(rows):
         rows = _by_ways_in(body, p_B, rows, inside)
         inside[rows] = behind[rows]
@@ -54,8 +54,8 @@ def contains(body: Faces, points: ArrayLike) -> NDArray[np.bool_]:
 
 
 def _by_ways_in(
-    body: Faces, p_B: FloatArray, rows: IntArray, inside: NDArray[np.bool_]
-) -> IntArray:
+    body: Faces, p_B: FloatArray, rows: IndexArray, inside: NDArray[np.bool_]
+) -> IndexArray:
     """Tell which of some points are `inside` a closed body; answers those left."""
     surface = exact_surface(body)
     if not surface.closed:

@@ -69,7 +69,7 @@ class Openings(NamedTuple):
 
     @property
     def closed(self) -> bool:
-        """Whether the surface ends nowhere, its faces agree on the free side, its pieces are apart."""
+        """Whether the surface ends nowhere, faces agree on the free side, pieces are apart."""
         ends = self.free_edges + self.gaping_edges + self.crowded_edges + self.one_sided
         return ends == 0 and not self.turned_faces and not self.meetings
 
@@ -114,7 +114,7 @@ class Openings(NamedTuple):
         if self.free_edges:
             edges = _several(self.free_edges, "free edge")
             return f"open, {edges}, {self.free_length:.6g} long in all"
-        return "open"
+        return "closed pieces that meet: it has no proved sides" if self.meetings else "open"
 
     def _where(self) -> str:
         x, y, z = self.slit_point
@@ -168,7 +168,7 @@ def _found(body: Faces) -> Openings:
         size=body.size,
     )
     piece = _pieces(len(body.patches), joints.joints + side_joints)
-    if not openings.closed or not piece.any():
+    if body.pieces_apart or not openings.closed or not piece.any():
         return openings
     from contiga.search.meetings import meetings_of  # it searches
 

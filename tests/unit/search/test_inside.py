@@ -38,7 +38,7 @@ def test_points_on_the_axis_of_a_long_spheroid_are_inside():
         near = np.sqrt(1.0 - x * x / (k * k - 1.0))
         assert np.abs(feet.gap + near).max() <= 2.0 * off + 1e-14 * k
         assert body.contains(p).all()
-        assert not body.contains(p + [0.0, 1.1, 0.0]).any()
+        assert not body.contains(p + np.array([0.0, 1.1, 0.0])).any()
 
 
 def test_where_the_search_is_given_up_a_way_from_outside_tells(given_up):
@@ -46,7 +46,7 @@ def test_where_the_search_is_given_up_a_way_from_outside_tells(given_up):
     p = np.random.default_rng(1).uniform(-2.5, 2.5, (200, 3))
     p = np.concatenate([p, [[30.0, 40.0, 50.0], [-1e3, 0.0, 0.0]]])
     truth = np.linalg.norm(p, axis=1) < 2.0
-    assert (ball.contains(p + [5.0, -3.0, 1.0]) == truth).all()
+    assert (ball.contains(p + np.array([5.0, -3.0, 1.0])) == truth).all()
 
 
 def test_of_open_bodies_what_is_not_proved_is_told(given_up):

@@ -79,7 +79,9 @@ def test_pieces_that_are_apart_or_meet_in_a_line_are_closed(name: str, factor: f
 
 @pytest.mark.parametrize("name", MEET)
 @pytest.mark.parametrize("moved", [False, True])
-def test_pieces_that_meet_are_told_with_the_place_and_are_not_closed(name: str, moved: bool) -> None:
+def test_pieces_that_meet_are_told_with_the_place_and_are_not_closed(
+    name: str, moved: bool
+) -> None:
     patches, how = MEET[name]
     body = cg.Body(patches)
     if moved:

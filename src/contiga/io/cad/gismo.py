@@ -14,7 +14,15 @@ import numpy as np
 from contiga.errors import FileError, GeometryError
 from contiga.geometry.surface import NurbsSurface
 from contiga.io.cad.assemble import Assembly, Edge, warn
-from contiga.io.cad.parts import ALL, Choice, FaceLabel, Inventory, PartLabel, chosen_faces
+from contiga.io.cad.parts import (
+    ALL,
+    Choice,
+    FaceLabel,
+    Inventory,
+    PartLabel,
+    Solids,
+    chosen_faces,
+)
 from contiga.io.cad.stitch import coincident_sides
 from contiga.io.units import length_factor, short_name
 from contiga.masters.body import Body

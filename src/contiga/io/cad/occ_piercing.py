@@ -1,7 +1,7 @@
 """Surfaces that go through themselves on an axis they are turned about: lemons and apples.
 
-A torus whose tube reaches over its axis (STEP's `DEGENERATE_TOROIDAL_SURFACE`), or any meridian that
-crosses the axis it is turned about, makes a surface with an outer and an inner part. A face on
+A torus whose tube reaches over its axis (STEP's `DEGENERATE_TOROIDAL_SURFACE`), or any meridian
+that crosses the axis it is turned about, makes a surface with an outer and an inner part. A face on
 one of them is sound. On both it has no side: it meets itself where its meridian crosses the axis.
 """
 

@@ -18,7 +18,15 @@ from contiga.geometry.surface import NurbsSurface
 from contiga.io.cad.assemble import MEND, Assembly, Edge, merged, warn
 from contiga.io.cad.drawn import DrawnFace, Trim, add_drawn
 from contiga.io.cad.loops import Loop, Sides, Strand
-from contiga.io.cad.parts import ALL, Choice, FaceLabel, Inventory, PartLabel, chosen_faces
+from contiga.io.cad.parts import (
+    ALL,
+    Choice,
+    FaceLabel,
+    Inventory,
+    PartLabel,
+    Solids,
+    chosen_faces,
+)
 from contiga.io.cad.rendered import doubts, render_mesh
 from contiga.io.cad.stitch import side_curve
 from contiga.io.units import length_factor, short_name

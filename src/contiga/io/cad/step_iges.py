@@ -29,8 +29,8 @@ from contiga.io.cad.loops import (
     gaps,
     rectangle_sides,
 )
-from contiga.io.cad.occ_piercing import pierced_at
 from contiga.io.cad.occ_parts import compound_of, labelled
+from contiga.io.cad.occ_piercing import pierced_at
 from contiga.io.cad.occ_transfer import transferred
 from contiga.io.cad.parts import ALL, Choice, Inventory, PartLabel, Solids, chosen_faces
 from contiga.io.cad.sew import Sewn
@@ -103,9 +103,7 @@ def list_step_iges(
 class _Model:
     """A file as OpenCASCADE has it, to be converted whole or in part."""
 
-    def __init__(
-        self, path: Path, file_unit: str | None, unit: str | None, solids: Solids
-    ) -> None:
+    def __init__(self, path: Path, file_unit: str | None, unit: str | None, solids: Solids) -> None:
         found = transferred(path)
         own = file_unit or found.unit
         # OpenCASCADE has multiplied by the unit the file states, which file_unit overrides.
@@ -126,7 +124,7 @@ class _Model:
             warn(f"{self._path}: solids {said}")
         sewn = self._sewn_of(placed)
         assembly, _ = self._gathered(placed, sewn)
-        return self._made(assembly, sewn)
+        return self._made(assembly, sewn, placed)
 
     def inventory(self) -> Inventory:
         """Everything, and parts that share faces or edges with others apart, too."""
@@ -137,7 +135,7 @@ class _Model:
         mixed = set(assembly.entangled([owner[number] for number in numbers]))
         mixed |= {part.number for meeting in placed.meetings for part in self._parts_of(meeting)}
         apart = {number: self.body(Choice(parts=(number,))) for number in sorted(mixed)}
-        return Inventory(self._made(assembly, sewn), numbers, self._parts, apart, said)
+        return Inventory(self._made(assembly, sewn, placed), numbers, self._parts, apart, said)
 
     def _placed(self, choice: Choice) -> tuple[Placed, str]:
         """The faces chosen, solids that meet dealt with as asked for, and what is said of them."""
@@ -176,11 +174,12 @@ class _Model:
                 numbers.append(number)
         return assembly, numbers
 
-    def _made(self, assembly: Assembly, sewn: Sewn) -> Body:
+    def _made(self, assembly: Assembly, sewn: Sewn, placed: Placed) -> Body:
         def edge_of(index: int) -> Edge | None:
             return _edge(sewn.edge(index), self._scale, self._accuracy)
 
-        return assembly.body(self._path.stem, edge_of, self._unit)
+        body = assembly.body(self._path.stem, edge_of, self._unit)
+        return body.known_apart() if placed.embedded and placed.solids_only else body
 
 
 def _product(a: float, b: float) -> float:

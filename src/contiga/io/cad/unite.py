@@ -21,7 +21,7 @@ from contiga.records import FloatArray
 
 SAMPLES = 64
 """Points, for each solid, whose side of the union is held against that of the solids."""
-MOST = 1024
+MOST = 256
 """Of such points in all."""
 FULL = 1e-6
 """Share by which the volume of a union may be larger than the solids' together."""
@@ -47,6 +47,8 @@ class Placed(NamedTuple):
     meetings: list[Meeting]
     embedded: bool
     """Whether no two solids meet any more."""
+    solids_only: bool
+    """Whether there is nothing beside whole solids."""
 
 
 def placed_of(
@@ -72,8 +74,9 @@ def placed_of(
         for k, piece in enumerate(pieces)
         if piece.kind == "solid" and rows[k] and len(rows[k]) == len(piece.faces)
     ]
+    only = len(solids) == sum(map(bool, rows))
     if len(solids) < 2:
-        return Placed(compound_of(_flat(shapes)), list(_flat(rows)), [], embedded=True)
+        return Placed(compound_of(_flat(shapes)), list(_flat(rows)), [], True, only)
     union = _Union([pieces[k] for k in solids], accuracy)
     embedded = union.done and (not union.met or (unite and union.holds()))
     if union.met and embedded:
@@ -84,7 +87,7 @@ def placed_of(
     meetings = [
         Meeting(tuple(solids[j] for j in group), union.place(group)) for group in union.groups
     ]
-    return Placed(compound_of(_flat(shapes)), list(_flat(rows)), meetings, embedded)
+    return Placed(compound_of(_flat(shapes)), list(_flat(rows)), meetings, embedded, only)
 
 
 def said_of(placed: Placed, told: Sequence[str], solids: Solids, where: str) -> str:

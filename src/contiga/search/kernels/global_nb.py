@@ -66,8 +66,8 @@ asked for (1e-6 of the body's size)."""
 DROPPED, GIVEN_UP = 0.5, 1.0
 """What a search has left out: a cell that was not halved, or all that was over its budget."""
 UNTOLD = 100.0
-"""A cell that is not halved, and may come closer than the best foot by this many times the least gain
-asked for (1e-9 of the body's size), is not told from a closer foot."""
+"""A cell that is not halved, and may come closer than the best foot by this many times the least
+gain asked for (1e-9 of the body's size), is not told from a closer foot."""
 PRUNE = 10.0
 """A cell must promise this many tolerances less distance to be opened."""
 NARROW = 2e-4

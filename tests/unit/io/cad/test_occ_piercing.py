@@ -56,7 +56,9 @@ def test_its_outer_and_its_inner_part_are_read(tmp_path, low, high):
 
 def test_a_torus_beside_its_axis_and_one_that_touches_it_are_read(tmp_path):
     for major, minor in ((3.0, 1.0), (2.0, 2.0)):
-        body = cg.read_cad(written(tmp_path / "t.step", BRepPrimAPI_MakeTorus(major, minor).Shape()))
+        body = cg.read_cad(
+            written(tmp_path / "t.step", BRepPrimAPI_MakeTorus(major, minor).Shape())
+        )
         assert body.volume() == pytest.approx(2.0 * (math.pi * minor) ** 2 * major, rel=1e-6)
 
 

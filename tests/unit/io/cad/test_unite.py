@@ -58,7 +58,9 @@ def test_they_are_refused_or_left_as_asked_for(file: Path) -> None:
         cg.read_cad(file, solids="refuse")
     with pytest.warns(ContigaWarning, match="kept as they are: plate"):
         assert len(cg.read_cad(file, solids="separate").patches) == 12
-    with pytest.raises(GeometryError, match="solids: no such choice; found 'one'; allowed: \"union\", "):
+    with pytest.raises(
+        GeometryError, match="solids: no such choice; found 'one'; allowed: \"union\", "
+    ):
         cg.read_cad(file, solids="one")  # type: ignore[arg-type]
 
 
