@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.stress import checkpoints, loops, motions, rule, segments, shaking, solids, tracking, unions
+from tests.stress import (
+    checkpoints,
+    loops,
+    motions,
+    rule,
+    segments,
+    shaking,
+    solids,
+    tracking,
+    unions,
+)
 from tests.stress.tally import Tally
 
 SOLIDS = list(solids.RECIPES)

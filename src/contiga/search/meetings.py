@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from contiga.geometry.faces import Faces
 from contiga.geometry.piece import piece_of
 from contiga.records import FloatArray, IndexArray, IntArray
+from contiga.search.coincident import coincident_at
 from contiga.search.project import project
 from contiga.statuses import Feature
 
@@ -69,7 +70,7 @@ class _Piece(NamedTuple):
 
 
 def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting, ...]:
-    """Where closed pieces of `body` meet, the first `MOST` places.
+    """Where closed pieces of `body` meet, the first `MOST` places; else faces of one piece.
 
     Parameters
     ----------
@@ -91,6 +92,11 @@ def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting
             found.append(meeting)
         if len(found) == MOST:
             break
+    if not found:
+        common = coincident_at(body)
+        if common is not None:
+            (x, y, z) = common[2].tolist()
+            found.append(Meeting(common[:2], (x, y, z), overlap=False))
     return tuple(found)
 
 

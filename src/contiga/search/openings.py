@@ -168,7 +168,7 @@ def _found(body: Faces) -> Openings:
         size=body.size,
     )
     piece = _pieces(len(body.patches), joints.joints + side_joints)
-    if body.pieces_apart or not openings.closed or not piece.any():
+    if body.pieces_apart or not openings.closed or len(body.patches) < 2:
         return openings
     from contiga.search.meetings import meetings_of  # it searches
 

@@ -191,13 +191,19 @@ def _cell_bounds(elements, leaf, cell, local, limit, own, k):
 
 
 @inner()
-def _promises_little(bounds, best, slack, opened):
-    """Whether a cell of bounds = (distance, f) may be let be, after so many opened cells (in all,
-    in its leaf)."""
-    if opened[0] <= PATIENT or opened[1] <= IN_LEAF:
+def _may_come_within(bounds, limit):
+    """Whether a cell of lower bounds = (distance, f) may have a place no farther than `limit`."""
+    return bounds[0] <= limit and not (limit > 0.0 and bounds[1] > 0.5 * limit * limit)
+
+
+@inner()
+def _promises_little(bounds, best, slack, before, opened):
+    """Whether a cell may be let be, after so many opened `before` and in its leaf."""
+    opened_in_all = before + opened
+    if opened_in_all <= PATIENT or opened <= IN_LEAF:
         return False
-    limit = best - min((opened[0] / PATIENT) ** EASED, MOST_EASED) * slack
-    return bounds[0] > limit or (limit > 0.0 and bounds[1] > 0.5 * limit * limit)
+    little = min((opened_in_all / PATIENT) ** EASED, MOST_EASED) * slack
+    return not _may_come_within(bounds, best - little)
 
 
 @inner()
@@ -240,9 +246,8 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
         if least > best - slack:
             continue
         f = hessian(m, b, hs, ht)
-        limit = best - slack
-        value = least_value(m, f) - ROUNDING * m.rr
-        if limit > 0.0 and value > 0.5 * limit * limit:
+        bounds = least, least_value(m, f) - ROUNDING * m.rr
+        if not _may_come_within(bounds, best - slack):
             continue
         if without_minimum(elements, e, cell, m, f) or bends_down(elements, e, cell, f):
             continue
@@ -251,11 +256,8 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
             best = _improve(elements, trims, (e, s, t), distance, best, found, seen)
         elif guarded and m.xx + m.yy < NARROW * NARROW * m.rr:
             continue  # its middle has told
-        elif max(hs, ht) < SMALLEST or _promises_little(
-            (least, value), best, slack, (before + opened, opened)
-        ):
-            untold = best - UNTOLD * slack
-            if least < untold and not (untold > 0.0 and value > 0.5 * untold * untold):
+        elif max(hs, ht) < SMALLEST or _promises_little(bounds, best, slack, before, opened):
+            if _may_come_within(bounds, best - UNTOLD * slack):
                 found[3] = max(found[3], DROPPED)
         elif before + opened > MAX_CELLS or top > 61:
             found[3] = GIVEN_UP
