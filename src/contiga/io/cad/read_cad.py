@@ -47,7 +47,7 @@ def read_cad(
     path : the file; its suffix tells the format
     unit, file_unit : length unit wanted, such as "mm", None for the file's own; and that of the
         file's numbers, where it says none or the wrong one
-    parts : names or numbers (from 1) that `cad_parts` and ``contiga info`` list: of all parts, their
+    parts : names or numbers (from 1) that `cad_parts` and ``contiga info`` list: of parts, their
         products, instances and assemblies that are called so; "arm/bolt" is the bolt of the arm
     faces : numbers of faces, from 1 in the file's order, beside those of `parts`
     solids : of those that touch or overlap "union" makes one, "separate" keeps each, though they
