@@ -15,8 +15,8 @@ def piece_of(body: SomeFaces, patches: Sequence[int]) -> SomeFaces:
 
     >>> from contiga.geometry import shapes
     >>> two = Faces([shapes.sphere(), shapes.plane()])
-    >>> piece_of(two, [1]).area()
-    1.0
+    >>> piece_of(two, [1]).bounds()[1].tolist()
+    [0.5, 0.5, 0.0]
     """
     place = {patch: k for k, patch in enumerate(patches)}
     edges = []
