@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
-from tests.stress import checkpoints, motions, rule, segments, shaking, solids, tracking
+from tests.stress import checkpoints, motions, rule, segments, shaking, solids, tracking, unions
 from tests.stress.tally import Clock, Tally, write
 
 Part = Callable[[bool, int], Iterator[Tally]]
@@ -27,6 +27,14 @@ def shake(full: bool, seed: int) -> Iterator[Tally]:
     n, steps = (600, 48) if full else (150, 8)
     for name in solids.names():
         yield shaking.shaken(solids.solid(name), scales, n, steps, seed)
+
+
+def unite(full: bool, seed: int) -> Iterator[Tally]:
+    """Files whose solids touch or overlap, shaken as their union: 1e6 point-steps in full."""
+    scales = np.geomspace(1e-6, 0.3, 16 if full else 6)
+    n, steps = (240, 24) if full else (100, 16)
+    for name in unions.RECIPES:
+        yield shaking.shaken(unions.solid(name), scales, n, steps, seed)
 
 
 def shoot(full: bool, seed: int) -> Iterator[Tally]:
@@ -92,6 +100,7 @@ def faces(full: bool, _: int) -> Iterator[Tally]:
 
 PARTS: dict[str, Part] = {
     "shaking": shake,
+    "unions": unite,
     "segments": shoot,
     "tracking": track,
     "refinement": refine,

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.stress import checkpoints, loops, motions, rule, segments, shaking, solids, tracking
+from tests.stress import (
+    checkpoints,
+    loops,
+    motions,
+    rule,
+    segments,
+    shaking,
+    solids,
+    tracking,
+    unions,
+)
 from tests.stress.tally import Tally
 
 import contiga as cg
@@ -29,6 +39,11 @@ def clean(tally: Tally) -> None:
 def test_after_each_step_of_shaking_contact_is_inside_and_came_in(name):
     scales = np.geomspace(1e-6, 0.3, 8)
     clean(shaking.shaken(solids.solid(name), scales, n=90, steps=8, seed=11))
+
+
+@pytest.mark.parametrize("name", ["tiles", "bricks", "pin in its hole", "bolt cast in", "heap 1"])
+def test_solids_that_touch_or_overlap_are_their_union(name):
+    clean(shaking.shaken(unions.solid(name), np.geomspace(1e-6, 0.3, 4), n=60, steps=6, seed=19))
 
 
 @pytest.mark.parametrize("name", [*SOLIDS, *solids.CLOSED_FILES])

@@ -35,6 +35,7 @@ from contiga.errors import CaseError
 from contiga.geometry import shapes
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.surface import NurbsSurface
+from contiga.io.cad.parts import Solids
 from contiga.masters.body import Body
 from contiga.triangles.trimesh import TriMesh
 
@@ -168,7 +169,10 @@ class _Geometry(Placed):
 
 
 class FileGeometry(_Geometry):
-    """`{ file, unit, parts, faces }`; `unit` is the file's own where it says none, or it wrong."""
+    """`{ file, unit, parts, faces, solids }`.
+
+    `unit` is the file's own where it says none, or it wrong.
+    """
 
     file: ExistingFile
     unit: LengthUnit | None = None
@@ -176,6 +180,8 @@ class FileGeometry(_Geometry):
     """Names or numbers of parts; with `faces` left out too, all."""
     faces: Annotated[list[Count], Field(min_length=1)] | None = None
     """Numbers of single faces, beside `parts`."""
+    solids: Solids = "union"
+    """What becomes of solids that touch or overlap."""
 
     def raw(self, name: str, unit: str) -> Body:
         """The faces of the file."""
@@ -191,7 +197,12 @@ class FileGeometry(_Geometry):
                 remedy="For a mesh write geometry = { mesh = … }",
             )
         body = read_cad(
-            self.file, unit=unit, file_unit=self.unit, parts=self.parts, faces=self.faces
+            self.file,
+            unit=unit,
+            file_unit=self.unit,
+            parts=self.parts,
+            faces=self.faces,
+            solids=self.solids,
         )
         return body.renamed(name)
 

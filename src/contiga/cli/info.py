@@ -63,6 +63,8 @@ def _cad(file: Path, faces: bool) -> Iterator[Row]:
 
     yield from _summary(body_summary(found.body))
     yield from found.body.condition_rows()
+    if found.said:
+        yield "solids", found.said
     for part in found.parts:
         yield from _part(part)
     if faces:

@@ -63,6 +63,7 @@ class Faces(Shown):
         self._trims = self._checked_trims(trims)
         self._edges = self._checked_edges(edges)
         self._measured = False
+        self._pieces_apart = False
         self._unit = unit
         self._reference_point = read_only(as_points(reference_point, "reference_point")[0])
         self._area: float | None = None
@@ -137,6 +138,11 @@ class Faces(Shown):
         return self._edges
 
     @property
+    def pieces_apart(self) -> bool:
+        """Whether pieces are known not to touch or overlap. If not, `Body.openings` finds out."""
+        return self._pieces_apart
+
+    @property
     def unit(self) -> str | None:
         """Length unit of the coordinates, None if unknown."""
         return self._unit
@@ -200,7 +206,7 @@ class Faces(Shown):
         edges: Sequence[BodyEdge] | None = None,
         reference_point: FloatArray | None = None,
     ) -> Self:
-        return type(self)(
+        made = type(self)(
             patches,
             name=self._name,
             trims=self._trims if trims is None else trims,
@@ -208,10 +214,12 @@ class Faces(Shown):
             unit=self._unit,
             reference_point=self._reference_point if reference_point is None else reference_point,
         )
+        made._pieces_apart = self._pieces_apart
+        return made
 
     def renamed(self, name: str) -> Self:
         """The same body under another name."""
-        return type(self)(
+        made = type(self)(
             self._patches,
             name=name,
             trims=self._trims,
@@ -219,6 +227,14 @@ class Faces(Shown):
             unit=self._unit,
             reference_point=self._reference_point,
         )
+        made._pieces_apart = self._pieces_apart
+        return made
+
+    def known_apart(self) -> Self:
+        """The same body, whose pieces need not be looked at: somebody has made sure of them."""
+        made = self.renamed(self._name)
+        made._pieces_apart = True
+        return made
 
     def about(self, point: ArrayLike) -> Self:
         """The same body with another reference point (3,)."""

@@ -27,9 +27,12 @@ from contiga.records import FloatArray, IntArray
 
 if TYPE_CHECKING:
     from contiga.elements.element_arrays import Records
+    from contiga.search.meetings import Meeting
 
 SAMPLES = 33
 """Points of each knot span of a free edge its length is measured with."""
+TOUCH = 1e-9
+"""Pieces that come nearer than this share of the size touch."""
 SENSE = np.array([-1, 1, 1, -1])
 """Of the growing parameter along u0, u1, v0, v1, to a walk round with the patch on the left."""
 
@@ -61,12 +64,14 @@ class Openings(NamedTuple):
     """Faces that are off a shared edge by up to this meet there all the same."""
     size: float
     """Of the body."""
+    meetings: tuple[Meeting, ...] = ()
+    """Where closed pieces touch or overlap: the first few."""
 
     @property
     def closed(self) -> bool:
-        """Whether the surface ends nowhere, its faces agree on the free side."""
+        """Whether the surface ends nowhere, faces agree on the free side, pieces are apart."""
         ends = self.free_edges + self.gaping_edges + self.crowded_edges + self.one_sided
-        return ends == 0 and not self.turned_faces
+        return ends == 0 and not self.turned_faces and not self.meetings
 
     @property
     def flaws(self) -> list[str]:
@@ -88,6 +93,8 @@ class Openings(NamedTuple):
             texts.append(f"{count} turned the other way than those around (patch {some}{more})")
         if self.one_sided:
             texts.append("faces that cannot agree on a free side")
+        if self.meetings:
+            texts.append(f"pieces that touch or overlap: {'; '.join(map(str, self.meetings))}")
         return texts
 
     @property
@@ -107,7 +114,7 @@ class Openings(NamedTuple):
         if self.free_edges:
             edges = _several(self.free_edges, "free edge")
             return f"open, {edges}, {self.free_length:.6g} long in all"
-        return "open"
+        return "closed pieces that meet: it has no proved sides" if self.meetings else "open"
 
     def _where(self) -> str:
         x, y, z = self.slit_point
@@ -146,7 +153,7 @@ def _found(body: Faces) -> Openings:
     sides, side_joints = _unnamed_sides(body)
     turned, at_odds = turned_faces(len(body.patches), joints.joints + side_joints)
     slit, patches, point = _worst(body)
-    return Openings(
+    openings = Openings(
         free_edges=int(joints.open.sum()) + int(is_open.sum()) + len(sides),
         free_length=float(length + extents[is_open].sum() + sum(sides)),
         gaping_edges=int(gaping_edges(body).sum()),
@@ -160,6 +167,23 @@ def _found(body: Faces) -> Openings:
         bridged=widest_slit(body),
         size=body.size,
     )
+    piece = _pieces(len(body.patches), joints.joints + side_joints)
+    if body.pieces_apart or not openings.closed or len(body.patches) < 2:
+        return openings
+    from contiga.search.meetings import meetings_of  # it searches
+
+    within = max(TOUCH * body.size, 2.0 * slit)
+    return openings._replace(meetings=meetings_of(body, piece, within))
+
+
+def _pieces(n: int, joints: list[Joint]) -> IntArray:
+    """(n,) numbers of the pieces that patches hang together in."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    ends = np.array([joint[:2] for joint in joints], np.int64).reshape(-1, 2).T
+    graph = coo_array((np.ones(ends.shape[1]), (ends[0], ends[1])), shape=(n, n))
+    return np.asarray(connected_components(graph, directed=False)[1])
 
 
 def _worst(body: Faces) -> tuple[float, tuple[int, ...], tuple[float, float, float]]:

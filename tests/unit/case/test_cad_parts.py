@@ -10,7 +10,7 @@ from tests import occ_rig
 import contiga as cg
 from contiga.case.build import build
 from contiga.case.describe import description
-from contiga.errors import InputError
+from contiga.errors import ContigaWarning, InputError
 
 CASE = """
 units = {{ length = "mm", mass = "g", time = "ms" }}
@@ -27,6 +27,24 @@ master = "master"
 slave = "dot"
 law = {{ kind = "penalty", stiffness = 1.0 }}
 """
+
+
+def test_a_case_says_what_becomes_of_solids_that_touch(tmp_path: Path) -> None:
+    made = occ_rig.Rig()
+    box = made.product(occ_rig.box(), "box")
+    made.assembly("all", (box, occ_rig.at(0, 0, 0), "a"), (box, occ_rig.at(2, 0, 0), "b"))
+    made.write(tmp_path / "rig.step")
+    with pytest.warns(ContigaWarning, match=r"made one: box \(a\), box \(b\) at \(2, "):
+        body = build(load(tmp_path, 'solids = "union"')).bodies["master"].body
+    assert body.closed
+    with pytest.warns(ContigaWarning, match="kept as they are"):
+        body = build(load(tmp_path, 'solids = "separate"')).bodies["master"].body
+    assert not body.closed
+    assert body.flaws[0].startswith("pieces that touch or overlap: patches ")
+    with pytest.raises(InputError, match=r"body\[0\]\.geometry: .*solids touch or overlap"):
+        build(load(tmp_path, 'solids = "refuse"'))
+    with pytest.raises(InputError, match="solids: unknown value; found 'join'"):
+        load(tmp_path, 'solids = "join"')
 
 
 @pytest.fixture(scope="module")

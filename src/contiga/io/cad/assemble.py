@@ -192,23 +192,6 @@ def merged(bodies: list[Body], path: Path, unit: str | None) -> Body:
     return Body(patches, name=path.stem, trims=trims, edges=edges, unit=unit)
 
 
-def cut_out(body: Body, patches: Sequence[int]) -> Body:
-    """The faces `patches` of `body` as one of their own, with the edges that only they use."""
-    place = {patch: k for k, patch in enumerate(patches)}
-    edges = []
-    for edge in body.edges:
-        if all(use.patch in place for use in edge.uses):
-            uses = tuple(use._replace(patch=place[use.patch]) for use in edge.uses)
-            edges.append(edge._replace(uses=uses))
-    return Body(
-        [body.patches[k] for k in patches],
-        name=body.name,
-        trims=[body.trims[k] for k in patches],
-        edges=edges,
-        unit=body.unit,
-    )
-
-
 def warn(message: str) -> None:
     """A `ContigaWarning` that points at the caller of `read_cad`."""
     warnings.warn(message, ContigaWarning, stacklevel=5)

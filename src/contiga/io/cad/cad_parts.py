@@ -65,6 +65,8 @@ class CadFile(NamedTuple):
     numbers: list[int]
     """Which face of the file each patch of `body` is."""
     parts: tuple[CadPart, ...]
+    said: str
+    """Of solids that touch or overlap, "" if none do."""
 
 
 def cad_parts(
@@ -106,12 +108,12 @@ def read_cad_file(
     reader = reader_of(file, "list", file_unit, unit)
     found: Inventory = read_apart(reader, file, file_unit, unit, needs=_LOOKED_AT_WITH)
     check_read(found.body, file)
-    return CadFile(found.body, found.numbers, _parts(found))
+    return CadFile(found.body, found.numbers, _parts(found), found.said)
 
 
 def _parts(found: Inventory) -> tuple[CadPart, ...]:
     """Cut out of the whole, or as the reader made them where others are joined to them."""
-    from contiga.io.cad.assemble import cut_out
+    from contiga.geometry.piece import piece_of
 
     if len(found.parts) == 1:
         (said,) = found.parts
@@ -123,8 +125,8 @@ def _parts(found: Inventory) -> tuple[CadPart, ...]:
     parts = []
     for said in found.parts:
         mine = patches[said.number]
-        if mine:
-            body = found.apart.get(said.number) or cut_out(found.body, mine)
+        body = found.apart.get(said.number) or (piece_of(found.body, mine) if mine else None)
+        if body is not None:
             parts.append(_part(said, body.renamed(said.title)))
     return tuple(parts)
 

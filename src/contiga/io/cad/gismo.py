@@ -14,7 +14,15 @@ import numpy as np
 from contiga.errors import FileError, GeometryError
 from contiga.geometry.surface import NurbsSurface
 from contiga.io.cad.assemble import Assembly, Edge, warn
-from contiga.io.cad.parts import ALL, Choice, FaceLabel, Inventory, PartLabel, chosen_faces
+from contiga.io.cad.parts import (
+    ALL,
+    Choice,
+    FaceLabel,
+    Inventory,
+    PartLabel,
+    Solids,
+    chosen_faces,
+)
 from contiga.io.cad.stitch import coincident_sides
 from contiga.io.units import length_factor, short_name
 from contiga.masters.body import Body
@@ -23,7 +31,13 @@ from contiga.records import FloatArray
 SURFACES = ("TensorBSpline2", "TensorNurbs2")
 
 
-def read_gismo(path: Path, file_unit: str | None, unit: str | None, choice: Choice = ALL) -> Body:
+def read_gismo(
+    path: Path,
+    file_unit: str | None,
+    unit: str | None,
+    choice: Choice = ALL,
+    solids: Solids = "union",
+) -> Body:
     """The surfaces of a G+Smo file as one body; see `contiga.io.cad.read_cad.read_cad`.
 
     Patches that share a whole side, with the same parameters up to direction, share an edge.

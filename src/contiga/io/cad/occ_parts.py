@@ -7,7 +7,7 @@ one part, whatever each is called.
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -192,23 +192,15 @@ def _split(shape: Any) -> Iterator[tuple[str, Any]]:
             iterator.Next()
 
 
-def joined(pieces: Sequence[Piece], chosen: Container[int] | None) -> Any:
-    """One shape of all pieces, or of the faces with the numbers `chosen`."""
+def compound_of(shapes: Iterable[Any]) -> Any:
+    """One shape of several."""
     from OCP.BRep import BRep_Builder
     from OCP.TopoDS import TopoDS_Compound
 
     builder, compound = BRep_Builder(), TopoDS_Compound()
     builder.MakeCompound(compound)
-    number = 0
-    for piece in pieces:
-        faces = []
-        for face in piece.faces:
-            number += 1
-            if chosen is None or number in chosen:
-                faces.append(face)
-        # Whole pieces keep their topology, from which sewing knows what is joined.
-        for shape in [piece.shape] if len(faces) == len(piece.faces) else faces:
-            builder.Add(compound, shape)
+    for shape in shapes:
+        builder.Add(compound, shape)
     return compound
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from operator import index
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -17,6 +17,10 @@ from contiga.io.naming import PartKeys, as_keys, closest, listed
 
 if TYPE_CHECKING:
     from contiga.masters.body import Body
+
+
+Solids = Literal["union", "separate", "refuse"]
+"""What becomes of solids of a file that touch or overlap."""
 
 
 class FaceLabel(NamedTuple):
@@ -84,6 +88,19 @@ class Choice(NamedTuple):
 ALL = Choice()
 
 
+def checked_solids(solids: str) -> None:
+    """Refuse what is no `Solids`.
+
+    Raises
+    ------
+    GeometryError
+        As said.
+    """
+    if solids not in get_args(Solids):
+        allowed = ", ".join(f'"{word}"' for word in get_args(Solids))
+        raise GeometryError("no such choice", where="solids", found=solids, allowed=allowed)
+
+
 def choice_of(parts: PartKeys | None, faces: int | Iterable[int] | None) -> Choice:
     """What is asked for, checked as far as it can be without the file.
 
@@ -138,7 +155,9 @@ class Inventory(NamedTuple):
     """Which face of the file each patch of `body` is."""
     parts: list[PartLabel]
     apart: dict[int, Body]
-    """By number the parts that share edges with others, as they are alone."""
+    """By number the parts that share faces or edges with others, as they are alone."""
+    said: str = ""
+    """Of solids that touch or overlap, "" if none do."""
 
 
 def chosen_faces(parts: Sequence[PartLabel], choice: Choice, where: str) -> set[int]:

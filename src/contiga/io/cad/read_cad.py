@@ -12,7 +12,7 @@ from contiga.errors import ContigaWarning, FileError
 from contiga.extras import require
 from contiga.io.apart import read_apart
 from contiga.io.cad.formats import PACKAGES, SUFFIXES, reader
-from contiga.io.cad.parts import choice_of
+from contiga.io.cad.parts import Solids, checked_solids, choice_of
 from contiga.io.naming import PartKeys
 from contiga.io.units import base_factor
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SUFFIXES", "body_summary", "read_cad"]
 
+_BODY = "contiga.masters.body"
 FARTHEST = 1e100
 """Largest coordinate that is read."""
 
@@ -33,23 +34,24 @@ def read_cad(
     file_unit: str | None = None,
     parts: PartKeys | None = None,
     faces: int | Iterable[int] | None = None,
+    solids: Solids = "union",
 ) -> Body:
     """Read the faces of a CAD file, or of some of its parts, as a body.
 
     STEP, IGES, 3DM and G+Smo XML. Every face becomes a NURBS patch with its trimming loops as
-    p-curves, in the file's order, oriented as the file says (solids outward), placed as the
-    assembly says. A face whose loops are the borders of a rectangle in (u, v) becomes an untrimmed
-    patch cut down to it. Which faces share an edge is kept in ``Body.edges``.
+    p-curves, in the file's order, oriented (solids outward) and placed as the file says. One whose
+    loops are the borders of a rectangle becomes an untrimmed patch. ``Body.edges`` says what joins.
 
     Parameters
     ----------
     path : the file; its suffix tells the format
-    unit : length unit wanted, such as "mm"; None keeps the file's own
-    file_unit : length unit of the file's numbers, where the file says none or the wrong one
-    parts : names or numbers (int, from 1) of parts, as `cad_parts` and ``contiga info`` list them.
-        A name is that of a part, its product or instance, or an assembly for all in it; "arm/bolt"
-        is the bolt of the arm. A name that several share takes them all.
+    unit, file_unit : length unit wanted, such as "mm", None for the file's own; and that of the
+        file's numbers, where it says none or the wrong one
+    parts : names or numbers (from 1) that `cad_parts` and ``contiga info`` list: of parts, their
+        products, instances and assemblies that are called so; "arm/bolt" is the bolt of the arm
     faces : numbers of faces, from 1 in the file's order, beside those of `parts`
+    solids : of those that touch or overlap "union" makes one, "separate" keeps each, though they
+        make no closed body (`cad_parts` gives bodies of their own), "refuse" makes an error
 
     Returns
     -------
@@ -61,7 +63,7 @@ def read_cad(
     ------
     FileError
         Missing, empty, damaged, of another format, without faces, of an unknown suffix; it crashes
-        its reader, or takes more than the time or memory of `contiga.io.limits`.
+        its reader, or takes more than the time or memory of `contiga.io.limits`; `solids`.
     GeometryError
         `parts` or `faces` choose nothing; the message lists what the file has.
     MissingPackageError, UnitError
@@ -70,20 +72,19 @@ def read_cad(
     Warns
     -----
     ContigaWarning
-        A face without extent is left out; one whose loops do not close is kept whole; faces that
-        share an edge are more than 1e-4 of the size apart: a slit, bridged within tolerances.
+        Faces are left out, kept whole, or a slit apart; solids touch or overlap: see files.md.
 
     Examples
     --------
     >>> box = read_cad("part.step", unit="cm")  # 20 by 30 by 40 mm
     >>> len(box.patches), len(box.edges), box.closed, box.bounds()[1].round(6).tolist()
     (6, 12, True, [2.0, 3.0, 4.0])
-    >>> lid = read_cad("part.step", faces=6)  # open, as it is alone
     """
     file = Path(path)
     choice = choice_of(parts, faces)
+    checked_solids(solids)
     target = reader_of(file, "read", file_unit, unit)
-    body: Body = read_apart(target, file, file_unit, unit, choice, needs="contiga.masters.body")
+    body: Body = read_apart(target, file, file_unit, unit, choice, solids, needs=_BODY)
     check_read(body, file)
     return body
 

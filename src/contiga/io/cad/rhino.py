@@ -18,7 +18,15 @@ from contiga.geometry.surface import NurbsSurface
 from contiga.io.cad.assemble import MEND, Assembly, Edge, merged, warn
 from contiga.io.cad.drawn import DrawnFace, Trim, add_drawn
 from contiga.io.cad.loops import Loop, Sides, Strand
-from contiga.io.cad.parts import ALL, Choice, FaceLabel, Inventory, PartLabel, chosen_faces
+from contiga.io.cad.parts import (
+    ALL,
+    Choice,
+    FaceLabel,
+    Inventory,
+    PartLabel,
+    Solids,
+    chosen_faces,
+)
 from contiga.io.cad.rendered import doubts, render_mesh
 from contiga.io.cad.stitch import side_curve
 from contiga.io.units import length_factor, short_name
@@ -60,7 +68,13 @@ def warm_up() -> None:
     import rhino3dm  # noqa: F401
 
 
-def read_rhino(path: Path, file_unit: str | None, unit: str | None, choice: Choice = ALL) -> Body:
+def read_rhino(
+    path: Path,
+    file_unit: str | None,
+    unit: str | None,
+    choice: Choice = ALL,
+    solids: Solids = "union",
+) -> Body:
     """The faces of a 3DM file as one body; see `contiga.io.cad.read_cad.read_cad`.
 
     Raises

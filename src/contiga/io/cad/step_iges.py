@@ -7,7 +7,6 @@ planes as they are, analytic surfaces in their rational form, p-curves along.
 
 from __future__ import annotations
 
-from collections.abc import Container
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -30,11 +29,14 @@ from contiga.io.cad.loops import (
     gaps,
     rectangle_sides,
 )
-from contiga.io.cad.occ_parts import joined, labelled
+from contiga.io.cad.occ_parts import compound_of, labelled
+from contiga.io.cad.occ_piercing import pierced_at
 from contiga.io.cad.occ_transfer import transferred
-from contiga.io.cad.parts import ALL, Choice, Inventory, chosen_faces
+from contiga.io.cad.parts import ALL, Choice, Inventory, PartLabel, Solids, chosen_faces
 from contiga.io.cad.sew import Sewn
+from contiga.io.cad.unite import Meeting, Placed, placed_of, said_of
 from contiga.io.cad.warp import AngleMap, bent
+from contiga.io.naming import listed
 from contiga.io.units import length_factor, short_name
 from contiga.masters.body import Body
 from contiga.records import FloatArray
@@ -79,74 +81,105 @@ def warm_up() -> None:
 
 
 def read_step_iges(
-    path: Path, file_unit: str | None, unit: str | None, choice: Choice = ALL
+    path: Path,
+    file_unit: str | None,
+    unit: str | None,
+    choice: Choice = ALL,
+    solids: Solids = "union",
 ) -> Body:
     """The faces of a STEP or IGES file as a body in `unit`; see `io.cad.read_cad`."""
     with occ.quiet():
-        return _Model(path, file_unit, unit).body(choice)
+        return _Model(path, file_unit, unit, solids).body(choice)
 
 
-def list_step_iges(path: Path, file_unit: str | None, unit: str | None) -> Inventory:
+def list_step_iges(
+    path: Path, file_unit: str | None, unit: str | None, solids: Solids = "union"
+) -> Inventory:
     """All of a STEP or IGES file with what it says of its parts."""
     with occ.quiet():
-        return _Model(path, file_unit, unit).inventory()
+        return _Model(path, file_unit, unit, solids).inventory()
 
 
 class _Model:
     """A file as OpenCASCADE has it, to be converted whole or in part."""
 
-    def __init__(self, path: Path, file_unit: str | None, unit: str | None) -> None:
+    def __init__(self, path: Path, file_unit: str | None, unit: str | None, solids: Solids) -> None:
         found = transferred(path)
         own = file_unit or found.unit
         # OpenCASCADE has multiplied by the unit the file states, which file_unit overrides.
         stated = 1.0 if found.unit is None else length_factor(OCC_UNIT, found.unit, str(path))
         wanted = length_factor(own, unit, str(path)) if own and unit else 1.0
-        self._path, self._pieces = path, found.pieces
+        self._path, self._pieces, self._solids = path, found.pieces, solids
         self._scale = _product(stated, wanted)
         self._unit = short_name(unit or own) if own else None
         to_occ = 1.0 if found.unit is None else length_factor(found.unit, OCC_UNIT, str(path))
         self._accuracy = found.accuracy * to_occ
-        self._sewn = Sewn(joined(found.pieces, None))
+        self._sewn = Sewn(compound_of(piece.shape for piece in found.pieces))
         self._parts = labelled(found.pieces, self._sewn)
 
     def body(self, choice: Choice) -> Body:
         """What is chosen, as if the file had nothing else."""
-        chosen = chosen_faces(self._parts, choice, str(self._path))
-        sewn = self._sewn if choice.everything else Sewn(joined(self._pieces, chosen))
-        assembly, _ = self._gathered(chosen, sewn)
-        return self._made(assembly, sewn)
+        placed, said = self._placed(choice)
+        if said:
+            warn(f"{self._path}: solids {said}")
+        sewn = self._sewn_of(placed)
+        assembly, _ = self._gathered(placed, sewn)
+        return self._made(assembly, sewn, placed)
 
     def inventory(self) -> Inventory:
-        """Everything, and parts that share edges with others apart, too."""
-        every = chosen_faces(self._parts, ALL, str(self._path))
-        assembly, numbers = self._gathered(every, self._sewn)
+        """Everything, and parts that share faces or edges with others apart, too."""
+        placed, said = self._placed(ALL)
+        sewn = self._sewn_of(placed)
+        assembly, numbers = self._gathered(placed, sewn)
         owner = {face.number: part.number for part in self._parts for face in part.faces}
-        apart = {
-            number: self.body(Choice(parts=(number,)))
-            for number in assembly.entangled([owner[number] for number in numbers])
-        }
-        return Inventory(self._made(assembly, self._sewn), numbers, self._parts, apart)
+        mixed = set(assembly.entangled([owner[number] for number in numbers]))
+        mixed |= {part.number for meeting in placed.meetings for part in self._parts_of(meeting)}
+        apart = {number: self.body(Choice(parts=(number,))) for number in sorted(mixed)}
+        return Inventory(self._made(assembly, sewn, placed), numbers, self._parts, apart, said)
 
-    def _gathered(self, chosen: Container[int], sewn: Sewn) -> tuple[Assembly, list[int]]:
-        """The faces chosen, and the number in the file of each patch made of one."""
+    def _placed(self, choice: Choice) -> tuple[Placed, str]:
+        """The faces chosen, solids that meet dealt with as asked for, and what is said of them."""
+        chosen = chosen_faces(self._parts, choice, str(self._path))
+        unite = self._solids == "union"
+        placed = placed_of(self._pieces, chosen, self._accuracy, unite=unite)
+        told = [
+            f"{listed(part.title for part in self._parts_of(meeting))} at {self._at(meeting)}"
+            for meeting in placed.meetings
+        ]
+        return placed, said_of(placed, told, self._solids, str(self._path))
+
+    def _parts_of(self, meeting: Meeting) -> list[PartLabel]:
+        firsts = np.cumsum([1, *(len(piece.faces) for piece in self._pieces)])
+        wanted = set(firsts[list(meeting.pieces)].tolist())
+        return [part for part in self._parts if part.faces[0].number in wanted]
+
+    def _at(self, meeting: Meeting) -> str:
+        return "({:.6g}, {:.6g}, {:.6g})".format(*(self._scale * c for c in meeting.place))
+
+    def _sewn_of(self, placed: Placed) -> Sewn:
+        """What numbers the edges of faces."""
+        own = len(placed.faces) == sum(len(piece.faces) for piece in self._pieces)
+        return self._sewn if own and not placed.meetings else Sewn(placed.shape)
+
+    def _gathered(self, placed: Placed, sewn: Sewn) -> tuple[Assembly, list[int]]:
+        """The faces, and the number in the file of each patch made of one."""
         from OCP.TopoDS import TopoDS
 
         assembly = Assembly(str(self._path))
         numbers = []
-        faces = (face for piece in self._pieces for face in piece.faces)
-        for number, face in enumerate(faces, start=1):
-            if number in chosen:
-                turned = TopoDS.Face(face.Reversed()) if sewn.turned(face) else face
-                where = f"{self._path}, face {number}"
-                if add_face(assembly, turned, sewn, self._scale, where):
-                    numbers.append(number)
+        for number, face in placed.faces:
+            turned = TopoDS.Face(face.Reversed()) if sewn.turned(face) else face
+            where = f"{self._path}, face {number}"
+            if add_face(assembly, turned, sewn, self._scale, where):
+                numbers.append(number)
         return assembly, numbers
 
-    def _made(self, assembly: Assembly, sewn: Sewn) -> Body:
+    def _made(self, assembly: Assembly, sewn: Sewn, placed: Placed) -> Body:
         def edge_of(index: int) -> Edge | None:
             return _edge(sewn.edge(index), self._scale, self._accuracy)
 
-        return assembly.body(self._path.stem, edge_of, self._unit)
+        body = assembly.body(self._path.stem, edge_of, self._unit)
+        return body.known_apart() if placed.embedded and placed.solids_only else body
 
 
 def _product(a: float, b: float) -> float:
@@ -181,6 +214,7 @@ def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where:
     if raw is None or _is_thin(raw):
         warn(f"{where}: a face without extent was left out")
         return False
+    _refuse_pierced(raw, scale, where)
     sides = rectangle_sides(raw.loops[0], raw.box, raw.speed) if len(raw.loops) == 1 else None
     closed = _closed(raw, where)
     whole = sides is None and closed
@@ -205,6 +239,19 @@ def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where:
     ]
     assembly.add_trimmed(patch.surface, loops, where, flip=raw.reversed)
     return True
+
+
+def _refuse_pierced(raw: RawFace, scale: float, where: str) -> None:
+    point = pierced_at(raw.surface, raw.box)
+    if point is not None:
+        x, y, z = (scale * c for c in point)
+        raise FileError(
+            "a face goes through itself: it has no side",
+            where=where,
+            found=f"an outer and an inner part that meet at ({x:.6g}, {y:.6g}, {z:.6g})",
+            allowed="one of them: the apple or the lemon of a torus that reaches over its axis",
+            remedy="Cut it there in the program that wrote the file, or choose other parts",
+        )
 
 
 def _is_thin(raw: RawFace) -> bool:

@@ -14,7 +14,7 @@ from contiga.num.codes import BUDGET, EDGE, FACE, MAX_ITERATIONS, OK, TRIMMED
 from contiga.search.kernels.curve_nb import polish, surface_foot
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.global_among_nb import on_patch
-from contiga.search.kernels.global_nb import GIVEN_UP, PRUNE, SEEN, closest
+from contiga.search.kernels.global_nb import DROPPED, GIVEN_UP, PRUNE, SEEN, closest
 from contiga.search.kernels.pseudo_normal_nb import (
     NEAR,
     is_listed,
@@ -117,6 +117,8 @@ def found_foot(tables, k, point, out, found, h):
             status = TRIMMED
     if left == GIVEN_UP:
         status = BUDGET
+    elif left == DROPPED and status == MAX_ITERATIONS:
+        status = OK  # others are as near: where along them the nearest is, rounding hides
     write_foot(tables, k, foot, status, feature, point, out, h)
     out.certified[k] = 1 if left == 0.0 and status != MAX_ITERATIONS else 0
     if feature != FACE:

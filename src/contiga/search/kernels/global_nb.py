@@ -57,11 +57,17 @@ LEVEL = 1e-15
 """Share of f that a step must promise; less is rounding, and halving it thirty times is no use."""
 SEEN = 1.0 + 1e-9
 """Rounding of a distance that a search starts from, with much to spare."""
+PATIENT, IN_LEAF = 400, 16
+"""After so many cells in all, and in a leaf, one that promises little is not halved any more. Feet
+of points on the axis of a body of revolution lie all along a circle, as near as each other."""
+EASED, MOST_EASED = 8, 1e5
+"""What is little grows with this power of the cells opened in all, to so many times the least gain
+asked for (1e-6 of the body's size)."""
 DROPPED, GIVEN_UP = 0.5, 1.0
-"""What a search has left out: a cell too small to be halved, or all that was over its budget."""
+"""What a search has left out: a cell that was not halved, or all that was over its budget."""
 UNTOLD = 100.0
-"""A smallest cell that may come closer than the best foot by this many times the least gain asked
-for (1e-9 of the body's size) is not told from a closer foot."""
+"""A cell that is not halved, and may come closer than the best foot by this many times the least
+gain asked for (1e-9 of the body's size), is not told from a closer foot."""
 PRUNE = 10.0
 """A cell must promise this many tolerances less distance to be opened."""
 NARROW = 2e-4
@@ -185,6 +191,22 @@ def _cell_bounds(elements, leaf, cell, local, limit, own, k):
 
 
 @inner()
+def _may_come_within(bounds, limit):
+    """Whether a cell of lower bounds = (distance, f) may have a place no farther than `limit`."""
+    return bounds[0] <= limit and not (limit > 0.0 and bounds[1] > 0.5 * limit * limit)
+
+
+@inner()
+def _promises_little(bounds, best, slack, before, opened):
+    """Whether a cell may be let be, after so many opened `before` and in its leaf."""
+    opened_in_all = before + opened
+    if opened_in_all <= PATIENT or opened <= IN_LEAF:
+        return False
+    little = min((opened_in_all / PATIENT) ** EASED, MOST_EASED) * slack
+    return not _may_come_within(bounds, best - little)
+
+
+@inner()
 def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
     """Improve the best distance and `found` (element, s, t) by one surface leaf.
 
@@ -224,8 +246,8 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
         if least > best - slack:
             continue
         f = hessian(m, b, hs, ht)
-        limit = best - slack
-        if limit > 0.0 and least_value(m, f) - ROUNDING * m.rr > 0.5 * limit * limit:
+        bounds = least, least_value(m, f) - ROUNDING * m.rr
+        if not _may_come_within(bounds, best - slack):
             continue
         if without_minimum(elements, e, cell, m, f) or bends_down(elements, e, cell, f):
             continue
@@ -234,8 +256,8 @@ def _search_leaf(elements, trims, leaf, point, limits, found, stack, h):
             best = _improve(elements, trims, (e, s, t), distance, best, found, seen)
         elif guarded and m.xx + m.yy < NARROW * NARROW * m.rr:
             continue  # its middle has told
-        elif max(hs, ht) < SMALLEST:
-            if least < best - UNTOLD * slack:
+        elif max(hs, ht) < SMALLEST or _promises_little(bounds, best, slack, before, opened):
+            if _may_come_within(bounds, best - UNTOLD * slack):
                 found[3] = max(found[3], DROPPED)
         elif before + opened > MAX_CELLS or top > 61:
             found[3] = GIVEN_UP

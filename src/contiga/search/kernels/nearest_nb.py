@@ -22,7 +22,7 @@ from contiga.search.kernels.ball_nb import radius_at
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import found_foot, no_farther
 from contiga.search.kernels.global_among_nb import anywhere
-from contiga.search.kernels.global_nb import PRUNE, closest
+from contiga.search.kernels.global_nb import GIVEN_UP, PRUNE, closest
 from contiga.search.kernels.one_foot_nb import foot_from, parameters_of, write_proved
 from contiga.search.kernels.plates_nb import no_farther_than, on_plate
 from contiga.search.kernels.tree_nb import open_node
@@ -152,8 +152,9 @@ def _searched(tables, k, point, within, guess, out, found, h):
         if closer < distance - PRUNE * tables.scale[1]:
             found_foot(tables, k, point, out, found, h)
             return
-        if found[3] == 0.0:
+        if found[3] != GIVEN_UP:
             write_proved(out, k, tables.elements.table[e]["patch"], uv, record)
+            out.certified[k] = 1 if found[3] == 0.0 else 0
             return
         reach = min(within, distance)
     else:

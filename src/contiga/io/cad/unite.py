@@ -1,0 +1,284 @@
+"""Solids of a file that touch or overlap: made one solid by OpenCASCADE, or told.
+
+The search takes a closed surface that does not meet itself. Where solids meet, the walls that lie
+in another of them, and those they have in common, bound nothing: the union has none of them. Its
+faces are parts of the file's faces, on the same surfaces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterator, Sequence
+from itertools import accumulate
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.errors import FileError
+from contiga.io.cad.occ_parts import Piece, compound_of
+from contiga.io.cad.parts import Solids
+from contiga.io.cad.sew import COINCIDENT, FINEST, subshapes
+from contiga.records import FloatArray
+
+SAMPLES = 64
+"""Points, for each solid, whose side of the union is held against that of the solids."""
+MOST = 256
+"""Of such points in all."""
+FULL = 1e-6
+"""Share by which the volume of a union may be larger than the solids' together."""
+
+Numbered = tuple[int, Any]
+
+
+class Meeting(NamedTuple):
+    """Solids of which each touches or overlaps another."""
+
+    pieces: tuple[int, ...]
+    """Indices of them, ascending."""
+    place: tuple[float, float, float]
+    """A point where some of them meet, mm."""
+
+
+class Placed(NamedTuple):
+    """The faces of a body to be, and the shape whose topology says how they meet."""
+
+    shape: Any
+    faces: list[Numbered]
+    """Number in the file, from 1, and TopoDS_Face; of a face that was cut up, several."""
+    meetings: list[Meeting]
+    embedded: bool
+    """Whether no two solids meet any more."""
+    solids_only: bool
+    """Whether there is nothing beside whole solids."""
+
+
+def placed_of(
+    pieces: Sequence[Piece], chosen: Container[int], accuracy: float, *, unite: bool
+) -> Placed:
+    """The faces with the numbers `chosen`; solids that are chosen whole and meet are united.
+
+    Solids meet where they overlap or come nearer than `accuracy`, mm. With `unite` false they are
+    only told. A union that OpenCASCADE does not manage leaves the solids as they are.
+    """
+    first = [1, *accumulate((len(piece.faces) for piece in pieces), initial=1)][1:]
+    rows = [
+        [(n, face) for n, face in enumerate(piece.faces, start) if n in chosen]
+        for start, piece in zip(first, pieces, strict=False)
+    ]
+    # Whole pieces keep their topology, from which sewing knows what is joined.
+    shapes = [
+        [piece.shape] if len(mine) == len(piece.faces) else [face for _, face in mine]
+        for piece, mine in zip(pieces, rows, strict=True)
+    ]
+    solids = [
+        k
+        for k, piece in enumerate(pieces)
+        if piece.kind == "solid" and rows[k] and len(rows[k]) == len(piece.faces)
+    ]
+    only = len(solids) == sum(map(bool, rows))
+    if len(solids) < 2:
+        return Placed(compound_of(_flat(shapes)), list(_flat(rows)), [], True, only)
+    union = _Union([pieces[k] for k in solids], accuracy)
+    embedded = union.done and (not union.met or (unite and union.holds()))
+    if union.met and embedded:
+        for j in union.met:
+            shapes[solids[j]] = []
+            rows[solids[j]] = union.faces(rows[solids[j]])
+        shapes.append(union.solids)
+    meetings = [
+        Meeting(tuple(solids[j] for j in group), union.place(group)) for group in union.groups
+    ]
+    return Placed(compound_of(_flat(shapes)), list(_flat(rows)), meetings, embedded, only)
+
+
+def said_of(placed: Placed, told: Sequence[str], solids: Solids, where: str) -> str:
+    """What is to be said of solids that meet, "" if none do; `told` of which and where.
+
+    Raises
+    ------
+    FileError
+        There are some, and they are to be refused.
+    """
+    if solids == "refuse" and told:
+        raise FileError(
+            "solids touch or overlap",
+            where=where,
+            found="; ".join(told),
+            allowed="solids that are apart",
+            remedy='solids = "union" makes one of them; parts chooses some',
+        )
+    if placed.embedded:
+        return f"that touch or overlap are made one: {'; '.join(told)}" if told else ""
+    if solids == "separate":
+        return f"that touch or overlap are kept as they are: {'; '.join(told)}"
+    found = "; ".join(told) or "which cannot be told"
+    return (
+        "that touch or overlap are kept as they are, because OpenCASCADE makes no sound union of "
+        f"them: {found}. Choose some by parts"
+    )
+
+
+def _flat(lists: Sequence[Sequence[Any]]) -> Iterator[Any]:
+    return (each for some in lists for each in some)
+
+
+class _Union:
+    """The union of solids, and which of them are changed in it.
+
+    Parameters
+    ----------
+    pieces : two or more solids
+    accuracy : nearer than this they touch, mm
+    """
+
+    def __init__(self, pieces: Sequence[Piece], accuracy: float) -> None:
+        from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
+        from OCP.collections import (
+            IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher,
+            List_TopoDS_Shape,
+        )
+
+        self._pieces = pieces
+        self._boxes = np.array([_box(piece.shape) for piece in pieces])
+        size = float(np.linalg.norm(np.ptp(self._boxes.reshape(-1, 3), axis=0)))
+        arguments, tools = List_TopoDS_Shape(), List_TopoDS_Shape()
+        arguments.Append(pieces[0].shape)
+        for piece in pieces[1:]:
+            tools.Append(piece.shape)
+        self._fuse = fuse = BRepAlgoAPI_Fuse()
+        fuse.SetArguments(arguments)
+        fuse.SetTools(tools)
+        fuse.SetNonDestructive(True)
+        fuse.SetFuzzyValue(max(FINEST, min(accuracy, COINCIDENT * size)))
+        fuse.Build()
+        self._known = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
+        self._faces: dict[int, Any] = {}
+        self.groups: list[list[int]] = []
+        """Pieces that touch or overlap one another."""
+        self.met: list[int] = []
+        """All in groups."""
+        self.solids: list[Any] = []
+        """What they make."""
+        self.done = bool(fuse.IsDone())
+        if self.done:
+            self._look()
+
+    def _look(self) -> None:
+        """Which pieces make which solids of the union: those that make one together have met."""
+        from OCP.TopoDS import TopoDS
+
+        every = subshapes(self._fuse.Shape(), "SOLID")
+        owner: dict[int, int] = {}
+        for j, solid in enumerate(every):
+            for face in subshapes(solid, "FACE"):
+                number = int(self._known.Add(face))
+                self._faces[number], owner[number] = TopoDS.Face(face), j
+        groups: dict[int, list[int]] = {}
+        for k, piece in enumerate(self._pieces):
+            images = [number for face in piece.faces for number in self._images(face)]
+            # Of a piece within another nothing is left.
+            home = owner[images[0]] if images else _holder(every, piece.shape)
+            groups.setdefault(home, []).append(k)
+        several = {j: group for j, group in groups.items() if len(group) > 1}
+        self.groups = list(several.values())
+        self.met = sorted(k for group in self.groups for k in group)
+        self.solids = [every[j] for j in several if j >= 0]
+
+    def _images(self, face: Any) -> list[int]:
+        """Numbers of the faces of the union that are parts of a face."""
+        parts = list(self._fuse.Modified(face)) or [face]
+        return [number for part in parts if (number := int(self._known.FindIndex(part)))]
+
+    def faces(self, rows: Sequence[Numbered]) -> list[Numbered]:
+        """What the union has of the faces of a solid; of those it has in common the first's."""
+        found = []
+        for number, face in rows:
+            for image in self._images(face):
+                if image in self._faces:
+                    found.append((number, self._faces.pop(image)))
+        return found
+
+    def place(self, group: Sequence[int]) -> tuple[float, float, float]:
+        """The middle of an edge where faces of two meet; of one that is in another, its own."""
+        owner: dict[int, int] = {}
+        for k in group:
+            for number in (n for face in self._pieces[k].faces for n in self._images(face)):
+                for edge in subshapes(self._known.FindKey(number), "EDGE"):
+                    if owner.setdefault(int(self._known.Add(edge)), k) != k:
+                        return _middle(edge)
+        smallest = min(group, key=lambda k: float(np.ptp(self._boxes[k], axis=0).prod()))
+        x, y, z = self._boxes[smallest].mean(axis=0).tolist()
+        return x, y, z
+
+    def holds(self) -> bool:
+        """Whether the union is what it is to be: by its volume, and at points drawn by chance.
+
+        Every point within one of the solids is within the union, every other one outside.
+        """
+        shapes = [self._pieces[k].shape for k in self.met]
+        before, after = [_volume(shape) for shape in shapes], [_volume(s) for s in self.solids]
+        if not max(before) * (1.0 - FULL) <= sum(after) <= sum(before) * (1.0 + FULL):
+            return False
+        count = min(SAMPLES, -(-MOST // len(self.met)))
+        shares = np.random.default_rng(0).random((len(self.met), count, 3))
+        boxes = self._boxes[self.met]
+        points = boxes[:, :1] + shares * np.ptp(boxes, axis=1)[:, None]
+        rows = points.reshape(-1, 3)
+        sides = [_inside(some, rows) for some in (shapes, self.solids)]
+        told = ~np.isnan(sides[0]) & ~np.isnan(sides[1])
+        return bool((sides[0][told] == sides[1][told]).all())
+
+
+def _holder(solids: Sequence[Any], shape: Any) -> int:
+    """Which of some solids holds a shape; −1 if none."""
+    point = np.array([_middle(subshapes(shape, "EDGE")[0])])
+    return next((j for j, solid in enumerate(solids) if _inside([solid], point)[0] != 0.0), -1)
+
+
+def _box(shape: Any) -> FloatArray:
+    """(2, 3) corners of the box of a shape."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRepBndLib import BRepBndLib
+
+    box = Bnd_Box()
+    BRepBndLib.Add_s(shape, box)
+    low, high = box.CornerMin(), box.CornerMax()
+    return np.array([[p.X(), p.Y(), p.Z()] for p in (low, high)])
+
+
+def _middle(edge: Any) -> tuple[float, float, float]:
+    """The middle of an edge."""
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.TopoDS import TopoDS
+
+    curve = BRepAdaptor_Curve(TopoDS.Edge(edge))
+    point = curve.Value(0.5 * (curve.FirstParameter() + curve.LastParameter()))
+    return point.X(), point.Y(), point.Z()
+
+
+def _volume(shape: Any) -> float:
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    found = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, found)
+    return float(found.Mass())
+
+
+def _inside(shapes: Sequence[Any], points: FloatArray) -> FloatArray:
+    """(n,) 1 for points within one of the shapes, 0 outside all, NaN where one has it on a face."""
+    from OCP.BRepClass3d import BRepClass3d_SolidClassifier
+    from OCP.gp import gp_Pnt
+    from OCP.TopAbs import TopAbs_State
+
+    found = np.zeros(len(points))
+    for shape in shapes:
+        low, high = _box(shape)
+        classifier = BRepClass3d_SolidClassifier(shape)
+        for k in np.flatnonzero(((low <= points) & (points <= high)).all(axis=1) & (found != 1.0)):
+            classifier.Perform(gp_Pnt(*points[k].tolist()), FINEST)
+            state = classifier.State()
+            if state == TopAbs_State.TopAbs_IN:
+                found[k] = 1.0
+            elif state == TopAbs_State.TopAbs_ON:
+                found[k] = np.nan
+    return found

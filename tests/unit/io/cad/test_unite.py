@@ -1,0 +1,106 @@
+"""Solids of a file that touch or overlap."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests import occ_rig
+from tests.stress import unions
+
+import contiga as cg
+from contiga.errors import ContigaWarning, FileError, GeometryError
+
+
+def plate_and_pins(path: Path) -> Path:
+    """A plate, a pin that stands on it, another beside; lengths in mm."""
+    made = occ_rig.Rig()
+    plate, pin = made.product(occ_rig.box(20.0, 20.0, 3.0), "plate"), occ_rig.pin()
+    pins = made.product(pin, "pin")
+    made.assembly(
+        "all",
+        (plate, occ_rig.at(0, 0, 0), "base"),
+        (pins, occ_rig.at(5, 5, 3), "left"),
+        (pins, occ_rig.at(40, 5, 3), "right"),
+    )
+    return made.write(path)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return plate_and_pins(tmp_path / "all.step")
+
+
+def test_a_pin_on_a_plate_is_one_solid_with_it_and_told(file: Path) -> None:
+    with pytest.warns(ContigaWarning, match=r"made one: plate \(base\), pin \(left\) at \(0\.4"):
+        body = cg.read_cad(file, unit="cm")
+    # The pin's lower end is gone, and the plate's top is a face with a hole.
+    assert (len(body.patches), body.closed) == (6 + 2 + 3, True)
+    assert body.volume() == pytest.approx(1.2 + 2.0 * 0.5 * 0.01 * np.pi, rel=1e-9)
+    edge = np.array([[0.5, 0.5, 0.3], [0.5, 0.5, 0.25], [0.5, 0.5, 0.81], [1.0, 0.5, 0.31]])
+    assert body.contains(edge).tolist() == [True, True, False, False]
+    # The nearest wall is the rim of the pin, not what it stands on.
+    assert body.project(edge).gap[1] == pytest.approx(-np.hypot(0.1, 0.05), rel=1e-9)
+
+
+def test_parts_keep_all_their_faces_and_those_chosen_alone_are_as_they_were(file: Path) -> None:
+    parts = cg.cad_parts(file)
+    assert [len(part.body.patches) for part in parts] == [6, 3, 3]
+    assert all(part.body.closed for part in parts)
+    assert len(cg.read_cad(file, parts=["base", "right"]).patches) == 9
+    lid = cg.read_cad(file, parts="left", faces=6)  # of the plate a face, which is no solid
+    assert len(lid.patches) == 4
+
+
+def test_they_are_refused_or_left_as_asked_for(file: Path) -> None:
+    with pytest.raises(FileError, match=r"touch or overlap; found .plate.*pin.*; allowed: .*union"):
+        cg.read_cad(file, solids="refuse")
+    with pytest.warns(ContigaWarning, match="kept as they are: plate"):
+        assert len(cg.read_cad(file, solids="separate").patches) == 12
+    with pytest.raises(
+        GeometryError, match="solids: no such choice; found 'one'; allowed: \"union\", "
+    ):
+        cg.read_cad(file, solids="one")  # type: ignore[arg-type]
+
+
+def test_solids_apart_are_not_touched(tmp_path: Path) -> None:
+    made = occ_rig.Rig()
+    box = made.product(occ_rig.box(), "box")
+    # A box of 2 by 3 by 4; the second touches the first along an edge, the third at a corner.
+    places = [(0, 0, 0), (2, 3, 0), (4, 6, 4), (0, 0, 4.001)]
+    made.assembly("all", *((box, occ_rig.at(*p), str(k)) for k, p in enumerate(places)))
+    body = cg.read_cad(made.write(tmp_path / "apart.step"), solids="refuse")
+    assert (len(body.patches), body.closed) == (24, True)
+
+
+def test_a_seam_as_wide_as_the_tolerance_of_the_file_is_none(tmp_path: Path) -> None:
+    made = occ_rig.Rig()
+    box = made.product(occ_rig.box(), "box")
+    made.assembly("all", (box, occ_rig.at(0, 0, 0), "a"), (box, occ_rig.at(2 + 4e-8, 0, 0), "b"))
+    path = made.write(tmp_path / "seam.step")
+    with pytest.warns(ContigaWarning, match="made one"):
+        body = cg.read_cad(path)
+    assert body.closed
+    assert body.contains([[2.0 + 2e-8, 1.5, 2.0]]).all()
+    assert body.project([[2.0, 1.5, 3.9]]).gap[0] == pytest.approx(-0.1, abs=1e-6)
+
+
+def test_a_union_that_is_not_sound_is_left_and_told(file: Path, monkeypatch) -> None:
+    from contiga.io.cad import unite
+    from contiga.io.cad.step_iges import read_step_iges
+
+    monkeypatch.setattr(unite._Union, "holds", lambda self: False)
+    with pytest.warns(ContigaWarning, match="no sound union of them: plate"):
+        body = read_step_iges(file, None, None)
+    assert len(body.patches) == 12
+
+
+@pytest.mark.parametrize("name", ["tiles", "boxes within", "edge to edge", "heap 0"])
+def test_unions_have_the_inside_of_any_of_their_pieces(name: str) -> None:
+    solid = unions.solid(name)
+    low, high = solid.body.bounds()
+    p = np.random.default_rng(3).uniform(low - 1.0, high + 1.0, (600, 3))
+    feet = solid.body.project(p)
+    assert ((solid.field(p) < 0.0) == solid.body.contains(p)).all()
+    assert np.abs(solid.field(feet.point)).max() <= 2e-9 * solid.size
