@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,12 +17,21 @@ SAME = 0.01
 """Of the scale of a channel: what two runs may differ by."""
 SHIFTED = 1e-3
 """Of the run: by how much the time may be off at which a channel jumps."""
-SMALL = 1e-4
+SMALL = 0.01
 """Of the largest scale of its kind: what that of a channel is at least."""
+ARM = 0.25
+"""Of the size of the scene: what turns count as ways by, and moments as forces."""
 _PASSED = re.compile(r"time$|wall_time|(.*\.)?n_\w+|step\.|.*error$|(.*\.)?centre_")
 """Columns that are no channels: times, counts, reasons, errors, and places of no force."""
-_JUMPS = re.compile(r"force|friction_|moment|area|pressure|\.a[xyz]$|\.rate$")
-"""Channels that may jump: they are held against what the other run goes through in a step."""
+_JUMPS = re.compile(r"force|friction_|moment|area|pressure|energy|work|\.a[xyz]$|\.rate$")
+"""Channels that may jump, energies where springs of friction let go: they are held against what the
+other run goes through in a step."""
+_TELLS = re.compile(r"energy: |step: |.*: in the one step to t = .* went .* deeper")
+"""Warnings that something is not right, or not to phase."""
+PARTS, LEAST = 3, 400
+"""Parts of each step that the other run takes, and how many all in all at least."""
+_ALIKE = ("moment", 1, "force"), ("spin", -1, "speed"), ("turn", -1, "place")
+"""Kinds that others are compared with by an arm to this power."""
 
 
 class Difference(NamedTuple):
@@ -39,9 +49,20 @@ class Verdict(NamedTuple):
     text: str
     steps: int
     worst: Difference
-    warnings: list[str]
+    told: list[str]
+    """Warnings of the run that say that something is not right."""
     sure: float
-    """What the short steps differ by from ones half as many; inf where that was not asked."""
+    """What the short steps differ by from ones a third as long; 0 where that was not asked."""
+
+    @property
+    def kind(self) -> str:
+        """`same`, `told` where a warning says what is not, `in doubt` where short steps do not
+        agree among each other either, or `wrong`."""
+        if self.worst.relative <= SAME:
+            return "same"
+        if self.told:
+            return "told"
+        return "in doubt" if self.sure > 0.5 * SAME else "wrong"
 
 
 def finer(times: np.ndarray, parts: int, least: int) -> tuple[np.ndarray, np.ndarray]:
@@ -60,8 +81,7 @@ def compared(
 ) -> Difference:
     """Where a run differs most from one in shorter steps, whose `rows` are at the same times.
 
-    `size` is that of the scene: moments count for no less than their forces at a small part of it
-    as an arm, turns as ways.
+    `size` is that of the scene.
     """
     groups: dict[str, float] = {}
     kinds: dict[str, float] = {}
@@ -75,8 +95,9 @@ def compared(
         most = float(np.nanmax(np.abs(values), initial=0.0))
         groups[group] = max(groups.get(group, 0.0), most)
         kinds[kind] = max(kinds.get(kind, 0.0), most)
-    for kind, arm, of in (("moment", size, "force"), ("spin", 1 / size, "speed"), ("turn", 1 / size, "place")):
-        kinds[kind] = max(kinds.get(kind, 0.0), arm * kinds.get(of, 0.0))
+    arm = ARM * size
+    for kind, factor, of in _ALIKE:
+        kinds[kind] = max(kinds.get(kind, 0.0), arm**factor * kinds.get(of, 0.0))
     worst, windows = Difference(0.0, "", 0.0), _windows(auto["time"], fine["time"])
     for name in names:
         group, kind = _group(name)
@@ -124,19 +145,35 @@ def _beyond(auto: np.ndarray, fine: np.ndarray, windows: np.ndarray) -> np.ndarr
     return np.maximum(0.0, np.maximum(low - auto, auto - high))
 
 
-def judged(own: Scene, parts: int = 4, least: int = 2000) -> Verdict:
+def judged(own: Scene, parts: int = PARTS, least: int = LEAST) -> Verdict:
     """A scene in steps that choose themselves and in far shorter ones."""
     result = own.simulation(end=own.end, step="auto").run()
-    history, worst, sure = result.history, Difference(0.0, "", 0.0), np.inf
+    history, sure = result.history, 0.0
     size = own.parts["contacts"][0].master.size
     times, rows = finer(history["time"], parts, least)
     fine = run_at(own, times)
     worst = compared(history, fine, rows, size)
     if worst.relative > SAME:
-        twice, again = finer(times, 3, 1)
-        sure = compared(fine, run_at(own, twice), again, size).relative
-    warnings = list(result.summary["warnings"])
-    return Verdict(own.text, len(history["time"]) - 1, worst, warnings, sure)
+        thirds, again = finer(times, 3, 1)
+        sure = compared(fine, run_at(own, thirds), again, size).relative
+    told = [text for text in result.summary["warnings"] if _TELLS.match(text)]
+    return Verdict(own.text, len(history["time"]) - 1, worst, told, sure)
+
+
+def agree(seeds: Iterable[int], parts: int = PARTS, least: int = LEAST) -> Tally:
+    """Scenes by their numbers: what does not agree and is not told is wrong."""
+    with Clock(Tally("steps that choose themselves, scenes")) as tally:
+        for seed in seeds:
+            verdict = judged(scene(seed), parts, least)
+            tally.count += 1
+            tally.note("steps", verdict.steps)
+            tally.wrong += verdict.kind == "wrong"
+            tally.flagged += verdict.kind == "told"
+            tally.doubtful += verdict.kind == "in doubt"
+            if verdict.kind == "wrong":
+                worst = verdict.worst._asdict()
+                tally.faults.append({"kind": "another run", "seed": seed, "scene": verdict.text} | worst)
+    return tally
 
 
 def run_at(own: Scene, times: np.ndarray) -> dict[str, Any]:

@@ -174,10 +174,25 @@ def test_where_the_stiffness_follows_the_step_and_no_step_is_stable_the_run_says
     assert falling(cg.AdaptiveLaw(scale=5.0), allow_unstable=True, end=0.5).run()
 
 
-@pytest.mark.parametrize("gap", [5.0, 5.5, 6.0, 7.0])
-def test_a_thin_panel_stops_what_would_be_through_in_one_step(gap: float) -> None:
-    panel = box((-30.0, -30.0, -1.0), (30.0, 30.0, 0.0))
-    m, v, deep = 4540.0, 11.1, 0.45
+def panels(thick: float, *heights: float) -> cg.Body:
+    """Closed panels one under the other, as one body."""
+    boxes = (box((-30.0, -30.0, z - thick), (30.0, 30.0, z)) for z in heights)
+    return cg.Body([patch for one in boxes for patch in one.patches])
+
+
+@pytest.mark.parametrize(
+    ("gap", "panel", "thick"),
+    [
+        *((gap, panels(1.0, 0.0), 1.0) for gap in (5.0, 5.5, 6.0, 7.0)),
+        # thinner than a hundredth of a step's way, which may pass two of them
+        (6.0, panels(0.01, 0.0), 0.01),
+        (6.0, panels(0.01, 0.0, -0.3), 0.01),
+    ],
+)
+def test_a_thin_panel_stops_what_would_be_through_in_one_step(
+    gap: float, panel: cg.Body, thick: float
+) -> None:
+    m, v, deep = 4540.0, 11.1, 0.45 * thick
     face = cg.Slave(grid(5, 20.0, gap), area=np.full(25, 1.0))
     carrier = cg.Body([cg.shapes.sphere(radius=45.0, centre=(0.2, 0.2, gap + 50.0))])
     motion = Free(mass=m, inertia=4e6 * np.eye(3), centre=[0.2, 0.2, gap + 50], velocity=[0, 0, -v])
