@@ -10,7 +10,6 @@ import numpy as np
 from tests.stress.random_scenes import Scene, scene
 from tests.stress.tally import Clock, Tally
 
-import contiga as cg
 from contiga.dynamics.stepping import GivenTimes
 
 SAME = 0.01
@@ -62,7 +61,7 @@ class Verdict(NamedTuple):
             return "same"
         if self.told:
             return "told"
-        return "in doubt" if self.sure > 0.5 * SAME else "wrong"
+        return "in doubt" if self.sure > 0.5 * self.worst.relative else "wrong"
 
 
 def finer(times: np.ndarray, parts: int, least: int) -> tuple[np.ndarray, np.ndarray]:
@@ -70,8 +69,7 @@ def finer(times: np.ndarray, parts: int, least: int) -> tuple[np.ndarray, np.nda
     most = (times[-1] - times[0]) / least
     counts = np.maximum(parts, np.ceil(np.diff(times) / most).astype(int))
     pieces = [
-        np.linspace(a, b, k + 1)[1:]
-        for a, b, k in zip(times[:-1], times[1:], counts, strict=True)
+        np.linspace(a, b, k + 1)[1:] for a, b, k in zip(times[:-1], times[1:], counts, strict=True)
     ]
     return np.concatenate([times[:1], *pieces]), np.concatenate([[0], np.cumsum(counts)])
 
@@ -172,7 +170,9 @@ def agree(seeds: Iterable[int], parts: int = PARTS, least: int = LEAST) -> Tally
             tally.doubtful += verdict.kind == "in doubt"
             if verdict.kind == "wrong":
                 worst = verdict.worst._asdict()
-                tally.faults.append({"kind": "another run", "seed": seed, "scene": verdict.text} | worst)
+                tally.faults.append(
+                    {"kind": "another run", "seed": seed, "scene": verdict.text} | worst
+                )
     return tally
 
 

@@ -68,7 +68,9 @@ class _Maker:
     def scene(self) -> Scene:
         """All of it."""
         u = self.units
-        self.kind = self.pick("master", "carrier", "both", "nodes", "driven carrier", "driven nodes")
+        self.kind = self.pick(
+            "master", "carrier", "both", "nodes", "driven carrier", "driven nodes"
+        )
         self.mass, self.speed = self.log(-1, 1), self.log(-1, 1)
         self.gap = self.log(-2, 0.3)
         self.pull = self.log(-1, 1) * self.speed**2 if self.chance(0.3) else 0.0

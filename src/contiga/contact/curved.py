@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.contact.desk import Small
 from contiga.contact.detect import detect
 from contiga.contact.kernels import bulging_nb
 from contiga.contact.loads import Guards, Holds, merged
@@ -29,7 +30,6 @@ from contiga.contact.tracked import (
     Last,
     Options,
     Room,
-    Small,
     listed,
     take,
 )
@@ -142,9 +142,7 @@ def _bulging(
     return rows[far], own[far]
 
 
-def _near(
-    surface: Surface, last: Last, now: FloatArray, rows: IntArray, bulge: float
-) -> IntArray:
+def _near(surface: Surface, last: Last, now: FloatArray, rows: IntArray, bulge: float) -> IntArray:
     """Those of `rows` that were in contact, or may come to the surface on paths so far off their
     chords: about the middle of a chord there is something as near as path and chord can come.
 

@@ -23,7 +23,6 @@ from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.system_state import SystemState
 
-
 FASTER = 4.0
 """Times ω² of whole bodies that that of single points is, for them to swing by themselves."""
 

@@ -53,7 +53,7 @@ def single_warnings(history: dict[str, FloatArray]) -> list[str]:
     return [
         f"step: single nodes, or points that share one force, swing faster than steps follow, most "
         f"at t = {time:g} (ω h = {single[at]:.2g}): what one of them does, and how what stands on "
-        "them rocks, is stable there and not right to phase; sums and the ways of whole bodies are. "
+        "them rocks, is stable there and not right to phase; sums and ways of whole bodies are. "
         f"A time.largest of {step * FOLLOWED / single[at]:.2g} follows them"
     ]
 

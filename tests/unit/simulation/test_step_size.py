@@ -45,6 +45,9 @@ def test_an_impulse_between_two_steps_is_not_lost() -> None:
     result = simulation.run()
     assert result.history["ball.vx"][-1] == pytest.approx(1e4 * 0.05 / 2.0, rel=1e-12)
     assert {20.13, 20.18, 20.23} <= set(result.history["time"].tolist())
+    # what it works is what moves, within the pulse too
+    energy = 0.5 * 2.0 * result.history["ball.vx"] ** 2
+    np.testing.assert_allclose(result.history["energy.external"], energy, rtol=1e-9)
     assert reasons(result)["kink"] >= 3
 
 
@@ -324,5 +327,24 @@ def test_a_flat_box_on_a_force_law_stays_at_rest_below_its_critical_step() -> No
         assert max(spin) < 0.01  # it swings with about what it was given, at that frequency
         assert np.abs(result.history["block.vz"]).max() < 1e-3
     assert len(result.history["time"]) < 1.5 * 0.5 / (0.9 * critical)
+    # its moments go from point to point faster than steps follow
+    (text,) = (text for text in result.summary["warnings"] if text.startswith("step: "))
+    assert "not right to phase" in text
+    assert result.history["step.single"].max() > 0.5
+    assert 0.0 < float(text.split("time.largest of ")[1].split(" ")[0]) < 0.5 * critical
     with pytest.raises(RunError, match="longer than the critical"):
         flat_at_rest(1.1 * critical).run()
+
+
+def test_what_has_passed_flies_off_in_long_steps() -> None:
+    """Though its known distance from what it has passed lessens as it flies."""
+    ball, pad = cg.Body([cg.shapes.sphere(radius=0.08, centre=(0, 0, 0.085))]), grid(11, 0.1)
+    motion = Free(ball.mass_properties(1900.0), velocity=[300.0, 0.0, -1e4])
+    slave = cg.Slave(pad, area=np.full(len(pad), 4e-4))
+    contact = cg.Contact(ball, slave, law=cg.PenaltyLaw(1e5))
+    result = cg.Simulation(
+        bodies={"ball": (ball, motion)}, slaves={"pad": slave}, contacts=[contact], end=0.015,
+        step="auto",
+    ).run()  # fmt: skip
+    assert result.history["n_contact"].max() > 0
+    assert len(result.history["time"]) < 300
