@@ -228,7 +228,72 @@ def test_the_closest_approach_is_found_between_two_steps() -> None:
     found = closest_approach(Pair(simulation, simulation.contacts[0]))
     assert found is not None
     assert found.distance == pytest.approx(1.0, rel=1e-3)
+    assert 0.99 < found.bound <= 1.0
     assert found.time == pytest.approx(0.5, abs=0.02)
+
+
+def met_by(motion: object, point: list[float], end: float, step: float) -> list[str]:
+    """What is said of a node that a blade on an arm of 3, or a ball about the origin, may meet."""
+    turns = isinstance(motion, cg.motion.Rotate)
+    shape = cg.shapes.sphere(radius=0.5 if turns else 1.0, centre=(3.0 if turns else 0.0, 0, 0))
+    body, node = cg.Body([shape]), cg.Slave([point], area=[1.0], mass=[1.0])
+    simulation = cg.Simulation(
+        bodies={"tool": (body, motion)},
+        slaves={"node": (node, cg.motion.Free())},
+        contacts=[cg.Contact(body, node, law=cg.PenaltyLaw(4000.0))],
+        end=end,
+        step=step,
+    )
+    return [finding.text for finding in simulation.check()]
+
+
+def many_rows(depth: float) -> np.ndarray:
+    """A ball that trembles in 3,000 rows of its table, and once goes down."""
+    t = np.linspace(0.0, 1.0, 3001)
+    z = -0.01 * (np.arange(3001) % 2)
+    z[1234] = -depth
+    return np.column_stack([t, 0 * t, 0 * t, z])
+
+
+@pytest.mark.parametrize(
+    ("motion", "point", "end", "step"),
+    [
+        pytest.param(
+            cg.motion.Rotate([[0, 0], [100, 72000]]), [-3.0, 0, 0.3], 100.0, 0.5, id="whole turns"
+        ),
+        pytest.param(
+            cg.motion.Rotate([[0, 0], [2, 1440]]), [-3.0, 0, 0.3], 2.0, 0.5, id="few whole turns"
+        ),
+        pytest.param(
+            cg.motion.Accelerated([[0, -4], [1, -4]], direction="z", velocity=[0, 0, 2.0]),
+            [0, 0, 1.49], 1.0, 1.0, id="to and fro",
+        ),
+        pytest.param(cg.motion.Translate(many_rows(0.3)), [0, 0, -1.29], 1.0, 0.1, id="rows"),
+    ],
+)  # fmt: skip
+def test_a_way_is_followed_along_its_path(motion, point, end, step) -> None:
+    """Not from where it stands at one look to where it stands at the next."""
+    assert met_by(motion, point, end, step) == []
+
+
+def test_what_is_never_met_is_told_with_a_bound() -> None:
+    (text,) = met_by(cg.motion.Rotate([[0, 0], [2, 1440]]), [-3.0, 0, 3.0], 2.0, 0.5)
+    told = float(text.split(" than ")[1].split(" ")[0])
+    assert 1.25 < told <= 2.501
+
+
+def test_points_that_move_apart_are_looked_at_and_that_is_said() -> None:
+    ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    node = cg.Slave([[0, 0, 2.0], [0, 0, 3.0]], area=[1.0, 1.0], mass=[1.0, 1.0])
+    simulation = cg.Simulation(
+        bodies={"ball": ball},
+        slaves={"nodes": (node, cg.motion.Free(velocity=[[1.0, 0, 0], [0, 0, 1.0]]))},
+        contacts=[cg.Contact(ball, node, law=cg.PenaltyLaw(1.0))],
+        end=1.0,
+        step=0.1,
+    )
+    (finding,) = simulation.check()
+    assert finding.text.startswith("nodes, looked at 7 times, is no closer to ball than 1 ")
 
 
 @pytest.mark.parametrize(("turn", "told"), [(0.0, False), (180.0, True)])

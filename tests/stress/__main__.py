@@ -1,4 +1,4 @@
-"""`python -m tests.stress [names] [--full] [--seed N]`: attack search and checkpoints.
+"""`python -m tests.stress [names] [--full] [--seed N]`: attack search, checkpoints and steps.
 
 Prints a line for each part and body, writes them as JSON, and ends with 1 if anything was wrong and
 not flagged.
@@ -15,7 +15,17 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
-from tests.stress import checkpoints, motions, rule, segments, shaking, solids, tracking, unions
+from tests.stress import (
+    auto,
+    checkpoints,
+    motions,
+    rule,
+    segments,
+    shaking,
+    solids,
+    tracking,
+    unions,
+)
 from tests.stress.tally import Clock, Tally, write
 
 Part = Callable[[bool, int], Iterator[Tally]]
@@ -84,6 +94,15 @@ def kept(full: bool, seed: int) -> Iterator[Tally]:
         yield checkpoints.kill(200 if full else 5, seed)
 
 
+def chosen_steps(full: bool, seed: int) -> Iterator[Tally]:
+    """Random scenes in steps that choose themselves, and in far shorter ones: 1,000 in full."""
+    count, parts, least = (1_000, 10, 2_000) if full else (20, auto.PARTS, auto.LEAST)
+    for first in range(0, count, 20):
+        yield auto.agree(
+            range(1_000 * (seed - 1) + first, 1_000 * (seed - 1) + first + 20), parts, least
+        )
+
+
 def faces(full: bool, _: int) -> Iterator[Tally]:
     """Every face of every CAD file against OpenCASCADE: the reference test, in full if asked."""
     command = [sys.executable, "-m", "pytest", "-q", "tests/reference/test_projection_cad.py"]
@@ -108,6 +127,7 @@ PARTS: dict[str, Part] = {
     "turning": turn,
     "rule": pushed,
     "checkpoints": kept,
+    "auto": chosen_steps,
     "faces": faces,
 }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from tests.stress import (
+    auto,
     checkpoints,
     loops,
     motions,
@@ -145,3 +146,17 @@ def test_damaged_checkpoints_are_told_and_never_gone_on_from():
     tally = checkpoints.damage(300, seed=17)
     clean(tally)
     assert tally.flagged == tally.count > 250
+
+
+@pytest.mark.parametrize("seed", [23, 147])
+def test_steps_that_choose_themselves_agree_with_far_shorter_ones(seed):
+    clean(auto.agree([seed]))
+
+
+def test_a_run_that_misses_a_pulse_does_not_agree(monkeypatch):
+    """The judge itself: without the kinks of loads a short pulse lies between two steps."""
+    own = auto.scene(15)
+    monkeypatch.setattr(cg.Simulation, "kinks", property(lambda _: ()))
+    verdict = auto.judged(own)
+    assert verdict.kind == "wrong"
+    assert verdict.worst.relative > 0.1

@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.contact.desk import Small
 from contiga.contact.detect import detect
 from contiga.contact.kernels import bulging_nb
 from contiga.contact.loads import Guards, Holds, merged
@@ -39,7 +40,7 @@ from contiga.num.pose import relative
 from contiga.num.rigid import to_body, to_world
 from contiga.num.screw import Screw, screw_between
 from contiga.num.threads import run_ranges
-from contiga.records import ByteArray, ContactStatus, FloatArray, IndexArray
+from contiga.records import ByteArray, ContactStatus, FloatArray, IndexArray, IntArray
 
 # Pieces a step is made in at most. Half a turn about an axis in the body takes 256.
 MOST = 1024
@@ -64,7 +65,7 @@ def detect_on_curves(
     if not is_turned(poses):
         return detect(surface, now, last, active, options, memory)
     screw = screw_between(*poses)
-    rows, bulge = _bulging(screw, relative(*poses), (last, now), active, options)
+    rows, bulge = _bulging(surface, (screw, relative(*poses)), (last, now), active, options)
     if len(rows) == 0:
         return detect(surface, now, last, active, options, memory)
     pieces = np.minimum(
@@ -75,11 +76,12 @@ def detect_on_curves(
     straight[rows] = False
     rest = last._replace(patch=np.where(straight, last.patch, np.int32(-1)))
     whole = detect(surface, now, rest, active & straight, options, memory)
+    small = memory[0].small if memory else Small()
     for count in np.unique(pieces):
         own = rows[pieces == count]
         ends = last.points_B[own], to_world(relative(*poses), now[own])
         path = Path(screw, *ends, now[own])
-        part = _follow(surface, path, _rows_of(last, own), options, int(count))
+        part = _follow(surface, path, _rows_of(last, own), options, int(count), small)
         whole = _put(whole, own, part)
     return whole._replace(held=np.flatnonzero(whole.feet.patch >= 0).astype(np.int32))
 
@@ -110,18 +112,18 @@ class Path(NamedTuple):
 
 
 def _bulging(
-    screw: Screw,
-    X_01: FloatArray,
+    surface: Surface,
+    turned: tuple[Screw, FloatArray],
     ways: tuple[Last, FloatArray],
     active: BoolArray,
     options: Options,
 ) -> tuple[IndexArray, FloatArray]:
     """Points that may come to the surface on paths that are more than allowed off their chords.
 
-    Returns their rows, and how far the paths may be off. X_01 is the pose of the body at the end
-    of the step in that at its start.
+    Returns their rows, and how far the paths may be off. `turned` is the screw of the body, and its
+    pose at the end of the step in that at its start.
     """
-    last, now = ways
+    (screw, X_01), (last, now) = turned, ways
     n, allowed, path = len(now), options.bulge * options.size, (last.points_B, now)
     chunks = ceil(n / CHUNK)
     extremes = np.zeros((chunks, 2))
@@ -132,12 +134,26 @@ def _bulging(
     known = last.patch, last.safe_distance, locked(active)
     lists = np.empty(n, np.int32), np.zeros(chunks, np.int64)
     run_ranges(bulging_nb.within_reach, chunks, 1, path, known, bulge, lists, CHUNK)
-    rows = listed(*lists)
+    rows = _near(surface, last, now, listed(*lists), bulge)
     start, end = last.points_B[rows], to_world(X_01, now[rows])
     own, way = bulge_of(screw, start, end), _lengths(now[rows] - start)
     room = np.where(last.patch[rows] >= 0, 0.0, np.abs(last.safe_distance[rows]))
     far = (own > allowed) & (room <= way + own) & (way >= CARRIED * _lengths(end - start))
     return rows[far], own[far]
+
+
+def _near(surface: Surface, last: Last, now: FloatArray, rows: IntArray, bulge: float) -> IntArray:
+    """Those of `rows` that were in contact, or may come to the surface on paths so far off their
+    chords: about the middle of a chord there is something as near as path and chord can come.
+
+    What is left of a distance known once lessens with every step, also where a point comes no
+    nearer: it does so most where the body turns.
+    """
+    before, after = last.points_B[rows], now[rows]
+    middle, reach = 0.5 * (before + after), np.zeros(len(rows))
+    free = np.flatnonzero(last.patch[rows] < 0).astype(np.int32)
+    surface.safe_distance(middle, free, reach)
+    return rows[reach <= (0.5 + ROUNDING) * _lengths(after - before) + bulge]
 
 
 def _lengths(vectors: FloatArray) -> FloatArray:
@@ -164,14 +180,16 @@ def _most(screw: Screw, X_01: FloatArray, way: float, far: float) -> float:
     return float((0.125 + ROUNDING) * angle * (field + 2.0 * (way + angle * reach + moved)))
 
 
-def _follow(surface: Surface, path: Path, last: Last, options: Options, pieces: int) -> Detected:
+def _follow(
+    surface: Surface, path: Path, last: Last, options: Options, pieces: int, small: Small
+) -> Detected:
     """What becomes of points along `path`, in so many pieces."""
     n = len(path.now)
     active = np.ones(n, dtype=bool)
     story = Story.begin(last.patch >= 0)
     for k in range(1, pieces + 1):
         now = path.at(k / pieces)
-        found = detect(surface, now, last, active, options)
+        found = detect(surface, now, last, active, options, (Room.of(n, small), Columns.of(n)))
         story = story.after(found)
         place = found.feet.patch, found.uv, found.near
         last = Last(now, *place, found.safe_distance, found.holds)

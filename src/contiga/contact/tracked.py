@@ -134,13 +134,14 @@ class Room(NamedTuple):
     """For few points in contact."""
 
     @classmethod
-    def of(cls, n: int) -> Room:
-        """A new one."""
+    def of(cls, n: int, small: Small | None = None) -> Room:
+        """A new one; what is `small` takes far longer to make than the rest, and may be another's
+        that is not in use."""
         point, normal = np.empty((2, n, 3))
         gap, way = np.empty((2, n))
         status, ignored = np.empty(n, np.int8), np.empty(n, np.bool_)
         uv, rows = np.empty((n, 2)), np.empty((3, n), np.int32)
-        return cls(uv, point, normal, gap, status, way, ignored, rows, Small())
+        return cls(uv, point, normal, gap, status, way, ignored, rows, small or Small())
 
 
 class Rooms:

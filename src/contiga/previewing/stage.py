@@ -248,4 +248,4 @@ def _approach(model: Model, part: ContactPart) -> tuple[float, float] | None:
     if not pair.foretold or pair.touches:
         return None
     found = closest_approach(pair)
-    return None if found is None or found.distance <= 0.0 else (found.distance, found.time)
+    return None if found is None or found.bound <= 0.0 else (found.bound, found.time)

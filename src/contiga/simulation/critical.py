@@ -23,6 +23,9 @@ from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.system_state import SystemState
 
+FASTER = 4.0
+"""Times ω² of whole bodies that that of single points is, for them to swing by themselves."""
+
 
 class Rates(NamedTuple):
     """How fast things happen."""
@@ -51,6 +54,8 @@ class Limit(NamedTuple):
     """What has it, in words; empty where nothing does."""
     bodies: Rates
     """The fastest of whole bodies; nodes may be faster."""
+    points: float = 0.0
+    """ω² of nodes, and of points that share a force, where they are faster than their bodies."""
 
 
 Of = Literal["all", "lasting", "following"]
@@ -66,15 +71,17 @@ def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
         whole = sum((rates for _, _, rates in ends), Rates())
         for end, _, _ in ends:
             felt.setdefault(end, []).append((text, both, whole))
-    critical, who, bodies = math.inf, "", Rates()
+    critical, who, bodies, points = math.inf, "", Rates(), 0.0
     for own in felt.values():
         rates = sum((both for _, both, _ in own), Rates())
         whole = sum((w for _, _, w in own), Rates())
         bodies = Rates(max(bodies.square, whole.square), max(bodies.decay, whole.decay))
+        if rates.square > FASTER * whole.square:
+            points = max(points, rates.square)
         if rates.critical < critical:
             critical = rates.critical
             who = max(own, key=lambda entry: entry[1])[0]
-    return Limit(critical, who, bodies)
+    return Limit(critical, who, bodies, points)
 
 
 _End = tuple[object, Rates, Rates]

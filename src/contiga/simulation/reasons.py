@@ -88,3 +88,5 @@ class Choice(NamedTuple):
     """Steps that were worked out for it, this one among them."""
     nowhere: float = 0.0
     """Energy that it leaves nowhere and that was let pass: shorter steps have not kept it."""
+    single: float = 0.0
+    """ω h of single points that swing in it, and that it does not follow."""

@@ -22,7 +22,11 @@ from contiga.records import FloatArray
 from contiga.simulation.critical import follows_step
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import ContactPart, Model
+from contiga.simulation.place import nodal_force
 from contiga.simulation.system_state import SystemState
+
+_Places = tuple[FloatArray, FloatArray]
+"""(k, 3) places and (k, 3) forces or their rates there, world axes."""
 
 
 def shaking_of(model: Model, last: SystemState, state: SystemState, decay: float) -> float:
@@ -41,6 +45,31 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, decay: float
     for name in state.springs:
         _add_spring(rates, system, name, last, state, decay)
     return max(_over_mass(system, k, rate, state) for k, rate in enumerate(rates))
+
+
+def changes_of_points(model: Model, last: SystemState, state: SystemState) -> float:
+    """The largest change of what single points do in a step, over √mass: the forces on the nodes of
+    a free slave, or of points that share one on the body they stand on."""
+    system, most = model.mechanism, 0.0
+    for name, mass in system.masses.items():
+        both = (nodal_force(model, name, at.contacts) for at in (last, state))
+        change = np.subtract(*both)
+        most = max(most, math.sqrt(float((np.square(change).sum(axis=1) / mass).sum())))
+    changes = np.zeros((len(system.free), 6))
+    for part in model.contacts:
+        before, now = last.contacts[part.name], state.contacts[part.name]
+        if len(now.tangent):
+            _add_places(changes, system, part, _shared(before, now), state)
+    return max([most, *(_over_mass(system, k, own, state) for k, own in enumerate(changes))])
+
+
+def _shared(before: State, now: State) -> _Places:
+    """Changes of the normal forces of points that share one."""
+    rows = np.union1d(*(at.nonzero("normal_force")[0] for at in (before, now)))
+    forces = [
+        at.part("normal_force", rows)[:, None] * at.part("normal_B", rows) for at in (before, now)
+    ]
+    return to_world(now.pose, now.points_B[rows]), turn_to_world(now.pose, forces[1] - forces[0])
 
 
 def unbalanced(model: Model, state: SystemState) -> float:
@@ -69,18 +98,24 @@ def _add_contact(
 ) -> None:
     """Rates of what a contact does to the free bodies at its two sides."""
     before, now = last.contacts[part.name], state.contacts[part.name]
-    changes = _elastic(before, now, state.step, decay), _gripped(before, now, state.step)
+    for places in (_elastic(before, now, state.step, decay), _gripped(before, now, state.step)):
+        _add_places(rates, system, part, places, state)
+
+
+def _add_places(
+    rates: FloatArray,
+    system: Mechanism,
+    part: ContactPart,
+    places: _Places,
+    state: SystemState,
+) -> None:
+    """Add what acts at places on the slave, and against it on the master, where these are free."""
     sides = (int(system.root[system.index[part.master]]), -1.0), (system.carried.get(part.slave), 1)
     for side, sign in sides:
         if side is None or side not in system.row:
             continue
         k = system.row[side]
-        for places in changes:
-            _add(rates[k], places, sign, state.rigid[k, CENTRE : CENTRE + 3])
-
-
-_Places = tuple[FloatArray, FloatArray]
-"""(k, 3) places and (k, 3) forces or their rates there, world axes."""
+        _add(rates[k], places, sign, state.rigid[k, CENTRE : CENTRE + 3])
 
 
 def _elastic(before: State, now: State, step: float, decay: float) -> _Places:

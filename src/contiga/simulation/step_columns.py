@@ -11,9 +11,15 @@ from contiga.simulation.model import Model
 from contiga.simulation.reasons import Choice, Cut, Reason
 
 REASON, OF, TRIES, NOWHERE = "step.reason", "step.of", "step.tries", "step.nowhere"
-COLUMNS = (REASON, OF, TRIES, NOWHERE)
+SINGLE = "step.single"
+COLUMNS = (REASON, OF, TRIES, NOWHERE, SINGLE)
 """Of steps that choose themselves: number of the `Reason`, of what in `names_of` (−1 of nothing),
-steps worked out, and energy left nowhere that no shorter one would have kept."""
+steps worked out, energy left nowhere that no shorter one would have kept, and ω h of single points
+that swing and are not followed."""
+
+
+FOLLOWED = 0.3
+"""ω h up to which a swing is right to about 1 % over half of it."""
 
 
 def names_of(model: Model) -> list[str]:
@@ -29,11 +35,27 @@ def names_of(model: Model) -> list[str]:
 def step_columns(model: Model, choice: Choice | None) -> dict[str, float]:
     """The columns of one step; of the start those of none."""
     if choice is None:
-        return dict(zip(COLUMNS, (float(Reason.LARGEST), -1.0, 0.0, 0.0), strict=True))
+        return dict(zip(COLUMNS, (float(Reason.LARGEST), -1.0, 0.0, 0.0, 0.0), strict=True))
     names = names_of(model)
     of = names.index(choice.cut.of) if choice.cut.of in names else -1
-    told = float(choice.cut.reason), float(of), float(choice.tries), choice.nowhere
+    why, tries = float(choice.cut.reason), float(choice.tries)
+    told = why, float(of), tries, choice.nowhere, choice.single
     return dict(zip(COLUMNS, told, strict=True))
+
+
+def single_warnings(history: dict[str, FloatArray]) -> list[str]:
+    """Says that single points swing faster than steps follow, if any do."""
+    single = history.get(SINGLE, np.zeros(1))
+    if not single.any():
+        return []
+    at = int(np.argmax(single))
+    time, step = history["time"][at], history["time"][at] - history["time"][at - 1]
+    return [
+        f"step: single nodes, or points that share one force, swing faster than steps follow, most "
+        f"at t = {time:g} (ω h = {single[at]:.2g}): what one of them does, and how what stands on "
+        "them rocks, is stable there and not right to phase; sums and ways of whole bodies are. "
+        f"A time.largest of {step * FOLLOWED / single[at]:.2g} follows them"
+    ]
 
 
 def steps_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any]:
@@ -47,7 +69,7 @@ def steps_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any
     if REASON not in history or len(history["time"]) < 2:
         return {}
     lengths, names = np.diff(history["time"]), names_of(model)
-    reasons, of, tries, nowhere = (history[name][1:] for name in COLUMNS)
+    reasons, of, tries, nowhere = (history[name][1:] for name in (REASON, OF, TRIES, NOWHERE))
     found = []
     for reason, who in sorted({*zip(reasons.tolist(), of.tolist(), strict=True)}):
         own = (reasons == reason) & (of == who)

@@ -12,9 +12,10 @@ from contiga.dynamics.stepping import AutoSteps
 from contiga.num.rigid_lanes import FORCE, MASS
 from contiga.records import ContactStatus
 from contiga.simulation.critical import has_energy, limit_of
+from contiga.simulation.ledger import hurried
 from contiga.simulation.model import Model
 from contiga.simulation.reasons import Cut, Reason
-from contiga.simulation.shaking import shaking_of, unbalanced
+from contiga.simulation.shaking import changes_of_points, shaking_of, unbalanced
 from contiga.simulation.step import Stepped
 from contiga.simulation.step_proposals import DAMPED, fastest_of, proposals, shortest_step
 from contiga.simulation.system_state import SystemState
@@ -36,6 +37,10 @@ LEAST = 1e-9
 """Part of the longest step below which nothing shortens one."""
 FORGOTTEN = 0.05
 """Part of ω that a swing is forgotten by."""
+UNFOLLOWED = 0.5
+"""ω h from which on single points that swing are not followed."""
+SWUNG = 1e-4
+"""Part of the velocity of all the energy that the kick of a step must change by for a swing."""
 _MET = (Reason.CRITICAL, Reason.SWING, Reason.TURN)
 """What a step may meet that was not foreseen at its start."""
 
@@ -51,6 +56,8 @@ class Try(NamedTuple):
     """Energy that it leaves nowhere."""
     least: float
     """The shortest step that it may be cut to, but for stability."""
+    single: float = 0.0
+    """ω h of single points that swing in it, and that it does not follow."""
 
     @property
     def rate(self) -> float:
@@ -68,7 +75,12 @@ def tried(model: Model, stepping: AutoSteps, last: SystemState, stepped: Stepped
     now = shaking_of(model, last, state, DAMPED * DAMPED * limit.bodies.decay)
     shaking = math.hypot(now, _turning(model, last, state, fastest_of(limit)))
     least = shortest_step(stepping, min(limit.critical, before.critical))
-    return Try(stepped, cut, shaking, missing_of(model, last, state), least)
+    single = 0.0
+    if math.sqrt(limit.points) * state.step > UNFOLLOWED:
+        energetic = math.sqrt(2.0 * state.most)
+        if changes_of_points(model, last, state) * state.step > SWUNG * energetic:
+            single = math.sqrt(limit.points) * state.step
+    return Try(stepped, cut, shaking, missing_of(model, last, state), least, single)
 
 
 def _turning(model: Model, last: SystemState, state: SystemState, fastest: float) -> float:
@@ -163,9 +175,10 @@ def _loser(last: SystemState, state: SystemState) -> str:
 def missing_of(model: Model, last: SystemState, state: SystemState) -> float:
     """Energy that a step leaves nowhere, but for what a leapfrog owes until the next one.
 
-    Its kinetic energy stands h² F²/(8 m) above what the work of its forces has made it.
+    Its kinetic energy stands h² F²/(8 m) above what the work of its forces has made it, but for the
+    loads', which is told as it is.
     """
-    owed = 0.0
+    owed = -hurried(model, last, state.rigid, state.bodies.poses, state.time)
     for k, one in enumerate(model.mechanism.fixed):
         a, b = (rows[k, FORCE : FORCE + 3] for rows in (last.rigid, state.rigid))
         owed += float((b * b - a * a).sum()) * state.step * state.step / (8.0 * one[MASS])

@@ -30,7 +30,7 @@ def proposals(model: Model, stepping: AutoSteps, state: SystemState) -> Iterator
     """All of them, for the step after `state`, which says how forces have changed before."""
     yield Cut(stepping.most, Reason.LARGEST)
     yield Cut(longest_sample(model), Reason.SAMPLE)
-    yield from driven_ways(model, state)
+    yield from driven_ways(model, stepping.most, state)
     yield from _turns(model, state)
     if not model.mechanism.moved:
         return

@@ -82,7 +82,7 @@ def _chosen(model: Model, stepping: AutoSteps, last: SystemState, clock: Clock) 
             shorter = objection(model, stepping, last, now)
         if shorter is None:
             state = replace(stepped.state, shaking=now.shaking, leak=leak_of(last, now, longer))
-            choice = Choice(cut, tries, let_pass(model, last, now))
+            choice = Choice(cut, tries, let_pass(model, last, now), now.single)
             return stepped._replace(state=state, choice=choice)
         if shorter.reason in (Reason.ENERGY, Reason.SHORTEST) and loses(model, last, now):
             longer = now

@@ -23,7 +23,7 @@ from contiga.simulation.signals import (
     signal_warnings,
 )
 from contiga.simulation.springs import spring_summary
-from contiga.simulation.step_columns import steps_summary
+from contiga.simulation.step_columns import single_warnings, steps_summary
 from contiga.version import __version__
 
 NOTED = (ContactStatus.SLID_OFF, ContactStatus.HELD, ContactStatus.THROUGH)
@@ -87,6 +87,7 @@ def summarise(
         + _flaws(model)
         + _measured_weights(model, history)
         + energy_warnings(model, history)
+        + single_warnings(history)
         + signal_warnings(model, history),
     }
 

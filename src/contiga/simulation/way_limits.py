@@ -22,54 +22,62 @@ AIM = 0.9
 LEAST_PART = 0.1
 """Part of a step that the next try takes at least."""
 CLIPPED = 0.01
-"""Part of its way in the step: a point that goes no deeper and out again has felt nothing."""
+"""Part of its way in the step: a point that grazes no deeper has felt nothing."""
+STEEP = 0.05
+"""Part of its way inside: one that is so deep half way does not graze, however short that is."""
 
 
-def driven_ways(model: Model, state: SystemState) -> Iterator[Cut]:
-    """The steps after `state` in which points that a motion drives go as far as they may."""
+def driven_ways(model: Model, most: float, state: SystemState) -> Iterator[Cut]:
+    """The steps after `state`, below `most`, in which points that a motion drives go as far as they
+    may."""
     for part in model.contacts:
         if _driven(model, part) and (speed := _speed(part, state)) > 0.0:
-            allowed = _allowed(model, part, state.contacts[part.name])
-            yield Cut(AIM * allowed / speed, Reason.WAY, f"contact {part.name!r}")
+            before = state.contacts[part.name]
+            room = _room(model, part, before, np.full(len(before.patch), most * speed / AIM))
+            step = AIM * float(room.min(initial=math.inf)) / speed
+            yield Cut(step, Reason.WAY, f"contact {part.name!r}")
 
 
 def too_far(model: Model, last: SystemState, state: SystemState) -> Cut | None:
     """The step to take in place of one in which points go too far; None where they do not.
 
-    They may go a small part of the master's size; or, of a slave that is clear of it, as far as no
-    point of it can touch.
+    They may go a small part of the master's size, or as far as they cannot touch it.
     """
     worst, of = 1.0, ""
     for part in model.contacts:
-        allowed = _allowed(model, part, last.contacts[part.name])
-        if math.isfinite(allowed) and (far := _way(model, part, last, state) / allowed) > worst:
+        ways = _ways(model, part, last, state)
+        room = _room(model, part, last.contacts[part.name], ways)
+        if (far := float(np.max(ways / room, initial=0.0))) > worst:
             worst, of = far, f"contact {part.name!r}"
     if worst == 1.0:
         return None
     return Cut(state.step * max(LEAST_PART, AIM / worst), Reason.WAY, of)
 
 
-def _allowed(model: Model, part: ContactPart, before: State) -> float:
-    """How far points may go."""
-    return max(SPAN * model.bodies[part.master].body.size, _clear(before))
+def _room(model: Model, part: ContactPart, before: State, wanted: FloatArray) -> FloatArray:
+    """(m,) how far each point may go; of those that want to go farther their distance is asked."""
+    master = model.bodies[part.master].body
+    known = np.where(before.patch >= 0, 0.0, before.safe_distance)
+    # Points that lie inside since the start touch nothing.
+    room = np.where(known < 0.0, math.inf, np.maximum(SPAN * master.size, known))
+    rows = np.flatnonzero((wanted > room) & (before.patch < 0)).astype(np.int32)
+    if len(rows):
+        # What is left of a distance known once lessens on any way, also on one that leads away.
+        clear = np.zeros(len(room))
+        master.surface.safe_distance(before.points_B, rows, clear)
+        room = np.maximum(room, clear)
+    return room
 
 
-def _clear(state: State) -> float:
-    """How far all points can go before the first can touch; 0 where one is in contact."""
-    if state.n_contact:
-        return 0.0
-    return float(state.safe_distance.min(initial=math.inf, where=state.safe_distance >= 0.0))
-
-
-def _way(model: Model, part: ContactPart, last: SystemState, state: SystemState) -> float:
-    """The longest way of a point, as the master sees it."""
+def _ways(model: Model, part: ContactPart, last: SystemState, state: SystemState) -> FloatArray:
+    """(m,) how far points go, as the master sees it."""
     before, now = last.contacts[part.name], state.contacts[part.name]
-    most = float(np.max(_lengths(now.points_B - before.points_B), initial=0.0))
+    ways = _lengths(now.points_B - before.points_B)
     if _driven(model, part):
         # What a table drives may turn round, or whole turns, between the ends of a step.
         fastest = max(_speed(part, at) for at in (last, state))
-        most = max(most, fastest * state.step)
-    return most
+        ways = np.maximum(ways, fastest * state.step)
+    return ways
 
 
 def _driven(model: Model, part: ContactPart) -> bool:
@@ -129,10 +137,13 @@ def _first_inside(model: Model, part: ContactPart, before: State, now: State) ->
         return 1.0
     leaving, sense = surface.last_crossings(a, b, rows)
     out = sense < 0
-    rows, middle = rows[out], 0.5 * (start[out] + leaving.point[out])
+    rows, start, end = rows[out], start[out], leaving.point[out]
     if len(rows) == 0:
         return 1.0
+    middle = 0.5 * (start + end)
     depth = -closest(surface, middle, np.arange(len(rows), dtype=np.int32)).gap
-    felt = depth > CLIPPED * way[rows]
-    gone = _lengths(middle - a[rows]) / way[rows]
-    return float(np.min(gone, initial=1.0, where=felt))
+    aim = np.where((depth > 0.0)[:, None], middle, start + CLIPPED * (end - start))
+    gone = _lengths(aim - a[rows]) / way[rows]
+    # As deep as its way inside is long, or outside again between two walls: through one.
+    least = np.minimum(CLIPPED * way[rows], STEEP * _lengths(end - start))
+    return float(np.min(gone, initial=1.0, where=(depth > least) | (depth <= 0.0)))

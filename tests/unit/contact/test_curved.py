@@ -259,6 +259,35 @@ def test_pieces_are_as_straight_as_is_asked(
     assert 0.0 < max(seen) <= BULGE * contact.master.size
 
 
+def test_points_far_from_the_surface_are_not_followed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However little is left of the distances that were known of them, as they turned round."""
+    points = cg.clouds.sample(cg.shapes.plane(width=3.0, length=3.0), 31, 31)
+    ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    slave = cg.Slave(points, area=np.full(len(points), 0.01))
+    contact = cg.Contact(ball, slave, law=cg.PenaltyLaw(4e3), search="penetration")
+    low = pose.translation([0.0, 0.0, 0.972])
+    state, seen = contact.start(points, low), [0]
+    inner = curved._follow
+
+    def followed(*given: object) -> Detected:
+        path = given[1]
+        assert isinstance(path, Path)
+        seen[-1] += len(path.now)
+        return inner(*given)  # type: ignore[arg-type]
+
+    def small() -> object:
+        raise AssertionError("made anew")
+
+    monkeypatch.setattr(curved, "_follow", followed)
+    monkeypatch.setattr(curved, "Small", small)
+    for k in range(12):
+        turned = pose.rotation([1.0, 0.0, 0.0], 0.05 * (k + 1))
+        state = contact.step(state, points, pose.compose(low, turned), dt=1e-3)
+        seen.append(0)
+    assert state.n_contact > 15
+    assert max(seen) < 0.2 * len(points)
+
+
 def _found(status: Is, certified: int = 1) -> Detected:
     feet = blank(1)
     feet.patch[:] = 0 if status in cg.records.IN_CONTACT else -1

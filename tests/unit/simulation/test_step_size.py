@@ -45,6 +45,9 @@ def test_an_impulse_between_two_steps_is_not_lost() -> None:
     result = simulation.run()
     assert result.history["ball.vx"][-1] == pytest.approx(1e4 * 0.05 / 2.0, rel=1e-12)
     assert {20.13, 20.18, 20.23} <= set(result.history["time"].tolist())
+    # what it works is what moves, within the pulse too
+    energy = 0.5 * 2.0 * result.history["ball.vx"] ** 2
+    np.testing.assert_allclose(result.history["energy.external"], energy, rtol=1e-9)
     assert reasons(result)["kink"] >= 3
 
 
@@ -174,10 +177,25 @@ def test_where_the_stiffness_follows_the_step_and_no_step_is_stable_the_run_says
     assert falling(cg.AdaptiveLaw(scale=5.0), allow_unstable=True, end=0.5).run()
 
 
-@pytest.mark.parametrize("gap", [5.0, 5.5, 6.0, 7.0])
-def test_a_thin_panel_stops_what_would_be_through_in_one_step(gap: float) -> None:
-    panel = box((-30.0, -30.0, -1.0), (30.0, 30.0, 0.0))
-    m, v, deep = 4540.0, 11.1, 0.45
+def panels(thick: float, *heights: float) -> cg.Body:
+    """Closed panels one under the other, as one body."""
+    boxes = (box((-30.0, -30.0, z - thick), (30.0, 30.0, z)) for z in heights)
+    return cg.Body([patch for one in boxes for patch in one.patches])
+
+
+@pytest.mark.parametrize(
+    ("gap", "panel", "thick"),
+    [
+        *((gap, panels(1.0, 0.0), 1.0) for gap in (5.0, 5.5, 6.0, 7.0)),
+        # thinner than a hundredth of a step's way, which may pass two of them
+        (6.0, panels(0.01, 0.0), 0.01),
+        (6.0, panels(0.01, 0.0, -0.3), 0.01),
+    ],
+)
+def test_a_thin_panel_stops_what_would_be_through_in_one_step(
+    gap: float, panel: cg.Body, thick: float
+) -> None:
+    m, v, deep = 4540.0, 11.1, 0.45 * thick
     face = cg.Slave(grid(5, 20.0, gap), area=np.full(25, 1.0))
     carrier = cg.Body([cg.shapes.sphere(radius=45.0, centre=(0.2, 0.2, gap + 50.0))])
     motion = Free(mass=m, inertia=4e6 * np.eye(3), centre=[0.2, 0.2, gap + 50], velocity=[0, 0, -v])
@@ -309,5 +327,24 @@ def test_a_flat_box_on_a_force_law_stays_at_rest_below_its_critical_step() -> No
         assert max(spin) < 0.01  # it swings with about what it was given, at that frequency
         assert np.abs(result.history["block.vz"]).max() < 1e-3
     assert len(result.history["time"]) < 1.5 * 0.5 / (0.9 * critical)
+    # its moments go from point to point faster than steps follow
+    (text,) = (text for text in result.summary["warnings"] if text.startswith("step: "))
+    assert "not right to phase" in text
+    assert result.history["step.single"].max() > 0.5
+    assert 0.0 < float(text.split("time.largest of ")[1].split(" ")[0]) < 0.5 * critical
     with pytest.raises(RunError, match="longer than the critical"):
         flat_at_rest(1.1 * critical).run()
+
+
+def test_what_has_passed_flies_off_in_long_steps() -> None:
+    """Though its known distance from what it has passed lessens as it flies."""
+    ball, pad = cg.Body([cg.shapes.sphere(radius=0.08, centre=(0, 0, 0.085))]), grid(11, 0.1)
+    motion = Free(ball.mass_properties(1900.0), velocity=[300.0, 0.0, -1e4])
+    slave = cg.Slave(pad, area=np.full(len(pad), 4e-4))
+    contact = cg.Contact(ball, slave, law=cg.PenaltyLaw(1e5))
+    result = cg.Simulation(
+        bodies={"ball": (ball, motion)}, slaves={"pad": slave}, contacts=[contact], end=0.015,
+        step="auto",
+    ).run()  # fmt: skip
+    assert result.history["n_contact"].max() > 0
+    assert len(result.history["time"]) < 300

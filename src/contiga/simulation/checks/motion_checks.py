@@ -97,11 +97,14 @@ def _never(pair: Pair, said: Said) -> Iterator[Finding]:
     when = f"at t = {said(found.time, 'time')}"
     if found.distance > _TOUCHING * pair.body.size:
         flight = " in free flight" if pair.free else ""
+        near, distance = f"{slave} never comes closer to {body} than", found.bound
+        if distance == 0.0:
+            near = f"{slave}, looked at {len(pair.shown_times)} times, is no closer to {body} than"
+            distance = found.distance
         yield Finding(
             "apart",
             pair.where,
-            f"{slave} never comes closer to {body} than {said(found.distance)}{flight}, {when}"
-            + _wide_apart(pair, found.distance, said),
+            f"{near} {said(distance)}{flight}, {when}" + _wide_apart(pair, distance, said),
             "Look at where they are placed, at their units and at the direction of their motion"
             + _between_nodes(pair, found.distance),
         )

@@ -7,6 +7,7 @@ alone: so it goes until it first touches something, where neither springs nor lo
 from __future__ import annotations
 
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,8 +17,9 @@ from contiga.dynamics.prescribed import BodyMotion, Combine, Fixed, Moved, Poses
 from contiga.dynamics.pulses import Accelerated, Velocity
 from contiga.io.mesh.series import MeshSeries
 from contiga.masters.protocol import Master
-from contiga.num import pose
+from contiga.num import pose, quaternion
 from contiga.num.ordered import length
+from contiga.num.pose import to_quaternion
 from contiga.num.rigid_lanes import CENTRE
 from contiga.records import FloatArray
 from contiga.simulation.checks.finding import Said
@@ -31,8 +33,14 @@ MOST_POINTS = 2_000
 _FEW_STANDINGS = 7
 # Motions that may be asked at any time: a user's own may be live, from a solver.
 _TOLD = (Fixed, Translate, Rotate, Poses, Velocity, Accelerated, MeshSeries)
-# Times that the way of one side past the other is followed at.
-MOST_TIMES = 400
+# Times that the way of one side past the other is followed at, beside the rows of tables: as many
+# as are planned, and as many as let nothing turn farther in between, in radians.
+PLANNED = 100
+TURN = 0.5
+# More than anybody would wait for: then the way is not followed.
+MOST_TIMES = 1000
+# Part of a span over which a turn is taken.
+_INSTANT = 1e-3
 
 
 class Pair:
@@ -75,16 +83,42 @@ class Pair:
 
     @cached_property
     def times(self) -> FloatArray:
-        """(k,) times of the run, as far as they are planned, spread evenly where they are many,
-        and those at which a motion turns."""
-        return np.union1d(_spread(self.model.stepping.planned(), MOST_TIMES), self._turns)
+        """(k,) times of the run: some that are planned, all rows of the motions' tables, and as
+        many in between as let the sides turn little against each other from one to the next."""
+        times = np.union1d(_spread(self.model.stepping.planned(), PLANNED), self._turns)
+        if len(times) > MOST_TIMES:
+            return _spread(times, MOST_TIMES)
+        spans = list(pairwise(times.tolist()))
+        counts = [1 + int(self._turned(first, last) / TURN) for first, last in spans]
+        if sum(counts) >= MOST_TIMES:
+            return times
+        parts = [np.linspace(*span, n + 1)[1:] for span, n in zip(spans, counts, strict=True)]
+        return np.concatenate([times[:1], *parts])
+
+    @cached_property
+    def followed(self) -> bool:
+        """Whether `times` are as close as they have to be for ways between them to be known."""
+        spans = pairwise(self.times.tolist())
+        return set(self._turns) <= set(self.times) and all(
+            self._turned(first, last) <= 2.0 * TURN for first, last in spans
+        )
+
+    def _turned(self, first: float, last: float) -> float:
+        """How far the sides turn against each other from one time to another, radians, by how fast
+        they do half way: between two rows of a table that is the same."""
+        middle, instant = 0.5 * (first + last), _INSTANT * (last - first)
+        X, Y = self.relative_at(middle), self.relative_at(middle + instant)
+        if X is None or Y is None:
+            return 0.0
+        turn = quaternion.rotation_vector(to_quaternion(X), to_quaternion(Y))
+        return length(turn) / _INSTANT
 
     @cached_property
     def _turns(self) -> FloatArray:
         """(k,) times of the run at which a row of the motion's tables stands."""
         start, end = self.model.stepping.start, self.model.stepping.end
         rows = np.concatenate([_rows_of(motion) for motion in self._motions])
-        return _spread(np.unique(rows[(rows > start) & (rows < end)]), MOST_TIMES)
+        return np.unique(rows[(rows > start) & (rows < end)])
 
     def standing(self, time: float) -> tuple[FloatArray, FloatArray]:
         """Slave points (n, 3), world axes, and the pose (4, 4) of the master."""
