@@ -167,7 +167,7 @@ def _print_energy(summary: dict[str, Any]) -> None:
     for name, sensor in (summary.get("sensors") or {}).items():
         for criterion, found in sensor["criteria"].items():
             span = f"t = {number(found['start'])} to {number(found['end'])} {units.get('time', '')}"
-            value = number(found["value"]) + (" g" if criterion == "3ms" else "")
+            value = number(found["value"]) + f" {found.get('unit', '')}".rstrip()
             value += f" ({found['band']})" if "band" in found else ""
             print(f"{name}: {criterion} {value}, {span}")
 

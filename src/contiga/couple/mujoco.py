@@ -39,7 +39,8 @@ from contiga.simulation.model import ContactPart
 from contiga.simulation.parts import by_name
 from contiga.simulation.recorder import as_column
 from contiga.simulation.sensor import RelativeSensor, Sensor
-from contiga.simulation.signals import filtered_columns, sensor_summary
+from contiga.simulation.sensor_criteria import sensor_summary
+from contiga.simulation.signals import filtered_columns
 from contiga.slaves.slave import Slave
 
 OnStep = Callable[["MujocoCoupling"], Any]

@@ -57,7 +57,7 @@ def _criteria(run: Run) -> list[str]:
     return [
         _tile(
             number(found["value"]),
-            "g" if criterion == "3ms" else "",
+            str(found.get("unit", "")),
             f"{criterion} of {sensor}",
             f"t = {number(found['start'])} to {number(found['end'])} {run.units.time}".strip(),
         )

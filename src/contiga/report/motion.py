@@ -54,6 +54,7 @@ def sensor_quantities(run: Run, sensor: str) -> list[Quantity]:
         Quantity("Displacement", units.length, _along(columns, "{}")),
         Quantity("Force", units.force, _along(columns, "f{}")),
         Quantity("Moment", units.moment, _along(columns, "m{}")),
+        Quantity("Spin", units.spin, _along(columns, "w{}")),
     ]
     body = _told(run, sensor).get("body")
     known = body_quantities(run, body) if body in run.bodies else []
@@ -207,7 +208,7 @@ def criteria_table(run: Run) -> str:
         told = _told(run, sensor)
         name = " · ".join(str(t) for t in (sensor, told.get("body"), told.get("filter")) if t)
         for criterion, found in (told.get("criteria") or {}).items():
-            unit = " g" if criterion == "3ms" else ""
+            unit = f" {found.get('unit', '')}".rstrip()
             span = f"{number(found['start'])} to {number(found['end'])} {escape(run.units.time)}"
             band = f" ({escape(str(found['band']))})" if "band" in found else ""
             rows.append(named_row(name, criterion, [number(found["value"]) + unit + band, span]))

@@ -277,21 +277,28 @@ class StudySpec(Spec):
         return self
 
     def _check_columns(self, columns: list[str]) -> None:
-        where = "table" if self.targets is None else "targets"
-        if columns and self.table is None and self.targets is None:
-            raise CaseError("is missing: a variable is a column of it", where=where)
         if self.table is not None and self.targets is not None:
-            raise CaseError("are in place of a table", where=where, allowed="one of the two")
-        if (self.table is not None or self.targets is not None) and not columns:
-            found = self.table if self.targets is None else ", ".join(self.targets.columns)
-            raise CaseError(f"no variable is a column of the {where}", where=where, found=found)
-        for variable in self.variable if self.targets is not None else ():
-            if variable.column not in (None, *self.targets.columns):
+            raise CaseError("are in place of a table", where="targets", allowed="one of the two")
+        if columns and self.table is None and self.targets is None:
+            raise CaseError("is missing: a variable is a column of it", where="table")
+        if self.table is not None and not columns:
+            raise CaseError("no variable is a column of the table", where="table", found=self.table)
+        if self.targets is not None:
+            self._check_targets(self.targets.columns)
+
+    def _check_targets(self, known: tuple[str, ...]) -> None:
+        asked = [(v.label, v.column) for v in self.variable if v.column is not None]
+        if not asked:
+            raise CaseError(
+                "no variable is a column of them", where="targets", allowed=", ".join(known)
+            )
+        for label, column in asked:
+            if column not in known:
                 raise CaseError(
                     "the targets have no such column",
-                    where=variable.label,
-                    found=variable.column,
-                    allowed=", ".join(self.targets.columns),
+                    where=label,
+                    found=column,
+                    allowed=", ".join(known),
                 )
 
     def _check_goal(self, columns: list[str]) -> None:

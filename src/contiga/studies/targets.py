@@ -13,9 +13,8 @@ from pydantic import Field
 from contiga.case.spec import ExistingFile, Positive, Spec, Vector
 from contiga.errors import CaseError, FileError
 from contiga.io.sheet import read_sheet
-from contiga.masters.body import Body
+from contiga.masters.protocol import Master
 from contiga.records import FloatArray
-from contiga.triangles.trimesh import TriMesh
 
 PLACE = ("x", "y", "z")
 LINE = "line"
@@ -70,7 +69,7 @@ class TargetsSpec(Spec):
         return np.stack([across, np.cross(down, across), down])
 
 
-def targets_of(spec: TargetsSpec, body: Body | TriMesh, unit: str) -> list[dict[str, Any]]:
+def targets_of(spec: TargetsSpec, body: Master, unit: str) -> list[dict[str, Any]]:
     """Rows of `columns`, each a point where a ray first meets the free side of the body.
 
     Rays that meet nothing, through holes or past the border, give none. Points of a wrap line stand
@@ -91,8 +90,9 @@ def targets_of(spec: TargetsSpec, body: Body | TriMesh, unit: str) -> list[dict[
     corners = np.stack(np.meshgrid(*lows_highs.T, indexing="ij"), axis=-1).reshape(-1, 3)
     low, high = (end(corners @ spec.axes.T, axis=0) for end in (np.min, np.max))
     origin = axes @ spec.origin
+    names: list[float] = []
     if spec.lines is None:
-        names, sides = [], _grid(spec, low - origin, high - origin) + origin[:2]
+        sides = _grid(spec, low - origin, high - origin) + origin[:2]
     else:
         names, sides = _on_lines(spec, Path(spec.lines), unit)
     beyond = 1.0 + float((high - low).max())
