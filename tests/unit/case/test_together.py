@@ -101,3 +101,46 @@ def test_other_errors_are_not_kept() -> None:
     wrong.tell()
     with pytest.raises(ZeroDivisionError), wrong.at("body[0]"):
         raise ZeroDivisionError
+
+
+SCHEMA = {
+    "two unknown keys of a table": [
+        ("radius = 20.0, centre", "raduis = 20.0, center", "body[0].geometry.raduis: unknown key"),
+        ("", "", "body[0].geometry.center: unknown key"),
+    ],
+    "a wrong type beside an unknown key": [
+        ("end = 10.0\nstep = 0.5", "end = '10'\nstp = 0.5", "time.stp: unknown key"),
+        ("", "", "time.end: must be a number"),
+    ],
+    "names that nothing has": [
+        ('master = "ball"\nslave = "pad"', 'master = "bal"\nslave = "pat"', "contact[0].master"),
+        ("", "", "contact[0].slave"),
+        ('points = { body = "part"', 'points = { body = "prat"', "slave[1].points.body"),
+    ],
+    "laws of two contacts": [
+        ('law = { kind = "stress", elastic = [[0, 0], [0.5, 1.0]] }', "", "contact[0]"),
+        ('law = { kind = "force", curve = [[0, 0], [1, 1]] }', "", "contact[1]"),
+    ],
+}
+
+
+@pytest.mark.parametrize("name", SCHEMA)
+def test_what_the_tables_say_wrong_is_one_list(tmp_path: Path, name: str) -> None:
+    text = CASE
+    for old, new, _ in SCHEMA[name]:
+        assert old in text
+        text = text.replace(old, new, 1)
+    (tmp_path / "case.toml").write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_case(tmp_path / "case.toml")
+    first, *others = str(caught.value).splitlines()
+    assert first == f"{tmp_path / 'case.toml'}: {len(SCHEMA[name])} things are wrong"
+    for _, _, key in SCHEMA[name]:
+        assert any(line.strip().startswith(key) for line in others), (key, others)
+
+
+def test_a_key_that_is_written_otherwise_is_not_missing_too(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(CASE.replace('name = "pad"', 'nam = "pad"', 1))
+    with pytest.raises(InputError, match=r"slave\[0\]\.nam: unknown key.*'name'") as caught:
+        load_case(tmp_path / "case.toml")
+    assert "missing" not in str(caught.value)
