@@ -26,7 +26,7 @@ from contiga.case.motion_spec import (
     SeriesSpec,
     SlaveMotionSpec,
 )
-from contiga.case.names import check_defined, check_unique
+from contiga.case.names import check_apart, check_defined, check_unique
 from contiga.case.points_spec import BodyPoints, PointsSpec
 from contiga.case.problems import case_error, relocated
 from contiga.case.sensor_spec import RelativeSensorSpec, SensorSpec
@@ -220,22 +220,14 @@ class Case(Spec):
             ("contact", [contact.title for contact in self.contact]),
         ):
             yield partial(check_unique, key, names)
-        yield from (partial(self._check_slave_name, i) for i in range(len(self.slave)))
         bodies = [body.name for body in self.body]
         slaves = [slave.name for slave in self.slave]
+        for i, slave in enumerate(slaves):
+            yield partial(check_apart, f"slave[{i}].name", slave, bodies)
         for i, contact in enumerate(self.contact):
             where = f"contact[{i}]"
             yield partial(check_defined, f"{where}.master", contact.master, "body", bodies, slaves)
             yield partial(check_defined, f"{where}.slave", contact.slave, "slave", slaves, bodies)
-
-    def _check_slave_name(self, i: int) -> None:
-        name = self.slave[i].name
-        if name in {body.name for body in self.body}:
-            raise CaseError(
-                "a body and a slave must not have the same name",
-                where=f"slave[{i}].name",
-                found=name,
-            )
 
     def _checks_of_movers(self) -> Iterator[Callable[[], object]]:
         bodies = [body.name for body in self.body]

@@ -284,22 +284,9 @@ class StudySpec(Spec):
         if self.table is not None and not columns:
             raise CaseError("no variable is a column of the table", where="table", found=self.table)
         if self.targets is not None:
-            self._check_targets(self.targets.columns)
-
-    def _check_targets(self, known: tuple[str, ...]) -> None:
-        asked = [(v.label, v.column) for v in self.variable if v.column is not None]
-        if not asked:
-            raise CaseError(
-                "no variable is a column of them", where="targets", allowed=", ".join(known)
+            self.targets.check_columns(
+                {v.label: v.column for v in self.variable if v.column is not None}
             )
-        for label, column in asked:
-            if column not in known:
-                raise CaseError(
-                    "the targets have no such column",
-                    where=label,
-                    found=column,
-                    allowed=", ".join(known),
-                )
 
     def _check_goal(self, columns: list[str]) -> None:
         if self.sample is not None or columns:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -42,6 +43,17 @@ class TargetsSpec(Spec):
     def columns(self) -> tuple[str, ...]:
         """What variables may be columns of."""
         return PLACE if self.lines is None else (LINE, *PLACE)
+
+    def check_columns(self, asked: Mapping[str, str]) -> None:
+        """Refuse variables that are columns of no targets, by their labels, or no variable."""
+        known = ", ".join(self.columns)
+        if not asked:
+            raise CaseError("no variable is a column of them", where="targets", allowed=known)
+        for label, column in asked.items():
+            if column not in self.columns:
+                raise CaseError(
+                    "the targets have no such column", where=label, found=column, allowed=known
+                )
 
     @property
     def axes(self) -> FloatArray:
