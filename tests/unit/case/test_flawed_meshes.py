@@ -80,7 +80,7 @@ SERVED = {
     "back to back": (CORNERS, [*BOX, BOX[2][::-1]], "1 given twice or folded flat left out", 0.2),
     "nodes of no triangle": (FAR, BOX, "1 nodes of no triangle take no part", 0.2),
     "not a manifold": (FAR, [*BOX, [4, 5, 8]], "1 edges of more than two triangles", 0.2),
-    "inward": (CORNERS, [t[::-1] for t in BOX], "closed, volume -1, normals inward", 0.0),
+    "inward": (CORNERS, [t[::-1] for t in BOX], "closed, volume -1 m³, normals inward", 0.0),
 }
 
 
