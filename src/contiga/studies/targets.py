@@ -121,11 +121,10 @@ def targets_of(spec: TargetsSpec, body: Master, unit: str) -> list[dict[str, Any
             found=f"{len(sides)} rays along {spec.direction}",
             allowed="a direction onto its free side, a spacing below its size, lines over it",
         )
+    # On the ray to the last bit, so that a point of the middle is not a little beside it.
+    rays = np.column_stack([sides, hit.point @ axes[2]]) @ axes
     return [
-        {
-            **({LINE: names[k]} if names else {}),
-            **dict(zip(PLACE, hit.point[k].tolist(), strict=True)),
-        }
+        {**({LINE: names[k]} if names else {}), **dict(zip(PLACE, rays[k].tolist(), strict=True))}
         for k in np.flatnonzero(met)
     ]
 

@@ -24,7 +24,7 @@ def at(rows: list[dict[str, float]]) -> np.ndarray:
 
 def test_a_grid_stands_on_the_surface_above_multiples_of_its_spacing() -> None:
     points = at(targets_of(TargetsSpec(body="ball", spacing=3.0), BALL, "mm"))
-    np.testing.assert_allclose(points[:, :2] / 3.0, np.round(points[:, :2] / 3.0), atol=1e-9)
+    assert (points[:, :2] / 3.0 == np.round(points[:, :2] / 3.0)).all()
     np.testing.assert_allclose(points[:, 2], np.sqrt(100.0 - (points[:, :2] ** 2).sum(axis=1)))
     inside = [(i, j) for i in range(-3, 4) for j in range(-3, 4) if 9 * (i * i + j * j) < 100.0]
     assert len(points) == len(inside)
