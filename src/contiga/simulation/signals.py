@@ -124,7 +124,7 @@ def signal_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
         if lasts < kept:
             told.append(
                 f"{name}: the run lasts {lasts:.4g} {model.units[2]}, less than the memory of "
-                f"{cls}, {kept:.4g}: what is filtered may be off by a fifth of its size at the ends, and its criteria "
-                "with it"
+                f"{cls}, {kept:.4g}: what is filtered may be off by a fifth of its size at the "
+                "ends, and its criteria with it"
             )
     return told
