@@ -14,6 +14,7 @@ from tests.cases.models import (
     CURVE,
     DROPPED,
     GRID,
+    MASS,
     PLANE,
     PRESSED,
     SPHERE,
@@ -23,12 +24,18 @@ from tests.cases.models import (
 )
 
 import contiga as cg
+from contiga.case.schema import parse_case
+from contiga.errors import InputError
 from contiga.simulation.checks.approach import closest_approach
 from contiga.simulation.checks.scene import Pair
 
 
 def wrong(name: str, base: str, rule: str, *words: str, **swaps: str):
     return pytest.param(base, swaps, rule, words, id=name)
+
+
+def refused(name: str, base: str, old: str, new: str, *words: str):
+    return pytest.param(base, old, new, words, id=name)
 
 
 BEFORE = [
@@ -146,6 +153,37 @@ BEFORE = [
 ]  # fmt: skip
 """Told before a run."""
 
+REFUSED = [
+    refused("an end before the start", PRESSED, "end = 10.0", "end = -10.0", "time"),
+    refused("a step of nothing", PRESSED, "step = 0.25", "step = 0", "time.step: is too small"),
+    refused("a unit of time for a length", PRESSED, '"mm"', '"ms"', "units.length"),
+    refused("a number as text", PRESSED, "50.0", '"50"', "radius: must be a number"),
+    refused("a negative radius", PRESSED, "50.0", "-50.0", "body[0].geometry"),
+    refused("a shape that is none", PRESSED, '"sphere"', '"shpere"', "Did you mean 'sphere'?"),
+    refused("a point of two numbers", PRESSED, "[0, 0, 52]", "[0, 52]", "centre"),
+    refused("a motion that is none", PRESSED, '"translate"', '"move"', "motion.kind: unknown kind"),
+    refused("a table that goes back", PRESSED, "[5, 0, 0, -9]", "[12, 0, 0, -9]", "motion"),
+    refused("a master that is none", PRESSED, 'master = "ball"', 'master = "bal"',
+            "contact[0].master: no body", "Did you mean 'ball'?"),
+    refused("a slave as master", PRESSED, 'master = "ball"', 'master = "pad"',
+            "'pad' is a slave"),
+    refused("no thickness", PRESSED, "thickness = 20.0", "", "contact[0].law"),
+    refused("a thickness of nothing", PRESSED, "thickness = 20.0", "thickness = 0",
+            "slave[0].thickness: is too small"),
+    refused("a grid of one", PRESSED, "nu = 25", "nu = 1", "nu"),
+    refused("a curve of one number a point", PRESSED, "[0.1, 0.1]", "[0.1]", "elastic"),
+    refused("a curve that goes back", PRESSED, "[0.1, 0.1]", "[0.7, 0.1]", "contact[0].law"),
+    refused("a free body without mass", DROPPED, MASS, "", "body[0].mass: is missing"),
+    refused("an inertia that no body has", DROPPED, "1e6, 1e6, 1e6", "1e6, 1e6, 9e6",
+            "body[0].mass"),
+    refused("a sensor on nothing", DROPPED, 'body = "ball"', 'body = "bowl"', "sensor[0].body"),
+    refused("a criterion that is none", DROPPED, "at = [0, 0, 52]\n",
+            'at = [0, 0, 52]\ncriteria = ["HIC"]\n', "sensor[0]", "'HIC15'"),
+    refused("spin left out for BrIC", DROPPED, "at = [0, 0, 52]\n",
+            'at = [0, 0, 52]\ncriteria = ["BrIC"]\n', 'Add "spin" to its measures'),
+]  # fmt: skip
+"""Told instead of a run."""
+
 AFTER = [
     wrong("right through a thin plate", PRESSED, "through", "points leave ball from up to",
           ball='{ shape = "ellipsoid", axes = [12.0, 12.0, 3.0], centre = [0, 0, 5] }',
@@ -183,6 +221,21 @@ def test_a_wrong_model_is_told_before_it_runs(base, swaps, rule, words) -> None:
     assert texts, [finding.rule for finding in found]
     for word in words:
         assert any(word in text for text in texts), texts
+
+
+@pytest.mark.parametrize(("base", "old", "new", "words"), REFUSED)
+def test_what_cannot_run_is_refused_in_one_message(base, old, new, words) -> None:
+    assert old in base
+    at = base.rindex(old) if old.startswith("body") else base.index(old)
+    with pytest.raises(InputError) as caught:
+        cg.build(parse_case(base[:at] + new + base[at + len(old) :]))
+    assert "things are wrong" not in str(caught.value)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_there_are_eighty_of_them() -> None:
+    assert len(BEFORE) + len(REFUSED) + len(AFTER) >= 80
 
 
 @pytest.mark.parametrize(("base", "swaps", "rule", "words"), AFTER)

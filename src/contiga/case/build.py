@@ -4,20 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.area.facet import FacetArea
-from contiga.area.method import AreaMethod
-from contiga.area.nodal import NodalArea
-from contiga.case.contact_spec import (
-    CloudAreaSpec,
-    ConstantAreaSpec,
-    ContactSpec,
-    FacetAreaSpec,
-    HullAreaSpec,
-)
+from contiga.case.contact_made import area_of, contact_of
 from contiga.case.geometry_spec import FileGeometry
 from contiga.case.motion_spec import AttachedSpec, FreeSpec, RigidMotionSpec, SeriesSpec
 from contiga.case.part_cache import PartCache
@@ -25,16 +16,14 @@ from contiga.case.points_spec import BodyPoints
 from contiga.case.problems import Together
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.schema import BodySpec, Case, SlaveSpec
-from contiga.case.sides import Sides
 from contiga.case.standing import order_of, references
 from contiga.case.toml import resolved_toml
-from contiga.contact.contact import Contact
 from contiga.contact.preloaded import preload_search
 from contiga.dynamics.free import Attached, Free
 from contiga.dynamics.prescribed import BodyMotion, Fixed, Moved, SlaveMotion
 from contiga.dynamics.pulses import check_covers
 from contiga.dynamics.springs import Spring
-from contiga.errors import CaseError
+from contiga.errors import CaseError, InputError
 from contiga.io.mesh.series import MeshSeries, find_files
 from contiga.io.units import length_factor
 from contiga.masters.body import Body
@@ -71,30 +60,50 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
     True
     """
     wrong = Together(str(case.file))
-    # What costs nothing comes first in the list.
-    springs = _springs(case, wrong)
-    told = _told_motions(case, wrong)
-    made = _parts(case, PartCache() if parts is None else parts, wrong)
-    bodies = _bodies(case, made, told, wrong)
-    slaves = _slaves(case, made, told, wrong)
-    contacts = _contacts(case, bodies, slaves, wrong)
+    made = _pieces(case, PartCache() if parts is None else parts, wrong)
     wrong.tell()
     return Simulation(
         gravity=case.world.gravity,
         allow_unstable=case.time.allow_unstable,
         loads=[spec.load for spec in case.load],
-        springs=springs,
+        springs=made.springs,
         sensors=[spec.sensor for spec in case.sensor],
         title=case.title,
         units=(case.units.length, case.units.mass, case.units.time),
         stepping=case.time.stepping(),
-        bodies=bodies,
-        slaves=slaves,
-        contacts=contacts,
+        bodies=made.bodies,
+        slaves=made.slaves,
+        contacts=made.contacts,
         output=OutputOptions(case.output.every, tuple(case.output.formats), case.output.report),
         case_text=resolved_toml(case),
         base_folder=case.file.parent,
     )
+
+
+class _Pieces(NamedTuple):
+    """What a simulation is made of; with what could not be made left out."""
+
+    springs: dict[str, Spring]
+    bodies: dict[str, BodyPart]
+    slaves: dict[str, SlavePart]
+    contacts: tuple[ContactPart, ...]
+
+
+def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
+    # What costs nothing comes first in the list of what is wrong.
+    springs = _springs(case, wrong)
+    told = _told_motions(case, wrong)
+    made = _parts(case, cache, wrong)
+    bodies = _bodies(case, made, told, wrong)
+    slaves = _slaves(case, made, told, wrong)
+    return _Pieces(springs, bodies, slaves, _contacts(case, bodies, slaves, wrong))
+
+
+def faults_of(case: Case) -> tuple[tuple[InputError, str], ...]:
+    """What is wrong with the parts of a case, each with its key, the cheapest to find first."""
+    wrong = Together(str(case.file))
+    _pieces(case, PartCache(), wrong)
+    return wrong.errors
 
 
 def run(
@@ -155,8 +164,8 @@ def _contacts(
         if spec.master in bodies and spec.slave in slaves:
             body, slave = bodies[spec.master].body, slaves[spec.slave].slave
             with wrong.at(f"contact[{i}]"):
-                area = _area(spec, slave, spec.slave in measured)
-                contact = _contact(spec, case.sides(spec), body, slave, area)
+                area = area_of(spec, slave, spec.slave in measured)
+                contact = contact_of(spec, case.sides(spec), body, slave, area)
                 made.append(ContactPart(spec.title, spec.master, spec.slave, contact))
     return tuple(made)
 
@@ -354,43 +363,3 @@ def _series(spec: SeriesSpec, case: Case) -> MeshSeries:
         times = np.linspace(start, end, len(files))
     factor = 1.0 if spec.unit is None else length_factor(spec.unit, case.units.length)
     return MeshSeries(files, times, factor=factor)
-
-
-def _area(spec: ContactSpec, slave: Slave, given: bool) -> AreaMethod:
-    """The method the case asks for; facets, unless the case gave the nodes an area."""
-    if isinstance(spec.area, FacetAreaSpec | CloudAreaSpec | HullAreaSpec):
-        return spec.area.method
-    if isinstance(spec.area, ConstantAreaSpec):
-        return NodalArea(spec.area.value)
-    if spec.area is None and slave.facets is not None and not given:
-        return FacetArea()
-    if slave.area is None:
-        raise CaseError(
-            f"the points of {slave.name!r} have no facets to take areas from",
-            where="area",
-            found="none" if spec.area is None else spec.area.kind,
-            allowed='{ kind = "constant", value = … }, { kind = "cloud" }, { kind = "hull" }, '
-            "or an area of the slave",
-        )
-    return NodalArea()
-
-
-def _contact(
-    spec: ContactSpec, sides: Sides, body: Master, slave: Slave, area: AreaMethod
-) -> Contact:
-    return Contact(
-        body,
-        slave,
-        law=sides.law,
-        area=area,
-        search=spec.search,
-        contact_type=sides.type,
-        on_edge=spec.on_edge,
-        through=spec.through,
-        foot=spec.foot,
-        weights=spec.weights,
-        quadrature=spec.quadrature,
-        friction=None if spec.friction is None else spec.friction.friction,
-        master_law=sides.master_law,  # type: ignore[arg-type]  # the schema refuses others
-        depth=spec.depth,
-    )

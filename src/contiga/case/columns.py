@@ -28,6 +28,7 @@ _OF_SENSORS = {
     "displacement": ("x", "y", "z"),
     "force": ("fx", "fy", "fz", "f"),
     "moment": ("mx", "my", "mz"),
+    "spin": ("wx", "wy", "wz"),
 }
 
 
@@ -35,6 +36,8 @@ _OF_RELATIVE = {
     "distance": ("distance", "rate"),
     "displacement": ("x", "y", "z"),
     "angle": ("angle", "angle_x", "angle_y", "angle_z"),
+    "force": ("fx", "fy", "fz", "f"),
+    "moment": ("mx", "my", "mz"),
 }
 
 
@@ -70,7 +73,7 @@ def columns_of_case(case: Case) -> list[str]:
 
 def criteria_of_case(case: Case) -> list[str]:
     """Criteria that sensors of a case ask for: ``<sensor>.<criterion>``."""
-    sensors = [one.sensor for one in case.sensor if isinstance(one, PointSensorSpec)]
+    sensors = [one.sensor for one in case.sensor]
     return [f"{one.name}.{name}" for one in sensors for name in one.criteria]
 
 

@@ -21,6 +21,12 @@ def check_unique(key: str, names: list[str]) -> None:
             )
 
 
+def check_apart(where: str, name: str, others: list[str]) -> None:
+    """Refuse a slave that is called as a body is."""
+    if name in others:
+        raise CaseError("a body and a slave must not have the same name", where=where, found=name)
+
+
 def check_defined(where: str, name: str, kind: str, defined: list[str], other: list[str]) -> None:
     """Refuse a name that is none of the `defined` ones of a `kind`; `other` are of another."""
     if name in defined:

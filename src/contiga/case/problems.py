@@ -30,13 +30,19 @@ _TYPES = {
 
 def case_error(error: ValidationError, data: object, file: str) -> InputError:
     """One error that tells everything pydantic found wrong in `data`, read from `file`."""
-    problems = [_problem(detail, data, "") for detail in error.errors(include_url=False)]
+    problems = [problem_of(detail, data) for detail in error.errors(include_url=False)]
     if len(problems) == 1:
         return _problem(error.errors(include_url=False)[0], data, "", file)
-    return _listed(problems, file)
+    return listed(problems, file)
 
 
-def _listed(problems: Sequence[InputError], file: str) -> InputError:
+def problem_of(detail: ErrorDetails, data: object) -> InputError:
+    """One thing that pydantic found wrong in `data`."""
+    return _problem(detail, data, "")
+
+
+def listed(problems: Sequence[InputError], file: str) -> InputError:
+    """One error that tells several; `file` is the case's."""
     lines = [str(problem) for problem in problems[:_MOST]]
     if len(problems) > _MOST:
         lines.append(f"and {len(problems) - _MOST} more")
@@ -63,6 +69,11 @@ class Together:
         except InputError as error:
             self._errors.append((error, key))
 
+    @property
+    def errors(self) -> tuple[tuple[InputError, str], ...]:
+        """What was kept, each with its key."""
+        return tuple(self._errors)
+
     def tell(self) -> None:
         """Raise what was kept, if anything.
 
@@ -76,7 +87,7 @@ class Together:
         first, key = self._errors[0]
         if len(self._errors) == 1:
             raise relocated(first, key, self._file) from first
-        raise _listed([relocated(one, key, "") for one, key in self._errors], self._file) from first
+        raise listed([relocated(one, key, "") for one, key in self._errors], self._file) from first
 
 
 def first_problem(error: ValidationError, data: object, key: str) -> InputError:

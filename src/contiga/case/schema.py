@@ -7,7 +7,8 @@ when the case is built.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -25,7 +26,7 @@ from contiga.case.motion_spec import (
     SeriesSpec,
     SlaveMotionSpec,
 )
-from contiga.case.names import check_defined, check_unique
+from contiga.case.names import check_apart, check_defined, check_unique
 from contiga.case.points_spec import BodyPoints, PointsSpec
 from contiga.case.problems import case_error, relocated
 from contiga.case.sensor_spec import RelativeSensorSpec, SensorSpec
@@ -41,6 +42,7 @@ from contiga.case.spec import (
     Spec,
     TimeUnit,
     Vector,
+    raise_together,
     suggest,
 )
 from contiga.case.spring_spec import SpringSpec
@@ -204,57 +206,67 @@ class Case(Spec):
         return bodies | {part.name: part for part in self.slave}
 
     @model_validator(mode="after")
-    def _names_are_told_apart(self) -> Self:
+    def _parts_fit_together(self) -> Self:
+        names = self._checks_of_names()
+        raise_together(self, (*names, *self._checks_of_movers(), *self._checks_of_places()))
+        sides = (partial(self._check_sides, i) for i in range(len(self.contact)))
+        raise_together(self, (partial(order_of, self.parts), *sides))
+        return self
+
+    def _checks_of_names(self) -> Iterator[Callable[[], object]]:
         for key, names in (
             ("body", [body.name for body in self.body]),
             ("slave", [slave.name for slave in self.slave]),
             ("contact", [contact.title for contact in self.contact]),
         ):
-            check_unique(key, names)
-        masters = {body.name for body in self.body}
-        for i, slave in enumerate(self.slave):
-            if slave.name in masters:
-                raise CaseError(
-                    "a body and a slave must not have the same name",
-                    where=f"slave[{i}].name",
-                    found=slave.name,
-                )
-        return self
+            yield partial(check_unique, key, names)
+        bodies = [body.name for body in self.body]
+        slaves = [slave.name for slave in self.slave]
+        for i, slave in enumerate(slaves):
+            yield partial(check_apart, f"slave[{i}].name", slave, bodies)
+        for i, contact in enumerate(self.contact):
+            where = f"contact[{i}]"
+            yield partial(check_defined, f"{where}.master", contact.master, "body", bodies, slaves)
+            yield partial(check_defined, f"{where}.slave", contact.slave, "slave", slaves, bodies)
 
-    @model_validator(mode="after")
-    def _movers_name_what_is_there(self) -> Self:
+    def _checks_of_movers(self) -> Iterator[Callable[[], object]]:
         bodies = [body.name for body in self.body]
         slaves = [slave.name for slave in self.slave]
         for where, name in self._named_bodies():
-            check_defined(where, name, "body", bodies, slaves)
-        for i, body in enumerate(self.body):
-            tied = [k for k, spring in enumerate(self.spring) if GROUND in spring.between]
-            if body.name == GROUND and tied:
-                raise CaseError(
-                    f"is what springs call the world, as spring[{tied[0]}] does",
-                    where=f"body[{i}].name",
-                    found=GROUND,
-                    remedy="Call the body otherwise, in the springs that are on it, too",
-                )
-            if isinstance(body.motion, FreeSpec) and body.mass is None:
-                raise CaseError(
-                    "is missing: a free body needs its mass",
-                    where=f"body[{i}].mass",
-                    allowed="{ density = … } of a closed body, or { total = …, centre, inertia }",
-                )
-        return self
+            yield partial(check_defined, where, name, "body", bodies, slaves)
+        yield from (partial(self._check_body, i) for i in range(len(self.body)))
+
+    def _check_body(self, i: int) -> None:
+        body = self.body[i]
+        tied = [k for k, spring in enumerate(self.spring) if GROUND in spring.between]
+        if body.name == GROUND and tied:
+            raise CaseError(
+                f"is what springs call the world, as spring[{tied[0]}] does",
+                where=f"body[{i}].name",
+                found=GROUND,
+                remedy="Call the body otherwise, in the springs that are on it, too",
+            )
+        if isinstance(body.motion, FreeSpec) and body.mass is None:
+            raise CaseError(
+                "is missing: a free body needs its mass",
+                where=f"body[{i}].mass",
+                allowed="{ density = … } of a closed body, or { total = …, centre, inertia }",
+            )
 
     def _named_bodies(self) -> Iterator[tuple[str, str]]:
         """Keys that name a body to be moved, pulled or watched, and the names."""
-        for i, slave in enumerate(self.slave):
-            if isinstance(slave.points, BodyPoints):
-                yield f"slave[{i}].points.body", slave.points.body
+        sampled = {
+            f"slave[{i}]": (slave.points.body,)
+            for i, slave in enumerate(self.slave)
+            if isinstance(slave.points, BodyPoints)
+        }
+        yield from ((f"{where}.points.body", body) for where, (body,) in sampled.items())
         moved = [
             *((f"body[{i}]", body.motion) for i, body in enumerate(self.body)),
             *((f"slave[{i}]", slave.motion) for i, slave in enumerate(self.slave)),
         ]
         for where, motion in moved:
-            if isinstance(motion, AttachedSpec):
+            if isinstance(motion, AttachedSpec) and motion.body not in sampled.get(where, ()):
                 yield f"{where}.motion.body", motion.body
         yield from ((f"load[{i}].body", load.body) for i, load in enumerate(self.load))
         for i, one in enumerate(self.sensor):
@@ -267,37 +279,35 @@ class Case(Spec):
                 if end != GROUND:
                     yield f"spring[{i}].between[{k}]", end
 
-    @model_validator(mode="after")
-    def _places_name_what_is_there(self) -> Self:
-        bodies = [part.name for part in self.body]
-        places = {name: f"body[{i}]" for i, name in enumerate(bodies)}
+    def _checks_of_places(self) -> Iterator[Callable[[], object]]:
+        places = {part.name: f"body[{i}]" for i, part in enumerate(self.body)}
         places |= {part.name: f"slave[{i}]" for i, part in enumerate(self.slave)}
-        for name, part in self.parts.items():
-            for key, other in references(part):
-                where = f"{places[name]}.{key}"
-                check_defined(where, other, "body or slave", [*places], [])
-                if key.endswith("place.on") and not {name, other} & set(bodies):
-                    raise CaseError(
-                        "a slave cannot be placed on a slave: neither has a surface",
-                        where=where,
-                        found=other,
-                        allowed=", ".join(f'"{body}"' for body in bodies),
-                    )
-        order_of(self.parts)
-        return self
+        found = [
+            (name, other, f"{places[name]}.{key}")
+            for name, part in self.parts.items()
+            for key, other in references(part)
+        ]
+        for name, other, where in found:
+            if not where.endswith("points.body"):  # told among the movers
+                yield partial(check_defined, where, other, "body or slave", [*places], [])
+            if where.endswith("place.on") and other in places:
+                yield partial(self._check_place, name, other, where)
 
-    @model_validator(mode="after")
-    def _contacts_name_what_is_there(self) -> Self:
+    def _check_place(self, name: str, other: str, where: str) -> None:
         bodies = [body.name for body in self.body]
-        slaves = [slave.name for slave in self.slave]
-        for i, contact in enumerate(self.contact):
-            check_defined(f"contact[{i}].master", contact.master, "body", bodies, slaves)
-            check_defined(f"contact[{i}].slave", contact.slave, "slave", slaves, bodies)
-            try:
-                self.sides(contact)
-            except InputError as error:
-                raise relocated(error, f"contact[{i}]", "") from error
-        return self
+        if not {name, other} & set(bodies):
+            raise CaseError(
+                "a slave cannot be placed on a slave: neither has a surface",
+                where=where,
+                found=other,
+                allowed=", ".join(f'"{body}"' for body in bodies),
+            )
+
+    def _check_sides(self, i: int) -> None:
+        try:
+            self.sides(self.contact[i])
+        except InputError as error:
+            raise relocated(error, f"contact[{i}]", "") from error
 
     def sides(self, contact: ContactSpec) -> Sides:
         """Which side of a contact gives way, and how."""

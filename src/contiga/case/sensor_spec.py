@@ -81,6 +81,10 @@ class RelativeSensorSpec(Spec):
     at: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = None
     axes: str = "body"
     measures: list[str] = Field(default_factory=lambda: list(RELATIVE_MEASURES))
+    criteria: list[str] = Field(default_factory=list)
+    bands: dict[str, BandsSpec] | None = None
+    dummy: str = "HIII-50"
+    """Whose neck and chest criteria are of."""
     code: str | None = None
 
     @cached_property
@@ -92,6 +96,9 @@ class RelativeSensorSpec(Spec):
             at=self.at,
             axes=self.axes,
             measures=self.measures,
+            criteria=self.criteria,
+            bands={name: one.bands for name, one in (self.bands or {}).items()},
+            dummy=self.dummy,
             code=self.code,
         )
 
@@ -103,7 +110,8 @@ class RelativeSensorSpec(Spec):
     def describe(self) -> str:
         """In words."""
         at = "" if self.at is None else f" at {self.at}"
-        return f"between {' and '.join(self.between)}{at}: {', '.join(self.measures)}"
+        told = ", ".join([*self.measures, *self.criteria])
+        return f"between {' and '.join(self.between)}{at}: {told}"
 
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import operator
 from collections.abc import Callable, Iterable, Sequence
 from functools import reduce
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 from pydantic import (
     AfterValidator,
@@ -15,13 +15,16 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
+    ModelWrapValidatorHandler,
     Tag,
+    ValidationError,
     ValidationInfo,
     model_validator,
 )
+from pydantic_core import ErrorDetails, InitErrorDetails
 
-from contiga.errors import CaseError, FileError
-from contiga.io.naming import closest
+from contiga.errors import CaseError, FileError, InputError
+from contiga.io.naming import closest, closest_name
 
 
 class Spec(BaseModel):
@@ -29,12 +32,26 @@ class Spec(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
-    @model_validator(mode="before")
+    @model_validator(mode="wrap")
     @classmethod
-    def _keys_are_known(cls, data: Any) -> Any:
-        if isinstance(data, dict):
-            check_keys(data, cls.known_keys(data))
-        return data
+    def _keys_are_known(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Tells of every unknown key, and with them what is wrong under the others."""
+        strange = unknown_keys(data, cls.known_keys(data)) if isinstance(data, dict) else {}
+        if not strange:
+            return handler(data)
+        told = [as_detail(error, data) for error in strange.values()]
+        try:
+            handler({key: value for key, value in data.items() if key not in strange})
+        except ValidationError as error:
+            # What is missing may be what is written otherwise, and the table as a whole is judged
+            # when its keys are right.
+            meant = {(closest_name(key, cls.known_keys(data)),) for key in strange}
+            told += [
+                _again(one)
+                for one in error.errors(include_url=False)
+                if one["loc"] and not (one["type"] == "missing" and one["loc"] in meant)
+            ]
+        raise ValidationError.from_exception_data(cls.__name__, told)
 
     @classmethod
     def known_keys(cls, data: dict[str, Any]) -> list[str]:
@@ -42,14 +59,51 @@ class Spec(BaseModel):
         return list(cls.model_fields)
 
 
-def check_keys(data: dict[str, Any], known: Iterable[str]) -> None:
-    """Refuse the first key that is not known, with the closest one that is."""
+def unknown_keys(data: dict[str, Any], known: Iterable[str]) -> dict[str, CaseError]:
+    """What is to be said of each key that is not known, with the closest one that is."""
     allowed = list(known)
-    for key in data:
-        if key not in allowed:
-            raise CaseError(
-                "unknown key", where=key, allowed=", ".join(allowed), remedy=suggest(key, allowed)
-            )
+    return {
+        key: CaseError(
+            "unknown key", where=key, allowed=", ".join(allowed), remedy=suggest(key, allowed)
+        )
+        for key in data
+        if key not in allowed
+    }
+
+
+def as_detail(error: InputError, data: object) -> InitErrorDetails:
+    """An error of ours as one of several that pydantic is to tell."""
+    return InitErrorDetails(type="value_error", loc=(), input=data, ctx={"error": error})
+
+
+def raise_together(data: object, checks: Iterable[Callable[[], object]]) -> None:
+    """Carry out all checks; what they find wrong is one list.
+
+    Raises
+    ------
+    InputError
+        The only thing that is wrong.
+    ValidationError
+        Several are.
+    """
+    found: list[InputError] = []
+    for check in checks:
+        try:
+            check()
+        except InputError as error:
+            found.append(error)
+    if len(found) == 1:
+        raise found[0]
+    if found:
+        told = [as_detail(error, data) for error in found]
+        raise ValidationError.from_exception_data(type(data).__name__, told)
+
+
+def _again(detail: ErrorDetails) -> InitErrorDetails:
+    """What pydantic has told, to be told once more."""
+    return InitErrorDetails(
+        type=detail["type"], loc=detail["loc"], input=detail["input"], ctx=detail.get("ctx", {})
+    )
 
 
 def suggest(found: object, allowed: Iterable[str]) -> str | None:

@@ -156,7 +156,7 @@ def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path
 def _print_energy(summary: dict[str, Any]) -> None:
     """How the energy of what forces move closes, and the criteria of sensors."""
     from contiga.io.units import derived_units
-    from contiga.report.style import number
+    from contiga.report.style import number, span_of
 
     energy, units = summary.get("energy") or {}, summary.get("units") or {}
     if energy:
@@ -166,8 +166,8 @@ def _print_energy(summary: dict[str, Any]) -> None:
         print(f"energy: {share} of {number(energy['most'])} {unit} is nowhere at most".rstrip())
     for name, sensor in (summary.get("sensors") or {}).items():
         for criterion, found in sensor["criteria"].items():
-            span = f"t = {number(found['start'])} to {number(found['end'])} {units.get('time', '')}"
-            value = number(found["value"]) + (" g" if criterion == "3ms" else "")
+            span = f"t = {span_of(found)} {units.get('time', '')}"
+            value = number(found["value"]) + f" {found.get('unit', '')}".rstrip()
             value += f" ({found['band']})" if "band" in found else ""
             print(f"{name}: {criterion} {value}, {span}")
 

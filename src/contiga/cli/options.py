@@ -36,16 +36,16 @@ def load(case: Path, settings: list[str] | None, context: typer.Context | None =
     readable = _expect_cad(case)
     if context is not None:
         watch_compiling(context, helped=readable)
-    from contiga.case.schema import load_case
     from contiga.case.settings import parse_settings
+    from contiga.case.whole import load_whole
 
-    return load_case(case, set=parse_settings(settings or ()))
+    return load_whole(case, set=parse_settings(settings or ()))
 
 
 def _expect_cad(case: Path) -> bool:
     """Have what reads CAD loaded beside what reads cases, if the case may need it.
 
-    Returns whether the file can be read; `load_case` says what is wrong.
+    Returns whether the file can be read; `load_whole` says what is wrong.
     """
     from contiga.io.cad.formats import expect_cad
 

@@ -39,7 +39,8 @@ from contiga.simulation.model import ContactPart
 from contiga.simulation.parts import by_name
 from contiga.simulation.recorder import as_column
 from contiga.simulation.sensor import RelativeSensor, Sensor
-from contiga.simulation.signals import filtered_columns, sensor_summary
+from contiga.simulation.sensor_criteria import sensor_summary
+from contiga.simulation.signals import filtered_columns
 from contiga.slaves.slave import Slave
 
 OnStep = Callable[["MujocoCoupling"], Any]
@@ -376,17 +377,16 @@ class MujocoCoupling(Shown):
         measured = self._is_due()
         for part in self._parts:
             prefix = "" if len(self._parts) == 1 else f"{part.name}."
-            columns = contact_columns(
-                self._contacts[part.name], self._walls[part.name], measured=measured
-            )
+            state, wall = self._contacts[part.name], self._walls[part.name]
+            columns = contact_columns(state, wall, measured=measured)
             row |= {prefix + name: value for name, value in columns.items()}
         for name, body in self._moving.items():
             values = motion_of(self.model, data, body, now.speed, now.acceleration)
             row |= {f"{name}.{c}": float(v) for c, v in zip(OF_BODIES, values, strict=True)}
         if self._sensors:
             physics = self.model, data
-            state = self._scene.state(physics, now.speed, self._contacts, self._time)
-            row |= self._scene.columns(physics, now, state)
+            stands = self._scene.state(physics, now.speed, self._contacts, self._time)
+            row |= self._scene.columns(physics, now, stands)
         return row | energy_columns(account.energy(self._contacts))
 
     def _check_step(self) -> None:

@@ -22,7 +22,7 @@ from contiga.simulation.relative_sensors import relative_columns
 from contiga.simulation.sensor import RelativeSensor, Sensor
 from contiga.simulation.system_state import BodyStates, Energy, SlaveState, SystemState
 
-_TOLD = {"acceleration": "a", "velocity": "v", "displacement": ""}
+_TOLD = {"acceleration": "a", "velocity": "v", "displacement": "", "spin": "w"}
 
 
 class Carriers(NamedTuple):
@@ -96,12 +96,23 @@ class Scene:
         self, one: Sensor | RelativeSensor, physics: tuple[Any, Any]
     ) -> Sensor | RelativeSensor:
         """A sensor between two bodies with its points: centres of mass where it names none."""
-        known = one.between if isinstance(one, RelativeSensor) and one.at is None else ()
-        if not known or not set(known) <= set(self._masters):
+        if not isinstance(one, RelativeSensor) or one.at is not None:
+            return one
+        known = one.between
+        if not set(known) <= set(self._masters):
             return one
         at = [_own_point(physics, self._masters[name].body) for name in known]
-        options = {"axes": one.axes, "measures": one.measures, "code": one.code}
-        return RelativeSensor(one.name, known, at=at, **options)  # type: ignore[arg-type]
+        return RelativeSensor(
+            one.name,
+            known,
+            at=at,
+            axes=one.axes,
+            measures=one.measures,
+            criteria=one.criteria,
+            bands=one.bands,
+            dummy=one.dummy,
+            code=one.code,
+        )
 
     def state(
         self,
@@ -135,7 +146,8 @@ class Scene:
             body, pose = self._masters[sensor.body].body, state.bodies[sensor.body].pose
             place = to_world(pose, at[None])[0]
             v, a = point_rates(*physics, body, place, now.speed, now.acceleration)
-            values = {"acceleration": a, "velocity": v, "displacement": place - first}
+            spin = state.bodies[sensor.body].twist.spin
+            values = {"acceleration": a, "velocity": v, "displacement": place - first, "spin": spin}
             for measure in sensor.measures:
                 own, letter = values[measure], _TOLD[measure]
                 own = product(pose[:3, :3].T, own) if sensor.axes == "body" else own

@@ -32,6 +32,12 @@ def closest(key: object, names: Iterable[str]) -> str | None:
     >>> closest("Boxx", ["box", "pin"])
     "Did you mean 'box'?"
     """
+    name = closest_name(key, names)
+    return None if name is None else f"Did you mean {name!r}?"
+
+
+def closest_name(key: object, names: Iterable[str]) -> str | None:
+    """The closest of `names`, None where nothing is close."""
     by_fold = {name.casefold(): name for name in names}
     close = get_close_matches(str(key).casefold(), by_fold, n=1, cutoff=0.6)
-    return f"Did you mean {by_fold[close[0]]!r}?" if close else None
+    return by_fold[close[0]] if close else None

@@ -6,7 +6,7 @@ from html import escape
 from typing import Any
 
 from contiga.report.run_folder import Run
-from contiga.report.style import number
+from contiga.report.style import number, span_of
 
 STAGES = {
     "import": "Loading packages",
@@ -57,9 +57,9 @@ def _criteria(run: Run) -> list[str]:
     return [
         _tile(
             number(found["value"]),
-            "g" if criterion == "3ms" else "",
+            str(found.get("unit", "")),
             f"{criterion} of {sensor}",
-            f"t = {number(found['start'])} to {number(found['end'])} {run.units.time}".strip(),
+            f"t = {span_of(found)} {run.units.time}".strip(),
         )
         for sensor, told in (run.summary.get("sensors") or {}).items()
         for criterion, found in (told.get("criteria") or {}).items()

@@ -11,7 +11,7 @@ from contiga.records import FloatArray
 from contiga.report.html_tables import named_row, named_table
 from contiga.report.lines import add_line, finish, largest, vector_figure, with_unit
 from contiga.report.run_folder import Columns, Run
-from contiga.report.style import INK, LINES, number
+from contiga.report.style import INK, LINES, number, span_of
 
 _STILL = 1e-9
 """Radians below which a body has not turned: rounding."""
@@ -54,6 +54,7 @@ def sensor_quantities(run: Run, sensor: str) -> list[Quantity]:
         Quantity("Displacement", units.length, _along(columns, "{}")),
         Quantity("Force", units.force, _along(columns, "f{}")),
         Quantity("Moment", units.moment, _along(columns, "m{}")),
+        Quantity("Spin", units.spin, _along(columns, "w{}")),
     ]
     body = _told(run, sensor).get("body")
     known = body_quantities(run, body) if body in run.bodies else []
@@ -207,8 +208,8 @@ def criteria_table(run: Run) -> str:
         told = _told(run, sensor)
         name = " · ".join(str(t) for t in (sensor, told.get("body"), told.get("filter")) if t)
         for criterion, found in (told.get("criteria") or {}).items():
-            unit = " g" if criterion == "3ms" else ""
-            span = f"{number(found['start'])} to {number(found['end'])} {escape(run.units.time)}"
+            unit = f" {found.get('unit', '')}".rstrip()
+            span = f"{span_of(found)} {escape(run.units.time)}"
             band = f" ({escape(str(found['band']))})" if "band" in found else ""
             rows.append(named_row(name, criterion, [number(found["value"]) + unit + band, span]))
     return named_table(("Sensor", "Criterion", "Value", "Window"), rows)

@@ -8,6 +8,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from html import escape
 from importlib.resources import files
 from typing import Any
@@ -65,3 +66,13 @@ def page(title: str, body: str, *, css: str = "", script: str = "") -> str:
         f'<title>{escape(title)}</title><link rel="icon" href="data:,"><style>{rules}</style>'
         f"{scripts}</head><body><main>\n{body}\n</main></body></html>\n"
     )
+
+
+def span_of(found: Mapping[str, float]) -> str:
+    """When a criterion holds: from `start` to `end`, or the one time.
+
+    >>> span_of({"start": 1.0, "end": 2.5}), span_of({"start": 2.0, "end": 2.0})
+    ('1 to 2.5', '2')
+    """
+    start, end = number(found["start"]), number(found["end"])
+    return end if start == end else f"{start} to {end}"

@@ -64,6 +64,8 @@ class Openings(NamedTuple):
     """Faces that are off a shared edge by up to this meet there all the same."""
     size: float
     """Of the body."""
+    unit: str | None
+    """Of lengths, where that is known."""
     meetings: tuple[Meeting, ...] = ()
     """Where closed pieces touch or overlap: the first few."""
 
@@ -80,7 +82,7 @@ class Openings(NamedTuple):
         if self.gaping_edges:
             texts.append(
                 f"{_several(self.gaping_edges, 'edge')} shared by faces that do not meet "
-                f"(tolerance {self.bridged:.3g}): {self._where()}"
+                f"(tolerance {self._told(self.bridged)}): {self._where()}"
             )
         elif self.slit > ROUNDING * self.size:
             texts.append(f"a slit along a shared edge, which is bridged: {self._where()}")
@@ -104,7 +106,7 @@ class Openings(NamedTuple):
         rows += [("", flaw) for flaw in self.flaws]
         if self.slit_patches:
             if self.tolerance > 0.0:
-                rows.append(("largest tolerance", f"{self.tolerance:.3g}"))
+                rows.append(("largest tolerance", self._told(self.tolerance)))
             rows.append(("largest gap", self._where()))
         return rows
 
@@ -113,15 +115,18 @@ class Openings(NamedTuple):
             return "closed"
         if self.free_edges:
             edges = _several(self.free_edges, "free edge")
-            return f"open, {edges}, {self.free_length:.6g} long in all"
+            return f"open, {edges}, {self._told(self.free_length, 6)} long in all"
         return "closed pieces that meet: it has no proved sides" if self.meetings else "open"
+
+    def _told(self, value: float, digits: int = 3) -> str:
+        return f"{value:.{digits}g}" + ("" if self.unit is None else f" {self.unit}")
 
     def _where(self) -> str:
         x, y, z = self.slit_point
         faces = " and ".join(str(k) for k in self.slit_patches)
         share = self.slit / self.size
         return (
-            f"{self.slit:.3g} ({share:.1g} of the size) between patches {faces} "
+            f"{self._told(self.slit)} ({share:.1g} of the size) between patches {faces} "
             f"at ({x:.6g}, {y:.6g}, {z:.6g})"
         )
 
@@ -166,6 +171,7 @@ def _found(body: Faces) -> Openings:
         tolerance=stated_tolerance(body),
         bridged=widest_slit(body),
         size=body.size,
+        unit=body.unit,
     )
     piece = _pieces(len(body.patches), joints.joints + side_joints)
     if body.pieces_apart or not openings.closed or len(body.patches) < 2:

@@ -42,6 +42,7 @@ _KINDS = (
     (r"([xyz])|distance()|elongation()", _Kind("DS", (1, 0, 0), "m")),
     (r"f([xyz]?)|(?:filtered_)?force()", _Kind("FO", (1, 1, -2), "N")),
     (r"m([xyz])", _Kind("MO", (2, 1, -2), "Nm")),
+    (r"w([xyz])", _Kind("AV", (0, 0, -1), "rad/s")),
     (r"angle(?:_([xyz]))?", _Kind("AN", (0, 0, 0), "rad")),
 )
 _RESULTANTS = ("a", "v", "f", "filtered_a")

@@ -23,7 +23,7 @@ from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.shown import Facts, Shown
 from contiga.simulation.mechanism import Mechanism, mechanism_of
-from contiga.simulation.sensor import RelativeSensor, Sensor
+from contiga.simulation.sensor import CUT, RELATIVE_MEASURES, RelativeSensor, Sensor
 from contiga.slaves.slave import Slave
 
 
@@ -197,16 +197,30 @@ def check_sensors(model: Model) -> None:
         if isinstance(sensor, RelativeSensor):
             for body in sensor.between:
                 _check_name("body", body, model.bodies, f"{where}: between")
+            _check_cut(sensor, model, where)
         else:
             _check_name("body", sensor.body, model.bodies, f"{where}: body")
-            _check_units(sensor, model, where)
+        _check_units(sensor, model, where)
         _check_own_name(sensor.name, taken, where)
         taken.append(sensor.name)
 
 
-def _check_units(sensor: Sensor, model: Model, where: str) -> None:
-    """Criteria and filters are of g and seconds."""
-    if (sensor.criteria or sensor.filter) and not all(model.units):
+def _check_cut(sensor: RelativeSensor, model: Model, where: str) -> None:
+    """What two bodies do to each other is measured in the springs between them."""
+    joined = (set(spring.between) for spring in model.springs.values())
+    if set(CUT) & set(sensor.measures) and set(sensor.between) not in joined:
+        raise InputError(
+            "force and moment are those of springs, and none is between the two",
+            where=f"{where}: measures",
+            found=", ".join(sensor.measures),
+            allowed=", ".join(map(repr, RELATIVE_MEASURES)),
+        )
+
+
+def _check_units(sensor: Sensor | RelativeSensor, model: Model, where: str) -> None:
+    """Criteria and filters are of g, SI units and seconds."""
+    filtered = getattr(sensor, "filter", None)
+    if (sensor.criteria or filtered) and not all(model.units):
         raise InputError(
             "need units: g and seconds must be known",
             where=f"{where}: {'criteria' if sensor.criteria else 'filter'}",

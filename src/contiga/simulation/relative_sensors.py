@@ -1,4 +1,5 @@
-"""What sensors between two bodies say: how far apart points of them are, and how they turn."""
+"""What sensors between two bodies say: how far apart points of them are, how they turn, and what
+the springs between them carry."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ from contiga.num.ordered import length, product
 from contiga.records import FloatArray
 from contiga.simulation.forces import point_of
 from contiga.simulation.model import Model
-from contiga.simulation.sensor import RelativeSensor
+from contiga.simulation.sensor import CUT, RelativeSensor
 from contiga.simulation.sensors import first_place
 from contiga.simulation.system_state import SystemState
 
@@ -47,7 +48,42 @@ def _values(model: Model, sensor: RelativeSensor, state: SystemState) -> dict[st
         turn = _turned(product(now, before.T))
         values["angle"] = length(turn)
         values |= {f"angle_{axis}": float(v) for axis, v in zip("xyz", turn, strict=True)}
+    return values | _cut(model, sensor, state, poses[0], places[0])
+
+
+def _cut(
+    model: Model, sensor: RelativeSensor, state: SystemState, pose: FloatArray, about: FloatArray
+) -> dict[str, float]:
+    """What the springs between the two carry, as far as it is asked for."""
+    values: dict[str, float] = {}
+    if not set(CUT) & set(sensor.measures):
+        return values
+    carried = _carried(model, state, sensor.between, about)
+    for measure, world in zip(CUT, carried, strict=True):
+        if measure not in sensor.measures:
+            continue
+        own = product(pose[:3, :3].T, world) if sensor.axes == "body" else world
+        named = zip("xyz", own, strict=True)
+        values |= {f"{measure[0]}{axis}": float(v) for axis, v in named}
+        if measure == "force":
+            values["f"] = length(own)
     return values
+
+
+def _carried(
+    model: Model, state: SystemState, between: tuple[str, str], about: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """(3,) force of the springs between two bodies on the first, and its moment, world axes."""
+    force, moment = np.zeros(3), np.zeros(3)
+    for name, spring in model.springs.items():
+        now = state.springs.get(name)
+        if now is None or set(spring.between) != set(between) or now.length == 0.0:
+            continue
+        end = spring.between.index(between[0])
+        own = now.force / now.length * (now.ends[1 - end] - now.ends[end])
+        force = force + own
+        moment = moment + np.cross(now.ends[end] - about, own)
+    return force, moment
 
 
 def _speed(state: SystemState, i: int, place: FloatArray) -> FloatArray:

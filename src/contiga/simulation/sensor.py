@@ -10,15 +10,27 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.criteria.bands import Bands
+from contiga.criteria.dummies import DUMMIES
 from contiga.criteria.filters import NAMES as FILTERS
 from contiga.errors import InputError
 from contiga.num.arrays import read_only
 from contiga.num.transform import vector
 from contiga.records import FloatArray
 
-MEASURES = ("acceleration", "velocity", "displacement", "force", "moment")
+MEASURES = ("acceleration", "velocity", "displacement", "force", "moment", "spin")
 RELATIVE_MEASURES = ("distance", "displacement", "angle")
-CRITERIA = ("HIC15", "HIC36", "HICd", "3ms")
+"""What a sensor between two bodies measures if not asked."""
+CUT = ("force", "moment")
+"""What it may measure beside that: of the springs between them."""
+CRITERIA = ("HIC15", "HIC36", "HICd", "3ms", "chest3ms", "BrIC")
+RELATIVE_CRITERIA = ("VC", "Nij", "femur")
+CRITERION_UNITS = {"3ms": "g", "chest3ms": "g", "VC": "m/s"}
+"""Of criteria that have one."""
+OWN_FILTERS = {"BrIC": "CFC60", "VC": "CFC180", "Nij": "CFC600", "femur": "CFC600"}
+"""Classes that the sources of criteria ask for; the others are of what their sensor filters."""
+_NEEDED = {"BrIC": ("spin",), "VC": ("distance",), "Nij": CUT, "femur": ("force",)}
+"""What criteria are about; all others are about the acceleration."""
+_IN_BODY_AXES = ("BrIC", "Nij", "femur")
 _CODE = re.compile(r"[A-Z0-9?]{12}")
 
 
@@ -34,10 +46,12 @@ class Sensor:
         body, the origin of the geometry of another, if omitted
     axes : "world", or those of the "body"
     measures : of "acceleration", "velocity", "displacement", "force" and "moment" (of all that acts
-        on the body, its weight too, the moment about the point)
+        on the body, its weight too, the moment about the point) and "spin"
     filter : "CFC60", "CFC180", "CFC600" or "CFC1000" (SAE J211) for the acceleration; none if
         omitted
-    criteria : of "HIC15", "HIC36", "HICd" and "3ms", from the resultant acceleration as filtered
+    criteria : of "HIC15", "HIC36", "HICd", "3ms" (in one stretch) and "chest3ms" (in all stretches
+        together), from the resultant acceleration as filtered, and "BrIC", from the spin about the
+        axes of the body, which is filtered by CFC60
     bands : of the values of criteria, by their names: `contiga.criteria.Bands`
     code : the first 12 characters of its channels' codes in ISO-MME files; made of the name if
         omitted
@@ -89,16 +103,8 @@ class Sensor:
         put(self, "criteria", _several("criteria", criteria, CRITERIA))
         put(self, "bands", dict(bands or {}))
         put(self, "code", _checked_code(code))
-        for which in self.bands:
-            _one_of("bands", which, self.criteria)
-        for where in ("filter", "criteria"):
-            if getattr(self, where) and "acceleration" not in self.measures:
-                raise InputError(
-                    "is about the acceleration, which the sensor does not measure",
-                    where=f"sensor {name!r}: {where}",
-                    found=", ".join(self.measures) or "no measures",
-                    remedy='Add "acceleration" to its measures',
-                )
+        _check_measured(self, "filter", () if self.filter is None else ("acceleration",))
+        _check_criteria(self)
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -111,16 +117,23 @@ class RelativeSensor:
     between : names of two bodies; the first is where it is seen from
     at : (2, 3) the points, where they are at the start, world coordinates; as of a `Sensor` if
         omitted
-    axes : of the displacement: those of the first "body", or "world"
+    axes : of displacement, force and moment: those of the first "body", or "world"
     code : as of a `Sensor`
     measures : of "distance" (and its `rate`), "displacement" (how the second point has moved from
         where it was, seen from the first) and "angle" (by which the second body has turned against
-        the first since the start, 0 to π, and that turn about the axes of the first body)
+        the first since the start, 0 to π, and that turn about the axes of the first body); "force"
+        and "moment" of all springs between the two on the first body, about the first point
+    criteria : of "VC" (the distance is that of breastbone and spine; CFC180), "Nij" (F_z and M_y
+        with z up, x forward, and the first body below; CFC600) and "femur" (the force along the
+        line of the two points; CFC600)
+    bands : as of a `Sensor`
+    dummy : "HIII-50", "HIII-5" or "EuroSID", for "VC" and "Nij"
 
     Raises
     ------
     InputError
-        Not two bodies, not two points, unknown measures.
+        Not two bodies, not two points, unknown measures or criteria, criteria without what they
+        are about.
 
     Examples
     --------
@@ -135,6 +148,9 @@ class RelativeSensor:
     at: FloatArray | None
     axes: str
     measures: tuple[str, ...]
+    criteria: tuple[str, ...]
+    bands: Mapping[str, Bands]
+    dummy: str
     code: str | None
 
     def __init__(
@@ -145,6 +161,9 @@ class RelativeSensor:
         at: ArrayLike | None = None,
         axes: str = "body",
         measures: Iterable[str] = RELATIVE_MEASURES,
+        criteria: Iterable[str] = (),
+        bands: Mapping[str, Bands] | None = None,
+        dummy: str = "HIII-50",
         code: str | None = None,
     ) -> None:
         pair = () if isinstance(between, str) else tuple(between)
@@ -157,8 +176,47 @@ class RelativeSensor:
         put(self, "between", pair)
         put(self, "at", None if at is None else _two_points(at))
         put(self, "axes", _one_of("axes", axes, ("world", "body")))
-        put(self, "measures", _several("measures", measures, RELATIVE_MEASURES))
+        put(self, "measures", _several("measures", measures, (*RELATIVE_MEASURES, *CUT)))
+        put(self, "criteria", _several("criteria", criteria, RELATIVE_CRITERIA))
+        put(self, "bands", dict(bands or {}))
+        put(self, "dummy", _one_of("dummy", dummy, tuple(DUMMIES)))
         put(self, "code", _checked_code(code))
+        _check_criteria(self)
+        if "Nij" in self.criteria and DUMMIES[dummy].neck is None:
+            raise InputError("has no neck for Nij", where=f"sensor {name!r}: dummy", found=dummy)
+        if "femur" in self.criteria and (self.at is None or not (self.at[0] != self.at[1]).any()):
+            raise InputError(
+                "a femur's force is along the line of its two points",
+                where=f"sensor {name!r}: at",
+                found=None if self.at is None else self.at.tolist(),
+                allowed="two points apart, hip and knee",
+            )
+
+
+def _check_criteria(sensor: Sensor | RelativeSensor) -> None:
+    """Refuse bands of what is not asked for, and criteria without what they are about."""
+    for which in sensor.bands:
+        _one_of("bands", which, sensor.criteria)
+    for one in sensor.criteria:
+        _check_measured(sensor, "criteria", _NEEDED.get(one, ("acceleration",)))
+        if one in _IN_BODY_AXES and sensor.axes != "body":
+            raise InputError(
+                f"{one} is of components in the axes of a body",
+                where=f"sensor {sensor.name!r}: axes",
+                found=sensor.axes,
+                allowed='"body"',
+            )
+
+
+def _check_measured(sensor: Sensor | RelativeSensor, where: str, needed: tuple[str, ...]) -> None:
+    for measure in needed:
+        if measure not in sensor.measures:
+            raise InputError(
+                f"is about the {measure}, which the sensor does not measure",
+                where=f"sensor {sensor.name!r}: {where}",
+                found=", ".join(sensor.measures) or "no measures",
+                remedy=f'Add "{measure}" to its measures',
+            )
 
 
 def _checked_code(code: str | None) -> str | None:

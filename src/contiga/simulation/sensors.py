@@ -17,7 +17,14 @@ from contiga.simulation.model import Model
 from contiga.simulation.sensor import Sensor
 from contiga.simulation.system_state import SystemState
 
-_COLUMNS = {"acceleration": "a", "velocity": "v", "displacement": "", "force": "f", "moment": "m"}
+_COLUMNS = {
+    "acceleration": "a",
+    "velocity": "v",
+    "displacement": "",
+    "force": "f",
+    "moment": "m",
+    "spin": "w",
+}
 _SUMMED = ("acceleration", "velocity", "force")
 
 
@@ -53,6 +60,8 @@ def _measured(
             own = twist[:3] + np.cross(twist[3:], arm)
         elif measure == "displacement":
             own = place - first
+        elif measure == "spin":
+            own = twist[3:]
         elif measure == "force":
             own = state.wrenches[i, :3]
         else:

@@ -15,13 +15,8 @@ from contiga.simulation.column_units import column_units
 from contiga.simulation.energy_told import energy_summary, energy_warnings
 from contiga.simulation.history import COUNTED
 from contiga.simulation.model import Model
-from contiga.simulation.signals import (
-    coded,
-    filtered_columns,
-    relative_summary,
-    sensor_summary,
-    signal_warnings,
-)
+from contiga.simulation.sensor_criteria import sensor_summary, sensors_told
+from contiga.simulation.signals import filtered_columns, signal_warnings
 from contiga.simulation.springs import spring_summary
 from contiga.simulation.step_columns import single_warnings, steps_summary
 from contiga.version import __version__
@@ -103,10 +98,6 @@ def summary_so_far(
         part.name: _statuses(history, f"{part.name}." if several else "") for part in model.contacts
     }
     time, end = float(history["time"][-1]), model.stepping.end
-    sensors = {
-        one.name: {"body": one.body, "filter": one.filter, "criteria": {}} | coded(one)
-        for one in model.point_sensors
-    } | relative_summary(model)
     return {
         "title": model.title,
         "version": __version__,
@@ -119,7 +110,7 @@ def summary_so_far(
         "statuses": statuses,
         "advice": _advice(statuses),
         "energy": energy_summary(model, history),
-        "sensors": sensor_summary(model, history) if stopped else sensors,
+        "sensors": sensor_summary(model, history) if stopped else sensors_told(model),
         "springs": spring_summary(model),
         "inputs": _inputs(model),
         "notes": [],

@@ -38,10 +38,12 @@ class StudyCase(NamedTuple):
         return f"{self.number:04d}"
 
 
-def cases_of(study: StudySpec) -> list[StudyCase]:
+def cases_of(
+    study: StudySpec, targets: Sequence[Mapping[str, Any]] | None = None
+) -> list[StudyCase]:
     """The cases of a study without a goal, in order: the last variable changes fastest.
 
-    Rows of the table go slowest, samples fastest.
+    Rows of the table, or of `targets` by column, go slowest, samples fastest.
 
     Raises
     ------
@@ -53,6 +55,9 @@ def cases_of(study: StudySpec) -> list[StudyCase]:
     ways: list[list[dict[str, Any]]] = []
     if study.table is not None:
         ways.append(_rows_of_table(study))
+    if targets is not None:
+        named = {v.label: v.column for v in study.variable if v.column is not None}
+        ways.append([{label: row[column] for label, column in named.items()} for row in targets])
     ways += [
         [{variable.label: value} for value in listed_values(variable)]
         for variable in study.variable

@@ -114,7 +114,8 @@ class StudyFolder:
 
     def table(self) -> Table:
         """Of the rows so far."""
-        return table_of(self.rows.values(), self._study.labels, list(self.base.quantities))
+        units = {v.label: v.unit for v in self._study.variable} | self.base.units
+        return table_of(self.rows.values(), self._study.labels, list(self.base.quantities), units)
 
 
 def _said(study: StudySpec, case: Case) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from contiga.errors import CaseError
 from contiga.io.naming import closest
 from contiga.records import FloatArray
 from contiga.simulation.column_units import column_units
+from contiga.simulation.sensor import CRITERION_UNITS
 
 _CALL = re.compile(r"(\w+)\((.+?)(?:,\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*)?\)")
 _PLAIN = ("energy_error", "steps", "warnings")
@@ -87,7 +88,7 @@ class Quantity(NamedTuple):
     def unit(self, units: tuple[str, str, str]) -> str:
         """Its unit, those of length, mass and time being `units`; empty of what has none."""
         if self.kind == "criterion":
-            return "g" if self.criterion == "3ms" else ""
+            return CRITERION_UNITS.get(self.criterion, "")
         if self.kind in _PLAIN:
             return ""
         column = "time" if self.kind.startswith("time_of") else self.name

@@ -17,6 +17,7 @@ from contiga.errors import CaseError, FileError
 from contiga.studies.expressions import Expression
 from contiga.studies.map_spec import MapSpec
 from contiga.studies.quantities import Quantity, quantity_of
+from contiga.studies.targets import TargetsSpec
 
 _LIMIT = re.compile(r"(.+?)\s*(<=|>=)\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)")
 RESERVED = ("case", "status", "message")
@@ -208,6 +209,8 @@ class StudySpec(Spec):
     """Values over those of the base case, by key; of all cases."""
     table: ExistingFile | None = None
     """CSV with a header: a row a case."""
+    targets: TargetsSpec | None = None
+    """In place of a table: points on a body, a row a case."""
     variable: Annotated[list[VariableSpec], Field(min_length=1)]
     sample: SampleSpec | None = None
     rule: list[RuleSpec] = Field(default_factory=list)
@@ -259,10 +262,7 @@ class StudySpec(Spec):
     @model_validator(mode="after")
     def _variables_have_their_values(self) -> Self:
         columns = [v.label for v in self.variable if v.column is not None]
-        if columns and self.table is None:
-            raise CaseError("is missing: a variable is a column of it", where="table")
-        if self.table is not None and not columns:
-            raise CaseError("no variable is a column of the table", where="table", found=self.table)
+        self._check_columns(columns)
         ranged = [v.label for v in self.variable if v.ranged]
         if self.goal is not None:
             self._check_goal(columns)
@@ -275,6 +275,18 @@ class StudySpec(Spec):
                 else "a variable with low and high",
             )
         return self
+
+    def _check_columns(self, columns: list[str]) -> None:
+        if self.table is not None and self.targets is not None:
+            raise CaseError("are in place of a table", where="targets", allowed="one of the two")
+        if columns and self.table is None and self.targets is None:
+            raise CaseError("is missing: a variable is a column of it", where="table")
+        if self.table is not None and not columns:
+            raise CaseError("no variable is a column of the table", where="table", found=self.table)
+        if self.targets is not None:
+            self.targets.check_columns(
+                {v.label: v.column for v in self.variable if v.column is not None}
+            )
 
     def _check_goal(self, columns: list[str]) -> None:
         if self.sample is not None or columns:

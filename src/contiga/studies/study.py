@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from contiga.case.build import build
 from contiga.case.columns import columns_of_case, criteria_of_case
 from contiga.case.schema import Case, load_case
 from contiga.case.settings import plain
@@ -21,12 +22,13 @@ from contiga.shown import Facts, Shown
 from contiga.studies.cases import StudyCase, case_of, cases_of, check_keys, listed_values
 from contiga.studies.engines import Engine, cores, engine_for
 from contiga.studies.folder import PAGE, StudyFolder
-from contiga.studies.one_case import Base, row_of
+from contiga.studies.one_case import Base, parts_of_process, row_of
 from contiga.studies.optimise import best_of, optimised
 from contiga.studies.page import write_page
 from contiga.studies.row import DONE, Row
 from contiga.studies.spec import StudySpec, study_of
 from contiga.studies.table import Table
+from contiga.studies.targets import targets_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -188,7 +190,7 @@ def run_study(
         assert study.base is not None
         base = load_case(study.base)
     common = _base(study, base, out)
-    cases = cases_of(study) if study.goal is None else _ends_of(study)
+    cases = cases_of(study, _targets(study, common)) if study.goal is None else _ends_of(study)
     _check(study, common, cases)
     folder = StudyFolder(out, study, common, base)
     folder.check(resume=resume)
@@ -220,6 +222,36 @@ def _base(study: StudySpec, case: Case, out: Path) -> Base:
     if study.base is not None:
         text = Path(study.base).read_text(encoding="utf-8-sig")
     return Base(text, str(case.file.resolve()), str(out.resolve()), study.quantities)
+
+
+def _targets(study: StudySpec, base: Base) -> list[dict[str, Any]] | None:
+    """Points on a body of the base case with what is set for all; None where none are asked for."""
+    if study.targets is None:
+        return None
+    case = base.case(study.set)
+    bodies = build(case, parts=parts_of_process()).bodies
+    _check_body(study, "targets", study.targets.body, list(bodies))
+    try:
+        return targets_of(study.targets, bodies[study.targets.body].body, case.units.length)
+    except CaseError as error:
+        raise CaseError(
+            error.what,
+            where=f"{study.file}: {error.where}",
+            found=error.found,
+            allowed=error.allowed,
+        ) from error
+
+
+def _check_body(study: StudySpec, key: str, name: str, bodies: list[str]) -> None:
+    """Refuse a body that the base case has not."""
+    if name not in bodies:
+        raise CaseError(
+            "the base case has no such body",
+            where=f"{study.file}: {key}.body",
+            found=name,
+            allowed=", ".join(bodies),
+            remedy=closest(name, bodies),
+        )
 
 
 def _rows(
@@ -269,15 +301,8 @@ def _check(study: StudySpec, base: Base, cases: list[StudyCase]) -> None:
     columns, criteria = columns_of_case(first), criteria_of_case(first)
     for quantity in base.quantities.values():
         quantity.check(columns, criteria, first.time.end)
-    bodies = [body.name for body in first.body]
-    if study.map is not None and study.map.body not in bodies:
-        raise CaseError(
-            "the base case has no such body",
-            where=f"{study.file}: map.body",
-            found=study.map.body,
-            allowed=", ".join(bodies),
-            remedy=closest(study.map.body, bodies),
-        )
+    if study.map is not None:
+        _check_body(study, "map", study.map.body, [body.name for body in first.body])
     seen: set[tuple[str, str]] = set()
     checked = 0
     for case in cases[1:]:

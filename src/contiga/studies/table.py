@@ -27,13 +27,17 @@ class Table(NamedTuple):
     columns: dict[str, list[Any]]
     variables: tuple[str, ...]
     quantities: tuple[str, ...]
+    units: Mapping[str, str]
+    """Of the columns that have one."""
 
     def to_pandas(self) -> DataFrame:
-        """As a table of pandas, by the numbers of the cases."""
+        """As a table of pandas, by the numbers of the cases; `attrs["units"]` has the units."""
         require("Study.to_pandas", "pandas")
         from pandas import DataFrame
 
-        return DataFrame(self.columns).set_index("case")
+        table = DataFrame(self.columns).set_index("case")
+        table.attrs["units"] = dict(self.units)
+        return table
 
     def write(self, folder: Path) -> None:
         """Write it as HDF5 and as CSV, each whole or not at all; the same table, the same bytes."""
@@ -43,7 +47,8 @@ class Table(NamedTuple):
             temporary.open("w", newline="", encoding="utf-8") as file,
         ):
             writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(self.columns)
+            heads = [(name, self.units.get(name, "")) for name in self.columns]
+            writer.writerow([f"{name} [{unit}]" if unit else name for name, unit in heads])
             writer.writerows(zip(*self.columns.values(), strict=True))
 
     def _write_hdf5(self, path: Path) -> None:
@@ -58,13 +63,22 @@ class Table(NamedTuple):
             for name, values in self.columns.items():
                 if all(isinstance(value, int | float) for value in values):
                     group.create_dataset(name, data=np.array(values))
+                    group[name].attrs["unit"] = self.units.get(name, "")
                 else:
                     text = [str(value) for value in values]
                     group.create_dataset(name, data=text, dtype=h5py.string_dtype())
 
 
-def table_of(rows: Iterable[Row], variables: Sequence[str], quantities: Sequence[str]) -> Table:
-    """The table of rows, in the order of their numbers, whatever the order they came in."""
+def table_of(
+    rows: Iterable[Row],
+    variables: Sequence[str],
+    quantities: Sequence[str],
+    units: Mapping[str, str] | None = None,
+) -> Table:
+    """The table of rows, in the order of their numbers, whatever the order they came in.
+
+    `units` are of the columns that have one.
+    """
     ordered = sorted(rows, key=lambda row: row.number)
 
     def column(part: str, name: str) -> list[Any]:
@@ -78,7 +92,8 @@ def table_of(rows: Iterable[Row], variables: Sequence[str], quantities: Sequence
         "status": [row.status for row in ordered],
         "message": [row.message for row in ordered],
     }
-    return Table(columns, tuple(variables), tuple(quantities))
+    told = {name: unit for name, unit in (units or {}).items() if unit}
+    return Table(columns, tuple(variables), tuple(quantities), told)
 
 
 def read_table(path: Path) -> dict[str, list[Any]]:

@@ -34,6 +34,8 @@ class Condition(NamedTuple):
     """Vertices of no triangle: they take no part."""
     volume: float | None
     """Enclosed volume, length³, negative if normals point inward; None unless closed."""
+    unit: str | None = None
+    """Of length, where that is known."""
 
     @property
     def closed(self) -> bool:
@@ -64,7 +66,8 @@ class Condition(NamedTuple):
         if self.volume is None:
             return f"open, {self.open_edges} edges of one triangle"
         inward = ", normals inward" if self.volume < 0.0 else ""
-        return f"closed, volume {self.volume:.6g}{inward}"
+        unit = "" if self.unit is None else f" {self.unit}³"
+        return f"closed, volume {self.volume:.6g}{unit}{inward}"
 
 
 def condition_of(mesh: TriMesh) -> Condition:
@@ -93,4 +96,5 @@ def condition_of(mesh: TriMesh) -> Condition:
         open_edges=open_edges,
         loose_vertices=loose,
         volume=mesh.volume() if closed else None,
+        unit=mesh.unit,
     )

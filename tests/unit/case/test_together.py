@@ -9,6 +9,7 @@ import pytest
 from contiga.case.build import build
 from contiga.case.problems import Together
 from contiga.case.schema import load_case
+from contiga.case.whole import load_whole
 from contiga.errors import InputError
 
 CASE = """
@@ -101,3 +102,95 @@ def test_other_errors_are_not_kept() -> None:
     wrong.tell()
     with pytest.raises(ZeroDivisionError), wrong.at("body[0]"):
         raise ZeroDivisionError
+
+
+def test_what_tables_say_wrong_is_told_with_what_cannot_be_made(tmp_path: Path) -> None:
+    """Beside the pad's table, whose contact is left out, a file and a mass are wrong."""
+    text = CASE.replace("thickness = 10.0", "thicknes = 10.0")
+    for name in ("part's file", "ball's mass"):
+        old, new, _ = WRONG[name]
+        text = text.replace(old, new)
+    (tmp_path / "part.stl").write_text("solid nothing\nfacet\n")
+    (tmp_path / "case.toml").write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_whole(tmp_path / "case.toml")
+    first, *others = [line.strip() for line in str(caught.value).splitlines()]
+    assert first == f"{tmp_path / 'case.toml'}: 3 things are wrong"
+    assert others[0].startswith("slave[0].thicknes: unknown key")
+    assert others[1].startswith("body[2].geometry")
+    assert others[2].startswith("body[0].mass")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ('time = "ms"', 'time = "mss"', "units.time"),
+        ("step = 0.5", "step = -0.5", "time.step"),
+        ("[[body]]", "[[bodies]]", "bodies"),
+        ('master = "ball"\nslave = "pad"', 'master = "bal"\nslave = "pad"', "contact[0].master"),
+        ("radius = 20.0", "radius = -20.0", "body[0].geometry"),
+    ],
+)
+def test_what_is_wrong_alone_is_told_alone(tmp_path: Path, old: str, new: str, key: str) -> None:
+    (tmp_path / "case.toml").write_text(CASE.replace(old, new, 1))
+    with pytest.raises(InputError) as alone:
+        load_case(tmp_path / "case.toml")
+    with pytest.raises(InputError) as whole:
+        load_whole(tmp_path / "case.toml")
+    assert str(whole.value) == str(alone.value)
+    assert key in str(alone.value)
+
+
+def test_places_are_counted_as_in_the_file(tmp_path: Path) -> None:
+    """The first body is wrong: what is told of the third stands under its own number."""
+    old, new, _ = WRONG["sled's table"]
+    text = CASE.replace("radius = 20.0", "radius = '20'").replace(old, new)
+    (tmp_path / "case.toml").write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_whole(tmp_path / "case.toml", set={"contact[1].master": "sled"})
+    lines = [line.strip() for line in str(caught.value).splitlines()]
+    assert lines[1].startswith("body[0].geometry")
+    assert lines[2].startswith("body[1].motion.table")
+
+
+SCHEMA = {
+    "two unknown keys of a table": [
+        ("radius = 20.0, centre", "raduis = 20.0, center", "body[0].geometry.raduis: unknown key"),
+        ("", "", "body[0].geometry.center: unknown key"),
+    ],
+    "a wrong type beside an unknown key": [
+        ("end = 10.0\nstep = 0.5", "end = '10'\nstp = 0.5", "time.stp: unknown key"),
+        ("", "", "time.end: must be a number"),
+    ],
+    "names that nothing has": [
+        ('master = "ball"\nslave = "pad"', 'master = "bal"\nslave = "pat"', "contact[0].master"),
+        ("", "", "contact[0].slave"),
+        ('points = { body = "part"', 'points = { body = "prat"', "slave[1].points.body"),
+    ],
+    "laws of two contacts": [
+        ('law = { kind = "stress", elastic = [[0, 0], [0.5, 1.0]] }', "", "contact[0]"),
+        ('law = { kind = "force", curve = [[0, 0], [1, 1]] }', "", "contact[1]"),
+    ],
+}
+
+
+@pytest.mark.parametrize("name", SCHEMA)
+def test_what_the_tables_say_wrong_is_one_list(tmp_path: Path, name: str) -> None:
+    text = CASE
+    for old, new, _ in SCHEMA[name]:
+        assert old in text
+        text = text.replace(old, new, 1)
+    (tmp_path / "case.toml").write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_case(tmp_path / "case.toml")
+    first, *others = str(caught.value).splitlines()
+    assert first == f"{tmp_path / 'case.toml'}: {len(SCHEMA[name])} things are wrong"
+    for _, _, key in SCHEMA[name]:
+        assert any(line.strip().startswith(key) for line in others), (key, others)
+
+
+def test_a_key_that_is_written_otherwise_is_not_missing_too(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(CASE.replace('name = "pad"', 'nam = "pad"', 1))
+    with pytest.raises(InputError, match=r"slave\[0\]\.nam: unknown key.*'name'") as caught:
+        load_case(tmp_path / "case.toml")
+    assert "missing" not in str(caught.value)

@@ -307,8 +307,11 @@ def test_info_of_a_solid_shows_its_tolerance_and_largest_gap(
     facts = dict(line.split("  ", maxsplit=1) for line in out.splitlines() if "  " in line)
     assert code == 0
     assert facts["surface"].strip() == "closed"
-    assert float(facts["largest tolerance"]) > 0.0
+    tolerance, unit = facts["largest tolerance"].split()
+    assert float(tolerance) > 0.0
+    assert unit == "mm"
     assert "between patches" in facts["largest gap"]
+    assert facts["largest gap"].split()[1] == "mm"
 
 
 def test_check_says_of_a_body_whether_it_is_closed(command: Command, case: Path) -> None:

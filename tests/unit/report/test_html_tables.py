@@ -31,7 +31,7 @@ def test_key_figures_are_the_extremes_of_the_history(run: Run) -> None:
 def test_criteria_are_key_figures(run: Run) -> None:
     found = {
         "HIC15": {"value": 1012.0, "start": 5.0, "end": 11.0},
-        "3ms": {"value": 127.9, "start": 8.0, "end": 11.0},
+        "3ms": {"value": 127.9, "unit": "g", "start": 8.0, "end": 11.0},
     }
     told = {
         "sensors": {"head": {"criteria": found}, **{f"s{k}": {"criteria": found} for k in range(9)}}

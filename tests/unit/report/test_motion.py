@@ -63,7 +63,7 @@ def run(run_folder: Path) -> Run:
     }
     criteria = {
         "HIC15": {"value": 512.0, "start": 0.5, "end": 3.5},
-        "3ms": {"value": 61.5, "start": 0.75, "end": 3.75},
+        "3ms": {"value": 61.5, "unit": "g", "start": 0.75, "end": 3.75},
     }
     told = {"cog": {"body": "ball", "filter": "CFC1000", "criteria": criteria}}
     summary = run.summary | {"sensors": told}

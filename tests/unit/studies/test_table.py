@@ -6,6 +6,8 @@ import csv
 import math
 from pathlib import Path
 
+import h5py
+
 from contiga.studies.row import DONE, FAILED, Row
 from contiga.studies.table import CSV, HDF5, read_table, table_of
 
@@ -43,8 +45,26 @@ def test_the_table_comes_back_from_its_files(tmp_path: Path) -> None:
     assert rows[1]["message"] == 'a "wrong", thing'
 
 
+def test_columns_say_their_units(tmp_path: Path) -> None:
+    units = {"speed": "m/s", "at": "", "force": "N"}
+    table_of(ROWS, ["speed", "at"], ["force"], units).write(tmp_path)
+    head = (tmp_path / CSV).read_text(encoding="utf-8").splitlines()[0]
+    assert head == "case,speed [m/s],at,force [N],status,message"
+    assert list(read_table(tmp_path / HDF5)) == [
+        "case",
+        "speed",
+        "at",
+        "force",
+        "status",
+        "message",
+    ]
+    with h5py.File(tmp_path / HDF5) as file:
+        assert file["table/force"].attrs["unit"] == "N"
+
+
 def test_the_table_is_one_of_pandas() -> None:
-    frame = table_of(ROWS[:1], ["speed"], ["force"]).to_pandas()
+    frame = table_of(ROWS[:1], ["speed"], ["force"], {"force": "N"}).to_pandas()
+    assert frame.attrs["units"] == {"force": "N"}
     assert frame.index.name == "case"
     assert frame.loc[1, "force"] == 0.1 + 0.2
 

@@ -1,0 +1,60 @@
+"""From the table of a contact to the contact between the parts it names."""
+
+from __future__ import annotations
+
+from contiga.area.facet import FacetArea
+from contiga.area.method import AreaMethod
+from contiga.area.nodal import NodalArea
+from contiga.case.contact_spec import (
+    CloudAreaSpec,
+    ConstantAreaSpec,
+    ContactSpec,
+    FacetAreaSpec,
+    HullAreaSpec,
+)
+from contiga.case.sides import Sides
+from contiga.contact.contact import Contact
+from contiga.errors import CaseError
+from contiga.masters.protocol import Master
+from contiga.slaves.slave import Slave
+
+
+def area_of(spec: ContactSpec, slave: Slave, given: bool) -> AreaMethod:
+    """The method the case asks for; facets, unless the case gave the nodes an area."""
+    if isinstance(spec.area, FacetAreaSpec | CloudAreaSpec | HullAreaSpec):
+        return spec.area.method
+    if isinstance(spec.area, ConstantAreaSpec):
+        return NodalArea(spec.area.value)
+    if spec.area is None and slave.facets is not None and not given:
+        return FacetArea()
+    if slave.area is None:
+        raise CaseError(
+            f"the points of {slave.name!r} have no facets to take areas from",
+            where="area",
+            found="none" if spec.area is None else spec.area.kind,
+            allowed='{ kind = "constant", value = … }, { kind = "cloud" }, { kind = "hull" }, '
+            "or an area of the slave",
+        )
+    return NodalArea()
+
+
+def contact_of(
+    spec: ContactSpec, sides: Sides, body: Master, slave: Slave, area: AreaMethod
+) -> Contact:
+    """The contact a table asks for, of parts that stand already."""
+    return Contact(
+        body,
+        slave,
+        law=sides.law,
+        area=area,
+        search=spec.search,
+        contact_type=sides.type,
+        on_edge=spec.on_edge,
+        through=spec.through,
+        foot=spec.foot,
+        weights=spec.weights,
+        quadrature=spec.quadrature,
+        friction=None if spec.friction is None else spec.friction.friction,
+        master_law=sides.master_law,  # type: ignore[arg-type]  # the schema refuses others
+        depth=spec.depth,
+    )

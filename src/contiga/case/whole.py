@@ -1,0 +1,102 @@
+"""What is wrong with a case, all at once: tables that say what they may not, and parts that cannot
+be made of the others."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from contiga.case.build import faults_of
+from contiga.case.problems import listed, problem_of, relocated
+from contiga.case.schema import Case, load_case
+from contiga.case.settings import with_settings
+from contiga.errors import InputError
+
+_PLACE = re.compile(r"^(\w+)\[(\d+)\]")
+_Tables = Mapping[str, Any]
+
+
+def load_whole(path: Path, *, set: Mapping[str, Any] | None = None) -> Case:
+    """The case of a file that is to be built, as `load_case`.
+
+    Where its tables are wrong, the parts that other tables describe are made all the same, and what
+    is wrong with their files, places and masses ends the list.
+
+    Raises
+    ------
+    InputError
+        As `load_case`.
+    """
+    try:
+        return load_case(path, set=set)
+    except InputError as error:
+        cause = error.__cause__
+        if not isinstance(cause, ValidationError):
+            raise
+        data: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        data = with_settings(data, set) if set else data
+        details = cause.errors(include_url=False)
+        more = _faults_of_the_rest(data, details, path)
+        if not more:
+            raise
+        raise listed([*(problem_of(one, data) for one in details), *more], str(path)) from error
+
+
+def _faults_of_the_rest(
+    data: _Tables, details: Sequence[ErrorDetails], path: Path
+) -> list[InputError]:
+    """What is wrong with the parts that no wrong table is of; none where these make up no case."""
+    wrong: set[tuple[str, int]] = set()
+    for one in details:
+        match one["loc"]:
+            case (str(key), int(i), *_):
+                wrong.add((key, i))
+            case _:
+                return []
+    places = {
+        key: [i for i in range(len(entries)) if (key, i) not in wrong]
+        for key, entries in data.items()
+        if isinstance(entries, list)
+    }
+    kept = _without_what_hangs_on_them(data, places, {data[k][i].get("name") for k, i in wrong})
+    try:
+        case = Case.model_validate(kept, context={"folder": path.parent, "units": data["units"]})
+    except ValidationError:
+        return []
+    case._file = path
+    return [relocated(error, _at(key, places), "") for error, key in faults_of(case)]
+
+
+def _without_what_hangs_on_them(
+    data: _Tables, places: dict[str, list[int]], names: set[object]
+) -> dict[str, Any]:
+    """The tables at `places`, but for those that name one that is gone; they are struck off."""
+    gone = {name for name in names if isinstance(name, str)}
+    before = -1
+    while before != len(gone):
+        before = len(gone)
+        for key, rows in places.items():
+            hanging = [i for i in rows if _names(data[key][i]) & gone]
+            gone |= {name for i in hanging if isinstance(name := data[key][i].get("name"), str)}
+            places[key] = [i for i in rows if i not in hanging]
+    return {**data, **{key: [data[key][i] for i in rows] for key, rows in places.items()}}
+
+
+def _names(value: Any) -> set[str]:
+    """All text in a table but for its own name."""
+    if isinstance(value, str):
+        return {value}
+    if isinstance(value, Mapping):
+        return set().union(*(_names(one) for key, one in value.items() if key != "name"))
+    return set().union(*map(_names, value)) if isinstance(value, list) else set()
+
+
+def _at(key: str, places: Mapping[str, list[int]]) -> str:
+    """The key of the file, of one that counts the tables that were kept."""
+    return _PLACE.sub(lambda m: f"{m[1]}[{places[m[1]][int(m[2])]}]", key)

@@ -1,0 +1,166 @@
+"""What sensors say of a whole run: injury criteria, each of the signal that its source asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from contiga.criteria.brain import CRITICAL, bric
+from contiga.criteria.chest import vc
+from contiga.criteria.dummies import DUMMIES
+from contiga.criteria.femur import femur_force
+from contiga.criteria.head_injury import hic, hicd
+from contiga.criteria.held_level import clip
+from contiga.criteria.neck import nij
+from contiga.io.units import acceleration_factor, base_factor
+from contiga.num.ordered import length
+from contiga.records import FloatArray
+from contiga.simulation.model import Model
+from contiga.simulation.sensor import CRITERION_UNITS, OWN_FILTERS, RelativeSensor, Sensor
+from contiga.simulation.signals import smooth, too_coarse
+
+History = dict[str, FloatArray]
+Found = dict[str, Any]
+"""`value`, and `start` and `end` of when it holds, seconds."""
+_WINDOWS = {"HIC15": 0.015, "HIC36": 0.036, "HICd": 0.036}
+_HELD = 0.003
+_COLUMNS = {"BrIC": ("wx", "wy", "wz"), "VC": ("distance",), "Nij": ("fz", "my"),
+            "femur": ("fx", "fy", "fz")}  # fmt: skip
+"""What criteria with filters of their own are of."""
+
+
+def sensor_summary(model: Model, history: History) -> dict[str, dict[str, Any]]:
+    """What the sensors say of the whole run, by name: criteria, with values, times and bands."""
+    told = sensors_told(model)
+    for sensor in model.sensors:
+        told[sensor.name]["criteria"] = _criteria(model, sensor, history)
+    return told
+
+
+def sensors_told(model: Model) -> dict[str, dict[str, Any]]:
+    """The same of a run that has no criteria yet."""
+    told: dict[str, dict[str, Any]] = {
+        one.name: {"body": one.body, "filter": one.filter} for one in model.point_sensors
+    }
+    for pair in model.relative:
+        told[pair.name] = {"body": " – ".join(pair.between), "filter": None}
+    for sensor in model.sensors:
+        told[sensor.name]["criteria"] = {}
+        if sensor.code is not None:
+            told[sensor.name]["code"] = sensor.code
+    return told
+
+
+def _criteria(
+    model: Model, sensor: Sensor | RelativeSensor, history: History
+) -> dict[str, dict[str, Any]]:
+    """Each criterion with its value, unit and band, and when it holds, in the case's time unit."""
+    if len(history["time"]) < 2:
+        return {}
+    unit, told = base_factor(model.units[2], "time") if sensor.criteria else 1.0, {}
+    found = dict(_of_acceleration(model, sensor, history)) if isinstance(sensor, Sensor) else {}
+    found |= _by_own_filters(model, sensor, history)
+    for name in sensor.criteria:
+        if name not in found:
+            continue
+        one = found[name]
+        told[name] = {**one, "start": one["start"] / unit, "end": one["end"] / unit}
+        if name in CRITERION_UNITS:
+            told[name]["unit"] = CRITERION_UNITS[name]
+        if name in sensor.bands:
+            told[name]["band"] = sensor.bands[name].of(one["value"])
+    return told
+
+
+def _of_acceleration(model: Model, sensor: Sensor, history: History) -> Iterator[tuple[str, Found]]:
+    """Criteria of the resultant acceleration, as the sensor filters it."""
+    asked = [name for name in sensor.criteria if name not in OWN_FILTERS]
+    if not asked or f"{sensor.name}.a" not in history:
+        return
+    if sensor.filter is None:
+        times, acceleration = history["time"], history[f"{sensor.name}.a"]
+    elif too_coarse(model, sensor.filter, history):
+        return
+    else:
+        columns = [f"{sensor.name}.a{axis}" for axis in "xyz"]
+        times, filtered = smooth(model, columns, sensor.filter, history)
+        acceleration = np.array([length(row) for row in filtered])
+    length_unit, _, time_unit = model.units
+    a = acceleration / acceleration_factor("g", length_unit, time_unit)
+    t = times * base_factor(time_unit, "time")
+    if not np.isfinite(a).all():
+        return
+    for name in asked:
+        if name in ("3ms", "chest3ms"):
+            if t[-1] - t[0] < _HELD:
+                continue
+            value, start, end = clip(a, t, _HELD, cumulative=name == "chest3ms")[:3]
+        else:
+            value, start, end = hic(a, t, _WINDOWS[name])
+            value = hicd(value) if name == "HICd" else value
+        yield name, {"value": value, "start": start, "end": end}
+
+
+def _by_own_filters(
+    model: Model, sensor: Sensor | RelativeSensor, history: History
+) -> dict[str, Found]:
+    """Criteria whose source says how the signal is to be filtered."""
+    found: dict[str, Found] = {}
+    for name in sensor.criteria:
+        columns = [f"{sensor.name}.{column}" for column in _COLUMNS.get(name, ())]
+        if not columns or too_coarse(model, OWN_FILTERS[name], history):
+            continue
+        if not all(np.isfinite(history[column]).all() for column in columns):
+            continue
+        grid, signal = smooth(model, columns, OWN_FILTERS[name], history)
+        found[name] = _found(model, sensor, name, grid, signal)
+    return found
+
+
+def _found(
+    model: Model,
+    sensor: Sensor | RelativeSensor,
+    name: str,
+    grid: FloatArray,
+    signal: FloatArray,
+) -> Found:
+    """One criterion of its signal (m, k) at even times, in units of the case."""
+    metre, kilogram, second = (
+        base_factor(unit, kind)
+        for unit, kind in zip(model.units, ("length", "mass", "time"), strict=True)
+    )
+    t, newton = grid * second, kilogram * metre / second**2
+    if isinstance(sensor, Sensor):
+        w = signal / second
+        k = int(np.argmax((np.abs(w) / CRITICAL).max(axis=1)))
+        return {"value": bric(w).value, "start": t[k], "end": t[k]}
+    dummy = DUMMIES[sensor.dummy]
+    if name == "VC":
+        pressed = (signal[0, 0] - signal[:, 0]) * metre
+        value, after = vc(
+            pressed, float(t[1] - t[0]), scale=dummy.chest_scale, depth=dummy.chest_depth
+        )
+        return {"value": value, "start": t[0] + after, "end": t[0] + after}
+    if name == "Nij":
+        assert dummy.neck is not None
+        value, k, mode = nij(signal[:, 0] * newton, signal[:, 1] * newton * metre, dummy.neck)
+        return {"value": value, "start": t[k], "end": t[k], "mode": mode}
+    force = femur_force(signal @ _first_axis(model, sensor) * newton, t)
+    k = int(np.argmin(signal @ _first_axis(model, sensor)))
+    return {
+        "value": force.ratio,
+        "start": t[k],
+        "end": t[k],
+        "peak": force.peak,
+        "held": force.held,
+    }
+
+
+def _first_axis(model: Model, sensor: RelativeSensor) -> FloatArray:
+    """(3,) from the first point to the second at the start, in the axes of the first body."""
+    i = int(model.mechanism.root[model.mechanism.index[sensor.between[0]]])
+    assert sensor.at is not None
+    way = model.origins[i, :3, :3].T @ (sensor.at[1] - sensor.at[0])
+    return np.asarray(way / length(way))

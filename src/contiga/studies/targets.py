@@ -1,0 +1,189 @@
+"""Where impacts of a study go: a grid over a body, or points along wrap lines, on its surface."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import Field
+
+from contiga.case.spec import ExistingFile, Positive, Spec, Vector
+from contiga.errors import CaseError, FileError
+from contiga.io.sheet import read_sheet
+from contiga.masters.protocol import Master
+from contiga.records import FloatArray
+
+PLACE = ("x", "y", "z")
+LINE = "line"
+_HEADER = "line, x, y, z"
+_MOST = 1_000_000
+"""Rays at most."""
+
+
+class TargetsSpec(Spec):
+    """`targets`: points on a body of the base case, in place of a table."""
+
+    body: str
+    spacing: Positive
+    """Of the points, measured across `direction`."""
+    direction: Vector = Field(default=[0.0, 0.0, -1.0])
+    """Of the rays that find the points on the surface."""
+    across: Vector = Field(default=[0.0, 1.0, 0.0])
+    """Along which points of a wrap line are apart, such as from side to side of a car."""
+    origin: Vector = Field(default=[0.0, 0.0, 0.0])
+    """Above which, along `direction`, a point of the grid lies."""
+    lines: ExistingFile | None = None
+    """CSV with the columns line, x, y, z: points of wrap lines in their order."""
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """What variables may be columns of."""
+        return PLACE if self.lines is None else (LINE, *PLACE)
+
+    def check_columns(self, asked: Mapping[str, str]) -> None:
+        """Refuse variables that are columns of no targets, by their labels, or no variable."""
+        known = ", ".join(self.columns)
+        if not asked:
+            raise CaseError("no variable is a column of them", where="targets", allowed=known)
+        for label, column in asked.items():
+            if column not in self.columns:
+                raise CaseError(
+                    "the targets have no such column", where=label, found=column, allowed=known
+                )
+
+    @property
+    def axes(self) -> FloatArray:
+        """(3, 3) rows across, along and down the rays.
+
+        Raises
+        ------
+        CaseError
+            `direction` is zero, or `across` goes along with it.
+        """
+        down = np.array(self.direction)
+        size = float(np.linalg.norm(down))
+        across = np.array(self.across)
+        if size > 0.0:
+            down = down / size
+            across = across - (across @ down) * down
+        reach = float(np.linalg.norm(across))
+        if not size > 0.0 or not reach > 1e-6 * float(np.linalg.norm(self.across)):
+            raise CaseError(
+                "must go another way than direction, and both somewhere",
+                where="targets.across",
+                found=self.across,
+            )
+        across = across / reach
+        return np.stack([across, np.cross(down, across), down])
+
+
+def targets_of(spec: TargetsSpec, body: Master, unit: str) -> list[dict[str, Any]]:
+    """Rows of `columns`, each a point where a ray first meets the free side of the body.
+
+    Rays that meet nothing, through holes or past the border, give none. Points of a wrap line stand
+    where it passes multiples of the spacing, measured across from the origin.
+
+    Parameters
+    ----------
+    unit : of lengths of the case
+
+    Raises
+    ------
+    CaseError
+        No ray meets the body; a spacing far too small.
+    FileError
+        The table of lines cannot be read.
+    """
+    axes, lows_highs = spec.axes, body.bounds()
+    corners = np.stack(np.meshgrid(*lows_highs.T, indexing="ij"), axis=-1).reshape(-1, 3)
+    low, high = (end(corners @ spec.axes.T, axis=0) for end in (np.min, np.max))
+    origin = axes @ spec.origin
+    names: list[float] = []
+    if spec.lines is None:
+        sides = _grid(spec, low - origin, high - origin) + origin[:2]
+    else:
+        names, sides = _on_lines(spec, Path(spec.lines), unit)
+    beyond = 1.0 + float((high - low).max())
+    p0, p1 = (
+        np.column_stack([sides, np.full(len(sides), end)]) @ axes
+        for end in (low[2] - beyond, high[2] + beyond)
+    )
+    hit = body.first_hit(p0, p1)
+    met = np.isfinite(hit.fraction)
+    if not met.any():
+        raise CaseError(
+            "no ray meets the free side of the body",
+            where="targets",
+            found=f"{len(sides)} rays along {spec.direction}",
+            allowed="a direction onto its free side, a spacing below its size, lines over it",
+        )
+    # On the ray to the last bit, so that a point of the middle is not a little beside it.
+    rays = np.column_stack([sides, hit.point @ axes[2]]) @ axes
+    return [
+        {**({LINE: names[k]} if names else {}), **dict(zip(PLACE, rays[k].tolist(), strict=True))}
+        for k in np.flatnonzero(met)
+    ]
+
+
+def _grid(spec: TargetsSpec, low: FloatArray, high: FloatArray) -> FloatArray:
+    """(n, 2) across and along, multiples of the spacing within the two ends."""
+    first, last = np.ceil(low[:2] / spec.spacing), np.floor(high[:2] / spec.spacing)
+    if np.prod(np.maximum(last - first + 1.0, 0.0)) > _MOST:
+        raise CaseError(
+            "so many points that nobody runs them all",
+            where="targets.spacing",
+            found=spec.spacing,
+            allowed=f"up to {_MOST} points over the body",
+        )
+    ways = [np.arange(a, b + 1.0) * spec.spacing for a, b in zip(first, last, strict=True)]
+    return np.stack(np.meshgrid(*ways, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def _on_lines(spec: TargetsSpec, path: Path, unit: str) -> tuple[list[float], FloatArray]:
+    """Of points on wrap lines the line's number, and (n, 2) across and along."""
+    sheet = read_sheet(path, _HEADER)
+    sheet.check_header(_HEADER)
+    order = sheet.order([LINE, *PLACE], (4,), _HEADER)
+    for k in order[1:]:
+        if (said := sheet.head(k)[1]) not in (None, unit):
+            raise FileError(
+                "the header says another unit than the case",
+                where=f"{path}:{sheet.line}",
+                found=said,
+                allowed=unit,
+            )
+    rows = sheet.numbers(order, "a number for line, x, y and z")
+    names: list[float] = []
+    found: list[FloatArray] = []
+    origin = spec.axes @ spec.origin
+    for name in dict.fromkeys(rows[:, 0].tolist()):
+        points = rows[rows[:, 0] == name, 1:] @ spec.axes.T
+        if len(points) < 2:
+            raise FileError(
+                "a line has one point only", where=str(path), found=name, allowed="two or more"
+            )
+        for a, b in pairwise(points):
+            own = _passed(a, b, origin[0], spec.spacing)
+            found.append(own)
+            names += [int(name) if name.is_integer() else name] * len(own)
+    return names, np.concatenate(found)
+
+
+def _passed(a: FloatArray, b: FloatArray, origin: float, spacing: float) -> FloatArray:
+    """(k, 2) where the way from a to b passes origin + n · spacing across; its end does not count.
+
+    >>> _passed(np.array([-1.0, 0.0]), np.array([2.0, 3.0]), 0.0, 1.0).tolist()
+    [[-1.0, 0.0], [0.0, 1.0], [1.0, 2.0]]
+    """
+    (u, w) = ((one[0] - origin) / spacing for one in (a, b))
+    steps = (
+        np.arange(math.ceil(u), math.ceil(w))
+        if u <= w
+        else np.arange(math.floor(u), math.floor(w), -1)
+    )
+    share = (steps - u) / (w - u) if len(steps) else np.zeros(0)
+    return np.asarray(a[:2] + share[:, None] * (b[:2] - a[:2]))

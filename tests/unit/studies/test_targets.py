@@ -1,0 +1,135 @@
+"""Impact grids: points on the exact surface, by their spacing or along wrap lines."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import contiga as cg
+from contiga.errors import CaseError, FileError
+from contiga.studies.study import run_study
+from contiga.studies.targets import TargetsSpec, targets_of
+
+from .conftest import study_from
+
+BALL = cg.Body([cg.shapes.sphere(radius=10.0)])
+
+
+def at(rows: list[dict[str, float]]) -> np.ndarray:
+    return np.array([[row[axis] for axis in "xyz"] for row in rows])
+
+
+def test_a_grid_stands_on_the_surface_above_multiples_of_its_spacing() -> None:
+    points = at(targets_of(TargetsSpec(body="ball", spacing=3.0), BALL, "mm"))
+    assert (points[:, :2] / 3.0 == np.round(points[:, :2] / 3.0)).all()
+    np.testing.assert_allclose(points[:, 2], np.sqrt(100.0 - (points[:, :2] ** 2).sum(axis=1)))
+    inside = [(i, j) for i in range(-3, 4) for j in range(-3, 4) if 9 * (i * i + j * j) < 100.0]
+    assert len(points) == len(inside)
+
+
+def test_a_grid_follows_its_direction_and_origin() -> None:
+    spec = TargetsSpec(
+        body="ball", spacing=4.0, direction=[1.0, 0.0, 1.0], across=[1.0, 1.0, 0.0],
+        origin=[0.0, 1.0, 7.0],
+    )  # fmt: skip
+    points = at(targets_of(spec, BALL, "mm"))
+    down = np.array([1.0, 0.0, 1.0]) / math.sqrt(2.0)
+    across = np.array([0.5, 1.0, -0.5]) / math.sqrt(1.5)
+    np.testing.assert_allclose(np.linalg.norm(points, axis=1), 10.0)
+    assert (points @ down < 0.0).all()
+    steps = (points - [0.0, 1.0, 7.0]) @ across / 4.0
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
+    turned = (points - [0.0, 1.0, 7.0]) @ np.cross(down, across) / 4.0
+    np.testing.assert_allclose(turned, np.round(turned), atol=1e-9)
+
+
+def lines_in(folder: Path, text: str) -> TargetsSpec:
+    path = folder / "wad.csv"
+    path.write_text(text, encoding="utf-8")
+    spec = {"body": "ball", "spacing": 2.0, "lines": "wad.csv"}
+    return TargetsSpec.model_validate(spec, context={"folder": folder})
+
+
+def test_points_of_wrap_lines_are_apart_from_side_to_side(tmp_path: Path) -> None:
+    text = (
+        "line,x [mm],y [mm],z [mm]\n1000,0,-5,9\n1000,2,0,9\n1000,0,5,9\n1500,3,3,8\n1500,3,-1,8\n"
+    )
+    rows = targets_of(lines_in(tmp_path, text), BALL, "mm")
+    assert [row["line"] for row in rows] == 5 * [1000] + 2 * [1500]
+    assert [row["y"] for row in rows] == pytest.approx([-4, -2, 0, 2, 4, 2, 0], abs=1e-9)
+    assert [row["x"] for row in rows] == pytest.approx([0.4, 1.2, 2, 1.2, 0.4, 3, 3], abs=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(at(rows), axis=1), 10.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("line,x,y\n1,0,0\n", "column 'z' is missing"),
+        ("line,x [m],y,z\n1,0,0,0\n1,0,1,0\n", "another unit than the case"),
+        ("line,x,y,z\n1,0,0,0\n", "one point only"),
+        ("line,x,y,z\n1,0,0,zero\n", "a number for line, x, y and z"),
+    ],
+)
+def test_tables_of_lines_that_say_nothing_are_refused(
+    tmp_path: Path, text: str, words: str
+) -> None:
+    with pytest.raises(FileError, match=words):
+        targets_of(lines_in(tmp_path, text), BALL, "mm")
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        ({"spacing": 1e-3}, "nobody runs"),
+        ({"spacing": 99.0, "origin": [40.0, 0.0, 0.0]}, "no ray meets"),
+        ({"spacing": 2.0, "across": [0.0, 0.0, 1.0]}, "another way than direction"),
+        ({"spacing": 2.0, "direction": [0.0, 0.0, 0.0]}, "another way than direction"),
+    ],
+)
+def test_grids_without_points_are_refused(said: dict[str, object], words: str) -> None:
+    with pytest.raises(CaseError, match=words):
+        targets_of(TargetsSpec(body="ball", **said), BALL, "mm")
+
+
+TEXT = """
+base = "case.toml"
+collect = ["max(force)"]
+targets = { body = "ball", spacing = 6.0, direction = [0, 0, 1] }
+[set]
+"time.end" = 0.5
+[[rule]]
+require = "y >= 0"
+[[rule]]
+key = "body.ball.motion.velocity[0]"
+value = "0.001 * x + 0 * z"
+""" + "".join(f'[[variable]]\nname = "{a}"\ncolumn = "{a}"\n' for a in "xyz")
+
+
+def test_a_study_has_a_case_for_each_target(folder: Path) -> None:
+    found = run_study(study_from(TEXT, folder), folder / "out", workers=0)
+    assert len(found.rows) == 6
+    for row in found.rows:
+        x, y, z = (row.values[axis] for axis in "xyz")
+        assert math.hypot(x, y, z - 10.5) == pytest.approx(10.0)
+        assert z < 10.5
+        assert y > -1e-9
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('body = "ball", sp', 'body = "bal", sp', r"targets\.body.*no such body.*ball"),
+        ('column = "x"', 'column = "line"', "no such column.*line.*x, y, z"),
+        ("spacing = 6.0", "spacing = 0", r"targets\.spacing.*too small"),
+        ("[set]", 'table = "case.toml"\n[set]', "one of the two"),
+        ("spacing = 6.0", "spacing = 600.0, origin = [40, 0, 0]", r"study\.toml: targets: no ray"),
+    ],
+)
+def test_wrong_targets_are_one_message(folder: Path, old: str, new: str, words: str) -> None:
+    assert old in TEXT
+    with pytest.raises(CaseError, match=words):
+        run_study(study_from(TEXT.replace(old, new), folder), folder / "out", workers=0)
+    assert not (folder / "out").exists()
