@@ -266,8 +266,8 @@ class Curved:
         return far, np.where(near[:, None], feet.normal, off / np.where(near, 1.0, far)[:, None])
 
     def came(self, p: np.ndarray, before: np.ndarray, depth: np.ndarray) -> np.ndarray:
-        """Not known."""
-        return np.ones(len(p), bool)
+        """Not known, so that `behind` is asked."""
+        return np.zeros(len(p), bool)
 
     def behind(
         self,

@@ -163,7 +163,7 @@ def _look(
     pushes = (feet.normal * guard).sum(axis=1) >= LEAST
     pushes &= -feet.gap >= least
     near = np.where(walk.opposed[rows], walk.depth[rows] - 2.0 * band, -np.inf)
-    pushes &= _were_off(surface, before, feet, near)
+    pushes &= _were_off(surface, before, feet, (guard, near))
     other, asked, floor = rows_of(feet, np.arange(len(rows))), np.flatnonzero(~pushes), least.copy()
     for _ in range(TRIES):
         if len(asked) == 0:
@@ -171,7 +171,7 @@ def _look(
         starts = walk.patch[rows[asked]], walk.uv[rows[asked]]
         out = _facing(surface, p_B[asked], (guard[asked], floor[asked]), starts)
         take(other, asked, out, np.ones(len(asked), dtype=bool))
-        asked = asked[~_were_off(surface, before[asked], out, near[asked])]
+        asked = asked[~_were_off(surface, before[asked], out, (guard[asked], near[asked]))]
         floor[asked] = 2.0 * band - other.gap[asked]
     # Where the wall that held a point has vanished, others are farther than they can have come.
     deepest = np.where(np.isfinite(least), least + ROUND * gone + 4.0 * band, np.inf)
@@ -180,19 +180,23 @@ def _look(
 
 
 def _were_off(
-    surface: Surface, before: FloatArray, feet: Projection, near: FloatArray
+    surface: Surface, before: FloatArray, feet: Projection, known: tuple[FloatArray, FloatArray]
 ) -> BoolArray:
-    """Whether the walls of some feet were as far as `near` (n,) from the points `before` (n, 3).
+    """Whether the walls of some feet were no nearer to the points `before` (n, 3) than is `known`:
+    (guard (n, 3), depth (n,)).
 
     A wall that was nearer than the one that holds a point has been nearer all along, even if a part
-    of its way is long enough for both to be as near.
+    of its way is long enough for both to be as near. Where a foot on an edge leads back to an
+    opposite wall it was not that which is asked for.
     """
+    guard, near = known
     off = np.ones(len(near), dtype=bool)
     asked = np.flatnonzero((near > 0.0) & (feet.status == Status.OK))
     if len(asked):
         back = empty_projection(len(asked))
         surface.track(before[asked], feet.patch[asked], feet.uv[asked], back)
         off[asked] = distances(back, before[asked]) >= near[asked]
+        off[asked] |= (back.normal * guard[asked]).sum(axis=1) < LEAST
     return off
 
 
@@ -246,7 +250,8 @@ def give_way(
     other = _facing(surface, end, known, (feet.patch[own], feet.uv[own]))
     nearer = (other.status == Status.OK) & (other.feature == Feature.FACE)
     nearer &= other.gap > feet.gap[own] + options.band
-    nearer &= _were_off(surface, start, other, np.where(nearer, depth[own] - options.band, 0.0))
+    near = np.where(nearer, depth[own] - options.band, 0.0)
+    nearer &= _were_off(surface, start, other, (feet.normal[own], near))
     nearer[nearer] = surface.are_joined(other.patch[nearer], feet.patch[own[nearer]])
     take(feet, own[nearer], rows_of(other, np.flatnonzero(nearer)), nearer[nearer])
 
