@@ -173,6 +173,7 @@ def _look(
         take(other, asked, out, np.ones(len(asked), dtype=bool))
         asked = asked[~_were_off(surface, before[asked], out, (guard[asked], near[asked]))]
         floor[asked] = 2.0 * band - other.gap[asked]
+    other.status[asked] = Status.MAX_ITERATIONS
     # Where the wall that held a point has vanished, others are farther than they can have come.
     deepest = np.where(np.isfinite(least), least + ROUND * gone + 4.0 * band, np.inf)
     held = ~pushes & (other.status == Status.OK) & (-other.gap <= deepest)
