@@ -27,7 +27,7 @@ import contiga as cg
 from contiga.case.schema import parse_case
 from contiga.errors import InputError
 from contiga.simulation.checks.approach import closest_approach
-from contiga.simulation.checks.scene import Pair
+from contiga.simulation.checks.scene import MOST_TIMES, Pair
 
 
 def wrong(name: str, base: str, rule: str, *words: str, **swaps: str):
@@ -300,10 +300,10 @@ def met_by(motion: object, point: list[float], end: float, step: float) -> list[
     return [finding.text for finding in simulation.check()]
 
 
-def many_rows(depth: float) -> np.ndarray:
-    """A ball that trembles in 3,000 rows of its table, and once goes down."""
-    t = np.linspace(0.0, 1.0, 3001)
-    z = -0.01 * (np.arange(3001) % 2)
+def many_rows(depth: float, count: int = 3001) -> np.ndarray:
+    """A ball that trembles in the rows of its table, and once goes down."""
+    t = np.linspace(0.0, 1.0, count)
+    z = -1e-5 * (np.arange(count) % 2)
     z[1234] = -depth
     return np.column_stack([t, 0 * t, 0 * t, z])
 
@@ -327,6 +327,27 @@ def many_rows(depth: float) -> np.ndarray:
 def test_a_way_is_followed_along_its_path(motion, point, end, step) -> None:
     """Not from where it stands at one look to where it stands at the next."""
     assert met_by(motion, point, end, step) == []
+
+
+def test_what_stays_away_is_told_over_many_rows_of_a_table() -> None:
+    """A row that none of the times planned stands at: it is 1.29 - 1 - 0.2 away there."""
+    (text,) = met_by(cg.motion.Translate(many_rows(0.2)), [0, 0, -1.29], 1.0, 0.1)
+    told = float(text.split(" than ")[1].split(" ")[0])
+    assert 0.045 < told <= 0.09
+
+
+def test_a_crash_pulse_that_stays_away_is_told() -> None:
+    """Half a sine over 300 ms at 10 kHz: by 100 · 0.3² / pi, half of it in the pulse and less."""
+    t = np.linspace(0.0, 0.3, 3001)
+    pulse = np.column_stack([t, 100.0 * np.sin(np.pi * t / 0.3)])
+    (text,) = met_by(cg.motion.Accelerated(pulse, direction="z"), [0, 0, 9.0], 0.3, 0.01)
+    told = float(text.split(" than ")[1].split(" ")[0])
+    assert told == pytest.approx(8.0 - 9.0 / np.pi, rel=1e-2)
+
+
+def test_a_way_of_more_rows_than_anybody_waits_for_is_not_spoken_of() -> None:
+    far = cg.motion.Translate(many_rows(0.2, MOST_TIMES + 2))
+    assert met_by(far, [0, 0, -1.29], 1.0, 0.1) == []
 
 
 def test_what_is_never_met_is_told_with_a_bound() -> None:

@@ -123,7 +123,8 @@ def started(kernel: Callable[..., R], n: int, grain: int, *args: Any) -> Callabl
 
     With one thread, or where the n rows it goes through are no more than `grain`, it runs at once.
     """
-    if n <= grain or thread_count() == 1:
-        result = kernel(*args)
-        return lambda: result
-    return _helpers().submit(kernel, *args).result
+    if n > grain and thread_count() > 1:
+        with suppress(RuntimeError):  # Python is ending: this thread does it
+            return _helpers().submit(kernel, *args).result
+    result = kernel(*args)
+    return lambda: result

@@ -112,10 +112,10 @@ def _by_loads(model: Model, last: SystemState, standing: Standing, time: float) 
         work += 0.5 * float(((force[0] + force[1]) * way).sum())
         if moment[0].any() or moment[1].any():
             work += 0.5 * float(((moment[0] + moment[1]) * _turn(*poses)).sum())
-    return work + hurried(model, last, standing.free.rows, standing.bodies.poses, time)
+    return work + load_work_beyond_way(model, last, standing.free.rows, standing.bodies.poses, time)
 
 
-def hurried(
+def load_work_beyond_way(
     model: Model, last: SystemState, rows: FloatArray, poses: FloatArray, time: float
 ) -> float:
     """What loads do on the centres of free bodies by their mean velocity in a step to `time`, more

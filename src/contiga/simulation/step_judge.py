@@ -12,7 +12,7 @@ from contiga.dynamics.stepping import AutoSteps
 from contiga.num.rigid_lanes import FORCE, MASS
 from contiga.records import ContactStatus
 from contiga.simulation.critical import has_energy, limit_of
-from contiga.simulation.ledger import hurried
+from contiga.simulation.ledger import load_work_beyond_way
 from contiga.simulation.model import Model
 from contiga.simulation.reasons import Cut, Reason
 from contiga.simulation.shaking import changes_of_points, shaking_of, unbalanced
@@ -179,7 +179,7 @@ def missing_of(model: Model, last: SystemState, state: SystemState) -> float:
     Its kinetic energy stands h² F²/(8 m) above what the work of its forces has made it, but for the
     loads', which is told as it is.
     """
-    owed = -hurried(model, last, state.rigid, state.bodies.poses, state.time)
+    owed = -load_work_beyond_way(model, last, state.rigid, state.bodies.poses, state.time)
     for k, one in enumerate(model.mechanism.fixed):
         a, b = (rows[k, FORCE : FORCE + 3] for rows in (last.rigid, state.rigid))
         owed += float((b * b - a * a).sum()) * state.step * state.step / (8.0 * one[MASS])

@@ -20,7 +20,6 @@ from contiga.io.cad.parts import (
     FaceLabel,
     Inventory,
     PartLabel,
-    Solids,
     chosen_faces,
 )
 from contiga.io.cad.stitch import coincident_sides
@@ -31,13 +30,7 @@ from contiga.records import FloatArray
 SURFACES = ("TensorBSpline2", "TensorNurbs2")
 
 
-def read_gismo(
-    path: Path,
-    file_unit: str | None,
-    unit: str | None,
-    choice: Choice = ALL,
-    solids: Solids = "union",
-) -> Body:
+def read_gismo(path: Path, file_unit: str | None, unit: str | None, choice: Choice = ALL) -> Body:
     """The surfaces of a G+Smo file as one body; see `contiga.io.cad.read_cad.read_cad`.
 
     Patches that share a whole side, with the same parameters up to direction, share an edge.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from contiga.errors import ContigaWarning, FileError
 from contiga.extras import require
 from contiga.io.apart import read_apart
-from contiga.io.cad.formats import PACKAGES, SUFFIXES, reader
+from contiga.io.cad.formats import PACKAGES, SUFFIXES, UNITING, reader
 from contiga.io.cad.parts import Solids, checked_solids, choice_of
 from contiga.io.naming import PartKeys
 from contiga.io.units import base_factor
@@ -50,14 +50,14 @@ def read_cad(
     parts : names or numbers (from 1) that `cad_parts` and ``contiga info`` list: of parts, their
         products, instances and assemblies that are called so; "arm/bolt" is the bolt of the arm
     faces : numbers of faces, from 1 in the file's order, beside those of `parts`
-    solids : of those that touch or overlap "union" makes one, "separate" keeps each, though they
-        make no closed body (`cad_parts` gives bodies of their own), "refuse" makes an error
+    solids : of those that touch or overlap "union" makes one (of 3DM and G+Smo it keeps each),
+        "separate" keeps each, in no closed body (see `cad_parts`), "refuse" makes an error
 
     Returns
     -------
     Body
-        ``Body.unit`` is `unit`, else the file's. Numbers of a file that says no unit are kept as
-        they are, and ``Body.unit`` is None, unless `file_unit` is given.
+        ``Body.unit`` is `unit`, else the file's. Without that, and without `file_unit`, it is None,
+        and numbers are kept as they are.
 
     Raises
     ------
@@ -82,11 +82,17 @@ def read_cad(
     """
     file = Path(path)
     choice = choice_of(parts, faces)
-    checked_solids(solids)
+    asked = (choice, *_told_of(file, solids))
     target = reader_of(file, "read", file_unit, unit)
-    body: Body = read_apart(target, file, file_unit, unit, choice, solids, needs=_BODY)
-    check_read(body, file)
+    body: Body = read_apart(target, file, file_unit, unit, *asked, needs=_BODY)
+    check_read(body, file, solids)
     return body
+
+
+def _told_of(file: Path, solids: Solids) -> tuple[Solids, ...]:
+    """What the reader of a file is told of solids that meet: nothing if it does not unite them."""
+    checked_solids(solids)
+    return (solids,) if file.suffix.lower() in UNITING else ()
 
 
 def reader_of(file: Path, verb: str, file_unit: str | None, unit: str | None) -> str:
@@ -109,13 +115,13 @@ def reader_of(file: Path, verb: str, file_unit: str | None, unit: str | None) ->
     return reader(suffix, verb)
 
 
-def check_read(body: Body, file: Path) -> None:
-    """Refuse coordinates that cannot be computed with, and warn of slits.
+def check_read(body: Body, file: Path, solids: Solids = "union") -> None:
+    """Refuse what cannot be computed with, and pieces that meet if asked to; warn of slits.
 
     Raises
     ------
     FileError
-        A control point whose square is no number any more.
+        A control point whose square is no number any more; pieces that meet, of `solids` "refuse".
     """
     from contiga.geometry.slits import ROUNDING
 
@@ -124,6 +130,14 @@ def check_read(body: Body, file: Path) -> None:
     if any(len(edge.uses) > 1 and edge.gap > ROUNDING * size for edge in body.edges):
         text = "; ".join(body.openings.flaws)
         warnings.warn(f"{file}: {text}", ContigaWarning, stacklevel=3)
+    if solids == "refuse" and body.openings.meetings:
+        raise FileError(
+            "solids touch or overlap",
+            where=str(file),
+            found="; ".join(map(str, body.openings.meetings)),
+            allowed="solids that are apart",
+            remedy="parts chooses some",
+        )
 
 
 def _check_reach(body: Body, file: Path) -> None:

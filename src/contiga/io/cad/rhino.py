@@ -24,7 +24,6 @@ from contiga.io.cad.parts import (
     FaceLabel,
     Inventory,
     PartLabel,
-    Solids,
     chosen_faces,
 )
 from contiga.io.cad.rendered import doubts, render_mesh
@@ -68,13 +67,7 @@ def warm_up() -> None:
     import rhino3dm  # noqa: F401
 
 
-def read_rhino(
-    path: Path,
-    file_unit: str | None,
-    unit: str | None,
-    choice: Choice = ALL,
-    solids: Solids = "union",
-) -> Body:
+def read_rhino(path: Path, file_unit: str | None, unit: str | None, choice: Choice = ALL) -> Body:
     """The faces of a 3DM file as one body; see `contiga.io.cad.read_cad.read_cad`.
 
     Raises

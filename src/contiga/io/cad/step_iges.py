@@ -92,12 +92,10 @@ def read_step_iges(
         return _Model(path, file_unit, unit, solids).body(choice)
 
 
-def list_step_iges(
-    path: Path, file_unit: str | None, unit: str | None, solids: Solids = "union"
-) -> Inventory:
+def list_step_iges(path: Path, file_unit: str | None, unit: str | None) -> Inventory:
     """All of a STEP or IGES file with what it says of its parts."""
     with occ.quiet():
-        return _Model(path, file_unit, unit, solids).inventory()
+        return _Model(path, file_unit, unit, "union").inventory()
 
 
 class _Model:
@@ -140,8 +138,7 @@ class _Model:
     def _placed(self, choice: Choice) -> tuple[Placed, str]:
         """The faces chosen, solids that meet dealt with as asked for, and what is said of them."""
         chosen = chosen_faces(self._parts, choice, str(self._path))
-        unite = self._solids == "union"
-        placed = placed_of(self._pieces, chosen, self._accuracy, unite=unite)
+        placed = placed_of(self._pieces, chosen, self._accuracy, self._solids)
         told = [
             f"{listed(part.title for part in self._parts_of(meeting))} at {self._at(meeting)}"
             for meeting in placed.meetings

@@ -7,7 +7,7 @@ faces are parts of the file's faces, on the same surfaces.
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from itertools import accumulate
 from typing import Any, NamedTuple
 
@@ -26,16 +26,19 @@ MOST = 256
 FULL = 1e-6
 """Share by which the volume of a union may be larger than the solids' together."""
 
+UNKNOWN = ", of which OpenCASCADE does not find out whether they touch or overlap"
+MADE_ONE, KEPT = '"union" makes one of them', '"separate" keeps them as they are'
+
 Numbered = tuple[int, Any]
 
 
 class Meeting(NamedTuple):
-    """Solids of which each touches or overlaps another."""
+    """Solids of which each touches or overlaps another, or whose boxes do."""
 
     pieces: tuple[int, ...]
     """Indices of them, ascending."""
     place: tuple[float, float, float]
-    """A point where some of them meet, mm."""
+    """A point where some of them meet, or their boxes do, mm."""
 
 
 class Placed(NamedTuple):
@@ -45,6 +48,8 @@ class Placed(NamedTuple):
     faces: list[Numbered]
     """Number in the file, from 1, and TopoDS_Face; of a face that was cut up, several."""
     meetings: list[Meeting]
+    known: bool
+    """Whether solids of `meetings` do meet: else that is known of their boxes alone."""
     embedded: bool
     """Whether no two solids meet any more."""
     solids_only: bool
@@ -52,12 +57,14 @@ class Placed(NamedTuple):
 
 
 def placed_of(
-    pieces: Sequence[Piece], chosen: Container[int], accuracy: float, *, unite: bool
+    pieces: Sequence[Piece], chosen: Container[int], accuracy: float, solids: Solids
 ) -> Placed:
-    """The faces with the numbers `chosen`; solids that are chosen whole and meet are united.
+    """The faces with the numbers `chosen`; of "union" solids that are chosen whole and meet are
+    united.
 
-    Solids meet where they overlap or come nearer than `accuracy`, mm. With `unite` false they are
-    only told. A union that OpenCASCADE does not manage leaves the solids as they are.
+    Solids meet where they overlap or come nearer than `accuracy`, mm, which those can whose boxes
+    do. For "refuse" it is only told where they meet; for "separate", where that is not looked
+    into, where their boxes do. A union that OpenCASCADE does not manage leaves them as they are.
     """
     first = [1, *accumulate((len(piece.faces) for piece in pieces), initial=1)][1:]
     rows = [
@@ -69,25 +76,30 @@ def placed_of(
         [piece.shape] if len(mine) == len(piece.faces) else [face for _, face in mine]
         for piece, mine in zip(pieces, rows, strict=True)
     ]
-    solids = [
+    whole = [
         k
         for k, piece in enumerate(pieces)
         if piece.kind == "solid" and rows[k] and len(rows[k]) == len(piece.faces)
     ]
-    only = len(solids) == sum(map(bool, rows))
-    if len(solids) < 2:
-        return Placed(compound_of(_flat(shapes)), list(_flat(rows)), [], True, only)
-    union = _Union([pieces[k] for k in solids], accuracy)
-    embedded = union.done and (not union.met or (unite and union.holds()))
-    if union.met and embedded:
-        for j in union.met:
-            shapes[solids[j]] = []
-            rows[solids[j]] = union.faces(rows[solids[j]])
-        shapes.append(union.solids)
-    meetings = [
-        Meeting(tuple(solids[j] for j in group), union.place(group)) for group in union.groups
-    ]
-    return Placed(compound_of(_flat(shapes)), list(_flat(rows)), meetings, embedded, only)
+    only = len(whole) == sum(map(bool, rows))
+    boxes = {k: _box(pieces[k].shape) for k in whole if len(whole) > 1}
+    within = max(FINEST, min(accuracy, COINCIDENT * _diagonal(boxes)))
+    groups = _near(boxes, within)
+    meetings = [Meeting(tuple(sorted(some)), _between(boxes, some)) for some in groups]
+    known = embedded = not groups
+    if groups and solids != "separate":
+        near = sorted(k for some in groups for k in some)
+        union = _Union([pieces[k] for k in near], np.array([boxes[k] for k in near]), within)
+        known = union.done
+        embedded = known and (not union.met or (solids == "union" and union.holds()))
+        if union.met and embedded:
+            for j in union.met:
+                shapes[near[j]] = []
+                rows[near[j]] = union.faces(rows[near[j]])
+            shapes.append(union.solids)
+        if known:
+            meetings = [Meeting(tuple(near[j] for j in g), union.place(g)) for g in union.groups]
+    return Placed(compound_of(_flat(shapes)), list(_flat(rows)), meetings, known, embedded, only)
 
 
 def said_of(placed: Placed, told: Sequence[str], solids: Solids, where: str) -> str:
@@ -96,21 +108,25 @@ def said_of(placed: Placed, told: Sequence[str], solids: Solids, where: str) -> 
     Raises
     ------
     FileError
-        There are some, and they are to be refused.
+        They are to be refused, and there are some, or it cannot be known.
     """
-    if solids == "refuse" and told:
+    found = "; ".join(told)
+    if not told:
+        return ""
+    if solids == "refuse":
         raise FileError(
-            "solids touch or overlap",
+            "solids touch or overlap" if placed.known else f"solids whose boxes meet{UNKNOWN}",
             where=where,
-            found="; ".join(told),
+            found=found,
             allowed="solids that are apart",
-            remedy='solids = "union" makes one of them; parts chooses some',
+            remedy=f"solids = {MADE_ONE if placed.known else KEPT}; parts chooses some",
         )
-    if placed.embedded:
-        return f"that touch or overlap are made one: {'; '.join(told)}" if told else ""
     if solids == "separate":
-        return f"that touch or overlap are kept as they are: {'; '.join(told)}"
-    found = "; ".join(told) or "which cannot be told"
+        return f"whose boxes meet are kept as they are: {found}. Body.flaws says which touch"
+    if placed.embedded:
+        return f"that touch or overlap are made one: {found}"
+    if not placed.known:
+        return f"whose boxes meet are kept as they are{UNKNOWN}: {found}. Choose some by parts"
     return (
         "that touch or overlap are kept as they are, because OpenCASCADE makes no sound union of "
         f"them: {found}. Choose some by parts"
@@ -127,10 +143,11 @@ class _Union:
     Parameters
     ----------
     pieces : two or more solids
-    accuracy : nearer than this they touch, mm
+    boxes : (n, 2, 3) around them
+    within : nearer than this they touch, mm
     """
 
-    def __init__(self, pieces: Sequence[Piece], accuracy: float) -> None:
+    def __init__(self, pieces: Sequence[Piece], boxes: FloatArray, within: float) -> None:
         from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
         from OCP.collections import (
             IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher,
@@ -138,8 +155,7 @@ class _Union:
         )
 
         self._pieces = pieces
-        self._boxes = np.array([_box(piece.shape) for piece in pieces])
-        size = float(np.linalg.norm(np.ptp(self._boxes.reshape(-1, 3), axis=0)))
+        self._boxes = boxes
         arguments, tools = List_TopoDS_Shape(), List_TopoDS_Shape()
         arguments.Append(pieces[0].shape)
         for piece in pieces[1:]:
@@ -148,7 +164,7 @@ class _Union:
         fuse.SetArguments(arguments)
         fuse.SetTools(tools)
         fuse.SetNonDestructive(True)
-        fuse.SetFuzzyValue(max(FINEST, min(accuracy, COINCIDENT * size)))
+        fuse.SetFuzzyValue(within)
         fuse.Build()
         self._known = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
         self._faces: dict[int, Any] = {}
@@ -232,6 +248,37 @@ def _holder(solids: Sequence[Any], shape: Any) -> int:
     """Which of some solids holds a shape; −1 if none."""
     point = np.array([_middle(subshapes(shape, "EDGE")[0])])
     return next((j for j, solid in enumerate(solids) if _inside([solid], point)[0] != 0.0), -1)
+
+
+def _diagonal(boxes: Mapping[int, FloatArray]) -> float:
+    """Of the box around boxes; 0 of none."""
+    corners = np.array(list(boxes.values())).reshape(-1, 3)
+    return float(np.linalg.norm(np.ptp(corners, axis=0))) if len(corners) else 0.0
+
+
+def _near(boxes: Mapping[int, FloatArray], within: float) -> list[list[int]]:
+    """Groups of two or more boxes of which each meets one before it, or comes as near as this."""
+    keys, rows = list(boxes), np.array(list(boxes.values())).reshape(-1, 2, 3)
+    left, groups = set(range(len(keys))), []
+    while left:
+        group = [min(left)]
+        left -= set(group)
+        for k in group:
+            low, high = rows[k, 0] - within, rows[k, 1] + within
+            meets = ((rows[:, 0] <= high) & (rows[:, 1] >= low)).all(axis=1)
+            more = left.intersection(np.flatnonzero(meets).tolist())
+            left -= more
+            group += sorted(more)
+        if len(group) > 1:
+            groups.append([keys[k] for k in group])
+    return groups
+
+
+def _between(boxes: Mapping[int, FloatArray], group: Sequence[int]) -> tuple[float, float, float]:
+    """The middle of what the first two boxes of a group have in common."""
+    (low, high), (other_low, other_high) = boxes[group[0]], boxes[group[1]]
+    x, y, z = (0.5 * (np.maximum(low, other_low) + np.minimum(high, other_high))).tolist()
+    return x, y, z
 
 
 def _box(shape: Any) -> FloatArray:

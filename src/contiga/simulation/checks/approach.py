@@ -16,7 +16,7 @@ from contiga.masters.nearness import nearest
 from contiga.num import pose
 from contiga.num.rigid import to_body
 from contiga.records import FloatArray
-from contiga.simulation.checks.scene import Pair
+from contiga.simulation.checks.scene import INSTANT, Pair
 
 # Parts of a span between two planned times.
 _FINER = 8
@@ -25,8 +25,7 @@ _FINER = 8
 _MOST = 60
 _CLOSE = 1e-3
 _SURE = 0.5
-# Part of a span over which a velocity is taken, and what the turns in one add to a way at most.
-_INSTANT = 1e-3
+# What the turns in a span add to a way at most.
 _TURNING = 1.001
 
 
@@ -61,10 +60,10 @@ class _Ways:
         quadratic: ∫|v| dt is at most h (|v₀| + |v₁|)/2 + 2/3 h |v_½ − (v₀ + v₁)/2|.
         """
         spans = np.diff(times)
-        least = _INSTANT * spans
+        least = INSTANT * spans
         first, half, last = (
             (self._corners(at + least) - self._corners(at)) / least[:, None, None]
-            for at in (times[:-1], times[:-1] + 0.5 * spans, times[1:] - least)
+            for at in (times[:-1], 0.5 * (times[:-1] + times[1:]), times[1:] - least)
         )
         mean, off = 0.5 * (_lengths(first) + _lengths(last)), half - 0.5 * (first + last)
         speeds = (mean + 2.0 / 3.0 * _lengths(off)).max(axis=1)

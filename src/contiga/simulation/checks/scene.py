@@ -37,10 +37,11 @@ _TOLD = (Fixed, Translate, Rotate, Poses, Velocity, Accelerated, MeshSeries)
 # as are planned, and as many as let nothing turn farther in between, in radians.
 PLANNED = 100
 TURN = 0.5
-# More than anybody would wait for: then the way is not followed.
-MOST_TIMES = 1000
-# Part of a span over which a turn is taken.
-_INSTANT = 1e-3
+# A pulse of a second at 10 kHz; of more, which take longer than anybody would wait for a check, the
+# way is not followed.
+MOST_TIMES = 10_000
+# Part of a span over which a velocity or a turn is taken.
+INSTANT = 1e-3
 
 
 class Pair:
@@ -53,6 +54,7 @@ class Pair:
         self.body: Master = model.bodies[part.master].body
         self.slave: Slave = model.slaves[part.slave].slave
         self.where = f"contact {part.name}"
+        self._relative: dict[float, FloatArray | None] = {}
 
     @cached_property
     def free(self) -> bool:
@@ -106,12 +108,12 @@ class Pair:
     def _turned(self, first: float, last: float) -> float:
         """How far the sides turn against each other from one time to another, radians, by how fast
         they do half way: between two rows of a table that is the same."""
-        middle, instant = 0.5 * (first + last), _INSTANT * (last - first)
+        middle, instant = 0.5 * (first + last), INSTANT * (last - first)
         X, Y = self.relative_at(middle), self.relative_at(middle + instant)
         if X is None or Y is None:
             return 0.0
         turn = quaternion.rotation_vector(to_quaternion(X), to_quaternion(Y))
-        return length(turn) / _INSTANT
+        return length(turn) / INSTANT
 
     @cached_property
     def _turns(self) -> FloatArray:
@@ -175,8 +177,12 @@ class Pair:
     def relative_at(self, time: float) -> FloatArray | None:
         """(4, 4) of the slave's points as the master sees them; None where they move apart from
         each other."""
-        own = self._slave_pose(time)
-        return None if own is None else pose.relative(self._body_pose(self.part.master, time), own)
+        if time not in self._relative:
+            own = self._slave_pose(time)
+            self._relative[time] = (
+                None if own is None else pose.relative(self._body_pose(self.part.master, time), own)
+            )
+        return self._relative[time]
 
     @cached_property
     def relative(self) -> FloatArray | None:

@@ -12,7 +12,7 @@ import pytest
 from tests import occ_rig, occ_solids
 
 import contiga as cg
-from contiga.errors import ContigaWarning, GeometryError
+from contiga.errors import ContigaWarning, FileError, GeometryError
 from contiga.io.cad.cad_parts import read_cad_file
 
 BLOCK = np.array([[0.0, 0.0, 0.0], [4.0, 2.0, 1.0]])
@@ -251,6 +251,14 @@ def rhino_file(path: Path) -> Path:
     model.Objects.AddBrep(brep)
     assert model.Write(str(path), 7)
     return path
+
+
+def test_3dm_objects_that_overlap_are_refused_as_asked_for(tmp_path: Path) -> None:
+    path = rhino_file(tmp_path / "a.3dm")  # its two boxes stand at one place
+    with pytest.raises(FileError, match=r"touch or overlap; found .patches 0 and \d+ coincide"):
+        cg.read_cad(path, solids="refuse")
+    assert cg.read_cad(path, parts="lid", solids="refuse").closed
+    assert not cg.read_cad(path).closed
 
 
 def test_3dm_objects_are_parts_by_name_layer_and_block(tmp_path: Path) -> None:

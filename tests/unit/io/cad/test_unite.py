@@ -96,6 +96,65 @@ def test_a_union_that_is_not_sound_is_left_and_told(file: Path, monkeypatch) -> 
     assert len(body.patches) == 12
 
 
+def test_where_no_union_is_done_nothing_is_said_to_touch(file: Path, monkeypatch) -> None:
+    from contiga.io.cad import unite
+    from contiga.io.cad.step_iges import read_step_iges
+
+    def fails(self: object, *args: object) -> None:
+        self.done, self.met, self.groups = False, [], []  # type: ignore[attr-defined]
+
+    monkeypatch.setattr(unite._Union, "__init__", fails)
+    told = r"boxes meet.* does not find out whether they touch or overlap.*: {}plate \(base\), pin"
+    with pytest.raises(FileError, match=told.format("found '").replace(".*: ", ".*; ")):
+        read_step_iges(file, None, None, solids="refuse")
+    with pytest.warns(ContigaWarning, match=told.format("")):
+        body = read_step_iges(file, None, None)
+    assert len(body.patches) == 12
+    assert not body.closed
+
+
+def test_only_solids_whose_boxes_meet_are_fused_and_none_to_keep_them_apart(
+    file: Path, monkeypatch
+) -> None:
+    from contiga.io.cad import unite
+    from contiga.io.cad.step_iges import read_step_iges
+
+    made, own = [], unite._Union.__init__
+
+    def counted(self, pieces, *args) -> None:
+        made.append(len(pieces))
+        own(self, pieces, *args)
+
+    monkeypatch.setattr(unite._Union, "__init__", counted)
+    with pytest.warns(ContigaWarning, match=r"boxes meet are kept as they are: plate .base., pin"):
+        body = read_step_iges(file, None, None, solids="separate")
+    assert made == []
+    assert len(body.openings.meetings) == 1
+    with pytest.warns(ContigaWarning, match="made one"):
+        read_step_iges(file, None, None)
+    assert made == [2]
+
+
+def test_rings_about_a_pin_are_apart_though_boxes_meet(tmp_path: Path) -> None:
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+
+    made = occ_rig.Rig()
+    ring = BRepAlgoAPI_Cut(
+        BRepPrimAPI_MakeCylinder(3.0, 2.0).Shape(), BRepPrimAPI_MakeCylinder(1.5, 2.0).Shape()
+    ).Shape()
+    made.assembly(
+        "all",
+        (made.product(occ_rig.pin(), "pin"), occ_rig.at(0, 0, 0), "a"),
+        (made.product(ring, "ring"), occ_rig.at(0, 0, 1), "b"),
+    )
+    path = made.write(tmp_path / "ring.step")
+    body = cg.read_cad(path, solids="refuse")
+    assert (len(body.patches), body.closed) == (7, True)
+    with pytest.warns(ContigaWarning, match="boxes meet"):
+        assert cg.read_cad(path, solids="separate").closed
+
+
 @pytest.mark.parametrize("name", ["tiles", "boxes within", "edge to edge", "heap 0"])
 def test_unions_have_the_inside_of_any_of_their_pieces(name: str) -> None:
     solid = unions.solid(name)
