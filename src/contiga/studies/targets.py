@@ -151,7 +151,7 @@ def _grid(spec: TargetsSpec, low: FloatArray, high: FloatArray) -> FloatArray:
     """(n, 2) across and along, multiples of the spacing within the two ends."""
     with np.errstate(over="ignore", invalid="ignore"):
         first, last = np.ceil(low[:2] / spec.spacing), np.floor(high[:2] / spec.spacing)
-        _check_number(spec, np.prod(np.maximum(last - first + 1.0, 0.0)))
+        _check_number(spec, float(np.prod(np.maximum(last - first + 1.0, 0.0))))
     ways = [np.arange(a, b + 1.0) * spec.spacing for a, b in zip(first, last, strict=True)]
     return np.stack(np.meshgrid(*ways, indexing="ij"), axis=-1).reshape(-1, 2)
 

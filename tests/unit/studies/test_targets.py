@@ -84,6 +84,12 @@ def test_both_ends_of_a_line_count(
     assert [row["y"] for row in rows] == pytest.approx(expected, abs=1e-12)
 
 
+def test_lines_between_multiples_say_that_no_ray_meets(tmp_path: Path) -> None:
+    spec = lines_in(tmp_path, "line,x,y,z\n1,0,0.5,9\n1,0,1.5,9\n")
+    with pytest.raises(CaseError, match=r"no ray meets.*found '0 rays"):
+        targets_of(spec, BALL, np.eye(4), "mm")
+
+
 def test_so_many_points_of_lines_are_refused_before_they_are_made(tmp_path: Path) -> None:
     spec = lines_in(tmp_path, "line,x,y,z\n1,0,0,9\n1,0,5,9\n1,0,0,9\n")
     for spacing in (9e-6, 1e-300, 5e-324):
@@ -118,7 +124,7 @@ def test_rays_that_were_given_up_are_told_and_left_out(monkeypatch: pytest.Monke
     assert len(rows) == count - 2
 
 
-@pytest.mark.parametrize("size", [1e-6, 1e6])
+@pytest.mark.parametrize("size", [1e-12, 1e6])
 def test_targets_do_not_know_the_unit_of_length(size: float) -> None:
     ball = cg.Body([cg.shapes.sphere(radius=10.0 * size)])
     spec = TargetsSpec(body="ball", spacing=3.0 * size)
