@@ -13,7 +13,7 @@ from contiga.case.geometry_spec import FileGeometry
 from contiga.case.motion_spec import AttachedSpec, FreeSpec, RigidMotionSpec, SeriesSpec
 from contiga.case.part_cache import PartCache
 from contiga.case.points_spec import BodyPoints
-from contiga.case.problems import Together
+from contiga.case.problems import Fault, Together
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.schema import BodySpec, Case, SlaveSpec
 from contiga.case.standing import order_of, references
@@ -23,7 +23,7 @@ from contiga.dynamics.free import Attached, Free
 from contiga.dynamics.prescribed import BodyMotion, Fixed, Moved, SlaveMotion
 from contiga.dynamics.pulses import check_covers
 from contiga.dynamics.springs import Spring
-from contiga.errors import CaseError, InputError
+from contiga.errors import CaseError
 from contiga.io.mesh.series import MeshSeries, find_files
 from contiga.io.units import length_factor
 from contiga.masters.body import Body
@@ -49,7 +49,7 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
 
     Raises
     ------
-    InputError
+    InputError, MissingPackageError
         A file cannot be read, a slave lacks what a law or an area needs; the message says the key
         of the case, and tells everything wrong at once. Nothing has been written by then.
 
@@ -99,7 +99,7 @@ def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
     return _Pieces(springs, bodies, slaves, _contacts(case, bodies, slaves, wrong))
 
 
-def faults_of(case: Case) -> tuple[tuple[InputError, str], ...]:
+def faults_of(case: Case) -> tuple[tuple[Fault, str], ...]:
     """What is wrong with the parts of a case, each with its key, the cheapest to find first."""
     wrong = Together(str(case.file))
     _pieces(case, PartCache(), wrong)

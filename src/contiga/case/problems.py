@@ -11,8 +11,10 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from contiga.case.spec import suggest
-from contiga.errors import CaseError, InputError
+from contiga.errors import CaseError, InputError, MissingPackageError
 
+Fault = InputError | MissingPackageError
+"""What keeps a part of a case from being made."""
 _LONGEST = 100
 _MOST = 12
 _KEY = re.compile(r"^[A-Za-z_]\w*(\[\d+\])*(\.\w+(\[\d+\])*)*$")
@@ -41,7 +43,7 @@ def problem_of(detail: ErrorDetails, data: object) -> InputError:
     return _problem(detail, data, "")
 
 
-def listed(problems: Sequence[InputError], file: str) -> InputError:
+def listed(problems: Sequence[Fault], file: str) -> InputError:
     """One error that tells several; `file` is the case's."""
     lines = [str(problem) for problem in problems[:_MOST]]
     if len(problems) > _MOST:
@@ -59,18 +61,18 @@ class Together:
 
     def __init__(self, file: str) -> None:
         self._file = file
-        self._errors: list[tuple[InputError, str]] = []
+        self._errors: list[tuple[Fault, str]] = []
 
     @contextmanager
     def at(self, key: str) -> Iterator[None]:
-        """Keeps an `InputError` inside, with the key of the case it belongs to."""
+        """Keeps a `Fault` inside, with the key of the case it belongs to."""
         try:
             yield
-        except InputError as error:
+        except (InputError, MissingPackageError) as error:
             self._errors.append((error, key))
 
     @property
-    def errors(self) -> tuple[tuple[InputError, str], ...]:
+    def errors(self) -> tuple[tuple[Fault, str], ...]:
         """What was kept, each with its key."""
         return tuple(self._errors)
 
@@ -79,20 +81,29 @@ class Together:
 
         Raises
         ------
-        InputError
-            The only one, or all of them as one list.
+        InputError, MissingPackageError
+            The only one.
+        CaseError
+            All of them as one list.
         """
         if not self._errors:
             return
         first, key = self._errors[0]
         if len(self._errors) == 1:
-            raise relocated(first, key, self._file) from first
-        raise listed([relocated(one, key, "") for one, key in self._errors], self._file) from first
+            raise placed(first, key, self._file) from first
+        raise listed([placed(one, key, "") for one, key in self._errors], self._file) from first
 
 
 def first_problem(error: ValidationError, data: object, key: str) -> InputError:
     """The first thing wrong in the table under `key`."""
     return _problem(error.errors(include_url=False)[0], data, key)
+
+
+def placed(fault: Fault, key: str, file: str) -> Fault:
+    """`fault` with the key of the case it belongs to."""
+    if isinstance(fault, MissingPackageError):
+        return MissingPackageError(f"{_join(file, key)}: {fault}")
+    return relocated(fault, key, file)
 
 
 def relocated(error: InputError, key: str, file: str) -> InputError:

@@ -255,19 +255,18 @@ class Case(Spec):
 
     def _named_bodies(self) -> Iterator[tuple[str, str]]:
         """Keys that name a body to be moved, pulled or watched, and the names."""
-        sampled = {
-            f"slave[{i}]": (slave.points.body,)
-            for i, slave in enumerate(self.slave)
-            if isinstance(slave.points, BodyPoints)
-        }
-        yield from ((f"{where}.points.body", body) for where, (body,) in sampled.items())
+        keys: dict[tuple[str, str], str] = {}  # by table and name: one that it has twice once
+        for i, slave in enumerate(self.slave):
+            if isinstance(slave.points, BodyPoints):
+                keys[f"slave[{i}]", slave.points.body] = "points.body"
         moved = [
             *((f"body[{i}]", body.motion) for i, body in enumerate(self.body)),
             *((f"slave[{i}]", slave.motion) for i, slave in enumerate(self.slave)),
         ]
         for where, motion in moved:
-            if isinstance(motion, AttachedSpec) and motion.body not in sampled.get(where, ()):
-                yield f"{where}.motion.body", motion.body
+            if isinstance(motion, AttachedSpec):
+                keys.setdefault((where, motion.body), "motion.body")
+        yield from ((f"{where}.{key}", name) for (where, name), key in keys.items())
         yield from ((f"load[{i}].body", load.body) for i, load in enumerate(self.load))
         for i, one in enumerate(self.sensor):
             if isinstance(one, RelativeSensorSpec):
@@ -288,8 +287,7 @@ class Case(Spec):
             for key, other in references(part)
         ]
         for name, other, where in found:
-            if not where.endswith("points.body"):  # told among the movers
-                yield partial(check_defined, where, other, "body or slave", [*places], [])
+            yield partial(check_defined, where, other, "body or slave", [*places], [])
             if where.endswith("place.on") and other in places:
                 yield partial(self._check_place, name, other, where)
 

@@ -77,7 +77,7 @@ def as_detail(error: InputError, data: object) -> InitErrorDetails:
 
 
 def raise_together(data: object, checks: Iterable[Callable[[], object]]) -> None:
-    """Carry out all checks; what they find wrong is one list.
+    """Carry out all checks; what they find wrong is one list, of one place and value once.
 
     Raises
     ------
@@ -86,12 +86,13 @@ def raise_together(data: object, checks: Iterable[Callable[[], object]]) -> None
     ValidationError
         Several are.
     """
-    found: list[InputError] = []
+    by_place: dict[tuple[str | None, str], InputError] = {}
     for check in checks:
         try:
             check()
         except InputError as error:
-            found.append(error)
+            by_place.setdefault((error.where, repr(error.found)), error)
+    found = [*by_place.values()]
     if len(found) == 1:
         raise found[0]
     if found:

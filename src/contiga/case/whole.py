@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from contiga.case.build import faults_of
-from contiga.case.problems import listed, problem_of, relocated
+from contiga.case.problems import Fault, listed, placed, problem_of
 from contiga.case.schema import Case, load_case
 from contiga.case.settings import with_settings
 from contiga.errors import InputError
@@ -48,9 +48,7 @@ def load_whole(path: Path, *, set: Mapping[str, Any] | None = None) -> Case:
         raise listed([*(problem_of(one, data) for one in details), *more], str(path)) from error
 
 
-def _faults_of_the_rest(
-    data: _Tables, details: Sequence[ErrorDetails], path: Path
-) -> list[InputError]:
+def _faults_of_the_rest(data: _Tables, details: Sequence[ErrorDetails], path: Path) -> list[Fault]:
     """What is wrong with the parts that no wrong table is of; none where these make up no case."""
     wrong: set[tuple[str, int]] = set()
     for one in details:
@@ -64,13 +62,14 @@ def _faults_of_the_rest(
         for key, entries in data.items()
         if isinstance(entries, list)
     }
-    kept = _without_what_hangs_on_them(data, places, {data[k][i].get("name") for k, i in wrong})
+    tables = [entry for k, i in wrong if isinstance(entry := data[k][i], Mapping)]
+    kept = _without_what_hangs_on_them(data, places, {table.get("name") for table in tables})
     try:
         case = Case.model_validate(kept, context={"folder": path.parent, "units": data["units"]})
     except ValidationError:
         return []
     case._file = path
-    return [relocated(error, _at(key, places), "") for error, key in faults_of(case)]
+    return [placed(fault, _at(key, places), "") for fault, key in faults_of(case)]
 
 
 def _without_what_hangs_on_them(

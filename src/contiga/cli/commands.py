@@ -191,7 +191,7 @@ def check(
     from contiga.simulation.checks.finding import raise_findings
 
     path = None if picture is None else preview_path(picture)
-    loaded = load(case, settings, context)
+    loaded = load(case, settings, context, whole=True)
     simulation = build(loaded)
     _table(describe(loaded))
     print()

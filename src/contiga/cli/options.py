@@ -28,24 +28,33 @@ WITH_CASE = ("run", "check", "preview")
 """Commands that begin with `load`."""
 
 
-def load(case: Path, settings: list[str] | None, context: typer.Context | None = None) -> Case:
+def load(
+    case: Path,
+    settings: list[str] | None,
+    context: typer.Context | None = None,
+    *,
+    whole: bool = False,
+) -> Case:
     """The case of a file, with the settings of the command line over it.
+
+    Where its tables are wrong, `whole` looks at the parts that other tables describe, too.
 
     From here on other processes compile beside the command of `context`, if it has to compile much.
     """
     readable = _expect_cad(case)
     if context is not None:
         watch_compiling(context, helped=readable)
+    from contiga.case.schema import load_case
     from contiga.case.settings import parse_settings
     from contiga.case.whole import load_whole
 
-    return load_whole(case, set=parse_settings(settings or ()))
+    return (load_whole if whole else load_case)(case, set=parse_settings(settings or ()))
 
 
 def _expect_cad(case: Path) -> bool:
     """Have what reads CAD loaded beside what reads cases, if the case may need it.
 
-    Returns whether the file can be read; `load_whole` says what is wrong.
+    Returns whether the file can be read; `load_case` says what is wrong.
     """
     from contiga.io.cad.formats import expect_cad
 

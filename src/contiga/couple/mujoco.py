@@ -61,7 +61,7 @@ class MujocoCoupling(Shown):
         a contact is there for sensors, fields and the report
     contacts : a list, or by name; each made with one of the masters and one of the slaves
     sensors : of points of masters, and between two masters, as a `Simulation` has them: they
-        measure acceleration, velocity and displacement; distance, displacement and angle
+        measure acceleration, velocity, displacement and spin; distance, displacement and angle
     units : names of the units of length, mass and time, which filters and criteria need
     every : steps from one measuring of contact areas to the next, and from one set of fields to
         the next; NaN in the history between

@@ -23,6 +23,7 @@ from contiga.simulation.sensor import RelativeSensor, Sensor
 from contiga.simulation.system_state import BodyStates, Energy, SlaveState, SystemState
 
 _TOLD = {"acceleration": "a", "velocity": "v", "displacement": "", "spin": "w"}
+_SUMMED = ("acceleration", "velocity")
 
 
 class Carriers(NamedTuple):
@@ -153,7 +154,7 @@ class Scene:
                 own = product(pose[:3, :3].T, own) if sensor.axes == "body" else own
                 named = zip("xyz", own, strict=True)
                 columns |= {f"{sensor.name}.{letter}{axis}": float(x) for axis, x in named}
-                if letter:
+                if measure in _SUMMED:
                     columns[f"{sensor.name}.{letter}"] = length(own)
         return columns | relative_columns(self.model, state)
 

@@ -11,7 +11,7 @@ from contiga.criteria.samples import finite_rows, numbers
 from contiga.errors import InputError
 from contiga.num.arrays import positive
 
-_LEAST = 5
+LEAST = 5
 """Samples: the velocity takes two on either side."""
 
 
@@ -48,7 +48,7 @@ def vc(deflection: ArrayLike, dt: float, *, scale: float = 1.3, depth: float = 0
     """
     D, step = numbers(deflection, "vc, deflection"), positive(dt, "vc, dt")
     factor = positive(scale, "vc, scale") / positive(depth, "vc, depth")
-    if D.ndim != 1 or len(D) < _LEAST:
+    if D.ndim != 1 or len(D) < LEAST:
         raise InputError(
             "five samples at least are needed, in one list",
             where="vc, deflection",

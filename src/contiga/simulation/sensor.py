@@ -124,8 +124,8 @@ class RelativeSensor:
         the first since the start, 0 to π, and that turn about the axes of the first body); "force"
         and "moment" of all springs between the two on the first body, about the first point
     criteria : of "VC" (the distance is that of breastbone and spine; CFC180), "Nij" (F_z and M_y
-        with z up, x forward, and the first body below; CFC600) and "femur" (the force along the
-        line of the two points; CFC600)
+        with z up, x forward, the first body below, and the first point the occipital condyle;
+        CFC600) and "femur" (the force along the line of the two points; CFC600)
     bands : as of a `Sensor`
     dummy : "HIII-50", "HIII-5" or "EuroSID", for "VC" and "Nij"
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from contiga.criteria.brain import CRITICAL, bric
-from contiga.criteria.chest import vc
+from contiga.criteria.chest import LEAST, vc
 from contiga.criteria.dummies import DUMMIES
 from contiga.criteria.femur import femur_force
 from contiga.criteria.head_injury import hic, hicd
@@ -115,6 +115,8 @@ def _by_own_filters(
         if not all(np.isfinite(history[column]).all() for column in columns):
             continue
         grid, signal = smooth(model, columns, OWN_FILTERS[name], history)
+        if name == "VC" and len(grid) < LEAST:
+            continue
         found[name] = _found(model, sensor, name, grid, signal)
     return found
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from contiga.case.build import build
 from contiga.io.out.files import atomic_write
+from contiga.num.rigid import to_world
 from contiga.records import FloatArray, IntArray
 from contiga.report.lines import with_unit
 from contiga.report.space import dots, mesh_trace, space_axis
@@ -100,6 +101,7 @@ def map_of(study: StudySpec, base: Base, rows: tuple[Row, ...]) -> ColourMap | N
     body = simulation.bodies[drawn.body].body
     coarse = body.tessellate(_TOLERANCE * body.size)
     vertices, triangles = refined(coarse.vertices, coarse.triangles, _FINE * body.size)
+    vertices = to_world(simulation.origins[simulation.mechanism.index[drawn.body]], vertices)
     targets = np.array(list(best))
     low, high = drawn.limits or (float(np.nanmin(hit)), float(np.nanmax(hit)))
     filled = nearest if drawn.between == "nearest" else between

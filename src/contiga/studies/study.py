@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from contiga.case.build import build
 from contiga.case.columns import columns_of_case, criteria_of_case
+from contiga.case.problems import relocated
 from contiga.case.schema import Case, load_case
 from contiga.case.settings import plain
 from contiga.case.toml import resolved_toml
@@ -229,17 +230,13 @@ def _targets(study: StudySpec, base: Base) -> list[dict[str, Any]] | None:
     if study.targets is None:
         return None
     case = base.case(study.set)
-    bodies = build(case, parts=parts_of_process()).bodies
-    _check_body(study, "targets", study.targets.body, list(bodies))
+    simulation, name = build(case, parts=parts_of_process()), study.targets.body
+    _check_body(study, "targets", name, list(simulation.bodies))
+    body, pose = simulation.bodies[name].body, simulation.origins[simulation.mechanism.index[name]]
     try:
-        return targets_of(study.targets, bodies[study.targets.body].body, case.units.length)
+        return targets_of(study.targets, body, pose, case.units.length)
     except CaseError as error:
-        raise CaseError(
-            error.what,
-            where=f"{study.file}: {error.where}",
-            found=error.found,
-            allowed=error.allowed,
-        ) from error
+        raise relocated(error, "", str(study.file)) from error
 
 
 def _check_body(study: StudySpec, key: str, name: str, bodies: list[str]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
@@ -12,16 +13,20 @@ import numpy as np
 from pydantic import Field
 
 from contiga.case.spec import ExistingFile, Positive, Spec, Vector
-from contiga.errors import CaseError, FileError
+from contiga.errors import CaseError, ContigaWarning, FileError
 from contiga.io.sheet import read_sheet
 from contiga.masters.protocol import Master
+from contiga.num.rigid import to_body, to_world
 from contiga.records import FloatArray
+from contiga.statuses import Status
 
 PLACE = ("x", "y", "z")
 LINE = "line"
 _HEADER = "line, x, y, z"
 _MOST = 1_000_000
 """Rays at most."""
+_NEAR = 1e-9
+"""Of the spacing: what is so near to a multiple of it is on it."""
 
 
 class TargetsSpec(Spec):
@@ -81,7 +86,9 @@ class TargetsSpec(Spec):
         return np.stack([across, np.cross(down, across), down])
 
 
-def targets_of(spec: TargetsSpec, body: Master, unit: str) -> list[dict[str, Any]]:
+def targets_of(
+    spec: TargetsSpec, body: Master, pose: FloatArray, unit: str
+) -> list[dict[str, Any]]:
     """Rows of `columns`, each a point where a ray first meets the free side of the body.
 
     Rays that meet nothing, through holes or past the border, give none. Points of a wrap line stand
@@ -89,6 +96,7 @@ def targets_of(spec: TargetsSpec, body: Master, unit: str) -> list[dict[str, Any
 
     Parameters
     ----------
+    pose : (4, 4) of the body, as it stands at the start
     unit : of lengths of the case
 
     Raises
@@ -97,23 +105,33 @@ def targets_of(spec: TargetsSpec, body: Master, unit: str) -> list[dict[str, Any
         No ray meets the body; a spacing far too small.
     FileError
         The table of lines cannot be read.
+
+    Warns
+    -----
+    ContigaWarning
+        Rays whose search was given up: they are left out.
     """
-    axes, lows_highs = spec.axes, body.bounds()
-    corners = np.stack(np.meshgrid(*lows_highs.T, indexing="ij"), axis=-1).reshape(-1, 3)
-    low, high = (end(corners @ spec.axes.T, axis=0) for end in (np.min, np.max))
+    axes = spec.axes
+    corners = np.stack(np.meshgrid(*body.bounds().T, indexing="ij"), axis=-1).reshape(-1, 3)
+    corners = to_world(pose, corners) @ axes.T
+    low, high = corners.min(axis=0), corners.max(axis=0)
     origin = axes @ spec.origin
     names: list[float] = []
     if spec.lines is None:
         sides = _grid(spec, low - origin, high - origin) + origin[:2]
     else:
         names, sides = _on_lines(spec, Path(spec.lines), unit)
-    beyond = 1.0 + float((high - low).max())
+    beyond = float((high - low).max())
     p0, p1 = (
-        np.column_stack([sides, np.full(len(sides), end)]) @ axes
+        to_body(pose, np.column_stack([sides, np.full(len(sides), end)]) @ axes)
         for end in (low[2] - beyond, high[2] + beyond)
     )
     hit = body.first_hit(p0, p1)
-    met = np.isfinite(hit.fraction)
+    given_up = int((hit.status == Status.BUDGET).sum())
+    if given_up:
+        text = f"targets: the search of {given_up} rays was given up; they are left out"
+        warnings.warn(text, ContigaWarning, stacklevel=2)
+    met = np.isin(hit.status, (Status.OK, Status.AT_START))
     if not met.any():
         raise CaseError(
             "no ray meets the free side of the body",
@@ -122,7 +140,7 @@ def targets_of(spec: TargetsSpec, body: Master, unit: str) -> list[dict[str, Any
             allowed="a direction onto its free side, a spacing below its size, lines over it",
         )
     # On the ray to the last bit, so that a point of the middle is not a little beside it.
-    rays = np.column_stack([sides, hit.point @ axes[2]]) @ axes
+    rays = np.column_stack([sides, to_world(pose, hit.point) @ axes[2]]) @ axes
     return [
         {**({LINE: names[k]} if names else {}), **dict(zip(PLACE, rays[k].tolist(), strict=True))}
         for k in np.flatnonzero(met)
@@ -131,16 +149,22 @@ def targets_of(spec: TargetsSpec, body: Master, unit: str) -> list[dict[str, Any
 
 def _grid(spec: TargetsSpec, low: FloatArray, high: FloatArray) -> FloatArray:
     """(n, 2) across and along, multiples of the spacing within the two ends."""
-    first, last = np.ceil(low[:2] / spec.spacing), np.floor(high[:2] / spec.spacing)
-    if np.prod(np.maximum(last - first + 1.0, 0.0)) > _MOST:
+    with np.errstate(over="ignore", invalid="ignore"):
+        first, last = np.ceil(low[:2] / spec.spacing), np.floor(high[:2] / spec.spacing)
+        _check_number(spec, float(np.prod(np.maximum(last - first + 1.0, 0.0))))
+    ways = [np.arange(a, b + 1.0) * spec.spacing for a, b in zip(first, last, strict=True)]
+    return np.stack(np.meshgrid(*ways, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def _check_number(spec: TargetsSpec, number: float) -> None:
+    """Refuse more points than anyone runs; NaN, of a spacing that no number counts, too."""
+    if not number <= _MOST:
         raise CaseError(
             "so many points that nobody runs them all",
             where="targets.spacing",
             found=spec.spacing,
-            allowed=f"up to {_MOST} points over the body",
+            allowed=f"up to {_MOST} points",
         )
-    ways = [np.arange(a, b + 1.0) * spec.spacing for a, b in zip(first, last, strict=True)]
-    return np.stack(np.meshgrid(*ways, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 def _on_lines(spec: TargetsSpec, path: Path, unit: str) -> tuple[list[float], FloatArray]:
@@ -157,33 +181,41 @@ def _on_lines(spec: TargetsSpec, path: Path, unit: str) -> tuple[list[float], Fl
                 allowed=unit,
             )
     rows = sheet.numbers(order, "a number for line, x, y and z")
+    if len(rows) == 0:
+        raise FileError("has no rows", where=str(path), allowed="two points of a line or more")
     names: list[float] = []
     found: list[FloatArray] = []
-    origin = spec.axes @ spec.origin
+    axes = spec.axes
+    origin = axes @ spec.origin
+    number = 0.0
     for name in dict.fromkeys(rows[:, 0].tolist()):
-        points = rows[rows[:, 0] == name, 1:] @ spec.axes.T
+        points = rows[rows[:, 0] == name, 1:] @ axes.T
         if len(points) < 2:
             raise FileError(
                 "a line has one point only", where=str(path), found=name, allowed="two or more"
             )
-        for a, b in pairwise(points):
-            own = _passed(a, b, origin[0], spec.spacing)
-            found.append(own)
-            names += [int(name) if name.is_integer() else name] * len(own)
+        with np.errstate(over="ignore"):
+            number += np.abs(np.diff(points[:, 0])).sum() / spec.spacing
+        _check_number(spec, number)
+        own = _passed(points[:, :2], origin[0], spec.spacing)
+        found.append(own)
+        names += [int(name) if name.is_integer() else name] * len(own)
     return names, np.concatenate(found)
 
 
-def _passed(a: FloatArray, b: FloatArray, origin: float, spacing: float) -> FloatArray:
-    """(k, 2) where the way from a to b passes origin + n · spacing across; its end does not count.
+def _passed(points: FloatArray, origin: float, spacing: float) -> FloatArray:
+    """(k, 2) where a line (n, 2) passes origin + n · spacing across, its ends with it.
 
-    >>> _passed(np.array([-1.0, 0.0]), np.array([2.0, 3.0]), 0.0, 1.0).tolist()
-    [[-1.0, 0.0], [0.0, 1.0], [1.0, 2.0]]
+    >>> _passed(np.array([[-1.0, 0.0], [0.5, 1.5], [2.0, 3.0]]), 0.0, 1.0).tolist()
+    [[-1.0, 0.0], [0.0, 1.0], [1.0, 2.0], [2.0, 3.0]]
     """
-    (u, w) = ((one[0] - origin) / spacing for one in (a, b))
-    steps = (
-        np.arange(math.ceil(u), math.ceil(w))
-        if u <= w
-        else np.arange(math.floor(u), math.floor(w), -1)
-    )
-    share = (steps - u) / (w - u) if len(steps) else np.zeros(0)
-    return np.asarray(a[:2] + share[:, None] * (b[:2] - a[:2]))
+    counts = (points[:, 0] - origin) / spacing
+    whole = np.round(counts)
+    counts = np.where(np.abs(counts - whole) <= _NEAR, whole, counts)
+    found = []
+    for (u, w), (a, b) in zip(pairwise(counts), pairwise(points), strict=True):
+        way = 1.0 if u <= w else -1.0
+        steps = way * np.arange(math.ceil(way * u), math.ceil(way * w))
+        found.append(a + ((steps - u) / (w - u))[:, None] * (b - a))
+    # Each piece is without its end, which is the next one's beginning.
+    return np.concatenate([*found, points[-1:][counts[-1:] == whole[-1:]]])

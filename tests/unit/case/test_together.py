@@ -10,7 +10,7 @@ from contiga.case.build import build
 from contiga.case.problems import Together
 from contiga.case.schema import load_case
 from contiga.case.whole import load_whole
-from contiga.errors import InputError
+from contiga.errors import InputError, MissingPackageError
 
 CASE = """
 [units]
@@ -141,6 +141,59 @@ def test_what_is_wrong_alone_is_told_alone(tmp_path: Path, old: str, new: str, k
     assert key in str(alone.value)
 
 
+@pytest.mark.parametrize("key", ["sensor", "load", "spring"])
+def test_entries_that_are_no_tables_are_told_with_the_rest(tmp_path: Path, key: str) -> None:
+    old, new, place = WRONG["ball's mass"]
+    (tmp_path / "case.toml").write_text(f"{key} = ['a', 5]\n" + CASE.replace(old, new))
+    with pytest.raises(InputError) as caught:
+        load_whole(tmp_path / "case.toml")
+    lines = [line.strip() for line in str(caught.value).splitlines()]
+    assert len(lines) == 4
+    for line, start in zip(lines[1:], (f"{key}[0]", f"{key}[1]", place), strict=True):
+        assert line.startswith(start)
+
+
+def test_bodies_that_are_no_tables_are_told(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(CASE)
+    with pytest.raises(InputError, match=r"body\[0\]: must be a table; found 5"):
+        load_whole(tmp_path / "case.toml", set={"body": [5]})
+
+
+def no_cad(*_: object) -> None:
+    raise MissingPackageError("reading CAD needs a package")
+
+
+def test_a_missing_package_is_one_line_of_the_list(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = CASE
+    for name in ("sled's table", "ball's mass"):
+        text = text.replace(*WRONG[name][:2])
+    text = text.replace('shape = "sphere", radius = 5.0, centre = [90, 0, 0]', 'mesh = "part.stl"')
+    (tmp_path / "part.stl").touch()
+    (tmp_path / "case.toml").write_text(text)
+    monkeypatch.setattr("contiga.case.geometry_spec.MeshGeometry.body", no_cad)
+    with pytest.raises(InputError) as caught:
+        build(load_case(tmp_path / "case.toml"))
+    lines = [line.strip() for line in str(caught.value).splitlines()]
+    assert "body[2].geometry: reading CAD needs a package" in lines
+    assert len(lines) == 4
+    (tmp_path / "case.toml").write_text(CASE.replace("thickness = 10.0", "thicknes = 10.0"))
+    monkeypatch.setattr("contiga.case.build._body", no_cad)
+    with pytest.raises(InputError, match=r"body\[0\]\.geometry: reading CAD needs") as caught:
+        load_whole(tmp_path / "case.toml")
+    assert "thicknes: unknown key" in str(caught.value)
+
+
+def test_a_missing_package_alone_stays_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "part.stl").touch()
+    old = WRONG["part's file"][0]
+    (tmp_path / "case.toml").write_text(CASE.replace(old, 'mesh = "part.stl"'))
+    monkeypatch.setattr("contiga.case.geometry_spec.MeshGeometry.body", no_cad)
+    with pytest.raises(MissingPackageError, match=r"case.toml: body\[2\]\.geometry: reading CAD"):
+        build(load_case(tmp_path / "case.toml"))
+
+
 def test_places_are_counted_as_in_the_file(tmp_path: Path) -> None:
     """The first body is wrong: what is told of the third stands under its own number."""
     old, new, _ = WRONG["sled's table"]
@@ -166,6 +219,14 @@ SCHEMA = {
         ('master = "ball"\nslave = "pad"', 'master = "bal"\nslave = "pat"', "contact[0].master"),
         ("", "", "contact[0].slave"),
         ('points = { body = "part"', 'points = { body = "prat"', "slave[1].points.body"),
+    ],
+    "a motion and points of two that are none": [
+        (
+            'points = { body = "part", tolerance = 0.5 }',
+            'points = { body = "prat" }\nmotion = { kind = "attached", body = "pert" }',
+            "slave[1].points.body",
+        ),
+        ("", "", "slave[1].motion.body"),
     ],
     "laws of two contacts": [
         ('law = { kind = "stress", elastic = [[0, 0], [0.5, 1.0]] }', "", "contact[0]"),

@@ -24,6 +24,20 @@ def test_settings_stand_over_the_case_and_in_its_copy(command: Command, case: Pa
     assert case.read_text(encoding="utf-8") == CASE
 
 
+@pytest.mark.parametrize("name", ["run", "check", "preview"])
+def test_check_alone_goes_on_behind_wrong_tables(command: Command, case: Path, name: str) -> None:
+    (case.parent / "ball.stl").write_text("solid nothing\n", encoding="utf-8")
+    text = CASE.replace('shape = "sphere", radius = 10.0', 'mesh = "ball.stl"')
+    case.write_text(
+        text + "[[sensor]]\nname = 's'\nbody = 'ball'\naxis = 'body'\n", encoding="utf-8"
+    )
+    out = () if name == "check" else ("-o", case.parent / "out.png")
+    code, _, err = command(name, case, *out)
+    assert code == 2
+    assert "sensor[0].axis: unknown key" in err
+    assert ("body[0].geometry" in err) == (name == "check")
+
+
 @pytest.mark.parametrize("name", ["run", "check"])
 @pytest.mark.parametrize(
     ("setting", "piece"),

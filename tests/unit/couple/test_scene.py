@@ -74,6 +74,13 @@ def test_criteria_and_filters_of_a_coupled_run() -> None:
     assert "filtered_a" in result.of("head")
 
 
+def test_the_spin_has_the_columns_of_other_runs() -> None:
+    measures = ["acceleration", "velocity", "spin"]
+    tip = swung([cg.Sensor("tip", "arm", measures=measures)]).run(0.01).of("tip")
+    assert sorted(tip) == sorted(["a", "ax", "ay", "az", "v", "vx", "vy", "vz", "wx", "wy", "wz"])
+    np.testing.assert_allclose(tip["wz"], OMEGA, rtol=1e-9)
+
+
 def test_columns_by_name() -> None:
     result = swung([]).run(0.01)
     np.testing.assert_array_equal(result.of("arm")["wz"], result.history["arm.wz"])

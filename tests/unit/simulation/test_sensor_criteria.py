@@ -26,14 +26,12 @@ def run_of(units: tuple[str, str, str], sensors: list[object], **more: object) -
 
 @pytest.mark.parametrize("units", [SI, MM])
 def test_bric_of_a_steady_spin_about_the_axes_of_the_head(units: tuple[str, str, str]) -> None:
-    """A ball turned off the world's axes spins about its own x and y."""
+    """A ball spins evenly about an axis askew to its own."""
     metre, kilogram, second = SIZE[units]
     ball = cg.Body([cg.shapes.sphere(radius=0.1 * metre)])
     turn = Rotation.from_euler("zyx", [0.7, 0.2, -0.4]).as_matrix()
     spin = turn @ [0.5 * 66.25, -56.45, 0.0] / second
     inertia = kilogram * metre**2 * np.eye(3)
-    pose = np.eye(4)
-    pose[:3, :3] = turn
     motion = cg.motion.Free(mass=kilogram, inertia=inertia, spin=spin)
     sensor = cg.Sensor(
         "cg", "head", axes="body", measures=["acceleration", "spin"], criteria=["BrIC"]
@@ -45,6 +43,32 @@ def test_bric_of_a_steady_spin_about_the_axes_of_the_head(units: tuple[str, str,
     np.testing.assert_allclose(w, spin * second, rtol=1e-9)
     assert found["value"] == pytest.approx(cg.criteria.bric([w]).value, rel=1e-6)
     assert "unit" not in found
+
+
+@pytest.mark.parametrize("units", [SI, MM])
+def test_bric_of_a_top_whose_axes_tumble(units: tuple[str, str, str]) -> None:
+    """Euler: about its own z even, about x and y a turn of (I_3 − I_1) / I_1 · ω_z.
+
+    In the world's axes, with which it agrees at the start, the greatest spins are others.
+    """
+    metre, kilogram, second = SIZE[units]
+    across, along, rate = 12.0, 35.0, 0.6 * 35.0  # rad/s
+    inertia = kilogram * metre**2 * np.diag([1.0, 1.0, 1.6])
+    spin = np.array([across, 0.0, along]) / second
+    ball = cg.Body([cg.shapes.sphere(radius=0.1 * metre)])
+    motion = cg.motion.Free(mass=kilogram, inertia=inertia, spin=spin)
+    sensor = cg.Sensor("cg", "head", axes="body", measures=["spin"], criteria=["BrIC"])
+    result = run_of(
+        units, [sensor], bodies={"head": (ball, motion)}, end=0.3 * second, step=5e-4 * second
+    )
+    h = result.history
+    angle = rate * h["time"] / second
+    truth = np.array([across * np.cos(angle), across * np.sin(angle), along + 0.0 * angle])
+    w = np.array([h[f"cg.w{axis}"] for axis in "xyz"]) * second
+    np.testing.assert_allclose(w, truth, atol=1e-3 * along)
+    found = result.summary["sensors"]["cg"]["criteria"]["BrIC"]["value"]
+    greatest = np.array([across, across, along]) / (66.25, 56.45, 42.87)
+    assert found == pytest.approx(np.linalg.norm(greatest), rel=3e-3)
 
 
 def pulled(units: tuple[str, str, str], rate: float, sensors: list[object]) -> cg.Result:
@@ -114,6 +138,23 @@ def test_vc_of_a_chest_that_is_pressed_evenly(units: tuple[str, str, str]) -> No
     assert found["unit"] == "m/s"
     assert found["value"] == pytest.approx(1.3 * 2.0 * 0.2 / 0.229, rel=0.01)
     assert told["side"]["criteria"]["VC"]["value"] == pytest.approx(2.0 * 0.2 / 0.14, rel=0.01)
+
+
+@pytest.mark.parametrize("steps", [1, 2, 3, 4])
+def test_a_run_of_few_steps_ends_with_what_it_can_tell(steps: int) -> None:
+    chest = between("chest", SI, measures=["distance"], criteria=["VC"])
+    neck = between("neck", SI, measures=["force", "moment"], criteria=["Nij", "femur"])
+    free = cg.motion.Free(mass=1.0, inertia=np.eye(3))
+    spring = cg.Spring(["torso", "head"], at=[[0, 0, 0.1], [0, 0, 0.4]], curve=1.0)
+    away = cg.motion.Translate([[0, 0, 0, 0], [1, 0, 0, 2]])
+    middle = cg.Sensor("cg", "head", axes="body", measures=["spin"], criteria=["BrIC"])
+    told = run_of(
+        SI, [chest, neck, middle], bodies={"torso": (BALL, free), "head": (BALL, away)},
+        springs=[spring], end=1e-4 * steps,
+    ).summary["sensors"]  # fmt: skip
+    assert ("VC" in told["chest"]["criteria"]) == (steps >= 4)
+    assert set(told["neck"]["criteria"]) == {"Nij", "femur"}
+    assert set(told["cg"]["criteria"]) == {"BrIC"}
 
 
 def test_the_3ms_value_of_a_chest_counts_all_stretches() -> None:
