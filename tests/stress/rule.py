@@ -166,8 +166,9 @@ class Planes:
             off = norm(to)
             faces = (to * guard[rows]).sum(axis=1) > OPPOSITE * off - self.hair
             faces &= off >= least[rows]
-            away = norm(facet.foot(before[rows]) - before[rows])
-            faces &= away >= depth[rows] - 1e3 * self.hair
+            own = rows[faces]
+            away = norm(facet.foot(before[own]) - before[own])
+            faces[faces] = away >= depth[own] - 1e3 * self.hair
             best[rows] = np.where(faces, np.minimum(best[rows], off), best[rows])
         return best
 
