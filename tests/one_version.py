@@ -11,9 +11,8 @@ from collections import Counter
 from pathlib import Path
 
 SOURCES = Path(__file__).resolve().parents[1] / "src"
-ALLOWED = frozenset({"element_nb.bicubic", "newton_nb.polynomial_at", "newton_nb.weight_at"})
-"""Kernels, as "module.name", that may have several: a few lines each, put into kernels that read
-the coefficients of a record, and into others that read those of lanes."""
+ALLOWED: frozenset[str] = frozenset()
+"""Kernels, as "module.name", that may have several."""
 
 
 def more_than_one(folder: Path) -> dict[str, int]:

@@ -1,3 +1,3 @@
 """Exact geometry: splines, shapes, refinement, trims, bodies."""
 
-import contiga.jit  # noqa: F401 (before any kernel: how they are kept)
+import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
