@@ -17,7 +17,7 @@ Columns = dict[str, FloatArray]
 _ONLY_ONE = "contact"
 _NO_COLUMNS = ("time", "wall_time")
 _SYSTEM = "energy"
-_STEPS, _OF_STEPS = "step", frozenset(("reason", "of", "tries", "nowhere"))
+_STEPS = "step"
 _OF_BODIES = frozenset(
     (*"xyz", *(kind + axis for kind in "vaqw" for axis in "xyz"), "qw"),
 )
@@ -145,10 +145,10 @@ def sort_columns(
             of = owners.springs.setdefault(owner, {})
         elif owner == _SYSTEM and owner not in contacts:
             of = owners.energy
-        elif owner == _STEPS and name in _OF_STEPS:
-            of = owners.steps
         elif name in _OF_BODIES:
             of = owners.bodies.setdefault(owner, {})
+        elif owner == _STEPS and owner not in contacts:
+            of = owners.steps
         else:
             of = owners.contacts.setdefault(owner, {})
         of[name] = column

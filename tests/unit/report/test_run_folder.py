@@ -22,7 +22,7 @@ def test_columns_are_sorted_by_what_they_are_of() -> None:
     labels = [
         *("time", "left.force", "left.wall_time", "up.right.force", "up.right.area"),
         *("left.x", "left.qw", "a.head.wz", "cog.ax", "cog.filtered_a", "energy.kinetic"),
-        *("belt.force", "belt.energy_stored"),
+        *("belt.force", "belt.energy_stored", "step.reason", "step.single"),
     ]
     history = {label: np.full(1, k) for k, label in enumerate(labels)}
     owners = sort_columns(history, ["left", "up.right"], ["cog"], ["belt"])
@@ -37,6 +37,7 @@ def test_columns_are_sorted_by_what_they_are_of() -> None:
     assert {k: list(v) for k, v in owners.sensors.items()} == {"cog": ["ax", "filtered_a"]}
     assert {k: list(v) for k, v in owners.springs.items()} == {"belt": ["force", "energy_stored"]}
     assert list(owners.energy) == ["kinetic"]
+    assert list(owners.steps) == ["reason", "single"]
     assert owners.bodies["left"]["qw"][0] == labels.index("left.qw")
 
 

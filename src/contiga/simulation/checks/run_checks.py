@@ -206,9 +206,13 @@ def _resultant(scene: Scene, pair: Pair, own: Columns) -> Iterator[str]:
     told = float(law.curve(own["max_penetration"][at]))
     printed = float(own["force"][at])
     if printed > 0.0 and told > (1.0 + _APART) * printed and pair.contact.friction is None:
+        remedy = (
+            "elements of a tenth of the radius that presses bring it nearer"
+            if law.share == "deepest"
+            else 'with share = "deepest" it is nearer to what the curve says'
+        )
         yield (
             f"{pair.part.name}: its curve sets the sum of the nodal forces, "
             f"{scene.said(told, 'force')} at the peak; printed is their resultant, "
-            f"{scene.said(printed, 'force')}, as they do not all point one way; with share = "
-            '"deepest", as by default, it is what the curve says'
+            f"{scene.said(printed, 'force')}, as they do not all point one way; {remedy}"
         )
