@@ -54,13 +54,7 @@ class Rule(Protocol):
     def came(self, p: np.ndarray, before: np.ndarray, depth: np.ndarray) -> np.ndarray:
         """(n,) whether the wall that is the nearest one at p was no nearer than `depth` before."""
 
-    def behind(
-        self,
-        p: np.ndarray,
-        guard: np.ndarray,
-        least: np.ndarray,
-        was: tuple[np.ndarray, np.ndarray],
-    ) -> np.ndarray:
+    def behind(self, p: np.ndarray, guard: np.ndarray, least: np.ndarray, was: Was) -> np.ndarray:
         """(n,) distance of at least `least` (n,) to the walls not opposite to `guard` that see p
         from behind, and were no nearer than `was` says before, or NaN."""
 
@@ -147,13 +141,7 @@ class Planes:
             best[rows], off[rows] = away[rows], norm(facet.foot(before[rows]) - before[rows])
         return off >= depth - 1e3 * self.hair
 
-    def behind(
-        self,
-        p: np.ndarray,
-        guard: np.ndarray,
-        least: np.ndarray,
-        was: tuple[np.ndarray, np.ndarray],
-    ) -> np.ndarray:
+    def behind(self, p: np.ndarray, guard: np.ndarray, least: np.ndarray, was: Was) -> np.ndarray:
         """Faces whose planes have the point before them are not asked. On an edge the normal is the
         way there."""
         before, depth = was
@@ -270,13 +258,7 @@ class Curved:
         """Not known, so that `behind` is asked."""
         return np.zeros(len(p), bool)
 
-    def behind(
-        self,
-        p: np.ndarray,
-        guard: np.ndarray,
-        least: np.ndarray,
-        was: tuple[np.ndarray, np.ndarray],
-    ) -> np.ndarray:
+    def behind(self, p: np.ndarray, guard: np.ndarray, least: np.ndarray, was: Was) -> np.ndarray:
         """Not known."""
         return np.full(len(p), np.nan)
 
