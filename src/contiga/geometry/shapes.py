@@ -25,8 +25,6 @@ from contiga.records import FloatArray
 
 Axis = transform.Axis
 ORIGIN = (0.0, 0.0, 0.0)
-# Places of a curve that tell whether it runs round an axis at one height.
-PLACES = 33
 _LINE = np.array([0.0, 0.0, 1.0, 1.0])
 _LARGEST = float(np.finfo(np.float64).max)
 
@@ -128,23 +126,16 @@ def revolved(
         An angle outside of its range, or a curve that runs round the axis only, or lies on it.
     """
     _curve(curve, "curve")
-    k, centre = transform.unit_axis(axis), transform.vector(origin, "origin")
-    surface = _turned(curve, angle, k, centre)
-    _refuse_idle(curve, centre, k)
-    return surface
-
-
-def _turned(
-    curve: NurbsCurve,
-    angle: float = 2.0 * math.pi,
-    k: ArrayLike = (0.0, 0.0, 1.0),
-    centre: ArrayLike = ORIGIN,
-) -> NurbsSurface:
-    """`revolved` about the axis along k (3,) of length one through `centre`."""
     if not 0.0 < _size(angle, "angle") <= 2.0 * math.pi * (1.0 + 1e-15):
         raise GeometryError("must be in (0, 2π]", where="angle", found=angle)
+    k, centre = transform.unit_axis(axis), transform.vector(origin, "origin")
+    places = curve.evaluate(np.linspace(*curve.domain, 33)) - centre
+    height = product(places, k)
+    radius = np.linalg.norm(places - np.outer(height, k), axis=1)
+    if min(radius.max(), max(np.ptp(radius), np.ptp(height))) <= 1e-12 * np.abs(places).max():
+        told = "sweeps no area: it lies on the axis or runs round it at one height"
+        raise GeometryError(told, where="curve")
     knots, circle_points, circle_weights = _unit_arc(0.0, angle)
-    k, centre = np.asarray(k, dtype=float), np.asarray(centre, dtype=float)
     from_centre = curve.control_points - centre
     along = np.outer(product(from_centre, k), k)
     out = from_centre - along
@@ -158,22 +149,6 @@ def _turned(
     return NurbsSurface(
         (2, curve.degree), (knots, curve.knots), points, np.outer(circle_weights, factors)
     )
-
-
-def _refuse_idle(curve: NurbsCurve, centre: FloatArray, k: FloatArray) -> None:
-    """Refuse a curve that, turned about the axis along k through `centre`, sweeps no area."""
-    low, high = curve.domain
-    places = curve.evaluate(np.linspace(low, high, PLACES)) - centre
-    height = product(places, k)
-    radius = np.linalg.norm(places - np.outer(height, k), axis=1)
-    size = max(float(np.ptp(curve.control_points, axis=0).max()), float(radius.max()))
-    if radius.max() <= 1e-12 * size or max(np.ptp(radius), np.ptp(height)) <= 1e-12 * size:
-        raise GeometryError(
-            "sweeps no area about this axis: it lies on it or runs round it at one height",
-            where="curve",
-            found=f"radius {radius.max():.6g}, height {height[0]:.6g} about {k.tolist()}",
-            allowed='a curve in a plane through the axis, say an arc with axis = "x" about z',
-        )
 
 
 # ---------------------------------------------------------------- surfaces with a name
@@ -190,7 +165,7 @@ def plane(
 
 def disc(*, radius: float = 1.0, centre: ArrayLike = ORIGIN, axis: Axis = "z") -> NurbsSurface:
     """Flat disc, u from the centre (a pole) to the rim, v the angle; normal along `axis`."""
-    rim = _turned(line(ORIGIN, (_size(radius, "radius"), 0.0, 0.0)))
+    rim = revolved(line(ORIGIN, (_size(radius, "radius"), 0.0, 0.0)))
     return rim.transposed()._moved(transform.frame(axis, centre))
 
 
@@ -204,7 +179,7 @@ def cylinder(
 ) -> NurbsSurface:
     """Side of a cylinder without its ends, `centre` at half its height, normals outward."""
     r, h = _size(radius, "radius"), 0.5 * _size(height, "height")
-    side = _turned(line((r, 0.0, -h), (r, 0.0, h)), angle)
+    side = revolved(line((r, 0.0, -h), (r, 0.0, h)), angle)
     return side._moved(transform.frame(axis, centre))
 
 
@@ -225,7 +200,7 @@ def cone(
     top = float(_number(top_radius, "top_radius"))
     if not (math.isfinite(top) and top >= 0.0):
         raise GeometryError("must not be negative", where="top_radius", found=top_radius)
-    side = _turned(line((r, 0.0, 0.0), (top, 0.0, h)), angle)
+    side = revolved(line((r, 0.0, 0.0), (top, 0.0, h)), angle)
     return side._moved(transform.frame(axis, centre))
 
 
@@ -242,7 +217,7 @@ def ellipsoid(
 ) -> NurbsSurface:
     """Ellipsoid with the half axes `axes` along x, y and z before it is placed."""
     a, b, c = _sizes(axes, 3, "axes")
-    half = _turned(_meridian(-0.5 * math.pi, 0.5 * math.pi, 0.0, 1.0))
+    half = revolved(_meridian(-0.5 * math.pi, 0.5 * math.pi, 0.0, 1.0))
     return half.scaled((a, b, c))._moved(transform.frame(axis, centre))
 
 
@@ -262,7 +237,7 @@ def torus(
             found=minor,
             allowed=f"less than major = {major!r}",
         )
-    ring = _turned(_meridian(0.0, 2.0 * math.pi, big, small))
+    ring = revolved(_meridian(0.0, 2.0 * math.pi, big, small))
     return ring._moved(transform.frame(axis, centre))
 
 
