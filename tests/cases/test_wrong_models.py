@@ -192,6 +192,7 @@ AFTER = [
     wrong("one long step", DROPPED, "step", "in the one step to t = 8 ms", "22 mm deeper",
           auto="step = 8.0\nallow_unstable = true"),
     wrong("stopped before the peak", DROPPED, "unfinished", "when the run ends", end="end = 6.0"),
+    wrong("stopped on the way back", DROPPED, "unfinished", "when the run ends", end="end = 9.0"),
     wrong("a drop through the pad", DROPPED, "thickness", "4 mm thick", thick="thickness = 4.0"),
     wrong("a drop beyond the table", DROPPED, "table", curve="[[0, 0], [0.1, 0.1], [0.3, 0.2]]",
           thick="thickness = 40.0"),

@@ -97,7 +97,10 @@ def test_collapsed_surface_has_no_area():
 
 
 def test_a_surface_without_area_but_for_rounding_is_not_quartered_for_ever():
-    ring = shapes.torus(major=8.0, minor=1e-14)
+    torus, half = shapes.torus(major=8.0, minor=1.0), shapes.torus(major=8.0, minor=0.5)
+    tube = 2.0 * (torus.control_points - half.control_points)
+    thin = torus.control_points - (1.0 - 1e-14) * tube
+    ring = NurbsSurface(torus.degrees, torus.knots, thin, torus.weights)
     assert 0.0 <= ring.area(1e-9) < 1e-10
     line = NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], [[1e-17, 0.3, 0.1], [0.0, 0.3, 0.1]])
     assert line.length(1e-12) < 1e-15

@@ -28,6 +28,10 @@ _DAMPED = 0.75
 _DEEP = 0.4
 # And of the longest step in.
 _STEPS = 4.0
+# Of the force of an impact: what is left of it where it is over.
+_PRESSED = 0.2
+# Of the time since the first contact: its end, and of the penetration what may change in it.
+_LATE, _GROWN = 0.2, 0.01
 # Of its curve's force: what the resultant may lack without a word.
 _APART = 0.02
 
@@ -133,14 +137,23 @@ def _damped(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterat
 
 
 def _unfinished(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
-    """Impacts that are cut off before what is free comes back."""
-    force = own["force"]
-    if pair.free and force.max() > 0.0 and int(np.argmax(force)) == len(force) - 1:
+    """Impacts that are cut off before what is free comes back.
+
+    What rests does not move, and what swings to and fro has come back before.
+    """
+    deep, force, time = own["max_penetration"], own["force"], own["time"]
+    if not pair.free or force[-1] <= _PRESSED * force.max():
+        return
+    began = float(time[np.argmax(deep > 0.0)])
+    late = deep[time >= time[-1] - _LATE * (time[-1] - began)]
+    once = deep[-1] <= (1.0 + _GROWN) * deep[np.argmax(deep) :].min()
+    if once and np.ptp(late) > _GROWN * deep.max():
+        left, most = (scene.said(float(value), "force") for value in (force[-1], force.max()))
         yield Finding(
             "unfinished",
             pair.where,
-            f"the force is at its greatest, {scene.said(float(force[-1]), 'force')}, when the run "
-            "ends: peaks and criteria are those of a part of the impact",
+            f"when the run ends the impact is not over: the force is {left}, {most} at its "
+            "greatest; criteria and peaks are those of a part of the impact",
             "Let the run end later; --resume goes on from here",
         )
 
