@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -60,18 +59,3 @@ def test_a_kernel_is_missing_until_it_is_kept(tmp_path: Path) -> None:
     command = [sys.executable, "-c", run, str(tmp_path)]
     said = [subprocess.run(command, capture_output=True, text=True).stdout for _ in range(2)]
     assert said == ["True\nFalse False\n", "False\nFalse False\n"]
-
-
-def test_loading_a_kernel_leaves_scipy_alone_and_numba_can_do_without_ours() -> None:
-    """scipy.linalg takes as long to import as numba; a kernel of somebody else's may need it."""
-    code = (
-        "import sys; import numpy as np; from numba import njit\n"
-        "from contiga.num.kernels.rigid_nb import to_body\n"
-        "to_body(np.zeros((1, 3)), np.eye(4), np.zeros((1, 3)), 0, 1)\n"
-        "print('scipy.linalg' in sys.modules)\n"
-        "print(njit(lambda a: np.linalg.inv(a) @ a)(2.0 * np.eye(2)).tolist())"
-    )
-    command = [sys.executable, "-c", code]
-    env = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"}
-    done = subprocess.run(command, env=env, capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines() == ["False", "[[1.0, 0.0], [0.0, 1.0]]"]
