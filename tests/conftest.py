@@ -13,7 +13,7 @@ import numba
 import pytest
 from hypothesis import settings
 
-from contiga.num.compiler import KernelDispatcher
+from contiga.jit.dispatcher import KernelDispatcher
 
 # No test is timed: the first example may compile or import what it needs.
 settings.register_profile("untimed", settings.default, deadline=None)

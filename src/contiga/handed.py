@@ -8,12 +8,14 @@ pointer. They read it as any other: `tables.elements.coefs`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TypeVar
 
 Class = TypeVar("Class", bound=type)
 
 HANDED: set[type] = set()
 """Classes that are handed by reference."""
+_LISTENERS: list[Callable[[type], object]] = []
 
 
 def by_reference(tuple_class: Class) -> Class:
@@ -23,4 +25,16 @@ def by_reference(tuple_class: Class) -> Class:
     cannot make one, and must not return its arrays.
     """
     HANDED.add(tuple_class)
+    for listener in _LISTENERS:
+        listener(tuple_class)
     return tuple_class
+
+
+def for_each_marked(listener: Callable[[type], object]) -> None:
+    """Call `listener` with every class that is marked, now and from now on.
+
+    So the compiler's type of a class is told where there is a compiler, and classes need none.
+    """
+    _LISTENERS.append(listener)
+    for tuple_class in tuple(HANDED):
+        listener(tuple_class)

@@ -9,7 +9,7 @@ import pytest
 from tests.kernels import exercises
 from tests.kernels.recording import Types, recorded
 
-from contiga.num.compiler import KernelDispatcher
+from contiga.jit.dispatcher import KernelDispatcher
 from contiga.warmup.listing import listing
 
 LISTED = listing().kernels

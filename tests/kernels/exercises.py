@@ -13,7 +13,7 @@ import contiga as cg
 from contiga.contact.tracked import blank
 from contiga.errors import MissingPackageError
 from contiga.extras import require
-from contiga.num.lazy import compile_all
+from contiga.jit.late import compile_all
 from contiga.records import FloatArray, IntArray
 from contiga.report import write_report
 from contiga.search.piece_lists import WORTH

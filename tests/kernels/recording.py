@@ -18,9 +18,10 @@ from tests.kernels import exercises
 
 import contiga as cg
 from contiga.io import apart
-from contiga.num.compiler import LOCAL, KernelDispatcher
-from contiga.num.reference import Reference
-from contiga.num.resident import TYPES, is_reader
+from contiga.jit.dispatcher import KernelDispatcher
+from contiga.jit.reference import Reference
+from contiga.jit.resident import TYPES, is_reader
+from contiga.jit.stamps import LOCAL
 from contiga.warmup.listing import FILE
 
 types: Any = numba_types

@@ -53,7 +53,7 @@ def test_version_is_that_of_the_package() -> None:
 
 def test_kernels_import_only_numpy_numba_math_and_kernels() -> None:
     allowed = ("numpy", "numba", "math", "typing", "__future__")
-    allowed += ("contiga.num", "contiga.records", "contiga.handed")
+    allowed += ("contiga.num", "contiga.jit", "contiga.records", "contiga.handed")
     for path in SOURCES:
         if not is_kernel(path):
             continue

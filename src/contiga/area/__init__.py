@@ -1,3 +1,3 @@
 """Contact area of the points that touch."""
 
-import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
+import contiga.jit  # noqa: F401 (before any kernel: how they are kept)

@@ -10,17 +10,17 @@ import sys
 
 from contiga.errors import MissingPackageError
 from contiga.extras import require
-from contiga.num.garbage import look_seldom
+from contiga.warmup.garbage import looked_for_seldom
 
 
 def main() -> None:
     """Run the command line and leave with its exit code."""
-    look_seldom()
     try:
         require("the command line", "typer", "rich", "pydantic")
     except MissingPackageError as error:
         print(f"contiga: error: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
-    from contiga.cli.commands import main as run
+    with looked_for_seldom():
+        from contiga.cli.commands import main as run
 
-    run()
+        run()

@@ -28,7 +28,7 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
         return
     from numba.core import event
 
-    from contiga.num.compiler import COMPANY
+    from contiga.jit.cache import COMPANY
     from contiga.num.threads import thread_count
 
     helpers = min(thread_count() - 1, HELPERS) if helped else 0
@@ -74,7 +74,7 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
 
 def _is_first() -> bool:
     """Whether the kernel of tracking has to be compiled, which every case comes to."""
-    from contiga.num.preload import is_missing
+    from contiga.jit.preload import is_missing
     from contiga.search.kernels.track_nb import track_chunks
 
     return is_missing(track_chunks)
@@ -86,7 +86,7 @@ def _line(helpers: int) -> str:
 
 
 def _crew(helpers: int) -> Crew:
-    from contiga.num.compiler import COMPANY
+    from contiga.jit.cache import COMPANY
     from contiga.warmup.crew import Crew
 
     crew = Crew(helpers)

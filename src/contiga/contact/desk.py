@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.handed import by_reference
+from contiga.jit.resident import Resident
 from contiga.masters.protocol import Master, Surface
-from contiga.num.resident import Resident
 from contiga.records import (
     ByteArray,
     FloatArray,

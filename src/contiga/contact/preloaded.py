@@ -8,7 +8,7 @@ from contiga.geometry.kernels.edge_gap_nb import image_gap
 from contiga.geometry.kernels.evaluate_nb import curve_range, surface_range
 from contiga.geometry.kernels.trim_build_nb import fill_cells, monotone_pieces
 from contiga.geometry.kernels.trim_nb import box_state
-from contiga.num.preload import preload
+from contiga.jit.preload import preload
 from contiga.search.kernels.curve_leaves_nb import curve_leaves
 from contiga.search.kernels.hierarchy_nb import surface_leaves
 from contiga.search.kernels.hit_nb import last_crossings

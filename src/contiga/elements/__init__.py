@@ -1,3 +1,3 @@
 """Bézier elements of a set of faces: tables, evaluation, bounds, neighbours."""
 
-import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
+import contiga.jit  # noqa: F401 (before any kernel: how they are kept)

@@ -1,3 +1,3 @@
 """Exact geometry: splines, shapes, refinement, trims, bodies."""
 
-import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
+import contiga.jit  # noqa: F401 (before any kernel: how they are kept)

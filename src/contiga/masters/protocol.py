@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.geometry.faces import Faces
+from contiga.jit.resident import Resident
 from contiga.num.digest import Digest
-from contiga.num.resident import Resident
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, MassProperties, Projection
 from contiga.triangles.trimesh import TriMesh
 

@@ -12,8 +12,8 @@ from numba import typeof
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import InputError
+from contiga.jit.dispatcher import KernelDispatcher
 from contiga.num.arrays import as_points, laid_out
-from contiga.num.compiler import KernelDispatcher
 from contiga.num.kernels.query_nb import NOT_ALIKE, highest_patch
 from contiga.records import FloatArray, Projection, empty_projection
 

@@ -2,37 +2,26 @@
 
 The rows are cut into ranges that the threads take as they come free. Every kernel treats its rows
 one by one, so results are the same bits for any number of threads. The count is numba's own
-(environment variable NUMBA_NUM_THREADS, all cores by default).
-
-The thread that asks works, too. The others look out for work for a while before they go to sleep:
-to wake one up takes as long as to follow hundreds of points, and in a run more work comes soon.
+(NUMBA_NUM_THREADS, all cores by default; less after `numba.set_num_threads`). The thread that asks
+works, too.
 """
 
 from __future__ import annotations
 
-import atexit
 import os
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import suppress
 from functools import lru_cache
 from math import ceil
-from queue import SimpleQueue
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 import numba
-import numpy as np
-
-from contiga.num.heap import keep_freed
-from contiga.num.kernels.watch_nb import watch
+from numba.np.ufunc import parallel
 
 RANGES_PER_THREAD = 6
-LOOKS = 0 if numba.config.DISABLE_JIT else 8_000
-"""How often a thread looks for something before it sleeps: 0.2 ms in all."""
-LONGER_FOR_JOBS, LONGER_FOR_ENDS = 400, 150
-"""Looks by which helpers, and those who wait for them, look longer: who has put something has to
-let go of the GIL first. Who asks for it too soon sleeps until then, and has to be woken up."""
 
 _own = threading.local()
 T = TypeVar("T")
@@ -45,70 +34,26 @@ def thread_count() -> int:
     >>> thread_count() >= 1
     True
     """
-    return 1 if getattr(_own, "busy", False) else int(numba.config.NUMBA_NUM_THREADS)
+    if getattr(_own, "busy", False):
+        return 1
+    # To ask numba would start its threads; before they are there nobody has set their number.
+    if getattr(parallel, "_is_initialized", True):
+        return int(numba.get_num_threads())
+    return int(numba.config.NUMBA_NUM_THREADS)
 
 
-class Mailbox(Generic[T]):
-    """What threads put for others, which look out for it before they sleep."""
-
-    def __init__(self) -> None:
-        self._queue: SimpleQueue[T] = SimpleQueue()
-        self._count = np.zeros(1, np.int64)
-
-    def put(self, item: T) -> None:
-        """Have a thread get it."""
-        self._queue.put(item)
-        self._count[0] += 1
-
-    def get(self, longer: int) -> T:
-        """The next one, once there is one and after so many looks longer."""
-        seen = int(self._count[0])  # before a look at the queue: what comes after that is another
-        if self._queue.empty():
-            watch(self._count, seen, LOOKS, longer)
-        return self._queue.get()
-
-
-class Helpers:
-    """So many threads beside those that ask."""
-
-    def __init__(self, count: int) -> None:
-        self._jobs: Mailbox[Callable[[], object] | None] = Mailbox()
-        self._threads = [
-            threading.Thread(target=self._help, name=f"contiga_{k}", daemon=True)
-            for k in range(count)
-        ]
-        for thread in self._threads:
-            thread.start()
-
-    def put(self, job: Callable[[], object]) -> None:
-        """Have one of them do a job, which raises nothing."""
-        self._jobs.put(job)
-
-    def end(self) -> None:
-        """Have them do what there is to do, and end."""
-        for _ in self._threads:
-            self._jobs.put(None)
-        for thread in self._threads:
-            thread.join()
-
-    def _help(self) -> None:
-        # A job that waited for others of the same helpers could wait for ever.
-        _own.busy = True
-        while (job := self._jobs.get(LONGER_FOR_JOBS)) is not None:
-            job()
-            del job  # and what it holds, while there is no other
+def _begin() -> None:
+    # A job that waited for others of the same helpers could wait for ever.
+    _own.busy = True
 
 
 @lru_cache(maxsize=1)
-def _helpers() -> Helpers:
-    watch(np.zeros(1, np.int64), 0, 0, 0)  # compiled, or read, by one thread
-    helpers = Helpers(max(thread_count() - 1, 1))
-    # None may run what is compiled when the process takes that down.
-    atexit.register(helpers.end)
-    return helpers
+def _helpers() -> ThreadPoolExecutor:
+    """Threads beside those that ask; each begins when there is something for it to do."""
+    count = max(int(numba.config.NUMBA_NUM_THREADS) - 1, 1)
+    return ThreadPoolExecutor(count, thread_name_prefix="contiga", initializer=_begin)
 
 
-keep_freed()  # what a range makes for itself is made again by the next one
 # Threads do not live on in a process that was forked off: it makes its own.
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_helpers.cache_clear)
@@ -127,43 +72,36 @@ def run_ranges(kernel: Callable[..., Any], n: int, grain: int, *args: Any) -> No
     grains = ceil(n / grain)
     step = ceil(grains / min(threads * RANGES_PER_THREAD, grains)) * grain
     starts = deque(range(0, n, step))
-    begun: list[None] = []
-    ends: Mailbox[BaseException | None] = Mailbox()
 
     def work() -> None:
-        while (start := _taken(starts)) is not None:
-            kernel(*args, start, min(start + step, n))
-
-    def help_out() -> None:
-        begun.append(None)
         try:
-            work()
-        except BaseException as error:
-            starts.clear()
-            ends.put(error)
-        else:
-            ends.put(None)
+            while (start := _taken(starts)) is not None:
+                kernel(*args, start, min(start + step, n))
+        finally:
+            starts.clear()  # after an error there is nothing to do for the others either
 
-    helpers = _helpers()
+    jobs: list[Future[None]] = []
     try:
         _own.busy = True
-        for _ in range(min(threads, len(starts)) - 1):
-            helpers.put(help_out)
+        with suppress(RuntimeError):  # Python is ending: this thread does all
+            for _ in range(min(threads, len(starts)) - 1):
+                jobs.append(_helpers().submit(work))
         work()
     finally:
         _own.busy = False
-        starts.clear()  # one who begins from now on finds nothing to do
-        errors = [ends.get(LONGER_FOR_ENDS) for _ in begun]
-    for error in errors:
-        if error is not None:
-            raise error
+        starts.clear()
+        # Who has not begun by now need not.
+        jobs = [job for job in jobs if not job.cancel()]
+        wait(jobs)
+    for job in jobs:
+        job.result()
 
 
 def _taken(starts: deque[int]) -> int | None:
     """The next one, which no other thread takes."""
     try:
-        return starts.popleft() if starts else None
-    except IndexError:  # another thread took the last one in between
+        return starts.popleft()
+    except IndexError:
         return None
 
 
@@ -185,16 +123,8 @@ def started(kernel: Callable[..., R], n: int, grain: int, *args: Any) -> Callabl
 
     With one thread, or where the n rows it goes through are no more than `grain`, it runs at once.
     """
-    if n <= grain or thread_count() == 1:
-        result = kernel(*args)
-        return lambda: result
-    future: Future[R] = Future()
-
-    def job() -> None:
-        try:
-            future.set_result(kernel(*args))
-        except BaseException as error:
-            future.set_exception(error)
-
-    _helpers().put(job)
-    return future.result
+    if n > grain and thread_count() > 1:
+        with suppress(RuntimeError):  # Python is ending: this thread does it
+            return _helpers().submit(kernel, *args).result
+    result = kernel(*args)
+    return lambda: result

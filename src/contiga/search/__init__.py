@@ -1,3 +1,3 @@
 """Feet and first hits of points on exact geometry."""
 
-import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
+import contiga.jit  # noqa: F401 (before any kernel: how they are kept)

@@ -12,9 +12,9 @@ from scipy.sparse.csgraph import connected_components
 
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import stitches
+from contiga.jit.resident import Resident
 from contiga.num.arrays import bytes_of
 from contiga.num.codes import CREASE
-from contiga.num.resident import Resident
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.search import ball, hits, project, safe_distance, side_grid
 from contiga.search.ball_cells import GRID, Balls

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.geometry.faces import Faces
+from contiga.jit import straight
 from contiga.num.arrays import as_points
-from contiga.num.jit import straight
 from contiga.num.query_checks import NO_FEET, checked_feet, checked_mode, checked_out
 from contiga.num.threads import run_ranges, thread_count
 from contiga.num.workspace import Workspace

@@ -1,3 +1,3 @@
 """Triangle meshes: what they are made of, what is wrong with them, and the search on them."""
 
-import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
+import contiga.jit  # noqa: F401 (before any kernel: how they are kept)

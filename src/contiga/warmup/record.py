@@ -10,8 +10,8 @@ from typing import Any
 
 import numba
 
+from contiga.jit.stamps import PACKAGE
 from contiga.num.kernels.rigid_nb import to_body
-from contiga.num.stamps import PACKAGE
 
 FILE = "warmup.json"
 """In the folder of one of the kernels, which every run needs."""

@@ -13,7 +13,7 @@ import threading
 from queue import SimpleQueue
 from typing import Any, TextIO
 
-from contiga.num.garbage import look_seldom
+from contiga.warmup.garbage import looked_for_seldom
 from contiga.warmup.listing import listing
 
 MODEST = 10
@@ -25,16 +25,16 @@ def serve() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started this one
     if hasattr(os, "nice"):
         os.nice(MODEST)
-    look_seldom()
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in (1, 2):  # what libraries print
         os.dup2(nowhere, stream)
-    listing().suppose_records()
     rows: SimpleQueue[int] = SimpleQueue()
     threading.Thread(target=_listen, args=(rows,), daemon=True).start()
-    while True:
-        tell(answers, **compiled(rows.get()))
+    with looked_for_seldom():
+        listing().suppose_records()
+        while True:
+            tell(answers, **compiled(rows.get()))
 
 
 def _listen(rows: SimpleQueue[int]) -> None:

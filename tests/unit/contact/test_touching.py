@@ -18,7 +18,7 @@ from contiga.contact import at_once, closed_body
 from contiga.contact.desk import MOST
 from contiga.contact.kernels import touching_nb
 from contiga.contact.state import State
-from contiga.num.resident import PLACES
+from contiga.jit.resident import PLACES
 from contiga.search.exact_surface import ExactSurface
 
 N = 70

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from time import sleep
 
 import numpy as np
 import pytest
+from numba import config
 
 from contiga.num import threads
 
@@ -17,7 +20,7 @@ from contiga.num import threads
 def anew() -> None:
     """Have no helpers left, as at the beginning."""
     if threads._helpers.cache_info().currsize:
-        threads._helpers().end()
+        threads._helpers().shutdown()
     threads._helpers.cache_clear()
 
 
@@ -123,7 +126,7 @@ def test_the_caller_takes_ranges_and_waits_for_no_thread_that_has_not_begun(
 ) -> None:
     monkeypatch.setattr(threads, "thread_count", lambda: 2)
     hold = threading.Event()
-    threads._helpers().put(lambda: hold.wait(20.0))
+    threads._helpers().submit(hold.wait, 20.0)
     rows = np.zeros(100, dtype=int)
     threads.run_ranges(_count, 100, 8, rows)
     assert (rows == 1).all()
@@ -176,58 +179,9 @@ def test_an_error_of_what_is_started_comes_out(monkeypatch: pytest.MonkeyPatch) 
         result()
 
 
-@pytest.mark.parametrize("late", [0.0, 0.02])
-def test_an_item_is_got_whether_or_not_who_waits_sleeps_by_then(late: float) -> None:
-    mailbox: threads.Mailbox[int] = threads.Mailbox()
-    got: list[int] = []
-    thread = threading.Thread(target=lambda: [got.append(mailbox.get(10)) for _ in range(100)])
-    thread.start()
-    for k in range(100):
-        if k % 25 == 0:
-            sleep(late)
-        mailbox.put(k)
-    thread.join(20.0)
-    assert got == list(range(100))
-
-
-def test_items_that_wait_are_got_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    def no_watch(*_: object) -> None:
-        raise AssertionError("there was something to get")
-
-    mailbox: threads.Mailbox[int] = threads.Mailbox()
-    mailbox.put(1)
-    mailbox.put(2)
-    monkeypatch.setattr(threads, "watch", no_watch)
-    assert [mailbox.get(0), mailbox.get(0)] == [1, 2]
-
-
-def test_who_waits_looks_until_an_item_comes_and_sleeps_if_none_does(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    mailbox: threads.Mailbox[int] = threads.Mailbox()
-    looks: list[tuple[int, int, int]] = []
-
-    def watch(count: np.ndarray, seen: int, most: int, longer: int) -> None:
-        looks.append((int(count[0]) - seen, most, longer))
-        mailbox.put(7)
-
-    monkeypatch.setattr(threads, "watch", watch)
-    assert mailbox.get(5) == 7
-    assert looks == [(0, threads.LOOKS, 5)]
-
-
-def test_helpers_do_what_was_put_before_they_end() -> None:
-    helpers, done = threads.Helpers(2), []
-    for k in range(20):
-        helpers.put(lambda k=k: done.append(k))
-    helpers.end()
-    assert sorted(done) == list(range(20))
-    assert not any(thread.is_alive() for thread in helpers._threads)
-
-
 def test_ranges_are_done_without_helpers_that_have_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(threads, "thread_count", lambda: 2)
-    threads._helpers().end()
+    threads._helpers().shutdown()
     rows = np.zeros(100, dtype=int)
     threads.run_ranges(_count, 100, 8, rows)
     assert (rows == 1).all()
@@ -286,3 +240,15 @@ def test_what_runs_on_a_thread_has_that_alone(monkeypatch: pytest.MonkeyPatch) -
     assert len(counts) == 2
     assert set(counts.values()) == {1}
     assert threads.thread_count() == 2
+
+
+@pytest.mark.skipif(config.DISABLE_JIT, reason="numba starts no threads")
+@pytest.mark.parametrize("asked", [1, 2])
+def test_threads_are_as_many_as_numba_is_told(asked: int) -> None:
+    code = (
+        "import numba\nfrom contiga.num.threads import thread_count\nprint(thread_count())\n"
+        f"numba.set_num_threads({asked})\nprint(thread_count())"
+    )
+    env = os.environ | {"NUMBA_NUM_THREADS": "2"}
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=env)
+    assert run.stdout.split() == ["2", str(asked)], run.stderr

@@ -10,7 +10,7 @@ from numba import config, njit
 from tests.stress.tracking import slivers
 
 import contiga as cg
-from contiga.num.compiler import CalledCompiler
+from contiga.jit.pipeline import CalledCompiler
 from contiga.records import empty_projection
 from contiga.search.kernels import lanes_nb, project_nb
 from contiga.search.kernels.lanes_nb import BY_ROW, RECORD

@@ -73,7 +73,7 @@ def test_a_process_that_lays_no_records_out_compiles_what_reads_them(tmp_path: P
 
 
 RUN = """
-    from contiga.num.compiler import COMPANY
+    from contiga.jit.cache import COMPANY
     from contiga.warmup.crew import Crew
     from contiga.warmup.listing import listing
 

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch, whole_scratch
 from contiga.num.codes import OK
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch, whole_scratch
 
 # Cut of an edge whose outer end lies inside without being in contact: each end keeps its half.
 HALF = 0.5

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from contiga.area.kernels.facet_area_nb import hand_over, polygon_of
-from contiga.num.jit import inlined, inner, kernel
+from contiga.jit import inlined, inner, kernel
 from contiga.num.kernels.fma_nb import fma
 
 LANES = 16

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
 
 
 @kernel()

@@ -8,9 +8,9 @@ from __future__ import annotations
 from contiga.contact.kernels.carrying_nb import at
 from contiga.contact.kernels.judge_nb import NOT_ASKED, is_needed, judge_plain, take_nearest
 from contiga.contact.kernels.settle_nb import KEEP, becomes, distance, take_foot
-from contiga.num.jit import inner
+from contiga.jit import inner
+from contiga.jit.resident import reader
 from contiga.num.kernels.query_nb import blank_foot
-from contiga.num.resident import reader
 from contiga.search.kernels.nearest_nb import project_global, project_proved
 
 tables_at = reader("contiga.search.table_types.Tables")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
 
 
 @inner()

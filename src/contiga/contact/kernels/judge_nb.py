@@ -10,8 +10,8 @@ import math
 
 from contiga.contact.kernels.settle_nb import PART, holds_on, remember_foot, take_foot, turns
 from contiga.contact.kernels.status_nb import FREE, LOST, OLD, RELEASED
+from contiga.jit import inner, kernel
 from contiga.num.codes import OK
-from contiga.num.jit import inner, kernel
 
 NOT_ASKED = -1
 """Status of closest points that were not asked for."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.num.jit import inner
+from contiga.jit import inner
 
 BLOCK = 128
 """Numbers that are not halved any more."""

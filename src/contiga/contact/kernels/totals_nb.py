@@ -6,8 +6,8 @@ import numpy as np
 
 from contiga.contact.kernels.carrying_nb import at, way_of
 from contiga.contact.kernels.sums_nb import sum_of
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
 
 WORK, STORED, HYSTERESIS, DAMPING, FRICTION = 6, 7, 8, 9, 10
 TOTALS = 11

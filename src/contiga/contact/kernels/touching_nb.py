@@ -23,10 +23,10 @@ from contiga.contact.kernels.settle_nb import (
     stay,
     tell,
 )
+from contiga.jit import inner, kernel
+from contiga.jit.resident import reader
 from contiga.num.codes import MAX_ITERATIONS
-from contiga.num.jit import inner, kernel
 from contiga.num.kernels.rigid_nb import to_body
-from contiga.num.resident import reader
 from contiga.search.kernels.ball_nb import radii
 from contiga.search.kernels.lanes_nb import RECORD
 from contiga.search.kernels.side_nb import places as places_of

@@ -18,8 +18,9 @@ from __future__ import annotations
 
 import math
 
-import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
-from contiga.num.jit import inner, kernel
+import contiga.jit  # noqa: F401 (before any kernel: how they are kept)
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
 from contiga.num.rigid_lanes import (
     AXES,
     CENTRE,
@@ -34,7 +35,6 @@ from contiga.num.rigid_lanes import (
     VELOCITY,
     WAYS,
 )
-from contiga.num.scratch import scratch
 
 ROUNDS = 50
 """Of the midpoint's iteration, which gains digits by the angle of a step."""

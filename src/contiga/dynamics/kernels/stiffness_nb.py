@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
+import contiga.jit  # noqa: F401 (before any kernel: how they are kept)
 from contiga.dynamics.kernels.rigid_body_nb import direction
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
 from contiga.num.rigid_lanes import AXES, CENTRE, MASS, MOMENTS, SPINS, TURN, WAYS
-from contiga.num.scratch import scratch
 
 SWEEPS = 30
 ROUNDING = 1e-15

@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
 
 
 @inner()

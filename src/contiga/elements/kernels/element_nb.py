@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
+from contiga.jit import inlined, inner, kernel
 from contiga.num.codes import GENERAL, RATIONAL_CUBIC
-from contiga.num.jit import inlined, inner, kernel
 from contiga.num.kernels.fma_nb import fma
 
 # Columns of the table `h`: value, d/ds, d/dt, d²/ds², d²/dsdt, d²/dt².

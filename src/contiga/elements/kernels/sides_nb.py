@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from contiga.elements.kernels.element_nb import evaluate
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
 
 SAMPLES = 5
 COLLAPSED = 1e-14

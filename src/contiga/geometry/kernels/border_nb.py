@@ -26,7 +26,7 @@ from contiga.geometry.kernels.triangulation_nb import (
     turn,
     walk,
 )
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
 
 
 @kernel()

@@ -20,8 +20,8 @@ from contiga.geometry.kernels.refine_nb import (
 )
 from contiga.geometry.kernels.shape_nb import evaluate
 from contiga.geometry.kernels.triangulation_nb import BORDER, TRIANGLES
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
 
 PLACES = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
 """Where a triangle is sampled, as shares of its corners: on sides, where the surface may lie over

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from contiga.geometry.kernels.evaluate_nb import curve_range, make_scratch, surface_point
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
 
 ROUNDS = 40
 PER_SPAN = 6

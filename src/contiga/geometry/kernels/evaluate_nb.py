@@ -9,7 +9,7 @@ import numpy as np
 
 from contiga.geometry.kernels.basis_nb import basis_derivatives, find_span
 from contiga.handed import by_reference
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
 
 # A normal from S_u × S_v that has lost more than half of its digits to cancellation is
 # replaced by the limit from inside the domain.

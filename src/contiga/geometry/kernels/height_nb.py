@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.geometry.kernels.chord_nb import copy_piece, cut, restrict
-from contiga.num.jit import inner
+from contiga.jit import inner
 
 DEPTH = 8
 """Most quarterings of an element's part."""

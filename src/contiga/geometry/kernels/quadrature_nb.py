@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
 
 # Deep enough for |N| with a kink along a line; a smooth element needs one or two levels.
 MAX_DEPTH = 20

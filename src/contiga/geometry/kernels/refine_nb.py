@@ -33,7 +33,7 @@ from contiga.geometry.kernels.triangulation_nb import (
     walk,
 )
 from contiga.handed import by_reference
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
 
 NEW, GOOD, CHECKED, GIVEN_UP = 0, 1, 2, 3
 """States of a triangle."""

@@ -15,7 +15,7 @@ import numpy as np
 from contiga.geometry.kernels.evaluate_nb import Scratch, SurfaceArrays, surface_point
 from contiga.geometry.kernels.triangulation_nb import BORDER, FRAME, VERTICES
 from contiga.handed import by_reference
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
 
 TURN = 0.3
 """Largest distance as a share of the radius of curvature: sides then turn by at most a quarter."""

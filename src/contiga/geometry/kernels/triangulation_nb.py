@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.handed import by_reference
-from contiga.num.jit import inner
+from contiga.jit import inner
 
 GRID = 2.0**-49
 BORDER = -1

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from contiga.geometry.kernels.trim_nb import MARGIN, _crosses_right, _range_in_row
+from contiga.jit import inner, kernel
 from contiga.num.codes import CUT
-from contiga.num.jit import inner, kernel
 from contiga.num.kernels.sort_nb import sort
 
 ROOT_WIDTH = 1e-14

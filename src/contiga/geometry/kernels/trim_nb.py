@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.handed import by_reference
+from contiga.jit import inner, kernel
 from contiga.num.codes import CUT, IN, OUT
-from contiga.num.jit import inner, kernel
 
 MARGIN = 1e-9
 """Widening of a piece when cells are marked, as a share of the domain; far above rounding."""

@@ -7,5 +7,4 @@
 - sort_nb: numbers put in order, and rows of a table by one of its columns
 - union_nb: sets that are joined, by union and find
 - vector_nb: vectors of three numbers in kernels, as tuples
-- watch_nb: threads that wait for each other for a short time: none of them sleeps meanwhile
 """

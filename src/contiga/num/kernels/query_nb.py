@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from contiga.jit import inner, kernel
 from contiga.num.codes import NO_HIT, NOT_FINITE
-from contiga.num.jit import inner, kernel
 
 ROUNDING = 8.0 * 2.220446049250313e-16
 """Share of the coordinates and the body's size below which lengths are rounding."""

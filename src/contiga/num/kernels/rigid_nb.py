@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 
-import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
-from contiga.num.jit import kernel
+import contiga.jit  # noqa: F401 (before any kernel: how they are kept)
+from contiga.jit import kernel
 
 
 @kernel()

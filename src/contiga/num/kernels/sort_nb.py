@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contiga.num.jit import inner
+from contiga.jit import inner
 
 
 @inner(linked=False)

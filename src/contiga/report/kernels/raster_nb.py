@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-import contiga.num.jit  # noqa: F401 (before any kernel: how they are kept)
-from contiga.num.jit import kernel
+import contiga.jit  # noqa: F401 (before any kernel: how they are kept)
+from contiga.jit import kernel
 from contiga.records import FloatArray, IntArray
 
 _ON_EDGE = -1e-9

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.num.jit import kernel
+from contiga.jit import kernel
 from contiga.num.kernels.union_nb import numbered, unite
 
 

@@ -17,8 +17,8 @@ from numba import types
 
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
+from contiga.jit import inner, lazy
 from contiga.num.codes import CREASE
-from contiga.num.jit import inner, lazy
 from contiga.num.kernels.vector_nb import cross, dot
 from contiga.search.kernels.around_nb import cross as beyond_side
 from contiga.search.kernels.bend_nb import (

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from contiga.elements.kernels.sides_nb import side_point
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch, whole_scratch
 from contiga.num.codes import CREASE, POLE
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.local_nb import expand
 
 MOST = 64

@@ -13,8 +13,8 @@ import math
 import numpy as np
 
 from contiga.elements.kernels.element_nb import BINOMIAL
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import whole_scratch
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import whole_scratch
 from contiga.search.kernels.ball_cell_nb import WORST, bends, deviation, measure
 
 KINK = 1e-8

@@ -12,8 +12,8 @@ import numpy as np
 
 from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.geometry.kernels.trim_nb import point_in_trim
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch, whole_scratch
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch, whole_scratch
 from contiga.search.kernels.ball_plane_nb import clear_ball, far_box, lower, unit
 from contiga.search.kernels.tree_nb import box_distance2
 

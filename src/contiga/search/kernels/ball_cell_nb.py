@@ -14,8 +14,8 @@ import numpy as np
 
 from contiga.elements.kernels.bounds_nb import derivative_bounds, restrict
 from contiga.elements.kernels.element_nb import evaluate
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
 
 WORST = 0.98
 """Cells whose derivatives differ more than this share from those of their middle bound nothing."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contiga.elements.kernels.element_nb import locate
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
 
 
 @inner()

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from contiga.num.jit import inner
+from contiga.jit import inner
 
 ROUNDING = 1e-14
 """Distances of planes are shrunk by this share of the body's size."""

@@ -18,8 +18,8 @@ import math
 
 import numpy as np
 
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch, zero_scratch
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch, zero_scratch
 from contiga.search.kernels.rest_nb import D01, D02, D10, D11, D20, rest_of, unit_normal
 
 INNER, OUTER, SPEED_S, SPEED_T, WIDTH_S, WIDTH_T = 0, 1, 2, 3, 4, 5

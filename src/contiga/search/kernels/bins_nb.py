@@ -13,9 +13,9 @@ import math
 import numpy as np
 
 from contiga.elements.kernels.element_nb import span, spans_a_length
+from contiga.jit import inlined, inner
+from contiga.jit.prefetch import LINE, prefetch
 from contiga.num.codes import BRANCH_EVENT, FACE, OK
-from contiga.num.jit import inlined, inner
-from contiga.num.prefetch import LINE, prefetch
 from contiga.search.kernels.lanes_nb import (
     FLAG,
     FOOT,

@@ -32,8 +32,8 @@ from numba import types
 
 from contiga.elements.kernels.element_nb import locate
 from contiga.geometry.kernels.trim_nb import box_state
+from contiga.jit import inlined, inner, kernel, lazy
 from contiga.num.codes import IN, OK, SMOOTH
-from contiga.num.jit import inlined, inner, kernel, lazy
 from contiga.search.kernels.part_nb import PARTS, part_of
 
 WIDER = 1.1

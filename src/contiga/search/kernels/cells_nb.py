@@ -6,8 +6,8 @@ import math
 
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.num.jit import inner
-from contiga.num.scratch import scratch, whole_scratch
+from contiga.jit import inner
+from contiga.jit.scratch import scratch, whole_scratch
 from contiga.search.kernels.around_nb import MOST, around
 from contiga.search.kernels.bend_nb import (
     SPEED_S,

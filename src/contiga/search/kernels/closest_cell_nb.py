@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from contiga.jit import inner
 from contiga.num.codes import SMOOTH
-from contiga.num.jit import inner
 from contiga.search.kernels.curve_nb import ROUNDING
 
 

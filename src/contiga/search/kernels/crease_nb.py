@@ -31,8 +31,8 @@ import math
 from numba import types
 
 from contiga.elements.kernels.sides_nb import normal_at
+from contiga.jit import inner, lazy
 from contiga.num.codes import CREASE
-from contiga.num.jit import inner, lazy
 from contiga.num.kernels.vector_nb import dot, minus
 from contiga.search.kernels.around_nb import stands
 from contiga.search.kernels.bend_nb import INNER, OUTER

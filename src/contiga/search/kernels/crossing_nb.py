@@ -16,8 +16,8 @@ import math
 
 from contiga.elements.kernels.bounds_nb import cell_box
 from contiga.elements.kernels.element_nb import evaluate
+from contiga.jit import inner
 from contiga.num.codes import EITHER, ENTRIES
-from contiga.num.jit import inlined, inner
 from contiga.num.kernels.vector_nb import column, cross, dot, minus
 from contiga.search.kernels.flat_cell_nb import over_plane, touch
 
@@ -293,7 +293,7 @@ def _push_parts(stack, top, cell, part, across):
     return top + 2
 
 
-@inlined()
+@inner()
 def next_crossing(elements, leaf, pole, path, ends, work, top):
     """Next crossing of one leaf, trimmed or not, among the `top` cells on the stack.
 

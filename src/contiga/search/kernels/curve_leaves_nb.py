@@ -9,9 +9,9 @@ import numpy as np
 from contiga.elements.kernels.bounds_nb import cell_bounds, derivative_bounds, restrict
 from contiga.elements.kernels.element_nb import locate
 from contiga.geometry.kernels.trim_nb import parameter_at
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
 from contiga.num.kernels.sort_nb import sort
-from contiga.num.scratch import scratch
 from contiga.search.kernels.curve_nb import curve_point, piece_parameters
 
 THIN = 1e-7

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from contiga.elements.kernels.element_nb import bernstein_basis, evaluate, locate
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch, zero_scratch
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch, zero_scratch
 
 MAX_ITERATIONS = 60
 POLISH_STEPS = 3

@@ -43,7 +43,7 @@ import math
 from numba import types
 
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.num.jit import inner, lazy
+from contiga.jit import inner, lazy
 from contiga.num.kernels.vector_nb import dot, minus
 from contiga.search.kernels.about_edge_nb import BENT, fold_about, way_to
 from contiga.search.kernels.bend_nb import principal

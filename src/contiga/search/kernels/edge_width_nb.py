@@ -10,10 +10,10 @@ from numba import types
 
 from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.geometry.kernels.trim_nb import cell_of
+from contiga.jit import inner, lazy
+from contiga.jit.scratch import scratch
 from contiga.num.codes import BORDER, CUT, IN, OUT, SMOOTH
-from contiga.num.jit import inner, lazy
 from contiga.num.kernels.vector_nb import column, dot, minus
-from contiga.num.scratch import scratch
 from contiga.search.kernels.curve_nb import piece_parameters
 from contiga.search.kernels.face_nb import in_face
 

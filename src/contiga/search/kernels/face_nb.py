@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from contiga.elements.kernels.element_nb import parameters
 from contiga.geometry.kernels.trim_nb import point_in_trim
+from contiga.jit import inner
 from contiga.num.codes import CUT, IN, POLE
-from contiga.num.jit import inner
 
 
 @inner()

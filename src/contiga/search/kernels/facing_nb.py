@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 
 from contiga.elements.kernels.element_nb import locate
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
 from contiga.num.codes import EDGE, FACE, MAX_ITERATIONS, NOT_FINITE, OK
-from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
-from contiga.num.scratch import scratch
 from contiga.search.kernels.curve_nb import polish, surface_foot
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import write_foot

@@ -7,7 +7,7 @@ import math
 from numba import types
 
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.num.jit import inner, lazy
+from contiga.jit import inner, lazy
 from contiga.num.kernels.vector_nb import column, dot, minus
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 
 from contiga.elements.kernels.sides_nb import normal_at, side_point
-from contiga.num.jit import inner
+from contiga.jit import inner
 from contiga.num.kernels.vector_nb import cross, dot
 from contiga.search.kernels.bend_nb import (
     INNER,

@@ -11,9 +11,9 @@ import math
 
 from contiga.elements.kernels.element_nb import locate
 from contiga.elements.kernels.sides_nb import normal_at
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
 from contiga.num.codes import AT_BORDER, BRANCH_EVENT, CREASE, FACE, IN, OK, POLE
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch
 from contiga.search.kernels.about_edge_nb import edge_work, may_join
 from contiga.search.kernels.around_nb import cross, inward_slope, stands, vertex_exit
 from contiga.search.kernels.bend_nb import principal

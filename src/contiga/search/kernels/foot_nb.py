@@ -8,9 +8,9 @@ from numba import types
 
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
+from contiga.jit import inner, lazy
+from contiga.jit.scratch import scratch, whole_scratch
 from contiga.num.codes import BUDGET, EDGE, FACE, MAX_ITERATIONS, OK, TRIMMED
-from contiga.num.jit import inner, lazy
-from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.curve_nb import polish, surface_foot
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.global_among_nb import on_patch

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.elements.kernels.sides_nb import normal_at
+from contiga.jit import inlined, inner
 from contiga.num.codes import SMOOTH
-from contiga.num.jit import inlined, inner
 
 BESIDE = 1e-9
 """Share of its distance by which a point may stand before a surface that it is beside: rounding."""

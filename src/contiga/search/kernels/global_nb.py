@@ -21,9 +21,9 @@ import math
 
 from contiga.elements.kernels.bounds_nb import look_closer
 from contiga.elements.kernels.element_nb import evaluate
-from contiga.num.jit import inner
+from contiga.jit import inner
+from contiga.jit.scratch import scratch, whole_scratch
 from contiga.num.kernels.vector_nb import cross, dot
-from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.closest_cell_nb import (
     bends_down,
     convex,

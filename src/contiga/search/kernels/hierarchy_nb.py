@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.elements.kernels.bounds_nb import subdivide
+from contiga.jit import kernel
 from contiga.num.codes import OUT
-from contiga.num.jit import kernel
 
 
 @kernel()

@@ -11,8 +11,8 @@ import math
 import numpy as np
 
 from contiga.elements.kernels.element_nb import evaluate, parameters
+from contiga.jit import inner, kernel
 from contiga.num.codes import AT_START, BUDGET, EITHER, ENTRIES, OK, OUT
-from contiga.num.jit import inlined, inner, kernel
 from contiga.num.kernels.query_nb import begin_path
 from contiga.search.kernels.crossing_nb import DEPTH, next_crossing
 from contiga.search.kernels.edge_width_nb import BESIDE, edge_width
@@ -26,7 +26,7 @@ X, ELEMENT, S, T, EDGE, OVER = 0, 1, 2, 3, 4, 5
 """Columns of what was found: x, element, s, t, width of an edge beside it, doubt about x."""
 
 
-@inlined()
+@inner()
 def _meets(node, p, inverse, span, slack):
     """Whether p + x d, near ≤ x ≤ far, meets the node's box, widened by `slack`; the least such x.
 
@@ -52,7 +52,7 @@ def _reciprocal(x):
     return 1.0 / x if abs(x) > 1e-290 else math.inf
 
 
-@inlined()
+@inner()
 def _next_leaves(tree, p, inverse, span, slack, queue, top):
     """Next node of leaves that the path meets within `span`, −1 for none, and nodes left."""
     nodes, entry = queue
@@ -167,7 +167,7 @@ def _stays_off(plate, p, d, ends, slack):
     return is_passed(plate, p, d, span, slack + plate["skirt"])
 
 
-@inlined()
+@inner(linked=False)
 def _search(tables, segment, sense, found, queue, work):
     """First crossings of a segment (p, d, length, slack, spare, loose): entries in found[0], where
     it leaves in found[1] (`sense` EITHER only). `spare` is how far beyond the ends one may lie,

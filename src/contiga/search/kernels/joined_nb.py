@@ -12,8 +12,8 @@ import numpy as np
 
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
+from contiga.jit import inner
 from contiga.num.codes import SMOOTH
-from contiga.num.jit import inner
 from contiga.search.kernels.bend_nb import BENDS, INNER, OUTER, bend_work, principal
 from contiga.search.kernels.branch_nb import (
     WIDER,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.num.jit import kernel
-from contiga.num.scratch import scratch
+from contiga.jit import kernel
+from contiga.jit.scratch import scratch
 from contiga.search.kernels.curve_nb import curve_point, surface_foot
 from contiga.search.kernels.global_among_nb import on_patch
 from contiga.search.kernels.global_nb import closest

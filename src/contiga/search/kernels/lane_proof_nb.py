@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 
-from contiga.num.block import bits_of, read_anew, turn
-from contiga.num.jit import inlined, inner
-from contiga.num.scratch import scratch
+from contiga.jit import inlined, inner
+from contiga.jit.block import bits_of, read_anew, turn
+from contiga.jit.scratch import scratch
 from contiga.search.kernels.branch_nb import ball_radius, seen_from
 from contiga.search.kernels.lanes_nb import (
     BOX,

@@ -18,10 +18,10 @@ import math
 import numpy as np
 from numba import types
 
-from contiga.num.block import SIZE, read_anew, turn
-from contiga.num.jit import inlined, inner, lazy
-from contiga.num.prefetch import LINE
-from contiga.num.scratch import scratch
+from contiga.jit import inlined, inner, lazy
+from contiga.jit.block import SIZE, read_anew, turn
+from contiga.jit.prefetch import LINE
+from contiga.jit.scratch import scratch
 from contiga.num.vectors import numbers_in_vector
 from contiga.search.kernels.newton_nb import (
     ACTIVE,

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from contiga.elements.kernels.element_nb import evaluate
-from contiga.num.jit import inner
+from contiga.jit import inner
 
 POINT = 1e-24
 """|S_s|² below this share of |S_t|² (or the other way round): the side through here is a point."""

@@ -13,11 +13,11 @@ import numpy as np
 from numba import types
 
 from contiga.elements.kernels.element_nb import place_in, quotient
-from contiga.num.block import SIZE, turn
+from contiga.jit import inlined, inner, lazy
+from contiga.jit.block import SIZE, turn
+from contiga.jit.prefetch import LINE, prefetch
+from contiga.jit.scratch import whole_scratch
 from contiga.num.codes import CUT, GENERAL, OUT, RATIONAL_CUBIC
-from contiga.num.jit import inlined, inner, lazy
-from contiga.num.prefetch import LINE, prefetch
-from contiga.num.scratch import whole_scratch
 from contiga.search.kernels.branch_nb import is_whole, way_beyond
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.lane_proof_nb import NUMBERS, WIDTH, prove, surround, way_around

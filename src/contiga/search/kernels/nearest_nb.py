@@ -14,10 +14,10 @@ from __future__ import annotations
 
 import math
 
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch, whole_scratch
 from contiga.num.codes import MAX_ITERATIONS, NOT_FINITE
-from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
-from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.ball_nb import radius_at
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import found_foot, no_farther

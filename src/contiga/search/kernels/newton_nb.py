@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from contiga.elements.kernels.element_nb import bicubic, quotient
-from contiga.num.jit import inlined
+from contiga.jit import inlined
 from contiga.num.kernels.fma_nb import fma
 
 ROUNDS = 6

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 from contiga.elements.kernels.element_nb import locate, quotient
+from contiga.jit import inlined, inner
 from contiga.num.codes import FACE, GENERAL, OK, OUT, RATIONAL_CUBIC, SMOOTH
-from contiga.num.jit import inlined, inner
 from contiga.search.kernels.newton_nb import (
     ACTIVE,
     DONE,

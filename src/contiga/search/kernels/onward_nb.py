@@ -8,8 +8,8 @@ parameter is long on either side. The place is a start, and nothing rests on it.
 from __future__ import annotations
 
 from contiga.elements.kernels.element_nb import locate
+from contiga.jit import inner
 from contiga.num.codes import SMOOTH
-from contiga.num.jit import inner
 from contiga.search.kernels.one_foot_nb import may_go_on, parameters_of
 from contiga.search.kernels.part_nb import part_of
 

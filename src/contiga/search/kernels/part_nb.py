@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from contiga.jit import inner
 from contiga.num.codes import IN
-from contiga.num.jit import inner
 from contiga.search.kernels.bend_nb import INNER, OUTER, SPEED_S, SPEED_T, WIDTH_S, WIDTH_T
 
 PARTS = 4

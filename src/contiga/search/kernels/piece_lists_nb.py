@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
 from contiga.search.kernels.side_pieces_nb import HIGH, LEAST, LOW, MOST, NORMAL
 
 MOST_VOXELS = 8

@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 
 from contiga.elements.kernels.element_nb import evaluate
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
 from contiga.num.kernels.vector_nb import cross, dot
-from contiga.num.scratch import scratch
 from contiga.search.kernels.closest_cell_nb import Middle, nearest_on_plate, plate_distance
 from contiga.search.kernels.curve_nb import curve_point
 from contiga.search.kernels.face_nb import in_face

@@ -14,9 +14,9 @@ from __future__ import annotations
 
 import math
 
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch, zero_scratch
 from contiga.num.codes import POLE
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch, zero_scratch
 from contiga.search.kernels.bend_nb import (
     INNER,
     MOST_STRETCH,

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 from contiga.elements.kernels.element_nb import locate
-from contiga.num.block import SIZE
+from contiga.jit import inner, kernel
+from contiga.jit.block import SIZE
+from contiga.jit.prefetch import LINE, prefetch
+from contiga.jit.scratch import scratch, whole_scratch
 from contiga.num.codes import CUT, GENERAL, NOT_FINITE, OUT, RATIONAL_CUBIC
-from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import blank_foot
-from contiga.num.prefetch import LINE, prefetch
-from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.bins_nb import ask_for, fetch_rows, hand_rows, order_rows, tells
 from contiga.search.kernels.face_nb import in_face
 from contiga.search.kernels.foot_nb import tracked_foot

@@ -14,8 +14,8 @@ from numba import types
 
 from contiga.elements.kernels.sides_nb import normal_at, side_point
 from contiga.geometry.kernels.trim_nb import point_in_trim
-from contiga.num.jit import inner, lazy
-from contiga.num.scratch import scratch, whole_scratch
+from contiga.jit import inner, lazy
+from contiga.jit.scratch import scratch, whole_scratch
 from contiga.search.kernels.around_nb import MOST, around, collapsed_side
 from contiga.search.kernels.curve_nb import curve_point, piece_parameters, surface_foot
 from contiga.search.kernels.face_nb import in_face

@@ -16,8 +16,8 @@ import math
 
 from contiga.elements.kernels.bounds_nb import cell_bounds
 from contiga.elements.kernels.element_nb import evaluate
-from contiga.num.jit import inlined, inner
-from contiga.num.scratch import scratch
+from contiga.jit import inlined, inner
+from contiga.jit.scratch import scratch
 
 MOST = 8
 """Coefficients of B a direction: degree five at most, and two of T."""

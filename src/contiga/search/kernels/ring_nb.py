@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch, whole_scratch
 from contiga.num.codes import POLE, SMOOTH
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.around_nb import MOST, around, stands
 from contiga.search.kernels.bend_nb import (
     BENDS,

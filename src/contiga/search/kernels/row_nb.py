@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from contiga.elements.kernels.element_nb import locate
-from contiga.num.jit import kernel
+from contiga.jit import kernel
 from contiga.search.kernels.branch_nb import kept_ball, seen_from
 from contiga.search.kernels.one_foot_nb import foot_from, write_proved
 

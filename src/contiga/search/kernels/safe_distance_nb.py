@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from contiga.num.jit import kernel
-from contiga.num.scratch import scratch, whole_scratch
+from contiga.jit import kernel
+from contiga.jit.scratch import scratch, whole_scratch
 from contiga.search.kernels.tree_nb import open_node
 
 

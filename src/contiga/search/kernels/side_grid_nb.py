@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
 from contiga.num.kernels.union_nb import root, unite
 from contiga.search.kernels.side_pieces_nb import HIGH, LEAST, LOW, MOST, NORMAL
 

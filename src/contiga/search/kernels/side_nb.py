@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
 from contiga.search.kernels.side_grid_nb import FIRST_WORD, NONE, ONE, SPLIT
 
 STEPS = 64

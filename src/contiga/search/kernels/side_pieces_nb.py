@@ -12,8 +12,8 @@ import numpy as np
 
 from contiga.elements.kernels.bounds_nb import restrict
 from contiga.geometry.kernels.trim_nb import box_state
+from contiga.jit import inner, kernel
 from contiga.num.codes import CUT, OUT
-from contiga.num.jit import inner, kernel
 
 LOW, HIGH, NORMAL, LEAST, MOST = 0, 3, 6, 9, 10
 """Columns of a piece: its box, and the slab LEAST ≤ normal · x ≤ MOST."""

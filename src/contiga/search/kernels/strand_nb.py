@@ -19,8 +19,8 @@ import numpy as np
 from numba import types
 
 from contiga.geometry.kernels.trim_nb import ON_CURVE, bernstein_at, parameter_at
-from contiga.num.jit import inner, lazy
-from contiga.num.scratch import scratch, whole_scratch
+from contiga.jit import inner, lazy
+from contiga.jit.scratch import scratch, whole_scratch
 from contiga.search.kernels.bend_nb import length
 from contiga.search.kernels.rest_nb import D01, D02, D10, D11, D20
 

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
+from contiga.jit import inner, kernel
 from contiga.num.codes import BRANCH_EVENT, MAX_ITERATIONS
-from contiga.num.jit import inner, kernel
 from contiga.search.kernels.bins_nb import tells
 from contiga.search.kernels.branch_nb import certify_rows
 from contiga.search.kernels.follow_nb import EVENT, follow_rows

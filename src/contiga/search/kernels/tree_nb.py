@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
 from contiga.num.kernels.sort_nb import sort_by
 
 LEAF_SIZE = 2

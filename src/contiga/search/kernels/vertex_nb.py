@@ -29,10 +29,10 @@ import math
 from numba import types
 
 from contiga.elements.kernels.sides_nb import side_point
+from contiga.jit import inner, lazy
+from contiga.jit.scratch import scratch, whole_scratch
 from contiga.num.codes import CREASE
-from contiga.num.jit import inner, lazy
 from contiga.num.kernels.vector_nb import dot, minus
-from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.around_nb import MOST, around, inward_slope, stands
 from contiga.search.kernels.bend_nb import bend_bounds
 from contiga.search.kernels.cells_nb import SNAP

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 
+from contiga.jit import inner
 from contiga.num.codes import (
     AT_BORDER,
     BORDER,
@@ -23,7 +24,6 @@ from contiga.num.codes import (
     SMOOTH,
     VERTEX,
 )
-from contiga.num.jit import inner
 from contiga.search.kernels.around_nb import cross, inward_slope, vertex_exit
 from contiga.search.kernels.local_nb import POINT, direction, expand, line_search
 

@@ -11,9 +11,9 @@ sum of the least widths of these columns at least.
 
 from __future__ import annotations
 
+from contiga.jit import inner
+from contiga.jit.scratch import scratch, whole_scratch
 from contiga.num.codes import IN, SMOOTH
-from contiga.num.jit import inner
-from contiga.num.scratch import scratch, whole_scratch
 from contiga.search.kernels.bend_nb import INNER, WIDTH_S
 from contiga.search.kernels.part_nb import PARTS, scales, take_metric
 

@@ -32,8 +32,8 @@ from numba import types
 
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
+from contiga.jit import inner, lazy
 from contiga.num.codes import POLE, SMOOTH
-from contiga.num.jit import inner, lazy
 from contiga.num.kernels.vector_nb import cross, dot, minus
 from contiga.search.kernels.about_edge_nb import along, at_rim, cell_of, is_in, tangent
 from contiga.search.kernels.bend_nb import INNER, OUTER, SPEED_S, SPEED_T, principal

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
 
 WIDTH = 8
 """Children of a node."""

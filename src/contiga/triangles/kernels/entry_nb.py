@@ -14,8 +14,8 @@ import math
 
 import numpy as np
 
+from contiga.jit import inner, kernel
 from contiga.num.codes import AT_START, EITHER, ENTRIES, OK
-from contiga.num.jit import inner, kernel
 from contiga.num.kernels.query_nb import begin_path
 from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, put
 from contiga.triangles.kernels.facet_nb import TRIANGLE

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
 
 SPREAD = np.uint64(0x9E3779B97F4A7C15)
 """Odd number next to 2⁶⁴ over the golden ratio: multiplied by it, neighbours lie far apart."""

@@ -7,27 +7,34 @@ import os
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
-from numba.core import caching
 
-from contiga.num import jit
-from contiga.num.stamps import PACKAGE
+from contiga.jit.cache import KernelCache, Sourced
+from contiga.jit.stamps import PACKAGE
 
-CALLEE = """
+HOW = """
+import sys
+
 from numba import njit
 
-@njit(cache=True)
+from contiga.jit import kernel
+
+cached = kernel(linked=True) if sys.argv[2:] != ["numba"] else njit(cache=True)
+"""
+CALLEE = """
+from tiny.how import cached
+
+@cached
 def callee(x):
     return x + {0}
 """
 CALLER = """
-from numba import njit
+from tiny.how import cached
 
 {0}
 
-@njit(cache=True)
+@cached
 def caller(x):
     return callee(x)
 """
@@ -37,10 +44,9 @@ from pathlib import Path
 
 folder = Path(sys.argv[1])
 sys.path.insert(0, str(folder))
-if sys.argv[2] == "ours":
-    from contiga.num import jit
+from contiga.jit.stamps import PACKAGES
 
-    jit.keep_by_sources(folder / "tiny")
+PACKAGES.append(folder / "tiny")
 from tiny._caller_nb import caller
 
 print(caller(1), sum(caller.stats.cache_hits.values()))
@@ -61,9 +67,9 @@ from pathlib import Path
 
 folder = Path(sys.argv[1])
 sys.path.insert(0, str(folder))
-from contiga.num import jit
+from contiga.jit.stamps import PACKAGES
 
-jit.keep_by_sources(folder / "tiny")
+PACKAGES.append(folder / "tiny")
 from tiny.late import late
 
 file = folder / "tiny" / "late.py"
@@ -83,6 +89,7 @@ def tiny(tmp_path):
     folder = tmp_path / "tiny"
     folder.mkdir()
     (folder / "__init__.py").write_text("")
+    (folder / "how.py").write_text(HOW)
     (folder / "between.py").write_text("from . import _callee_nb\ncallee = _callee_nb.callee\n")
     (folder / "_callee_nb.py").write_text(CALLEE.format(10))
     (folder / "_caller_nb.py").write_text(CALLER.format(IMPORTS[0]))
@@ -132,7 +139,7 @@ def test_old_code_under_a_new_index_is_not_run(tiny):
 
 def test_a_file_that_changes_before_a_kernel_of_it_is_called_is_not_what_that_is_kept_by(tiny):
     """What is kept is looked for when a kernel is called; its stamp is of what was imported."""
-    text = "from contiga.num.jit import kernel\n\n@kernel()\ndef late(x):\n    return x + 10\n"
+    text = "from contiga.jit import kernel\n\n@kernel()\ndef late(x):\n    return x + 10\n"
     (tiny / "late.py").write_text(text)
 
     def run(then):
@@ -193,7 +200,7 @@ def kernel_files():
 
 @pytest.mark.parametrize("file", kernel_files(), ids=lambda file: file.stem)
 def test_a_kernel_is_decorated_by_what_says_how_it_is_kept(file):
-    assert re.search(r"^from contiga\.num\.jit import ", file.read_text(), re.M)
+    assert re.search(r"^from contiga\.jit import ", file.read_text(), re.M)
 
 
 def test_every_kernel_of_ours_is_kept_so():
@@ -209,11 +216,16 @@ def test_every_kernel_of_ours_is_kept_so():
     )
     kinds = found.stdout.split()
     assert len(kinds) > 200
-    assert all(kind.startswith("Sourced") for kind in kinds)
+    assert set(kinds) == {"Sourced"}
 
 
 def test_files_that_are_not_ours_are_left_to_numba():
-    own = [base for base in caching.CacheImpl._locator_classes if issubclass(base, jit.Sourced)]
-    assert own
-    assert all(base.from_function(importlib.import_module, __file__) is None for base in own)
-    assert Path(__file__).resolve() not in PACKAGE.parents
+    cache = KernelCache(importlib.import_module)
+    assert not isinstance(cache._impl.locator, Sourced)
+
+
+def test_where_a_user_has_numba_look_elsewhere_the_stamps_are_still_ours(tiny):
+    where = {"NUMBA_CACHE_LOCATOR_CLASSES": "UserWideCacheLocator", "XDG_CACHE_HOME": str(tiny)}
+    assert called(tiny, **where) == (11, 0)
+    (tiny / "_callee_nb.py").write_text(CALLEE.format(20))
+    assert called(tiny, **where) == (21, 0)

@@ -12,11 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numba import njit
-from numba.core.compiler import Flags
 
-from contiga.num import compiler
-from contiga.num.compiler import InnerCompiler
-from contiga.num.jit import inner, kernel, straight
+from contiga.jit import inner, kernel, straight
+from contiga.jit.pipeline import InnerCompiler
 
 part = partial(njit, no_cpython_wrapper=True, no_cfunc_wrapper=True, pipeline_class=InnerCompiler)
 
@@ -42,9 +40,9 @@ from pathlib import Path
 
 folder = Path(sys.argv[1])
 sys.path.insert(0, str(folder))
-from contiga.num import jit
+from contiga.jit.stamps import PACKAGES
 
-jit.keep_by_sources(folder / "tiny")
+PACKAGES.append(folder / "tiny")
 from tiny.outer import outer
 from tiny.between import between
 
@@ -104,7 +102,7 @@ def test_a_changed_caller_is_linked_with_kernels_from_the_cache(tmp_path: Path) 
     folder = tmp_path / "tiny"
     folder.mkdir()
     (folder / "__init__.py").touch()
-    head = "from contiga.num.jit import inner, kernel\n"
+    head = "from contiga.jit import inner, kernel\n"
 
     def run(ending: str) -> list[str]:
         for name, text in MODULES.items():
@@ -121,7 +119,7 @@ def test_kernels_called_by_name_are_found_by_other_processes(tmp_path: Path) -> 
     folder = tmp_path / "tiny"
     folder.mkdir()
     (folder / "__init__.py").touch()
-    head = "from contiga.num.jit import inner, kernel\n"
+    head = "from contiga.jit import inner, kernel\n"
 
     def run(ending: str, factor: str = "3.0") -> list[str]:
         for name, text in CALLED.items():
@@ -174,69 +172,6 @@ def test_all_integers_are_one_version() -> None:
     assert len(of.overloads) == 1
 
 
-def test_an_array_that_does_not_fit_is_refused_in_few_words() -> None:
-    @kernel()
-    def put(target, source):
-        target[:] = source
-
-    put(np.zeros(3), np.ones(3))
-    with pytest.raises(ValueError, match="slice of another shape"):
-        put(np.zeros(3), np.ones(4))
-
-    @njit
-    def numbas(target, source):
-        target[:] = source
-
-    with pytest.raises(ValueError, match="from input of"):
-        numbas(np.zeros(3), np.ones(4))
-
-
-def test_a_numba_that_refuses_such_arrays_elsewhere_compiles_them_its_own_way(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    class Elsewhere:
-        """What of numba's module is looked at, without the function that is replaced."""
-
-    monkeypatch.setattr(compiler, "arrayobj", Elsewhere)
-
-    @kernel()
-    def put(target, source):
-        target[:] = source
-
-    with pytest.raises(ValueError, match="from input of"):
-        put(np.zeros(3), np.ones(4))
-    assert not vars(Elsewhere).keys() & {"raise_with_shape_context"}
-
-
-def test_options_kept_elsewhere_are_compared_by_numba() -> None:
-    class Options(Flags):  # type: ignore[misc]
-        """Options whose values are not where they are now."""
-
-        def __getattribute__(self, name: str) -> object:
-            if name == "_values" and sys._getframe(1).f_code.co_name == "equal":
-                raise AttributeError(name)
-            return super().__getattribute__(name)
-
-    one, other = Options(), Options()
-    assert one == other
-    one.release_gil = True
-    assert one != other
-
-
-def test_options_that_differ_are_not_equal() -> None:
-    one, other = Flags(), Flags()
-    assert one == other
-    assert hash(one) == hash(other)
-    one.release_gil = True
-    assert one != other
-    other.release_gil = True
-    assert one == other
-    other.release_gil = False
-    plain = Flags()
-    assert other == plain  # set to what it is anyway
-    assert one != 1
-
-
 def divided(tmp_path: Path) -> Callable[..., str]:
     """A kernel, and two that call it and divide in different ways; what is called in a process of
     its own, by which of them, and what that said: a quotient by zero and the kernel's names."""
@@ -244,18 +179,18 @@ def divided(tmp_path: Path) -> Callable[..., str]:
     folder.mkdir()
     (folder / "__init__.py").touch()
     (folder / "callee.py").write_text(
-        "from contiga.num.jit import inner\n\n@inner(linked=False)\ndef callee(x):\n"
+        "from contiga.jit import inner\n\n@inner(linked=False)\ndef callee(x):\n"
         "    return 1.0 / x\n"
     )
     for model in ("python", "numpy"):
         (folder / f"by_{model}.py").write_text(
-            "from contiga.num.jit import kernel\nfrom tiny.callee import callee\n\n"
+            "from contiga.jit import kernel\nfrom tiny.callee import callee\n\n"
             f"@kernel(error_model='{model}')\ndef by_{model}(x):\n    return callee(x) + 1.0\n"
         )
     code = (
         "import sys; from pathlib import Path\nfolder = Path(sys.argv[1])\n"
-        "sys.path.insert(0, str(folder))\nfrom contiga.num import jit\n"
-        "jit.keep_by_sources(folder / 'tiny')\n"
+        "sys.path.insert(0, str(folder))\nfrom contiga.jit.stamps import PACKAGES\n"
+        "PACKAGES.append(folder / 'tiny')\n"
         "from tiny.by_{0} import by_{0} as one\nfrom tiny.callee import callee\n"
         "print(one(0.0), *(r.fndesc.mangled_name for r in callee.overloads.values()))"
     )

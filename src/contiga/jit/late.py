@@ -26,15 +26,10 @@ from numba.core.imputils import impl_ret_new_ref
 from numba.core.sigutils import normalize_signature
 from numba.core.typing.templates import make_concrete_template, signature
 
-from contiga.num.compiler import (
-    CALLED,
-    LOCAL,
-    CalledCompiler,
-    KernelDispatcher,
-    decorator,
-    plain,
-)
-from contiga.num.stamps import stamp_at_import
+from contiga.jit.dispatcher import KernelDispatcher, decorator, plain
+from contiga.jit.libraries import CALLED
+from contiga.jit.pipeline import CalledCompiler
+from contiga.jit.stamps import LOCAL, stamp_at_import
 
 types: Any = numba_types
 ASK = "contiga_address_of"
@@ -93,12 +88,11 @@ class LazyDispatcher(KernelDispatcher):
 
 def lazily(returns: Any, **options: Any) -> Callable[[Any], Any]:
     """A decorator of kernels that are compiled when kernels call them; options are numba's."""
-    decorate = decorator(CalledCompiler, **options)
+    decorate = decorator(CalledCompiler, LazyDispatcher, **options)
 
     def decorated(function: Any) -> Any:
         made = decorate(function)
-        if isinstance(made, KernelDispatcher):  # a plain function where compiling is switched off
-            made.__class__ = LazyDispatcher
+        if isinstance(made, LazyDispatcher):  # a plain function where compiling is switched off
             made.returns = returns
         return made
 

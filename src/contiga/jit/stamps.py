@@ -17,8 +17,10 @@ IMPORT = re.compile(
 )
 ASIDE = re.compile(r"#[^\n]*|\\\n")
 """Comments, and ends of lines that do not end: they are gone when imports are looked for."""
-PACKAGES: list[Path] = []
+PACKAGES = [PACKAGE]
 """Folders of packages whose kernels are kept by such hashes."""
+LOCAL = "<locals>"
+"""In the names of functions made in functions: there may be several of one name."""
 _IMPORTED: dict[str, tuple[Any, str]] = {}
 """Of a file imported by this process: the import (its specification), and the stamp then."""
 

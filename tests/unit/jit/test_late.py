@@ -15,9 +15,9 @@ import pytest
 from numba import njit, types
 from numba.core.errors import TypingError
 
-from contiga.num import lazy as lazy_module
-from contiga.num.jit import inner, kernel, lazy
-from contiga.num.lazy import compile_all
+from contiga.jit import inner, kernel, lazy
+from contiga.jit import late as lazy_module
+from contiga.jit.late import compile_all
 
 WAIT = 120.0
 """Seconds after which threads wait for each other."""
@@ -40,16 +40,19 @@ import numpy as np
 
 folder = Path(sys.argv[1])
 sys.path.insert(0, str(folder))
-from contiga.num import jit, lazy
+from contiga.jit import lazy as _
+from contiga.jit import late as lazy_module
+from contiga.jit.late import compile_all
+from contiga.jit.stamps import PACKAGES
 
-jit.keep_by_sources(folder / "tiny")
+PACKAGES.append(folder / "tiny")
 from tiny.outer import outer
 from tiny.rare import rare
 from tiny.inmost import inmost
 
 for x in sys.argv[2:]:
     if x == "all":
-        lazy.compile_all()
+        compile_all()
     elif x == "type":
         numba.typeof(np.ones(1, [("another", float)]))
     else:
@@ -74,7 +77,7 @@ def tiny(tmp_path: Path) -> Callable[..., str]:
     folder = tmp_path / "tiny"
     folder.mkdir()
     (folder / "__init__.py").touch()
-    head = "from numba import types\n\nfrom contiga.num.jit import inner, kernel, lazy\n"
+    head = "from numba import types\n\nfrom contiga.jit import inner, kernel, lazy\n"
 
     def said(*numbers: str, ending: str = "", factor: str = "2.0") -> str:
         for name, text in TINY.items():
@@ -271,7 +274,7 @@ def test_what_a_kept_caller_may_call_is_compiled_ahead(tiny: Callable[..., str])
 
 def test_without_a_compiler_they_are_plain_functions() -> None:
     code = (
-        "from numba import types; from contiga.num.jit import lazy\n"
+        "from numba import types; from contiga.jit import lazy\n"
         "def own(x):\n    return x\n"
         "print(lazy(types.float64)(own) is own)"
     )

@@ -12,9 +12,9 @@ from numba import config, njit
 from numba.core.runtime import _nrt_python, rtsys
 
 from contiga.handed import by_reference
-from contiga.num.compiler import KernelCompiler
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch
+from contiga.jit import inner, kernel
+from contiga.jit.pipeline import KernelCompiler
+from contiga.jit.scratch import scratch
 
 pytestmark = pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled")
 

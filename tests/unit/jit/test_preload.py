@@ -17,7 +17,7 @@ RUN = """
 import sys
 
 sys.path.insert(0, sys.argv[1])
-from contiga.num.preload import preload
+from contiga.jit.preload import preload
 from kernels_of_mine import doubled
 
 print(preload([doubled]), len(doubled.overloads))
@@ -43,7 +43,7 @@ def test_what_the_cache_holds_is_loaded_and_nothing_is_compiled(tmp_path: Path) 
 
 
 def test_a_function_that_is_not_compiled_is_passed_over() -> None:
-    from contiga.num.preload import preload
+    from contiga.jit.preload import preload
 
     assert preload([len]) == 0
 
@@ -52,7 +52,7 @@ def test_a_kernel_is_missing_until_it_is_kept(tmp_path: Path) -> None:
     (tmp_path / "kernels_of_mine.py").write_text(SOURCE)
     run = (
         "import sys; sys.path.insert(0, sys.argv[1])\n"
-        "from contiga.num.preload import is_missing\n"
+        "from contiga.jit.preload import is_missing\n"
         "from kernels_of_mine import doubled\n"
         "print(is_missing(doubled)); doubled(1); print(is_missing(doubled), is_missing(len))\n"
     )

@@ -18,12 +18,17 @@ from numba.core.imputils import impl_ret_borrowed, lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate
 from numba.core.typing.typeof import typeof_impl
 from numba.extending import NativeValue, infer_getattr, models, register_model, unbox
+from numba.np.numpy_support import as_dtype
 
-from contiga.handed import HANDED
-from contiga.num.way_in import BORROWED, adapted, shared
+from contiga.handed import for_each_marked
 
 types: Any = numba_types
 DIGITS = 12
+HEAD = ir.LiteralStructType([cgutils.voidptr_t, cgutils.voidptr_t, cgutils.intp_t, cgutils.intp_t])
+"""What the struct of an array begins with, whatever it holds: owner, parent, items, their size."""
+ITEM_SIZE = 3
+BORROWED = "numba_adapt_ndarray"
+"""numba's function that fills the struct of an array, and does not hold it."""
 
 
 class Reference(types.Type):  # type: ignore[misc]
@@ -47,11 +52,13 @@ class ReferenceModel(models.OpaqueModel):  # type: ignore[misc]
 _of_tuple = typeof_impl.dispatch(tuple)
 
 
-@typeof_impl.register(tuple)  # type: ignore[untyped-decorator]
-def type_of_tuple(value: tuple[Any, ...], asked: Any) -> Any:
-    """numba's type of a tuple; a reference where its class is marked."""
+def _type_of(value: tuple[Any, ...], asked: Any) -> Any:
+    """The type of a tuple of a marked class."""
     found = _of_tuple(value, asked)
-    return Reference(found) if type(value) in HANDED and found is not None else found
+    return None if found is None else Reference(found)
+
+
+for_each_marked(lambda kind: typeof_impl.register(kind, _type_of))
 
 
 @unbox(Reference)  # type: ignore[untyped-decorator]
@@ -106,7 +113,7 @@ def _fill(api: Any, of: Any, value: Any, place: Any, rooms: Iterator[Any]) -> An
     """Code that puts a thing of Python at a place; whether that failed."""
     builder, context = api.builder, api.context
     if isinstance(of, types.Array):
-        return adapted(api, of, value, place, BORROWED)
+        return adapted(api, of, value, place)
     if isinstance(of, types.BaseTuple):
         failed = cgutils.false_bit
         for k, part in enumerate(of.types):
@@ -123,6 +130,46 @@ def _fill(api: Any, of: Any, value: Any, place: Any, rooms: Iterator[Any]) -> An
     native = api.to_native_value(of, value)
     builder.store(native.value, place)
     return native.is_error
+
+
+def adapted(api: Any, of: Any, value: Any, place: Any) -> Any:
+    """Code that fills the struct of an array at a place; whether that failed.
+
+    By one function of the module for all arrays: numba writes it out for each, which in kernels
+    that are handed the tables of a body was a fifth of all machine code.
+    """
+    function = shared(api, f"contiga_{BORROWED}", [cgutils.voidptr_t, cgutils.intp_t])
+    if function.is_declaration:
+        _write_adapter(api.context, function)
+    size = cgutils.intp_t(as_dtype(of.dtype).itemsize)
+    return api.builder.call(function, [value, api.builder.bitcast(place, cgutils.voidptr_t), size])
+
+
+def _write_adapter(context: Any, function: Any) -> None:
+    """The code of the function that fills the struct of an array."""
+    builder = ir.IRBuilder(function.append_basic_block())
+    api = context.get_python_api(builder)
+    value, place, size = function.args
+    kind = ir.FunctionType(cgutils.int32_t, [api.pyobj, cgutils.voidptr_t])
+    fill = cgutils.get_or_insert_function(builder.module, kind, BORROWED)
+    code = builder.call(fill, [value, place])
+    head = builder.bitcast(place, HEAD.as_pointer())
+    own = builder.load(cgutils.gep_inbounds(builder, head, 0, ITEM_SIZE))
+    failed = builder.or_(cgutils.is_not_null(builder, code), builder.icmp_unsigned("!=", own, size))
+    with cgutils.if_unlikely(builder, failed):
+        text = "an array whose numbers have another size than the kernel was compiled for"
+        api.err_set_string("PyExc_TypeError", text)
+    builder.ret(failed)
+
+
+def shared(api: Any, name: str, arguments: list[Any]) -> Any:
+    """A function of the module that is given a thing of Python, and tells whether it failed."""
+    kind = ir.FunctionType(cgutils.bool_t, [api.pyobj, *arguments])
+    function = cgutils.get_or_insert_function(api.module, kind, name)
+    if function.is_declaration:
+        function.linkage = "linkonce_odr"
+        function.attributes.add("noinline")
+    return function
 
 
 @infer_getattr

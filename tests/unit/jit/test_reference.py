@@ -10,8 +10,8 @@ import pytest
 from numba import config, njit, typeof
 
 from contiga.handed import HANDED, by_reference
-from contiga.num.jit import inner, kernel
-from contiga.num.reference import Reference
+from contiga.jit import inner, kernel
+from contiga.jit.reference import Reference
 
 pytestmark = pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled")
 

@@ -13,13 +13,13 @@ from pathlib import Path
 
 import pytest
 
-from contiga.num import locks
-from contiga.num.locks import alone
+from contiga.jit import locks
+from contiga.jit.locks import alone
 
 HOLD = """
 import sys, time
 from pathlib import Path
-from contiga.num.locks import alone
+from contiga.jit.locks import alone
 
 with alone(Path(sys.argv[1]), "kernel"):
     print("held", flush=True)
@@ -33,10 +33,10 @@ folder = Path(sys.argv[1])
 sys.path.insert(0, str(folder))
 from numba.core import event
 from numba.core.caching import IndexDataCacheFile
-from contiga.num import jit
-from contiga.num.compiler import KernelCompiler
+from contiga.jit.pipeline import KernelCompiler
+from contiga.jit.stamps import PACKAGES
 
-jit.keep_by_sources(folder / "tiny")
+PACKAGES.append(folder / "tiny")
 from tiny.outer import inmost, outer
 
 own = KernelCompiler.compile_extra
@@ -69,7 +69,7 @@ value = outer(2) if sys.argv[2] == "int" else outer(2.0)
 print(value, counts["compiled"], counts["waited"], flush=True)
 """
 TINY = """
-from contiga.num.jit import inner, kernel
+from contiga.jit import inner, kernel
 
 
 @inner()

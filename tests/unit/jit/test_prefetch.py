@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numba import config, njit
 
-from contiga.num.prefetch import LINE, prefetch
+from contiga.jit.prefetch import LINE, prefetch
 
 
 @njit

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numba import config, njit
 
-from contiga.num.block import bits_of, read_anew, turn
-from contiga.num.scratch import scratch
+from contiga.jit.block import bits_of, read_anew, turn
+from contiga.jit.scratch import scratch
 
 
 @njit

@@ -17,7 +17,7 @@ from numba.core import types as numba_types
 from numba.core.compiler_machinery import AnalysisPass, register_pass
 from numba.core.errors import TypingError
 
-from contiga.num.scratch import SCRATCH
+from contiga.jit.scratch import SCRATCH
 
 types: Any = numba_types
 BORROWED = (

@@ -7,8 +7,8 @@ import pytest
 from numba import config
 from numba.core.errors import TypingError
 
-from contiga.num.jit import inner, kernel
-from contiga.num.scratch import scratch, whole_scratch, zero_scratch
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch, whole_scratch, zero_scratch
 
 compiled = pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled")
 

@@ -19,21 +19,17 @@ from typing import Any
 import llvmlite.binding as llvm
 from numba.core.codegen import JITCodeLibrary
 
-
-class KernelLibrary(JITCodeLibrary):  # type: ignore[misc]
-    """Code of a kernel of ours."""
-
-    _final_module: Any
-
-    def _optimize_functions(self, ll_module: Any) -> None:
-        """Nothing: what is linked is optimised all at once."""
-        ll_module.data_layout = self._codegen._data_layout
+Call = tuple[str, str, str, Any]
+"""(Name of a function, its module, its kernel, types of its arguments)."""
+CALLED: dict[str, Call] = {}
+"""Where a function that is called by name comes from."""
 
 
-class LinkedLibrary(KernelLibrary):
+class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
     """Code of a kernel and of those that it calls, to be linked into its callers and not run."""
 
     _shared_module: Any
+    _final_module: Any
 
     def _optimize_final_module(self) -> None:
         """Nothing: the caller that Python calls does it for all at once."""
@@ -49,7 +45,7 @@ class LinkedLibrary(KernelLibrary):
         super()._finalize_final_module()
 
 
-class CalledLibrary(KernelLibrary):
+class CalledLibrary(JITCodeLibrary):  # type: ignore[misc]
     """Code of a kernel that its callers know by name."""
 
     def _get_module_for_linking(self) -> Any:
@@ -72,3 +68,12 @@ def module_of(lines: list[str], like: Any) -> Any:
     module = llvm.parse_assembly(head + "\n".join(lines))
     module.name = like.name
     return module
+
+
+def calls_of(library: Any) -> list[Call]:
+    """Of `CALLED`, what a library calls by name."""
+    linked = isinstance(library, LinkedLibrary)
+    module = library._shared_module if linked else library._final_module
+    declared = (function for function in module.functions if function.is_declaration)
+    names = (named.name for named in (*declared, *module.global_variables))
+    return [CALLED[name] for name in names if name in CALLED]

@@ -12,8 +12,8 @@ from numba import config, njit, typeof
 
 from contiga.contact.kernels import touching_nb
 from contiga.handed import by_reference
+from contiga.jit.resident import PLACES, TYPES, Resident, reader, types_read
 from contiga.num.kernels import rigid_nb
-from contiga.num.resident import PLACES, TYPES, Resident, reader, types_read
 
 pytestmark = pytest.mark.interpreted
 

@@ -25,7 +25,7 @@ from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 
 from contiga.handed import HANDED
-from contiga.num import reference as reference  # the type of what is read
+from contiga.jit import reference as reference  # the type of what is read
 
 types: Any = numba_types
 TYPES: dict[str, Any] = {}

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from contiga.num import stamps
-from contiga.num.stamps import PACKAGE, stamp_at_import, stamp_of
+from contiga.jit import stamps
+from contiga.jit.stamps import PACKAGE, stamp_at_import, stamp_of
 
 
 @pytest.fixture

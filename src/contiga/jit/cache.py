@@ -1,0 +1,169 @@
+"""Kernels in files: numba's own cache, with stamps of all sources, and one process at a time.
+
+numba stamps a cached kernel with the text of its own file. A kernel holds the code of the kernels
+it calls, so here the stamp is the text of its file and of all files of the package which that
+imports, directly or not: an edit compiles anew what it touches, and nothing else. The stamp is
+part of the files' names too. numba writes the index of a kernel before its code, so that one who
+reads in between, or after a process that died there, would find the old code under the new index.
+
+What is to be compiled is compiled by one process; others wait for it and read it. Locks are by
+kernel and types: as kernels call each other in no circle, neither can processes that wait. What a
+kept kernel calls is kept beside it, and loaded before it.
+
+`NUMBA_CACHE_DIR`, a read-only package and different processors in one folder are numba's business,
+as ever. Only kernels of ours are kept so: no list of numba's is changed.
+"""
+
+from __future__ import annotations
+
+import inspect
+import os
+import re
+import sys
+from contextlib import AbstractContextManager, ExitStack
+from importlib import import_module
+from pathlib import Path
+from typing import Any, Protocol
+
+from numba.core import event
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
+
+from contiga.jit.libraries import CalledLibrary, calls_of, module_of
+from contiga.jit.locks import alone
+from contiga.jit.resident import types_read
+from contiga.jit.stamps import LOCAL, PACKAGES, stamp_at_import
+
+DIGITS = 16
+KEPT = (".nbi", ".nbc")
+"""Endings of the files of compiled kernels."""
+PLACE_IN_MEMORY = re.compile(r"\b0x[0-9a-f]+")
+"""In the names of types of functions: another process has another."""
+
+
+class Company(Protocol):
+    """Others who compile, too. They are told of a kernel by its module, its name and the types of
+    its arguments."""
+
+    def before(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
+        """It is needed and not kept, and will be compiled unless it is kept after this."""
+
+    def after(self, module: str, name: str, arguments: tuple[Any, ...]) -> None:
+        """It is kept, or cannot be compiled."""
+
+
+COMPANY: list[Company] = []
+"""Of this process."""
+
+
+class Sourced:
+    """Where a kernel of our packages is kept: where numba would, by stamps of all sources."""
+
+    def __init__(self, function: Any, numbas: Any) -> None:
+        name = f"{Path(inspect.getfile(function)).stem}.{function.__qualname__}"
+        self._name = name.replace("<", "").replace(">", "")
+        self._stamp = stamp_at_import(function)
+        self._numbas = numbas
+
+    def get_cache_path(self) -> str:
+        """The folder."""
+        return str(self._numbas.get_cache_path())
+
+    def get_source_stamp(self) -> str:
+        """What the index of the function is checked by."""
+        return self._stamp
+
+    def get_disambiguator(self) -> str:
+        """What is put after the function's name in the names of its files."""
+        return self._stamp[:DIGITS]
+
+    def ensure_cache_path(self) -> None:
+        """Called before a kernel is written, too: those of other sources are removed then."""
+        self._numbas.ensure_cache_path()
+        folder = Path(self.get_cache_path())
+        old, own = f"{self._name}-", f"{self._name}-{self.get_disambiguator()}."
+        for name in os.listdir(folder):  # a pattern takes ten times as long, for each kernel
+            if name.startswith(old) and not name.startswith(own) and name.endswith(KEPT):
+                (folder / name).unlink(missing_ok=True)
+
+
+class KernelCacheImpl(CompileResultCacheImpl):  # type: ignore[misc]
+    """What of a compiled kernel is kept: numba's own, and what it calls by name."""
+
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        file = Path(inspect.getfile(function)).resolve()
+        if any(package in file.parents for package in PACKAGES):
+            self._locator: Any = Sourced(function, self._locator)
+            self._filename_base = self.get_filename_base(
+                f"{file.stem}.{function.__qualname__}", getattr(sys, "abiflags", "")
+            )
+
+    def check_cachable(self, compiled: Any) -> bool:
+        """Not where it calls what another process would not find."""
+        found = all(LOCAL not in kernel for _, _, kernel, _ in calls_of(compiled.library))
+        return found and bool(super().check_cachable(compiled))
+
+    def reduce(self, compiled: Any) -> Any:
+        """What is written."""
+        return calls_of(compiled.library), super().reduce(compiled)
+
+    def rebuild(self, target: Any, kept: Any) -> Any:
+        """A compiled kernel of what was written, once all that it calls is there (`known_as`).
+
+        None where that has another name by now: it is compiled anew.
+        """
+        calls, own = kept
+        for name, module, kernel, arguments in calls:
+            if getattr(import_module(module), kernel).known_as(arguments) != name:
+                return None
+        compiled = super().rebuild(target, own)
+        library = compiled.library
+        if library.name == CalledLibrary.__name__:
+            library._shared_module = module_of([], library._final_module)
+        return compiled
+
+
+class KernelCache(FunctionCache):  # type: ignore[misc]
+    """Compiled kernels in files."""
+
+    _impl_class = KernelCacheImpl
+
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        self._home = function.__module__, function.__qualname__
+        self._locks: dict[Any, ExitStack] = {}
+
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        """What is kept. Where nothing is, the caller compiles, and alone, until `done`."""
+        found = super().load_overload(signature, target)
+        if found is None and signature not in self._locks:
+            for company in COMPANY:
+                with _waiting():
+                    company.before(*self._home, signature)
+            lock = self._locks[signature] = ExitStack()
+            lock.enter_context(self._alone(str(signature), _waiting))
+            found = super().load_overload(signature, target)
+        return found
+
+    def _index_key(self, signature: Any, codegen: Any) -> Any:
+        return *super()._index_key(signature, codegen), types_read(self._py_func)
+
+    def save_overload(self, signature: Any, compiled: Any) -> None:
+        """numba's own reads the index of a kernel, and writes it with one line more."""
+        with self._alone("index"):
+            super().save_overload(signature, compiled)
+
+    def done(self, signature: Any) -> None:
+        """It is there, or cannot be compiled: others may look."""
+        self._locks.pop(signature, ExitStack()).close()
+        for company in COMPANY:
+            company.after(*self._home, signature)
+
+    def _alone(self, what: str, *how: Any) -> AbstractContextManager[None]:
+        name = f"{self._cache_file._index_name} {PLACE_IN_MEMORY.sub('', what)}"
+        return alone(self._cache_path, name, *how)
+
+
+def _waiting() -> AbstractContextManager[None]:
+    """Waiting for the compiler of another process counts as compiling."""
+    return event.trigger_event("numba:compile", data={})

@@ -1,0 +1,110 @@
+"""Kernels with one version each, which files keep.
+
+numba makes a version for each width of an integer, and for each value where that is a constant.
+Between kernels all integers are 64 bits here: a first run compiles each kernel once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+from numba import config
+from numba.core import types as numba_types
+from numba.core.registry import CPUDispatcher
+
+from contiga.jit.cache import KernelCache
+from contiga.jit.libraries import CALLED
+from contiga.jit.pipeline import CalledCompiler, KernelCompiler
+from contiga.jit.stamps import stamp_at_import
+
+types: Any = numba_types
+
+
+class KernelDispatcher(CPUDispatcher):  # type: ignore[misc]
+    """A kernel with one version for calls from kernels, whatever integers they hand it."""
+
+    _entries: tuple[Callable[..., Any], ...] = ()
+
+    @property
+    def straight(self) -> Callable[..., Any]:
+        """The kernel, called without a look at what it is handed, once it has its one version.
+
+        Dispatching looks at the type of every array that a call hands over: of the tables of a body
+        and a few arrays 8 µs, where the call itself takes one. So a caller hands it what it has
+        looked at itself: arrays of other types would be taken for those it was compiled for.
+        """
+        return self._entries[0] if len(self._entries) == 1 else self
+
+    def enable_caching(self) -> None:
+        """Keep what is compiled: in files looked for when there is something to read or to write.
+
+        Most kernels of an import are not called in a process.
+        """
+        stamp_at_import(self.py_func)
+        self.__dict__.pop("_cache", None)
+
+    @cached_property
+    def _cache(self) -> Any:
+        return KernelCache(self.py_func)
+
+    def compile(self, signature: Any) -> Any:
+        """Have a version: read, or compiled."""
+        try:
+            return super().compile(signature)
+        finally:
+            if isinstance(self._cache, KernelCache):  # not what came out of a pickle
+                self._cache.done(signature)
+
+    def known_as(self, arguments: Any) -> str:
+        """The name by which callers know a version, once it is there: read, or compiled."""
+        self.compile(arguments)
+        return str(self.overloads[arguments].fndesc.mangled_name)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """What numba asks how a call is to be typed."""
+        args = tuple(plain(of) for of in args)
+        return super().get_call_template(args, {name: plain(kws[name]) for name in kws})
+
+    def add_overload(self, compiled: Any) -> None:
+        """What numba tells of a version that was compiled or read."""
+        super().add_overload(compiled)
+        self._entries = *self._entries, compiled.entry_point
+        if issubclass(self._compiler.pipeline_class, CalledCompiler):
+            name, arguments = compiled.fndesc.mangled_name, tuple(compiled.signature.args)
+            home = self.py_func.__module__, self.py_func.__qualname__
+            CALLED[name] = (name, *home, arguments)
+
+
+def plain(of: Any) -> Any:
+    """The type that stands for `of` among the arguments of kernels."""
+    of = types.unliteral(of)
+    if isinstance(of, types.Integer) and of.bitwidth < types.int64.bitwidth:
+        return types.int64
+    if isinstance(of, (types.Tuple, types.UniTuple)):
+        return types.BaseTuple.from_types([plain(part) for part in of])
+    return of
+
+
+def decorator(
+    compiler: type[KernelCompiler],
+    kind: type[KernelDispatcher] = KernelDispatcher,
+    pipeline_class: Any = None,
+    **options: Any,
+) -> Callable[[Any], Any]:
+    """A decorator of kernels that a compiler makes and files keep; options are numba's.
+
+    Quotients by zero are infinite or no numbers and raise nothing, unless it is said otherwise.
+    A kernel that left that open would take it, and with it its name, from whatever calls it first.
+    """
+    told = {"nopython": True, "no_cfunc_wrapper": True, "error_model": "numpy"} | options
+
+    def decorated(function: Any) -> Any:
+        if config.DISABLE_JIT:
+            return function
+        made = kind(function, targetoptions=dict(told), pipeline_class=pipeline_class or compiler)
+        made.enable_caching()
+        return made
+
+    return decorated
