@@ -94,7 +94,8 @@ def way_around(bank, l):
     return way if around else math.inf
 
 
-@inlined()
+# As numba puts it there: put there by LLVM, the loop over the lanes was no vector code.
+@inner(inline="always")
 def prove(bank, l, way, tolerance, told, o, k):
     """The ball that proves the foot of lane l with its start at the end of a `way`, or none.
 
