@@ -14,6 +14,7 @@ GENERATED := examples/generated
 ONE_THREAD := tests/unit/triangles tests/cases/test_faceted_search.py \
   $(addprefix tests/unit/search/test_,project.py track.py hit.py follow.py global.py)
 FULL := tests/laws/test_contact_laws.py tests/cases/test_closed_solids.py \
+  $(addprefix tests/unit/contact/test_,curved.py known_sides.py touching.py) \
   $(addprefix tests/unit/search/test_,ball.py hit.py)
 PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
 TWO := -n 2 --dist loadfile --no-loadscope-reorder

@@ -38,8 +38,8 @@ def clean(tally: Tally) -> None:
 
 @pytest.mark.parametrize("name", [*SOLIDS, *solids.CLOSED_FILES])
 def test_after_each_step_of_shaking_contact_is_inside_and_came_in(name):
-    scales = np.geomspace(1e-6, 0.3, 8)
-    clean(shaking.shaken(solids.solid(name), scales, n=60, steps=8, seed=11))
+    scales = np.geomspace(1e-6, 0.3, 5)
+    clean(shaking.shaken(solids.solid(name), scales, n=40, steps=6, seed=11))
 
 
 @pytest.mark.parametrize("name", ["tiles", "bricks", "pin in its hole", "bolt cast in", "heap 1"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from functools import cache
 
@@ -22,6 +23,8 @@ from contiga.search.exact_surface import ExactSurface
 UNIT = cg.PenaltyLaw(1.0)
 FLAGGED = (Is.LOST, Is.FOUND, Is.REACQUIRED)
 RADIUS, HALF = 0.49, 0.01
+# Into which a turn is divided that is made in one step, too.
+SMALL = 300 if os.environ.get("CONTIGA_FULL") else 75
 Pose = Callable[[float], np.ndarray]
 
 
@@ -104,7 +107,7 @@ def test_one_big_turn_is_many_small_ones(name: str, how: str, degrees: float) ->
     start = small = contact.start(points, pose_at(0.0))
     big = contact.step(start, end, pose_at(1.0))
     flagged = np.zeros(len(points), dtype=bool)
-    for s in np.linspace(0.0, 1.0, 301)[1:]:
+    for s in np.linspace(0.0, 1.0, SMALL + 1)[1:]:
         now = end if s == 1.0 else points + s * (end - points)
         small = contact.step(small, now, pose_at(s))
         flagged |= np.isin(small.status, FLAGGED)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,8 @@ import contiga as cg
 from contiga.records import ContactStatus as Is
 from contiga.search.exact_surface import ExactSurface
 
+FULL = bool(os.environ.get("CONTIGA_FULL"))
+N = 300 if FULL else 100
 SAME = ("status", "feature", "patch", "penetration", "normal", "foot", "force", "area", "certified")
 
 
@@ -37,7 +40,7 @@ def _one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _run(
-    solid: solids.Solid, scale: float, search: str, n: int = 300, foot: str = "nearest"
+    solid: solids.Solid, scale: float, search: str, n: int = N, foot: str = "nearest"
 ) -> list[cg.State]:
     rng = np.random.default_rng([17, round(1e6 * scale)])
     points = shaking.cloud(solid, n, scale, rng)
@@ -45,7 +48,7 @@ def _run(
     options: dict[str, Any] = {"search": search, "foot": foot}
     contact = cg.Contact(solid.body, slave, law=cg.PenaltyLaw(1.0), **options)
     states = [contact.start(points, shaking.pose(solid, scale, rng))]
-    for _ in range(4):
+    for _ in range(4 if FULL else 2):
         moved = points + scale * solid.size * rng.normal(scale=0.2, size=points.shape)
         states.append(contact.step(states[-1], moved, shaking.pose(solid, scale, rng)))
     return states

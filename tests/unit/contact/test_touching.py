@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 from collections.abc import Callable, Iterator
 from dataclasses import fields
 from functools import cache
@@ -21,7 +22,7 @@ from contiga.contact.state import State
 from contiga.jit.resident import PLACES
 from contiga.search.exact_surface import ExactSurface
 
-N = 70
+N = 70 if os.environ.get("CONTIGA_FULL") else 50
 
 
 def shell() -> cg.Body:
