@@ -23,7 +23,7 @@ TWO := -n 2 --dist loadfile --no-loadscope-reorder
 .DEFAULT_GOAL := demo
 
 demo: $(BIN)/.run-stamp $(GENERATED)/headform.step $(GENERATED)/pad.vtu
-	@test -d $(DEMO) || echo "The first run compiles the kernels: a minute or so, once."
+	@test -d $(DEMO) || echo "The first run compiles the kernels: three minutes of processor time, once."
 	$(BIN)/contiga run examples/01_headform.toml -o $(DEMO)
 	@echo "The report: $(abspath $(DEMO)/report.html)"
 

@@ -82,7 +82,10 @@ def _is_first() -> bool:
 
 def _line(helpers: int) -> str:
     cores = f" on {1 + helpers} cores" if helpers else ""
-    return f"compiling kernels{cores}, which a first run on a machine does: a minute or so, once"
+    return (
+        f"compiling kernels{cores}, which a first run on a machine does: some three minutes of "
+        "processor time, once"
+    )
 
 
 def _crew(helpers: int) -> Crew:

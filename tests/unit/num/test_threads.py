@@ -185,6 +185,7 @@ def test_ranges_are_done_without_helpers_that_have_ended(monkeypatch: pytest.Mon
     rows = np.zeros(100, dtype=int)
     threads.run_ranges(_count, 100, 8, rows)
     assert (rows == 1).all()
+    assert threads.started(lambda: 3, 100, 8)() == 3
 
 
 def test_callers_on_many_threads_share_the_helpers(monkeypatch: pytest.MonkeyPatch) -> None:
