@@ -75,6 +75,7 @@ _HOME = {
     "MassProperties": "contiga.records",
     "Projection": "contiga.records",
     "Hit": "contiga.records",
+    "RayHit": "contiga.records",
     "thread_count": "contiga.num.threads",
 }
 _ROOMS = {
@@ -83,7 +84,7 @@ _ROOMS = {
     "knots": "contiga.geometry.knots",
     "errors": "contiga.errors",
     "extras": "contiga.extras",
-    "motion": "contiga.dynamics",
+    "motion": "contiga.motion",
     "criteria": "contiga.criteria",
     "files": "contiga.io.out.files",
     "style": "contiga.report.style",
@@ -93,9 +94,9 @@ __all__ = ["__version__", *_HOME, *_ROOMS]
 
 if TYPE_CHECKING:
     from contiga import criteria as criteria
-    from contiga import dynamics as motion  # noqa: F401 (the public name)
     from contiga import errors as errors
     from contiga import extras as extras
+    from contiga import motion as motion
     from contiga.area.cloud import CloudArea as CloudArea
     from contiga.area.cluster import clusters_of as clusters_of
     from contiga.area.facet import FacetArea as FacetArea
@@ -147,6 +148,7 @@ if TYPE_CHECKING:
     from contiga.records import LawOutput as LawOutput
     from contiga.records import MassProperties as MassProperties
     from contiga.records import Projection as Projection
+    from contiga.records import RayHit as RayHit
     from contiga.report import style as style
     from contiga.report.comparison import Comparison as Comparison
     from contiga.report.comparison import compare as compare

@@ -145,6 +145,39 @@ class Hit(NamedTuple):
         return table_of("Hit", self._facts())
 
 
+class RayHit(NamedTuple):
+    """What n rays hit first, on whichever side.
+
+    >>> import contiga as cg
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    >>> hit = ball.ray([[0.0, 0.0, 3.0], [0.0, 0.0, 0.0]], [0.0, 0.0, -2.0])
+    >>> hit.distance.round(12).tolist(), hit.normal.round(12).tolist()
+    ([2.0, 1.0], [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
+    """
+
+    distance: FloatArray
+    """(n,) from the origin, NaN where there is no hit."""
+    patch: IntArray
+    """(n,) index of the patch, −1 where there is no hit."""
+    uv: FloatArray
+    """(n, 2) parameters on that patch."""
+    point: FloatArray
+    """(n, 3) on the surface."""
+    normal: FloatArray
+    """(n, 3) unit normals there, to the free side."""
+    status: ByteArray
+    """(n,) `Status`."""
+
+    def _facts(self) -> Facts:
+        return [("rays", len(self.status)), *_statuses(self.status)]
+
+    def __repr__(self) -> str:
+        return line_of("RayHit", self._facts())
+
+    def _repr_html_(self) -> str:
+        return table_of("RayHit", self._facts())
+
+
 def _statuses(codes: ByteArray) -> Facts:
     """How many rows have each status that occurs."""
     return counted((status.name for status in Status), np.bincount(codes, minlength=len(Status)))

@@ -17,7 +17,8 @@ from contiga.geometry.trim_area import body_moments
 from contiga.num.arrays import as_points, positive
 from contiga.num.digest import Digest
 from contiga.num.inertia import of_volume
-from contiga.records import Hit, MassProperties, Projection
+from contiga.num.queries import Queries
+from contiga.records import FloatArray, Hit, IntArray, MassProperties, Projection
 
 if TYPE_CHECKING:
     from contiga.search.exact_surface import ExactSurface
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 # The search is imported when it is first asked for: it takes longer than reading a small file.
 
 
-class Body(Faces):
+class Body(Faces, Queries):
     """A rigid master: one or more NURBS patches, oriented so that normals point to the free side.
 
     Parameters
@@ -174,6 +175,14 @@ class Body(Faces):
         from contiga.search.first_hit import first_hit
 
         return first_hit(self, as_points(p0, "p0"), as_points(p1, "p1"))
+
+    def _normals_at(self, patch: IntArray, uv: FloatArray) -> FloatArray:
+        """(k, 3) unit normals at places (patch, uv)."""
+        out = np.empty((len(patch), 3))
+        for index in np.unique(patch):
+            rows = patch == index
+            out[rows] = self.patches[index].normal(uv[rows])
+        return out
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """(n,) bool: on the contact side of the closest face; see `contiga.search.inside`."""

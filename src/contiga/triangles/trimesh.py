@@ -13,6 +13,7 @@ from contiga.num.arrays import as_points, positive, read_only
 from contiga.num.digest import Digest
 from contiga.num.inertia import of_volume
 from contiga.num.ordered import length
+from contiga.num.queries import Queries
 from contiga.records import FloatArray, Hit, IntArray, MassProperties, Projection
 from contiga.shown import Facts, Shown
 from contiga.triangles.condition import Condition, condition_of
@@ -26,7 +27,7 @@ from contiga.triangles.moments import moments
 from contiga.triangles.orientation import turned_triangles
 
 
-class TriMesh(Shown):
+class TriMesh(Shown, Queries):
     """Triangles over shared vertices. It never changes; methods return new ones.
 
     Parameters
@@ -277,6 +278,9 @@ class TriMesh(Shown):
     def first_hit(self, p0: ArrayLike, p1: ArrayLike) -> Hit:
         """Where points moving from `p0` to `p1` enter; see `triangles.facet_hits.first_hit`."""
         return first_hit(self, p0, p1)
+
+    def _normals_at(self, patch: IntArray, uv: FloatArray) -> FloatArray:
+        return self.normals()[patch]
 
     def condition(self) -> Condition:
         """What is good and what is wrong with the mesh as a master; nothing is refused."""
