@@ -47,7 +47,7 @@ def small(source: Path, target: Path) -> None:
 
 
 def frames(fields: Path, times: list[float], target: Path) -> None:
-    """The pad coloured by pressure at some times, the impactor over it as glass, as ParaView has it.
+    """The pad coloured by pressure at some times, and the impactor over it, as in ParaView.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def _write(window: Any, target: Path) -> None:
 
 
 def main(pictures: Path) -> None:
-    """Play the tutorial in a folder of its own, and put its pictures where the page looks for them."""
+    """Play the tutorial in a temporary folder, and keep its pictures for the page."""
     import contiga as cg
 
     with tempfile.TemporaryDirectory() as name:

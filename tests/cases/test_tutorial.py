@@ -1,4 +1,4 @@
-"""The tutorial, done as a new user would: every program and command of its page, in an empty folder."""
+"""The tutorial as a new user does it: its programs and commands, in an empty folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How time goes on in a run: the time of the next step from the time of the last one."""
+"""Time steps of a run: the time of the next step from the time of the last one."""
 
 from __future__ import annotations
 
