@@ -20,7 +20,7 @@ TURNS = 3
 """Times as many rounds as elsewhere: steps are short, and the goal is near."""
 FAR = 8
 """Steps that points go on before they come back."""
-POINTS = Row("a point's cost, dearest over cheapest of 10⁴ to 10⁷ points", "×", 1.2, None)
+POINTS = Row("a point's cost, largest over smallest of 10⁴ to 10⁷ points", "×", 1.2, None)
 
 
 def cut(patch: cg.NurbsSurface, faces: int) -> cg.Body:

@@ -56,8 +56,8 @@ class ContactStatus(Advised):
     )
     THROUGH = (
         10,
-        'Went right through the body and is pushed back to where it came from, as through="hold" '
-        "asks; take smaller steps or a stiffer law where it should not have come so far.",
+        'Tunnelled through the body and is pushed back to where it came from (through="hold"); '
+        "take smaller steps or a stiffer law where it should not have come so far.",
     )
 
 

@@ -1,4 +1,4 @@
-"""Closed solids in contact: what goes right through is let go, what slides round stays on."""
+"""Closed solids in contact: what tunnels is let go, what slides round stays on."""
 
 from __future__ import annotations
 

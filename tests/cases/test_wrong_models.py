@@ -185,7 +185,7 @@ REFUSED = [
 """Told instead of a run."""
 
 AFTER = [
-    wrong("right through a thin plate", PRESSED, "through", "points leave ball from up to",
+    wrong("tunnelling through a thin plate", PRESSED, "through", "points leave ball from up to",
           ball='{ shape = "ellipsoid", axes = [12.0, 12.0, 3.0], centre = [0, 0, 5] }',
           table=moved(-19),
           grid=GRID.replace("120.0", "30.0")),

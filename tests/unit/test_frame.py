@@ -51,6 +51,22 @@ def test_version_is_that_of_the_package() -> None:
     assert f"\nversion: {contiga.__version__}\n" in cited
 
 
+def test_the_hosted_workflow_runs_what_make_test_runs() -> None:
+    workflow = (ROOT / ".github" / "workflows" / "ci.yml").read_text(encoding="utf-8")
+    make = (ROOT / "Makefile").read_text(encoding="utf-8")
+    two = re.search(r"^TWO := (.+)$", make, re.M)
+    assert two is not None
+    assert workflow.count(f"pytest -q -p no:cacheprovider {two.group(1)}") == 2
+    assert "make test" in workflow
+    lint = re.search(r"^lint:.*\n((?:\t.+\n)+)", make, re.M)
+    assert lint is not None
+    for tool in re.findall(r"\$\(BIN\)/(.+)", lint.group(1)):
+        assert f"          {tool}\n" in workflow
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        oldest = tomllib.load(file)["project"]["requires-python"].removeprefix(">=")
+    assert re.findall(r"python: \[\"([\d.]+)\", ", workflow) == [oldest, oldest]
+
+
 def test_kernels_import_only_numpy_numba_math_and_kernels() -> None:
     allowed = ("numpy", "numba", "math", "typing", "__future__")
     allowed += ("contiga.num", "contiga.jit", "contiga.records", "contiga.handed")

@@ -150,7 +150,7 @@ class ContactSpec(Spec):
     search: Literal["intersection", "penetration"] = "intersection"
     on_edge: Literal["release", "hold"] = "release"
     through: Literal["release", "hold"] = "release"
-    """Whether points that went right through are held on the wall they came in by."""
+    """Whether points that tunnelled are held on the wall they came in by."""
     foot: Literal["nearest", "tracked"] = "nearest"
     """Which wall pushes: the nearest that is not opposite, or the one a point came in by."""
     depth: Positive | None = None

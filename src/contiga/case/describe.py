@@ -148,7 +148,7 @@ def _contact(contact: ContactSpec, kind: str) -> list[tuple[str, str]]:
     return [
         (f"contact {contact.title}", f"{contact.slave} against {contact.master}"),
         ("  search", f"{contact.search}, type {kind}, foot {contact.foot}"),
-        ("  lets go", f"on an edge: {contact.on_edge}, right through: {contact.through}"),
+        ("  at an edge", f"{contact.on_edge}; after tunnelling: {contact.through}"),
         *laws,
         ("  weights", _WEIGHTS[contact.weights] + _points(contact.quadrature)),
         ("  area", area),

@@ -87,9 +87,9 @@ class Contact(Shown):
     quadrature : points of contact. "nodes": the slave's nodes. 1, 3, 6 or 12: so many points on
         each facet, for coarse meshes
     friction : `Coulomb` or `ViscousFriction`; none if omitted
-    through : "release" points that leave a body by another wall than they came in by, or "hold"
-        what went right through on the wall it came in by until it is back; needs search by
-        intersection
+    through : what becomes of tunnelling. "release": points that leave a body by another wall than
+        they came in by are free. "hold": they stay on the wall they came in by until they are
+        back; needs search by intersection
     foot : the wall that pushes a point. "nearest": the nearest one that is not opposite to the
         wall that holds it, so that depth is a function of the place, whatever the way in.
         "tracked": the one it came in by, followed as a local minimum of the distance, as in the

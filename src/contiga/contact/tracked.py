@@ -45,7 +45,7 @@ class Options(NamedTuple):
     hold: bool
     """Keep points that slide over a border on its closest point."""
     through: bool
-    """Hold points that went right through on the wall they came in by."""
+    """Hold points that tunnelled on the wall they came in by."""
     nearest: bool
     """The nearest wall that is not opposite pushes; else the one that a point came in by."""
     depth: float

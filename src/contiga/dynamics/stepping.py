@@ -1,4 +1,4 @@
-"""How time goes on in a run: the time of the next step from the time of the last one."""
+"""Time steps of a run: the time of the next step from the time of the last one."""
 
 from __future__ import annotations
 
@@ -147,9 +147,7 @@ class AutoSteps:
     def __post_init__(self) -> None:
         EqualSteps(self.start, self.end, self.end - self.start)
         if not 0.0 < self.safety <= 1.0:
-            raise InputError(
-                "is no share", where="safety", found=self.safety, allowed="above 0, at most 1"
-            )
+            raise InputError("must be in (0, 1]", where="safety", found=self.safety)
         if not self.largest >= 0.0:
             raise InputError("must be positive", where="largest", found=self.largest, allowed="> 0")
         if not 0.0 <= self.shortest <= self.most:

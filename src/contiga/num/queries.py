@@ -54,9 +54,10 @@ class Queries:
         middle, reach = 0.5 * (low + high), 0.5 * WIDER * length(high - low)
         along = ((middle - starts) * units).sum(axis=1)
         near, far = np.maximum(along - reach, 0.0), along + reach
-        rows = np.flatnonzero(far > 0.0).astype(np.int32)
+        rows = np.flatnonzero(np.isfinite(far) & (far > 0.0)).astype(np.int32)
         # Segments run to the start of their rays: the last that they cross is what rays hit first.
-        begins, ends = starts + far[:, None] * units, starts + near[:, None] * units
+        with np.errstate(invalid="ignore"):
+            begins, ends = starts + far[:, None] * units, starts + near[:, None] * units
         found, sense = self.surface.last_crossings(begins, ends, rows)
         crossed = sense != 0
         hit, share = rows[crossed], found.fraction[crossed]

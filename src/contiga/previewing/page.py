@@ -1,4 +1,4 @@
-"""The page of a preview: the scene to be turned about, with its numbers, in one file."""
+"""The page of a preview: a 3D view with its numbers, in one file."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ SUFFIXES = (".png", ".html")
 
 
 class Preview:
-    """A simulation as it stands at its start. A notebook shows it, to be turned about.
+    """A simulation as it stands at its start. A notebook shows it as a 3D view.
 
     >>> import contiga as cg
     >>> ball = cg.Body(cg.shapes.sphere(radius=1.0))

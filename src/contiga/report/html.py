@@ -50,7 +50,7 @@ def page(run: Run, *, still: bytes | None, view: View | None, peak_time: float |
     Parameters
     ----------
     still : the picture of the peak as PNG, None where the run wrote no fields
-    view : the scene to be turned about, None where the run wrote no fields
+    view : the 3D view, None where the run wrote no fields
     peak_time : the recorded time the pictures show
     """
     from plotly.offline import get_plotlyjs
@@ -111,7 +111,7 @@ def _pictures(run: Run, still: bytes | None, view: View | None, peak_time: float
     return (
         f"<h2>{head}</h2><figure>{_stills(still, view)}"
         f'<figcaption class="caption">{said}</figcaption></figure>'
-        f"<h2>Turn it about</h2>{_view(view)}"
+        f"<h2>3D view</h2>{_view(view)}"
     )
 
 

@@ -1,4 +1,4 @@
-"""The scene to be turned about, at the peak first and at other recorded steps when asked for."""
+"""The 3D view, at the peak first and at other recorded steps when asked for."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class View(NamedTuple):
 
 
 def view_of(peak: Peak, frames: Frames, units: Units, ties: Sequence[str] = ()) -> View:
-    """Body, slave, contact, its outlines, and springs of these names, to be turned about."""
+    """Body, slave, contact, its outlines, and springs of these names, as a 3D view."""
     import plotly.graph_objects as go
 
     figure = go.Figure()

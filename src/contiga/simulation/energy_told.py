@@ -85,7 +85,7 @@ def _blamed(model: Model, history: dict[str, FloatArray], at: int) -> str:
     for part in model.contacts:
         prefix = f"{part.name}." if several else ""
         for column, text in (
-            ("n_through", "points went right through"),
+            ("n_through", "points tunnelled"),
             ("n_lost", "points were lost"),
             ("n_reacquired", "feet were found again elsewhere"),
             ("n_found", "points were found inside"),

@@ -273,10 +273,9 @@ def _stepping(
         return GivenTimes(times)
     if end is None or step is None or len(given) > 2:
         raise InputError(
-            "it must be said, in one way, how time goes on",
+            "give one of end+step, times, stepping",
             where="times",
             found=", ".join(given) or None,
-            allowed="end and step, or times, or stepping",
         )
     if isinstance(step, str):
         if step != "auto":

@@ -242,7 +242,7 @@ def _beyond(found: ColourMap) -> str:
 
 
 def map_figure(found: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
-    """The map to be turned about, as plotly's script takes it; `rows` are those of the cases."""
+    """The map as a 3D view, as plotly's script takes it; `rows` are those of the cases."""
     import json
 
     import plotly.graph_objects as go

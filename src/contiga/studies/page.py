@@ -202,7 +202,7 @@ def _map(data: dict[str, Any], picture: bytes) -> str:
     image = b64encode(picture).decode("ascii")
     return (
         f'<h2>Over the part</h2><figure><img alt="Map over the part" '
-        f'src="data:image/png;base64,{image}"></figure><h3>Turn it about</h3>'
+        f'src="data:image/png;base64,{image}"></figure><h3>3D view</h3>'
         '<div class="frame"><div id="map"></div></div><p class="caption">Dots are the points that '
         f"were hit; a click on one opens the report of its case. Of the rest, {data['between']}; "
         "white dots are cases without a value.</p>"

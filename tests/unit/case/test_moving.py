@@ -137,7 +137,7 @@ def test_a_run_of_it_closes_its_energy() -> None:
             "step = 0.1, shortest = 0.01",
             "shortest.*is for step",
         ),
-        ("safety = 0.8", "safety = 1.8", "safety.*is no share"),
+        ("safety = 0.8", "safety = 1.8", r"safety: must be in \(0, 1\]"),
         ('mass = { density = 1.0e-3 }\n', "", r"body\[0\].mass.*a free body needs its mass"),
         ("density = 1.0e-3", "density = -1.0", r"body\[0\].mass.density"),
         ("{ total = 10.0 }", "{ total = 10.0, inertia = [1, 1, 9, 0, 0, 0] }", "larger than the"),

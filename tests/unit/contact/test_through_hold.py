@@ -1,4 +1,4 @@
-"""Points that went right through are held by the wall they came in by, where they are to be."""
+"""Points that tunnelled are held by the wall they came in by, where they are to be."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The scene to be turned about: what is in it, and what its script is handed."""
+"""The 3D view: what is in it, and what its script is handed."""
 
 from __future__ import annotations
 

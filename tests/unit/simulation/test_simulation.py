@@ -126,10 +126,10 @@ class OnlyPoints:
 
 OTHER = cg.Contact(BALL, cg.Slave([[0.0, 0.0, 2.0]], area=[1.0]), law=cg.PenaltyLaw(1.0))
 WRONG = {
-    "no time": ({"end": None, "step": None}, "how time goes on"),
-    "an end only": ({"step": None}, "how time goes on; found 'end'"),
+    "no time": ({"end": None, "step": None}, "give one of"),
+    "an end only": ({"step": None}, "give one of.*; found 'end'"),
     "two ways": ({"times": [0.0, 1.0]}, "found 'times, end, step'"),
-    "three ways": ({"times": [0.0], "stepping": EqualSteps(0.0, 1.0, 0.5)}, "how time goes on"),
+    "three ways": ({"times": [0.0], "stepping": EqualSteps(0.0, 1.0, 0.5)}, "give one of"),
     "times that repeat": ({"end": None, "step": None, "times": [0.0, 1.0, 1.0]}, "increase"),
     "no times": ({"end": None, "step": None, "times": []}, "one or more"),
     "a step too long": ({"step": 2.0}, "step: .*longer than the whole time"),

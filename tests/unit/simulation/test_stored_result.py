@@ -84,7 +84,7 @@ def test_a_run_that_was_stopped(tmp_path: Path, formats: tuple[str, ...]) -> Non
     page = write_report(tmp_path / "out").read_text(encoding="utf-8")
     assert "<b>unfinished</b>" in page
     assert "the run has not ended: it stands at t = " in page
-    assert ("Turn it about" in page) == ("vtkhdf" in formats)
+    assert ("<h2>3D view</h2>" in page) == ("vtkhdf" in formats)
     simulation.run(tmp_path / "out", resume=True)
     assert cg.open_result(tmp_path / "out").finished
 
