@@ -70,12 +70,12 @@ RIGHT = [
           table=moved(-37)),
     right("the same by penetration", PRESSED, ball=face(60.0, 30, ", flip = true"),
           table=moved(-37), law=f'{law(STRESS)}\nsearch = "penetration"'),
-    right("a face that falls", DROPPED, ball=face(30.0, 20, ", flip = true"),
-          thick="thickness = 80.0", velocity="velocity = [0, 0, -1.0]", end="end = 70.0"),
-    right("a face on a spring", DROPPED, ball=face(60.0, 30, ", flip = true"),
+    right("a face on a spring", DROPPED, ball=face(30.0, 30, ", flip = true"),
           velocity="velocity = [0, 0, -5.0]", last=on_spring(5.0)),
     right("a tube, open at its ends", PRESSED, ball='{ shape = "cylinder", radius = 10.0, '
           'height = 80.0, axis = "x", centre = [0, 0, 12] }'),
+    right("a belt", DROPPED, last=on_spring("{ points = [[0, 0], [10, 3], [90, 40]], "
+          'extrapolation = "constant" }')),
     right("gravity", DROPPED, world="[world]\ngravity = [0, 0, -9.81e-3]\n[time]"),
     right("a heavy block", DROPPED, mass="mass = { density = 7.85e-3 }", thick="thickness = 80.0",
           velocity="velocity = [0, 0, -1.0]", end="end = 60.0"),

@@ -16,6 +16,7 @@ from contiga.simulation.checks.facing import two_layers
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.layers import layers_of
 from contiga.simulation.checks.scene import Pair, Scene
+from contiga.simulation.checks.spring_checks import check_springs_ran
 from contiga.simulation.checks.turned import ran_from_behind
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
@@ -45,7 +46,7 @@ def check_run(model: Model, history: Columns, last: SystemState) -> tuple[Findin
         own = _columns(model, pair, history)
         for check in _CHECKS:
             found += check(scene, pair, own, last)
-    return tuple(found)
+    return (*found, *check_springs_ran(scene, history))
 
 
 def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
