@@ -109,10 +109,7 @@ def moved(z: float) -> str:
 
 def face(size: float, z: float, more: str = "") -> str:
     """A square face at `z` whose free side is above it."""
-    return (
-        f'{{ shape = "plane", width = {size}, length = {size}, centre = [0, 0, {z}]'
-        f"{more} }}"
-    )
+    return f'{{ shape = "plane", width = {size}, length = {size}, centre = [0, 0, {z}]{more} }}'
 
 
 def on_spring(curve: float | str) -> str:

@@ -75,13 +75,13 @@ def rehearsed(
             poses = pose, X_WB
             found = detect_on_curves(surface, p_B, last, all_of_them, options, poses)
             if not options.closed:
-                behind = _from_behind(surface, (last.points_B, p_B), (was_held, found.held), options)
+                behind = _from_behind(
+                    surface, (last.points_B, p_B), (was_held, found.held), options
+                )
         rows = was_held = found.held
         feet = rows_of(found.feet, rows)
         depth = np.maximum(-feet.gap, 0.0)
-        yield Rehearsed(
-            X_WB, followed[rows], depth, feet.normal, inside, deepest, followed[behind]
-        )
+        yield Rehearsed(X_WB, followed[rows], depth, feet.normal, inside, deepest, followed[behind])
         place = found.feet.patch, found.uv, found.near
         last = Last(p_B, *place, found.safe_distance, found.holds)
         pose = X_WB
@@ -106,7 +106,9 @@ def _from_behind(
     # What the way back meets last is what the way met first, from the other side.
     _, sense = surface.last_crossings(now, before, free)
     came_in = free[sense < 0]
-    taken, _ = _behind(surface, before, np.setdiff1d(is_now, np.concatenate((was, came_in))), options)
+    taken, _ = _behind(
+        surface, before, np.setdiff1d(is_now, np.concatenate((was, came_in))), options
+    )
     return np.union1d(free[sense > 0], taken).astype(np.int32)
 
 

@@ -43,7 +43,7 @@ def test_a_case_says_what_becomes_of_solids_that_touch(tmp_path: Path) -> None:
         assert (finding.rule, finding.where) == ("file", "body master")
         assert "made one: box (a), box (b) at (2, " in finding.text
         assert united.bodies["master"].body.closed
-    with pytest.raises(InputError, match="body master: .*made one"):
+    with pytest.raises(InputError, match=r"body master: .*made one"):
         united.run(tmp_path / "out", strict=True)
     summary = united.run().summary
     assert summary["findings"][0] == finding._asdict()

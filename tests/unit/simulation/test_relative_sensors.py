@@ -114,19 +114,26 @@ def test_rates_off_the_centres_and_as_they_speed_up() -> None:
     point = np.array([0.0, 0.4, 0.3])
     sled = cg.motion.Accelerated([[0, pulse], [9, pulse]], direction="x")
     ball = cg.motion.Free(mass=1.0, inertia=np.eye(3), centre=(0, 0, 0), spin=W * AXIS)
-    told = cg.Simulation(
-        bodies={"sled": (BALL, sled), "ball": (BALL, ball)},
-        slaves={},
-        contacts=[],
-        sensors=[
-            cg.RelativeSensor(
-                "seen", ("sled", "ball"), at=[[0, 0, -2.0], point], measures=["velocity", "acceleration"]
-            )
-        ],
-        gravity=g,
-        end=1.0,
-        step=0.05,
-    ).run().history
+    told = (
+        cg.Simulation(
+            bodies={"sled": (BALL, sled), "ball": (BALL, ball)},
+            slaves={},
+            contacts=[],
+            sensors=[
+                cg.RelativeSensor(
+                    "seen",
+                    ("sled", "ball"),
+                    at=[[0, 0, -2.0], point],
+                    measures=["velocity", "acceleration"],
+                )
+            ],
+            gravity=g,
+            end=1.0,
+            step=0.05,
+        )
+        .run()
+        .history
+    )
     t, spin = told["time"], W * AXIS
     arm = Rotation.from_rotvec(np.outer(t, spin)).apply(point)
     sled_v = np.outer(t, [pulse, 0, 0])

@@ -165,7 +165,8 @@ def _pairs(block: Block) -> Iterator[tuple[int, str, str]]:
 
 
 def _expressions(block: Block) -> Iterator[tuple[int, str, str]]:
-    """Line, name, its kind in front, and expression: one a card, gone on with under an empty name."""
+    """Line, name, its kind in front, and expression: one a card, which goes on under an empty
+    name."""
     width = _LONG_WIDTH if block.long else _WIDTH
     told: list[tuple[int, str, list[str]]] = []
     for card in block.cards:
