@@ -70,8 +70,8 @@ RIGHT = [
           table=moved(-37)),
     right("the same by penetration", PRESSED, ball=face(60.0, 30, ", flip = true"),
           table=moved(-37), law=f'{law(STRESS)}\nsearch = "penetration"'),
-    right("a face on a spring", DROPPED, ball=face(30.0, 30, ", flip = true"),
-          velocity="velocity = [0, 0, -5.0]", last=on_spring(5.0)),
+    right("a face on a spring", DROPPED, ball=face(40.0, 15, ", flip = true"),
+          velocity="velocity = [0, 0, -2.0]", last=on_spring(5.0)),
     right("a tube, open at its ends", PRESSED, ball='{ shape = "cylinder", radius = 10.0, '
           'height = 80.0, axis = "x", centre = [0, 0, 12] }'),
     right("a belt", DROPPED, last=on_spring("{ points = [[0, 0], [10, 3], [90, 40]], "

@@ -215,7 +215,7 @@ def ellipsoid(
     centre: ArrayLike = ORIGIN,
     axis: Axis = "z",
 ) -> NurbsSurface:
-    """Ellipsoid with the half axes `axes` (so it is twice as long) along x, y and z, then placed."""
+    """Ellipsoid with half axes `axes` (it is twice as long) along x, y, z before it is placed."""
     a, b, c = _sizes(axes, 3, "axes")
     half = revolved(_meridian(-0.5 * math.pi, 0.5 * math.pi, 0.0, 1.0))
     return half.scaled((a, b, c))._moved(transform.frame(axis, centre))
