@@ -105,3 +105,16 @@ def sphere(radius: float, z: float, more: str = "") -> str:
 
 def moved(z: float) -> str:
     return f"[[0, 0, 0, 0], [5, 0, 0, {z}], [10, 0, 0, 0]]"
+
+
+def face(size: float, z: float, more: str = "") -> str:
+    """A square face at `z` whose free side is above it."""
+    return f'{{ shape = "plane", width = {size}, length = {size}, centre = [0, 0, {z}]{more} }}'
+
+
+def on_spring(curve: float | str) -> str:
+    """The sensor at the end of `DROPPED`, after a spring of 100 mm that the ball hangs on."""
+    return (
+        '[[spring]]\nbetween = ["ball", "ground"]\nat = [[0, 0, 52], [0, 0, 152]]\n'
+        f'curve = {curve}\n[[sensor]]\nname = "middle"\nbody = "ball"\n'
+    )

@@ -5,7 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tests.cases.models import BOX, CURVE, DROPPED, GRID, PRESSED, case_of, moved, sphere
+from tests.cases.models import (
+    BOX,
+    CURVE,
+    DROPPED,
+    GRID,
+    PRESSED,
+    case_of,
+    face,
+    moved,
+    on_spring,
+    sphere,
+)
 
 import contiga as cg
 
@@ -54,8 +65,17 @@ RIGHT = [
     right("a cloud with its areas", PRESSED, grid=BOX.replace("500", "900"),
           nodal="thickness = 20.0\narea = 11.0\n"),
     right("a hand spring", DROPPED,
-          last='[[spring]]\nbetween = ["ball", "ground"]\nat = [[0, 0, 52], [0, 0, 152]]\n'
-          'curve = 5.0\n[[sensor]]\nname = "middle"\nbody = "ball"\n'),
+          last=on_spring(5.0)),
+    right("a face that comes from afar", PRESSED, ball=face(60.0, 30, ", flip = true"),
+          table=moved(-37)),
+    right("the same by penetration", PRESSED, ball=face(60.0, 30, ", flip = true"),
+          table=moved(-37), law=f'{law(STRESS)}\nsearch = "penetration"'),
+    right("a face on a spring", DROPPED, ball=face(40.0, 15, ", flip = true"),
+          velocity="velocity = [0, 0, -2.0]", last=on_spring(5.0)),
+    right("a tube, open at its ends", PRESSED, ball='{ shape = "cylinder", radius = 10.0, '
+          'height = 80.0, axis = "x", centre = [0, 0, 12] }'),
+    right("a belt", DROPPED, last=on_spring("{ points = [[0, 0], [10, 3], [90, 40]], "
+          'extrapolation = "constant" }')),
     right("gravity", DROPPED, world="[world]\ngravity = [0, 0, -9.81e-3]\n[time]"),
     right("a heavy block", DROPPED, mass="mass = { density = 7.85e-3 }", thick="thickness = 80.0",
           velocity="velocity = [0, 0, -1.0]", end="end = 60.0"),

@@ -19,7 +19,9 @@ from tests.cases.models import (
     PRESSED,
     SPHERE,
     case_of,
+    face,
     moved,
+    on_spring,
     sphere,
 )
 
@@ -71,6 +73,15 @@ BEFORE = [
           ball=PLANE.replace("0] }", "3], flip = false }")),
     wrong("a cap upside down", PRESSED, "behind",
           ball='{ shape = "plane", width = 200.0, length = 200.0, centre = [0, 0, 1] }'),
+    wrong("a small face turned away", PRESSED, "behind", "169 of 625", "up to 5 mm",
+          "flip = true in ball", ball=face(60.0, 5)),
+    wrong("a face that comes from behind, and back", PRESSED, "behind", "at t = 4.5 ms",
+          "flip = true in ball", ball=face(60.0, 30), table=moved(-37)),
+    wrong("the same by penetration", PRESSED, "behind", "flip = true in ball",
+          ball=face(60.0, 30), table=moved(-37),
+          law=f'law = {{ kind = "stress", elastic = {CURVE} }}\nsearch = "penetration"'),
+    wrong("a face that falls through", DROPPED, "behind", "flip = true in ball",
+          ball=face(60.0, 40)),
     wrong("deeper than the pad", PRESSED, "thickness", "reaches 23 mm", "20 mm thick",
           table=moved(-25)),
     wrong("a thin pad", PRESSED, "thickness", "reaches 7 mm", "2 mm thick",
@@ -196,13 +207,23 @@ AFTER = [
     wrong("a drop through the pad", DROPPED, "thickness", "4 mm thick", thick="thickness = 4.0"),
     wrong("a drop beyond the table", DROPPED, "table", curve="[[0, 0], [0.1, 0.1], [0.3, 0.2]]",
           thick="thickness = 40.0"),
+    wrong("a spring beyond its table", DROPPED, "table", "spring ball-ground: the elongation",
+          "its curve ends at 8 mm", "continued straight on",
+          last=on_spring("[[0, 0], [5, 30], [8, 90]]")),
+    wrong("a belt without slack", DROPPED, "table", "its curve begins at 0 mm", "is to be slack",
+          velocity="velocity = [0, 0, 3.0]", last=on_spring("[[0, 0], [10, 300], [90, 900]]")),
     wrong("damping that does it all", DROPPED, "damping", "% of the work",
           law=f'law = {{ kind = "stress", elastic = {CURVE}, damping = 20.0 }}'),
     wrong("a mesh too coarse", PRESSED, "coarse", "nodes are in contact", "quadrature",
           grid=GRID.replace("25", "5")),
     wrong("a spring pulls it back", DROPPED, "apart", "in the whole run",
-          last='[[spring]]\nbetween = ["ball", "ground"]\nat = [[0, 0, 52], [0, 0, 152]]\n'
-          'curve = 5000.0\n[[sensor]]\nname = "middle"\nbody = "ball"\n'),
+          last=on_spring(5000)),
+    wrong("a face on a spring, turned away", DROPPED, "behind", "passed it without contact",
+          "flip = true in ball", ball=face(60.0, 30), velocity="velocity = [0, 0, -5.0]",
+          last=on_spring(5)),
+    wrong("a face that a spring pulls from behind", DROPPED, "behind", "and meet it",
+          "flip = true in ball", ball=face(60.0, 30), velocity="velocity = [0, 0, -5.0]",
+          last=on_spring(20), thick="thickness = 80.0"),
     wrong("both sides of a shell",
         PRESSED,
         "layers",
@@ -468,7 +489,7 @@ def test_every_rule_of_the_page_has_a_wrong_model_here() -> None:
         for when in whens.split(", ")
     }
     tried = {(case.values[2], "before") for case in BEFORE}
-    tried |= {("inactive", "before"), ("side", "before")}
+    tried |= {("inactive", "before"), ("side", "before"), ("file", "before")}
     tried |= {(case.values[2], "after") for case in AFTER}
     assert told == tried
 

@@ -15,6 +15,7 @@ from contiga.case.part_cache import PartCache
 from contiga.case.points_spec import BodyPoints
 from contiga.case.problems import Fault, Together
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
+from contiga.case.reading import told_of
 from contiga.case.schema import BodySpec, Case, SlaveSpec
 from contiga.case.standing import order_of, references
 from contiga.case.toml import resolved_toml
@@ -77,6 +78,7 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
         output=OutputOptions(case.output.every, tuple(case.output.formats), case.output.report),
         case_text=resolved_toml(case),
         base_folder=case.file.parent,
+        findings=made.findings,
     )
 
 
@@ -87,16 +89,20 @@ class _Pieces(NamedTuple):
     bodies: dict[str, BodyPart]
     slaves: dict[str, SlavePart]
     contacts: tuple[ContactPart, ...]
+    findings: tuple[Finding, ...]
+    """About the files, as they were read."""
 
 
 def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:
     # What costs nothing comes first in the list of what is wrong.
     springs = _springs(case, wrong)
     told = _told_motions(case, wrong)
-    made = _parts(case, cache, wrong)
+    found: list[Finding] = []
+    made = _parts(case, cache, wrong, found)
     bodies = _bodies(case, made, told, wrong)
     slaves = _slaves(case, made, told, wrong)
-    return _Pieces(springs, bodies, slaves, _contacts(case, bodies, slaves, wrong))
+    contacts = _contacts(case, bodies, slaves, wrong)
+    return _Pieces(springs, bodies, slaves, contacts, tuple(found))
 
 
 def faults_of(case: Case) -> tuple[tuple[Fault, str], ...]:
@@ -184,15 +190,20 @@ def _told_motions(case: Case, wrong: Together) -> dict[str, BodyMotion]:
     return told
 
 
-def _parts(case: Case, cache: PartCache, wrong: Together) -> dict[str, Master | Slave]:
-    """Bodies and slaves where they stand before any motion, by name; those that can be made."""
+def _parts(
+    case: Case, cache: PartCache, wrong: Together, found: list[Finding]
+) -> dict[str, Master | Slave]:
+    """Bodies and slaves where they stand before any motion, by name; those that can be made.
+
+    What is told while files are read is added to `found`.
+    """
     keys = {spec.name: f"body[{i}].geometry" for i, spec in enumerate(case.body)}
     keys |= {spec.name: f"slave[{i}].points" for i, spec in enumerate(case.slave)}
     if any(isinstance(spec.geometry, FileGeometry) for spec in case.body):
         preload_search()  # CAD's reader is being loaded, too
     raw: dict[str, Body | TriMesh] = {}
     for body_spec in case.body:
-        with wrong.at(keys[body_spec.name]):
+        with wrong.at(keys[body_spec.name]), told_of("body", body_spec.name, found):
             raw[body_spec.name] = _body(body_spec, case.units.length, cache)
     parts: dict[str, Master | Slave] = {}
     for name in order_of(case.parts):
@@ -206,7 +217,8 @@ def _parts(case: Case, cache: PartCache, wrong: Together) -> dict[str, Master | 
             else:
                 met = [one.master for one in case.contact if one.slave == name]
                 sizes = [raw[master].size for master in met if master in raw]
-                parts[name] = _slave(spec, case.units.length, parts, sizes, cache)
+                with told_of("slave", name, found):
+                    parts[name] = _slave(spec, case.units.length, parts, sizes, cache)
     return parts
 
 

@@ -9,6 +9,7 @@ from contiga.case.motion_spec import FreeSpec
 from contiga.case.schema import Case
 from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec
 from contiga.simulation.history import COUNTED, OF_BODIES
+from contiga.simulation.sensor import CUT, RATES
 from contiga.simulation.springs import OF_SPRINGS
 
 _OF_CONTACTS = (
@@ -36,8 +37,7 @@ _OF_RELATIVE = {
     "distance": ("distance", "rate"),
     "displacement": ("x", "y", "z"),
     "angle": ("angle", "angle_x", "angle_y", "angle_z"),
-    "force": ("fx", "fy", "fz", "f"),
-    "moment": ("mx", "my", "mz"),
+    **{measure: _OF_SENSORS[measure] for measure in (*RATES, *CUT)},
 }
 
 

@@ -3,9 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from contiga.case.spec import suggest
 from contiga.errors import CaseError
+from contiga.simulation.mechanism import GROUND
+
+# Keys of tables that name a body or a slave, and which of them.
+_NAMING = {
+    "contact": {"master": "body", "slave": "slave"},
+    "load": {"body": "body"},
+    "spring": {"between": "body"},
+    "sensor": {"body": "body", "between": "body"},
+}
 
 
 def check_unique(key: str, names: list[str]) -> None:
@@ -41,3 +52,51 @@ def check_defined(where: str, name: str, kind: str, defined: list[str], other: l
         allowed=", ".join(f'"{known}"' for known in defined),
         remedy=remedy,
     )
+
+
+class Misnamed(NamedTuple):
+    """A table that names what is not there."""
+
+    key: str
+    row: int
+    error: CaseError
+
+
+def misnamed(data: Mapping[str, Any], places: Sequence[tuple[int | str, ...]]) -> list[Misnamed]:
+    """Tables of a case that name bodies or slaves that are not there, where other things are wrong
+    with it, at `places`, so that its parts are not held against each other.
+
+    None where it cannot be known: where tables or names of bodies and slaves are themselves wrong.
+    """
+    known = {kind: _names_of(data.get(kind)) for kind in ("body", "slave")}
+    unknown = any(len(place) < 2 or place[-1] == "name" for place in places)
+    if unknown or None in known["body"] + known["slave"]:
+        return []
+    found = []
+    for key, keys in _NAMING.items():
+        for i, table in enumerate(data.get(key) or []):
+            for name, kind, where in _named(table, keys, f"{key}[{i}]"):
+                own, (other,) = known[kind], (known[one] for one in known if one != kind)
+                if name == GROUND and key == "spring":
+                    continue
+                try:
+                    check_defined(where, name, kind, own, other)
+                except CaseError as error:
+                    found.append(Misnamed(key, i, error))
+    return found
+
+
+def _names_of(tables: Any) -> list[Any]:
+    """Of bodies or slaves; None of one that has none."""
+    return [table.get("name") for table in tables or [] if isinstance(table, Mapping)]
+
+
+def _named(table: Any, keys: Mapping[str, str], where: str) -> Iterator[tuple[str, str, str]]:
+    """Names in a table, of what they are, and the keys they stand at."""
+    for key, kind in keys.items():
+        value = table.get(key) if isinstance(table, Mapping) else None
+        if isinstance(value, str):
+            yield value, kind, f"{where}.{key}"
+        elif isinstance(value, list):
+            texts = [(k, one) for k, one in enumerate(value) if isinstance(one, str)]
+            yield from ((one, kind, f"{where}.{key}[{k}]") for k, one in texts)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
 from contiga.case.spec import Spec
+from contiga.errors import ContigaWarning
 
 Part = TypeVar("Part")
 
@@ -34,15 +36,27 @@ class PartCache:
         self._kept: OrderedDict[tuple[Any, ...], Any] = OrderedDict()
 
     def part(self, spec: Spec, name: str, unit: str, make: Callable[[], Part]) -> Part:
-        """What `make` gives of a table, or gave before for the same one."""
+        """What `make` gives of a table, or gave before for the same one.
+
+        Warns
+        -----
+        ContigaWarning
+            What `make` warned of, each time.
+        """
         said = spec.model_dump(mode="python", exclude={"align", "place"})
         key = (type(spec).__name__, name, unit, repr(said), tuple(_stamps(said)))
         if key not in self._kept:
-            self._kept[key] = make()
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always", ContigaWarning)
+                made = make()
+            self._kept[key] = made, caught
         self._kept.move_to_end(key)
         while len(self._kept) > self._most:
             self._kept.popitem(last=False)
-        part: Part = self._kept[key]
+        part: Part
+        part, told = self._kept[key]
+        for one in told:
+            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
         return part
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
+from contiga.case.names import Misnamed, misnamed
 from contiga.case.spec import suggest
 from contiga.errors import CaseError, InputError, MissingPackageError
 
@@ -32,10 +33,18 @@ _TYPES = {
 
 def case_error(error: ValidationError, data: object, file: str) -> InputError:
     """One error that tells everything pydantic found wrong in `data`, read from `file`."""
-    problems = [problem_of(detail, data) for detail in error.errors(include_url=False)]
+    details = error.errors(include_url=False)
+    problems = [problem_of(detail, data) for detail in details]
+    problems += [one.error for one in misnamed_in(data, details)]
     if len(problems) == 1:
-        return _problem(error.errors(include_url=False)[0], data, "", file)
+        return _problem(details[0], data, "", file)
     return listed(problems, file)
+
+
+def misnamed_in(data: object, details: Sequence[ErrorDetails]) -> list[Misnamed]:
+    """Tables that name what is not there, which pydantic does not come to where others are
+    wrong."""
+    return misnamed(data, [one["loc"] for one in details]) if isinstance(data, Mapping) else []
 
 
 def problem_of(detail: ErrorDetails, data: object) -> InputError:

@@ -184,8 +184,8 @@ class Case(Spec):
     units: UnitsSpec
     time: TimeSpec
     body: Annotated[list[BodySpec], Field(min_length=1)]
-    slave: Annotated[list[SlaveSpec], Field(min_length=1)]
-    contact: Annotated[list[ContactSpec], Field(min_length=1)]
+    slave: list[SlaveSpec] = Field(default_factory=list)
+    contact: list[ContactSpec] = Field(default_factory=list)
     world: WorldSpec = Field(default_factory=WorldSpec)
     load: list[LoadSpec] = Field(default_factory=list)
     spring: list[SpringSpec] = Field(default_factory=list)
@@ -207,6 +207,13 @@ class Case(Spec):
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
+        if not (self.contact or any(isinstance(body.motion, FreeSpec) for body in self.body)):
+            raise CaseError(
+                "nothing can happen: there is no contact, and no body that forces move",
+                where="contact",
+                allowed="a [[contact]] of a body and a slave; or, for springs and loads alone, a "
+                '[[body]] with a mass and motion = { kind = "free" }',
+            )
         names = self._checks_of_names()
         raise_together(self, (*names, *self._checks_of_movers(), *self._checks_of_places()))
         sides = (partial(self._check_sides, i) for i in range(len(self.contact)))

@@ -13,7 +13,8 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from contiga.case.build import faults_of
-from contiga.case.problems import Fault, listed, placed, problem_of
+from contiga.case.names import Misnamed
+from contiga.case.problems import Fault, listed, misnamed_in, placed, problem_of
 from contiga.case.schema import Case, load_case
 from contiga.case.settings import with_settings
 from contiga.errors import InputError
@@ -42,15 +43,19 @@ def load_whole(path: Path, *, set: Mapping[str, Any] | None = None) -> Case:
         data: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8-sig"))
         data = with_settings(data, set) if set else data
         details = cause.errors(include_url=False)
-        more = _faults_of_the_rest(data, details, path)
+        misnamed = misnamed_in(data, details)
+        more = _faults_of_the_rest(data, details, misnamed, path)
         if not more:
             raise
-        raise listed([*(problem_of(one, data) for one in details), *more], str(path)) from error
+        told = [*(problem_of(one, data) for one in details), *(one.error for one in misnamed)]
+        raise listed([*told, *more], str(path)) from error
 
 
-def _faults_of_the_rest(data: _Tables, details: Sequence[ErrorDetails], path: Path) -> list[Fault]:
+def _faults_of_the_rest(
+    data: _Tables, details: Sequence[ErrorDetails], misnamed: Sequence[Misnamed], path: Path
+) -> list[Fault]:
     """What is wrong with the parts that no wrong table is of; none where these make up no case."""
-    wrong: set[tuple[str, int]] = set()
+    wrong = {(one.key, one.row) for one in misnamed}
     for one in details:
         match one["loc"]:
             case (str(key), int(i), *_):

@@ -132,7 +132,7 @@ def _print_result(summary: dict[str, Any], history: dict[str, Any], folder: Path
     lost = float(timings.get("compile", 0.0))
     total = float(timings.get("total", 0.0))
     apart = f", {number(lost, 2)} s of it compiling kernels" if lost >= 0.05 else ""
-    print(f"{summary.get('steps', len(history['time']))} steps in {number(total, 3)} s{apart}")
+    print(f"{summary.get('steps', len(history['time']) - 1)} steps in {number(total, 3)} s{apart}")
     columns = summary.get("columns") or {}
     for name, force in history.items():
         contact, _, column = name.rpartition(".")

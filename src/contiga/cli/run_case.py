@@ -112,7 +112,7 @@ class _Told:
     def progress(self, done: int, steps: int, contacts: int) -> None:
         if self._stopped():
             raise KeyboardInterrupt
-        self._show(done, steps, f"{contacts} in contact{self._pace}")
+        self._show(done - 1, steps - 1, f"{contacts} in contact{self._pace}")
 
 
 def _checked(case: object) -> Case:

@@ -40,6 +40,9 @@ class Rehearsed(NamedTuple):
     the start only."""
     deepest: float
     """How deep the deepest of them lies."""
+    from_behind: IntArray
+    """(i,) points that have come to an open body from behind since the standing before: those that
+    passed it, and those that are in contact although they did not come in."""
 
 
 def rehearsed(
@@ -58,11 +61,12 @@ def rehearsed(
     options = options._replace(balls=False, bulge=BULGE)
     followed = _spread(np.flatnonzero(active).astype(np.int32), most)
     all_of_them = np.ones(len(followed), dtype=bool)
-    last, pose = None, np.eye(4)
+    last, pose, was_held = None, np.eye(4), np.zeros(0, np.int32)
     for p_W, X_WB in standing:
         own_W = np.ascontiguousarray(p_W[followed])
         p_B = to_body(X_WB, own_W)
         inside, deepest = np.zeros(0, np.int32), 0.0
+        behind = np.zeros(0, np.int32)
         if last is None:
             found = detect_at_start(surface, p_B, all_of_them, options)
             if not options.penetration:
@@ -70,13 +74,42 @@ def rehearsed(
         else:
             poses = pose, X_WB
             found = detect_on_curves(surface, p_B, last, all_of_them, options, poses)
-        rows = found.held
+            if not options.closed:
+                behind = _from_behind(
+                    surface, (last.points_B, p_B), (was_held, found.held), options
+                )
+        rows = was_held = found.held
         feet = rows_of(found.feet, rows)
         depth = np.maximum(-feet.gap, 0.0)
-        yield Rehearsed(X_WB, followed[rows], depth, feet.normal, inside, deepest)
+        yield Rehearsed(X_WB, followed[rows], depth, feet.normal, inside, deepest, followed[behind])
         place = found.feet.patch, found.uv, found.near
         last = Last(p_B, *place, found.safe_distance, found.holds)
         pose = X_WB
+
+
+def _from_behind(
+    surface: Surface,
+    way: tuple[FloatArray, FloatArray],
+    held: tuple[IntArray, IntArray],
+    options: Options,
+) -> IntArray:
+    """Points that came from behind on their way from (m, 3) to (m, 3), of those that were not in
+    contact; `held` are those that were, and those that are."""
+    before, now = way
+    was, is_now = held
+    free = np.setdiff1d(np.flatnonzero(np.isfinite(before + now).all(axis=1)), was)
+    free = free.astype(np.int32)
+    away = np.zeros(len(before))
+    surface.safe_distance(before, free, away)
+    gone = np.sqrt(np.square(now - before).sum(axis=1))
+    free = free[away[free] <= gone[free]]
+    # What the way back meets last is what the way met first, from the other side.
+    _, sense = surface.last_crossings(now, before, free)
+    came_in = free[sense < 0]
+    taken, _ = _behind(
+        surface, before, np.setdiff1d(is_now, np.concatenate((was, came_in))), options
+    )
+    return np.union1d(free[sense > 0], taken).astype(np.int32)
 
 
 def _spread(rows: IntArray, most: int | None) -> IntArray:

@@ -92,6 +92,8 @@ class Scene:
             first = np.array(own if sensor.at is None else sensor.at)
             at = to_body(frames[sensor.body].pose, first[None])[0]
             self._points[sensor.name] = at, first
+        for pair in self.model.relative:
+            _check_rates(pair)
 
     def _placed(
         self, one: Sensor | RelativeSensor, physics: tuple[Any, Any]
@@ -156,7 +158,7 @@ class Scene:
                 columns |= {f"{sensor.name}.{letter}{axis}": float(x) for axis, x in named}
                 if measure in _SUMMED:
                     columns[f"{sensor.name}.{letter}"] = length(own)
-        return columns | relative_columns(self.model, state)
+        return columns | relative_columns(self.model, state, None)
 
 
 def _own_point(physics: tuple[Any, Any], body: int) -> FloatArray:
@@ -168,6 +170,16 @@ def _own_point(physics: tuple[Any, Any], body: int) -> FloatArray:
 def _slave(one: Carrier, frame: Frame) -> SlaveState:
     points = to_world(frame.pose, one.carried.points)
     return SlaveState(points, frame.twist.at(frame.pose[:3, 3], points))
+
+
+def _check_rates(sensor: RelativeSensor) -> None:
+    if "acceleration" in sensor.measures:
+        raise InputError(
+            "the acceleration between two bodies of MuJoCo is not measured here",
+            where=f"sensor {sensor.name!r}: measures",
+            found="acceleration",
+            remedy="Take a Sensor on each of them",
+        )
 
 
 def _check(sensor: Sensor, moving: Mapping[str, int]) -> None:

@@ -48,7 +48,7 @@ def arc(
     centre: ArrayLike = ORIGIN,
     axis: Axis = "z",
 ) -> NurbsCurve:
-    """Circular arc about `axis` from the angle `start` to `end` > start, at most a full turn.
+    """Circular arc about `axis` from `start` to `end` > start, radians, at most a full turn.
 
     Rational quadratic pieces of at most a quarter turn (The NURBS Book, Algorithm A7.1).
     """
@@ -215,7 +215,7 @@ def ellipsoid(
     centre: ArrayLike = ORIGIN,
     axis: Axis = "z",
 ) -> NurbsSurface:
-    """Ellipsoid with the half axes `axes` along x, y and z before it is placed."""
+    """Ellipsoid with half axes `axes` (it is twice as long) along x, y, z before it is placed."""
     a, b, c = _sizes(axes, 3, "axes")
     half = revolved(_meridian(-0.5 * math.pi, 0.5 * math.pi, 0.0, 1.0))
     return half.scaled((a, b, c))._moved(transform.frame(axis, centre))

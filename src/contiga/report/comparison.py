@@ -251,7 +251,7 @@ def _energies(run: Run) -> dict[str, float]:
 
 def _timings(run: Run) -> dict[str, float]:
     timings = {k: float(v) for k, v in (run.summary.get("timings") or {}).items()}
-    return {"steps": float(run.summary.get("steps") or len(run.times)), **timings}
+    return {"steps": float(run.summary.get("steps") or len(run.times) - 1), **timings}
 
 
 def _pairs(one: Mapping[str, Any], two: Mapping[str, Any]) -> dict[str, Pair]:

@@ -107,7 +107,8 @@ def _pictures(run: Run, still: bytes | None, view: View | None, peak_time: float
         f"where they are, so those in contact lie inside the body. {_still_note(view)}"
     )
     if not view.touches:
-        head, said = f"The scene, at t = {when}", "At no recorded time is a point in contact."
+        head = f"The scene, at t = {when}"
+        said = "At no recorded time is a point in contact." if run.contacts else "No contacts."
     return (
         f"<h2>{head}</h2><figure>{_stills(still, view)}"
         f'<figcaption class="caption">{said}</figcaption></figure>'
@@ -224,6 +225,8 @@ def _springs(run: Run, peak_time: float | None) -> str:
 
 def _over_time(run: Run, peak_time: float | None) -> str:
     """Figures of the contacts; what has nothing to show is said in a sentence instead."""
+    if not run.contacts:
+        return ""
     figures = history_figures(run, peak_time)
     silent = [name for name in run.contacts if not touched(run, name)]
     note = ""

@@ -35,17 +35,18 @@ def _tile(value: str, unit: str, label: str, when: str = "") -> str:
 def key_figures(run: Run) -> str:
     """The row of large numbers under the title."""
     tiles = []
-    for column, unit, label in (
+    of_contacts = (
         ("force", run.units.force, "Peak force"),
         ("max_penetration", run.units.length, "Deepest penetration"),
         ("area", run.units.area, "Largest contact area"),
         ("n_contact", "", "Most nodes in contact"),
-    ):
+    )
+    for column, unit, label in of_contacts if run.contacts else ():
         value, when = run.greatest(column)
         at = f"at t = {number(when)} {run.units.time}".strip() if value > 0.0 else "no contact"
         tiles.append(_tile(number(value), unit, label, at))
     tiles += _criteria(run)
-    tiles.append(_tile(number(float(run.summary.get("steps") or len(run.times))), "", "Steps"))
+    tiles.append(_tile(number(float(run.summary.get("steps") or len(run.times) - 1)), "", "Steps"))
     total = (run.summary.get("timings") or {}).get("total")
     if total is not None:
         tiles.append(_tile(number(float(total), 3), "s", "Wall time"))

@@ -123,10 +123,10 @@ class Openings(NamedTuple):
 
     def _where(self) -> str:
         x, y, z = self.slit_point
-        faces = " and ".join(str(k) for k in self.slit_patches)
+        where = "between patches {} and {}" if len(self.slit_patches) > 1 else "within patch {}"
         share = self.slit / self.size
         return (
-            f"{self._told(self.slit)} ({share:.1g} of the size) between patches {faces} "
+            f"{self._told(self.slit)} ({share:.1g} of the size) {where.format(*self.slit_patches)} "
             f"at ({x:.6g}, {y:.6g}, {z:.6g})"
         )
 

@@ -54,7 +54,7 @@ def history_row(
         )
         row |= {prefix + name: value for name, value in columns.items()}
     row |= sensor_columns(model, stepped.state, last)
-    row |= relative_columns(model, stepped.state)
+    row |= relative_columns(model, stepped.state, last)
     row |= spring_columns(model, stepped.state)
     if isinstance(model.stepping, AutoSteps):
         row |= step_columns(model, stepped.choice)

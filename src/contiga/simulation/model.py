@@ -22,6 +22,7 @@ from contiga.errors import InputError
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
 from contiga.shown import Facts, Shown
+from contiga.simulation.checks.finding import Finding
 from contiga.simulation.mechanism import Mechanism, mechanism_of
 from contiga.simulation.sensor import CUT, RELATIVE_MEASURES, RelativeSensor, Sensor
 from contiga.slaves.slave import Slave
@@ -88,6 +89,8 @@ class Model(Shown):
     """The resolved case, written beside the results."""
     base_folder: Path = Path()
     """Of the case file."""
+    findings: tuple[Finding, ...] = ()
+    """What was found out about its files as they were read: `check` tells it."""
 
     def __post_init__(self) -> None:
         names = [part.name for part in self.contacts]

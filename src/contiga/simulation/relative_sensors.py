@@ -1,5 +1,5 @@
-"""What sensors between two bodies say: how far apart points of them are, how they turn, and what
-the springs between them carry."""
+"""What sensors between two bodies say: how far apart points of them are, how they move and turn,
+and what the springs between them carry."""
 
 from __future__ import annotations
 
@@ -9,21 +9,32 @@ from contiga.num.ordered import length, product
 from contiga.records import FloatArray
 from contiga.simulation.forces import point_of
 from contiga.simulation.model import Model
-from contiga.simulation.sensor import CUT, RelativeSensor
-from contiga.simulation.sensors import first_place
+from contiga.simulation.sensor import CUT, RATES, RelativeSensor
+from contiga.simulation.sensors import (
+    acceleration,
+    first_place,
+    point_acceleration,
+    point_velocity,
+)
 from contiga.simulation.system_state import SystemState
 
 
-def relative_columns(model: Model, state: SystemState) -> dict[str, float]:
-    """What sensors between two bodies say of `state`."""
+def relative_columns(
+    model: Model, state: SystemState, last: SystemState | None
+) -> dict[str, float]:
+    """What sensors between two bodies say of `state`; `last` is the state before it."""
     columns: dict[str, float] = {}
     for sensor in model.relative:
-        values = _values(model, sensor, state)
+        values = _values(model, sensor, (last, state))
         columns |= {f"{sensor.name}.{name}": value for name, value in values.items()}
     return columns
 
 
-def _values(model: Model, sensor: RelativeSensor, state: SystemState) -> dict[str, float]:
+_Step = tuple[SystemState | None, SystemState]
+
+
+def _values(model: Model, sensor: RelativeSensor, step: _Step) -> dict[str, float]:
+    state = step[1]
     roots = [int(model.mechanism.root[model.mechanism.index[body]]) for body in sensor.between]
     starts = [model.origins[i] for i in roots]
     poses = [state.bodies.poses[i] for i in roots]
@@ -35,7 +46,7 @@ def _values(model: Model, sensor: RelativeSensor, state: SystemState) -> dict[st
     values: dict[str, float] = {}
     way = places[1] - places[0]
     if "distance" in sensor.measures:
-        speeds = [_speed(state, i, place) for i, place in zip(roots, places, strict=True)]
+        speeds = [point_velocity(state, i, place) for i, place in zip(roots, places, strict=True)]
         values |= _distance(way, speeds[1] - speeds[0])
     if "displacement" in sensor.measures:
         own = sensor.axes == "body"
@@ -48,7 +59,36 @@ def _values(model: Model, sensor: RelativeSensor, state: SystemState) -> dict[st
         turn = _turned(product(now, before.T))
         values["angle"] = length(turn)
         values |= {f"angle_{axis}": float(v) for axis, v in zip("xyz", turn, strict=True)}
+    values |= _rates(model, sensor, (roots, places), step)
     return values | _cut(model, sensor, state, poses[0], places[0])
+
+
+def _rates(
+    model: Model, sensor: RelativeSensor, ends: tuple[list[int], list[FloatArray]], step: _Step
+) -> dict[str, float]:
+    """How the second point moves: in the axes of the first body as one on it sees it, who turns
+    with it; along those of the world the difference of the two."""
+    ((i, j), (here, there)), state = ends, step[1]
+    values: dict[str, float] = {}
+    seen = sensor.axes == "body"
+    spin = state.bodies.twists[i, 3:] if seen else np.zeros(3)
+    velocity = point_velocity(state, j, there) - point_velocity(state, i, here)
+    velocity = velocity - np.cross(spin, there - here)
+    for measure in RATES:
+        if measure not in sensor.measures:
+            continue
+        own = velocity
+        if measure == "acceleration":
+            own = point_acceleration(model, j, there, step)
+            own = own - point_acceleration(model, i, here, step) - 2.0 * np.cross(spin, velocity)
+            if seen:
+                turning = acceleration(model, i, state, step[0])[1]
+                way = there - here
+                own = own - np.cross(turning, way) - np.cross(spin, np.cross(spin, way))
+        own = product(state.bodies.poses[i, :3, :3].T, own) if seen else own
+        values |= {f"{measure[0]}{axis}": float(v) for axis, v in zip("xyz", own, strict=True)}
+        values[measure[0]] = length(own)
+    return values
 
 
 def _cut(
@@ -84,12 +124,6 @@ def _carried(
         force = force + own
         moment = moment + np.cross(now.ends[end] - about, own)
     return force, moment
-
-
-def _speed(state: SystemState, i: int, place: FloatArray) -> FloatArray:
-    """(3,) of a point of a body, world axes."""
-    pose, twist = state.bodies.poses[i], state.bodies.twists[i]
-    return np.asarray(twist[:3] + np.cross(twist[3:], place - pose[:3, 3]))
 
 
 def _distance(way: FloatArray, speed: FloatArray) -> dict[str, float]:

@@ -20,8 +20,10 @@ from contiga.records import FloatArray
 MEASURES = ("acceleration", "velocity", "displacement", "force", "moment", "spin")
 RELATIVE_MEASURES = ("distance", "displacement", "angle")
 """What a sensor between two bodies measures if not asked."""
+RATES = ("velocity", "acceleration")
+"""What it may measure beside that: how the second point moves, as the first body sees it."""
 CUT = ("force", "moment")
-"""What it may measure beside that: of the springs between them."""
+"""And of the springs between them."""
 CRITERIA = ("HIC15", "HIC36", "HICd", "3ms", "chest3ms", "BrIC")
 RELATIVE_CRITERIA = ("VC", "Nij", "femur")
 CRITERION_UNITS = {"3ms": "g", "chest3ms": "g", "VC": "m/s"}
@@ -117,11 +119,15 @@ class RelativeSensor:
     between : names of two bodies; the first is where it is seen from
     at : (2, 3) the points, where they are at the start, world coordinates; as of a `Sensor` if
         omitted
-    axes : of displacement, force and moment: those of the first "body", or "world"
+    axes : of displacement, velocity, acceleration, force and moment: those of the first "body",
+        or "world"
     code : as of a `Sensor`
     measures : of "distance" (and its `rate`), "displacement" (how the second point has moved from
         where it was, seen from the first) and "angle" (by which the second body has turned against
-        the first since the start, 0 to π, and that turn about the axes of the first body); "force"
+        the first since the start, 0 to π, and that turn about the axes of the first body);
+        "velocity" and "acceleration", the rates of that displacement: in the axes of the first body
+        as one on it sees it, who turns with it, in those of the world the difference of the two
+        points; the other way round in `between` they are in the axes of the other body; "force"
         and "moment" of all springs between the two on the first body, about the first point
     criteria : of "VC" (the distance is that of breastbone and spine; CFC180), "Nij" (F_z and M_y
         with z up, x forward, the first body below, and the first point the occipital condyle;
@@ -176,7 +182,7 @@ class RelativeSensor:
         put(self, "between", pair)
         put(self, "at", None if at is None else _two_points(at))
         put(self, "axes", _one_of("axes", axes, ("world", "body")))
-        put(self, "measures", _several("measures", measures, (*RELATIVE_MEASURES, *CUT)))
+        put(self, "measures", _several("measures", measures, (*RELATIVE_MEASURES, *RATES, *CUT)))
         put(self, "criteria", _several("criteria", criteria, RELATIVE_CRITERIA))
         put(self, "bands", dict(bands or {}))
         put(self, "dummy", _one_of("dummy", dummy, tuple(DUMMIES)))

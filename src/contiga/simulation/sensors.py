@@ -49,15 +49,12 @@ def _measured(
     pose, twist = state.bodies.poses[i], state.bodies.twists[i]
     first = first_place(model, i, sensor.at)
     place = point_of(pose, model.origins[i], first)
-    arm = place - pose[:3, 3]
     values: dict[str, FloatArray] = {}
     for measure in sensor.measures:
         if measure == "acceleration":
-            linear, angular = acceleration(model, i, state, last)
-            spin = twist[3:]
-            own = linear + np.cross(angular, arm) + np.cross(spin, np.cross(spin, arm))
+            own = point_acceleration(model, i, place, (last, state))
         elif measure == "velocity":
-            own = twist[:3] + np.cross(twist[3:], arm)
+            own = point_velocity(state, i, place)
         elif measure == "displacement":
             own = place - first
         elif measure == "spin":
@@ -65,6 +62,7 @@ def _measured(
         elif measure == "force":
             own = state.wrenches[i, :3]
         else:
+            arm = place - pose[:3, 3]
             own = state.wrenches[i, 3:] - np.cross(arm, state.wrenches[i, :3])
         values[measure] = product(pose[:3, :3].T, own) if sensor.axes == "body" else own
     return values
@@ -78,6 +76,22 @@ def first_place(model: Model, i: int, at: FloatArray | None) -> FloatArray:
     if row is None:
         return np.asarray(model.origins[i, :3, 3])
     return np.asarray(model.mechanism.start[row, lanes.CENTRE : lanes.CENTRE + 3])
+
+
+def point_velocity(state: SystemState, i: int, place: FloatArray) -> FloatArray:
+    """(3,) of a point of a body, world axes."""
+    pose, twist = state.bodies.poses[i], state.bodies.twists[i]
+    return np.asarray(twist[:3] + np.cross(twist[3:], place - pose[:3, 3]))
+
+
+def point_acceleration(
+    model: Model, i: int, place: FloatArray, step: tuple[SystemState | None, SystemState]
+) -> FloatArray:
+    """(3,) of a point of a body, world axes, at the end of a step; None before the start."""
+    last, state = step
+    linear, angular = acceleration(model, i, state, last)
+    spin, arm = state.bodies.twists[i, 3:], place - state.bodies.poses[i, :3, 3]
+    return np.asarray(linear + np.cross(angular, arm) + np.cross(spin, np.cross(spin, arm)))
 
 
 def acceleration(

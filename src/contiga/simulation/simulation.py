@@ -61,6 +61,7 @@ class Simulation(Model):
     title, units : for reports; units are the names of length, mass and time
     output : what a run writes
     case_text, base_folder : the case it comes from, and the folder of that
+    findings : what was found out about its files as they were read; `check` tells it
 
     Raises
     ------
@@ -111,6 +112,7 @@ class Simulation(Model):
         output: OutputOptions | None = None,
         case_text: str = "",
         base_folder: Path | None = None,
+        findings: Sequence[Finding] = (),
     ) -> None:
         own_bodies = {
             name: body_part(name, given) for name, given in by_name("bodies", bodies).items()
@@ -133,6 +135,7 @@ class Simulation(Model):
             output=OutputOptions() if output is None else output,
             case_text=case_text,
             base_folder=Path() if base_folder is None else base_folder,
+            findings=tuple(findings),
         )
 
     def fingerprint(self) -> str:

@@ -34,6 +34,11 @@ _BETWEEN = {
 _TOLERANCE = 3e-4
 _MOST = 400_000
 """Triangles at most."""
+_BACK = 0.75
+"""Of a part's longest side, in the camera's units: how much farther away than usual all of it is
+seen in a figure no wider than high."""
+_BUTTONS = 34
+"""Pixels above the figure that its buttons have for themselves."""
 
 
 class ColourMap(NamedTuple):
@@ -242,7 +247,10 @@ def _beyond(found: ColourMap) -> str:
 
 
 def map_figure(found: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
-    """The map as a 3D view, as plotly's script takes it; `rows` are those of the cases."""
+    """The map as a 3D view, as plotly's script takes it; `rows` are those of the cases.
+
+    Beside `data` and `layout` it has `back`: how much farther away a narrow page sees it from.
+    """
     import json
 
     import plotly.graph_objects as go
@@ -263,7 +271,7 @@ def map_figure(found: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
     )
     figure.update_layout(
         height=620,
-        margin={"l": 0, "r": 0, "t": 0, "b": 0},
+        margin={"l": 0, "r": 0, "t": _BUTTONS, "b": 0},
         showlegend=False,
         scene={
             **{f"{axis}axis": space_axis(axis) for axis in "xyz"},
@@ -273,4 +281,7 @@ def map_figure(found: ColourMap, rows: dict[int, int]) -> dict[str, Any]:
     )
     drawn: dict[str, Any] = json.loads(figure.to_json())
     drawn["layout"].pop("template", None)
+    # Plotly draws boxes at a volume of one.
+    sides = np.maximum(np.ptp(found.vertices, axis=0), 1e-3 * np.ptp(found.vertices, axis=0).max())
+    drawn["back"] = max(1.1, _BACK * float(sides.max() / np.cbrt(sides.prod())))
     return drawn

@@ -6,7 +6,7 @@
   columns.forEach(function (column) { byName[column.name] = column; });
   var numbers = columns.filter(function (column) { return column.role === "quantity"; });
   var variables = columns.filter(function (column) { return column.role === "variable"; });
-  var chosen = [];
+  var chosen = [], NARROW = 640;
 
   function $(id) { return document.getElementById(id); }
   function link(row) { return data.links[row]; }
@@ -283,8 +283,20 @@
     ready(["convergence-y"], convergence);
   }
   if (data.goal) course();
-  if (data.map) {
-    Plotly.newPlot("map", data.map.data, data.map.layout, config);
+  // The camera fits what it sees by its height: where the room is as wide as high it stands back,
+  // and the bar of colours lies below.
+  function turned() {
+    var layout = data.map.layout, width = $("map").clientWidth, eye = layout.scene.camera.eye;
+    if (width < NARROW) {
+      Object.keys(eye).forEach(function (axis) { eye[axis] *= data.map.back; });
+      layout.height = width + 70;
+      layout.margin.b = 80;
+      var bar = data.map.data[1].marker.colorbar;
+      Object.assign(bar, { orientation: "h", y: 0, yanchor: "top", ypad: 8, len: 0.92 });
+      bar.title.side = "top";
+    }
+    Plotly.newPlot("map", data.map.data, layout, config);
     links($("map"));
   }
+  if (data.map) turned();
 })();

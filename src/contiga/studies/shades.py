@@ -67,7 +67,11 @@ class Shades(NamedTuple):
 
     def marker(self, values: FloatArray, label: str) -> dict[str, Any]:
         """Of dots of plotly, with their colour bar."""
-        bar: dict[str, Any] = {"title": {"text": label}, "thickness": 12, "outlinewidth": 0}
+        bar: dict[str, Any] = {
+            "title": {"text": label, "side": "right"},
+            "thickness": 12,
+            "outlinewidth": 0,
+        }
         if not self.bands:
             scale = [[k / (len(SCALE) - 1), colour] for k, colour in enumerate(SCALE)]
             low, high = self.limits

@@ -130,7 +130,7 @@ def study(
     >>> quick = {"time.end": 0.2, "output": {"report": False, "formats": ["csv"]}}
     >>> found = study("case.toml", {"time.step": [0.1, 0.05]}, ["steps"], set=quick, workers=0)
     >>> found.to_pandas()["steps"].tolist()
-    [3.0, 5.0]
+    [2.0, 4.0]
     """
     case = base if isinstance(base, Case) else load_case(base)
     progress = more.pop("progress", None)

@@ -10,7 +10,8 @@ from tests import occ_rig
 import contiga as cg
 from contiga.case.build import build
 from contiga.case.describe import description
-from contiga.errors import ContigaWarning, InputError
+from contiga.case.part_cache import PartCache
+from contiga.errors import InputError
 
 CASE = """
 units = {{ length = "mm", mass = "g", time = "ms" }}
@@ -34,11 +35,22 @@ def test_a_case_says_what_becomes_of_solids_that_touch(tmp_path: Path) -> None:
     box = made.product(occ_rig.box(), "box")
     made.assembly("all", (box, occ_rig.at(0, 0, 0), "a"), (box, occ_rig.at(2, 0, 0), "b"))
     made.write(tmp_path / "rig.step")
-    with pytest.warns(ContigaWarning, match=r"made one: box \(a\), box \(b\) at \(2, "):
-        body = build(load(tmp_path, 'solids = "union"')).bodies["master"].body
-    assert body.closed
-    with pytest.warns(ContigaWarning, match="kept as they are"):
-        body = build(load(tmp_path, 'solids = "separate"')).bodies["master"].body
+    cache = PartCache()
+    for _ in range(2):  # what is kept of the file tells it again
+        united = build(load(tmp_path, 'solids = "union"'), parts=cache)
+        (finding,) = united.findings
+        assert finding == united.check()[0]
+        assert (finding.rule, finding.where) == ("file", "body master")
+        assert "made one: box (a), box (b) at (2, " in finding.text
+        assert united.bodies["master"].body.closed
+    with pytest.raises(InputError, match=r"body master: .*made one"):
+        united.run(tmp_path / "out", strict=True)
+    summary = united.run().summary
+    assert summary["findings"][0] == finding._asdict()
+    assert str(finding) in summary["warnings"]
+    kept = build(load(tmp_path, 'solids = "separate"'))
+    assert "kept as they are" in kept.findings[0].text
+    body = kept.bodies["master"].body
     assert not body.closed
     assert body.flaws[0].startswith("pieces that touch or overlap: patches ")
     with pytest.raises(InputError, match=r"body\[0\]\.geometry: .*solids touch or overlap"):

@@ -121,6 +121,36 @@ def test_what_tables_say_wrong_is_told_with_what_cannot_be_made(tmp_path: Path) 
     assert others[2].startswith("body[0].mass")
 
 
+@pytest.mark.parametrize("reader", [load_case, load_whole])
+def test_names_of_nothing_are_in_the_list(tmp_path: Path, reader) -> None:
+    """Beside a key that is none, a master is misspelt, and so are a load's body and a spring's."""
+    text = CASE.replace("thickness = 10.0", "thicknes = 10.0")
+    text = text.replace('master = "ball"\nslave = "skin"', 'master = "bal"\nslave = "skin"')
+    text += '[[load]]\nbody = "pad"\nforce = [1, 0, 0]\n'
+    text += '[[spring]]\nbetween = ["ground", "sledd"]\nat = [[0, 0, 0], [9, 0, 0]]\ncurve = 1\n'
+    if reader is load_whole:
+        text = text.replace(*WRONG["ball's mass"][:2])
+    (tmp_path / "case.toml").write_text(text)
+    with pytest.raises(InputError) as caught:
+        reader(tmp_path / "case.toml")
+    _, *lines = [line.strip() for line in str(caught.value).splitlines()]
+    starts = ["slave[0].thicknes: unknown key", "contact[1].master: no body", "load[0].body: no"]
+    starts += ["spring[0].between[1]: no"] + ["body[0].mass"] * (reader is load_whole)
+    assert [line[: len(start)] for line, start in zip(lines, starts, strict=True)] == starts
+    assert "Did you mean 'ball'?" in lines[1]
+    assert "'pad' is a slave" in lines[2]
+
+
+@pytest.mark.parametrize("name", ["", 3])
+def test_names_are_not_held_against_tables_that_are_wrong(tmp_path: Path, name: object) -> None:
+    """What the contacts call by its name has a name that is none."""
+    (tmp_path / "case.toml").write_text(CASE.replace('name = "ball"', f"name = {name!r}"))
+    with pytest.raises(InputError) as caught:
+        load_case(tmp_path / "case.toml")
+    assert "body[0].name" in str(caught.value)
+    assert "things are wrong" not in str(caught.value)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "key"),
     [

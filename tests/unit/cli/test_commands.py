@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 from pathlib import Path
@@ -88,6 +89,14 @@ def test_check_says_what_a_run_would_do_and_writes_nothing(command: Command, cas
     for text in ("Ball and sheet", "sphere(radius = 10.0)", "4 steps", "ready to run"):
         assert text in out
     assert list(case.parent.iterdir()) == [case]
+
+
+def test_a_run_takes_the_steps_that_check_tells(command: Command, case: Path) -> None:
+    case.write_text(CASE + NO_REPORT, encoding="utf-8")
+    assert " in 4 steps of " in command("check", case)[1]
+    assert command("run", case)[1].startswith("4 steps in ")
+    summary = json.loads((case.parent / "press_out" / "summary.json").read_text())
+    assert summary["steps"] == 4
 
 
 @pytest.mark.parametrize("name", ["run", "check"])

@@ -95,6 +95,10 @@ def test_columns_by_name() -> None:
     [
         ([cg.Sensor("tip", "leg")], "names a body that is not there; found 'leg'"),
         ([cg.RelativeSensor("gap", ["arm", "leg"])], "names a body that is not there"),
+        (
+            [cg.RelativeSensor("gap", ["post", "arm"], measures=["acceleration"])],
+            "'gap': measures: the acceleration between two bodies",
+        ),
         ([cg.Sensor("arm", "arm")], "name of its own"),
         ([cg.Sensor("tip", "arm", filter="CFC60")], "need units"),
         ([cg.Sensor("tip", "arm", measures=["force"])], "measures: what acts on a body of MuJoCo"),

@@ -87,6 +87,16 @@ def test_edges_used_twice_close_a_body_within_their_tolerance():
     assert "do not meet" in fine.openings.flaws[0]
 
 
+def test_the_patches_of_a_slit_are_named():
+    patches = box_patches(lift=3e-3)
+    wide = cg.Body(patches, edges=named_edges(patches, 6e-3, 3e-3)).openings
+    told = dict(wide.rows)["largest gap"]
+    first, second = wide.slit_patches
+    assert f" between patches {first} and {second} at (" in told
+    alone = wide._replace(slit_patches=(first,))
+    assert f" within patch {first} at (" in dict(alone.rows)["largest gap"]
+
+
 def test_no_tolerance_closes_a_hundredth_of_the_size():
     gap = 0.03
     patches = box_patches(lift=gap)

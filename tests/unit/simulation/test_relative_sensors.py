@@ -80,6 +80,69 @@ def test_points_off_the_centres_go_with_their_bodies() -> None:
     np.testing.assert_allclose(told["ab.rate"][1:-1], slope, atol=2e-3)
 
 
+def vectors(told: dict[str, np.ndarray], name: str) -> np.ndarray:
+    return np.stack([told[name + axis] for axis in "xyz"], axis=1)
+
+
+def test_rates_are_those_that_one_on_the_first_body_sees() -> None:
+    """From b, which turns as R about (5, 0, 0), a's centre is at R^T(V t - (5, 0, 0))."""
+    rates = ["velocity", "acceleration"]
+    told = flown(
+        cg.RelativeSensor("ba", ("b", "a"), measures=rates),
+        cg.RelativeSensor("ab", ("a", "b"), measures=rates),
+        cg.RelativeSensor("flat", ("b", "a"), measures=rates, axes="world"),
+    )
+    t, spin = told["time"], W * AXIS
+    back = Rotation.from_rotvec(np.outer(t, spin)).inv()
+    way = np.outer(t, V) - np.array([5.0, 0, 0])
+    v = V - np.cross(spin, way)
+    a = -2.0 * np.cross(spin, v) - np.cross(spin, np.cross(spin, way))
+    np.testing.assert_allclose(vectors(told, "ba.v"), back.apply(v), atol=1e-5)
+    np.testing.assert_allclose(vectors(told, "ba.a"), back.apply(a), atol=1e-5)
+    np.testing.assert_allclose(told["ba.v"], np.linalg.norm(v, axis=1), rtol=1e-6)
+    np.testing.assert_allclose(told["ba.a"], np.linalg.norm(a, axis=1), rtol=1e-6)
+    # A body that does not turn, and the world: one flies off evenly from the other.
+    for name, sign in (("ab", -1.0), ("flat", 1.0)):
+        expected = np.broadcast_to(sign * V, (len(t), 3))
+        np.testing.assert_allclose(vectors(told, f"{name}.v"), expected, atol=1e-12)
+        np.testing.assert_allclose(vectors(told, f"{name}.a"), 0.0, atol=1e-12)
+
+
+def test_rates_off_the_centres_and_as_they_speed_up() -> None:
+    """A sled that a pulse drives, and a point of a ball that turns above it under gravity."""
+    g, pulse = np.array([0.0, 0.0, -9.81]), 3.0
+    point = np.array([0.0, 0.4, 0.3])
+    sled = cg.motion.Accelerated([[0, pulse], [9, pulse]], direction="x")
+    ball = cg.motion.Free(mass=1.0, inertia=np.eye(3), centre=(0, 0, 0), spin=W * AXIS)
+    told = (
+        cg.Simulation(
+            bodies={"sled": (BALL, sled), "ball": (BALL, ball)},
+            slaves={},
+            contacts=[],
+            sensors=[
+                cg.RelativeSensor(
+                    "seen",
+                    ("sled", "ball"),
+                    at=[[0, 0, -2.0], point],
+                    measures=["velocity", "acceleration"],
+                )
+            ],
+            gravity=g,
+            end=1.0,
+            step=0.05,
+        )
+        .run()
+        .history
+    )
+    t, spin = told["time"], W * AXIS
+    arm = Rotation.from_rotvec(np.outer(t, spin)).apply(point)
+    sled_v = np.outer(t, [pulse, 0, 0])
+    v = np.outer(t, g) + np.cross(spin, arm) - sled_v
+    a = g + np.cross(spin, np.cross(spin, arm)) - np.array([pulse, 0, 0])
+    np.testing.assert_allclose(vectors(told, "seen.v"), v, atol=1e-5)
+    np.testing.assert_allclose(vectors(told, "seen.a"), a, atol=1e-5)
+
+
 CASE = """
 units = { length = "mm", mass = "kg", time = "ms" }
 time = { end = 1.0, step = 0.1 }
@@ -102,6 +165,7 @@ law = { kind = "penalty", stiffness = 1e-3, per_area = true }
 [[sensor]]
 name = "excursion"
 between = ["sled", "head"]
+measures = ["distance", "displacement", "angle", "velocity", "acceleration"]
 [output]
 formats = ["csv"]
 report = false
@@ -120,7 +184,13 @@ def test_a_case_has_them(tmp_path: Path) -> None:
     assert [units[f"excursion.{name}"] for name in ("distance", "rate", "angle")] == [
         "mm", "mm/ms", "rad",
     ]  # fmt: skip
-    assert "x" in cg.open_result(tmp_path / "out").sensors["excursion"]
+    read = cg.open_result(tmp_path / "out")
+    assert "x" in read.sensors["excursion"]
+    np.testing.assert_allclose(result.history["excursion.vx"], 3.0)
+    read.write_mme(tmp_path / "mme", "T1")
+    codes = (tmp_path / "mme" / "T1" / "Channel" / "T1.chn").read_text()
+    for code in ("VEX0", "VER0", "ACX0", "ACR0", "DS00", "AN00"):
+        assert f"10EXCU000000{code} / excursion " in codes
 
 
 @pytest.mark.parametrize(
@@ -129,7 +199,7 @@ def test_a_case_has_them(tmp_path: Path) -> None:
         ('["sled", "head"]', '["sled", "hed"]', r"sensor\[0\].between\[1\]: no body .*'head'"),
         ('["sled", "head"]', '["sled"]', r"sensor\[0\].between: has the wrong length"),
         ('["sled", "head"]', '["sled", "sled"]', "must be two bodies"),
-        ('["sled", "head"]', '["sled", "head"]\nmeasures = ["a"]', "measures: is not known"),
+        ('["distance", "displacement", "angle"', '["a"', "measures: is not known"),
         ('["sled", "head"]', '["sled", "head"]\nbody = "sled"', "exactly one of the keys body or"),
         ('"excursion"', '"head"', "must have a name of its own"),
     ],

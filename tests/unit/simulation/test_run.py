@@ -237,7 +237,7 @@ def test_the_summary_counts_and_times(simulation: Simulation, tmp_path: Path) ->
     assert summary == json.loads(json.dumps(result.summary))
     assert summary["title"] == simulation.title
     assert summary["units"] == {"length": "mm", "mass": "g", "time": "ms"}
-    assert (summary["steps"], summary["n_points"]) == (13, 225)
+    assert (summary["steps"], summary["n_points"]) == (12, 225)
     assert summary["statuses"]["dip"]["NEW"] == result.history["n_new"].sum()
     assert summary["inputs"]["ball"]["patches"] == 1
     assert summary["inputs"]["sheet"]["facets"] == 2 * 14**2

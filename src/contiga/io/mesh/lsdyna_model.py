@@ -84,8 +84,8 @@ def read_model(path: Path) -> DeckModel:
     # The end comes first: what is over before it is told from what is not.
     for block in sorted(blocks, key=lambda block: not block.keyword.startswith(_TERMINATION)):
         _take(block, model)
-    for block, why in blocks[0].parameters.left:
-        model.leave(block, why)
+    for left in blocks[0].parameters.left:
+        model.leave(*left)
     model.motions = list(_possible(model))
     return model
 

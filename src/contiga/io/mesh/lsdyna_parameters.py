@@ -12,7 +12,7 @@ import math
 import operator
 import re
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from contiga.io.mesh.lsdyna_cards import Block
@@ -57,16 +57,25 @@ _FUNCTIONS: dict[str, Callable[..., Value]] = {
 }
 
 
+class Left(NamedTuple):
+    """A parameter that is not understood."""
+
+    block: Block
+    why: str
+    line: int
+    """Of its card in the deck."""
+
+
 class Parameters:
     """Values of a file's parameters, and of those of the files that include it.
 
-    `left` says, by block, what of it is not understood.
+    `left` says what is not understood.
     """
 
     def __init__(self, outer: Parameters | None = None) -> None:
         self._outer = outer
         self._own: dict[str, str] = {}
-        self.left: list[tuple[Block, str]] = [] if outer is None else outer.left
+        self.left: list[Left] = [] if outer is None else outer.left
 
     def filled(self, field: str) -> str:
         """A field with the value of its parameter; as it is where there is none."""
@@ -86,14 +95,14 @@ class Parameters:
     def read(self, block: Block) -> None:
         """Take the parameters of a block for which `is_parameters` holds."""
         expressions = "EXPRESSION" in block.keyword
-        for name, text in _expressions(block) if expressions else _pairs(block):
+        for line, name, text in _expressions(block) if expressions else _pairs(block):
             kind, name = name[:1].lower(), name[1:].strip().lower()
             value = self._worked_out(text, kind) if expressions else self.filled(text)
             scope = self if "LOCAL" in block.keyword else self._root()
             if not name or kind not in _KINDS or value is None or "&" in value:
-                self.left.append((block, f"&{name} = {text.strip()}"))
+                self.left.append(Left(block, f"&{name} = {text.strip()}", line))
             elif scope._own.setdefault(name, value) != value:
-                self.left.append((block, f"&{name} again, the first one stands"))
+                self.left.append(Left(block, f"&{name} again, the first one stands", line))
 
     def _root(self) -> Parameters:
         return self if self._outer is None else self._outer._root()
@@ -141,8 +150,8 @@ def fortran_number(text: str) -> float:
         return float(_EXPONENT.sub(lambda m: f"e{m[1] or m[2]}", text))
 
 
-def _pairs(block: Block) -> Iterator[tuple[str, str]]:
-    """Name, its kind in front, and text of the value: four pairs a card."""
+def _pairs(block: Block) -> Iterator[tuple[int, str, str]]:
+    """Line, name, its kind in front, and text of the value: four pairs a card."""
     width = _LONG_WIDTH if block.long else _WIDTH
     for card in block.cards:
         if "," in card.text:
@@ -152,22 +161,23 @@ def _pairs(block: Block) -> Iterator[tuple[str, str]]:
             cells = [card.text[start : start + width].strip() for start in starts]
         for name, value in zip(cells[::2], cells[1::2], strict=False):
             if name:
-                yield name, value
+                yield card.line, name, value
 
 
-def _expressions(block: Block) -> Iterator[tuple[str, str]]:
-    """Name, its kind in front, and expression: one a card, gone on with under an empty name."""
+def _expressions(block: Block) -> Iterator[tuple[int, str, str]]:
+    """Line, name, its kind in front, and expression: one a card, which goes on under an empty
+    name."""
     width = _LONG_WIDTH if block.long else _WIDTH
-    told: list[list[str]] = []
+    told: list[tuple[int, str, list[str]]] = []
     for card in block.cards:
         name, comma, text = card.text.partition(",")
         if not comma or len(name) > width:
             name, text = card.text[:width], card.text[width:]
         if name.strip():
-            told.append([name.strip(), text])
+            told.append((card.line, name.strip(), [text]))
         elif told:
-            told[-1][1] += text.strip()
-    yield from ((name, text) for name, text in told)
+            told[-1][2].append(text.strip())
+    yield from ((line, name, "".join(texts)) for line, name, texts in told)
 
 
 def _number(text: str | None) -> Value:

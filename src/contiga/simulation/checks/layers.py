@@ -13,7 +13,7 @@ from contiga.laws.combined import CombinedLaw
 from contiga.laws.force import ForceLaw
 from contiga.laws.stress import StressLaw
 
-_BEYOND = {
+BEYOND = {
     "linear": "continued straight on",
     "constant": "held at its last value",
     "error": "an error that ends the run",
@@ -55,7 +55,7 @@ def _layers(law: object, contact: Contact) -> list[Layer]:
 
 def _layer(law: object, contact: Contact) -> Layer | None:
     if isinstance(law, ForceLaw):
-        return Layer(None, _end(law.curve), _BEYOND[law.curve.extrapolation], law.curve)
+        return Layer(None, end_of(law.curve), BEYOND[law.curve.extrapolation], law.curve)
     if not isinstance(law, StressLaw):
         return None
     thickness = law.thickness
@@ -64,12 +64,12 @@ def _layer(law: object, contact: Contact) -> Layer | None:
         if own is None or not (own[contact.slave.active] > 0.0).any():
             return None
         thickness = float(own[contact.slave.active].max())
-    end = _end(law.elastic)
-    beyond = _BEYOND[law.elastic.extrapolation]
+    end = end_of(law.elastic)
+    beyond = BEYOND[law.elastic.extrapolation]
     return Layer(thickness, None if end is None else end * thickness, beyond, law.elastic)
 
 
-def _end(curve: Characteristic) -> float | None:
+def end_of(curve: Characteristic) -> float | None:
     """Where a table ends; None of a straight line, which is the same beyond its rows."""
     if not curve.is_table or (len(curve.x) == 2 and curve.extrapolation == "linear"):
         return None

@@ -37,4 +37,5 @@ def check_model(model: Model) -> tuple[Finding, ...]:
     # What answers wrongly is refused here as it would be by the first step.
     place(model, None, model.stepping.start)
     scene = Scene(model)
-    return tuple(dict.fromkeys(finding for check in _CHECKS for finding in check(scene)))
+    found = (finding for check in _CHECKS for finding in check(scene))
+    return tuple(dict.fromkeys([*model.findings, *found]))

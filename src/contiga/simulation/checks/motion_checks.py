@@ -9,6 +9,7 @@ import numpy as np
 from contiga.simulation.checks.approach import closest_approach
 from contiga.simulation.checks.finding import Finding, Said
 from contiga.simulation.checks.scene import Pair, Scene
+from contiga.simulation.checks.turned import behind, from_behind, mostly_behind
 
 # Share of the body's size that counts as touching.
 _TOUCHING = 1e-6
@@ -18,6 +19,7 @@ def check_motion(scene: Scene) -> Iterator[Finding]:
     """Who starts inside, and who never comes near."""
     for pair in scene.pairs:
         yield from _starts(pair, scene.said)
+        yield from from_behind(pair, scene.said)
         if pair.foretold and not pair.touches and not _others_touch(scene, pair):
             yield from _never(pair, scene.said)
 
@@ -55,14 +57,9 @@ def _starts(pair: Pair, said: Said) -> Iterator[Finding]:
     if _inward(pair):
         yield _turned(pair, len(rows))
         return
-    if not pair.body.closed and len(rows) > 0.5 * active:
-        yield Finding(
-            "behind",
-            pair.where,
-            f"{number} start behind {body}, an open face, up to {said(deepest)} from it: contact "
-            "takes what comes in from its free side",
-            "If its free side is to be the other one, turn it with flip = true (Python: "
-            "body.flipped()); else start them on its free side",
+    if mostly_behind(pair):
+        yield behind(
+            pair, f"{number} start behind {body}, an open face, up to {said(deepest)} from it"
         )
         return
     yield Finding(

@@ -16,6 +16,8 @@ from contiga.simulation.checks.facing import two_layers
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.layers import layers_of
 from contiga.simulation.checks.scene import Pair, Scene
+from contiga.simulation.checks.spring_checks import check_springs_ran
+from contiga.simulation.checks.turned import ran_from_behind
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
 
@@ -44,7 +46,7 @@ def check_run(model: Model, history: Columns, last: SystemState) -> tuple[Findin
         own = _columns(model, pair, history)
         for check in _CHECKS:
             found += check(scene, pair, own, last)
-    return tuple(found)
+    return (*found, *check_springs_ran(scene, history))
 
 
 def check_crest(model: Model, state: SystemState) -> tuple[Finding, ...]:
@@ -82,6 +84,8 @@ def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> It
     """Contacts that nothing ever came to, where that was not foretold."""
     if own["n_contact"].any():
         return
+    if any(ran_from_behind(pair, last, met=False)):
+        return
     rows = np.flatnonzero(pair.slave.active).astype(np.int32)
     points = last.contacts[pair.part.name].points_B
     finite = np.isfinite(points[rows]).all(axis=1)
@@ -95,6 +99,11 @@ def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> It
         f"{scene.said(apart)} from {pair.part.master}",
         "Look at where they are placed, at their units and at what moves them",
     )
+
+
+def _behind(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
+    """Open faces that were met or passed from behind."""
+    yield from ran_from_behind(pair, last, met=bool(own["n_contact"].any()))
 
 
 def _deep(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
@@ -182,6 +191,7 @@ def _let_go(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterat
 
 _CHECKS: tuple[Callable[[Scene, Pair, Columns, SystemState], Iterator[Finding]], ...] = (
     _no_contact,
+    _behind,
     _deep,
     _fast,
     _damped,

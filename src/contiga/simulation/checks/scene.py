@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from functools import cached_property
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contiga.contact.rehearsed import Rehearsed
 from contiga.dynamics.free import Attached, Free
@@ -26,6 +28,7 @@ from contiga.simulation.checks.finding import Said
 from contiga.simulation.model import ContactPart, Model
 from contiga.slaves.slave import Slave
 
+_T = TypeVar("_T", np.float64, np.int64)
 # Standings a motion is gone through in, and points of contact that take part in that.
 STANDINGS = 25
 MOST_POINTS = 2_000
@@ -87,9 +90,9 @@ class Pair:
     def times(self) -> FloatArray:
         """(k,) times of the run: some that are planned, all rows of the motions' tables, and as
         many in between as let the sides turn little against each other from one to the next."""
-        times = np.union1d(_spread(self.model.stepping.planned(), PLANNED), self._turns)
+        times = np.union1d(spread(self.model.stepping.planned(), PLANNED), self._turns)
         if len(times) > MOST_TIMES:
-            return _spread(times, MOST_TIMES)
+            return spread(times, MOST_TIMES)
         spans = list(pairwise(times.tolist()))
         counts = [1 + int(self._turned(first, last) / TURN) for first, last in spans]
         if sum(counts) >= MOST_TIMES:
@@ -197,8 +200,8 @@ class Pair:
     def shown_times(self) -> FloatArray:
         """(k,) times at which the motion is gone through: STANDINGS, and where it turns."""
         read = self.relative_at(float(self.model.stepping.start)) is None
-        times = _spread(self.model.stepping.planned(), _FEW_STANDINGS if read else STANDINGS)
-        return times if read else np.union1d(times, _spread(self._turns, STANDINGS))
+        times = spread(self.model.stepping.planned(), _FEW_STANDINGS if read else STANDINGS)
+        return times if read else np.union1d(times, spread(self._turns, STANDINGS))
 
     @cached_property
     def rehearsal(self) -> list[Rehearsed]:
@@ -254,7 +257,7 @@ def _rows_of(motion: object) -> FloatArray:
     return np.zeros(0)
 
 
-def _spread(times: FloatArray, most: int) -> FloatArray:
-    """At most `most` of the times, the first and the last with them."""
-    rows = np.linspace(0, len(times) - 1, min(len(times), most)).astype(np.intp)
-    return np.asarray(times[rows])
+def spread(values: NDArray[_T], most: int) -> NDArray[_T]:
+    """At most `most` of the values, the first and the last with them."""
+    rows = np.linspace(0, len(values) - 1, min(len(values), most)).astype(np.intp)
+    return np.asarray(values[rows])

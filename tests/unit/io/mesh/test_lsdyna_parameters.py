@@ -47,7 +47,7 @@ def test_what_is_no_number_is_left(tmp_path: Path, expression: str) -> None:
     text = f"*PARAMETER\nR a,1.5\n*PARAMETER_EXPRESSION\nR x, {expression}"
     assert values(tmp_path, text, "&x") == ["&x"]
     (left,) = at_end(tmp_path)[0].parameters.left
-    assert (left[0].line, left[1]) == (4, f"&x = {expression}")
+    assert (left.block.line, left.line, left.why) == (4, 5, f"&x = {expression}")
 
 
 def test_an_expression_goes_on_under_an_empty_name(tmp_path: Path) -> None:
@@ -69,4 +69,4 @@ def test_the_first_definition_stands_and_local_ones_stay_in_their_file(tmp_path:
     blocks = list(read_blocks(tmp_path / "a.k"))
     inside = next(block for block in blocks if block.keyword == "INSIDE")
     assert fields(inside.cards[0], inside, TEN)[:2] == ["5.0", "6.0"]
-    assert [why for _, why in inside.parameters.left] == ["&a again, the first one stands"]
+    assert [one.why for one in inside.parameters.left] == ["&a again, the first one stands"]

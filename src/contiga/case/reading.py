@@ -1,0 +1,30 @@
+"""What is told while the files of a case are read: findings about its parts."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from contiga.errors import ContigaWarning
+from contiga.simulation.checks.finding import Finding
+
+
+@contextmanager
+def told_of(kind: str, name: str, found: list[Finding]) -> Iterator[None]:
+    """Keeps what is warned of inside as findings about a body or a slave; other warnings go on."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ContigaWarning)
+        yield
+    for one in caught:
+        if issubclass(one.category, ContigaWarning):
+            found.append(
+                Finding(
+                    "file",
+                    f"{kind} {name}",
+                    str(one.message).rstrip("."),
+                    "Where that is not meant, choose what is read of it, or mend the file",
+                )
+            )
+        else:
+            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)

@@ -1,0 +1,80 @@
+"""Checks of open faces that are turned the wrong way: their free side faces away from the slave."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from contiga.contact.rehearsed import ON_IT
+from contiga.num.ordered import product
+from contiga.num.rigid import to_body
+from contiga.records import FloatArray, empty_projection
+from contiga.simulation.checks.finding import Finding, Said
+from contiga.simulation.checks.scene import MOST_POINTS, Pair, spread
+from contiga.simulation.system_state import SystemState
+from contiga.statuses import Status
+
+
+def behind(pair: Pair, text: str) -> Finding:
+    """That the free side of an open face is the other one, most likely."""
+    return Finding(
+        "behind",
+        pair.where,
+        f"{text}: contact takes what comes in from its free side",
+        "If its free side is to be the other one, turn it with flip = true in "
+        f"{pair.part.master} (Python: body.flipped()); else start them on its free side",
+    )
+
+
+def mostly_behind(pair: Pair) -> bool:
+    """Whether of the points that an open face lies over most are behind it at the start."""
+    gaps = _gaps(pair, *pair.standing(float(pair.model.stepping.start)))
+    return bool((gaps < 0.0).sum() > (gaps > 0.0).sum())
+
+
+def from_behind(pair: Pair, said: Said) -> Iterator[Finding]:
+    """Ways on which most points come to an open face from behind, as far as they are foretold."""
+    if pair.body.closed or (len(pair.rehearsal[0].inside) and mostly_behind(pair)):
+        return
+    met = np.concatenate([seen.rows for seen in pair.rehearsal])
+    late = np.concatenate([seen.from_behind for seen in pair.rehearsal])
+    came, first = np.unique(late, return_index=True)
+    if not 2 * len(came) > len(np.union1d(met, came)):
+        return
+    counts = np.cumsum([len(seen.from_behind) for seen in pair.rehearsal])
+    time = float(pair.shown_times[np.searchsorted(counts, first.min(), side="right")])
+    followed = min(int(pair.slave.active.sum()), MOST_POINTS)
+    yield behind(
+        pair,
+        f"{len(came)} of {followed} points of {pair.part.slave} that are followed come to "
+        f"{pair.part.master}, an open face, from behind, at t = {said(time, 'time')} first",
+    )
+
+
+def ran_from_behind(pair: Pair, last: SystemState, *, met: bool) -> Iterator[Finding]:
+    """Runs that were not foretold, in which what was behind an open face at the start has met it,
+    or has passed it; where that turned round they may have met in order."""
+    if pair.foretold or pair.body.closed or not mostly_behind(pair):
+        return
+    first = pair.standing(float(pair.model.stepping.start))[1]
+    now = last.bodies[pair.part.master].pose
+    gaps = _gaps(pair, last.slaves[pair.part.slave].points, now)
+    passed = (gaps > 0.0).sum() > (gaps < 0.0).sum()
+    turned = np.trace(product(now[:3, :3], first[:3, :3].T)) < 1.0  # by more than a right angle
+    if not turned and (met or passed):
+        yield behind(
+            pair,
+            f"most points of {pair.part.slave} start behind {pair.part.master}, an open face, and "
+            + ("meet it" if met else "have passed it without contact at the end"),
+        )
+
+
+def _gaps(pair: Pair, points: FloatArray, X_WB: FloatArray) -> FloatArray:
+    """(k,) of some active points whose feet are within an open face; those on it left out."""
+    rows = np.flatnonzero(pair.slave.active & np.isfinite(points).all(axis=1))
+    p_B = to_body(X_WB, np.ascontiguousarray(points[spread(rows, MOST_POINTS)]))
+    feet = empty_projection(len(p_B))
+    pair.body.surface.closest(p_B, np.arange(len(p_B), dtype=np.int32), feet)
+    within = (feet.status == Status.OK) & (np.abs(feet.gap) > ON_IT * pair.body.size)
+    return feet.gap[within]
