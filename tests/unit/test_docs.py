@@ -107,6 +107,13 @@ def test_every_key_of_a_study_is_on_its_page(spec: type[Spec]) -> None:
     assert [key for key in spec.model_fields if key not in told] == []
 
 
+def test_the_table_of_public_names_is_current() -> None:
+    made = runpy.run_path(str(ROOT / "docs" / "make_names.py"))
+    assert made["PAGE"].read_text(encoding="utf-8") == made["page"](), (
+        "what users rely on has changed: run python docs/make_names.py, and say so in CHANGELOG.md"
+    )
+
+
 def test_the_page_of_conventions_is_current() -> None:
     made = runpy.run_path(str(ROOT / "docs" / "make_conventions.py"))
     assert made["PAGE"].read_text(encoding="utf-8") == made["page"](), (
