@@ -71,7 +71,12 @@ def wrenches(
     for load in system.loads:
         i = int(system.root[system.index[load.body]])
         force, moment = loaded(load, poses[i], model.origins[i], time)
-        _add(total[i], force, load_point(model, load, i, poses[i], standing.free.rows) - poses[i, :3, 3], moment)
+        _add(
+            total[i],
+            force,
+            load_point(model, load, i, poses[i], standing.free.rows) - poses[i, :3, 3],
+            moment,
+        )
     own = total[system.free]
     weighed(standing.free, system.fixed, model.gravity, own)
     total[system.free] = own

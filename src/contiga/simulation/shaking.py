@@ -29,7 +29,6 @@ from contiga.simulation.place import nodal_force
 from contiga.simulation.system_state import SystemState
 
 
-
 class _Felt(NamedTuple):
     """Forces, or their rates, at some points of a contact."""
 
@@ -66,7 +65,10 @@ def shaking_of_nodes(model: Model, last: SystemState, state: SystemState, decay:
             if part.slave != name or follows_step(part.contact.law):
                 continue
             before, now = last.contacts[part.name], state.contacts[part.name]
-            for felt in (_elastic(before, now, state.step, decay), _gripped(before, now, state.step)):
+            for felt in (
+                _elastic(before, now, state.step, decay),
+                _gripped(before, now, state.step),
+            ):
                 for k, values in enumerate(felt.forces.T):
                     rates[:, k] += part.contact.nodal_sum(felt.rows, np.ascontiguousarray(values))
         most = max(most, math.sqrt(float((np.square(rates).sum(axis=1) / mass).sum())))

@@ -19,8 +19,8 @@ RESOLVED = 0.018
 phase is right to ω²h²/24 then, its amplitude to ω²h²/8."""
 OF_NODES = 0.0144
 """What the shaking of free nodes counts for: steps of 0.15/ω, eight times as long, follow them."""
-OF_DRAG = 0.0081
-"""The same of a decay γ by viscous friction that changes as fast: steps of 0.2/γ follow it."""
+OF_DRAG = 0.0162
+"""The same of a decay γ by viscous friction that changes as fast: steps of 0.14/γ follow it."""
 DAMPED = 0.25
 """A decay γ counts as a vibration of so much of it: it has no phase to be right."""
 TURNED, DRIVEN = 0.025, 0.1
