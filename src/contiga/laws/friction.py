@@ -105,8 +105,8 @@ class Coulomb:
     curved surface the carrying turns the traction and adds no energy.
 
     k_t never decreases while a point is in contact. Where it grows, half before and half after the
-    path, the traction stays, so that the spring holds less than before; that is lost as well. A point that sticks therefore does not
-    creep under a normal force that swings.
+    path, the traction stays, so that the spring holds less than before; that is lost as well. A
+    point that sticks therefore does not creep under a normal force that swings.
 
     A point comes in without traction; all of the path it is given for that step counts, which is
     the part behind its entry. A point that leaves drops what its spring has stored; where the
