@@ -159,6 +159,10 @@ BEFORE = [
     wrong("damping in percents", PRESSED, "damping", "10 times the critical",
           law='law = { kind = "penalty", stiffness = 10.0, damping_ratio = 10.0 }',
           nodal="thickness = 20.0\nmass = 1.0\n"),
+    wrong("a step a thousandth as long", PRESSED.replace("step = 0.25", "step = 5e-5"), "steps",
+          "2e+05", "5e-05"),
+    wrong("a largest step a thousandth as long",
+          DROPPED.replace('step = "auto"', 'step = "auto"\nlargest = 1e-4'), "steps", "2e+05"),
     wrong("times in seconds", PRESSED, "span", "from t = 0 to 0.01 ms", "Give times in ms",
           table="[[0, 0, 0, 0], [0.005, 0, 0, -9], [0.01, 0, 0, 0]]"),
 ]  # fmt: skip

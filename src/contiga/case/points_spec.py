@@ -33,6 +33,11 @@ from contiga.slaves.slave import Slave
 
 _MOST_TRIANGLES = 500_000
 """Of a sampled body: its points are searched for at every step."""
+_COARSEST = 0.1
+"""Share of the size of a body that its triangles may depart from it."""
+_EQUAL = 0.433
+"""Area of a triangle of three equal sides, the largest there is, in squares of the longest."""
+_DEFAULT = "A thousandth of the size of the body is the default"
 Corner = Annotated[int, Field(ge=2)]
 Seed = Annotated[int, Field(ge=0)]
 
@@ -247,13 +252,26 @@ class BodyPoints(_Points):
         Raises
         ------
         CaseError
-            The tolerance takes more points than a run can be waited for.
+            Tolerance or size take more points than a run can be waited for, or the tolerance is
+            as large as the body.
         """
+        tolerance = 1e-3 * body.size if self.tolerance is None else self.tolerance
+        if tolerance > _COARSEST * body.size:
+            raise CaseError(
+                f"is {tolerance / body.size:.2g} times the size of the body, which it would leave "
+                "little of",
+                where="tolerance",
+                found=tolerance,
+                allowed=f"up to {_COARSEST * body.size:.4g}",
+                remedy=_DEFAULT,
+            )
         if self.tolerance is not None and body.faces is not None:
-            _check_number(self.tolerance, fewest_triangles(body.faces, self.tolerance))
-        mesh = body.tessellate(self.tolerance or 1e-3 * body.size)
+            _check_number("tolerance", tolerance, fewest_triangles(body.faces, tolerance), 1)
+        mesh = body.tessellate(tolerance)
         if self.tolerance is not None and body.faces is not None:
-            _check_number(self.tolerance, len(mesh.triangles))
+            _check_number("tolerance", tolerance, len(mesh.triangles), 1)
+        if self.size is not None:
+            _check_number("size", self.size, mesh.area() / (_EQUAL * self.size**2), 2)
         size = default_size(body, mesh, met) if self.size is None else self.size
         mesh = refined(body, mesh, size)
         return self.chosen(Slave(mesh.vertices, mesh.triangles))
@@ -278,15 +296,16 @@ else:
     )
 
 
-def _check_number(tolerance: float, triangles: float) -> None:
+def _check_number(key: str, found: float, triangles: float, power: int) -> None:
+    """Refuse what takes too many triangles, whose number falls with a power of what is given."""
     if triangles > _MOST_TRIANGLES:
+        least = found * (triangles / _MOST_TRIANGLES) ** (1.0 / power)
         raise CaseError(
             f"takes about {triangles:.2g} triangles or more",
-            where="tolerance",
-            found=tolerance,
-            allowed=f"{tolerance * triangles / _MOST_TRIANGLES:.2g} or more: all their points "
-            "are searched for at every step",
-            remedy="A thousandth of the size of the body is the default",
+            where=key,
+            found=found,
+            allowed=f"{least:.2g} or more: all their points are searched for at every step",
+            remedy=_DEFAULT if key == "tolerance" else "Without it sides are as the bodies need",
         )
 
 

@@ -95,17 +95,18 @@ class Coulomb:
     -----
     A step, one point: the traction of the last step is carried to the new tangent plane by the
     smallest rotation of the old normal to the new one, and stretched, t* = t − k_t d, by the
-    tangential part d of the path, the mean of what the old and the new plane see of it. Where
-    ``|t*| > μ F`` it is cut back to μ F, and the point has slid by d_p = d − (t_old − t)/k_t.
+    tangential part d of the path, the mean of what the old and the new plane see of it, by the mean
+    of the k_t before and after the step. Where ``|t*| > μ F`` it is cut back to μ F, and the point
+    has slid by d_p = d − (t_old − t)/k_t.
 
     The energy t²/(2 k_t) is stored. Lost are −½(t_old + t)·d_p, so that on a plane the work of the
     mean traction, −½(t_old + t)·d, is what is stored more and what is lost, exactly; only where the
     cone shrinks in a step that turns round could the mean say that heat was won, and none is. On a
     curved surface the carrying turns the traction and adds no energy.
 
-    k_t never decreases while a point is in contact. Where it grows the traction stays, so that the
-    spring holds less than before; that is lost as well. A point that sticks therefore does not
-    creep under a normal force that swings.
+    k_t never decreases while a point is in contact. Where it grows, half before and half after the
+    path, the traction stays, so that the spring holds less than before; that is lost as well. A
+    point that sticks therefore does not creep under a normal force that swings.
 
     A point comes in without traction; all of the path it is given for that step counts, which is
     the part behind its entry. A point that leaves drops what its spring has stored; where the
@@ -177,12 +178,14 @@ class Coulomb:
         normal = _columns(inp.normal)
         carry = _Carry(_columns(inp.normal_before), normal)
         carried, path = carry(before), carry.along(_columns(inp.path))
-        trial = carried - stiffness * path
+        pulled = np.where(kept > 0.0, 0.5 * (kept + stiffness), stiffness)
+        trial = carried - pulled * path
         traction = _cut(trial, self._coefficient(inp.velocity, normal) * inp.force)
-        slid = path - _shared(carried - traction, stiffness)
+        slid = path - _shared(carried - traction, pulled)
         stored = _energy(traction, stiffness)
         lost = np.maximum(-0.5 * _dot(carried + traction, slid), 0.0)
-        lost += np.maximum(_energy(before, kept) - _energy(before, stiffness), 0.0)
+        lost += np.maximum(_energy(before, kept) - _energy(before, pulled), 0.0)
+        lost += np.maximum(_energy(traction, pulled) - stored, 0.0)
         left = np.vstack([traction, carry(memory[3:6]) + path, stiffness])
         return FrictionOutput(_columns(traction), stiffness, stored, lost, _columns(left))
 

@@ -38,6 +38,10 @@ class Rates(NamedTuple):
     def __add__(self, other: Rates) -> Rates:  # type: ignore[override]
         return Rates(self.square + other.square, self.decay + other.decay)
 
+    def most(self, other: Rates) -> Rates:
+        """The faster of both, each."""
+        return Rates(max(self.square, other.square), max(self.decay, other.decay))
+
     @property
     def critical(self) -> float:
         """The critical step, infinite where nothing vibrates or decays."""
@@ -56,6 +60,8 @@ class Limit(NamedTuple):
     """The fastest of whole bodies; nodes may be faster."""
     points: float = 0.0
     """ω² of nodes, and of points that share a force, where they are faster than their bodies."""
+    nodes: Rates = Rates()
+    """The fastest of free nodes."""
 
 
 Of = Literal["all", "lasting", "following"]
@@ -71,17 +77,19 @@ def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
         whole = sum((rates for _, _, rates in ends), Rates())
         for end, _, _ in ends:
             felt.setdefault(end, []).append((text, both, whole))
-    critical, who, bodies, points = math.inf, "", Rates(), 0.0
-    for own in felt.values():
+    critical, who, bodies, points, nodes = math.inf, "", Rates(), 0.0, Rates()
+    for end, own in felt.items():
         rates = sum((both for _, both, _ in own), Rates())
         whole = sum((w for _, _, w in own), Rates())
-        bodies = Rates(max(bodies.square, whole.square), max(bodies.decay, whole.decay))
+        bodies = bodies.most(whole)
+        if end in model.mechanism.masses:
+            nodes = nodes.most(rates)
         if rates.square > FASTER * whole.square:
             points = max(points, rates.square)
         if rates.critical < critical:
             critical = rates.critical
             who = max(own, key=lambda entry: entry[1])[0]
-    return Limit(critical, who, bodies, points)
+    return Limit(critical, who, bodies, points, nodes)
 
 
 _End = tuple[object, Rates, Rates]

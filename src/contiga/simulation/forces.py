@@ -7,12 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from contiga.contact.state import State
-from contiga.dynamics.loads import Load
 from contiga.dynamics.rigid_bodies import weighed
 from contiga.dynamics.springs import SpringState
-from contiga.num.ordered import product
-from contiga.num.rigid_lanes import CENTRE
 from contiga.records import FloatArray
+from contiga.simulation.load_forces import load_point, loaded, point_of
 from contiga.simulation.model import Model
 from contiga.simulation.place import Standing
 from contiga.simulation.system_state import SystemState
@@ -37,34 +35,6 @@ def spring_states(
         else:
             states[name] = spring.step(last.springs[name], ends, velocities)
     return states
-
-
-def point_of(pose: FloatArray, origin: FloatArray, at: FloatArray) -> FloatArray:
-    """Where a point of a body is that was `at` (3,) when its frame stood at `origin` (4, 4)."""
-    d = at - origin[:3, 3]
-    own = origin[0, :3] * d[0] + origin[1, :3] * d[1] + origin[2, :3] * d[2]
-    return pose[:3, 0] * own[0] + pose[:3, 1] * own[1] + pose[:3, 2] * own[2] + pose[:3, 3]
-
-
-def loaded(
-    load: Load, pose: FloatArray, origin: FloatArray, time: float
-) -> tuple[FloatArray, FloatArray]:
-    """Force and moment of a load on a body, whose frame stood at `origin` first; world axes."""
-    force, moment = load.force_at(time), load.moment_at(time)
-    if load.follow:
-        R = product(pose[:3, :3], origin[:3, :3].T)
-        force, moment = (R[:, 0] * v[0] + R[:, 1] * v[1] + R[:, 2] * v[2] for v in (force, moment))
-    return force, moment
-
-
-def load_point(model: Model, load: Load, i: int, standing: Standing) -> FloatArray:
-    """Where a load acts: a point of the body, or its centre of mass."""
-    system = model.mechanism
-    if load.at is not None:
-        return point_of(standing.bodies.poses[i], model.origins[i], load.at)
-    if i in system.row:
-        return standing.free.rows[system.row[i], CENTRE : CENTRE + 3]
-    return standing.bodies.poses[i, :3, 3]
 
 
 def wrenches(
@@ -101,7 +71,12 @@ def wrenches(
     for load in system.loads:
         i = int(system.root[system.index[load.body]])
         force, moment = loaded(load, poses[i], model.origins[i], time)
-        _add(total[i], force, load_point(model, load, i, standing) - poses[i, :3, 3], moment)
+        _add(
+            total[i],
+            force,
+            load_point(model, load, i, poses[i], standing.free.rows) - poses[i, :3, 3],
+            moment,
+        )
     own = total[system.free]
     weighed(standing.free, system.fixed, model.gravity, own)
     total[system.free] = own

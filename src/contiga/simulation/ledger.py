@@ -18,7 +18,7 @@ from contiga.num import quaternion
 from contiga.num.pose import to_quaternion
 from contiga.num.rigid_lanes import CENTRE, VELOCITY
 from contiga.records import FloatArray
-from contiga.simulation.forces import load_point, loaded
+from contiga.simulation.load_forces import load_point, loaded
 from contiga.simulation.model import Model
 from contiga.simulation.place import Standing, nodal_force
 from contiga.simulation.system_state import Energy, SlaveState, SystemState
@@ -97,7 +97,6 @@ def _by_loads(model: Model, last: SystemState, standing: Standing, time: float) 
     system, work = model.mechanism, 0.0
     if not system.loads:
         return work
-    before = standing._replace(bodies=last.bodies, free=standing.free._replace(rows=last.rigid))
     for load in system.loads:
         i = int(system.root[system.index[load.body]])
         if i not in system.row:
@@ -108,7 +107,8 @@ def _by_loads(model: Model, last: SystemState, standing: Standing, time: float) 
             loaded(load, poses[1], model.origins[i], time),
             strict=True,
         )
-        way = load_point(model, load, i, standing) - load_point(model, load, i, before)
+        way = load_point(model, load, i, poses[1], standing.free.rows)
+        way = way - load_point(model, load, i, poses[0], last.rigid)
         work += 0.5 * float(((force[0] + force[1]) * way).sum())
         if moment[0].any() or moment[1].any():
             work += 0.5 * float(((moment[0] + moment[1]) * _turn(*poses)).sum())

@@ -16,6 +16,7 @@ from contiga.num.pose import as_pose
 from contiga.num.rigid import to_world
 from contiga.num.twist import Twist
 from contiga.records import FloatArray
+from contiga.simulation.load_forces import foresee_loads
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import Model, SlavePart
 from contiga.simulation.system_state import BodyStates, SlaveState, SystemState
@@ -38,6 +39,7 @@ def place(model: Model, last: SystemState | None, time: float) -> Standing:
         free = started(system.start, system.fixed)
     else:
         free = drifted(last.rigid, system.fixed, time - last.time)
+        foresee_loads(model, last, free, time)
     n = len(system.index)
     poses, twists = np.zeros((n, 4, 4)), np.zeros((n, 6))
     poses[:] = STILL

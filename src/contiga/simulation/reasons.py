@@ -39,7 +39,7 @@ _TOLD = {
     Reason.GROWTH: "half as much again as the step before",
     Reason.SAMPLE: "samples for the filter of a sensor",
     Reason.CRITICAL: "share of the critical step",
-    Reason.SWING: "a body swings on what touches and pulls",
+    Reason.SWING: "a body or node swings on what touches and pulls, or viscous friction changes",
     Reason.TURN: "a body turns",
     Reason.KINK: "a row of a table: load, pulse or motion",
     Reason.END: "the end of the run",

@@ -7,7 +7,7 @@ import numpy as np
 
 from contiga.num.ordered import length, product
 from contiga.records import FloatArray
-from contiga.simulation.forces import point_of
+from contiga.simulation.load_forces import point_of
 from contiga.simulation.model import Model
 from contiga.simulation.sensor import CUT, RATES, RelativeSensor
 from contiga.simulation.sensors import (

@@ -12,7 +12,7 @@ from contiga.num import quaternion
 from contiga.num import rigid_lanes as lanes
 from contiga.num.ordered import length, product, solve
 from contiga.records import FloatArray
-from contiga.simulation.forces import point_of
+from contiga.simulation.load_forces import point_of
 from contiga.simulation.model import Model
 from contiga.simulation.sensor import Sensor
 from contiga.simulation.system_state import SystemState

@@ -5,28 +5,37 @@ changes. A body that swings at ω on what it touches changes it by ω² v: so st
 right to a share ε of the largest velocity take h = √(12 ε)/ω in an impact, and any length that is
 stable at rest, in steady sliding and in rolling, where the forces of single points change and
 their sum does not. Elastic forces and friction count, as far as they change smoothly; how hard
-damping pulls counts as a swing of a part of its decay.
+damping pulls counts as a swing of a part of its decay. Free nodes count all together, and are
+followed less closely: there may be many, and what each does is seldom asked for.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.laws.friction import ViscousFriction
 from contiga.num.ordered import product
 from contiga.num.rigid import to_world, turn_to_world
 from contiga.num.rigid_lanes import AXES, CENTRE, FORCE, MASS, MOMENTS, SPINS, WAYS
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IndexArray
 from contiga.simulation.critical import follows_step
 from contiga.simulation.mechanism import Mechanism
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.place import nodal_force
 from contiga.simulation.system_state import SystemState
 
-_Places = tuple[FloatArray, FloatArray]
-"""(k, 3) places and (k, 3) forces or their rates there, world axes."""
+
+class _Felt(NamedTuple):
+    """Forces, or their rates, at some points of a contact."""
+
+    rows: IndexArray
+    """(k,) points of contact."""
+    forces: FloatArray
+    """(k, 3) on the slave, world axes."""
 
 
 def shaking_of(model: Model, last: SystemState, state: SystemState, decay: float) -> float:
@@ -47,6 +56,39 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, decay: float
     return max(_over_mass(system, k, rate, state) for k, rate in enumerate(rates))
 
 
+def shaking_of_nodes(model: Model, last: SystemState, state: SystemState, decay: float) -> float:
+    """The same of the free nodes of a slave, all together."""
+    most = 0.0
+    for name, mass in model.mechanism.masses.items() if state.step > 0.0 else ():
+        rates = np.zeros((len(mass), 3))
+        for part in model.contacts:
+            if part.slave != name or follows_step(part.contact.law):
+                continue
+            before, now = last.contacts[part.name], state.contacts[part.name]
+            for felt in (
+                _elastic(before, now, state.step, decay),
+                _gripped(before, now, state.step),
+            ):
+                for k, values in enumerate(felt.forces.T):
+                    rates[:, k] += part.contact.nodal_sum(felt.rows, np.ascontiguousarray(values))
+        most = max(most, math.sqrt(float((np.square(rates).sum(axis=1) / mass).sum())))
+    return most
+
+
+def dragging_of(model: Model, last: SystemState, state: SystemState) -> float:
+    """The largest rate at which the viscous friction of a contact changes, over what it can be at
+    most; 1/time."""
+    most = 0.0
+    for part in model.contacts if state.step > 0.0 else ():
+        friction, now = part.contact.friction, state.contacts[part.name]
+        if isinstance(friction, ViscousFriction):
+            rates = _gripped(last.contacts[part.name], now, state.step).forces
+            bound = friction.coefficient * float(now.normal_force.sum())
+            if bound > 0.0:
+                most = max(most, float(np.sqrt(np.square(rates).sum(axis=1)).sum()) / bound)
+    return most
+
+
 def changes_of_points(model: Model, last: SystemState, state: SystemState) -> float:
     """The largest change of what single points do in a step, over √mass: the forces on the nodes of
     a free slave, or of points that share one on the body they stand on."""
@@ -59,17 +101,17 @@ def changes_of_points(model: Model, last: SystemState, state: SystemState) -> fl
     for part in model.contacts:
         before, now = last.contacts[part.name], state.contacts[part.name]
         if len(now.tangent):
-            _add_places(changes, system, part, _shared(before, now), state)
+            _add_felt(changes, system, part, _shared(before, now), state)
     return max([most, *(_over_mass(system, k, own, state) for k, own in enumerate(changes))])
 
 
-def _shared(before: State, now: State) -> _Places:
+def _shared(before: State, now: State) -> _Felt:
     """Changes of the normal forces of points that share one."""
     rows = np.union1d(*(at.nonzero("normal_force")[0] for at in (before, now)))
     forces = [
         at.part("normal_force", rows)[:, None] * at.part("normal_B", rows) for at in (before, now)
     ]
-    return to_world(now.pose, now.points_B[rows]), turn_to_world(now.pose, forces[1] - forces[0])
+    return _Felt(rows, turn_to_world(now.pose, forces[1] - forces[0]))
 
 
 def unbalanced(model: Model, state: SystemState) -> float:
@@ -98,27 +140,29 @@ def _add_contact(
 ) -> None:
     """Rates of what a contact does to the free bodies at its two sides."""
     before, now = last.contacts[part.name], state.contacts[part.name]
-    for places in (_elastic(before, now, state.step, decay), _gripped(before, now, state.step)):
-        _add_places(rates, system, part, places, state)
+    for felt in (_elastic(before, now, state.step, decay), _gripped(before, now, state.step)):
+        _add_felt(rates, system, part, felt, state)
 
 
-def _add_places(
+def _add_felt(
     rates: FloatArray,
     system: Mechanism,
     part: ContactPart,
-    places: _Places,
+    felt: _Felt,
     state: SystemState,
 ) -> None:
-    """Add what acts at places on the slave, and against it on the master, where these are free."""
+    """Add what acts on the slave, and against it on the master, where these are free."""
+    contact = state.contacts[part.name]
+    places = to_world(contact.pose, contact.points_B[felt.rows])
     sides = (int(system.root[system.index[part.master]]), -1.0), (system.carried.get(part.slave), 1)
     for side, sign in sides:
         if side is None or side not in system.row:
             continue
         k = system.row[side]
-        _add(rates[k], places, sign, state.rigid[k, CENTRE : CENTRE + 3])
+        _add(rates[k], places, sign * felt.forces, state.rigid[k, CENTRE : CENTRE + 3])
 
 
-def _elastic(before: State, now: State, step: float, decay: float) -> _Places:
+def _elastic(before: State, now: State, step: float, decay: float) -> _Felt:
     """Rates of the normal forces on the slave by stiffness alone: what sets in at once has none."""
     rows = np.flatnonzero(now.stiffness)
     normals, points = now.part("normal_B", rows), now.points_B[rows]
@@ -126,25 +170,25 @@ def _elastic(before: State, now: State, step: float, decay: float) -> _Places:
     rate = now.stiffness[rows] * np.where(np.isfinite(inward), inward, 0.0)
     if len(now.damping):
         rate = rate + decay * now.damping[rows]
-    return to_world(now.pose, points), turn_to_world(now.pose, rate[:, None] * normals)
+    return _Felt(rows, turn_to_world(now.pose, rate[:, None] * normals))
 
 
-def _gripped(before: State, now: State, step: float) -> _Places:
+def _gripped(before: State, now: State, step: float) -> _Felt:
     """Rates of friction, of the points that carried before: what others have is their first."""
     rows, traction = now.listed("traction_B")
     if len(rows):
         carried = (now.part("normal_force", rows) > 0.0) & (before.part("normal_force", rows) > 0.0)
         rows, traction = rows[carried], traction[carried]
     if len(rows) == 0:
-        return np.zeros((0, 3)), np.zeros((0, 3))
+        return _Felt(rows, np.zeros((0, 3)))
     rate = (traction - before.part("traction_B", rows)) / step
-    return to_world(now.pose, now.points_B[rows]), turn_to_world(now.pose, rate)
+    return _Felt(rows, turn_to_world(now.pose, rate))
 
 
-def _add(rate: FloatArray, places: _Places, factor: float, centre: FloatArray) -> None:
-    points, forces = places
-    rate[:3] += factor * forces.sum(axis=0)
-    rate[3:] += factor * np.cross(points - centre, forces).sum(axis=0)
+def _add(rate: FloatArray, places: FloatArray, forces: FloatArray, centre: FloatArray) -> None:
+    """Add forces (k, 3) at places (k, 3) to those on a body, and their moments."""
+    rate[:3] += forces.sum(axis=0)
+    rate[3:] += np.cross(places - centre, forces).sum(axis=0)
 
 
 def _add_spring(
@@ -169,5 +213,5 @@ def _add_spring(
             size = sign * (spring.force - spring.damper) / state.step
             if sign > 0.0:
                 size += decay * spring.damper
-            place = spring.ends[end : end + 1], (size * axis)[None]
-            _add(rates[k], place, 1.0, at.rigid[k, CENTRE : CENTRE + 3])
+            place, force = spring.ends[end : end + 1], (size * axis)[None]
+            _add(rates[k], place, force, at.rigid[k, CENTRE : CENTRE + 3])

@@ -15,9 +15,22 @@ from contiga.simulation.critical import has_energy, limit_of
 from contiga.simulation.ledger import load_work_beyond_way
 from contiga.simulation.model import Model
 from contiga.simulation.reasons import Cut, Reason
-from contiga.simulation.shaking import changes_of_points, shaking_of, unbalanced
+from contiga.simulation.shaking import (
+    changes_of_points,
+    dragging_of,
+    shaking_of,
+    shaking_of_nodes,
+    unbalanced,
+)
 from contiga.simulation.step import Stepped
-from contiga.simulation.step_proposals import DAMPED, fastest_of, proposals, shortest_step
+from contiga.simulation.step_proposals import (
+    DAMPED,
+    OF_DRAG,
+    OF_NODES,
+    fastest_of,
+    proposals,
+    shortest_step,
+)
 from contiga.simulation.system_state import SystemState
 from contiga.simulation.way_limits import crossed, too_far
 
@@ -74,7 +87,11 @@ def tried(model: Model, stepping: AutoSteps, last: SystemState, stepped: Stepped
     limit = limit_of(model, state, "lasting")
     before = limit_of(model, last, "lasting")
     now = shaking_of(model, last, state, DAMPED * DAMPED * limit.bodies.decay)
-    shaking = math.hypot(now, _turning(model, last, state, fastest_of(limit)))
+    shaking = math.hypot(now, _turning(model, last, state, fastest_of(limit.bodies)))
+    nodes = shaking_of_nodes(model, last, state, DAMPED * DAMPED * limit.nodes.decay)
+    decay = max(limit.bodies.decay, limit.nodes.decay)
+    dragged = decay * dragging_of(model, last, state) * math.sqrt(2.0 * state.most)
+    shaking = max(shaking, OF_NODES * nodes, OF_DRAG * dragged)
     least = shortest_step(stepping, min(limit.critical, before.critical))
     single = 0.0
     if math.sqrt(limit.points) * state.step > UNFOLLOWED:

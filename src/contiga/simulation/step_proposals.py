@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from contiga.dynamics.stepping import AutoSteps
 from contiga.num.ordered import length
-from contiga.simulation.critical import Limit, limit_of
+from contiga.simulation.critical import Limit, Rates, limit_of
 from contiga.simulation.model import Model
 from contiga.simulation.reasons import Cut, Reason
 from contiga.simulation.signals import longest_sample
@@ -17,6 +17,10 @@ from contiga.simulation.way_limits import driven_ways
 RESOLVED = 0.018
 """Part of 1/ω of a body's fastest vibration that a step takes where that has all the energy: its
 phase is right to ω²h²/24 then, its amplitude to ω²h²/8."""
+OF_NODES = 0.0144
+"""What the shaking of free nodes counts for: steps of 0.15/ω, eight times as long, follow them."""
+OF_DRAG = 0.0162
+"""The same of a decay γ by viscous friction that changes as fast: steps of 0.14/γ follow it."""
 DAMPED = 0.25
 """A decay γ counts as a vibration of so much of it: it has no phase to be right."""
 TURNED, DRIVEN = 0.025, 0.1
@@ -38,7 +42,7 @@ def proposals(model: Model, stepping: AutoSteps, state: SystemState) -> Iterator
     yield Cut(stepping.safety * limit.critical, Reason.CRITICAL, limit.of)
     energetic = math.sqrt(2.0 * state.most)
     # Of the start nothing is known: as if all there is swung.
-    shaking = state.shaking if state.step else fastest_of(limit) ** 2 * energetic
+    shaking = state.shaking if state.step else _at_start(limit) * energetic
     if shaking > 0.0:
         followed = RESOLVED * math.sqrt(energetic / shaking)
         least = shortest_step(stepping, limit.critical)
@@ -50,9 +54,14 @@ def shortest_step(stepping: AutoSteps, critical: float) -> float:
     return stepping.shortest or SHORTEST * min(critical, stepping.most)
 
 
-def fastest_of(limit: Limit) -> float:
-    """The ω that whole bodies swing with at most, 1/time."""
-    return max(math.sqrt(limit.bodies.square), DAMPED * limit.bodies.decay)
+def fastest_of(rates: Rates) -> float:
+    """The ω that things swing with at most, 1/time."""
+    return max(math.sqrt(rates.square), DAMPED * rates.decay)
+
+
+def _at_start(limit: Limit) -> float:
+    """ω² as the shaking of all there is counts it."""
+    return max(fastest_of(limit.bodies) ** 2, OF_NODES * fastest_of(limit.nodes) ** 2)
 
 
 def _turns(model: Model, state: SystemState) -> Iterator[Cut]:

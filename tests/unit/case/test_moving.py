@@ -153,6 +153,8 @@ def test_a_run_of_it_closes_its_energy() -> None:
         ('filter = "CFC1000"', 'filter = "CFC99"', "filter.*CFC60"),
         ('criteria = ["HIC15"]', 'criteria = ["HIC"]', "criteria.*HIC15"),
         ("tolerance = 0.5", "tolerance = 5e-9", "tolerance: takes about .* triangles or more"),
+        ("tolerance = 0.5", "tolerance = 500", "tolerance: is .* times the size of the body"),
+        ("tolerance = 0.5", "size = 0.004", "size: takes about .* triangles or more"),
         ('body = "cap", tolerance', 'body = "cop", tolerance', r"slave\[1\].points.body.*no body"),
         ("mass = 0.5\n", "", "free nodes need masses"),
         ("spin = [0.1, 0, 0]", "spun = [0.1, 0, 0]", "unknown key.*spin"),

@@ -264,3 +264,21 @@ def test_a_memory_of_another_friction_is_refused() -> None:
 def test_a_wrong_option_is_refused_by_name(make, message: str) -> None:
     with pytest.raises(InputError, match=message):
         make()
+
+
+def test_one_step_sticks_as_many_do_while_the_stiffness_grows() -> None:
+    up, law = np.array([[0.0, 0.0, 1.0]]), Coulomb(1e3)
+
+    def pulled(parts: int) -> float:
+        memory = np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 100.0]])
+        for stiffness in np.linspace(100.0, 300.0, parts + 1)[1:]:
+            path = np.array([[0.2 / parts, 0.0, 0.0]])
+            inp = FrictionInput(
+                up, up, np.ones(1), np.array([stiffness]), np.zeros(1), path, path, 1.0, memory
+            )
+            memory = law.respond(inp).memory
+        return float(memory[0, 0])
+
+    # ∫k dx over a way on which k grows evenly from 100 to 300
+    assert pulled(1) == pytest.approx(-200.0 * 0.2, rel=1e-12)
+    assert pulled(100) == pytest.approx(-200.0 * 0.2, rel=1e-12)

@@ -348,3 +348,37 @@ def test_what_has_passed_flies_off_in_long_steps() -> None:
     ).run()  # fmt: skip
     assert result.history["n_contact"].max() > 0
     assert len(result.history["time"]) < 300
+
+
+def test_a_damper_sees_the_velocity_that_a_pulse_gives() -> None:
+    ball = cg.Body([cg.shapes.sphere(radius=1.0)])
+    push = [[0, 0, 0, 0], [20.0, 0, 0, 0], [20.05, 1e4, 0, 0], [20.1, 0, 0, 0], [100, 0, 0, 0]]
+    damper = cg.Spring(
+        ("ball", "ground"), at=[[0, 0, 0], [-9e3, 0, 0]], damping=0.1, curve=1e-3, name="d"
+    )
+    simulation = cg.Simulation(
+        bodies={"ball": (ball, Free(mass=2.0, hold=["rx", "ry", "rz"]))}, slaves={}, contacts=[],
+        end=100.0, step="auto", loads=[cg.Load("ball", force=push)], springs=[damper],
+    )  # fmt: skip
+    history = simulation.run().history
+    damping = history["d.force"] - 1e-3 * history["d.elongation"]
+    np.testing.assert_allclose(damping, 0.1 * history["ball.vx"], atol=2e-3 * damping.max())
+
+
+def test_viscous_friction_of_a_free_node_is_followed() -> None:
+    """v' = −μ g tanh(v/s): sinh(v/s) falls by e^(−μ g t/s)."""
+    speed, rate = 1e-3, 0.3 * G / 1e-3
+    plate = box((-1.0, -1.0, -1.0), (1.0, 1.0, 0.0))
+    node = cg.Slave([[0.0, 0.0, -G / 1e4]], area=[1.0], mass=[1.0])
+    law, friction = cg.PenaltyLaw(1e4), cg.ViscousFriction(0.3, speed)
+    contact = cg.Contact(plate, node, law=law, friction=friction, search="penetration")
+    simulation = cg.Simulation(
+        bodies={"plate": plate}, slaves={"node": (node, Free(velocity=[3.0 * speed, 0, 0]))},
+        contacts=[contact], gravity=[0, 0, -G], end=600.0 / rate, step="auto",
+    )  # fmt: skip
+    history = simulation.run().history
+    # from where friction acts: the start knows of none
+    time, force = history["time"][3:], history["friction_x"][3:] / (-0.3 * G)
+    still = np.sinh(np.arctanh(force[0])) * np.exp(-rate * (time - time[0]))
+    np.testing.assert_allclose(force, np.tanh(np.arcsinh(still)), atol=0.016)
+    assert len(history["time"]) < 800

@@ -8,11 +8,14 @@ import numpy as np
 
 from contiga.dynamics.free import Attached, Free
 from contiga.dynamics.prescribed import Moved, Poses, Rotate, Translate
+from contiga.dynamics.stepping import AutoSteps, EqualSteps
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.checks.scene import Pair, Scene
 
 # Of the run: a table of motion that covers less is most likely in another unit.
 _SHORT = 0.05
+# More steps than runs are made of: one is most likely in another unit.
+_MANY_STEPS = 150_000
 
 
 def check_layout(scene: Scene) -> Iterator[Finding]:
@@ -36,6 +39,7 @@ def check_layout(scene: Scene) -> Iterator[Finding]:
             )
     yield from _bodies(scene)
     yield from _spans(scene)
+    yield from _steps(scene)
     seen: dict[tuple[str, str], str] = {}
     for pair in scene.pairs:
         key = pair.part.master, pair.part.slave
@@ -98,6 +102,22 @@ def _spans(scene: Scene) -> Iterator[Finding]:
                 f"its table goes from t = {first:.4g} to {said(last, 'time')}, and the run from "
                 f"{start:.4g} to {said(end, 'time')}: outside the table it stands still",
                 f"Give times in {said.unit('time')}, or let the run end with the table",
+            )
+
+
+def _steps(scene: Scene) -> Iterator[Finding]:
+    """Steps so short that a run takes many more than any that is meant."""
+    stepping = scene.model.stepping
+    if isinstance(stepping, EqualSteps | AutoSteps):
+        longest = stepping.most if isinstance(stepping, AutoSteps) else stepping.step
+        count = (stepping.end - stepping.start) / longest
+        if count > _MANY_STEPS:
+            yield Finding(
+                "steps",
+                "time",
+                f"its steps are no longer than {scene.said(longest, 'time')}: until "
+                f"{scene.said(stepping.end, 'time')} they are {count:.3g} or more",
+                'Look at the unit of step and largest; step = "auto" takes as many as are needed',
             )
 
 
