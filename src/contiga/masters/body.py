@@ -17,7 +17,7 @@ from contiga.geometry.trim_area import body_moments
 from contiga.num.arrays import as_points, positive
 from contiga.num.digest import Digest
 from contiga.num.inertia import of_volume
-from contiga.records import Hit, MassProperties, Projection
+from contiga.records import Hit, IndexArray, MassProperties, Projection
 
 if TYPE_CHECKING:
     from contiga.search.exact_surface import ExactSurface
@@ -93,6 +93,19 @@ class Body(Faces):
         from contiga.search.openings import openings_of
 
         return openings_of(self)
+
+    @property
+    def pieces(self) -> list[IndexArray]:
+        """Patches of each piece: of what hangs together by its edges.
+
+        >>> import contiga as cg
+        >>> balls = [cg.shapes.sphere(centre=(x, 0.0, 0.0)) for x in (0.0, 3.0)]
+        >>> [piece.tolist() for piece in Body(balls).pieces]
+        [[0], [1]]
+        """
+        from contiga.search.openings import pieces_of
+
+        return pieces_of(self)
 
     @property
     def closed(self) -> bool:

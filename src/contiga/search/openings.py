@@ -23,7 +23,7 @@ from contiga.geometry.slits import (
     widest_slit,
 )
 from contiga.num.codes import BORDER, CREASE
-from contiga.records import FloatArray, IntArray
+from contiga.records import FloatArray, IndexArray, IntArray
 
 if TYPE_CHECKING:
     from contiga.elements.element_arrays import Records
@@ -173,13 +173,20 @@ def _found(body: Faces) -> Openings:
         size=body.size,
         unit=body.unit,
     )
-    piece = _pieces(len(body.patches), joints.joints + side_joints)
     if body.pieces_apart or not openings.closed or len(body.patches) < 2:
         return openings
     from contiga.search.meetings import meetings_of  # it searches
 
     within = max(TOUCH * body.size, 2.0 * slit)
+    piece = _pieces(len(body.patches), joints.joints + side_joints)
     return openings._replace(meetings=meetings_of(body, piece, within))
+
+
+def pieces_of(body: Faces) -> list[IndexArray]:
+    """Patches of each piece: of what hangs together by edges, or by sides that no edge names."""
+    joints = joints_of(body).joints + _unnamed_sides(body)[1]
+    piece = _pieces(len(body.patches), joints)
+    return [np.flatnonzero(piece == k) for k in range(piece.max() + 1)]
 
 
 def _pieces(n: int, joints: list[Joint]) -> IntArray:

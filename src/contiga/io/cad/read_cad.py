@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from contiga.errors import ContigaWarning, FileError
 from contiga.extras import require
 from contiga.io.apart import read_apart
-from contiga.io.cad.formats import PACKAGES, SUFFIXES, UNITING, reader
+from contiga.io.cad.formats import PACKAGES, SUFFIXES, reader
 from contiga.io.cad.parts import Solids, checked_solids, choice_of
 from contiga.io.naming import PartKeys
 from contiga.io.units import base_factor
@@ -50,8 +50,8 @@ def read_cad(
     parts : names or numbers (from 1) that `cad_parts` and ``contiga info`` list: of parts, their
         products, instances and assemblies that are called so; "arm/bolt" is the bolt of the arm
     faces : numbers of faces, from 1 in the file's order, beside those of `parts`
-    solids : of those that touch or overlap "union" makes one (of 3DM and G+Smo it keeps each),
-        "separate" keeps each, in no closed body (see `cad_parts`), "refuse" makes an error
+    solids : of those that touch or overlap "union" makes one, "separate" keeps each, in no closed
+        body (`cad_parts` makes each one of its own), "refuse" makes an error
 
     Returns
     -------
@@ -82,17 +82,11 @@ def read_cad(
     """
     file = Path(path)
     choice = choice_of(parts, faces)
-    asked = (choice, *_told_of(file, solids))
+    checked_solids(solids)
     target = reader_of(file, "read", file_unit, unit)
-    body: Body = read_apart(target, file, file_unit, unit, *asked, needs=_BODY)
+    body: Body = read_apart(target, file, file_unit, unit, choice, solids, needs=_BODY)
     check_read(body, file, solids)
     return body
-
-
-def _told_of(file: Path, solids: Solids) -> tuple[Solids, ...]:
-    """What the reader of a file is told of solids that meet: nothing if it does not unite them."""
-    checked_solids(solids)
-    return (solids,) if file.suffix.lower() in UNITING else ()
 
 
 def reader_of(file: Path, verb: str, file_unit: str | None, unit: str | None) -> str:
