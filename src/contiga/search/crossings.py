@@ -18,7 +18,8 @@ from contiga.elements.element_arrays import Records
 from contiga.geometry.faces import Faces
 from contiga.geometry.kernels.trim_nb import points_in_trim
 from contiga.num.arrays import laid_out
-from contiga.records import FloatArray, IndexArray
+from contiga.num.codes import GENERAL, RATIONAL_CUBIC
+from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.search.tables import Tables, tables_of
 
 ASIDE = 1e-5
@@ -27,11 +28,18 @@ STEEP = 1e-2
 """Sine of the angle under which faces cross at least: what is flatter may be rounding."""
 MET = 1e-11
 """Distance of two places that are one, in the body's size."""
-STARTS, HOPS = 3, 10
-"""Pairs of places of two leaves that Newton's method starts from, those that are nearest; steps."""
+STARTS, HOPS = 2, 10
+"""Pairs of places of two leaves that Newton's method starts from at least, those that are nearest,
+and its steps."""
+FEW = 20_000
+"""Starts in all while these are more than so many of each pair."""
+NEARER = 0.35
+"""Share of their distance that Newton's method leaves of it at each step at most."""
+ALIKE = 0.5
+"""Cosine between normals that face about the same way."""
 RANK = 1e-14
 """Share of a matrix that is added to one that may be singular."""
-GRID = np.stack(np.meshgrid([-0.7, 0.0, 0.7], [-0.7, 0.0, 0.7]), axis=-1).reshape(-1, 2)
+GRID = np.array([[0.0, 0.0], [-0.6, -0.6], [-0.6, 0.6], [0.6, -0.6], [0.6, 0.6]])
 """Places of a leaf, in halves of its sides from its middle."""
 
 
@@ -59,19 +67,21 @@ class _Places(NamedTuple):
     """(n, 2, 3) derivatives along u and v."""
 
 
-def crossing_of(body: Faces, slit: float, *, between: bool) -> Crossing | None:
-    """A place where a face goes through itself, or with `between` through another; None if none.
+def crossing_of(body: Faces, group: IntArray, slit: float) -> Crossing | None:
+    """A place where a face goes through itself or another of its group; None if there is none.
 
-    `slit` is how far faces may be off an edge they share.
+    Parameters
+    ----------
+    group : (patches,) number of the group that each is of
+    slit : how far faces may be off an edge they share, length
     """
     tables = tables_of(body)
     pairs = near_leaves(tables)
-    patch = tables.leaves["patch"]
-    same = patch[pairs[:, 0]] == patch[pairs[:, 1]]
     uv = leaf_boxes(tables)
-    a, b = uv[pairs[:, 0]], uv[pairs[:, 1]]
-    adjoin = same & ((a[:, 0] <= b[:, 1]) & (b[:, 0] <= a[:, 1])).all(axis=1)
-    pairs = pairs[~adjoin & (same | between)]
+    patch = tables.leaves["patch"][pairs]
+    same = patch[:, 0] == patch[:, 1]
+    together = group[patch[:, 0]] == group[patch[:, 1]]
+    pairs = pairs[np.where(same, ~_beside(tables, pairs, uv), together)]
     if len(pairs) == 0:
         return None
     first, second = _led_together(body, tables, pairs, uv)
@@ -82,6 +92,34 @@ def crossing_of(body: Faces, slit: float, *, between: bool) -> Crossing | None:
     k = int(found[0])
     x, y, z = first.point[k].tolist()
     return Crossing((int(first.patch[k]), int(second.patch[k])), (x, y, z))
+
+
+def _beside(tables: Tables, pairs: IndexArray, uv: FloatArray) -> NDArray[np.bool_]:
+    """Whether leaves of one face adjoin in it, or are of a part that faces about the same way.
+
+    Leaves are nearly flat, and so are such parts: there is no room for the face to turn back. A
+    part is an element, or two leaves with no more than a third between.
+    """
+    (a, a_high), (b, b_high) = (np.moveaxis(uv[side], 1, 0) for side in pairs.T)
+    gap = np.maximum(a - b_high, b - a_high)
+    one, two = tables.plates["normal"][pairs].transpose(1, 0, 2)
+    alike = (one * two).sum(axis=1) > ALIKE
+    third = (gap <= np.minimum(a_high - a, b_high - b)).all(axis=1)
+    element = tables.leaves["element"][pairs]
+    part = (element[:, 0] == element[:, 1]) & _face_one_way(tables)[element[:, 0]]
+    return (gap <= 0.0).all(axis=1) | (alike & third) | part
+
+
+def _face_one_way(tables: Tables) -> NDArray[np.bool_]:
+    """(elements,) whether the normals of all leaves of an element are about the same."""
+    face = tables.leaves["element"] >= 0
+    element, normal = tables.leaves["element"][face], tables.plates["normal"][face]
+    axis = np.zeros((len(tables.elements.table), 3))
+    np.add.at(axis, element, normal)
+    axis /= np.maximum(np.linalg.norm(axis, axis=1), 1e-300)[:, None]
+    least = np.ones(len(axis))
+    np.minimum.at(least, element, (axis[element] * normal).sum(axis=1))
+    return np.asarray(least > ALIKE)
 
 
 def leaf_boxes(tables: Tables) -> FloatArray:
@@ -165,7 +203,8 @@ def _led_together(
         for side in pairs.T
     ]
     off = np.linalg.norm(on[0][:, :, None] - on[1][:, None], axis=3).reshape(len(pairs), -1)
-    nearest = np.argsort(off, axis=1, kind="stable")[:, :STARTS]
+    starts = max(STARTS, min(FEW // len(pairs), len(GRID) ** 2))
+    nearest = np.argsort(off, axis=1, kind="stable")[:, :starts]
     rows = np.repeat(np.arange(len(pairs)), nearest.shape[1])
     sides = np.divmod(nearest.ravel(), len(GRID))
     low, high = (
@@ -174,7 +213,7 @@ def _led_together(
     share = 0.5 + 0.5 * np.concatenate([GRID[side] for side in sides], axis=1)
     place = low + share * (high - low)
     elements = element[pairs[rows]]
-    reach = plates["radius"][pairs[rows]].sum(axis=1)
+    reach = np.take_along_axis(off, nearest, axis=1).ravel()
     near = MET * body.size
     met: list[tuple[_Places, _Places]] = []
     for hop in range(HOPS + 1):
@@ -185,11 +224,15 @@ def _led_together(
         off = np.linalg.norm(miss, axis=1)
         there = off <= near
         met.append((_taken(one, there), _taken(two, there)))
-        go = ~there & (off <= reach * 0.5**hop)
+        go = ~there & (off <= reach * NEARER ** (hop - 1))
         place, low, high = place[go], low[go], high[go]
         elements, reach, miss = elements[go], reach[go], miss[go]
         slope = np.concatenate([one.along[go], -two.along[go]], axis=1)
-        place = np.clip(place + _shortest(slope, miss), low, high)
+        step = _shortest(slope, miss)
+        for _ in range(2):  # what is at an end of its leaf and would leave it stays
+            slope[((step < 0.0) & (place <= low)) | ((step > 0.0) & (place >= high))] = 0.0
+            step = _shortest(slope, miss)
+        place = np.clip(place + step, low, high)
     return tuple(
         _Places(*(np.concatenate(field) for field in zip(*(pair[k] for pair in met), strict=True)))
         for k in (0, 1)
@@ -210,14 +253,36 @@ def _shortest(slope: FloatArray, miss: FloatArray) -> FloatArray:
 
 def _evaluated(body: Faces, tables: Tables, element: IndexArray, uv: FloatArray) -> _Places:
     """Points and first derivatives at places of elements."""
-    patch = tables.elements.table["patch"][element]
-    d = np.empty((len(uv), 2, 2, 3))
-    order = np.argsort(patch, kind="stable")
-    starts = np.flatnonzero(np.diff(patch[order], prepend=-1))
-    for rows in np.split(order, starts[1:]):
-        if len(rows):
-            d[rows] = body.patches[int(patch[rows[0]])].derivatives(uv[rows], 1)[:, :2, :2]
-    return _Places(patch, uv, d[:, 0, 0], np.stack([d[:, 1, 0], d[:, 0, 1]], axis=1))
+    table = tables.elements.table
+    patch, form = table["patch"][element], table["form"][element]
+    point, along = np.empty((len(uv), 3)), np.empty((len(uv), 2, 3))
+    rows = np.flatnonzero(form != GENERAL)
+    box = table["box"][element[rows]].reshape(-1, 2, 2)
+    width = np.ptp(box, axis=2)
+    net = table["cubic"][element[rows]].reshape(-1, 4, 4, 4)
+    (s, ds), (t, dt) = (_powers((uv[rows, k] - box[:, k, 0]) / width[:, k] - 0.5) for k in (0, 1))
+    by_t, by_dt = (np.einsum("nckl,nl->nck", net, powers) for powers in (t, dt))
+    at, du, dv = (
+        np.einsum("nck,nk->nc", half, powers) for half, powers in ((by_t, s), (by_t, ds), (by_dt, s))
+    )
+    weight = np.where(form[rows] == RATIONAL_CUBIC, at[:, 3], 1.0)[:, None]
+    place = at[:, :3] / weight
+    for k, d in enumerate((du, dv)):
+        bent = np.where(form[rows] == RATIONAL_CUBIC, d[:, 3], 0.0)[:, None]
+        along[rows, k] = (d[:, :3] - bent * place) / weight / width[:, k : k + 1]
+    point[rows] = place + table["origin"][element[rows]]
+    for k in np.unique(patch[form == GENERAL]).tolist():
+        rows = np.flatnonzero((form == GENERAL) & (patch == k))
+        d = body.patches[k].derivatives(uv[rows], 1)
+        point[rows] = d[:, 0, 0]
+        along[rows] = np.stack([d[:, 1, 0], d[:, 0, 1]], axis=1)
+    return _Places(patch, uv, point, along)
+
+
+def _powers(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(n, 4) powers 0 to 3 of x, and their derivatives."""
+    one = np.ones_like(x)
+    return np.stack([one, x, x * x, x**3], 1), np.stack([0.0 * x, one, 2.0 * x, 3.0 * x * x], 1)
 
 
 def _cross(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[np.bool_]:

@@ -27,6 +27,7 @@ from contiga.records import FloatArray, IndexArray, IntArray
 
 if TYPE_CHECKING:
     from contiga.elements.element_arrays import Records
+    from contiga.search.crossings import Crossing
     from contiga.search.meetings import Meeting
 
 SAMPLES = 33
@@ -68,12 +69,15 @@ class Openings(NamedTuple):
     """Of lengths, where that is known."""
     meetings: tuple[Meeting, ...] = ()
     """Where closed pieces touch or overlap: the first few."""
+    crossing: Crossing | None = None
+    """Where a face goes through itself, or of a closed piece through another: the first found."""
 
     @property
     def closed(self) -> bool:
         """Whether the surface ends nowhere, faces agree on the free side, pieces are apart."""
         ends = self.free_edges + self.gaping_edges + self.crowded_edges + self.one_sided
-        return ends == 0 and not self.turned_faces and not self.meetings
+        sound = not self.turned_faces and not self.meetings and self.crossing is None
+        return ends == 0 and sound
 
     @property
     def flaws(self) -> list[str]:
@@ -95,6 +99,8 @@ class Openings(NamedTuple):
             texts.append(f"{count} turned the other way than those around (patch {some}{more})")
         if self.one_sided:
             texts.append("faces that cannot agree on a free side")
+        if self.crossing is not None:
+            texts.append(f"{self.crossing}: there it has no side")
         if self.meetings:
             texts.append(f"pieces that touch or overlap: {'; '.join(map(str, self.meetings))}")
         return texts
@@ -116,6 +122,8 @@ class Openings(NamedTuple):
         if self.free_edges:
             edges = _several(self.free_edges, "free edge")
             return f"open, {edges}, {self._told(self.free_length, 6)} long in all"
+        if self.crossing is not None:
+            return "goes through itself: it has no proved sides"
         return "closed pieces that meet: it has no proved sides" if self.meetings else "open"
 
     def _told(self, value: float, digits: int = 3) -> str:
@@ -173,12 +181,15 @@ def _found(body: Faces) -> Openings:
         size=body.size,
         unit=body.unit,
     )
+    every = np.arange(len(body.patches))
+    piece = _pieces(len(every), joints.joints + side_joints) if openings.closed else every
+    from contiga.search.crossings import crossing_of  # they search
+    from contiga.search.meetings import meetings_of
+
+    openings = openings._replace(crossing=crossing_of(body, piece, slit))
     if body.pieces_apart or not openings.closed or len(body.patches) < 2:
         return openings
-    from contiga.search.meetings import meetings_of  # it searches
-
     within = max(TOUCH * body.size, 2.0 * slit)
-    piece = _pieces(len(body.patches), joints.joints + side_joints)
     return openings._replace(meetings=meetings_of(body, piece, within))
 
 
