@@ -37,6 +37,8 @@ NEARER = 0.35
 """Share of their distance that Newton's method leaves of it at each step at most."""
 ALIKE = 0.5
 """Cosine between normals that face about the same way."""
+SINGULAR = 1e-7
+"""Ratio of derivatives beneath which a place is a pole."""
 RANK = 1e-14
 """Share of a matrix that is added to one that may be singular."""
 GRID = np.array([[0.0, 0.0], [-0.6, -0.6], [-0.6, 0.6], [0.6, -0.6], [0.6, 0.6]])
@@ -175,7 +177,7 @@ def _members(tree: Records, nodes: IndexArray) -> IndexArray:
 
 
 def _plates_meet(plates: Records, pairs: IndexArray, within: float) -> NDArray[np.bool_]:
-    """Whether the plates of leaves do, by the axes of both (separating axes of thick rectangles)."""
+    """Whether the plates of leaves do: thick rectangles, by their separating axes."""
     one, two = plates[pairs[:, 0]], plates[pairs[:, 1]]
     off = two["middle"] - one["middle"]
     meet = np.ones(len(pairs), bool)
@@ -263,7 +265,8 @@ def _evaluated(body: Faces, tables: Tables, element: IndexArray, uv: FloatArray)
     (s, ds), (t, dt) = (_powers((uv[rows, k] - box[:, k, 0]) / width[:, k] - 0.5) for k in (0, 1))
     by_t, by_dt = (np.einsum("nckl,nl->nck", net, powers) for powers in (t, dt))
     at, du, dv = (
-        np.einsum("nck,nk->nc", half, powers) for half, powers in ((by_t, s), (by_t, ds), (by_dt, s))
+        np.einsum("nck,nk->nc", half, powers)
+        for half, powers in ((by_t, s), (by_t, ds), (by_dt, s))
     )
     weight = np.where(form[rows] == RATIONAL_CUBIC, at[:, 3], 1.0)[:, None]
     place = at[:, :3] / weight
@@ -299,7 +302,10 @@ def _cross(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[np
     for side, normal in zip((one, two), normals, strict=True):
         rows = np.flatnonzero(good)
         way = np.cross(edge[rows], normal[rows]) * (margin / steep[rows])[:, None]
-        step = np.linalg.pinv(side.along[rows].transpose(0, 2, 1)) @ way[:, :, None]
+        slope = side.along[rows].transpose(0, 2, 1)
+        step = np.linalg.pinv(slope, rcond=SINGULAR) @ way[:, :, None]
+        miss = np.linalg.norm((slope @ step)[:, :, 0] - way, axis=1)
+        good[rows] &= miss <= 0.5 * np.linalg.norm(way, axis=1)  # beside a pole none leads there
         for sign in (1.0, -1.0):
             good[rows] &= _inside(body, side.patch[rows], side.uv[rows] + sign * step[:, :, 0])
     return good

@@ -22,6 +22,7 @@ from contiga.geometry.slits import (
     stitches,
     widest_slit,
 )
+from contiga.geometry.surface import NurbsSurface
 from contiga.num.codes import BORDER, CREASE
 from contiga.records import FloatArray, IndexArray, IntArray
 
@@ -241,7 +242,7 @@ def _unnamed_sides(body: Faces) -> tuple[list[float], list[Joint]]:
         (k, side)
         for k in whole
         for side in range(4)
-        if (k, side) not in named and _side_length(body, k, side) > reach[k, UNTRIMMED]
+        if (k, side) not in named and _net_length(body.patches[k], side) > reach[k, UNTRIMMED]
     ]
     if not unnamed:
         return [], []
@@ -268,6 +269,12 @@ def _at_side(boxes: FloatArray, side: int) -> np.ndarray:
     """Which elements (boxes u0, u1, v0, v1 of one patch) stand at a side of their patch."""
     ends = boxes[:, side]
     return ends == (ends.max() if side % 2 else ends.min())
+
+
+def _net_length(patch: NurbsSurface, side: int) -> float:
+    """Length of the control polygon of a side: 0 of a point, else no less than the side's."""
+    net = patch.control_points[-(side % 2)] if side < 2 else patch.control_points[:, -(side % 2)]
+    return float(np.linalg.norm(np.diff(net, axis=0), axis=1).sum())
 
 
 def _side_length(

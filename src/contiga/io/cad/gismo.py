@@ -55,10 +55,12 @@ def read_gismo(
     return found.body
 
 
-def list_gismo(path: Path, file_unit: str | None, unit: str | None) -> Inventory:
+def list_gismo(
+    path: Path, file_unit: str | None, unit: str | None, solids: Solids = "union"
+) -> Inventory:
     """All of a G+Smo file, which is one part: the format names none."""
     body, label = _gathered(path, file_unit, unit, ALL)
-    found = united(body, body.pieces, "union", str(path))
+    found = united(body, body.pieces, solids, str(path))
     return Inventory(found.body, [k + 1 for k in found.origin], [label], {}, found.said)
 
 

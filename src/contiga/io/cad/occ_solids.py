@@ -24,6 +24,8 @@ FLAT = 1e-12
 """Share of its size by which a patch may miss its parallelogram."""
 POINT = 1e-9
 """A side shorter than this share of the patch is a point."""
+JOINED = 1e-4
+"""Ends of edges that are nearer than this are one, mm: of what is some thousand in size."""
 ALIKE = 1e-6
 """Share by which the volume of a solid may miss that of the piece."""
 
@@ -47,11 +49,14 @@ def solid_of(body: Faces, patches: Sequence[int], scale: float) -> Solid | None:
 
     piece = piece_of(body, patches)
     sewing = BRepBuilderAPI_Sewing(max(FINEST, COINCIDENT * scale * piece.size))
-    made = [
-        (patch, face)
-        for patch in patches
-        for face in _faces(body.patches[patch].scaled(scale), body.trims[patch])
-    ]
+    try:
+        made = [
+            (patch, face)
+            for patch in patches
+            for face in _faces(body.patches[patch].scaled(scale), body.trims[patch])
+        ]
+    except Exception:  # OpenCASCADE raises its own kinds for loops that it cannot follow
+        return None
     for _, face in made:
         sewing.Add(face)
     sewing.Perform()
@@ -108,9 +113,7 @@ def _faces(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]] | None) ->
     if _is_flat(patch):
         return [_plane(patch, loops or [_border(patch)])]
     if loops is None:
-        return [
-            BRepBuilderAPI_MakeFace(_surface(half), FINEST).Face() for half in _opened(patch)
-        ]
+        return [BRepBuilderAPI_MakeFace(_surface(half), FINEST).Face() for half in _opened(patch)]
     return [_trimmed(_surface(patch), loops)]
 
 
@@ -176,7 +179,7 @@ def _trimmed(surface: Any, loops: Sequence[Sequence[NurbsCurve]]) -> Any:
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
     from OCP.BRepLib import BRepLib
 
-    wires = [_wire([_edge(_curve(c), surface) for c in loop]) for loop in loops]
+    wires = [_wire([_edge(_curve(c, 2), surface) for c in loop]) for loop in loops]
     face = BRepBuilderAPI_MakeFace(surface, wires[0], True)
     for wire in wires[1:]:
         face.Add(wire)
@@ -194,9 +197,15 @@ def _mended(face: Any) -> Any:
 
 
 def _edge(curve: Any, *surface: Any) -> Any:
+    """An edge whose ends meet others that are as near as p-curves of one loop should be."""
+    from OCP.BRep import BRep_Builder
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
+    from OCP.TopoDS import TopoDS
 
-    return BRepBuilderAPI_MakeEdge(curve, *surface).Edge()
+    edge = BRepBuilderAPI_MakeEdge(curve, *surface).Edge()
+    for vertex in subshapes(edge, "VERTEX"):
+        BRep_Builder().UpdateVertex(TopoDS.Vertex(vertex), JOINED)
+    return edge
 
 
 def _wire(edges: Sequence[Any]) -> Any:
@@ -219,15 +228,15 @@ def _knots(values: FloatArray) -> tuple[Any, Any]:
     return knots, times
 
 
-def _curve(curve: NurbsCurve) -> Any:
-    """A Geom_BSplineCurve, or a Geom2d_BSplineCurve of a p-curve."""
+def _curve(curve: NurbsCurve, dimension: int = 3) -> Any:
+    """A Geom_BSplineCurve, or a Geom2d_BSplineCurve of a p-curve, whose third coordinate is 0."""
     from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_gp_Pnt2d
     from OCP.Geom import Geom_BSplineCurve
     from OCP.Geom2d import Geom2d_BSplineCurve
     from OCP.gp import gp_Pnt, gp_Pnt2d
 
-    net = curve.control_points
-    plane = net.shape[1] == 2
+    net = curve.control_points[:, :dimension]
+    plane = dimension == 2
     points = (Array1_gp_Pnt2d if plane else Array1_gp_Pnt)(1, len(net))
     weights = Array1_double(1, len(net))
     for k, row in enumerate(net.tolist(), 1):

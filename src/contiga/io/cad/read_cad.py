@@ -25,6 +25,8 @@ __all__ = ["SUFFIXES", "body_summary", "read_cad"]
 _BODY = "contiga.masters.body"
 FARTHEST = 1e100
 """Largest coordinate that is read."""
+SPLINE = 3
+"""Degree from which faces are looked at as they are read: those below are arcs and lines."""
 
 
 def read_cad(
@@ -115,11 +117,13 @@ def check_read(body: Body, file: Path, solids: Solids = "union") -> None:
     Raises
     ------
     FileError
-        A control point whose square is no number any more; pieces that meet, of `solids` "refuse".
+        A control point whose square is no number any more; a spline that goes through itself;
+        pieces that meet, of `solids` "refuse".
     """
     from contiga.geometry.slits import ROUNDING
 
     _check_reach(body, file)
+    _check_crossing(body, file)
     size = body.size
     if any(len(edge.uses) > 1 and edge.gap > ROUNDING * size for edge in body.edges):
         text = "; ".join(body.openings.flaws)
@@ -144,6 +148,26 @@ def _check_reach(body: Body, file: Path) -> None:
                 found=farthest,
                 allowed=f"coordinates up to {FARTHEST:g}",
             )
+
+
+def _check_crossing(body: Body, file: Path) -> None:
+    from contiga.geometry.piece import piece_of
+
+    splines = [k for k, patch in enumerate(body.patches) if max(patch.degrees) >= SPLINE]
+    if not splines:
+        return
+    some = body if len(splines) == len(body.patches) else piece_of(body, splines)
+    crossing = some.openings.crossing
+    if crossing is not None:
+        a, b = (splines[k] for k in crossing.patches)
+        raise FileError(
+            "a face goes through itself: it has no side",
+            where=f"{file}, patch {a}",
+            found=str(crossing._replace(patches=(a, b))),
+            allowed="faces that do not meet themselves",
+            remedy="Make bends wider or cut it there in the program that wrote the file, "
+            "or choose other parts",
+        )
 
 
 def __getattr__(name: str) -> Any:

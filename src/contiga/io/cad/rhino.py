@@ -90,10 +90,12 @@ def read_rhino(
     return found.body
 
 
-def list_rhino(path: Path, file_unit: str | None, unit: str | None) -> Inventory:
+def list_rhino(
+    path: Path, file_unit: str | None, unit: str | None, solids: Solids = "union"
+) -> Inventory:
     """All of a 3DM file with what it says of its objects."""
     model = _Model(path, file_unit, unit)
-    found = model.gathered(ALL, "union")
+    found = model.gathered(ALL, solids)
     labels = [item.label for item in model.items]
     return Inventory(found.body, found.numbers, labels, found.apart, found.said)
 

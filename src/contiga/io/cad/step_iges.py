@@ -94,10 +94,12 @@ def read_step_iges(
         return _Model(path, file_unit, unit, solids).body(choice)
 
 
-def list_step_iges(path: Path, file_unit: str | None, unit: str | None) -> Inventory:
+def list_step_iges(
+    path: Path, file_unit: str | None, unit: str | None, solids: Solids = "union"
+) -> Inventory:
     """All of a STEP or IGES file with what it says of its parts."""
     with occ.quiet():
-        return _Model(path, file_unit, unit, "union").inventory()
+        return _Model(path, file_unit, unit, solids).inventory()
 
 
 class _Model:

@@ -158,9 +158,7 @@ def united(
     with quiet():
         near = sorted(k for some in groups for k in some)
         known = _solids(body, [pieces[k].tolist() for k in near], scale)
-        rows = [
-            Piece("solid", solid.shape, solid.faces, NAMELESS, [], (), ()) for solid in known
-        ]
+        rows = [Piece("solid", solid.shape, solid.faces, NAMELESS, [], (), ()) for solid in known]
         owner = [patch for solid in known for patch in solid.patches]
         placed = placed_of(rows, range(1, len(owner) + 1), accuracy * scale, solids)
         met = [[tuple(sorted(known[k].patches)) for k in m.pieces] for m in placed.meetings]
@@ -178,9 +176,7 @@ def united(
     return United(piece_of(whole, order), [origin[k] for k in order], met, said, made_one=True)
 
 
-def _texts(
-    met: Sequence[Sequence[Patches]], places: Sequence[Point], told: Told
-) -> list[str]:
+def _texts(met: Sequence[Sequence[Patches]], places: Sequence[Point], told: Told) -> list[str]:
     return [
         "{} at ({:.6g}, {:.6g}, {:.6g})".format(told(some), *place)
         for some, place in zip(met, places, strict=True)
