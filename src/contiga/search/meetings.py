@@ -3,7 +3,8 @@
 A piece is what hangs together by shared edges. A body of several closed pieces is sound where each
 place of its surface has matter behind it and none before: the turns of all pieces about a point
 just before it (1 within one that faces outward, −1 within a cavity, which faces inward) add up to
-0. Places are the middles of triangles where boxes of pieces overlap. What is farther from the
+0. Places are the middles of triangles, leaves laid flat, of pieces whose leaves come near each
+other, or of which the box of one lies in another's. What is farther from the
 other piece than its triangle reaches is done with; of the rest the nearest are cut up. Where none
 tells, the nearest places are led to where both pieces are nearest, and it is looked about there.
 What is found is exact to the tolerance; a small overlap far from those places may be overlooked.
