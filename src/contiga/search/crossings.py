@@ -9,6 +9,7 @@ is not found, nor what lies wholly between leaves that adjoin in one face: these
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,8 @@ from contiga.geometry.kernels.trim_nb import points_in_trim
 from contiga.num.arrays import laid_out
 from contiga.num.codes import GENERAL, RATIONAL_CUBIC
 from contiga.records import FloatArray, IndexArray, IntArray
-from contiga.search.tables import Tables, tables_of
+from contiga.search.table_types import Tables
+from contiga.search.tables import tables_of
 
 ASIDE = 1e-5
 """How far to either side of a crossing faces go on at least, in the body's size."""
@@ -135,7 +137,7 @@ def leaf_boxes(tables: Tables) -> FloatArray:
 def near_leaves(tables: Tables, within: float = 0.0) -> IndexArray:
     """(n, 2) pairs of leaves of faces that may come nearer than `within`."""
     tree, leaves, plates = tables.tree, tables.leaves, tables.plates
-    nodes = np.zeros((1, 2), np.int64)
+    nodes: IndexArray = np.zeros((1, 2), np.int64)
     ends: list[IndexArray] = []
     while len(nodes):
         a, b = nodes.T
@@ -235,14 +237,16 @@ def _led_together(
             slope[((step < 0.0) & (place <= low)) | ((step > 0.0) & (place >= high))] = 0.0
             step = _shortest(slope, miss)
         place = np.clip(place + step, low, high)
-    return tuple(
-        _Places(*(np.concatenate(field) for field in zip(*(pair[k] for pair in met), strict=True)))
-        for k in (0, 1)
-    )
+    return _all_of([pair[0] for pair in met]), _all_of([pair[1] for pair in met])
 
 
-def _taken(places: _Places, rows: NDArray[np.bool_]) -> _Places:
-    return _Places(*(field[rows] for field in places))
+def _taken(at: _Places, rows: NDArray[np.bool_]) -> _Places:
+    return _Places(at.patch[rows], at.uv[rows], at.point[rows], at.along[rows])
+
+
+def _all_of(some: Sequence[_Places]) -> _Places:
+    patch, uv, point, along = (np.concatenate(field) for field in zip(*some, strict=True))
+    return _Places(patch, uv, point, along)
 
 
 def _shortest(slope: FloatArray, miss: FloatArray) -> FloatArray:
@@ -293,7 +297,7 @@ def _cross(body: Faces, one: _Places, two: _Places, margin: float) -> NDArray[np
     with np.errstate(invalid="ignore", divide="ignore"):
         normals = [np.cross(side.along[:, 0], side.along[:, 1]) for side in (one, two)]
         normals = [n / np.linalg.norm(n, axis=1, keepdims=True) for n in normals]
-        edge = np.cross(*normals)
+        edge = np.cross(normals[0], normals[1])
         steep = np.linalg.norm(edge, axis=1)
         good = steep > STEEP
         edge /= steep[:, None]

@@ -182,7 +182,7 @@ def _found(body: Faces) -> Openings:
         size=body.size,
         unit=body.unit,
     )
-    every = np.arange(len(body.patches))
+    every: IntArray = np.arange(len(body.patches), dtype=np.int32)
     piece = _pieces(len(every), joints.joints + side_joints) if openings.closed else every
     from contiga.search.crossings import crossing_of  # they search
     from contiga.search.meetings import meetings_of

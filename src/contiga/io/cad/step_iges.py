@@ -32,7 +32,7 @@ from contiga.io.cad.loops import (
     rectangle_sides,
 )
 from contiga.io.cad.occ_parts import compound_of, labelled
-from contiga.io.cad.occ_piercing import pierced_at
+from contiga.io.cad.occ_piercing import refuse_pierced
 from contiga.io.cad.occ_transfer import transferred
 from contiga.io.cad.parts import ALL, Choice, Inventory, PartLabel, Solids, chosen_faces
 from contiga.io.cad.sew import Sewn
@@ -226,7 +226,7 @@ def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where:
     if raw is None or _is_thin(raw):
         warn(f"{where}: a face without extent was left out")
         return False
-    _refuse_pierced(raw, scale, where)
+    refuse_pierced(raw.surface, raw.box, scale, where)
     sides = rectangle_sides(raw.loops[0], raw.box, raw.speed) if len(raw.loops) == 1 else None
     closed = _closed(raw, where)
     whole = sides is None and closed
@@ -251,19 +251,6 @@ def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where:
     ]
     assembly.add_trimmed(patch.surface, loops, where, flip=raw.reversed)
     return True
-
-
-def _refuse_pierced(raw: RawFace, scale: float, where: str) -> None:
-    point = pierced_at(raw.surface, raw.box)
-    if point is not None:
-        x, y, z = (scale * c for c in point)
-        raise FileError(
-            "a face goes through itself: it has no side",
-            where=where,
-            found=f"an outer and an inner part that meet at ({x:.6g}, {y:.6g}, {z:.6g})",
-            allowed="one of them: the apple or the lemon of a torus that reaches over its axis",
-            remedy="Cut it there in the program that wrote the file, or choose other parts",
-        )
 
 
 def _is_thin(raw: RawFace) -> bool:

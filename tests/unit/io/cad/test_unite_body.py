@@ -14,9 +14,7 @@ import contiga as cg
 from contiga.errors import ContigaWarning, FileError, GeometryError
 from contiga.io.cad.unite_body import united
 
-LENS = 2.0 * 4.0 / 3.0 * math.pi - 5.0 / 12.0 * math.pi
 UNITED = {
-    "balls that cross": (ball(1.0) + ball(1.0, 1.0, 0.0, 0.0), LENS),
     "boxes face to face": (box(*UNIT) + box((1, 0.2, 0), (2, 0.7, 1)), 1.5),
     "the same twice": (box(*UNIT) + box(*UNIT), 1.0),
     "a pin without play": (
@@ -26,7 +24,7 @@ UNITED = {
 }
 
 
-SPLINES = [("balls that cross", 1.0), ("a pin without play", 1.0)]
+SPLINES = [("a pin without play", 1.0)]
 
 
 @pytest.mark.parametrize(
