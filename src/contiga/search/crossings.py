@@ -30,7 +30,7 @@ STEEP = 1e-2
 """Sine of the angle under which faces cross at least: what is flatter may be rounding."""
 MET = 1e-11
 """Distance of two places that are one, in the body's size."""
-STARTS, HOPS = 2, 10
+STARTS, HOPS = 1, 10
 """Pairs of places of two leaves that Newton's method starts from at least, those that are nearest,
 and its steps."""
 FEW = 20_000
