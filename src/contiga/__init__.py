@@ -19,6 +19,7 @@ _HOME = {
     "read_cad": "contiga.io.cad.read_cad",
     "cad_parts": "contiga.io.cad.cad_parts",
     "CadPart": "contiga.io.cad.cad_parts",
+    "unite": "contiga.io.cad.unite_body",
     "read_mesh": "contiga.io.mesh.read_mesh",
     "read_master": "contiga.io.mesh.read_master",
     "write_mesh": "contiga.io.out.write_mesh",
@@ -121,6 +122,7 @@ if TYPE_CHECKING:
     from contiga.io.cad.cad_parts import CadPart as CadPart
     from contiga.io.cad.cad_parts import cad_parts as cad_parts
     from contiga.io.cad.read_cad import read_cad as read_cad
+    from contiga.io.cad.unite_body import unite as unite
     from contiga.io.mesh.read_master import read_master as read_master
     from contiga.io.mesh.read_mesh import read_mesh as read_mesh
     from contiga.io.out import files as files

@@ -18,7 +18,14 @@ from contiga.num.arrays import as_points, positive
 from contiga.num.digest import Digest
 from contiga.num.inertia import of_volume
 from contiga.num.queries import Queries
-from contiga.records import FloatArray, Hit, IntArray, MassProperties, Projection
+from contiga.records import (
+    FloatArray,
+    Hit,
+    IndexArray,
+    IntArray,
+    MassProperties,
+    Projection,
+)
 
 if TYPE_CHECKING:
     from contiga.search.exact_surface import ExactSurface
@@ -94,6 +101,19 @@ class Body(Faces, Queries):
         from contiga.search.openings import openings_of
 
         return openings_of(self)
+
+    @property
+    def pieces(self) -> list[IndexArray]:
+        """Patches of each piece: of what hangs together by its edges.
+
+        >>> import contiga as cg
+        >>> balls = [cg.shapes.sphere(centre=(x, 0.0, 0.0)) for x in (0.0, 3.0)]
+        >>> [piece.tolist() for piece in Body(balls).pieces]
+        [[0], [1]]
+        """
+        from contiga.search.openings import pieces_of
+
+        return pieces_of(self)
 
     @property
     def closed(self) -> bool:

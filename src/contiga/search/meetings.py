@@ -3,7 +3,8 @@
 A piece is what hangs together by shared edges. A body of several closed pieces is sound where each
 place of its surface has matter behind it and none before: the turns of all pieces about a point
 just before it (1 within one that faces outward, −1 within a cavity, which faces inward) add up to
-0. Places are the middles of triangles where boxes of pieces overlap. What is farther from the
+0. Places are the middles of triangles, leaves laid flat, of pieces whose leaves come near each
+other, or of which the box of one lies in another's. What is farther from the
 other piece than its triangle reaches is done with; of the rest the nearest are cut up. Where none
 tells, the nearest places are led to where both pieces are nearest, and it is looked about there.
 What is found is exact to the tolerance; a small overlap far from those places may be overlooked.
@@ -11,7 +12,6 @@ What is found is exact to the tolerance; a small overlap far from those places m
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from itertools import combinations
 from typing import NamedTuple
@@ -23,15 +23,15 @@ from contiga.geometry.faces import Faces
 from contiga.geometry.piece import piece_of
 from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.search.coincident import coincident_at
+from contiga.search.crossings import near_leaves
 from contiga.search.project import project
+from contiga.search.tables import tables_of
 from contiga.statuses import Feature
 
 MOST = 4
 """Meetings after which no more are looked for."""
 KEPT, LEVELS = 12, 5
 """Triangles that are cut up at each level, those that are nearest to the other piece; levels."""
-CHORD = 1e-2
-"""How far triangles may be from a piece, in its size: the places are on the piece itself."""
 INNER = np.array([0.36, 0.33, 0.31])
 """Shares of the corners in the place of a triangle: no place of symmetry."""
 NEAREST, HOPS = 4, 12
@@ -64,7 +64,9 @@ class _Piece(NamedTuple):
     """Its patches in the body."""
     box: FloatArray
     triangles: FloatArray
-    """(n, 3, 3) near it."""
+    """(n, 3, 3) near it: its leaves laid flat."""
+    bulge: float
+    """How far it is from them at most, length."""
     turn: int
     """1 if it faces outward, −1 if it bounds a cavity."""
 
@@ -80,10 +82,13 @@ def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting
     groups = [np.flatnonzero(piece == k) for k in np.unique(piece)]
     pieces = _Pieces(body, groups)
     boxes = pieces.boxes
+    patch = tables_of(body).leaves["patch"]
+    leaves = piece[patch[near_leaves(tables_of(body), tolerance)]]
+    close = set(map(tuple, np.unique(np.sort(leaves, axis=1), axis=0).tolist()))
     near = [
         (i, j)
         for i, j in combinations(range(len(groups)), 2)
-        if _overlap(boxes[i], boxes[j], tolerance) is not None
+        if (i, j) in close or _holds(boxes[i], boxes[j]) or _holds(boxes[j], boxes[i])
     ]
     found: list[Meeting] = []
     for i, j in near:
@@ -100,6 +105,11 @@ def meetings_of(body: Faces, piece: IntArray, tolerance: float) -> tuple[Meeting
     return tuple(found)
 
 
+def _holds(box: FloatArray, other: FloatArray) -> bool:
+    """Whether a box lies within another."""
+    return bool((other[0] <= box[0]).all() and (box[1] <= other[1]).all())
+
+
 def _overlap(a: FloatArray, b: FloatArray, tolerance: float) -> FloatArray | None:
     """(2, 3) what two boxes have in common, `tolerance` wider; None if nothing."""
     box = np.array([np.maximum(a[0], b[0]) - tolerance, np.minimum(a[1], b[1]) + tolerance])
@@ -110,6 +120,7 @@ class _Pieces:
     """The pieces of a body, each looked into when first asked for."""
 
     def __init__(self, body: Faces, groups: Sequence[IndexArray]) -> None:
+        self._body = body
         self._faces = [piece_of(body, group.tolist()) for group in groups]
         self._groups = groups
         self._made: dict[int, _Piece] = {}
@@ -117,18 +128,20 @@ class _Pieces:
 
     def __getitem__(self, k: int) -> _Piece:
         if k not in self._made:
-            self._made[k] = _made(self._faces[k], self._groups[k], self.boxes[k])
+            self._made[k] = _made(self._body, self._faces[k], self._groups[k], self.boxes[k])
         return self._made[k]
 
 
-def _made(faces: Faces, patches: IndexArray, box: FloatArray) -> _Piece:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of triangles that are coarse
-        mesh = faces.tessellate(CHORD * faces.size)
-    triangles = mesh.vertices[mesh.triangles]
-    a, b, c = np.moveaxis(triangles - box.mean(axis=0), 1, 0)
-    turn = 1 if float((a * np.cross(b, c)).sum()) > 0.0 else -1
-    return _Piece(faces, patches, box, triangles, turn)
+def _made(body: Faces, faces: Faces, patches: IndexArray, box: FloatArray) -> _Piece:
+    tables = tables_of(body)
+    mine = np.isin(tables.leaves["patch"], patches) & (tables.leaves["element"] >= 0)
+    plates = tables.plates[mine]
+    x, y = plates["x"], plates["y"]
+    corners = [plates["middle"] + i * x + j * y for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    triangles = np.concatenate([np.stack([corners[0], *corners[k : k + 2]], 1) for k in (1, 2)])
+    turn = 1 if faces.volume() > 0.0 else -1
+    bulge = float(plates["departure"].max())
+    return _Piece(faces, patches, box, triangles, bulge, turn)
 
 
 def _meeting(pieces: _Pieces, first: _Piece, second: _Piece, tolerance: float) -> Meeting | None:
@@ -149,7 +162,7 @@ def _looked_at(
     pieces: _Pieces, own: _Piece, other: _Piece, box: FloatArray, tolerance: float
 ) -> tuple[Meeting | None, FloatArray]:
     """A place of a piece within a box that shows that it meets another; the nearest places."""
-    rest, bulge = own.triangles, CHORD * own.faces.size
+    rest, bulge = own.triangles, own.bulge
     nearest = np.zeros((0, 3))
     for _ in range(LEVELS):
         meets = (rest.min(axis=1) <= box[1] + bulge) & (rest.max(axis=1) >= box[0] - bulge)

@@ -22,11 +22,13 @@ from contiga.geometry.slits import (
     stitches,
     widest_slit,
 )
+from contiga.geometry.surface import NurbsSurface
 from contiga.num.codes import BORDER, CREASE
-from contiga.records import FloatArray, IntArray
+from contiga.records import FloatArray, IndexArray, IntArray
 
 if TYPE_CHECKING:
     from contiga.elements.element_arrays import Records
+    from contiga.search.crossings import Crossing
     from contiga.search.meetings import Meeting
 
 SAMPLES = 33
@@ -68,12 +70,15 @@ class Openings(NamedTuple):
     """Of lengths, where that is known."""
     meetings: tuple[Meeting, ...] = ()
     """Where closed pieces touch or overlap: the first few."""
+    crossing: Crossing | None = None
+    """Where a face goes through itself, or of a closed piece through another: the first found."""
 
     @property
     def closed(self) -> bool:
         """Whether the surface ends nowhere, faces agree on the free side, pieces are apart."""
         ends = self.free_edges + self.gaping_edges + self.crowded_edges + self.one_sided
-        return ends == 0 and not self.turned_faces and not self.meetings
+        sound = not self.turned_faces and not self.meetings and self.crossing is None
+        return ends == 0 and sound
 
     @property
     def flaws(self) -> list[str]:
@@ -95,6 +100,8 @@ class Openings(NamedTuple):
             texts.append(f"{count} turned the other way than those around (patch {some}{more})")
         if self.one_sided:
             texts.append("faces that cannot agree on a free side")
+        if self.crossing is not None:
+            texts.append(f"{self.crossing}: there it has no side")
         if self.meetings:
             texts.append(f"pieces that touch or overlap: {'; '.join(map(str, self.meetings))}")
         return texts
@@ -116,6 +123,8 @@ class Openings(NamedTuple):
         if self.free_edges:
             edges = _several(self.free_edges, "free edge")
             return f"open, {edges}, {self._told(self.free_length, 6)} long in all"
+        if self.crossing is not None:
+            return "goes through itself: it has no proved sides"
         return "closed pieces that meet: it has no proved sides" if self.meetings else "open"
 
     def _told(self, value: float, digits: int = 3) -> str:
@@ -173,13 +182,23 @@ def _found(body: Faces) -> Openings:
         size=body.size,
         unit=body.unit,
     )
-    piece = _pieces(len(body.patches), joints.joints + side_joints)
+    every: IntArray = np.arange(len(body.patches), dtype=np.int32)
+    piece = _pieces(len(every), joints.joints + side_joints) if openings.closed else every
+    from contiga.search.crossings import crossing_of  # they search
+    from contiga.search.meetings import meetings_of
+
+    openings = openings._replace(crossing=crossing_of(body, piece, slit))
     if body.pieces_apart or not openings.closed or len(body.patches) < 2:
         return openings
-    from contiga.search.meetings import meetings_of  # it searches
-
     within = max(TOUCH * body.size, 2.0 * slit)
     return openings._replace(meetings=meetings_of(body, piece, within))
+
+
+def pieces_of(body: Faces) -> list[IndexArray]:
+    """Patches of each piece: of what hangs together by edges, or by sides that no edge names."""
+    joints = joints_of(body).joints + _unnamed_sides(body)[1]
+    piece = _pieces(len(body.patches), joints)
+    return [np.flatnonzero(piece == k) for k in range(piece.max() + 1)]
 
 
 def _pieces(n: int, joints: list[Joint]) -> IntArray:
@@ -223,7 +242,7 @@ def _unnamed_sides(body: Faces) -> tuple[list[float], list[Joint]]:
         (k, side)
         for k in whole
         for side in range(4)
-        if (k, side) not in named and _side_length(body, k, side) > reach[k, UNTRIMMED]
+        if (k, side) not in named and _net_length(body.patches[k], side) > reach[k, UNTRIMMED]
     ]
     if not unnamed:
         return [], []
@@ -250,6 +269,12 @@ def _at_side(boxes: FloatArray, side: int) -> np.ndarray:
     """Which elements (boxes u0, u1, v0, v1 of one patch) stand at a side of their patch."""
     ends = boxes[:, side]
     return ends == (ends.max() if side % 2 else ends.min())
+
+
+def _net_length(patch: NurbsSurface, side: int) -> float:
+    """Length of the control polygon of a side: 0 of a point, else no less than the side's."""
+    net = patch.control_points[-(side % 2)] if side < 2 else patch.control_points[:, -(side % 2)]
+    return float(np.linalg.norm(np.diff(net, axis=0), axis=1).sum())
 
 
 def _side_length(

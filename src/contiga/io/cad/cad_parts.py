@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from contiga.io.apart import read_apart
-from contiga.io.cad.parts import FaceLabel, titled
+from contiga.io.cad.parts import FaceLabel, Solids, titled
 from contiga.io.cad.read_cad import check_read, reader_of
 from contiga.shown import Facts, line_of, table_of
 
@@ -75,7 +75,8 @@ def cad_parts(
     """The parts of a CAD file: each solid, each shell that bounds none, and loose faces.
 
     Parts of an assembly come as often as it has them, where they stand. Loose faces that share
-    edges make one part. A part of faces without extent alone is left out.
+    edges make one part. A part of faces without extent alone is left out. Solids that touch or
+    overlap are kept apart, each a body of its own: nothing is united.
 
     Parameters
     ----------
@@ -97,16 +98,20 @@ def cad_parts(
     ...     print(part.number, part.kind, part.body.closed, round(part.body.volume(), 6))
     1 solid True 24.0
     """
-    return read_cad_file(path, unit=unit, file_unit=file_unit).parts
+    return read_cad_file(path, unit=unit, file_unit=file_unit, solids="separate").parts
 
 
 def read_cad_file(
-    path: str | Path, *, unit: str | None = None, file_unit: str | None = None
+    path: str | Path,
+    *,
+    unit: str | None = None,
+    file_unit: str | None = None,
+    solids: Solids = "union",
 ) -> CadFile:
     """A whole file with its parts; parameters and errors are those of `read_cad`."""
     file = Path(path)
     reader = reader_of(file, "list", file_unit, unit)
-    found: Inventory = read_apart(reader, file, file_unit, unit, needs=_LOOKED_AT_WITH)
+    found: Inventory = read_apart(reader, file, file_unit, unit, solids, needs=_LOOKED_AT_WITH)
     check_read(found.body, file)
     return CadFile(found.body, found.numbers, _parts(found), found.said)
 

@@ -10,8 +10,6 @@ from contiga.io.apart import prepare
 SUFFIXES = (".step", ".stp", ".iges", ".igs", ".3dm", ".xml")
 PACKAGES = dict.fromkeys(SUFFIXES[:4], ("OCP",)) | {".3dm": ("rhino3dm",), ".xml": ()}
 """What reads files of a suffix and has to be installed."""
-UNITING = SUFFIXES[:4]
-"""Of which solids that meet are looked for, and made one, as they are read."""
 READERS = dict.fromkeys(SUFFIXES[:4], "step_iges") | {".3dm": "rhino", ".xml": "gismo"}
 """Modules beside this one, with functions `read_<module>` and `list_<module>`."""
 

@@ -20,9 +20,11 @@ from contiga.io.cad.parts import (
     FaceLabel,
     Inventory,
     PartLabel,
+    Solids,
     chosen_faces,
 )
 from contiga.io.cad.stitch import coincident_sides
+from contiga.io.cad.unite_body import united
 from contiga.io.units import length_factor, short_name
 from contiga.masters.body import Body
 from contiga.records import FloatArray
@@ -30,7 +32,13 @@ from contiga.records import FloatArray
 SURFACES = ("TensorBSpline2", "TensorNurbs2")
 
 
-def read_gismo(path: Path, file_unit: str | None, unit: str | None, choice: Choice = ALL) -> Body:
+def read_gismo(
+    path: Path,
+    file_unit: str | None,
+    unit: str | None,
+    choice: Choice = ALL,
+    solids: Solids = "union",
+) -> Body:
     """The surfaces of a G+Smo file as one body; see `contiga.io.cad.read_cad.read_cad`.
 
     Patches that share a whole side, with the same parameters up to direction, share an edge.
@@ -40,13 +48,20 @@ def read_gismo(path: Path, file_unit: str | None, unit: str | None, choice: Choi
     FileError
         Not XML, not G+Smo, no surface, a coefficient that is no number.
     """
-    return _gathered(path, file_unit, unit, choice)[0]
+    body, _ = _gathered(path, file_unit, unit, choice)
+    found = united(body, body.pieces, solids, str(path))
+    if found.said:
+        warn(f"{path}: closed pieces {found.said}")
+    return found.body
 
 
-def list_gismo(path: Path, file_unit: str | None, unit: str | None) -> Inventory:
+def list_gismo(
+    path: Path, file_unit: str | None, unit: str | None, solids: Solids = "union"
+) -> Inventory:
     """All of a G+Smo file, which is one part: the format names none."""
     body, label = _gathered(path, file_unit, unit, ALL)
-    return Inventory(body, [face.number for face in label.faces], [label], {})
+    found = united(body, body.pieces, solids, str(path))
+    return Inventory(found.body, [k + 1 for k in found.origin], [label], {}, found.said)
 
 
 def _gathered(

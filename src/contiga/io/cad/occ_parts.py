@@ -49,6 +49,9 @@ class _Called(NamedTuple):
     colour: str | None
 
 
+NAMELESS = _Called(None, None)
+
+
 class _Way(NamedTuple):
     """From the outermost assembly down to a label."""
 
@@ -167,7 +170,7 @@ class _Inner:
             self._called[number] = _Called(_name(label), _colour(label))
 
     def called(self, shape: Any) -> _Called:
-        return self._called.get(self._known.FindIndex(shape), _Called(None, None))
+        return self._called.get(self._known.FindIndex(shape), NAMELESS)
 
 
 def _split(shape: Any) -> Iterator[tuple[str, Any]]:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from contiga.errors import FileError
 from contiga.records import FloatArray
 
 SAMPLES = 257
@@ -20,6 +21,26 @@ WITHIN = 1e-7
 """Share of an interval by which a face may reach over a crossing: rounding of its bounds."""
 
 Point = tuple[float, float, float]
+
+
+def refuse_pierced(surface: Any, box: FloatArray, scale: float, where: str) -> None:
+    """Refuse a face over `box` that goes through itself; `scale` is that of the lengths told.
+
+    Raises
+    ------
+    FileError
+        As said.
+    """
+    point = pierced_at(surface, box)
+    if point is not None:
+        x, y, z = (scale * c for c in point)
+        raise FileError(
+            "a face goes through itself: it has no side",
+            where=where,
+            found=f"an outer and an inner part that meet at ({x:.6g}, {y:.6g}, {z:.6g})",
+            allowed="one of them: the apple or the lemon of a torus that reaches over its axis",
+            remedy="Cut it there in the program that wrote the file, or choose other parts",
+        )
 
 
 def pierced_at(surface: Any, box: FloatArray) -> Point | None:

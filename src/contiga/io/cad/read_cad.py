@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from contiga.errors import ContigaWarning, FileError
 from contiga.extras import require
 from contiga.io.apart import read_apart
-from contiga.io.cad.formats import PACKAGES, SUFFIXES, UNITING, reader
+from contiga.io.cad.formats import PACKAGES, SUFFIXES, reader
 from contiga.io.cad.parts import Solids, checked_solids, choice_of
 from contiga.io.naming import PartKeys
 from contiga.io.units import base_factor
@@ -25,6 +25,8 @@ __all__ = ["SUFFIXES", "body_summary", "read_cad"]
 _BODY = "contiga.masters.body"
 FARTHEST = 1e100
 """Largest coordinate that is read."""
+SPLINE = 3
+"""Degree from which faces are looked at as they are read: those below are arcs and lines."""
 
 
 def read_cad(
@@ -50,8 +52,8 @@ def read_cad(
     parts : names or numbers (from 1) that `cad_parts` and ``contiga info`` list: of parts, their
         products, instances and assemblies that are called so; "arm/bolt" is the bolt of the arm
     faces : numbers of faces, from 1 in the file's order, beside those of `parts`
-    solids : of those that touch or overlap "union" makes one (of 3DM and G+Smo it keeps each),
-        "separate" keeps each, in no closed body (see `cad_parts`), "refuse" makes an error
+    solids : of those that touch or overlap "union" makes one, "separate" keeps each, in no closed
+        body (`cad_parts` makes each one of its own), "refuse" makes an error
 
     Returns
     -------
@@ -82,17 +84,11 @@ def read_cad(
     """
     file = Path(path)
     choice = choice_of(parts, faces)
-    asked = (choice, *_told_of(file, solids))
+    checked_solids(solids)
     target = reader_of(file, "read", file_unit, unit)
-    body: Body = read_apart(target, file, file_unit, unit, *asked, needs=_BODY)
+    body: Body = read_apart(target, file, file_unit, unit, choice, solids, needs=_BODY)
     check_read(body, file, solids)
     return body
-
-
-def _told_of(file: Path, solids: Solids) -> tuple[Solids, ...]:
-    """What the reader of a file is told of solids that meet: nothing if it does not unite them."""
-    checked_solids(solids)
-    return (solids,) if file.suffix.lower() in UNITING else ()
 
 
 def reader_of(file: Path, verb: str, file_unit: str | None, unit: str | None) -> str:
@@ -121,11 +117,13 @@ def check_read(body: Body, file: Path, solids: Solids = "union") -> None:
     Raises
     ------
     FileError
-        A control point whose square is no number any more; pieces that meet, of `solids` "refuse".
+        A control point whose square is no number any more; a spline that goes through itself;
+        pieces that meet, of `solids` "refuse".
     """
     from contiga.geometry.slits import ROUNDING
 
     _check_reach(body, file)
+    _check_crossing(body, file)
     size = body.size
     if any(len(edge.uses) > 1 and edge.gap > ROUNDING * size for edge in body.edges):
         text = "; ".join(body.openings.flaws)
@@ -150,6 +148,26 @@ def _check_reach(body: Body, file: Path) -> None:
                 found=farthest,
                 allowed=f"coordinates up to {FARTHEST:g}",
             )
+
+
+def _check_crossing(body: Body, file: Path) -> None:
+    from contiga.geometry.piece import piece_of
+
+    splines = [k for k, patch in enumerate(body.patches) if max(patch.degrees) >= SPLINE]
+    if not splines:
+        return
+    some = body if len(splines) == len(body.patches) else piece_of(body, splines)
+    crossing = some.openings.crossing
+    if crossing is not None:
+        a, b = (splines[k] for k in crossing.patches)
+        raise FileError(
+            "a face goes through itself: it has no side",
+            where=f"{file}, patch {a}",
+            found=str(crossing._replace(patches=(a, b))),
+            allowed="faces that do not meet themselves",
+            remedy="Make bends wider or cut it there in the program that wrote the file, "
+            "or choose other parts",
+        )
 
 
 def __getattr__(name: str) -> Any:

@@ -6,7 +6,7 @@ p-curves. Where a face is not the whole of its surface they are drawn from the e
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -24,13 +24,16 @@ from contiga.io.cad.parts import (
     FaceLabel,
     Inventory,
     PartLabel,
+    Solids,
     chosen_faces,
 )
 from contiga.io.cad.rendered import doubts, render_mesh
 from contiga.io.cad.stitch import side_curve
+from contiga.io.cad.unite_body import united
+from contiga.io.naming import listed
 from contiga.io.units import length_factor, short_name
 from contiga.masters.body import Body
-from contiga.records import FloatArray
+from contiga.records import FloatArray, IndexArray
 
 _UNITS = {
     "Microns": "um",
@@ -67,7 +70,13 @@ def warm_up() -> None:
     import rhino3dm  # noqa: F401
 
 
-def read_rhino(path: Path, file_unit: str | None, unit: str | None, choice: Choice = ALL) -> Body:
+def read_rhino(
+    path: Path,
+    file_unit: str | None,
+    unit: str | None,
+    choice: Choice = ALL,
+    solids: Solids = "union",
+) -> Body:
     """The faces of a 3DM file as one body; see `contiga.io.cad.read_cad.read_cad`.
 
     Raises
@@ -75,13 +84,32 @@ def read_rhino(path: Path, file_unit: str | None, unit: str | None, choice: Choi
     FileError
         Not a 3DM file, or one without surfaces.
     """
-    return _Model(path, file_unit, unit).gathered(choice)[0]
+    found = _Model(path, file_unit, unit).gathered(choice, solids)
+    if found.said:
+        warn(f"{path}: solids {found.said}")
+    return found.body
 
 
-def list_rhino(path: Path, file_unit: str | None, unit: str | None) -> Inventory:
+def list_rhino(
+    path: Path, file_unit: str | None, unit: str | None, solids: Solids = "union"
+) -> Inventory:
     """All of a 3DM file with what it says of its objects."""
     model = _Model(path, file_unit, unit)
-    return Inventory(*model.gathered(ALL), [item.label for item in model.items], {})
+    found = model.gathered(ALL, solids)
+    labels = [item.label for item in model.items]
+    return Inventory(found.body, found.numbers, labels, found.apart, found.said)
+
+
+class _Gathered(NamedTuple):
+    """What is chosen of a file."""
+
+    body: Body
+    numbers: list[int]
+    """Of the face that each patch is."""
+    apart: dict[int, Body]
+    """By number the objects that others touch or overlap, as they are alone."""
+    said: str
+    """Of them."""
 
 
 class _Model:
@@ -106,20 +134,38 @@ class _Model:
         self._tolerance = max(float(model.Settings.ModelAbsoluteTolerance), 1e-9)
         self.items = _items(model, path)
 
-    def gathered(self, choice: Choice) -> tuple[Body, list[int]]:
-        """What is chosen as a body, and the number of the face each patch is."""
-        labels = [item.label for item in self.items]
-        chosen = chosen_faces(labels, choice, str(self._path))
-        bodies, numbers = [], []
-        for item in self.items:
+    def gathered(self, choice: Choice, solids: Solids) -> _Gathered:
+        """What is chosen as a body, objects that meet dealt with as asked for."""
+        chosen = chosen_faces([item.label for item in self.items], choice, str(self._path))
+        alone: dict[int, Body] = {}
+        pieces: list[IndexArray] = []
+        numbers: list[int] = []
+        owner: list[int] = []
+        for k, item in enumerate(self.items):
             wanted = [face.number in chosen for face in item.label.faces]
-            if any(wanted):
-                body, kept = self._body(item, wanted)
-                numbers += [item.label.faces[k].number for k in kept]
-                if body is not None:
-                    scale = np.diag([self._scale, self._scale, self._scale, 1.0])
-                    bodies.append(body.transformed(scale @ item.matrix))
-        return merged(bodies, self._path, self._unit), numbers
+            body, kept = self._body(item, wanted) if any(wanted) else (None, [])
+            if body is not None:
+                scale = np.diag([self._scale, self._scale, self._scale, 1.0])
+                alone[k] = body.transformed(scale @ item.matrix)
+                pieces += [len(owner) + piece for piece in alone[k].pieces]
+                numbers += [item.label.faces[face].number for face in kept]
+                owner += [k] * len(kept)
+        whole = merged(list(alone.values()), self._path, self._unit)
+
+        def title(patches: Sequence[int]) -> str:
+            return self.items[owner[patches[0]]].label.title
+
+        found = united(
+            whole,
+            pieces,
+            solids,
+            str(self._path),
+            accuracy=self._tolerance * self._scale,
+            told=lambda some: listed(dict.fromkeys(map(title, some))),
+        )
+        met = {owner[patches[0]] for some in found.met for patches in some}
+        apart = {self.items[k].label.number: alone[k] for k in sorted(met)}
+        return _Gathered(found.body, [numbers[k] for k in found.origin], apart, found.said)
 
     def _body(self, item: _Item, wanted: list[bool]) -> tuple[Body | None, list[int]]:
         """The faces wanted of an object, unplaced, and which of them have an extent."""

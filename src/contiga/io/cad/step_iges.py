@@ -7,6 +7,8 @@ planes as they are, analytic surfaces in their rational form, p-curves along.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -30,11 +32,11 @@ from contiga.io.cad.loops import (
     rectangle_sides,
 )
 from contiga.io.cad.occ_parts import compound_of, labelled
-from contiga.io.cad.occ_piercing import pierced_at
+from contiga.io.cad.occ_piercing import refuse_pierced
 from contiga.io.cad.occ_transfer import transferred
 from contiga.io.cad.parts import ALL, Choice, Inventory, PartLabel, Solids, chosen_faces
 from contiga.io.cad.sew import Sewn
-from contiga.io.cad.unite import Meeting, Placed, placed_of, said_of
+from contiga.io.cad.unite import Meeting, Numbered, Placed, placed_of, said_of
 from contiga.io.cad.warp import AngleMap, bent
 from contiga.io.naming import listed
 from contiga.io.units import length_factor, short_name
@@ -92,10 +94,12 @@ def read_step_iges(
         return _Model(path, file_unit, unit, solids).body(choice)
 
 
-def list_step_iges(path: Path, file_unit: str | None, unit: str | None) -> Inventory:
+def list_step_iges(
+    path: Path, file_unit: str | None, unit: str | None, solids: Solids = "union"
+) -> Inventory:
     """All of a STEP or IGES file with what it says of its parts."""
     with occ.quiet():
-        return _Model(path, file_unit, unit, "union").inventory()
+        return _Model(path, file_unit, unit, solids).inventory()
 
 
 class _Model:
@@ -160,23 +164,33 @@ class _Model:
 
     def _gathered(self, placed: Placed, sewn: Sewn) -> tuple[Assembly, list[int]]:
         """The faces, and the number in the file of each patch made of one."""
-        from OCP.TopoDS import TopoDS
-
         assembly = Assembly(str(self._path))
-        numbers = []
-        for number, face in placed.faces:
-            turned = TopoDS.Face(face.Reversed()) if sewn.turned(face) else face
-            where = f"{self._path}, face {number}"
-            if add_face(assembly, turned, sewn, self._scale, where):
-                numbers.append(number)
+        numbers = gather(assembly, placed.faces, sewn, self._scale, f"{self._path}, face")
         return assembly, numbers
 
     def _made(self, assembly: Assembly, sewn: Sewn, placed: Placed) -> Body:
-        def edge_of(index: int) -> Edge | None:
-            return _edge(sewn.edge(index), self._scale, self._accuracy)
-
-        body = assembly.body(self._path.stem, edge_of, self._unit)
+        edges = partial(edge_of, sewn, self._scale, self._accuracy)
+        body = assembly.body(self._path.stem, edges, self._unit)
         return body.known_apart() if placed.embedded and placed.solids_only else body
+
+
+def gather(
+    assembly: Assembly, faces: Sequence[Numbered], sewn: Sewn, scale: float, where: str
+) -> list[int]:
+    """Add faces, turned as they were sewn; the number of each that has an extent."""
+    from OCP.TopoDS import TopoDS
+
+    return [
+        number
+        for number, face in faces
+        if add_face(
+            assembly,
+            TopoDS.Face(face.Reversed()) if sewn.turned(face) else face,
+            sewn,
+            scale,
+            f"{where} {number}",
+        )
+    ]
 
 
 def _product(a: float, b: float) -> float:
@@ -184,12 +198,13 @@ def _product(a: float, b: float) -> float:
     return float(f"{a * b:.15g}")
 
 
-def _edge(edge: Any, scale: float, accuracy: float) -> Edge | None:
-    """Curve and tolerances of an edge; None where it has no curve in space."""
+def edge_of(sewn: Sewn, scale: float, accuracy: float, number: int) -> Edge | None:
+    """Curve and tolerances of an edge by its number; None where it has no curve in space."""
     from OCP.BRep import BRep_Tool
     from OCP.BRepLib import BRepLib
     from OCP.TopoDS import TopoDS, TopoDS_Iterator
 
+    edge = sewn.edge(number)
     curve = BRep_Tool.Curve_s(edge, 0.0, 0.0)
     if curve is None and BRepLib.BuildCurve3d_s(edge):
         curve = BRep_Tool.Curve_s(edge, 0.0, 0.0)
@@ -211,7 +226,7 @@ def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where:
     if raw is None or _is_thin(raw):
         warn(f"{where}: a face without extent was left out")
         return False
-    _refuse_pierced(raw, scale, where)
+    refuse_pierced(raw.surface, raw.box, scale, where)
     sides = rectangle_sides(raw.loops[0], raw.box, raw.speed) if len(raw.loops) == 1 else None
     closed = _closed(raw, where)
     whole = sides is None and closed
@@ -236,19 +251,6 @@ def add_face(assembly: Assembly, face: Any, edges: Numbers, scale: float, where:
     ]
     assembly.add_trimmed(patch.surface, loops, where, flip=raw.reversed)
     return True
-
-
-def _refuse_pierced(raw: RawFace, scale: float, where: str) -> None:
-    point = pierced_at(raw.surface, raw.box)
-    if point is not None:
-        x, y, z = (scale * c for c in point)
-        raise FileError(
-            "a face goes through itself: it has no side",
-            where=where,
-            found=f"an outer and an inner part that meet at ({x:.6g}, {y:.6g}, {z:.6g})",
-            allowed="one of them: the apple or the lemon of a torus that reaches over its axis",
-            remedy="Cut it there in the program that wrote the file, or choose other parts",
-        )
 
 
 def _is_thin(raw: RawFace) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 
 from contiga.errors import FileError
 from contiga.io.cad.occ_parts import Piece, compound_of
+from contiga.io.cad.occ_solids import volume_of
 from contiga.io.cad.parts import Solids
 from contiga.io.cad.sew import COINCIDENT, FINEST, subshapes
 from contiga.records import FloatArray
@@ -84,8 +85,8 @@ def placed_of(
     only = len(whole) == sum(map(bool, rows))
     boxes = {k: _box(pieces[k].shape) for k in whole if len(whole) > 1}
     within = max(FINEST, min(accuracy, COINCIDENT * _diagonal(boxes)))
-    groups = _near(boxes, within)
-    meetings = [Meeting(tuple(sorted(some)), _between(boxes, some)) for some in groups]
+    groups = groups_near(boxes, within)
+    meetings = [Meeting(tuple(sorted(some)), between(boxes, some)) for some in groups]
     known = embedded = not groups
     if groups and solids != "separate":
         near = sorted(k for some in groups for k in some)
@@ -122,7 +123,7 @@ def said_of(placed: Placed, told: Sequence[str], solids: Solids, where: str) -> 
             remedy=f"solids = {MADE_ONE if placed.known else KEPT}; parts chooses some",
         )
     if solids == "separate":
-        return f"whose boxes meet are kept as they are: {found}. Body.flaws says which touch"
+        return kept_apart(told)
     if placed.embedded:
         return f"that touch or overlap are made one: {found}"
     if not placed.known:
@@ -131,6 +132,11 @@ def said_of(placed: Placed, told: Sequence[str], solids: Solids, where: str) -> 
         "that touch or overlap are kept as they are, because OpenCASCADE makes no sound union of "
         f"them: {found}. Choose some by parts"
     )
+
+
+def kept_apart(told: Sequence[str]) -> str:
+    """What is to be said of solids whose boxes meet and that are left alone."""
+    return f"whose boxes meet are kept as they are: {'; '.join(told)}. Body.flaws says which touch"
 
 
 def _flat(lists: Sequence[Sequence[Any]]) -> Iterator[Any]:
@@ -220,7 +226,7 @@ class _Union:
             for number in (n for face in self._pieces[k].faces for n in self._images(face)):
                 for edge in subshapes(self._known.FindKey(number), "EDGE"):
                     if owner.setdefault(int(self._known.Add(edge)), k) != k:
-                        return _middle(edge)
+                        return middle(edge)
         smallest = min(group, key=lambda k: float(np.ptp(self._boxes[k], axis=0).prod()))
         x, y, z = self._boxes[smallest].mean(axis=0).tolist()
         return x, y, z
@@ -231,7 +237,7 @@ class _Union:
         Every point within one of the solids is within the union, every other one outside.
         """
         shapes = [self._pieces[k].shape for k in self.met]
-        before, after = [_volume(shape) for shape in shapes], [_volume(s) for s in self.solids]
+        before, after = [volume_of(shape) for shape in shapes], [volume_of(s) for s in self.solids]
         if not max(before) * (1.0 - FULL) <= sum(after) <= sum(before) * (1.0 + FULL):
             return False
         count = min(SAMPLES, -(-MOST // len(self.met)))
@@ -239,15 +245,15 @@ class _Union:
         boxes = self._boxes[self.met]
         points = boxes[:, :1] + shares * np.ptp(boxes, axis=1)[:, None]
         rows = points.reshape(-1, 3)
-        sides = [_inside(some, rows) for some in (shapes, self.solids)]
+        sides = [inside(some, rows) for some in (shapes, self.solids)]
         told = ~np.isnan(sides[0]) & ~np.isnan(sides[1])
         return bool((sides[0][told] == sides[1][told]).all())
 
 
 def _holder(solids: Sequence[Any], shape: Any) -> int:
     """Which of some solids holds a shape; −1 if none."""
-    point = np.array([_middle(subshapes(shape, "EDGE")[0])])
-    return next((j for j, solid in enumerate(solids) if _inside([solid], point)[0] != 0.0), -1)
+    point = np.array([middle(subshapes(shape, "EDGE")[0])])
+    return next((j for j, solid in enumerate(solids) if inside([solid], point)[0] != 0.0), -1)
 
 
 def _diagonal(boxes: Mapping[int, FloatArray]) -> float:
@@ -256,7 +262,7 @@ def _diagonal(boxes: Mapping[int, FloatArray]) -> float:
     return float(np.linalg.norm(np.ptp(corners, axis=0))) if len(corners) else 0.0
 
 
-def _near(boxes: Mapping[int, FloatArray], within: float) -> list[list[int]]:
+def groups_near(boxes: Mapping[int, FloatArray], within: float) -> list[list[int]]:
     """Groups of two or more boxes of which each meets one before it, or comes as near as this."""
     keys, rows = list(boxes), np.array(list(boxes.values())).reshape(-1, 2, 3)
     left, groups = set(range(len(keys))), []
@@ -274,7 +280,7 @@ def _near(boxes: Mapping[int, FloatArray], within: float) -> list[list[int]]:
     return groups
 
 
-def _between(boxes: Mapping[int, FloatArray], group: Sequence[int]) -> tuple[float, float, float]:
+def between(boxes: Mapping[int, FloatArray], group: Sequence[int]) -> tuple[float, float, float]:
     """The middle of what the first two boxes of a group have in common."""
     (low, high), (other_low, other_high) = boxes[group[0]], boxes[group[1]]
     x, y, z = (0.5 * (np.maximum(low, other_low) + np.minimum(high, other_high))).tolist()
@@ -292,7 +298,7 @@ def _box(shape: Any) -> FloatArray:
     return np.array([[p.X(), p.Y(), p.Z()] for p in (low, high)])
 
 
-def _middle(edge: Any) -> tuple[float, float, float]:
+def middle(edge: Any) -> tuple[float, float, float]:
     """The middle of an edge."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.TopoDS import TopoDS
@@ -302,16 +308,7 @@ def _middle(edge: Any) -> tuple[float, float, float]:
     return point.X(), point.Y(), point.Z()
 
 
-def _volume(shape: Any) -> float:
-    from OCP.BRepGProp import BRepGProp
-    from OCP.GProp import GProp_GProps
-
-    found = GProp_GProps()
-    BRepGProp.VolumeProperties_s(shape, found)
-    return float(found.Mass())
-
-
-def _inside(shapes: Sequence[Any], points: FloatArray) -> FloatArray:
+def inside(shapes: Sequence[Any], points: FloatArray) -> FloatArray:
     """(n,) 1 for points within one of the shapes, 0 outside all, NaN where one has it on a face."""
     from OCP.BRepClass3d import BRepClass3d_SolidClassifier
     from OCP.gp import gp_Pnt

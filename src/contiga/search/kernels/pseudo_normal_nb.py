@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numba import types
 
+from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at, side_point
 from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.jit import inner, lazy
@@ -32,6 +33,11 @@ LOOK = 1e-5
 POLE_ARCS = 4
 NEAR = 32
 """Patches listed near one point."""
+CORNER = 1e-7
+"""Places of a patch this close (share of it) to a corner of its loops are the corner: where faces
+are cut along splines, their corners miss each other by more than rounding, or have a tiny edge."""
+MOST_POINTS = 4
+"""Tiny edges in a row that are passed over."""
 SNAP = 1e-7
 SQUARELY = 0.99
 """Cosine of the angle to its normal from which a point sees a face squarely."""
@@ -104,16 +110,41 @@ def _add_elements(tables, foot, only, total, h):
 
 
 @inner()
+def _is_point(trims, patch, p, q):
+    """Whether two places (u, v) of a patch are one: see `CORNER`."""
+    domain = trims.domain[patch]
+    u = abs(q[0] - p[0])
+    v = abs(q[1] - p[1])
+    return u <= CORNER * (domain[1] - domain[0]) and v <= CORNER * (domain[3] - domain[2])
+
+
+@inner()
+def _is_short(trims, piece):
+    """Whether a piece is a point of its patch."""
+    ends = trims.piece_ends[piece]
+    return _is_point(trims, trims.piece_patch[piece], (ends[0], ends[1]), (ends[2], ends[3]))
+
+
+@inner()
 def _joined_piece(trims, piece, end):
-    """The piece of the same loop that goes on from the end (0 or 1) of a piece, or −1."""
+    """The piece of the same loop that goes on from the end (0 or 1) of a piece, or −1.
+
+    Pieces that are points are passed over.
+    """
     patch = trims.piece_patch[piece]
-    at = trims.piece_ends[piece]
-    x = at[2 * end]
-    y = at[2 * end + 1]
-    for k in range(trims.patch_start[patch], trims.patch_start[patch + 1]):
-        other = trims.piece_ends[k]
-        if k != piece and other[2 - 2 * end] == x and other[3 - 2 * end] == y:
-            return k
+    for _ in range(MOST_POINTS):
+        at = trims.piece_ends[piece]
+        x = at[2 * end]
+        y = at[2 * end + 1]
+        joined = -1
+        for k in range(trims.patch_start[patch], trims.patch_start[patch + 1]):
+            other = trims.piece_ends[k]
+            if k != piece and other[2 - 2 * end] == x and other[3 - 2 * end] == y:
+                joined = k
+                break
+        if joined < 0 or not _is_short(trims, joined):
+            return joined
+        piece = joined
     return -1
 
 
@@ -122,10 +153,15 @@ def _face_angle(tables, found, h):
     """Angle a trimmed face takes at its border point `found`: π but at the corners of a loop."""
     piece = int(-1 - found[0])
     t = found[1]
-    if AT_END < t < 1.0 - AT_END:
-        return math.pi
     trims = tables.trims
     end = 1 if t > 0.5 else 0
+    if _is_short(trims, piece):
+        piece = _joined_piece(trims, piece, 0)
+        end = 1
+        if piece < 0:
+            return math.pi
+    elif AT_END < t < 1.0 - AT_END:
+        return math.pi
     other = _joined_piece(trims, piece, end)
     if other < 0:
         return math.pi
@@ -157,6 +193,21 @@ def _face_angle(tables, found, h):
     v += LOOK * mv / m * high
     inside = point_in_trim(trims, trims.piece_patch[piece], u, v) == 1
     return angle if inside else 2.0 * math.pi - angle
+
+
+@inner()
+def _to_corner(tables, patch, place, found):
+    """Make `found`, a foot in the trimmed face `patch` at `place` (u, v), the corner that is there.
+
+    Else the whole of the face would count at it, and not the angle that it takes there.
+    """
+    trims = tables.trims
+    for k in range(trims.patch_start[patch], trims.patch_start[patch + 1]):
+        ends = trims.piece_ends[k]
+        if _is_point(trims, patch, place, (ends[0], ends[1])):
+            found[0] = float(-1 - k)
+            found[1] = 0.0
+            return
 
 
 @inner()
@@ -222,6 +273,7 @@ def _add_face(tables, patch, place, found, total, h):
     if not math.isfinite(closest(tables, place[0], on_patch(patch), place[1], found, h)):
         return
     e, s, t = surface_foot(tables, found, h)
+    _to_corner(tables, patch, parameters(tables.elements, e, s, t), found)
     if found[0] >= 0:
         at = (e, _snapped(s), _snapped(t))
         # The side of the element may lie outside a trimmed face that comes as near to it as a disc

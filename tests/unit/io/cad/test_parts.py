@@ -253,12 +253,17 @@ def rhino_file(path: Path) -> Path:
     return path
 
 
-def test_3dm_objects_that_overlap_are_refused_as_asked_for(tmp_path: Path) -> None:
+def test_3dm_objects_that_overlap_are_one_or_refused_or_left_as_asked_for(tmp_path: Path) -> None:
     path = rhino_file(tmp_path / "a.3dm")  # its two boxes stand at one place
-    with pytest.raises(FileError, match=r"touch or overlap; found .patches 0 and \d+ coincide"):
+    with pytest.warns(ContigaWarning, match=r"solids that touch or overlap are made one: lid, pa"):
+        body = cg.read_cad(path)
+    assert (len(body.patches), body.closed) == (6 + 2, True)
+    assert body.volume() == pytest.approx(6.0 + 2.0 * 4.0 / 3.0 * np.pi)
+    with pytest.raises(FileError, match=r"touch or overlap; found 'lid, part 4 at .*apart"):
         cg.read_cad(path, solids="refuse")
     assert cg.read_cad(path, parts="lid", solids="refuse").closed
-    assert not cg.read_cad(path).closed
+    with pytest.warns(ContigaWarning, match=r"boxes meet are kept as they are: lid, part 4 at"):
+        assert len(cg.read_cad(path, solids="separate").patches) == 14
 
 
 def test_3dm_objects_are_parts_by_name_layer_and_block(tmp_path: Path) -> None:
@@ -271,8 +276,11 @@ def test_3dm_objects_are_parts_by_name_layer_and_block(tmp_path: Path) -> None:
         (None, "", "solid", "#0a141e", 6),
     ]
     assert [round(p.body.bounds()[0, 0]) for p in parts] == [0, 18, 28, 0]
-    for keys, count in (("lid", 8), ("pair", 2), ("metal", 14), (4, 6), (["lid", 4], 14)):
+    assert [len(p.body.patches) for p in parts] == [6, 1, 1, 6]  # though two are in one place
+    for keys, count in (("lid", 8), ("pair", 2), (4, 6), (["pair", 4], 8)):
         assert len(cg.read_cad(path, parts=keys).patches) == count
+    with pytest.warns(ContigaWarning, match="made one"):
+        assert len(cg.read_cad(path, parts="metal").patches) == 8
     assert cg.read_cad(path, faces=[8, 1]).area() == pytest.approx(4 * np.pi + 3.0)
     with pytest.raises(GeometryError, match=r"1 lid, 2 lid \(pair\), 3 lid \(pair\), 4 part 4"):
         cg.read_cad(path, parts="nothing")

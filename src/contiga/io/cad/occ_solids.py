@@ -1,0 +1,261 @@
+"""Closed pieces of a body as solids of OpenCASCADE: their own NURBS surfaces, trims and all.
+
+What OpenCASCADE reads of a STEP file it has as solids. 3DM, G+Smo and bodies made in Python come
+as patches: here they become faces, sewn to a shell. Patches that are flat parallelograms become
+planes, of which OpenCASCADE knows more than of splines.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.geometry.curve import NurbsCurve
+from contiga.geometry.faces import Faces
+from contiga.geometry.piece import piece_of
+from contiga.geometry.surface import NurbsSurface
+from contiga.io.cad.sew import COINCIDENT, FINEST, subshapes
+from contiga.records import FloatArray
+
+FLAT = 1e-12
+"""Share of its size by which a patch may miss its parallelogram."""
+POINT = 1e-9
+"""A side shorter than this share of the patch is a point."""
+JOINED = 1e-4
+"""Ends of edges that are nearer than this are one, mm: of what is some thousand in size."""
+ALIKE = 1e-6
+"""Share by which the volume of a solid may miss that of the piece."""
+
+
+class Solid(NamedTuple):
+    """A solid of OpenCASCADE, and which patch each of its faces is a part of."""
+
+    shape: Any
+    faces: list[Any]
+    patches: list[int]
+
+
+def solid_of(body: Faces, patches: Sequence[int], scale: float) -> Solid | None:
+    """A closed piece of a body as a solid, coordinates times `scale`; None if it does not close.
+
+    A piece that bounds a cavity, which faces inward, makes the solid that fills it.
+    """
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeSolid, BRepBuilderAPI_Sewing
+    from OCP.BRepLib import BRepLib
+    from OCP.TopoDS import TopoDS
+
+    piece = piece_of(body, patches)
+    sewing = BRepBuilderAPI_Sewing(max(FINEST, COINCIDENT * scale * piece.size))
+    try:
+        made = [
+            (patch, face)
+            for patch in patches
+            for face in _faces(body.patches[patch].scaled(scale), body.trims[patch])
+        ]
+    except Exception:  # OpenCASCADE raises its own kinds for loops that it cannot follow
+        return None
+    for _, face in made:
+        sewing.Add(face)
+    sewing.Perform()
+    shells = subshapes(sewing.SewedShape(), "SHELL")
+    if len(shells) != 1 or sewing.NbFreeEdges():
+        return None
+    solid = BRepBuilderAPI_MakeSolid(TopoDS.Shell(shells[0])).Solid()
+    BRepLib.OrientClosedSolid_s(solid)
+    volume = abs(piece.volume()) * scale**3
+    if not abs(volume_of(solid) - volume) <= ALIKE * volume:
+        return None
+    return _traced(solid, [(patch, [sewing.ModifiedSubShape(face)]) for patch, face in made])
+
+
+def hollowed(solid: Solid, cavity: Solid) -> Solid | None:
+    """A solid without what another fills; None if that does not lie within it."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+
+    cut = BRepAlgoAPI_Cut(solid.shape, cavity.shape)
+    found = subshapes(cut.Shape(), "SOLID")
+    volume = volume_of(solid.shape) - volume_of(cavity.shape)
+    if len(found) != 1 or not abs(volume_of(found[0]) - volume) <= ALIKE * volume:
+        return None
+    before = [*zip(solid.patches, solid.faces, strict=True)]
+    before += zip(cavity.patches, cavity.faces, strict=True)
+    return _traced(found[0], [(k, list(cut.Modified(face)) or [face]) for k, face in before])
+
+
+def _traced(solid: Any, parts: Sequence[tuple[int, list[Any]]]) -> Solid:
+    """A solid whose faces are parts of patches."""
+    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher
+    from OCP.TopoDS import TopoDS
+
+    known = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
+    owner = {int(known.Add(face)): patch for patch, faces in parts for face in faces}
+    faces = [TopoDS.Face(face) for face in subshapes(solid, "FACE")]
+    return Solid(solid, faces, [owner[int(known.FindIndex(face))] for face in faces])
+
+
+def volume_of(shape: Any) -> float:
+    """Of a shape, to about 1e-9."""
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+
+    found = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, found, 1e-9)
+    return float(found.Mass())
+
+
+def _faces(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]] | None) -> list[Any]:
+    """TopoDS_Face of a patch, of an untrimmed closed one in halves."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+
+    if _is_flat(patch):
+        return [_plane(patch, loops or [_border(patch)])]
+    if loops is None:
+        return [BRepBuilderAPI_MakeFace(_surface(half), FINEST).Face() for half in _opened(patch)]
+    return [_trimmed(_surface(patch), loops)]
+
+
+def _is_flat(patch: NurbsSurface) -> bool:
+    """Whether a patch is a parallelogram, its parameters along the sides."""
+    net = patch.control_points
+    if patch.degrees != (1, 1) or patch.weights is not None or net.shape[:2] != (2, 2):
+        return False
+    miss = net[0, 0] + net[1, 1] - net[0, 1] - net[1, 0]
+    return bool(np.abs(miss).max() <= FLAT * np.ptp(net, axis=(0, 1)).max())
+
+
+def _border(patch: NurbsSurface) -> list[NurbsCurve]:
+    """The rectangle of a patch, anticlockwise."""
+    (a, b), (c, d) = patch.domain
+    corners = [(a, c), (b, c), (b, d), (a, d), (a, c)]
+    return [NurbsCurve(1, [0.0, 0.0, 1.0, 1.0], np.array(ends)) for ends in pairwise(corners)]
+
+
+def _opened(patch: NurbsSurface) -> list[NurbsSurface]:
+    """A patch in halves where sides of it meet: faces without seams."""
+    for axis, ((a, b), rest) in enumerate(zip(patch.domain, patch.domain[::-1], strict=True)):
+        sides = [patch.isocurve(**{"uv"[axis]: end}).control_points for end in (a, b)]
+        if np.abs(sides[0] - sides[1]).max() <= POINT * np.ptp(patch.bounds(), axis=0).max():
+            parts = [(a, 0.5 * (a + b)), (0.5 * (a + b), b)]
+            spans = [(part, rest) if axis == 0 else (rest, part) for part in parts]
+            return [half for span in spans for half in _opened(patch.restricted(*span))]
+    return [patch]
+
+
+def _plane(patch: NurbsSurface, loops: Sequence[Sequence[NurbsCurve]]) -> Any:
+    """A plane face, its loops lifted into space."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.gp import gp_Ax3, gp_Dir, gp_Pln, gp_Pnt
+
+    (u, _), (v, _) = patch.domain
+    first = patch.derivatives(np.array([[u, v]]), 1)[0]
+    origin, du, dv = first[0, 0], first[1, 0], first[0, 1]
+    axes = gp_Ax3(
+        gp_Pnt(*origin.tolist()), gp_Dir(*np.cross(du, dv).tolist()), gp_Dir(*du.tolist())
+    )
+    lifted = [
+        [
+            NurbsCurve(
+                c.degree,
+                c.knots,
+                origin + (c.control_points[:, :1] - u) * du + (c.control_points[:, 1:2] - v) * dv,
+                c.weights,
+            )
+            for c in loop
+        ]
+        for loop in loops
+    ]
+    wires = [_wire([_edge(_curve(c)) for c in loop]) for loop in lifted]
+    face = BRepBuilderAPI_MakeFace(gp_Pln(axes), wires[0], True)
+    for wire in wires[1:]:
+        face.Add(wire)
+    return _mended(face.Face())
+
+
+def _trimmed(surface: Any, loops: Sequence[Sequence[NurbsCurve]]) -> Any:
+    """A face cut out by p-curves."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.BRepLib import BRepLib
+
+    wires = [_wire([_edge(_curve(c, 2), surface) for c in loop]) for loop in loops]
+    face = BRepBuilderAPI_MakeFace(surface, wires[0], True)
+    for wire in wires[1:]:
+        face.Add(wire)
+    BRepLib.BuildCurves3d_s(face.Face(), FINEST)
+    return _mended(face.Face())
+
+
+def _mended(face: Any) -> Any:
+    """A face whose loops run the right way round: the outer one anticlockwise."""
+    from OCP.ShapeFix import ShapeFix_Face
+
+    fix = ShapeFix_Face(face)
+    fix.FixOrientation()
+    return fix.Face()
+
+
+def _edge(curve: Any, *surface: Any) -> Any:
+    """An edge whose ends meet others that are as near as p-curves of one loop should be."""
+    from OCP.BRep import BRep_Builder
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge
+    from OCP.TopoDS import TopoDS
+
+    edge = BRepBuilderAPI_MakeEdge(curve, *surface).Edge()
+    for vertex in subshapes(edge, "VERTEX"):
+        BRep_Builder().UpdateVertex(TopoDS.Vertex(vertex), JOINED)
+    return edge
+
+
+def _wire(edges: Sequence[Any]) -> Any:
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeWire
+
+    wire = BRepBuilderAPI_MakeWire()
+    for edge in edges:
+        wire.Add(edge)
+    return wire.Wire()
+
+
+def _knots(values: FloatArray) -> tuple[Any, Any]:
+    from OCP.collections import Array1_double, Array1_int
+
+    places, counts = np.unique(values, return_counts=True)
+    knots, times = Array1_double(1, len(places)), Array1_int(1, len(places))
+    for k, (place, count) in enumerate(zip(places.tolist(), counts.tolist(), strict=True), 1):
+        knots.SetValue(k, place)
+        times.SetValue(k, count)
+    return knots, times
+
+
+def _curve(curve: NurbsCurve, dimension: int = 3) -> Any:
+    """A Geom_BSplineCurve, or a Geom2d_BSplineCurve of a p-curve, whose third coordinate is 0."""
+    from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_gp_Pnt2d
+    from OCP.Geom import Geom_BSplineCurve
+    from OCP.Geom2d import Geom2d_BSplineCurve
+    from OCP.gp import gp_Pnt, gp_Pnt2d
+
+    net = curve.control_points[:, :dimension]
+    plane = dimension == 2
+    points = (Array1_gp_Pnt2d if plane else Array1_gp_Pnt)(1, len(net))
+    weights = Array1_double(1, len(net))
+    for k, row in enumerate(net.tolist(), 1):
+        points.SetValue(k, (gp_Pnt2d if plane else gp_Pnt)(*row))
+        weights.SetValue(k, 1.0 if curve.weights is None else float(curve.weights[k - 1]))
+    kind = Geom2d_BSplineCurve if plane else Geom_BSplineCurve
+    return kind(points, weights, *_knots(curve.knots), curve.degree)
+
+
+def _surface(patch: NurbsSurface) -> Any:
+    """A Geom_BSplineSurface."""
+    from OCP.collections import Array2_double, Array2_gp_Pnt
+    from OCP.Geom import Geom_BSplineSurface
+    from OCP.gp import gp_Pnt
+
+    n, m = patch.control_points.shape[:2]
+    poles, weights = Array2_gp_Pnt(1, n, 1, m), Array2_double(1, n, 1, m)
+    for i, j in np.ndindex(n, m):
+        poles.SetValue(i + 1, j + 1, gp_Pnt(*patch.control_points[i, j].tolist()))
+        weights.SetValue(i + 1, j + 1, 1.0 if patch.weights is None else patch.weights[i, j])
+    (u, u_times), (v, v_times) = map(_knots, patch.knots)
+    return Geom_BSplineSurface(poles, weights, u, v, u_times, v_times, *patch.degrees)

@@ -1,0 +1,210 @@
+"""Closed pieces of a body that touch or overlap: made one, as the solids of a STEP file are.
+
+`contiga.io.cad.unite` unites solids of OpenCASCADE; here the pieces of a body of any source become
+such solids, and what is left of them patches of a body again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.errors import GeometryError
+from contiga.extras import require
+from contiga.geometry.piece import piece_of
+from contiga.io.cad.assemble import Assembly, merged, warn
+from contiga.io.cad.occ_parts import NAMELESS, Piece
+from contiga.io.cad.occ_solids import Solid, hollowed, solid_of, volume_of
+from contiga.io.cad.parts import Solids
+from contiga.io.cad.sew import Sewn, subshapes
+from contiga.io.cad.step_iges import edge_of, gather
+from contiga.io.cad.unite import (
+    Numbered,
+    between,
+    groups_near,
+    inside,
+    kept_apart,
+    middle,
+    placed_of,
+    said_of,
+)
+from contiga.masters.body import Body
+from contiga.records import IndexArray
+
+SIZE = 4096.0
+"""About what a body is brought to for OpenCASCADE, whose tolerances are lengths."""
+
+Patches = tuple[int, ...]
+Point = tuple[float, float, float]
+Told = Callable[[Sequence[Patches]], str]
+
+
+class United(NamedTuple):
+    """A body whose closed pieces were looked at, and what became of them."""
+
+    body: Body
+    origin: list[int]
+    """Which patch of the body before each patch is a part of."""
+    met: list[list[Patches]]
+    """Patches, before, of pieces that touch or overlap one another."""
+    said: str
+    """Of them, "" if there are none."""
+    made_one: bool
+
+
+def unite(*bodies: Body) -> Body:
+    """One body of all, their closed pieces that touch or overlap made one by OpenCASCADE.
+
+    Its inside is that of any piece. A piece is what hangs together by its edges; one that faces
+    inward is a cavity of the piece around it. Pieces that touch nothing stay as they are. Bodies
+    that share whole edges, such as tiles, are given one by one.
+
+    Returns
+    -------
+    Body
+        Named after the first, in its unit and about its reference point.
+
+    Raises
+    ------
+    GeometryError
+        No bodies, or units that differ.
+    MissingPackageError
+        Pieces come near each other, and OpenCASCADE is not installed (extra ``cad``).
+
+    Warns
+    -----
+    ContigaWarning
+        OpenCASCADE does not manage: which pieces are left as they are, and where they meet.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> box = [cg.shapes.sphere(radius=1.0, centre=(x, 0.0, 0.0)) for x in (0.0, 1.0)]
+    >>> two = cg.Body(box)
+    >>> two.closed
+    False
+    >>> both = cg.unite(two)  # two balls of 4/3 pi less the lens of 5/12 pi that they share
+    >>> both.closed, round(both.volume() / math.pi, 6)
+    (True, 2.25)
+    """
+    units = {body.unit for body in bodies}
+    if len(units) != 1:
+        raise GeometryError(
+            "bodies to be united have one length unit" if units else "there is nothing to unite",
+            where="unite",
+            found=sorted(map(str, units)),
+        )
+    first = bodies[0]
+    whole = merged(list(bodies), Path(first.name), first.unit)
+    starts = np.cumsum([0, *(len(body.patches) for body in bodies)])
+    pieces = [
+        start + piece for start, body in zip(starts, bodies, strict=False) for piece in body.pieces
+    ]
+    found = united(whole, pieces, "union", first.name)
+    if found.said and not found.made_one:
+        warn(f"{first.name}: pieces {found.said}")
+    return found.body.renamed(first.name).about(first.reference_point)
+
+
+def _by_patches(groups: Sequence[Patches]) -> str:
+    return " and ".join(
+        f"patch {min(some)}" if len(some) == 1 else f"patches {min(some)} to {max(some)}"
+        for some in groups
+    )
+
+
+def united(
+    body: Body,
+    pieces: Sequence[IndexArray],
+    solids: Solids,
+    where: str,
+    *,
+    accuracy: float = 0.0,
+    told: Told = _by_patches,
+) -> United:
+    """The body with those of its closed pieces made one that touch or overlap.
+
+    Parameters
+    ----------
+    pieces : patches of each
+    where : for messages
+    accuracy : pieces that come nearer than this touch, length
+    told : what to call some pieces, by their patches
+
+    Raises
+    ------
+    FileError
+        Pieces meet, and `solids` is "refuse".
+    MissingPackageError
+        Pieces are to be united, and OpenCASCADE is not installed.
+    """
+    as_it_is = list(range(len(body.patches)))
+    boxes = {k: piece_of(body, piece.tolist()).bounds() for k, piece in enumerate(pieces)}
+    groups = groups_near(boxes, accuracy)
+    if not groups or solids == "separate":
+        met = [[tuple(pieces[k].tolist()) for k in some] for some in groups]
+        places = [between(boxes, some) for some in groups]
+        said = kept_apart(_texts(met, places, told)) if met else ""
+        return United(body, as_it_is, met, said, made_one=False)
+    require("uniting pieces that touch or overlap", "OCP")
+    from contiga.io.cad.occ_geometry import quiet
+
+    scale = 2.0 ** round(math.log2(SIZE / body.size))
+    with quiet():
+        near = sorted(k for some in groups for k in some)
+        known = _solids(body, [pieces[k].tolist() for k in near], scale)
+        rows = [Piece("solid", solid.shape, solid.faces, NAMELESS, [], (), ()) for solid in known]
+        owner = [patch for solid in known for patch in solid.patches]
+        placed = placed_of(rows, range(1, len(owner) + 1), accuracy * scale, solids)
+        met = [[tuple(sorted(known[k].patches)) for k in m.pieces] for m in placed.meetings]
+        places = [(x / scale, y / scale, z / scale) for _, (x, y, z) in placed.meetings]
+        said = said_of(placed, _texts(met, places, told), solids, where)
+        if not (met and placed.embedded):
+            return United(body, as_it_is, met, said, made_one=False)
+        gone = {patch for some in met for piece in some for patch in piece}
+        faces = [(owner[n - 1], face) for n, face in placed.faces if owner[n - 1] in gone]
+        new, origin = _patches(faces, placed.shape, scale, where, body.unit)
+    kept = [k for k in as_it_is if k not in gone]
+    origin += kept
+    order = np.argsort(origin, kind="stable").tolist()
+    whole = merged([new, piece_of(body, kept)] if kept else [new], Path(where), body.unit)
+    return United(piece_of(whole, order), [origin[k] for k in order], met, said, made_one=True)
+
+
+def _texts(met: Sequence[Sequence[Patches]], places: Sequence[Point], told: Told) -> list[str]:
+    return [
+        "{} at ({:.6g}, {:.6g}, {:.6g})".format(told(some), *place)
+        for some, place in zip(met, places, strict=True)
+    ]
+
+
+def _solids(body: Body, pieces: Sequence[Sequence[int]], scale: float) -> list[Solid]:
+    """The pieces that can be solids of OpenCASCADE, cavities cut out of what is around them."""
+    outward: list[Solid] = []
+    cavities: list[Solid] = []
+    for patches in pieces:
+        solid = solid_of(body, patches, scale)
+        if solid is not None:
+            (outward if piece_of(body, patches).volume() > 0.0 else cavities).append(solid)
+    outward.sort(key=lambda solid: volume_of(solid.shape))
+    for cavity in cavities:
+        point = np.array([middle(subshapes(cavity.shape, "EDGE")[0])])
+        for k, solid in enumerate(outward):
+            if inside([solid.shape], point)[0] == 1.0:
+                outward[k] = hollowed(solid, cavity) or solid
+                break
+    return sorted(outward, key=lambda solid: min(solid.patches))
+
+
+def _patches(
+    faces: Sequence[Numbered], shape: Any, scale: float, where: str, unit: str | None
+) -> tuple[Body, list[int]]:
+    """Faces of OpenCASCADE as a body, and the number of each."""
+    assembly, sewn = Assembly(where), Sewn(shape)
+    numbers = gather(assembly, faces, sewn, 1.0 / scale, f"{where}, patch")
+    return assembly.body(where, partial(edge_of, sewn, 1.0 / scale, 0.0), unit), numbers
