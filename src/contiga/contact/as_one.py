@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from contiga.contact.sparse import Sparse
+from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import Past, Touching
 from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
 from contiga.num.ordered import length, product
@@ -24,7 +25,7 @@ def grip_as_one(
     shares = _shares(inp.force)
     before, memory, ways = np.zeros((1, 3)), np.zeros((1, friction.n_memory)), shares
     if past is not None and points.old.any():
-        (rows, force), normals, *_ = past.state.carried
+        (rows, force), normals, *_ = kept_of(past.state).carried
         before = _unit(product(_shares(force), Sparse(0, *normals).at(rows)))
         memory[0] = inp.memory[np.argmax(points.old)]  # all that were in contact have the same
         kept = Sparse(0, rows, force).at(points.rows)

@@ -13,6 +13,7 @@ from contiga.contact.detect import detect, no_feet, nowhere, with_feet
 from contiga.contact.judge import SAME_FOOT, judge
 from contiga.contact.kernels import touching_nb
 from contiga.contact.state import State
+from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import Past, Touching, touching
 from contiga.contact.tracked import CHUNK, BoolArray, Columns, Detected, Last, Options, Room, Step
 from contiga.masters.protocol import Master, Surface
@@ -42,7 +43,7 @@ def detect_moved(
     p_W, X_WB, p_B = moved
     state = past.state
     place = state.patch, state.uv, state.near
-    last = Last(state.points_B, *place, state.safe_distance, state.holds)
+    last = Last(state.points_B, *place, state.safe_distance, kept_of(state).holds)
     poses = state.pose, X_WB
     if is_turned(poses):
         to_body(X_WB, p_W, p_B)
@@ -69,7 +70,7 @@ def detect_at_once(
     room, columns = memory
     if not (options.closed and options.nearest) or options.through:
         return None
-    if len(moved[0]) > CHUNK or not past.state.is_made:
+    if len(moved[0]) > CHUNK or not kept_of(past.state).is_made:
         return None
     places = room.small.of(master)
     if places is None:
@@ -102,7 +103,7 @@ def _finish(
     """What the kernel has left of a step; `counts` is what it answered."""
     (room, columns), (in_contact, near, left) = memory, counts
     found = nowhere(room, columns)
-    old = state.near, state.uv, state.holds
+    old = state.near, state.uv, kept_of(state).holds
     step = Step(state.points_B, p_B, room.way, room.ignored, *old, room.small)
     lists = room.rows[0, :in_contact], room.rows[1, :near]
     if left > 0:
@@ -131,7 +132,7 @@ def _advance(
     last = state.patch, state.uv, state.near, state.safe_distance
     counts: tuple[int, int, int, int] = touching_nb.advance(
         (locked(p_W), X_WB, state.pose, p_B, state.points_B),
-        (*last, *state.deep, state.holds),
+        (*last, *kept_of(state).deep, kept_of(state).holds),
         active,
         (status, safe_distance, near, uv, room.way, room.ignored, *rest),
         feet,

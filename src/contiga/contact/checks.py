@@ -9,6 +9,7 @@ from contiga.area.method import AreaMethod
 from contiga.area.nodal import NodalArea
 from contiga.contact.kernels import place_nb
 from contiga.contact.state import State
+from contiga.contact.state_rows import kept_of
 from contiga.errors import InputError
 from contiga.laws.by_face import FaceLaws
 from contiga.laws.combined import CombinedLaw, forces_in_series
@@ -202,9 +203,9 @@ def check_state(state: State, n_points: int, memories: tuple[int, int], master: 
             found=len(state.status),
             allowed=f"{n_points} points",
         )
-    if state.widths != memories:
+    if kept_of(state).widths != memories:
         _refuse_memories(state, n_points, memories)
-    patch = _largest(state.patch) if state.is_made else int(state.patch.max(initial=-1))
+    patch = _largest(state.patch) if kept_of(state).is_made else int(state.patch.max(initial=-1))
     if patch >= master.n_pieces:
         raise InputError(
             "the state is of another master",
@@ -222,7 +223,7 @@ def _largest(patch: IntArray) -> int:
 def _refuse_memories(state: State, n_points: int, memories: tuple[int, int]) -> None:
     """Say which of them are of another width."""
     for name, whose, wanted in zip(("memory", "grip"), ("law", "friction"), memories, strict=True):
-        found = state.shape(name)
+        found = kept_of(state).shape(name)
         if found[1] != wanted:
             raise InputError(
                 f"the state is of another {whose}",

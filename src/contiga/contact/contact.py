@@ -31,7 +31,8 @@ from contiga.contact.points import default_area, pressure_of, sampling_of
 from contiga.contact.rehearsed import Rehearsed, rehearsed
 from contiga.contact.respond import forces, law_input, loads_of, respond, whole_of
 from contiga.contact.reused import given_up
-from contiga.contact.state import State
+from contiga.contact.state import State, state_of
+from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import Past, Touching, touching
 from contiga.contact.tracked import Columns, Detected, Options, Rooms, options_of
 from contiga.errors import InputError
@@ -302,7 +303,7 @@ class Contact(Shown):
 
         `state.area`, `state.total_area` and what else is about areas come from here.
         """
-        return self._measure.areas(state.area_input)
+        return self._measure.areas(kept_of(state).area_input)
 
     def pressure(self, state: State) -> FloatArray:
         """(n,) pressure of the law at each node: normal force over the area that carries it."""
@@ -330,7 +331,7 @@ class Contact(Shown):
         """
         self._check_state(state)
         X_WB = state.pose if pose is None else standing(pose)
-        return self._measure.outlines(state.area_input, X_WB)
+        return self._measure.outlines(kept_of(state).area_input, X_WB)
 
     def nodal_sum(self, rows: IndexArray, values: FloatArray) -> FloatArray:
         """(n,) at the slave's nodes, of `values` (k,) at the points of contact `rows` (k,)."""
@@ -393,7 +394,7 @@ class Contact(Shown):
             whole["force"] = force = sampling.nodal(points.rows, felt.world)
             felt.wrench[:3] = 0.0 - force.sum(axis=0)
             loads = loads._replace(world=None)
-        state = State.of_columns(whole, loads, self, out)
+        state = state_of(whole, loads, self, out)
         if seen is not None and areas is not None:
-            state.keep(seen, areas)
+            kept_of(state).keep(seen, areas)
         return state

@@ -9,6 +9,7 @@ import numpy as np
 from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, outlines_of
 from contiga.area.offset import offset_ratio
 from contiga.contact.state import State
+from contiga.contact.state_rows import kept_of
 from contiga.masters.protocol import Master
 from contiga.num.rigid import to_world
 from contiga.records import FloatArray, Projection
@@ -49,7 +50,7 @@ class Measure:
             state.patch[rows],
             state.uv[rows],
             state.foot_B[rows],
-            state.part("normal_B", rows),
+            kept_of(state).part("normal_B", rows),
             -state.penetration[rows],
             state.feature[rows],
             np.full(len(rows), Status.OK, np.int8),

@@ -10,6 +10,7 @@ from contiga.contact.as_one import grip_as_one
 from contiga.contact.checks import PLAIN, checked_answer
 from contiga.contact.kernels import totals_nb
 from contiga.contact.loads import NO_ROWS, NONE, NOWHERE, Guards, Loads
+from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import Past, Touching
 from contiga.contact.tracked import Detected
 from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
@@ -40,7 +41,7 @@ class Forces(NamedTuple):
 
 
 NO_FORCES = (NO_ROWS, NONE), (NO_ROWS, NOWHERE), (NO_ROWS, NOWHERE), (NO_ROWS, NONE)
-"""`State.carried` of the last step, where there was none."""
+"""`KeptRows.carried` of the last step, where there was none."""
 NO_ENERGIES = np.zeros(5)
 NO_GRIP = NOWHERE, NONE, NONE
 """Forces of friction, what it stored and what it lost, where there is none."""
@@ -65,7 +66,7 @@ def law_input(
     if past is None or n_memory == 0:
         memory = np.zeros((len(rows), n_memory))
     else:
-        memory = past.state.part("memory", rows)
+        memory = kept_of(past.state).part("memory", rows)
     return LawInput(
         depth,
         points.rate,
@@ -103,7 +104,8 @@ def _friction_input(
         before, memory = np.zeros_like(n), np.zeros((len(rows), friction.n_memory))
         velocity = np.zeros_like(n)
     else:
-        before, memory = past.state.part("normal_B", rows), past.state.part("grip", rows)
+        kept = kept_of(past.state)
+        before, memory = kept.part("normal_B", rows), kept.part("grip", rows)
         known = past.velocity_B
         velocity = points.path / past.dt if known is None else known[rows]
     return FrictionInput(
@@ -157,7 +159,7 @@ def forces(
     if past is None:
         last, before = (*NO_FORCES, NO_ENERGIES), p_B
     else:
-        last, before = (*past.state.carried, past.state.energies), past.state.points_B
+        last, before = (*kept_of(past.state).carried, past.state.energies), past.state.points_B
     viscous = totals_nb.forces(
         (points.rows, points.normal, points.path, points.rate),
         (force, stored, lost, damped, *held),

@@ -9,6 +9,7 @@ import numpy as np
 
 from contiga.contact.checks import kind
 from contiga.contact.state import Owner, State
+from contiga.contact.state_rows import kept_of
 from contiga.contact.tracked import Columns
 from contiga.errors import InputError
 from contiga.num.query_checks import check_apart, check_fillable
@@ -34,7 +35,7 @@ def given_up(out: State, state: State, p_W: FloatArray, owner: Owner) -> tuple[C
             where="out",
             allowed="a state of an earlier step",
         )
-    if not out.is_of(owner):
+    if vars(out).get("_contact") is not owner:
         raise InputError(
             "out must be a state of this contact", where="out", allowed="what its steps answered"
         )
@@ -47,7 +48,7 @@ def given_up(out: State, state: State, p_W: FloatArray, owner: Owner) -> tuple[C
         check_fillable(own[-1], (n, 3), np.float64, "out.points_B")
         read = [p_W, *_arrays(state)]
         check_apart(own, read, "a state whose arrays are not those of state or points")
-    out.spend()
+    vars(out).clear()  # its arrays are going to be written over
     return Columns._make(own[:-1]), own[-1]
 
 
@@ -58,7 +59,7 @@ def _plainly_apart(out: State, state: State, own: Any, p_W: FloatArray) -> bool:
     apart from all others and from what users made, and only copies of a state share some, whole.
     To look at all pairs of two states takes longer than a small step.
     """
-    if not (out.is_made and state.is_made):
+    if not (kept_of(out).is_made and kept_of(state).is_made):
         return False
     # Arrays that own their memory share none, and views name the one that does.
     owner = p_W if p_W.base is None else p_W.base

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from contiga.area.method import AreaInput, Areas
 from contiga.contact.energy import ContactEnergy
-from contiga.contact.loads import Column, Guards, Holds, Loads, holds_of
-from contiga.contact.sparse import Sparse
+from contiga.contact.loads import Loads
+from contiga.contact.state_rows import kept_of
 from contiga.errors import InputError
 from contiga.num.ordered import product
 from contiga.num.rigid import to_world, turn_to_world
-from contiga.records import IN_CONTACT, ByteArray, FloatArray, IndexArray, IntArray
+from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
 from contiga.shown import Facts, Shown
 
 
@@ -121,41 +121,11 @@ class State(Shown):
     def __post_init__(self, of: Owner | None) -> None:
         self.__dict__.update(_contact=of, _sparse={})
 
-    @classmethod
-    def of_columns(
-        cls, whole: dict[str, Any], loads: Loads, of: Owner, spent: State | None = None
-    ) -> State:
-        """A state of some fields by name, the others of which are made when asked for.
-
-        The arrays are its own, and right for that contact. One that is `spent` becomes it.
-        """
-        state: State = object.__new__(cls) if spent is None else spent
-        state.__dict__.update(whole, _contact=of, _loads=loads)
-        return state
-
-    @property
-    def is_made(self) -> bool:
-        """Whether a start or a step of a contact has made it, and not somebody by hand."""
-        return "_loads" in self.__dict__
-
-    def is_of(self, contact: object) -> bool:
-        """Whether it is a state of that one."""
-        return self.__dict__.get("_contact") is contact
-
-    @property
-    def steepest(self) -> FloatArray:
-        """(m,) springs that bound the slope of the normal forces: `tangent`, or `stiffness`."""
-        return self.tangent if len(self.tangent) else self.stiffness
-
-    def spend(self) -> None:
-        """Give up all arrays: others are going to be written over them."""
-        self.__dict__.clear()
-
     if not TYPE_CHECKING:  # it would answer to any name
 
         def __getattr__(self, name: str) -> Any:
             """An array of which only some rows are kept, made when first asked for."""
-            column = self._column(name)
+            column = kept_of(self).column(name)
             if column is not None:
                 whole = self.__dict__[name] = column.whole()
                 return whole
@@ -163,79 +133,6 @@ class State(Shown):
                 return self.__dict__[name]
             spent = "" if self.__dict__ else " any more: it was the out of a step that failed"
             raise AttributeError(f"a State has no {name!r}{spent}", name=name, obj=self)
-
-    def _column(self, name: str) -> Sparse | None:
-        """What is kept of the array `name`; None where that is whole, or there is none."""
-        own = self.__dict__
-        if "_sparse" not in own:
-            if "_loads" not in own:
-                return None
-            p_B = own["points_B"]
-            own.update(own["_loads"].without(len(p_B)), _sparse=own["_loads"].sparse(p_B))
-        column: Sparse | None = own["_sparse"].get(name)
-        return column
-
-    def shape(self, name: str) -> tuple[int, ...]:
-        """Shape of the array `name`, which is not made for that."""
-        column = self._column(name)
-        shape = getattr(self, name).shape if column is None else column.shape
-        return tuple(shape)
-
-    def part(self, name: str, rows: IndexArray) -> FloatArray:
-        """(len(rows), …) some rows of the array `name`, which is not made for that."""
-        column = self._column(name)
-        return getattr(self, name)[rows] if column is None else column.at(rows)
-
-    def listed(self, name: str) -> Column:
-        """Rows (k,) of the array `name` (m, …), ascending, and their values; others are zero."""
-        column = self._column(name)
-        if column is not None:
-            return column.rows, column.values
-        whole = getattr(self, name)
-        return np.arange(len(whole), dtype=np.int32), whole
-
-    @property
-    def deep(self) -> Column:
-        """`penetration`, as `listed`."""
-        loads: Loads | None = self.__dict__.get("_loads")
-        return self.listed("penetration") if loads is None else loads.deep
-
-    @property
-    def holds(self) -> Holds:
-        """What holds the points in contact."""
-        loads: Loads | None = self.__dict__.get("_loads")
-        if loads is not None:
-            return loads.holds
-        rows = np.flatnonzero(self.patch >= 0).astype(np.int32)
-        guards = self.guard_B[rows]
-        own = guards.any(axis=1)
-        deep = rows, self.penetration[rows]
-        return holds_of(deep, self.normal_B[rows], Guards(rows[own], guards[own]))
-
-    @property
-    def carried(self) -> tuple[Column, Column, Column, Column]:
-        """Normal forces, normals, friction and damping, each as `listed`."""
-        loads: Loads | None = self.__dict__.get("_loads")
-        if loads is not None:
-            return loads.carried
-        names = "normal_force", "normal_B", "traction_B", "damping"
-        size, normals, tractions, damping = map(self.listed, names)
-        return size, normals, tractions, damping
-
-    @property
-    def widths(self) -> tuple[int, int]:
-        """Numbers a point that law and friction remember."""
-        loads: Loads | None = self.__dict__.get("_loads")
-        if loads is None:
-            return self.shape("memory")[1], self.shape("grip")[1]
-        return loads.memory.shape[1], 0 if loads.grip is None else loads.grip.shape[1]
-
-    def nonzero(self, name: str) -> tuple[IndexArray, FloatArray]:
-        """Rows (k,) of the array `name` (m,) that are not zero, and their values (k,)."""
-        column = self._column(name)
-        values = getattr(self, name) if column is None else column.values
-        own = np.flatnonzero(values)
-        return own if column is None else column.rows[own], values[own]
 
     @property
     def contact(self) -> Owner:
@@ -287,7 +184,7 @@ class State(Shown):
     @property
     def max_penetration(self) -> float:
         """Largest penetration, zero without contact."""
-        return float(self.nonzero("penetration")[1].max(initial=0.0))
+        return float(kept_of(self).nonzero("penetration")[1].max(initial=0.0))
 
     @property
     def total_force(self) -> FloatArray:
@@ -322,15 +219,6 @@ class State(Shown):
         """(m, 3) way each point in contact has slid over the body since it came in, carried along
         with its foot; zero without friction that remembers it."""
         return turn_to_world(self.pose, self.contact.slid(self))
-
-    @cached_property
-    def area_input(self) -> AreaInput:
-        """The nodes in contact, as area methods see them."""
-        return self.contact.area_input(self)
-
-    def keep(self, seen: AreaInput, areas: Areas) -> None:
-        """Take what was measured as the state was made, not to measure it again."""
-        self.__dict__.update(area_input=seen, areas=areas)
 
     @cached_property
     def areas(self) -> Areas:
@@ -391,3 +279,15 @@ class State(Shown):
     def pressure(self) -> FloatArray:
         """(n,) that of the law at each node: normal force over the area that carries it."""
         return self.contact.pressure(self)
+
+
+def state_of(
+    whole: dict[str, Any], loads: Loads, owner: Owner, spent: State | None = None
+) -> State:
+    """A state of some fields by name, the others of which are made when asked for.
+
+    The arrays are its own, and right for that contact. One that is `spent` becomes it.
+    """
+    state: State = object.__new__(State) if spent is None else spent
+    vars(state).update(whole, _contact=owner, _loads=loads)
+    return state

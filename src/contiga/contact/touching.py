@@ -10,6 +10,7 @@ from contiga.contact.desk import Desk
 from contiga.contact.kernels import carrying_nb
 from contiga.contact.loads import NO_ROWS, NONE, NOWHERE
 from contiga.contact.state import State
+from contiga.contact.state_rows import kept_of
 from contiga.contact.tracked import BoolArray, Detected
 from contiga.records import FloatArray, IntArray
 
@@ -80,7 +81,7 @@ def touching(found: Detected, p_B: FloatArray, past: Past | None) -> Touching:
         points.rate.fill(0.0)
         return points
     state = past.state
-    last = state.patch, *state.deep
+    last = state.patch, *kept_of(state).deep
     path = p_B, state.points_B
     carrying_nb.gather(rows, found.feet, path, last, *past.speed, out)
     return points

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.contact.state_rows import kept_of
 from contiga.num.ordered import product
 from contiga.num.rigid import to_world, turn_to_world
 from contiga.records import FloatArray
@@ -23,12 +24,13 @@ def rates_of(
     their relative Jacobian and M the inertia of the joints. The largest eigenvalue of the product
     is that of the whole system.
     """
-    rows = np.flatnonzero(state.steepest)
+    kept = kept_of(state)
+    rows = np.flatnonzero(kept.steepest)
     if len(rows) == 0 or model.nv == 0:
         return Rates()
     arms = to_world(state.pose, state.points_B[rows]) - point
-    normals = turn_to_world(state.pose, state.part("normal_B", rows))
-    along = state.steepest[rows]
+    normals = turn_to_world(state.pose, kept.part("normal_B", rows))
+    along = kept.steepest[rows]
     across = state.tangential[rows] if len(state.tangential) else np.zeros(len(rows))
     mobility = _mobility(model, data, point, bodies)
     square = _largest(mobility, _springs(arms, normals, along, across))

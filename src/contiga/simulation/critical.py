@@ -16,6 +16,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.contact.state_rows import kept_of
 from contiga.dynamics.kernels.stiffness_nb import fastest
 from contiga.num.rigid import to_world, turn_to_world
 from contiga.records import FloatArray
@@ -114,7 +115,7 @@ def _couplings(model: Model, state: SystemState, of: Of) -> Iterator[tuple[str, 
         if of == ("lasting" if follows else "following"):
             continue
         contact = state.contacts[part.name]
-        rows = np.flatnonzero(contact.steepest)
+        rows = np.flatnonzero(kept_of(contact).steepest)
         if len(rows):
             ends = _contact_ends(system, part, contact, rows, state, of)
             if ends:
@@ -161,7 +162,7 @@ def _contact_ends(
 ) -> list[_End]:
     """The free sides of a contact."""
     ends: list[_End] = []
-    along, single = contact.steepest[rows], contact.stiffness[rows]
+    along, single = kept_of(contact).steepest[rows], contact.stiffness[rows]
     gripped = len(contact.tangential) and of != "following"
     across = contact.tangential[rows] if gripped else np.zeros(len(rows))
     damping = contact.viscosity[rows] if len(contact.viscosity) else np.zeros(len(rows))
@@ -170,7 +171,7 @@ def _contact_ends(
     bodies = [system.row[side] for side in sides if side is not None and side in system.row]
     if bodies:
         points = to_world(contact.pose, contact.points_B[rows])
-        normals = turn_to_world(contact.pose, contact.part("normal_B", rows))
+        normals = turn_to_world(contact.pose, kept_of(contact).part("normal_B", rows))
     for row in bodies:
         own = _row(system, state, row)
         rates = Rates(
@@ -204,7 +205,7 @@ def _dragging(part: ContactPart, rows: np.ndarray, state: SystemState) -> FloatA
     points, velocities = state.slaves[part.slave]
     own = rows[nodes]
     v_W = velocities[own] - body.twist.at(body.pose[:3, 3], points[own])
-    n_W = turn_to_world(contact.pose, contact.part("normal_B", own))
+    n_W = turn_to_world(contact.pose, kept_of(contact).part("normal_B", own))
     across = v_W - (v_W * n_W).sum(axis=1)[:, None] * n_W
     speed[nodes] = np.sqrt((across * across).sum(axis=1))
     return np.asarray(viscosity(contact.normal_force[rows], speed))

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.contact.state_rows import kept_of
 from contiga.laws.friction import ViscousFriction
 from contiga.num.ordered import product
 from contiga.num.rigid import to_world, turn_to_world
@@ -107,9 +108,10 @@ def changes_of_points(model: Model, last: SystemState, state: SystemState) -> fl
 
 def _shared(before: State, now: State) -> _Felt:
     """Changes of the normal forces of points that share one."""
-    rows = np.union1d(*(at.nonzero("normal_force")[0] for at in (before, now)))
+    both = kept_of(before), kept_of(now)
+    rows = np.union1d(*(kept.nonzero("normal_force")[0] for kept in both))
     forces = [
-        at.part("normal_force", rows)[:, None] * at.part("normal_B", rows) for at in (before, now)
+        kept.part("normal_force", rows)[:, None] * kept.part("normal_B", rows) for kept in both
     ]
     return _Felt(rows, turn_to_world(now.pose, forces[1] - forces[0]))
 
@@ -165,7 +167,7 @@ def _add_felt(
 def _elastic(before: State, now: State, step: float, decay: float) -> _Felt:
     """Rates of the normal forces on the slave by stiffness alone: what sets in at once has none."""
     rows = np.flatnonzero(now.stiffness)
-    normals, points = now.part("normal_B", rows), now.points_B[rows]
+    normals, points = kept_of(now).part("normal_B", rows), now.points_B[rows]
     inward = -((points - before.points_B[rows]) * normals).sum(axis=1) / step
     rate = now.stiffness[rows] * np.where(np.isfinite(inward), inward, 0.0)
     if len(now.damping):
@@ -175,13 +177,14 @@ def _elastic(before: State, now: State, step: float, decay: float) -> _Felt:
 
 def _gripped(before: State, now: State, step: float) -> _Felt:
     """Rates of friction, of the points that carried before: what others have is their first."""
-    rows, traction = now.listed("traction_B")
+    kept, last = kept_of(now), kept_of(before)
+    rows, traction = kept.listed("traction_B")
     if len(rows):
-        carried = (now.part("normal_force", rows) > 0.0) & (before.part("normal_force", rows) > 0.0)
+        carried = (kept.part("normal_force", rows) > 0.0) & (last.part("normal_force", rows) > 0.0)
         rows, traction = rows[carried], traction[carried]
     if len(rows) == 0:
         return _Felt(rows, np.zeros((0, 3)))
-    rate = (traction - before.part("traction_B", rows)) / step
+    rate = (traction - last.part("traction_B", rows)) / step
     return _Felt(rows, turn_to_world(now.pose, rate))
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from contiga.contact.state_rows import kept_of
 from contiga.dynamics.stepping import AutoSteps
 from contiga.num.rigid_lanes import FORCE, MASS
 from contiga.records import ContactStatus
@@ -215,6 +216,6 @@ def _jumped(last: SystemState, state: SystemState) -> float:
             continue
         rows = np.flatnonzero((now.status == ContactStatus.NEW) & (now.damping != 0.0))
         way = now.points_B[rows] - last.contacts[name].points_B[rows]
-        work = 0.5 * now.damping[rows] * (way * now.part("normal_B", rows)).sum(axis=1)
+        work = 0.5 * now.damping[rows] * (way * kept_of(now).part("normal_B", rows)).sum(axis=1)
         squares += float((work * work).sum())
     return math.sqrt(squares)

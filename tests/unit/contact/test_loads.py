@@ -10,6 +10,7 @@ import pytest
 import contiga as cg
 from contiga.contact.loads import Loads
 from contiga.contact.state import State
+from contiga.contact.state_rows import kept_of
 
 N = 40
 
@@ -40,8 +41,9 @@ def test_what_the_next_step_asks_is_the_same_of_whole_arrays(
     damping: float, friction: cg.Coulomb | None
 ) -> None:
     kept, whole = states(damping=damping, friction=friction)
-    assert kept.widths == whole.widths == (0, friction.n_memory if friction else 0)
-    for one, other in zip((kept.deep, *kept.carried), (whole.deep, *whole.carried), strict=True):
+    rows, same = kept_of(kept), kept_of(whole)
+    assert rows.widths == same.widths == (0, friction.n_memory if friction else 0)
+    for one, other in zip((rows.deep, *rows.carried), (same.deep, *same.carried), strict=True):
         np.testing.assert_array_equal(as_whole(one), as_whole(other))
     assert "_sparse" not in vars(kept)  # nothing has been made for that
 
@@ -52,7 +54,7 @@ def test_of_what_there_is_not_the_arrays_are_empty() -> None:
         ("damping", (0,)), ("viscosity", (0,)), ("grip", (N, 0)),
         ("traction_B", (0, 3)), ("tangential", (0,)),
     ):  # fmt: skip
-        assert kept.shape(name) == getattr(kept, name).shape == shape
+        assert kept_of(kept).shape(name) == getattr(kept, name).shape == shape
 
 
 def test_forces_may_be_those_of_other_points() -> None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.contact.state_rows import kept_of
 from contiga.num.rigid import to_body
 from contiga.records import FloatArray, IndexArray
 from contiga.simulation.checks.finding import Finding
@@ -51,7 +52,7 @@ def two_layers(pair: Pair, state: State) -> Iterator[Finding]:
     if slave.facets is None or len(rows) == 0 or pair.contact.quadrature != "nodes":
         return
     own = _normals(slave, state.points_B, rows)
-    faced = (own * state.part("normal_B", rows)).sum(axis=1) > 0.0
+    faced = (own * kept_of(state).part("normal_B", rows)).sum(axis=1) > 0.0
     carried = state.normal_force[rows]
     away = float(carried[faced].sum()) / max(float(carried.sum()), np.finfo(np.float64).tiny)
     # Both ways along the slave itself: points of one layer may lie on two sides of a body.

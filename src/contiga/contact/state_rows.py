@@ -1,0 +1,134 @@
+"""Arrays of a state of which only some rows are kept: those rows, without the whole arrays.
+
+A `State` shows whole arrays, and makes one of a few rows when it is asked for. What goes on from a
+state asks for the rows.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from contiga.area.method import AreaInput, Areas
+from contiga.contact.loads import Column, Guards, Holds, Loads, holds_of
+from contiga.contact.sparse import Sparse
+from contiga.records import FloatArray, IndexArray
+
+if TYPE_CHECKING:
+    from contiga.contact.state import State
+
+
+class KeptRows:
+    """What is kept of a state; see `kept_of`."""
+
+    def __init__(self, state: State) -> None:
+        self._state = state
+        self._own: dict[str, Any] = vars(state)
+
+    @property
+    def is_made(self) -> bool:
+        """Whether a start or a step of a contact has made the state, and not somebody by hand."""
+        return "_loads" in self._own
+
+    @property
+    def _loads(self) -> Loads | None:
+        return self._own.get("_loads")
+
+    def column(self, name: str) -> Sparse | None:
+        """What is kept of the array `name`; None where that is whole, or there is none."""
+        own = self._own
+        if "_sparse" not in own:
+            if "_loads" not in own:
+                return None
+            p_B = own["points_B"]
+            own.update(own["_loads"].without(len(p_B)), _sparse=own["_loads"].sparse(p_B))
+        column: Sparse | None = own["_sparse"].get(name)
+        return column
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Shape of the array `name`."""
+        column = self.column(name)
+        shape = getattr(self._state, name).shape if column is None else column.shape
+        return tuple(shape)
+
+    def part(self, name: str, rows: IndexArray) -> FloatArray:
+        """(len(rows), …) some rows of the array `name`."""
+        column = self.column(name)
+        found: FloatArray = getattr(self._state, name)[rows] if column is None else column.at(rows)
+        return found
+
+    def listed(self, name: str) -> Column:
+        """Rows (k,) of the array `name` (m, …), ascending, and their values; others are zero."""
+        column = self.column(name)
+        if column is not None:
+            return column.rows, column.values
+        whole = getattr(self._state, name)
+        return np.arange(len(whole), dtype=np.int32), whole
+
+    def nonzero(self, name: str) -> tuple[IndexArray, FloatArray]:
+        """Rows (k,) of the array `name` (m,) that are not zero, and their values (k,)."""
+        column = self.column(name)
+        values = getattr(self._state, name) if column is None else column.values
+        own = np.flatnonzero(values)
+        return own if column is None else column.rows[own], values[own]
+
+    @property
+    def deep(self) -> Column:
+        """`penetration`, as `listed`."""
+        loads = self._loads
+        return self.listed("penetration") if loads is None else loads.deep
+
+    @property
+    def holds(self) -> Holds:
+        """What holds the points in contact."""
+        loads, state = self._loads, self._state
+        if loads is not None:
+            return loads.holds
+        rows = np.flatnonzero(state.patch >= 0).astype(np.int32)
+        guards = state.guard_B[rows]
+        own = guards.any(axis=1)
+        deep = rows, state.penetration[rows]
+        return holds_of(deep, state.normal_B[rows], Guards(rows[own], guards[own]))
+
+    @property
+    def carried(self) -> tuple[Column, Column, Column, Column]:
+        """Normal forces, normals, friction and damping, each as `listed`."""
+        loads = self._loads
+        if loads is not None:
+            return loads.carried
+        names = "normal_force", "normal_B", "traction_B", "damping"
+        size, normals, tractions, damping = map(self.listed, names)
+        return size, normals, tractions, damping
+
+    @property
+    def widths(self) -> tuple[int, int]:
+        """Numbers a point that law and friction remember."""
+        loads = self._loads
+        if loads is None:
+            return self.shape("memory")[1], self.shape("grip")[1]
+        return loads.memory.shape[1], 0 if loads.grip is None else loads.grip.shape[1]
+
+    @property
+    def area_input(self) -> AreaInput:
+        """The nodes in contact, as area methods see them; looked up once."""
+        own = self._own
+        if "_area_input" not in own:
+            own["_area_input"] = self._state.contact.area_input(self._state)
+        seen: AreaInput = own["_area_input"]
+        return seen
+
+    def keep(self, seen: AreaInput, areas: Areas) -> None:
+        """Take what was measured as the state was made, not to measure it again."""
+        self._own.update(_area_input=seen, areas=areas)
+
+    @property
+    def steepest(self) -> FloatArray:
+        """(m,) springs that bound the slope of the normal forces: `tangent`, or `stiffness`."""
+        tangent = self._state.tangent
+        return tangent if len(tangent) else self._state.stiffness
+
+
+def kept_of(state: State) -> KeptRows:
+    """The rows that are kept of a state."""
+    return KeptRows(state)
