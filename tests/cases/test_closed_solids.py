@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
+from tests.sample import FULL
 
 import contiga as cg
 from contiga.errors import ContigaWarning
@@ -112,7 +112,7 @@ def test_sides_about_a_sharp_rim_where_its_disc_touches_the_square_it_lies_in(
 def test_a_nearly_tangent_joint_does_not_flicker(angle: float, convex: bool, named: bool) -> None:
     """Along and across a joint of two planes: one change of face, a normal between the two's."""
     body = _hinge(angle if convex else -angle, named)
-    n = 1600 if os.environ.get("CONTIGA_FULL") else 200
+    n = 1600 if FULL else 200
     for height in (-1e-3, 0.0, 1e-3):
         across = np.linspace(-0.5, 0.5, n + 1)
         oblique = np.column_stack([across, 0.3 * across, np.full(n + 1, height)])

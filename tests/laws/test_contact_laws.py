@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import os
 from functools import cache
 
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.sample import FULL
 
 import contiga as cg
 from contiga.num import pose
 
 SETTINGS = settings(max_examples=25, deadline=None, derandomize=True)
 # Each example makes bodies of its own, with all their tables; CONTIGA_FULL=1 asks for all.
-FEW = SETTINGS if os.environ.get("CONTIGA_FULL") else settings(SETTINGS, max_examples=8)
+FEW = SETTINGS if FULL else settings(SETTINGS, max_examples=8)
 
 angles = st.floats(-3.0, 3.0)
 shifts = st.tuples(*3 * [st.floats(-50.0, 50.0)])

@@ -9,10 +9,9 @@ the face.
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 import pytest
+from tests.sample import FULL
 
 import contiga as cg
 from contiga.geometry.kernels.trim_nb import points_in_trim
@@ -26,7 +25,7 @@ FILES = (
     "utah_teapot_32bezier_gismo.xml",
 )
 # Points a face; CONTIGA_FULL=1 asks for all.
-POINTS = 1000 if os.environ.get("CONTIGA_FULL") else 40
+POINTS = 1000 if FULL else 20
 ALLOWED = 1e-9
 SAMPLES = 200
 

@@ -56,7 +56,7 @@ def test_segments_of_every_length_and_angle_enter_where_they_do(name):
 
 @pytest.mark.parametrize("name", SURFACES)
 def test_tracked_feet_are_those_of_tiny_steps_or_flagged(name):
-    clean(tracking.follow(tracking.tracked(name), 640, seed=13))
+    clean(tracking.follow(tracking.tracked(name), 320, seed=13))
 
 
 @pytest.mark.parametrize("name", motions.MOTIONS)

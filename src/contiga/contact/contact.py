@@ -285,8 +285,7 @@ class Contact(Shown):
 
         Parameters
         ----------
-        standing : slave points (n, 3), world axes, and poses (4, 4) of the master, the first one
-            that of the start
+        standing : slave points (n, 3), world axes, and poses (4, 4) of the master, from the start
         most : points of contact that are followed at most, spread evenly over them; all if
             omitted. At the start all are looked at
         """

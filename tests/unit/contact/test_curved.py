@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from functools import cache
 
 import numpy as np
 import pytest
+from tests.sample import FULL
 from tests.scenes import box
 
 import contiga as cg
@@ -24,7 +24,7 @@ UNIT = cg.PenaltyLaw(1.0)
 FLAGGED = (Is.LOST, Is.FOUND, Is.REACQUIRED)
 RADIUS, HALF = 0.49, 0.01
 # Into which a turn is divided that is made in one step, too.
-SMALL = 300 if os.environ.get("CONTIGA_FULL") else 75
+SMALL = 300 if FULL else 75
 Pose = Callable[[float], np.ndarray]
 
 
@@ -242,7 +242,7 @@ def test_the_bulge_is_a_bound_and_near_the_truth() -> None:
 def test_pieces_are_as_straight_as_is_asked(
     monkeypatch: pytest.MonkeyPatch, degrees: float
 ) -> None:
-    points, end, pose_at = _both_move(degrees, 0.2)
+    points, end, pose_at = _both_move(degrees, 0.2, 250 if FULL else 80)
     contact = _contact("blade", len(points))
     state = contact.start(points)
     seen: list[float] = []

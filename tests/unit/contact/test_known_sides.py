@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.sample import FULL
 from tests.stress import shaking, solids
 
 import contiga as cg
 from contiga.records import ContactStatus as Is
 from contiga.search.exact_surface import ExactSurface
 
-FULL = bool(os.environ.get("CONTIGA_FULL"))
 N = 300 if FULL else 100
 SAME = ("status", "feature", "patch", "penetration", "normal", "foot", "force", "area", "certified")
 

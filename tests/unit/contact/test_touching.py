@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import os
 from collections.abc import Callable, Iterator
 from dataclasses import fields
 from functools import cache
@@ -12,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.sample import FULL
 from tests.scenes import box
 
 import contiga as cg
@@ -22,7 +22,7 @@ from contiga.contact.state import State
 from contiga.jit.resident import PLACES
 from contiga.search.exact_surface import ExactSurface
 
-N = 70 if os.environ.get("CONTIGA_FULL") else 50
+N = 70 if FULL else 50
 
 
 def shell() -> cg.Body:

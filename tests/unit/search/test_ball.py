@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
-
 import numpy as np
 import pytest
+from tests.sample import FULL
 
 import contiga as cg
 from contiga.search import ball, ball_cells
 from contiga.statuses import Status
 
-FULL = bool(os.environ.get("CONTIGA_FULL"))
 POINTS = 1_000_000 if FULL else 5_000
 
 

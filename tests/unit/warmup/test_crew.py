@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+from tests.sample import FULL
 
 from contiga.warmup.crew import Crew, Told
 from contiga.warmup.listing import listing
@@ -57,6 +58,7 @@ def test_what_cannot_be_compiled_is_told_and_the_next_one_is_taken(
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(not FULL, reason="compiles for a minute")
 def test_a_process_that_lays_no_records_out_compiles_what_reads_them(tmp_path: Path) -> None:
     row = next(row for row, one in enumerate(LISTED) if one.name == "stay_free")
     told = {}
