@@ -174,7 +174,7 @@ def test_casting_meets_a_cloud_all_around_it(
     table = "[[0, 0, 0, 0], [5, 3, 2, -2], [10, -2, -3, 3], [15, 2, 3, 1], [20, 0, 0, 0]]"
     text = _case(
         f'geometry = {{ file = "{casting}" }}\nmotion = {{ kind = "translate", table = {table} }}',
-        "points = { random = { box = [[-345, -45, -365], [345, 825, 45]], n = 2000, seed = 3 } }",
+        "points = { random = { box = [[-345, -45, -365], [345, 825, 45]], n = 4000, seed = 3 } }",
     )
     run = run_case(text)
     physics(run, corners=True)
@@ -195,7 +195,7 @@ def test_points_go_right_through_the_casting(
     table = "[[0, 0, 0, 0], [5, 30, 20, -20], [10, -20, -30, 30], [15, 20, 30, 10], [20, 0, 0, 0]]"
     text = _case(
         f'geometry = {{ file = "{casting}" }}\nmotion = {{ kind = "translate", table = {table} }}',
-        "points = { random = { box = [[-345, -45, -365], [345, 825, 45]], n = 4000, seed = 3 } }",
+        "points = { random = { box = [[-345, -45, -365], [345, 825, 45]], n = 2000, seed = 3 } }",
     )
     run = run_case(text)
     physics(run, corners=True)
