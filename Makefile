@@ -17,7 +17,7 @@ FULL := tests/laws/test_contact_laws.py tests/unit/warmup/test_crew.py \
   $(addprefix tests/cases/test_,closed_solids.py same_bits.py) \
   $(addprefix tests/reference/test_,friction_closed_forms.py projection_cad.py) \
   $(addprefix tests/unit/contact/test_,curved.py known_sides.py touching.py) \
-  $(addprefix tests/unit/search/test_,ball.py hit.py)
+  $(addprefix tests/unit/search/test_,ball.py hit.py) tests/stress/test_stress.py
 PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
 TWO := -n 2 --dist loadfile --no-loadscope-reorder
 

@@ -13,7 +13,7 @@ import contiga as cg
 from contiga.records import ContactStatus as Is
 from contiga.search.exact_surface import ExactSurface
 
-N = 300 if FULL else 100
+N = 300 if FULL else 50
 SAME = ("status", "feature", "patch", "penetration", "normal", "foot", "force", "area", "certified")
 
 
