@@ -13,7 +13,7 @@ DEMO := out/demo
 GENERATED := examples/generated
 ONE_THREAD := tests/unit/triangles tests/cases/test_faceted_search.py \
   $(addprefix tests/unit/search/test_,project.py track.py hit.py follow.py global.py)
-FULL := tests/laws/test_contact_laws.py tests/unit/warmup/test_crew.py \
+FULL := tests/laws/test_contact_laws.py tests/unit/warmup/test_compile_pool.py \
   $(addprefix tests/cases/test_,closed_solids.py same_bits.py) \
   $(addprefix tests/reference/test_,friction_closed_forms.py projection_cad.py) \
   $(addprefix tests/unit/contact/test_,curved.py known_sides.py touching.py) \

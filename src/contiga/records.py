@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.handed import by_reference
+from contiga.pointer_records import pass_by_pointer
 from contiga.shown import Facts, counted, line_of, table_of
 from contiga.statuses import Advised, Status
 
@@ -71,7 +71,7 @@ IN_CONTACT = (
 )
 
 
-@by_reference
+@pass_by_pointer
 class Projection(NamedTuple):
     """Feet of n points on a body, in the frame the points came in.
 
@@ -112,7 +112,7 @@ class Projection(NamedTuple):
         return table_of("Projection", self._facts())
 
 
-@by_reference
+@pass_by_pointer
 class Hit(NamedTuple):
     """First entry of n swept points into a body.
 

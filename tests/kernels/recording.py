@@ -19,8 +19,8 @@ from tests.kernels import exercises
 import contiga as cg
 from contiga.io import apart
 from contiga.jit.dispatcher import KernelDispatcher
+from contiga.jit.pinned import TYPES, is_reader
 from contiga.jit.reference import Reference
-from contiga.jit.resident import TYPES, is_reader
 from contiga.jit.stamps import LOCAL
 from contiga.warmup.listing import FILE
 

@@ -171,7 +171,7 @@ def _across(body: cg.Body, here: Projection, there: Projection) -> np.ndarray:
     """(n,) how far feet may be apart and be one: from an edge on, some widths of that."""
     table = tables_of(body).elements.table
     widest = np.zeros(len(body.patches))
-    np.maximum.at(widest, table["patch"], table["skirt"])
+    np.maximum.at(widest, table["patch"], table["edge_tolerance"])
     beside = (here.feature != Feature.FACE) | (there.feature != Feature.FACE)
     return np.maximum(SAME * body.size, np.where(beside, WIDTHS * widest[here.patch], 0.0))
 

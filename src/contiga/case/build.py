@@ -236,7 +236,7 @@ def _bodies(
             continue
         assert not isinstance(body, Slave)
         if spec.reference_point is not None:
-            body = body.about(spec.reference_point)
+            body = body.with_reference_point(spec.reference_point)
         if isinstance(motion, FreeSpec | AttachedSpec) and spec.mass is not None:
             with wrong.at(f"body[{i}].mass"):
                 mass = spec.mass.properties(body)

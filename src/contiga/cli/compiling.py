@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 if TYPE_CHECKING:
-    from contiga.warmup.crew import Crew
+    from contiga.warmup.compile_pool import CompilePool
 
 MANY = 4
 """Kernels that are compiled before other processes are called, where it is not a first run."""
@@ -28,11 +28,11 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
         return
     from numba.core import event
 
-    from contiga.jit.cache import COMPANY
+    from contiga.jit.cache import COMPILE_LISTENERS
     from contiga.num.threads import thread_count
 
     helpers = min(thread_count() - 1, HELPERS) if helped else 0
-    crew: list[Crew] = []
+    compile_pool: list[CompilePool] = []
     counted, first = 0, False
 
     def say() -> None:
@@ -42,7 +42,7 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
     def call_others() -> None:
         if helpers:
             with suppress(OSError):  # no more processes: the run compiles by itself
-                crew.append(_crew(helpers))
+                compile_pool.append(_crew(helpers))
 
     class Watcher(event.Listener):  # type: ignore[misc]
         def on_start(self, _: Any) -> None:
@@ -62,8 +62,8 @@ def watch_compiling(context: typer.Context, helped: bool = False) -> None:
     @context.call_on_close
     def end() -> None:
         event.unregister("numba:compile", watcher)
-        for one in crew:
-            COMPANY.remove(one)
+        for one in compile_pool:
+            COMPILE_LISTENERS.remove(one)
             one.end()
 
     first = helpers > 0 and _is_first()
@@ -88,10 +88,10 @@ def _line(helpers: int) -> str:
     )
 
 
-def _crew(helpers: int) -> Crew:
-    from contiga.jit.cache import COMPANY
-    from contiga.warmup.crew import Crew
+def _crew(helpers: int) -> CompilePool:
+    from contiga.jit.cache import COMPILE_LISTENERS
+    from contiga.warmup.compile_pool import CompilePool
 
-    crew = Crew(helpers)
-    COMPANY.append(crew)
-    return crew
+    compile_pool = CompilePool(helpers)
+    COMPILE_LISTENERS.append(compile_pool)
+    return compile_pool

@@ -14,7 +14,7 @@ from contiga.cli.progress import Show, progress_bar
 from contiga.errors import RunError
 
 if TYPE_CHECKING:
-    from contiga.warmup.crew import Told
+    from contiga.warmup.compile_pool import Progress
 
 MOST = 16
 """Processes where none are asked for, at most: each takes some 400 MB, and more help little."""
@@ -30,7 +30,7 @@ def warmup(
     """Compile all kernels now, on all cores, so that no run has to wait for them."""
     from contiga.num.threads import thread_count
     from contiga.warmup import record
-    from contiga.warmup.crew import Crew
+    from contiga.warmup.compile_pool import CompilePool
     from contiga.warmup.listing import listing
 
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
@@ -45,8 +45,8 @@ def warmup(
     jobs = jobs or min(thread_count(), MOST)
     with progress_bar("warmup", quiet=quiet) as show:
         count = _Count(show, [f"{one.module}.{one.name}" for one in listing().kernels])
-        with Crew(jobs, count.hear) as crew:
-            crew.wait()
+        with CompilePool(jobs, count.hear) as compile_pool:
+            compile_pool.wait()
     kept = [str(file) for folder in count.folders for file in Path(folder).glob("*.nb[ci]")]
     if not quiet:
         print(_line(count.compiled, kept, perf_counter() - start))
@@ -69,7 +69,7 @@ class _Count:
         self.folders: set[str] = set()
         self.failed: list[str] = []
 
-    def hear(self, process: int, told: Told) -> None:
+    def hear(self, process: int, told: Progress) -> None:
         """A message of a process."""
         name = self._names[told.row]
         with self._lock:

@@ -12,14 +12,14 @@ import numpy as np
 
 from contiga.contact.sparse import Sparse
 from contiga.contact.state_rows import kept_of
-from contiga.contact.touching import Past, Touching
+from contiga.contact.touching import ContactRows, PreviousStep
 from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
 from contiga.num.ordered import length, product
 from contiga.records import FloatArray
 
 
 def grip_as_one(
-    friction: Friction, points: Touching, inp: FrictionInput, past: Past | None
+    friction: Friction, points: ContactRows, inp: FrictionInput, past: PreviousStep | None
 ) -> FrictionOutput:
     """What friction answers for the whole, `inp` being what it would see of each point."""
     shares = _shares(inp.force)

@@ -14,8 +14,17 @@ from contiga.contact.judge import SAME_FOOT, judge
 from contiga.contact.kernels import touching_nb
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
-from contiga.contact.touching import Past, Touching, touching
-from contiga.contact.tracked import CHUNK, BoolArray, Columns, Detected, Last, Options, Room, Step
+from contiga.contact.touching import ContactRows, PreviousStep, touching
+from contiga.contact.tracked import (
+    CHUNK,
+    BoolArray,
+    Columns,
+    Detected,
+    Last,
+    Options,
+    Step,
+    Workspace,
+)
 from contiga.masters.protocol import Master, Surface
 from contiga.num.arrays import locked
 from contiga.num.rigid import to_body
@@ -28,11 +37,11 @@ Moved = tuple[FloatArray, FloatArray, FloatArray]
 def detect_moved(
     master: Master,
     moved: Moved,
-    past: Past,
+    past: PreviousStep,
     active: BoolArray,
     options: Options,
-    memory: tuple[Room, Columns],
-) -> tuple[Detected, Touching]:
+    memory: tuple[Workspace, Columns],
+) -> tuple[Detected, ContactRows]:
     """One step of a body that goes from the pose of `past` to that it is `moved` to; see `detect`.
 
     The points in body axes are filled in.
@@ -42,7 +51,7 @@ def detect_moved(
         return known
     p_W, X_WB, p_B = moved
     state = past.state
-    place = state.patch, state.uv, state.near
+    place = state.patch, state.uv, state.last_patch
     last = Last(state.points_B, *place, state.safe_distance, kept_of(state).holds)
     poses = state.pose, X_WB
     if is_turned(poses):
@@ -57,37 +66,37 @@ def detect_moved(
 def detect_at_once(
     master: Master,
     moved: Moved,
-    past: Past,
+    past: PreviousStep,
     active: BoolArray,
     options: Options,
-    memory: tuple[Room, Columns],
-) -> tuple[Detected, Touching] | None:
+    memory: tuple[Workspace, Columns],
+) -> tuple[Detected, ContactRows] | None:
     """One step of a body that does not turn, `moved` from where it was; see `detect`.
 
     None where the body, its motion or the number of points is not such: then nothing is filled in.
     States that steps have made are of arrays as kernels take them.
     """
-    room, columns = memory
+    workspace, columns = memory
     if not (options.closed and options.nearest) or options.through:
         return None
     if len(moved[0]) > CHUNK or not kept_of(past.state).is_made:
         return None
-    places = room.small.of(master)
+    places = workspace.small.of(master)
     if places is None:
         return None
-    feet = no_feet(room, columns)
+    feet = no_feet(workspace, columns)
     counts = _advance(moved, past, active, options, memory, feet, places)
     if counts[2] == touching_nb.NO_BALLS:
-        places = room.small.places(master.surface, True) or places
+        places = workspace.small.places(master.surface, True) or places
         counts = _advance(moved, past, active, options, memory, feet, places)
     in_contact, near, left, held = counts
     if left == touching_nb.TURNED:
         return None
     if left == 0:
-        rows = room.rows[2, :held].copy()
+        rows = workspace.rows[2, :held].copy()
         status, safe_distance, close, uv, *_ = columns
         found = Detected(status, feet, safe_distance, close, uv, rows)
-        return found, Touching.on(room.small.desk, rows)
+        return found, ContactRows.on(workspace.small.buffers, rows)
     found = _finish(master.surface, moved[2], past.state, options, memory, (in_contact, near, left))
     return found, touching(found, moved[2], past)
 
@@ -97,17 +106,17 @@ def _finish(
     p_B: FloatArray,
     state: State,
     options: Options,
-    memory: tuple[Room, Columns],
+    memory: tuple[Workspace, Columns],
     counts: tuple[int, int, int],
 ) -> Detected:
     """What the kernel has left of a step; `counts` is what it answered."""
-    (room, columns), (in_contact, near, left) = memory, counts
-    found = nowhere(room, columns)
-    old = state.near, state.uv, kept_of(state).holds
-    step = Step(state.points_B, p_B, room.way, room.ignored, *old, room.small)
-    lists = room.rows[0, :in_contact], room.rows[1, :near]
+    (workspace, columns), (in_contact, near, left) = memory, counts
+    found = nowhere(workspace, columns)
+    old = state.last_patch, state.uv, kept_of(state).holds
+    step = Step(state.points_B, p_B, workspace.way, workspace.ignored, *old, workspace.small)
+    lists = workspace.rows[0, :in_contact], workspace.rows[1, :near]
     if left > 0:
-        opposed = judge(surface, step, room.small.desk.doubtful.first(left), found, options)
+        opposed = judge(surface, step, workspace.small.buffers.doubtful.first(left), found, options)
     else:
         feet = state.patch, state.uv
         opposed = closed_body.detect(surface, step, feet, lists, found, options)
@@ -116,27 +125,27 @@ def _finish(
 
 def _advance(
     moved: Moved,
-    past: Past,
+    past: PreviousStep,
     active: BoolArray,
     options: Options,
-    memory: tuple[Room, Columns],
+    memory: tuple[Workspace, Columns],
     feet: Projection,
     places: tuple[int, ...],
 ) -> tuple[int, int, int, int]:
     """See `touching_nb.advance`."""
     p_W, X_WB, p_B = moved
-    room, (status, safe_distance, near, uv, *rest) = memory
+    workspace, (status, safe_distance, near, uv, *rest) = memory
     state, size = past.state, options.size
     shares = SHORT * size, SAME_FOOT * size
     limits = options.balls, options.penetration, options.band, options.depth, *shares
-    last = state.patch, state.uv, state.near, state.safe_distance
+    last = state.patch, state.uv, state.last_patch, state.safe_distance
     counts: tuple[int, int, int, int] = touching_nb.advance(
         (locked(p_W), X_WB, state.pose, p_B, state.points_B),
         (*last, *kept_of(state).deep, kept_of(state).holds),
         active,
-        (status, safe_distance, near, uv, room.way, room.ignored, *rest),
+        (status, safe_distance, near, uv, workspace.way, workspace.ignored, *rest),
         feet,
-        room.rows,
+        workspace.rows,
         past.speed,
         (limits, places),
     )

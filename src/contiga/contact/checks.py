@@ -222,7 +222,9 @@ def _largest(patch: IntArray) -> int:
 
 def _refuse_memories(state: State, n_points: int, memories: tuple[int, int]) -> None:
     """Say which of them are of another width."""
-    for name, whose, wanted in zip(("memory", "grip"), ("law", "friction"), memories, strict=True):
+    for name, whose, wanted in zip(
+        ("memory", "friction_memory"), ("law", "friction"), memories, strict=True
+    ):
         found = kept_of(state).shape(name)
         if found[1] != wanted:
             raise InputError(

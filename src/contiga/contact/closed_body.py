@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.contact.desk import MOST, Asked
 from contiga.contact.judge import asked_of, free_distance, joined, judge, within_depth
 from contiga.contact.kernels import settle_nb, touching_nb
 from contiga.contact.loads import UNGUARDED, Guards
+from contiga.contact.step_buffers import MOST, Asked
 from contiga.contact.tracked import (
     BoolArray,
     Detected,
@@ -44,7 +44,7 @@ from contiga.records import (
 SHORT = 2e-3
 
 
-class Told(NamedTuple):
+class SideEvidence(NamedTuple):
     """What is known of points in contact that are not outside, one row each."""
 
     rows: IntArray
@@ -118,7 +118,7 @@ def _look_at_touching(
     rows: IntArray,
     found: Detected,
     options: Options,
-) -> Told:
+) -> SideEvidence:
     """Settle the points in contact whose sides and feet tell what becomes of them.
 
     What is outside needs no foot.
@@ -128,7 +128,7 @@ def _look_at_touching(
     return told or _one_by_one(surface, step, last, rows, found, options)
 
 
-def _left_of(told: Told, step: Step) -> Asked | None:
+def _left_of(told: SideEvidence, step: Step) -> Asked | None:
     """Those points in contact that are not settled, if there are any."""
     rows, known, now, feet, mark, own = told
     if len(own) == 0:
@@ -148,18 +148,18 @@ def _at_once(
     rows: IntArray,
     found: Detected,
     options: Options,
-) -> Told | None:
+) -> SideEvidence | None:
     """Settle few points by one kernel; None where that does not do."""
     small, places = step.small, step.small.places(surface, False)
     path, limits = (step.now, step.before, step.way), (options.balls, options.band)
     of_last = *last, step.holds
-    into = found.status, found.safe_distance, found.near, found.uv
+    into = found.status, found.safe_distance, found.last_patch, found.uv
     while places is not None:
         _, left = touching_nb.touch(rows, path, of_last, into, found.feet, limits, places)
         if left >= 0:
-            desk, own = small.desk, small.desk.ways[:left].copy()
-            known = desk.own_side, desk.own_reach
-            return Told(desk.rows, known, desk.now, desk.feet, desk.mark, own)
+            buffers, own = small.buffers, small.buffers.ways[:left].copy()
+            known = buffers.own_side, buffers.own_reach
+            return SideEvidence(buffers.rows, known, buffers.now, buffers.feet, buffers.mark, own)
         places = small.places(surface, True) if left == touching_nb.NO_BALLS else None
     return None
 
@@ -171,11 +171,11 @@ def _one_by_one(
     rows: IntArray,
     found: Detected,
     options: Options,
-) -> Told:
+) -> SideEvidence:
     """Settle points by one question to the surface after the other."""
     known, band = surface.sides(step.now, rows), options.band
     work, ends = _of_touching(len(rows)), (step.before, step.now)
-    places = found.status, found.safe_distance, found.near, found.uv
+    places = found.status, found.safe_distance, found.last_patch, found.uv
     left = settle_nb.stay(rows, known, ends, last, places[:2], band, work)
     rows, side, reach, patch, uv, before, now = (values[:left] for values in work)
     mark, ways, asked = np.empty(left, np.int8), np.empty(left, np.int32), _listed(left)
@@ -191,7 +191,7 @@ def _one_by_one(
             mark[ways[:n][clear]] |= settle_nb.KEPT
     balls = _balls(surface, feet, (asked[0][:m], asked[1][:m]), options)
     n = settle_nb.settle(rows, feet, (side, reach), mark, balls, band, places, found.feet, ways)
-    return Told(rows, (side, reach), now, feet, mark, ways[:n])
+    return SideEvidence(rows, (side, reach), now, feet, mark, ways[:n])
 
 
 def _of_touching(n: int) -> tuple[Any, ...]:
@@ -241,13 +241,13 @@ def _free_at_once(
     """Settle few free points by one kernel; None where that does not do."""
     small, places = step.small, step.small.places(surface, False)
     limits = options.penetration, options.balls, options.band, SHORT * options.size
-    into = found.status, found.safe_distance, found.near, found.uv
-    moved, old = (step.way, step.ignored, step.now), (step.near, step.uv)
+    into = found.status, found.safe_distance, found.last_patch, found.uv
+    moved, old = (step.way, step.ignored, step.now), (step.last_patch, step.uv)
     while places is not None:
         left = touching_nb.stay_free(rows, moved, old, into, limits, places)
         if left >= 0:
-            desk = small.desk
-            return desk.own_side, desk.own_reach, desk.reach, desk.ways[:left]
+            buffers = small.buffers
+            return buffers.own_side, buffers.own_reach, buffers.reach, buffers.ways[:left]
         places = small.places(surface, True) if left == touching_nb.NO_BALLS else None
     return None
 
@@ -261,9 +261,9 @@ def _free_one_by_one(
     n = len(rows)
     index, patch = np.empty(n, np.int32), np.empty(n, np.int32)
     uv, now = np.empty((n, 2)), np.empty((n, 3))
-    ends, old, far = (step.way, step.now), (step.near, step.uv), SHORT * options.size
+    ends, old, far = (step.way, step.now), (step.last_patch, step.uv), SHORT * options.size
     work = index, patch, uv, now
-    n = settle_nb.starts(rows, known, tuple(place), ends, old, found.near, far, work)
+    n = settle_nb.starts(rows, known, tuple(place), ends, old, found.last_patch, far, work)
     if n:
         index, patch, uv, now = index[:n], patch[:n], uv[:n], now[:n]
         feet = follow(surface, (None, now), (patch, uv))

@@ -25,16 +25,16 @@ from contiga.contact.checks import (
     law_of,
 )
 from contiga.contact.detect import detect_at_start
+from contiga.contact.dry_run import DryRun, dry_run
 from contiga.contact.measured import Measure
 from contiga.contact.motion import Velocities, relative_velocity
 from contiga.contact.points import default_area, pressure_of, sampling_of
-from contiga.contact.rehearsed import Rehearsed, rehearsed
 from contiga.contact.respond import forces, law_input, loads_of, respond, whole_of
 from contiga.contact.reused import given_up
 from contiga.contact.state import State, state_of
 from contiga.contact.state_rows import kept_of
-from contiga.contact.touching import Past, Touching, touching
-from contiga.contact.tracked import Columns, Detected, Options, Rooms, options_of
+from contiga.contact.touching import ContactRows, PreviousStep, touching
+from contiga.contact.tracked import Columns, Detected, Options, Workspaces, options_of
 from contiga.errors import InputError
 from contiga.laws.friction import Friction
 from contiga.laws.normal import Law
@@ -42,6 +42,7 @@ from contiga.masters.protocol import Master, Surface
 from contiga.num.arrays import as_points, positive
 from contiga.num.pose import identity
 from contiga.num.rigid import standing, to_body
+from contiga.old_names import OldName
 from contiga.records import FloatArray, IndexArray, rows_of
 from contiga.shown import Facts, Shown
 from contiga.slaves.sampling import QUADRATURES
@@ -88,9 +89,8 @@ class Contact(Shown):
     quadrature : points of contact. "nodes": the slave's nodes. 1, 3, 6 or 12: so many points on
         each facet, for coarse meshes
     friction : `Coulomb` or `ViscousFriction`; none if omitted
-    through : what becomes of tunnelling. "release": points that leave a body by another wall than
-        they came in by are free. "hold": they stay on the wall they came in by until they are
-        back; needs search by intersection
+    through : tunnelling. "release": points that leave a body by another wall than they came in by
+        are free. "hold": they stay on that wall until they are back; needs search by intersection
     foot : the wall that pushes a point. "nearest": the nearest one that is not opposite to the
         wall that holds it, so that depth is a function of the place, whatever the way in.
         "tracked": the one it came in by, followed as a local minimum of the distance, as in the
@@ -169,7 +169,7 @@ class Contact(Shown):
         self.through = through
         self.foot = foot
         self.depth = None if depth is None else positive(depth, "depth", finite=False)
-        self._rooms = Rooms()
+        self._workspaces = Workspaces()
 
     def _facts(self) -> Facts:
         return [
@@ -263,12 +263,13 @@ class Contact(Shown):
         dt = positive(dt, "dt")
         self._check_state(state)
         poses, active = (state.pose, X_WB), self._sampling.active
-        past = Past(state, dt, relative_velocity(self._sampling, p_W, poses, velocity, twist))
+        speed = relative_velocity(self._sampling, p_W, poses, velocity, twist)
+        past = PreviousStep(state, dt, speed)
         if out is None:
             columns, p_B = Columns.of(len(p_W)), np.empty(p_W.shape)
         else:
             columns, p_B = given_up(out, state, p_W, self)
-        memory = room, _ = self._rooms.take(len(p_W)), columns
+        memory = workspace, _ = self._workspaces.take(len(p_W)), columns
         try:
             with clock("search"):
                 found, held = detect_moved(
@@ -276,21 +277,20 @@ class Contact(Shown):
                 )
             return self._respond(found, held, (p_B, X_WB), past, clock, out)
         finally:
-            self._rooms.give(room)
+            self._workspaces.give(workspace)
 
-    def rehearse(
-        self, standing: Iterable[tuple[ArrayLike, ArrayLike | None]], *, most: int | None = None
-    ) -> Iterator[Rehearsed]:
-        """The search alone, from one standing to the next. Raises as `start` does.
+    def dry_run(
+        self, placements: Iterable[tuple[ArrayLike, ArrayLike | None]], *, most: int | None = None
+    ) -> Iterator[DryRun]:
+        """The search alone, without forces, placement after placement. Raises as `start` does.
 
-        Parameters
-        ----------
-        standing : slave points (n, 3), world axes, and poses (4, 4) of the master, from the start
-        most : points of contact that are followed at most, spread evenly over them; all if
-            omitted. At the start all are looked at
+        `placements` are slave points (n, 3), world axes, and poses (4, 4) of the master. Of the
+        points in contact after the start `most` are followed, spread evenly; all if omitted.
         """
-        checked = (self._checked(points, pose) for points, pose in standing)
-        return rehearsed(self._surface, checked, (self._sampling.active, most), self._options)
+        checked = (self._checked(points, pose) for points, pose in placements)
+        return dry_run(self._surface, checked, (self._sampling.active, most), self._options)
+
+    rehearse = OldName("dry_run")
 
     def area_input(self, state: State) -> AreaInput:
         """The nodes in contact in `state`, as area methods see them."""
@@ -312,7 +312,7 @@ class Contact(Shown):
         """(m, 3) way each point in contact has slid since it came in, body axes."""
         if self.friction is None:
             return np.zeros((len(state.status), 3))
-        return self.friction.slid(state.grip)
+        return self.friction.slid(state.friction_memory)
 
     def outlines(self, state: State, pose: ArrayLike | None = None) -> Outlines | None:
         """Closed lines around the regions of contact of `state`, world axes.
@@ -361,9 +361,9 @@ class Contact(Shown):
     def _respond(
         self,
         found: Detected,
-        held: Touching,
+        held: ContactRows,
         places: tuple[FloatArray, FloatArray],
-        past: Past | None,
+        past: PreviousStep | None,
         clock: StageClock,
         out: State | None = None,
     ) -> State:

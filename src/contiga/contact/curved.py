@@ -18,10 +18,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.contact.desk import Small
 from contiga.contact.detect import detect
 from contiga.contact.kernels import bulging_nb
 from contiga.contact.loads import Guards, Holds, merged
+from contiga.contact.step_buffers import Small
 from contiga.contact.tracked import (
     CHUNK,
     BoolArray,
@@ -29,7 +29,7 @@ from contiga.contact.tracked import (
     Detected,
     Last,
     Options,
-    Room,
+    Workspace,
     listed,
     take,
 )
@@ -59,7 +59,7 @@ def detect_on_curves(
     active: BoolArray,
     options: Options,
     poses: tuple[FloatArray, FloatArray],
-    memory: tuple[Room, Columns] | None = None,
+    memory: tuple[Workspace, Columns] | None = None,
 ) -> Detected:
     """One step of a body that goes from one to the other of its `poses` (4, 4); see `detect`."""
     if not is_turned(poses):
@@ -137,8 +137,8 @@ def _bulging(
     rows = _near(surface, last, now, listed(*lists), bulge)
     start, end = last.points_B[rows], to_world(X_01, now[rows])
     own, way = bulge_of(screw, start, end), _lengths(now[rows] - start)
-    room = np.where(last.patch[rows] >= 0, 0.0, np.abs(last.safe_distance[rows]))
-    far = (own > allowed) & (room <= way + own) & (way >= CARRIED * _lengths(end - start))
+    clearance = np.where(last.patch[rows] >= 0, 0.0, np.abs(last.safe_distance[rows]))
+    far = (own > allowed) & (clearance <= way + own) & (way >= CARRIED * _lengths(end - start))
     return rows[far], own[far]
 
 
@@ -189,9 +189,9 @@ def _follow(
     story = Story.begin(last.patch >= 0)
     for k in range(1, pieces + 1):
         now = path.at(k / pieces)
-        found = detect(surface, now, last, active, options, (Room.of(n, small), Columns.of(n)))
+        found = detect(surface, now, last, active, options, (Workspace.of(n, small), Columns.of(n)))
         story = story.after(found)
-        place = found.feet.patch, found.uv, found.near
+        place = found.feet.patch, found.uv, found.last_patch
         last = Last(now, *place, found.safe_distance, found.holds)
     feet = found.feet._replace(certified=story.certified)
     return found._replace(feet=feet, status=story.status(found.status))
@@ -254,7 +254,7 @@ class Story(NamedTuple):
 
 def _put(whole: Detected, rows: IndexArray, part: Detected) -> Detected:
     """`whole` with what was found of some points written into their rows."""
-    for name in ("status", "safe_distance", "near", "uv"):
+    for name in ("status", "safe_distance", "last_patch", "uv"):
         getattr(whole, name)[rows] = getattr(part, name)
     take(whole.feet, rows, part.feet, np.ones(len(rows), dtype=bool))
     own = Guards(rows[part.opposed.rows], part.opposed.normal)
@@ -271,7 +271,7 @@ def _rows_of(last: Last, rows: IndexArray) -> Last:
         last.points_B[rows],
         last.patch[rows],
         last.uv[rows],
-        last.near[rows],
+        last.last_patch[rows],
         last.safe_distance[rows],
         Holds(place[held[own]], guard[own], depth[own], opposed[own]),
     )

@@ -22,8 +22,8 @@ from contiga.contact.tracked import (
     Detected,
     Last,
     Options,
-    Room,
     Step,
+    Workspace,
     detect_inside,
     listed,
     track,
@@ -56,19 +56,19 @@ def detect(
     last: Last,
     active: np.ndarray,
     options: Options,
-    memory: tuple[Room, Columns] | None = None,
+    memory: tuple[Workspace, Columns] | None = None,
     moved: tuple[FloatArray, FloatArray] | None = None,
 ) -> Detected:
     """One step: from the points of the last step to those of this one, body axes.
 
-    What is found lies in `memory`, and what is in the room is gone with the next step in it. With
-    `moved`, the points in world axes and the pose of the body, `now` is filled in.
+    What is found lies in `memory`; the next step in it overwrites the workspace. With `moved`, the
+    points in world axes and the pose of the body, `now` is filled in.
     """
-    room, columns = memory or (Room.of(len(now)), Columns.of(len(now)))
-    found = nowhere(room, columns)
-    old = last.near, last.uv, last.holds
-    step = Step(last.points_B, now, room.way, room.ignored, *old, room.small)
-    lists = rows, near = _place(step, last, active, columns, room.rows, moved)
+    workspace, columns = memory or (Workspace.of(len(now)), Columns.of(len(now)))
+    found = nowhere(workspace, columns)
+    old = last.last_patch, last.uv, last.holds
+    step = Step(last.points_B, now, workspace.way, workspace.ignored, *old, workspace.small)
+    lists = rows, near = _place(step, last, active, columns, workspace.rows, moved)
     if options.through:
         feet = last.patch, last.uv
         rows, near = through.detect(surface, step, feet, lists, found, options)
@@ -98,7 +98,7 @@ def _place(
     """
     n = len(step.now)
     chunks = ceil(n / CHUNK)
-    known = last.patch, last.uv, last.near, last.safe_distance
+    known = last.patch, last.uv, last.last_patch, last.safe_distance
     status, safe_distance, near, uv, *feet = columns
     places = status, safe_distance, near, uv, step.way, step.ignored, *feet
     counts = np.zeros((chunks, 2), np.int64)
@@ -114,28 +114,30 @@ def _place(
 
 def _nothing(p_B: FloatArray, active: np.ndarray) -> Detected:
     """Nothing in contact, and nothing known of inactive points but that they never are."""
-    found = nowhere(Room.of(len(p_B)), Columns.of(len(p_B)))
+    found = nowhere(Workspace.of(len(p_B)), Columns.of(len(p_B)))
     found.status[~np.isfinite(p_B).all(axis=1)] = ContactStatus.NOT_FINITE
     found.safe_distance[~active] = np.inf
     return found
 
 
-def nowhere(room: Room, columns: Columns) -> Detected:
+def nowhere(workspace: Workspace, columns: Columns) -> Detected:
     """Points without feet, of which nothing is said."""
     status, safe_distance, near, uv, *_ = columns
-    return Detected(status, no_feet(room, columns), safe_distance, near, uv, room.rows[0, :0])
+    return Detected(
+        status, no_feet(workspace, columns), safe_distance, near, uv, workspace.rows[0, :0]
+    )
 
 
-def no_feet(room: Room, columns: Columns) -> Projection:
+def no_feet(workspace: Workspace, columns: Columns) -> Projection:
     """Where feet are written into: what states keep of them into their `columns`."""
     _, _, _, _, patch, feature, certified = columns
-    uv, point, normal, gap, status, *_ = room
+    uv, point, normal, gap, status, *_ = workspace
     return Projection(patch, uv, point, normal, gap, feature, status, certified)
 
 
 def with_feet(found: Detected, lists: tuple[IntArray, IntArray]) -> Detected:
     """`found` with the points in contact, which are some of the `lists`, and their parameters."""
     rows = np.empty(len(lists[0]) + len(lists[1]), np.int32)
-    known, feet = (found.near, found.uv), found.feet
+    known, feet = (found.last_patch, found.uv), found.feet
     n = place_nb.held(lists, feet.patch, feet.uv, known, rows)
     return found._replace(held=rows[:n])

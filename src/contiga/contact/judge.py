@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.contact.desk import Asked
 from contiga.contact.kernels import judge_nb
 from contiga.contact.kernels.judge_nb import NOT_ASKED
 from contiga.contact.loads import UNGUARDED, UNHELD, Guards
+from contiga.contact.step_buffers import Asked
 from contiga.contact.tracked import (
     BoolArray,
     Detected,
@@ -78,7 +78,7 @@ def _both(first: Projection, second: Projection) -> Projection:
     return Projection(*(np.concatenate(pair) for pair in columns))
 
 
-class Standing(NamedTuple):
+class PointsFound(NamedTuple):
     """What closest points and sides tell of the points that are asked for, a row each."""
 
     needed: BoolArray
@@ -105,7 +105,7 @@ def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: 
         held = asked.guard, asked.depth, asked.opposed
         judge_nb.take_nearest(asked[:4], asked.feet, truth, held, step.way, near)
     limits = options.penetration, options.nearest, options.band, options.depth, same_foot
-    into = found.status, found.safe_distance, found.near, found.uv
+    into = found.status, found.safe_distance, found.last_patch, found.uv
     if judge_nb.judge_plain(
         *(asked[:6], asked.feet, truth, (step.way, step.ignored)),
         *(limits, into, found.feet),
@@ -116,7 +116,7 @@ def judge(surface: Surface, step: Step, asked: Asked, found: Detected, options: 
     deep = inside & (told | (truth.gap < -options.band))
     past = np.isfinite(step.way[asked.rows])
     free = ~asked.was & (step.ignored[asked.rows] | ~past)
-    standing = Standing(needed, solved, inside, deep, free)
+    standing = PointsFound(needed, solved, inside, deep, free)
     if options.nearest:
         return _judge_nearest(surface, step, asked, standing, found, options)
     _judge_tracked(surface, step, asked, standing, found, options)
@@ -127,7 +127,7 @@ def _judge_tracked(
     surface: Surface,
     step: Step,
     asked: Asked,
-    standing: Standing,
+    standing: PointsFound,
     found: Detected,
     options: Options,
 ) -> None:
@@ -153,7 +153,7 @@ def _judge_nearest(
     surface: Surface,
     step: Step,
     asked: Asked,
-    standing: Standing,
+    standing: PointsFound,
     found: Detected,
     options: Options,
 ) -> Guards:
@@ -182,7 +182,7 @@ def _judge_nearest(
 
 
 def _entries(
-    surface: Surface, step: Step, asked: Asked, standing: Standing, options: Options
+    surface: Surface, step: Step, asked: Asked, standing: PointsFound, options: Options
 ) -> tuple[BoolArray, FloatArray]:
     """Which of the points inside have come in within the step, and where ways inside start.
 
@@ -213,7 +213,7 @@ def _entries(
 
 def _write(
     asked: Asked,
-    standing: Standing,
+    standing: PointsFound,
     told: tuple[ByteArray, BoolArray, BoolArray],
     found: Detected,
     options: Options,

@@ -89,7 +89,7 @@ class Loads(NamedTuple):
     damping: FloatArray | None = None
     """None, with the next, where nothing is damped."""
     viscosity: FloatArray | None = None
-    grip: FloatArray | None = None
+    friction_memory: FloatArray | None = None
     """None, with the two that follow, without friction."""
     traction: FloatArray | None = None
     tangential: FloatArray | None = None
@@ -129,7 +129,7 @@ class Loads(NamedTuple):
             "force": self.world,
             "damping": self.damping,
             "viscosity": self.viscosity,
-            "grip": self.grip,
+            "friction_memory": self.friction_memory,
             "traction_B": self.traction,
             "tangential": self.tangential,
             "tangent": self.tangent,
@@ -146,7 +146,7 @@ class Loads(NamedTuple):
         none: dict[str, Any] = {"tangent": np.zeros(0)} if self.tangent is None else {}
         if self.damping is None:
             none |= {"damping": np.zeros(0), "viscosity": np.zeros(0)}
-        if self.grip is None:
-            none |= {"grip": np.zeros((n, 0)), "traction_B": np.zeros((0, 3))}
+        if self.friction_memory is None:
+            none |= {"friction_memory": np.zeros((n, 0)), "traction_B": np.zeros((0, 3))}
             none["tangential"] = np.zeros(0)
         return none

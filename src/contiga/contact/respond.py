@@ -11,7 +11,7 @@ from contiga.contact.checks import PLAIN, checked_answer
 from contiga.contact.kernels import totals_nb
 from contiga.contact.loads import NO_ROWS, NONE, NOWHERE, Guards, Loads
 from contiga.contact.state_rows import kept_of
-from contiga.contact.touching import Past, Touching
+from contiga.contact.touching import ContactRows, PreviousStep
 from contiga.contact.tracked import Detected
 from contiga.laws.friction import Friction, FrictionInput, FrictionOutput
 from contiga.laws.normal import Law
@@ -48,11 +48,11 @@ NO_GRIP = NOWHERE, NONE, NONE
 
 
 def law_input(
-    points: Touching,
+    points: ContactRows,
     patch: IntArray,
     sampling: Sampling,
     area: FloatArray,
-    past: Past | None,
+    past: PreviousStep | None,
     law: Law,
 ) -> LawInput:
     """What the law sees of the points that carry; laws that are not ours cannot write to it.
@@ -80,7 +80,11 @@ def law_input(
 
 
 def respond(
-    law: Law, friction: Friction | None, points: Touching, inp: LawInput, past: Past | None
+    law: Law,
+    friction: Friction | None,
+    points: ContactRows,
+    inp: LawInput,
+    past: PreviousStep | None,
 ) -> Response:
     """What law and friction answer, in arrays of their own."""
     answer = checked_answer(law, inp)
@@ -97,7 +101,11 @@ def respond(
 
 
 def _friction_input(
-    friction: Friction, points: Touching, answer: LawOutput, inp: LawInput, past: Past | None
+    friction: Friction,
+    points: ContactRows,
+    answer: LawOutput,
+    inp: LawInput,
+    past: PreviousStep | None,
 ) -> FrictionInput:
     rows, n = points.rows, points.normal
     if past is None:
@@ -105,7 +113,7 @@ def _friction_input(
         velocity = np.zeros_like(n)
     else:
         kept = kept_of(past.state)
-        before, memory = kept.part("normal_B", rows), kept.part("grip", rows)
+        before, memory = kept.part("normal_B", rows), kept.part("friction_memory", rows)
         known = past.velocity_B
         velocity = points.path / past.dt if known is None else known[rows]
     return FrictionInput(
@@ -121,7 +129,7 @@ def _friction_input(
     )
 
 
-def _stiffness(points: Touching, answer: LawOutput) -> FloatArray:
+def _stiffness(points: ContactRows, answer: LawOutput) -> FloatArray:
     """(k,) of the normal force over the penetration; on a plateau of its curve the secant."""
     elastic = answer.force if answer.damping is None else answer.force - answer.damping
     secant = np.zeros(len(elastic))
@@ -129,7 +137,7 @@ def _stiffness(points: Touching, answer: LawOutput) -> FloatArray:
     return np.where(answer.stiffness > 0.0, answer.stiffness, np.maximum(secant, 0.0))
 
 
-def _part_inside(points: Touching) -> FloatArray:
+def _part_inside(points: ContactRows) -> FloatArray:
     """(k,) share of the step's path that a point has gone in contact: of a new one what is below
     the tangent plane at its foot, and nothing of a path that leads away from there."""
     way = -(points.path * points.normal).sum(axis=1)
@@ -139,10 +147,10 @@ def _part_inside(points: Touching) -> FloatArray:
 
 
 def forces(
-    points: Touching,
+    points: ContactRows,
     response: Response,
     p_B: FloatArray,
-    past: Past | None,
+    past: PreviousStep | None,
     frame: tuple[FloatArray, FloatArray],
 ) -> Forces:
     """Forces of the points that carry, and where the work done on the contact went, up to now.
@@ -193,7 +201,7 @@ def whole_of(
         "feature": feet.feature,
         "patch": feet.patch,
         "uv": found.uv,
-        "near": found.near,
+        "last_patch": found.last_patch,
         "points_B": p_B,
         "pose": X_WB,
         "certified": feet.certified,
@@ -204,7 +212,7 @@ def whole_of(
 
 
 def loads_of(
-    held: Touching, opposed: Guards, points: Touching, response: Response, felt: Forces
+    held: ContactRows, opposed: Guards, points: ContactRows, response: Response, felt: Forces
 ) -> Loads:
     """What a state keeps of the points in contact, `held`, also where they carry no forces.
 
@@ -219,5 +227,5 @@ def loads_of(
     if grip is not None:
         # Copies: whoever worked these out may go on with theirs.
         memory, tangential = np.array(grip.memory), np.array(grip.stiffness)
-        loads = loads._replace(grip=memory, traction=grip.force, tangential=tangential)
+        loads = loads._replace(friction_memory=memory, traction=grip.force, tangential=tangential)
     return loads

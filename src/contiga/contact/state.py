@@ -16,6 +16,7 @@ from contiga.contact.state_rows import kept_of
 from contiga.errors import InputError
 from contiga.num.ordered import product
 from contiga.num.rigid import to_world, turn_to_world
+from contiga.old_names import OldName
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
 from contiga.shown import Facts, Shown
 
@@ -68,8 +69,8 @@ class State(Shown):
     patch: IntArray
     """(m,) patch of the foot, −1 without contact."""
     uv: FloatArray
-    """(m, 2) parameters of the foot; of a free point those on the patch `near`."""
-    near: IntArray
+    """(m, 2) parameters of the foot; of a free point those on `last_patch`."""
+    last_patch: IntArray
     """(m,) patch of the foot that proved which side a free point is on, −1 where none did."""
     penetration: FloatArray
     """(m,) λ ≥ 0."""
@@ -98,7 +99,7 @@ class State(Shown):
     """(m,) `damping` over the rate of penetration; (0,) of laws without."""
     memory: FloatArray
     """(m, k) what the law remembers, zero without contact."""
-    grip: FloatArray
+    friction_memory: FloatArray
     """(m, k) what friction remembers, body axes; k = 0 without."""
     traction_B: FloatArray
     """(m, 3) friction forces on the points, body axes; (0, 3) without friction."""
@@ -115,6 +116,8 @@ class State(Shown):
     forces on the slave's points, where they are."""
     energies: FloatArray
     """(5,) `energy` as an array."""
+    near = OldName("last_patch")
+    grip = OldName("friction_memory")
     of: InitVar[Owner | None] = None
     """The contact it is a state of."""
 

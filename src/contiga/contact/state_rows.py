@@ -106,8 +106,10 @@ class KeptRows:
         """Numbers a point that law and friction remember."""
         loads = self._loads
         if loads is None:
-            return self.shape("memory")[1], self.shape("grip")[1]
-        return loads.memory.shape[1], 0 if loads.grip is None else loads.grip.shape[1]
+            return self.shape("memory")[1], self.shape("friction_memory")[1]
+        return loads.memory.shape[
+            1
+        ], 0 if loads.friction_memory is None else loads.friction_memory.shape[1]
 
     @property
     def area_input(self) -> AreaInput:

@@ -106,7 +106,7 @@ def _settle(
         safe_distance = np.where(side < 0, inner, 0.0)
     found.status[rows[settled]] = status[settled]
     found.safe_distance[rows[settled]] = safe_distance[settled]
-    found.near[rows[settled]] = -1
+    found.last_patch[rows[settled]] = -1
     take(found.feet, rows, held.feet, settled)
     return rows[settled]
 

@@ -6,16 +6,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from contiga.contact.desk import Desk
 from contiga.contact.kernels import carrying_nb
 from contiga.contact.loads import NO_ROWS, NONE, NOWHERE
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
+from contiga.contact.step_buffers import StepBuffers
 from contiga.contact.tracked import BoolArray, Detected
 from contiga.records import FloatArray, IntArray
 
 
-class Past(NamedTuple):
+class PreviousStep(NamedTuple):
     """How the points came where they are."""
 
     state: State
@@ -30,7 +30,7 @@ class Past(NamedTuple):
         return NOWHERE if self.velocity_B is None else self.velocity_B, self.dt
 
 
-class Touching(NamedTuple):
+class ContactRows(NamedTuple):
     """Points in contact, one row each, body axes."""
 
     rows: IntArray
@@ -47,32 +47,32 @@ class Touching(NamedTuple):
     step and of new ones their speed of approach; zero at the start."""
 
     @classmethod
-    def of(cls, rows: IntArray) -> Touching:
+    def of(cls, rows: IntArray) -> ContactRows:
         """Of these rows, with nothing filled in."""
         k = len(rows)
         depth, rate, old = np.empty(k), np.empty(k), np.empty(k, np.bool_)
         return cls(rows, depth, np.empty((k, 3)), np.empty((k, 3)), np.empty((k, 3)), old, rate)
 
     @classmethod
-    def on(cls, desk: Desk, rows: IntArray) -> Touching:
-        """These rows, of which a kernel has told on the desk. What states keep, and laws are
-        handed, is copied."""
+    def on(cls, buffers: StepBuffers, rows: IntArray) -> ContactRows:
+        """These rows, as a kernel left them in the buffers. What states keep and laws read is
+        copied."""
         k = len(rows)
-        depth, normal, foot, path, old, rate = desk.carried
+        depth, normal, foot, path, old, rate = buffers.carried
         kept = depth[:k].copy(), normal[:k].copy(), foot[:k].copy()
         return cls(rows, *kept, path[:k], old[:k], rate[:k].copy())
 
-    def since(self, first: int) -> Touching:
+    def since(self, first: int) -> ContactRows:
         """Those of them from the point `first` on: the ones that carry forces."""
         if first == 0:
             return self
         k = int(np.searchsorted(self.rows, first))
-        return Touching._make(values[k:] for values in self)
+        return ContactRows._make(values[k:] for values in self)
 
 
-def touching(found: Detected, p_B: FloatArray, past: Past | None) -> Touching:
+def touching(found: Detected, p_B: FloatArray, past: PreviousStep | None) -> ContactRows:
     """What is known of the points in contact before forces."""
-    points = Touching.of(found.held)
+    points = ContactRows.of(found.held)
     last: tuple[Any, ...]
     rows, out = found.held, points[1:]
     if past is None:

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.contact.desk import Small
 from contiga.contact.loads import UNGUARDED, Guards, Holds, holds_of
+from contiga.contact.step_buffers import Small
 from contiga.masters.protocol import Master, Surface
 from contiga.num import codes
 from contiga.records import (
@@ -87,7 +87,7 @@ class Last(NamedTuple):
     points_B: FloatArray
     patch: IntArray
     uv: FloatArray
-    near: IntArray
+    last_patch: IntArray
     safe_distance: FloatArray
     holds: Holds
     """Of the points in contact."""
@@ -102,7 +102,7 @@ class Step(NamedTuple):
     """(n,) length; infinite where the point was not finite before."""
     ignored: BoolArray
     """(n,) True of free points that lie inside since the start."""
-    near: IntArray
+    last_patch: IntArray
     """(n,) patch of the foot last known of free points, −1 none."""
     uv: FloatArray
     """(n, 2) its parameters."""
@@ -112,7 +112,7 @@ class Step(NamedTuple):
     """Memory for few points in contact."""
 
 
-class Room(NamedTuple):
+class Workspace(NamedTuple):
     """Memory that the search of a step over n points works in, and of which nothing is kept.
 
     94 bytes a point, which a contact holds from its first step on.
@@ -134,7 +134,7 @@ class Room(NamedTuple):
     """For few points in contact."""
 
     @classmethod
-    def of(cls, n: int, small: Small | None = None) -> Room:
+    def of(cls, n: int, small: Small | None = None) -> Workspace:
         """A new one; what is `small` takes far longer to make than the rest, and may be another's
         that is not in use."""
         point, normal = np.empty((2, n, 3))
@@ -144,28 +144,28 @@ class Room(NamedTuple):
         return cls(uv, point, normal, gap, status, way, ignored, rows, small or Small())
 
 
-class Rooms:
-    """Rooms of one size that are free: steps take one and give it back, each thread its own.
+class Workspaces:
+    """Workspaces of one size that are free: steps take one and give it back, each thread its own.
 
     To ask the system for new memory at every step takes longer than much of what is done in it.
     """
 
     def __init__(self) -> None:
-        self._free: list[Room] = []
+        self._free: list[Workspace] = []
 
-    def __reduce__(self) -> tuple[type[Rooms], tuple[()]]:
-        return Rooms, ()  # copies, and what is written to files, start without
+    def __reduce__(self) -> tuple[type[Workspaces], tuple[()]]:
+        return Workspaces, ()  # copies, and what is written to files, start without
 
-    def take(self, n: int) -> Room:
-        """A room for n points, to be given back."""
+    def take(self, n: int) -> Workspace:
+        """A workspace for n points, to be given back."""
         try:
             return self._free.pop()
         except IndexError:
-            return Room.of(n)
+            return Workspace.of(n)
 
-    def give(self, room: Room) -> None:
+    def give(self, workspace: Workspace) -> None:
         """Back, when nothing in it is needed any more."""
-        self._free.append(room)
+        self._free.append(workspace)
 
 
 class Columns(NamedTuple):
@@ -177,7 +177,7 @@ class Columns(NamedTuple):
 
     status: ByteArray
     safe_distance: FloatArray
-    near: IntArray
+    last_patch: IntArray
     uv: FloatArray
     patch: IntArray
     feature: ByteArray
@@ -204,7 +204,7 @@ class Detected(NamedTuple):
     feet: Projection
     safe_distance: FloatArray
     """(n,) way each point can go before it has to be looked at; see `State.safe_distance`."""
-    near: IntArray
+    last_patch: IntArray
     """(n,) patch of the foot last known of free points, −1 none; its parameters are in `uv`."""
     uv: FloatArray
     """(n, 2) parameters of all feet, those of free points included; zeros where there is none."""
@@ -330,7 +330,7 @@ def detect_inside(
 
 def remember(found: Detected, rows: IndexArray, feet: Projection) -> None:
     """Keep the feet of free points: what their sides are proved by the next time."""
-    found.near[rows] = feet.patch
+    found.last_patch[rows] = feet.patch
     found.uv[rows] = feet.uv
 
 

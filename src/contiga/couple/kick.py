@@ -37,7 +37,7 @@ class Kick(NamedTuple):
     kinetic: float
     strain: float
     """Stored in MuJoCo's springs."""
-    weighed: FloatArray
+    add_gravity: FloatArray
     """(3,) masses by their places, world axes."""
     gravity: FloatArray
     """(3,) acceleration of all masses in the kick."""
@@ -56,8 +56,8 @@ def kick(model: Any, data: Any, pushes: Iterable[Push], gravity: FloatArray) -> 
     import mujoco
 
     before, applied = data.qvel.copy(), data.qfrc_applied.copy()
-    weighed = (model.body_mass[:, None] * data.xipos).sum(axis=0)
-    strain = _strain(model, data, weighed)
+    add_gravity = (model.body_mass[:, None] * data.xipos).sum(axis=0)
+    strain = _strain(model, data, add_gravity)
     contact = np.zeros(model.nv)
     for push in pushes:
         mujoco.mj_applyFT(model, data, push.force, push.moment, push.point, push.body, contact)
@@ -75,7 +75,7 @@ def kick(model: Any, data: Any, pushes: Iterable[Push], gravity: FloatArray) -> 
         (data.qvel - before) / model.opt.timestep,
         0.5 * float((speed * momentum).sum()),
         strain,
-        weighed,
+        add_gravity,
         gravity,
         -float((damping * speed).sum()),
         float(((others + data.qfrc_constraint) * speed).sum()),
@@ -99,7 +99,7 @@ def bad_states(data: Any) -> int:
     return sum(int(data.warning[int(kind)].number) for kind in which)
 
 
-def _strain(model: Any, data: Any, weighed: FloatArray) -> float:
+def _strain(model: Any, data: Any, add_gravity: FloatArray) -> float:
     """Stored in springs: what MuJoCo counts without its weights."""
     import mujoco
 
@@ -107,7 +107,7 @@ def _strain(model: Any, data: Any, weighed: FloatArray) -> float:
     mujoco.mj_energyPos(model, data)
     whole = float(data.energy[0])
     data.energy[:] = kept
-    return whole + float((weighed * gravity_of(model)).sum())
+    return whole + float((add_gravity * gravity_of(model)).sum())
 
 
 class Account(NamedTuple):
@@ -127,7 +127,7 @@ class Account(NamedTuple):
     def after(self, time: float, kick: Kick) -> Account:
         """The account at a later time: powers by the trapezoidal rule."""
         half, before = 0.5 * (time - self.time), self.kick
-        way, gravity = kick.weighed - before.weighed, 0.5 * (before.gravity + kick.gravity)
+        way, gravity = kick.add_gravity - before.add_gravity, 0.5 * (before.gravity + kick.gravity)
         return self._replace(
             time=time,
             kick=kick,

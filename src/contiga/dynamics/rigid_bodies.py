@@ -127,7 +127,7 @@ def kicked(placed: Placed, fixed: FloatArray, loads: FloatArray, dt: float) -> f
     return energy
 
 
-def weighed(placed: Placed, fixed: FloatArray, gravity: FloatArray, loads: FloatArray) -> None:
+def add_gravity(placed: Placed, fixed: FloatArray, gravity: FloatArray, loads: FloatArray) -> None:
     """Add the weights of bodies to `loads` (b, 6), which are as in `kicked`."""
     rigid_body_nb.weigh(placed.rows, fixed, gravity, placed.poses, loads)
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.handed import by_reference
+from contiga.pointer_records import pass_by_pointer
 from contiga.records import ByteArray, FloatArray, IntArray
 
 # Kinds of element side.
@@ -37,7 +37,7 @@ ELEMENT = np.dtype(
         ("flip", "i4", 4),  # 1 where the side's parameter runs the other way there
         ("ring", "i4", 4),  # next of the sides (element*4 + side) around the same pole
         ("width", "f8", 4),  # of the edge along each side where a second face joins, else 0
-        ("skirt", "f8"),  # largest width of an edge or a trimming piece of the element
+        ("edge_tolerance", "f8"),  # largest width of an edge or a trimming piece of the element
         ("noise", "f8"),  # rounding of a point evaluated on it
         ("origin", "f8", 3),  # all coefficients are relative to it
         ("box", "f8", 4),  # u0, u1, v0, v1
@@ -57,7 +57,7 @@ PATCH = np.dtype(
 )
 
 
-@by_reference
+@pass_by_pointer
 class Elements(NamedTuple):
     """Bézier elements of all patches, in local coordinates (s, t) in [-1/2, 1/2]²."""
 
@@ -68,7 +68,7 @@ class Elements(NamedTuple):
     polynomials i, j) for the homogeneous component c (w·x, w·y, w·z, w)."""
 
 
-@by_reference
+@pass_by_pointer
 class Grid(NamedTuple):
     """Where the elements of each patch stand, and which patches touch."""
 

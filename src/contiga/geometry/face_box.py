@@ -22,7 +22,7 @@ from contiga.geometry.kernels.trim_nb import points_in_trim
 from contiga.geometry.slopes import numerator
 from contiga.geometry.surface import NurbsSurface
 from contiga.geometry.trim import OUT, Loop, TrimTables, box_state, build_trim_tables
-from contiga.num.arrays import laid_out
+from contiga.num.arrays import as_contiguous
 from contiga.records import FloatArray
 
 _CLOSE = 1e-14
@@ -119,7 +119,7 @@ class _Face:
             box = parts.box[part]
             rows = np.arange(len(box))
             uv = np.stack([box[rows, corner // 2], box[rows, 2 + corner % 2]], axis=1)
-            inside = points_in_trim(self.tables, 0, laid_out(uv, np.float64))
+            inside = points_in_trim(self.tables, 0, as_contiguous(uv, np.float64))
             corners = corners[part, corner][inside]
         return float(corners.max(initial=-np.inf))
 

@@ -25,6 +25,7 @@ from contiga.geometry.trim_area import body_area, body_volume
 from contiga.num import transform
 from contiga.num.arrays import as_points, read_only
 from contiga.num.ordered import length
+from contiga.old_names import OldName
 from contiga.records import FloatArray
 from contiga.shown import Facts, Shown
 
@@ -236,9 +237,11 @@ class Faces(Shown):
         made._pieces_apart = True
         return made
 
-    def about(self, point: ArrayLike) -> Self:
+    def with_reference_point(self, point: ArrayLike) -> Self:
         """The same body with another reference point (3,)."""
         return self._with(self._patches, reference_point=as_points(point, "reference_point")[0])
+
+    about = OldName("with_reference_point")
 
     def flipped(self) -> Self:
         """The same surface with free and contact side swapped; p-curves are mirrored along."""

@@ -11,7 +11,7 @@ Kernels see the decorators; in reading order, each on those before it:
 - uncounted, pipeline: numba's passes, and two of our own
 - dispatcher: kernels of one version, whatever integers they are handed
 - late: kernels that are compiled when a kernel calls them first
-- reference, resident: named tuples of tables, handed by their place in memory
+- reference, pinned: named tuples of tables, handed by their place in memory
 - decorators: `kernel`, `inner`, `lazy`, `inlined`, `straight`
 - preload: kernels taken out of their files ahead of their first call
 """

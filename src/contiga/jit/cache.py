@@ -30,7 +30,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 
 from contiga.jit.libraries import CalledLibrary, calls_of, module_of
 from contiga.jit.locks import alone
-from contiga.jit.resident import types_read
+from contiga.jit.pinned import types_read
 from contiga.jit.stamps import LOCAL, PACKAGES, stamp_at_import
 
 DIGITS = 16
@@ -40,7 +40,7 @@ PLACE_IN_MEMORY = re.compile(r"\b0x[0-9a-f]+")
 """In the names of types of functions: another process has another."""
 
 
-class Company(Protocol):
+class CompileListener(Protocol):
     """Others who compile, too. They are told of a kernel by its module, its name and the types of
     its arguments."""
 
@@ -51,7 +51,7 @@ class Company(Protocol):
         """It is kept, or cannot be compiled."""
 
 
-COMPANY: list[Company] = []
+COMPILE_LISTENERS: list[CompileListener] = []
 """Of this process."""
 
 
@@ -137,9 +137,9 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
         """What is kept. Where nothing is, the caller compiles, and alone, until `done`."""
         found = super().load_overload(signature, target)
         if found is None and signature not in self._locks:
-            for company in COMPANY:
+            for listener in COMPILE_LISTENERS:
                 with _waiting():
-                    company.before(*self._home, signature)
+                    listener.before(*self._home, signature)
             lock = self._locks[signature] = ExitStack()
             lock.enter_context(self._alone(str(signature), _waiting))
             found = super().load_overload(signature, target)
@@ -156,8 +156,8 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
     def done(self, signature: Any) -> None:
         """It is there, or cannot be compiled: others may look."""
         self._locks.pop(signature, ExitStack()).close()
-        for company in COMPANY:
-            company.after(*self._home, signature)
+        for listener in COMPILE_LISTENERS:
+            listener.after(*self._home, signature)
 
     def _alone(self, what: str, *how: Any) -> AbstractContextManager[None]:
         name = f"{self._cache_file._index_name} {PLACE_IN_MEMORY.sub('', what)}"

@@ -1,4 +1,4 @@
-"""The type of tuples that kernels are handed by reference (see `contiga.handed`).
+"""The type of tuples that kernels are handed by reference (see `contiga.pointer_records`).
 
 A call from Python lays the members of the tuple out in memory of its own, which stays as it is
 until the kernel returns. So what is read from there may be read once and kept: loads are marked as
@@ -20,7 +20,7 @@ from numba.core.typing.typeof import typeof_impl
 from numba.extending import NativeValue, infer_getattr, models, register_model, unbox
 from numba.np.numpy_support import as_dtype
 
-from contiga.handed import for_each_marked
+from contiga.pointer_records import for_each_marked
 
 types: Any = numba_types
 DIGITS = 12

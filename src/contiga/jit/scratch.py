@@ -33,12 +33,12 @@ def zero_scratch(*shape: int) -> FloatArray:
     return np.zeros(shape)
 
 
-def whole_scratch(*shape: int) -> IndexArray:
+def stack_int64(*shape: int) -> IndexArray:
     """The same of whole numbers."""
     return np.empty(shape, np.int64)
 
 
-SCRATCH = (scratch, zero_scratch, whole_scratch)
+SCRATCH = (scratch, zero_scratch, stack_int64)
 
 
 @infer_global(zero_scratch)
@@ -56,14 +56,14 @@ class Scratch(AbstractTemplate):  # type: ignore[misc]
         return signature(types.Array(self.number, len(shape), "C"), *shape)
 
 
-@infer_global(whole_scratch)
+@infer_global(stack_int64)
 class WholeScratch(Scratch):
-    """What it asks for that of `whole_scratch`."""
+    """What it asks for that of `stack_int64`."""
 
     number = types.int64
 
 
-@lower_builtin(whole_scratch, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
+@lower_builtin(stack_int64, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
 @lower_builtin(scratch, types.VarArg(types.Any))  # type: ignore[untyped-decorator]
 def _on_the_stack(context: Any, builder: Any, asked: Any, _: Any) -> Any:
     """Code in the kernel that calls it; in one of its own the memory would be gone with that."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from contiga.geometry.faces import Faces
-from contiga.jit.resident import Resident
+from contiga.jit.pinned import Pinned
 from contiga.num.digest import Digest
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, MassProperties, Projection
 from contiga.triangles.trimesh import TriMesh
@@ -41,7 +41,7 @@ class Surface(Protocol):
         """Memory of what the search has built, bytes."""
         ...  # pragma: no cover
 
-    def residents(self, with_balls: bool) -> tuple[Resident, ...] | None:
+    def pinned_parts(self, with_balls: bool) -> tuple[Pinned, ...] | None:
         """What the search stands on, for kernels that do all that follows by themselves: tables,
         sides, and balls, which are of no element where they are not asked for. None where there
         are no such kernels.
@@ -200,7 +200,7 @@ class Master(Protocol):
         """The same moved by a regular affine (4, 4) matrix."""
         ...  # pragma: no cover
 
-    def about(self, point: ArrayLike) -> Master:
+    def with_reference_point(self, point: ArrayLike) -> Master:
         """The same master with another reference point (3,)."""
         ...  # pragma: no cover
 

@@ -13,7 +13,7 @@ from contiga.records import FloatArray
 AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
 
 
-def laid_out(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
+def as_contiguous(values: ArrayLike, dtype: DTypeLike) -> NDArray[Any]:
     """`values` as kernels take arrays: C-contiguous, aligned, and that may be written to.
 
     Arrays that are so already are not copied. To kernels one that is read-only is of another type,
@@ -30,7 +30,7 @@ def as_points(values: ArrayLike, name: str = "points") -> FloatArray:
     A single point ``(3,)`` becomes one row. Not-finite entries pass: they are marked row by row.
     """
     try:
-        points = laid_out(values, np.float64)
+        points = as_contiguous(values, np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} must be an array of numbers", allowed="shape (n, 3)") from error
     if points.ndim == 1 and points.shape == (3,):
@@ -43,7 +43,7 @@ def as_points(values: ArrayLike, name: str = "points") -> FloatArray:
 def as_parameters(values: ArrayLike, name: str = "uv") -> FloatArray:
     """`values` as a C-contiguous (k, 2) float64 array; a single pair becomes one row."""
     try:
-        uv = laid_out(values, np.float64)
+        uv = as_contiguous(values, np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} must be an array of numbers", allowed="shape (k, 2)") from error
     if uv.ndim == 1 and uv.shape == (2,):

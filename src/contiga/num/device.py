@@ -1,8 +1,8 @@
 """Rows of kernels on a GPU, one thread a row, and records whose arrays live there.
 
 The CUDA target of numba takes the kernels of the CPU as they are and compiles their text anew.
-Kernels there cannot follow the pointers of tuples that are handed by reference (`contiga.handed`):
-on the device the same members stand in a plain named tuple, which is taken apart into arguments.
+Kernels there cannot follow the pointers of `contiga.pointer_records`: on the device the same
+members stand in a plain named tuple, which is taken apart into arguments.
 
 What cannot be had here is said by `check_device`. The simulator (``NUMBA_ENABLE_CUDASIM=1``) runs
 threads as Python, and so all that they call (``NUMBA_DISABLE_JIT=1``).

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from contiga.errors import InputError
 from contiga.jit.dispatcher import KernelDispatcher
-from contiga.num.arrays import as_points, laid_out
+from contiga.num.arrays import as_contiguous, as_points
 from contiga.num.kernels.query_nb import NOT_ALIKE, highest_patch
 from contiga.records import FloatArray, Projection, empty_projection
 
@@ -119,7 +119,7 @@ def _laid_out(start: Projection, n: int) -> Projection:
     arrays: tuple[Any, ...] = start
     for name, values, like in zip(Projection._fields, arrays, EMPTY, strict=True):
         try:
-            array = laid_out(values, like.dtype)
+            array = as_contiguous(values, like.dtype)
         except (TypeError, ValueError) as error:
             raise InputError(
                 "start must be of arrays of numbers",

@@ -17,7 +17,7 @@ from contiga.report.run_folder import Units, units_of
 from contiga.simulation.checks.approach import closest_approach
 from contiga.simulation.checks.scene import Pair
 from contiga.simulation.model import ContactPart, Model
-from contiga.simulation.place import Standing, place
+from contiga.simulation.place import Placement, place
 from contiga.slaves.slave import box_of
 
 COLOURS = ("#8fa3bd", "#9db89a", "#b8a0c4", "#d2b27c", "#88b4b4", "#a9a9b4")
@@ -140,7 +140,7 @@ def stage_of(model: Model) -> Stage:
     )
 
 
-def _parts(model: Model, start: Standing) -> Iterator[Drawn]:
+def _parts(model: Model, start: Placement) -> Iterator[Drawn]:
     for k, (name, body) in enumerate(model.bodies.items()):
         mesh = body.body.tessellate(_DRAWN * body.body.size)
         points = to_world(start.bodies[name].pose, mesh.vertices)
@@ -227,7 +227,7 @@ def _velocities(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Arrow]:
                 yield Arrow(part.name, part.box.mean(axis=0), velocity)
 
 
-def _gaps(model: Model, start: Standing) -> Iterator[Gap]:
+def _gaps(model: Model, start: Placement) -> Iterator[Gap]:
     for part in model.contacts:
         points = np.asarray(start.slaves[part.slave].points)
         active = model.slaves[part.slave].slave.active & np.isfinite(points).all(axis=1)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.num.arrays import laid_out
+from contiga.num.arrays import as_contiguous
 from contiga.records import FloatArray, IntArray
 from contiga.report.camera import Camera, project
 from contiga.report.kernels import shading_groups_nb, shading_nb
@@ -50,7 +50,7 @@ class Layer(NamedTuple):
         if self.triangles is None:
             return np.asarray(values[self.buffer.owner[self.seen]])
         found = np.empty(np.count_nonzero(self.seen))
-        values_at_pixels(self.buffer, self.triangles, laid_out(values, np.float64), found)
+        values_at_pixels(self.buffer, self.triangles, as_contiguous(values, np.float64), found)
         return found
 
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from contiga.elements.element_arrays import Records
 from contiga.geometry.kernels import trim_nb
-from contiga.handed import by_reference
 from contiga.num.codes import CUT, OUT
 from contiga.num.threads import run_ranges
+from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
 from contiga.search.ball_caps import Caps, find_caps
 from contiga.search.ball_records import CELL, HOME
@@ -69,7 +69,7 @@ GRID = np.dtype(
 )
 
 
-@by_reference
+@pass_by_pointer
 class Balls(NamedTuple):
     """Radii of touching balls over a body: a grid of cells an element, some halved again."""
 

@@ -23,7 +23,7 @@ def sides_of(tables: Tables, slit: float) -> SideGrid:
 def _build(tables: Tables, slit: float) -> SideGrid:
     table = tables.elements.table
     root = tables.tree[0]
-    margins = table["skirt"] + table["noise"] + 2.0 * slit
+    margins = table["edge_tolerance"] + table["noise"] + 2.0 * slit
     wide = margins.max()
     place = layout(np.stack([root["low"] - wide, root["high"] + wide]), len(table))
     margins += 2.0 * place.skin

@@ -11,7 +11,7 @@ import numpy as np
 
 from contiga.geometry.faces import Faces
 from contiga.geometry.kernels.trim_nb import points_in_trim
-from contiga.num.arrays import laid_out
+from contiga.num.arrays import as_contiguous
 from contiga.records import FloatArray, IndexArray
 from contiga.search.project import project
 from contiga.statuses import Feature
@@ -48,7 +48,7 @@ def _places(body: Faces) -> tuple[IndexArray, FloatArray, FloatArray]:
             low, high = np.maximum(low, ends.min(axis=0)), np.minimum(high, ends.max(axis=0))
         uv = low + (high - low) * rng.random((TAKEN if loops is None else DRAWN, 2))
         if loops is not None:
-            uv = uv[points_in_trim(body.trim_tables, k, laid_out(uv, np.float64))][:TAKEN]
+            uv = uv[points_in_trim(body.trim_tables, k, as_contiguous(uv, np.float64))][:TAKEN]
         first = surface.derivatives(uv, 1)
         n = np.cross(first[:, 1, 0], first[:, 0, 1])
         size = np.linalg.norm(n, axis=1)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from contiga.elements.element_arrays import Records
 from contiga.geometry.faces import Faces
 from contiga.geometry.kernels.trim_nb import points_in_trim
-from contiga.num.arrays import laid_out
+from contiga.num.arrays import as_contiguous
 from contiga.num.codes import GENERAL, RATIONAL_CUBIC
 from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.search.table_types import Tables
@@ -329,6 +329,6 @@ def _inside(body: Faces, patch: IndexArray, uv: FloatArray) -> NDArray[np.bool_]
         low, high = np.array(body.patches[k].domain).T
         inside[rows] = ((low <= uv[rows]) & (uv[rows] <= high)).all(axis=1)
         if body.trims[k] is not None:
-            places = laid_out(np.clip(uv[rows], low, high), np.float64)
+            places = as_contiguous(np.clip(uv[rows], low, high), np.float64)
             inside[rows] &= points_in_trim(body.trim_tables, k, places)
     return inside

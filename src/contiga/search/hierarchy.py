@@ -34,9 +34,9 @@ def build_hierarchy(
     )
     # Where its edges have width, a face reaches that much beyond them.
     on_face = element >= 0
-    skirt = elements.table["skirt"][element[on_face], None]
-    low[on_face] -= skirt
-    high[on_face] += skirt
+    edge_tolerance = elements.table["edge_tolerance"][element[on_face], None]
+    low[on_face] -= edge_tolerance
+    high[on_face] += edge_tolerance
     reach = max(float(np.abs(low).max(initial=0.0)), float(np.abs(high).max(initial=0.0)))
     margin = 4.0 * np.finfo(float).eps * reach
     node_low, node_high, first, count, order = tree_nb.build(low - margin, high + margin)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contiga.num.detours import settled
+from contiga.num.perturbed_paths import settled
 from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, empty_hit
 from contiga.search.kernels import hit_nb

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.handed import by_reference
+from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
 from contiga.search.kept import Kept
 from contiga.search.kernels import piece_lists_nb, side_pieces_nb
@@ -32,7 +32,7 @@ REACH = 1e-6
 ROUNDING = 256.0 * float(np.finfo(float).eps)
 
 
-@by_reference
+@pass_by_pointer
 class PieceLists(NamedTuple):
     """Pieces of a body near voxels; see `piece_lists_nb`."""
 
@@ -85,7 +85,7 @@ def build_lists(tables: Tables) -> PieceLists:
     reach = REACH * size
     rounding = ROUNDING * (float(np.abs([low, high]).max()) + size)
     # A path may meet the carrier of a face that far beyond its edge.
-    margins = (GRAZING + 1.0) * table["skirt"] + table["noise"] + reach + rounding
+    margins = (GRAZING + 1.0) * table["edge_tolerance"] + table["noise"] + reach + rounding
     limits = (WHOLE * side, CUT * side, THIN * side, PIECES)
     pieces, _ = side_pieces_nb.surface_pieces(
         tables.elements, tables.trims, origin, margins, limits

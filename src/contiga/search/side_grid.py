@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.elements.element_arrays import Records
-from contiga.handed import by_reference
 from contiga.num.threads import run_ranges
+from contiga.pointer_records import pass_by_pointer
 from contiga.records import ByteArray, FloatArray, IntArray, Projection, empty_projection
 from contiga.search.kernels import side_grid_nb, side_nb
 from contiga.search.kernels.side_grid_nb import SPLIT
@@ -48,7 +48,7 @@ POINTS = 4096
 Closest = Callable[[FloatArray, IntArray, Projection], None]
 
 
-@by_reference
+@pass_by_pointer
 class SideGrid(NamedTuple):
     """What is known of the sides of a closed body, about its low corner; see `side_nb`."""
 

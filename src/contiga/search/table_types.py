@@ -12,7 +12,7 @@ import numpy as np
 
 from contiga.elements.element_arrays import Elements, Grid, Records
 from contiga.geometry.trim import TrimTables
-from contiga.handed import by_reference
+from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
 
 RING = np.dtype(
@@ -59,7 +59,7 @@ PLATE = np.dtype(
         ("spare", "f8"),  # how far the body is from its middle: infinite where that is trimmed away
         ("normal", "f8", 3),  # of length one, or zero where the plate has none
         ("radius", "f8"),  # no point of the leaf is farther from the middle
-        ("skirt", "f8"),  # how far beyond its edges the leaf's face may be met
+        ("edge_tolerance", "f8"),  # how far beyond its edges the leaf's face may be met
     ],
     align=True,
 )
@@ -74,7 +74,7 @@ NODE = np.dtype(
 )
 
 
-@by_reference
+@pass_by_pointer
 class Joints(NamedTuple):
     """Edges at which trimmed faces join others (see `trimmed_edges`)."""
 
@@ -84,7 +84,7 @@ class Joints(NamedTuple):
     """(elements, 4) the edge that an untrimmed patch's natural side is a part of, −1 none."""
 
 
-@by_reference
+@pass_by_pointer
 class Seeds(NamedTuple):
     """A leaf near every voxel of a grid over the body: where to look for a closest point first."""
 
@@ -98,7 +98,7 @@ class Seeds(NamedTuple):
     """(voxels,) the leaf, −1 where nobody has asked yet."""
 
 
-@by_reference
+@pass_by_pointer
 class Tables(NamedTuple):
     """Everything the kernels are handed about a body."""
 

@@ -24,7 +24,7 @@ WIDEST = 1e-4
 
 
 def edge_widths(body: Faces, elements: Elements, trims: TrimTables) -> FloatArray:
-    """(pieces,) widths of the trimming pieces; fills `width` and `skirt` of the elements.
+    """(pieces,) widths of the trimming pieces; fills `width` and `edge_tolerance` of the elements.
 
     Twice the tolerance of the edge there and some rounding, at most `WIDEST`; lengths.
     """
@@ -47,7 +47,7 @@ def edge_widths(body: Faces, elements: Elements, trims: TrimTables) -> FloatArra
     largest = np.zeros(len(body.patches))
     np.maximum.at(largest, trims.piece_patch, pieces)
     inner = np.where(table["trim"] == CUT, largest[table["patch"]], 0.0)
-    table["skirt"] = np.maximum(table["width"].max(axis=1), inner)
+    table["edge_tolerance"] = np.maximum(table["width"].max(axis=1), inner)
     return pieces
 
 

@@ -22,7 +22,7 @@ from contiga.simulation.peak import Peak
 from contiga.simulation.system_state import BodyStates, Energy, SlaveState, SystemState
 
 FORMAT = 11
-_NUMBERS = ("step", "most", "shaking", "leak")
+_NUMBERS = ("step", "peak_energy", "shaking", "leak")
 """Of a state."""
 
 

@@ -7,17 +7,17 @@ from collections.abc import Mapping
 import numpy as np
 
 from contiga.contact.state import State
-from contiga.dynamics.rigid_bodies import weighed
+from contiga.dynamics.rigid_bodies import add_gravity
 from contiga.dynamics.springs import SpringState
 from contiga.records import FloatArray
 from contiga.simulation.load_forces import load_point, loaded, point_of
 from contiga.simulation.model import Model
-from contiga.simulation.place import Standing
+from contiga.simulation.place import Placement
 from contiga.simulation.system_state import SystemState
 
 
 def spring_states(
-    model: Model, last: SystemState | None, standing: Standing
+    model: Model, last: SystemState | None, standing: Placement
 ) -> dict[str, SpringState]:
     """All springs where their ends are now."""
     states = {}
@@ -41,7 +41,7 @@ def wrenches(
     model: Model,
     contacts: Mapping[str, State],
     springs: Mapping[str, SpringState],
-    standing: Standing,
+    standing: Placement,
     time: float,
 ) -> FloatArray:
     """(n, 6) force and moment on each body about the origin of its frame, world axes.
@@ -78,7 +78,7 @@ def wrenches(
             moment,
         )
     own = total[system.free]
-    weighed(standing.free, system.fixed, model.gravity, own)
+    add_gravity(standing.free, system.fixed, model.gravity, own)
     total[system.free] = own
     return total
 

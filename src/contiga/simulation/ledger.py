@@ -20,7 +20,7 @@ from contiga.num.rigid_lanes import CENTRE, VELOCITY
 from contiga.records import FloatArray
 from contiga.simulation.load_forces import load_point, loaded
 from contiga.simulation.model import Model
-from contiga.simulation.place import Standing, nodal_force
+from contiga.simulation.place import Placement, nodal_force
 from contiga.simulation.system_state import Energy, SlaveState, SystemState
 
 
@@ -69,7 +69,7 @@ def kinetic_of_nodes(model: Model, slaves: Mapping[str, SlaveState]) -> float:
 def external_work(
     model: Model,
     last: SystemState,
-    standing: Standing,
+    standing: Placement,
     contacts: Mapping[str, State],
     wrenches: FloatArray,
     time: float,
@@ -83,7 +83,7 @@ def external_work(
     )
 
 
-def _by_gravity(model: Model, last: SystemState, standing: Standing) -> float:
+def _by_gravity(model: Model, last: SystemState, standing: Placement) -> float:
     system = model.mechanism
     work = work_of_gravity(last.rigid, standing.free.rows, system.fixed, model.gravity)
     for name, mass in system.masses.items():
@@ -92,7 +92,7 @@ def _by_gravity(model: Model, last: SystemState, standing: Standing) -> float:
     return work
 
 
-def _by_loads(model: Model, last: SystemState, standing: Standing, time: float) -> float:
+def _by_loads(model: Model, last: SystemState, standing: Placement, time: float) -> float:
     """Loads on free bodies; on others what moves them takes it back."""
     system, work = model.mechanism, 0.0
     if not system.loads:
@@ -138,7 +138,7 @@ def load_work_beyond_way(
     return work
 
 
-def _by_bodies(model: Model, last: SystemState, standing: Standing, wrenches: FloatArray) -> float:
+def _by_bodies(model: Model, last: SystemState, standing: Placement, wrenches: FloatArray) -> float:
     """By what moves prescribed bodies, against the forces on them."""
     work = 0.0
     for _, _, i in model.mechanism.driven:
@@ -152,7 +152,7 @@ def _by_bodies(model: Model, last: SystemState, standing: Standing, wrenches: Fl
 
 
 def _by_points(
-    model: Model, last: SystemState, standing: Standing, contacts: Mapping[str, State]
+    model: Model, last: SystemState, standing: Placement, contacts: Mapping[str, State]
 ) -> float:
     """By what moves prescribed points, against the forces on them."""
     system, work = model.mechanism, 0.0

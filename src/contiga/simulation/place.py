@@ -24,7 +24,7 @@ from contiga.simulation.system_state import BodyStates, SlaveState, SystemState
 STILL = np.eye(4)
 
 
-class Standing(NamedTuple):
+class Placement(NamedTuple):
     """Where all is, before the forces there are known: free velocities are foreseen."""
 
     bodies: BodyStates
@@ -32,7 +32,7 @@ class Standing(NamedTuple):
     free: Placed
 
 
-def place(model: Model, last: SystemState | None, time: float) -> Standing:
+def place(model: Model, last: SystemState | None, time: float) -> Placement:
     """Bodies and slaves at `time`, after the state `last`; None at the start."""
     system = model.mechanism
     if last is None:
@@ -57,7 +57,7 @@ def place(model: Model, last: SystemState | None, time: float) -> Standing:
             slaves[name] = _drifted(model, last, name, time)
         else:
             slaves[name] = _slave_at(name, slave, time)
-    return Standing(bodies, slaves, free)
+    return Placement(bodies, slaves, free)
 
 
 def _driven(name: str, motion: BodyMotion, time: float) -> tuple[FloatArray, FloatArray]:
@@ -127,7 +127,7 @@ def _slave_at(name: str, part: SlavePart, time: float) -> SlaveState:
 def kicked_nodes(
     model: Model,
     last: SystemState | None,
-    standing: Standing,
+    standing: Placement,
     contacts: Mapping[str, State],
     dt: float,
 ) -> dict[str, SlaveState]:
@@ -144,7 +144,7 @@ def kicked_nodes(
     return slaves
 
 
-def frames(system: Mechanism, standing: Standing) -> BodyStates:
+def frames(system: Mechanism, standing: Placement) -> BodyStates:
     """The bodies with the twists that free ones have once they are kicked."""
     twists = standing.bodies.twists.copy()
     twists[system.free] = standing.free.twists

@@ -16,7 +16,7 @@ from contiga.simulation.ledger import (
     kinetic_of_nodes,
 )
 from contiga.simulation.model import ContactPart, Model
-from contiga.simulation.place import Standing, frames, kicked_nodes, place
+from contiga.simulation.place import Placement, frames, kicked_nodes, place
 from contiga.simulation.reasons import Choice
 from contiga.simulation.system_state import BodyState, SlaveState, SystemState
 
@@ -54,7 +54,7 @@ def advance(model: Model, last: SystemState | None, time: float, clock: Clock) -
 def _moved(
     model: Model,
     last: SystemState | None,
-    standing: Standing,
+    standing: Placement,
     contacts: dict[str, State],
     time: float,
 ) -> SystemState:
@@ -82,7 +82,7 @@ def _moved(
         rigid=standing.free.rows,
         wrenches=acting,
         springs=springs,
-        most=max(0.0 if last is None else last.most, energy.total + energy.lost),
+        peak_energy=max(0.0 if last is None else last.peak_energy, energy.total + energy.lost),
     )
 
 

@@ -12,6 +12,7 @@ from contiga.contact.state import State
 from contiga.dynamics.springs import SpringState
 from contiga.num.rigid_lanes import STATE
 from contiga.num.twist import Twist
+from contiga.old_names import OldName
 from contiga.records import FloatArray
 from contiga.shown import Facts, Shown
 
@@ -121,13 +122,15 @@ class SystemState(Shown):
     by forces."""
     springs: dict[str, SpringState] = field(default_factory=dict)
     """By name."""
-    most: float = 0.0
+    peak_energy: float = 0.0
     """The largest energy so far: kinetic, stored and lost."""
     shaking: float = 0.0
     """How fast forces on bodies change, of late: `contiga.simulation.shaking`. Of steps that choose
     themselves, with the next."""
     leak: float = 0.0
     """Energy a time that steps leave nowhere and that no shorter ones would keep."""
+
+    most = OldName("peak_energy")
 
     def _facts(self) -> Facts:
         return [

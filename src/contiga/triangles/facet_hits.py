@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from contiga.num.detours import settled
+from contiga.num.perturbed_paths import settled
 from contiga.num.query_checks import checked_segments
 from contiga.num.threads import run_ranges
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, empty_hit

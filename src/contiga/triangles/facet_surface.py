@@ -55,7 +55,7 @@ class FacetedSurface(NamedTuple):
         """Memory of the tables, bytes; the mesh itself is not counted."""
         return bytes_of(self.tables)
 
-    def residents(self, with_balls: bool) -> None:
+    def pinned_parts(self, with_balls: bool) -> None:
         """None: of triangles nothing is done all at once."""
 
     def closest(

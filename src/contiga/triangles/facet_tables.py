@@ -10,9 +10,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from contiga.errors import MeshError
-from contiga.handed import by_reference
 from contiga.num.codes import NO_TRIANGLE
 from contiga.num.ordered import length
+from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
 from contiga.triangles.facets import Facets
 from contiga.triangles.kernels import boxes_nb
@@ -28,7 +28,7 @@ RELATIVE_TOLERANCE = 1e-12
 """Length below which two points are one, relative to the size of the mesh."""
 
 
-@by_reference
+@pass_by_pointer
 class Tables(NamedTuple):
     """The kernels' tables, and what else is asked of a mesh."""
 

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from contiga.handed import by_reference
+from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray
 
 NORMALS = ("facet", "vertex")
 """Kinds of normals at feet."""
 
 
-@by_reference
+@pass_by_pointer
 class Facets(NamedTuple):
     """What the search knows of a mesh; m triangles that have an area, v welded vertices."""
 

@@ -14,6 +14,7 @@ from contiga.num.digest import Digest
 from contiga.num.inertia import of_volume
 from contiga.num.ordered import length
 from contiga.num.queries import Queries
+from contiga.old_names import OldName
 from contiga.records import FloatArray, Hit, IntArray, MassProperties, Projection
 from contiga.shown import Facts, Shown
 from contiga.triangles.condition import Condition, condition_of
@@ -224,9 +225,11 @@ class TriMesh(Shown, Queries):
         """
         return self._with(triangles=turned_triangles(self.vertices, self.triangles, self.name))
 
-    def about(self, point: ArrayLike) -> TriMesh:
+    def with_reference_point(self, point: ArrayLike) -> TriMesh:
         """The same mesh with another reference point (3,)."""
         return self._with(reference_point=point)
+
+    about = OldName("with_reference_point")
 
     def like(self, name: str, unit: str | None, reference_point: ArrayLike) -> TriMesh:
         """The same mesh in place of a body of this name, unit and reference point."""

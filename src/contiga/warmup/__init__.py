@@ -2,5 +2,5 @@
 
 Which kernels there are, of what types their arguments are and which kernels each is built of says a
 list that the package brings along (`listing`). A `Plan` hands out those whose parts are there, a
-`Crew` of processes compiles them, and a run that needs one takes part until it has it.
+`CompilePool` of processes compiles them, and a run that needs one takes part until it has it.
 """

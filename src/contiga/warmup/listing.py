@@ -27,8 +27,8 @@ import numpy as np
 from numba import from_dtype
 from numba.core import types as numba_types
 
+from contiga.jit.pinned import TYPES
 from contiga.jit.reference import Reference
-from contiga.jit.resident import TYPES
 
 types: Any = numba_types
 FILE = Path(__file__).parent / "kernels.json"
@@ -85,7 +85,7 @@ class Listing:
 
     def reads_records(self, row: Row) -> bool:
         """Whether a kernel can be compiled only where types of records are known that are laid out
-        in memory (`contiga.jit.resident`)."""
+        in memory (`contiga.jit.pinned`)."""
         return self.kernels[row].module in self._readers
 
     def suppose_records(self) -> None:

@@ -11,7 +11,7 @@ import typer
 
 from contiga.cli import commands, compiling
 from contiga.cli.options import WITH_CASE
-from contiga.warmup import crew, record
+from contiga.warmup import compile_pool, record
 from contiga.warmup.listing import Listing
 
 from .conftest import Command, one_message
@@ -40,7 +40,7 @@ def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     kernels = [["contiga.rooms_nb", f"k{k}", [], parts] for k, parts in enumerate(PARTS)]
     listed = Listing({"types": [], "records": {}, "readers": [], "kernels": kernels})
     monkeypatch.setattr("contiga.warmup.listing.listing", lambda: listed)
-    monkeypatch.setattr(crew, "listing", lambda: listed)
+    monkeypatch.setattr(compile_pool, "listing", lambda: listed)
     monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
     monkeypatch.setattr(record, "_place", lambda: tmp_path / record.FILE)
     log, kept = tmp_path / "log", tmp_path / "kept"
@@ -49,18 +49,18 @@ def stub(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     for k in range(len(PARTS)):
         (kept / ("a" if k % 2 else "b") / f"{k}.nbc").touch()
 
-    start = crew._started
+    start = compile_pool._started
 
     def started() -> Any:
         process = start()
         (log / str(process.pid)).touch()
         return process
 
-    monkeypatch.setattr(crew, "_started", started)
+    monkeypatch.setattr(compile_pool, "_started", started)
 
     def put(made: bool = True, failing: int = -1, lost: int = -1) -> Path:
         text = STUB.format(kept=str(kept), made=made, failing=failing, lost=lost)
-        monkeypatch.setattr(crew, "_BOOT", text)
+        monkeypatch.setattr(compile_pool, "_BOOT", text)
         return log
 
     return put
@@ -141,8 +141,8 @@ def test_one_message_says_what_failed_and_the_others_go_on(
 
 def test_a_process_that_is_lost_leaves_the_rest_to_the_others(stub: Any) -> None:
     stub(lost=0)
-    told: list[crew.Told] = []
-    with crew.Crew(2, lambda _, said: told.append(said)) as team:
+    told: list[compile_pool.Progress] = []
+    with compile_pool.CompilePool(2, lambda _, said: told.append(said)) as team:
         team.wait()
     assert sorted(said.row for said in told if said.done) == list(range(len(PARTS)))
     assert [said.row for said in told if said.error] == [0]
@@ -184,11 +184,13 @@ def command_context(monkeypatch: pytest.MonkeyPatch, threads: int) -> typer.Cont
 def test_others_help_a_run_that_has_much_to_compile(
     first: bool, stub: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    started: list[crew.Crew] = []
+    started: list[compile_pool.CompilePool] = []
     monkeypatch.setattr(compiling, "_is_first", lambda: first)
-    own = crew.Crew.__init__
+    own = compile_pool.CompilePool.__init__
     monkeypatch.setattr(
-        crew.Crew, "__init__", lambda self, *given: (started.append(self), own(self, *given))[1]
+        compile_pool.CompilePool,
+        "__init__",
+        lambda self, *given: (started.append(self), own(self, *given))[1],
     )
     stub()
     context, heard = command_context(monkeypatch, 3), Event(monkeypatch)

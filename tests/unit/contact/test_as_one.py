@@ -59,7 +59,7 @@ def test_shares_of_the_thesis_keep_the_friction_of_each_point() -> None:
     law = cg.ForceLaw(STIFFNESS, share="penetration")
     state = drawn(cg.Coulomb(MU), 0.02, 4, law)[-1]
     rows = np.flatnonzero(state.normal_force)
-    assert len(np.unique(state.grip[rows, 6].round(9))) > 3
+    assert len(np.unique(state.friction_memory[rows, 6].round(9))) > 3
 
 
 def test_a_contact_that_comes_back_holds_nothing_of_its_last_friction() -> None:

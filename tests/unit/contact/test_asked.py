@@ -61,7 +61,7 @@ def test_the_bits_are_those_of_points_judged_one_question_after_the_other(
 ) -> None:
     now = pressed(**HOW[how])
     few = sum(asked)
-    monkeypatch.setattr(ExactSurface, "residents", lambda *_: None)
+    monkeypatch.setattr(ExactSurface, "pinned_parts", lambda *_: None)
     asked.clear()
     for k, (one, other) in enumerate(zip(now, pressed(**HOW[how]), strict=True)):
         assert bits(one) == bits(other), k

@@ -7,7 +7,7 @@ import pytest
 
 from contiga.contact.kernels.carrying_nb import gather
 from contiga.contact.loads import NOWHERE
-from contiga.contact.touching import Touching
+from contiga.contact.touching import ContactRows
 from contiga.records import Projection
 
 pytestmark = pytest.mark.interpreted
@@ -34,7 +34,7 @@ def test_every_point_is_seen_as_plain_numpy_says(known: bool) -> None:
     deep = np.flatnonzero(rng.random(N) < 0.5).astype(np.int32)
     penetration = rng.random(len(deep))
     velocity = rng.normal(size=(N, 3)) if known else NOWHERE
-    points = Touching.of(rows)
+    points = ContactRows.of(rows)
     gather(rows, feet, (now, before), (patch, deep, penetration), velocity, 0.25, points[1:])
 
     depth, normal = np.maximum(-feet.gap[rows], 0.0), feet.normal[rows]
@@ -56,7 +56,7 @@ def test_every_point_is_seen_as_plain_numpy_says(known: bool) -> None:
 
 
 def test_those_that_carry_are_the_later_ones() -> None:
-    points = Touching.of(np.array([2, 5, 9, 11], np.int32))
+    points = ContactRows.of(np.array([2, 5, 9, 11], np.int32))
     points.depth[:] = [1.0, 2.0, 3.0, 4.0]
     assert points.since(0) is points
     for first, wanted in ((5, [2.0, 3.0, 4.0]), (6, [3.0, 4.0]), (12, [])):

@@ -214,7 +214,7 @@ def test_a_step_without_turning_is_one_search(monkeypatch: pytest.MonkeyPatch, f
     counted = _Counted(monkeypatch)
     monkeypatch.setattr(curved, "screw_between", None)
     if not few:
-        monkeypatch.setattr(ExactSurface, "residents", lambda *_: None)
+        monkeypatch.setattr(ExactSurface, "pinned_parts", lambda *_: None)
     moved = pose.compose(pose.translation([0.1, 0.2, 0.3]), turned)
     state = contact.step(states[0], end, moved)
     assert counted.points == ([] if few else [len(points)])

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from contiga.contact import judge as judging
-from contiga.contact.desk import Asked, Small
 from contiga.contact.judge import judge
 from contiga.contact.kernels import judge_nb
 from contiga.contact.loads import UNHELD
+from contiga.contact.step_buffers import Asked, Small
 from contiga.contact.tracked import Detected, Options, Step, blank
 from contiga.records import ContactStatus, Hit, Projection, empty_hit, rows_of
 from contiga.statuses import Status
@@ -138,7 +138,7 @@ def test_plain_points_are_judged_as_all_are(
     own = rows_of_asked(asked, np.flatnonzero(plain))
     wanted, questions = found_by(own, step, options)
     assert questions == 0
-    for name in ("status", "safe_distance", "near", "uv"):
+    for name in ("status", "safe_distance", "last_patch", "uv"):
         a, b = getattr(now, name), getattr(wanted, name)
         assert a.tobytes() == b.tobytes(), name
     for a, b in zip(now.feet, wanted.feet, strict=True):

@@ -35,7 +35,7 @@ def _know_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def _one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """The surface is asked by its methods, also for few points."""
-    monkeypatch.setattr(ExactSurface, "residents", lambda *_: None)
+    monkeypatch.setattr(ExactSurface, "pinned_parts", lambda *_: None)
 
 
 def _run(

@@ -51,7 +51,7 @@ def test_what_the_next_step_asks_is_the_same_of_whole_arrays(
 def test_of_what_there_is_not_the_arrays_are_empty() -> None:
     kept, _ = states()
     for name, shape in (
-        ("damping", (0,)), ("viscosity", (0,)), ("grip", (N, 0)),
+        ("damping", (0,)), ("viscosity", (0,)), ("friction_memory", (N, 0)),
         ("traction_B", (0, 3)), ("tangential", (0,)),
     ):  # fmt: skip
         assert kept_of(kept).shape(name) == getattr(kept, name).shape == shape

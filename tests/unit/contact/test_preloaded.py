@@ -21,7 +21,7 @@ for body in (plate, cg.Body([cg.shapes.sphere(radius=1.0)])):
     points = cg.clouds.sample(cg.shapes.plane(width=2, length=2), 61, 61)
     contact = cg.Contact(body, cg.Slave(points), law=cg.PenaltyLaw(1.0), area=cg.NodalArea(1.0))
     poses = [cg.motion.pose.translation([0, 0, z]) for z in (1.1, 0.9, 0.8)]
-    list(contact.rehearse((points, pose) for pose in poses))
+    list(contact.dry_run((points, pose) for pose in poses))
     edges = body.edges
 print(*(kernel.py_func.__name__ for kernel in KERNELS if not kernel.signatures))
 """

@@ -11,7 +11,7 @@ import pytest
 
 import contiga as cg
 from contiga.contact.state import State
-from contiga.contact.tracked import Rooms
+from contiga.contact.tracked import Workspaces
 
 N = 3000
 
@@ -106,12 +106,12 @@ def test_later_steps_change_no_state_whatever_they_work_in(closed: bool, through
 
 
 def test_rooms_are_taken_by_one_step_at_a_time_and_given_back() -> None:
-    rooms = Rooms()
+    rooms = Workspaces()
     first, second = rooms.take(4), rooms.take(4)
     *arrays, small = first
     *others, other = second
     assert small is not other
-    assert small.desk.rows is not other.desk.rows
+    assert small.buffers.rows is not other.buffers.rows
     assert not any(np.shares_memory(a, b) for a in arrays for b in others)
     assert {len(array) for array in arrays} == {4, 3}
     rooms.give(first)
@@ -127,11 +127,11 @@ def test_a_step_that_fails_gives_its_room_back() -> None:
     state = contact.start(points)
     with pytest.raises(ZeroDivisionError):
         contact.step(state, points - [0.0, 0.0, 0.2])
-    room = contact._rooms.take(1)
-    contact._rooms.give(room)
+    room = contact._workspaces.take(1)
+    contact._workspaces.give(room)
     with pytest.raises(ZeroDivisionError):
         contact.step(state, points - [0.0, 0.0, 0.2])
-    assert contact._rooms.take(1) is room
+    assert contact._workspaces.take(1) is room
 
 
 class _Failing(cg.PenaltyLaw):

@@ -146,7 +146,7 @@ def test_arrays_that_cannot_be_written_to_are_refused(fallen: Fallen) -> None:
     read_only.flags.writeable = False
     for name, wrong in (
         ("uv", read_only),
-        ("near", old.near.astype(np.int64)),
+        ("last_patch", old.last_patch.astype(np.int64)),
         ("status", old.status[:-1]),
         ("points_B", np.asfortranarray(old.points_B)),
         ("patch", old.patch.tolist()),

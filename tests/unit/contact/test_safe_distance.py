@@ -33,7 +33,7 @@ class _Looked:
 
         monkeypatch.setattr(ExactSurface, name, counted)
         # Few points would be looked at without asking it.
-        monkeypatch.setattr(ExactSurface, "residents", lambda *_: None)
+        monkeypatch.setattr(ExactSurface, "pinned_parts", lambda *_: None)
 
 
 @pytest.mark.parametrize("search", ["intersection", "penetration"])

@@ -16,10 +16,10 @@ from tests.scenes import box
 
 import contiga as cg
 from contiga.contact import at_once, closed_body
-from contiga.contact.desk import MOST
 from contiga.contact.kernels import touching_nb
 from contiga.contact.state import State
-from contiga.jit.resident import PLACES
+from contiga.contact.step_buffers import MOST
+from contiga.jit.pinned import AT_ADDRESS
 from contiga.search.exact_surface import ExactSurface
 
 N = 70 if FULL else 50
@@ -115,7 +115,7 @@ def test_at_once_the_bits_are_those_of_one_by_one(
     assert min(free.count(0), sum(left > 0 for left in free)) > 3
     assert (touching_nb.TURNED in [left for _, _, left, _ in answers]) == turned
     assert max(state.n_contact for seen in now for state in seen) > 3
-    monkeypatch.setattr(ExactSurface, "residents", lambda *_: None)
+    monkeypatch.setattr(ExactSurface, "pinned_parts", lambda *_: None)
     asked = len(answers)
     for way, seen in zip(ways, now, strict=True):
         for k, (a, b) in enumerate(zip(seen, states(body, HOW[how], way, turned), strict=True)):
@@ -159,14 +159,14 @@ def test_a_body_that_is_gone_takes_what_was_laid_out_with_it() -> None:
         for k in range(1, 5):
             state = contact.step(state, points - [0.0, 0.0, 0.15 + 0.02 * k])
         assert state.n_contact == 1
-        laid_out = body.surface.residents(True)
-        assert PLACES[laid_out[0].place] is laid_out[0]
-        return [part.place for part in laid_out]
+        pinned = body.surface.pinned_parts(True)
+        assert AT_ADDRESS[pinned[0].address] is pinned[0]
+        return [part.address for part in pinned]
 
     places = stepped()
     gc.collect()
-    assert not any(place in PLACES for place in places)
+    assert not any(place in AT_ADDRESS for place in places)
 
 
 def test_of_triangles_nothing_is_done_at_once() -> None:
-    assert cg.Body([cg.shapes.sphere()]).tessellate(0.05).surface.residents(False) is None
+    assert cg.Body([cg.shapes.sphere()]).tessellate(0.05).surface.pinned_parts(False) is None

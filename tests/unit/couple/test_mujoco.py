@@ -52,7 +52,7 @@ def test_forces_act_where_they_are_wherever_moments_are_taken_about() -> None:
     """Of a body that turns, on a point off its middle."""
     courses = []
     point = cg.Slave([[0.3, 0.0, -1.0]], area=[1.0])
-    for ball in (BALL, BALL.about([0.5, 0.2, -0.3])):
+    for ball in (BALL, BALL.with_reference_point([0.5, 0.2, -0.3])):
         model = model_of()
         data = mujoco.MjData(model)
         data.qvel[3:6] = [1.0, -2.0, 3.0]

@@ -117,7 +117,7 @@ def test_wrong_requests_are_refused(tol, method):
 
 
 def test_the_mesh_stands_in_for_its_body():
-    body = box().about([1.0, 2.0, 3.0]).renamed("crate")
+    body = box().with_reference_point([1.0, 2.0, 3.0]).renamed("crate")
     mesh = body.tessellate(0.1)
     assert mesh.name == "crate"
     assert mesh.reference_point.tolist() == [1.0, 2.0, 3.0]

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from numba import config, njit, typeof
 
-from contiga.handed import HANDED, by_reference
 from contiga.jit import inner, kernel
 from contiga.jit.reference import Reference
+from contiga.pointer_records import PASSED_BY_POINTER, pass_by_pointer
 
 pytestmark = pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled")
 
@@ -21,13 +21,13 @@ class Plain(NamedTuple):
     counts: np.ndarray
 
 
-@by_reference
+@pass_by_pointer
 class Inner(NamedTuple):
     values: np.ndarray
     size: float
 
 
-@by_reference
+@pass_by_pointer
 class Outer(NamedTuple):
     inner: Inner
     plain: Plain
@@ -110,8 +110,8 @@ def test_the_type_is_of_the_class_and_of_what_is_in_it():
 def test_classes_of_one_name_and_other_members_are_two_types():
     """To numba types of one name are one."""
     fields = [("values", np.ndarray), ("size", float)]
-    other = by_reference(NamedTuple("Inner", [("weights", np.ndarray), ("share", float)]))
-    same = by_reference(NamedTuple("Inner", fields))
+    other = pass_by_pointer(NamedTuple("Inner", [("weights", np.ndarray), ("share", float)]))
+    same = pass_by_pointer(NamedTuple("Inner", fields))
     own = typeof(Inner(np.zeros(2), 1.0))
     assert typeof(same(np.zeros(2), 1.0)).name == own.name
     assert typeof(other(np.zeros(2), 1.0)).name != own.name
@@ -127,8 +127,8 @@ def test_a_name_that_is_none_is_refused_as_ever():
 
 
 def test_marks_are_of_the_class_alone():
-    assert {Inner, Outer} <= HANDED
-    assert Plain not in HANDED
+    assert {Inner, Outer} <= PASSED_BY_POINTER
+    assert Plain not in PASSED_BY_POINTER
 
 
 def test_rows_that_are_written_between_reads_are_read_anew():

@@ -8,7 +8,7 @@ from numba import config
 from numba.core.errors import TypingError
 
 from contiga.jit import inner, kernel
-from contiga.jit.scratch import scratch, whole_scratch, zero_scratch
+from contiga.jit.scratch import scratch, stack_int64, zero_scratch
 
 compiled = pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled")
 
@@ -55,7 +55,7 @@ def test_zeros_are_zeros_each_time() -> None:
 @kernel()
 def turned(values):
     """Whole numbers and their shape and order, by way of the stack."""
-    own = whole_scratch(2, 3)
+    own = stack_int64(2, 3)
     for i in range(2):
         for j in range(3):
             own[i, j] = values[i, j]
@@ -97,7 +97,7 @@ def test_an_array_of_the_stack_cannot_be_answered() -> None:
 
     @kernel()
     def among(n: int) -> tuple[int, np.ndarray]:
-        own = whole_scratch(3)
+        own = stack_int64(3)
         return n, own
 
     @kernel()

@@ -11,15 +11,15 @@ import pytest
 from numba import config, njit
 from numba.core.runtime import _nrt_python, rtsys
 
-from contiga.handed import by_reference
 from contiga.jit import inner, kernel
 from contiga.jit.pipeline import KernelCompiler
 from contiga.jit.scratch import scratch
+from contiga.pointer_records import pass_by_pointer
 
 pytestmark = pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled")
 
 
-@by_reference
+@pass_by_pointer
 class Tables(NamedTuple):
     net: np.ndarray
     spans: np.ndarray

@@ -80,8 +80,8 @@ def test_only_exact_geometry_has_faces() -> None:
 
 
 def test_the_digest_tells_masters_apart(master: Master) -> None:
-    assert digest_of(master) == digest_of(master.about([0.0, 0.0, 0.0]))
-    assert digest_of(master) != digest_of(master.about([0.0, 0.0, 1.0]))
+    assert digest_of(master) == digest_of(master.with_reference_point([0.0, 0.0, 0.0]))
+    assert digest_of(master) != digest_of(master.with_reference_point([0.0, 0.0, 1.0]))
 
 
 def test_nothing_asks_what_kind_of_master_it_has() -> None:

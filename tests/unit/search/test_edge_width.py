@@ -131,7 +131,7 @@ def test_widths_are_twice_the_tolerance_where_a_second_face_joins(make):
     assert tolerance >= 3e-6  # never below what is measured
     expected = 2.0 * tolerance + 4 * np.finfo(float).eps * body.size
     table = tables.elements.table
-    np.testing.assert_allclose(table["skirt"], expected, rtol=1e-12)
+    np.testing.assert_allclose(table["edge_tolerance"], expected, rtol=1e-12)
     if make is trimmed_roof:
         shared = tables.trims.piece_edge >= 0
         np.testing.assert_allclose(tables.piece_width[shared], expected, rtol=1e-12)

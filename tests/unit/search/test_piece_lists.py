@@ -99,7 +99,7 @@ def test_nothing_is_said_of_long_paths_of_what_is_no_number_and_beyond_the_grid(
 def test_nothing_is_listed_where_edges_are_so_wide_that_all_pieces_are_everywhere():
     tables = tables_of(cg.Body([rough(2)]))
     elements = tables.elements._replace(table=tables.elements.table.copy())
-    elements.table["skirt"] = 0.05 * float(tables.scale[0])
+    elements.table["edge_tolerance"] = 0.05 * float(tables.scale[0])
     assert piece_lists.build_lists(tables) is not piece_lists.NONE
     assert piece_lists.build_lists(tables._replace(elements=elements)) is piece_lists.NONE
 

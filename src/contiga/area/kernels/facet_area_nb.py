@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from contiga.jit import inner, kernel
-from contiga.jit.scratch import scratch, whole_scratch
+from contiga.jit.scratch import scratch, stack_int64
 from contiga.num.codes import OK
 
 # Cut of an edge whose outer end lies inside without being in contact: each end keeps its half.
@@ -90,7 +90,7 @@ def slave_pieces(nodes, points, corner, n_c, fraction, share, start, stop):
     Each corner is given the integral of its linear shape function.
     """
     polygon = scratch(4, 3)
-    edge = whole_scratch(4)
+    edge = stack_int64(4)
     inside = np.empty(3, np.bool_)
     for f in range(start, stop):
         area = _triangle(points[nodes[f, 0]], points[nodes[f, 1]], points[nodes[f, 2]])

@@ -1,4 +1,4 @@
-"""Few points of a closed body whose feet do not tell, gathered on the desk, and judged there.
+"""Few points of a closed body whose feet do not tell, gathered in the step's buffers and judged.
 
 `contiga.contact.judge` does the same for many, one question after the other.
 """
@@ -9,7 +9,7 @@ from contiga.contact.kernels.carrying_nb import at
 from contiga.contact.kernels.judge_nb import NOT_ASKED, is_needed, judge_plain, take_nearest
 from contiga.contact.kernels.settle_nb import KEEP, becomes, distance, take_foot
 from contiga.jit import inner
-from contiga.jit.resident import reader
+from contiga.jit.pinned import reader
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.search.kernels.nearest_nb import project_global, project_proved
 
@@ -18,51 +18,51 @@ balls_at = reader("contiga.search.ball_cells.Balls")
 
 
 @inner(linked=False)
-def ask_touching(desk, count, first, holds):
-    """Put points that were in contact, the first of the desk's `ways`, from row `first` on."""
-    asked, place = desk.doubtful, 0
+def ask_touching(buffers, count, first, holds):
+    """Put points that were in contact, the first of the buffers' `ways`, from row `first` on."""
+    asked, place = buffers.doubtful, 0
     for j in range(count):
-        i, m = desk.ways[j], first + j
-        asked.rows[m] = desk.rows[i]
+        i, m = buffers.ways[j], first + j
+        asked.rows[m] = buffers.rows[i]
         asked.was[m] = True
-        asked.kept[m] = desk.mark[i] & KEEP > 0
-        asked.status[m] = becomes(desk.feet.status[i])
-        asked.side[m] = desk.own_side[i]
-        asked.safe_distance[m] = desk.own_reach[i]
-        asked.within[m] = distance(desk.feet, i, desk.now[i])
-        take_foot(asked.feet, m, desk.feet, i)
-        place = at(holds.rows, desk.rows[i], place)
-        there = place < holds.rows.shape[0] and holds.rows[place] == desk.rows[i]
+        asked.kept[m] = buffers.mark[i] & KEEP > 0
+        asked.status[m] = becomes(buffers.feet.status[i])
+        asked.side[m] = buffers.own_side[i]
+        asked.safe_distance[m] = buffers.own_reach[i]
+        asked.within[m] = distance(buffers.feet, i, buffers.now[i])
+        take_foot(asked.feet, m, buffers.feet, i)
+        place = at(holds.rows, buffers.rows[i], place)
+        there = place < holds.rows.shape[0] and holds.rows[place] == buffers.rows[i]
         asked.depth[m] = holds.depth[place] if there else 0.0
         asked.opposed[m] = there and holds.opposed[place]
         for c in range(3):
-            desk.stand[m, c] = desk.now[i, c]
+            buffers.stand[m, c] = buffers.now[i, c]
             asked.guard[m, c] = holds.guard[place, c] if there else 0.0
 
 
 @inner(linked=False)
-def ask_free(desk, count, rows, now):
-    """Put free points, the first of the desk's `ways` in `rows`; they are `now` at (all points)."""
-    asked = desk.doubtful
+def ask_free(buffers, count, rows, now):
+    """Put free points, the first of the buffers' `ways` in `rows`; `now` has all points."""
+    asked = buffers.doubtful
     for m in range(count):
-        i = desk.ways[m]
+        i = buffers.ways[m]
         asked.rows[m] = rows[i]
         asked.was[m] = asked.kept[m] = False
         asked.guard[m, 0] = asked.guard[m, 1] = asked.guard[m, 2] = asked.depth[m] = 0.0
         asked.opposed[m] = False
         asked.status[m] = 0
-        asked.side[m] = desk.own_side[i]
-        asked.safe_distance[m] = desk.own_reach[i]
-        asked.within[m] = desk.reach[i]
+        asked.side[m] = buffers.own_side[i]
+        asked.safe_distance[m] = buffers.own_reach[i]
+        asked.within[m] = buffers.reach[i]
         blank_foot(asked.feet, m, NOT_ASKED)
         for c in range(3):
-            desk.stand[m, c] = now[rows[i], c]
+            buffers.stand[m, c] = now[rows[i], c]
 
 
 @inner(linked=False)
-def _find(desk, n, penetration, tables, balls):
+def _find(buffers, n, penetration, tables, balls):
     """Closest points of those of the first n that need theirs."""
-    asked, needed, within = desk.doubtful, desk.needed, desk.within
+    asked, needed, within = buffers.doubtful, buffers.needed, buffers.within
     m = 0
     for j in range(n):
         blank_foot(asked.truth, j, NOT_ASKED)
@@ -70,16 +70,16 @@ def _find(desk, n, penetration, tables, balls):
             needed[m], within[m] = j, asked.within[j]
             m += 1
     if balls.elements.shape[0] == 0:
-        project_global(tables, desk.stand, needed[:m], within[:m], asked.truth, 0, m)
+        project_global(tables, buffers.stand, needed[:m], within[:m], asked.truth, 0, m)
     else:
-        project_proved(tables, balls, desk.stand, needed[:m], within[:m], asked.truth, 0, m)
+        project_proved(tables, balls, buffers.stand, needed[:m], within[:m], asked.truth, 0, m)
 
 
 @inner(linked=False)
-def judge_asked(desk, n, places, step, limits, found, taken):
+def judge_asked(buffers, n, places, step, limits, found, taken):
     """Judge the first n as `judge_plain` does; whether all of them are plain."""
-    asked = desk.doubtful
-    _find(desk, n, limits[0], tables_at(places[0]), balls_at(places[2]))
+    asked = buffers.doubtful
+    _find(buffers, n, limits[0], tables_at(places[0]), balls_at(places[2]))
     own = (asked.rows[:n], asked.was, asked.kept, asked.status)
     near = (limits[2], limits[4])
     held = (asked.guard, asked.depth, asked.opposed)

@@ -51,8 +51,8 @@ def within_reach(path, known, bulge, lists, size, start, stop):
             if not touching and not active[k]:
                 continue
             way = _way(path[0], path[1], k)
-            room = 0.0 if touching else abs(distance[k])
-            if way < math.inf and room <= way + bulge:
+            clearance = 0.0 if touching else abs(distance[k])
+            if way < math.inf and clearance <= way + bulge:
                 rows[n] = k
                 n += 1
         counts[c] = n - first

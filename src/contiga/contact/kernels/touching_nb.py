@@ -24,7 +24,7 @@ from contiga.contact.kernels.settle_nb import (
     tell,
 )
 from contiga.jit import inner, kernel
-from contiga.jit.resident import reader
+from contiga.jit.pinned import reader
 from contiga.num.codes import MAX_ITERATIONS
 from contiga.num.kernels.rigid_nb import to_body
 from contiga.search.kernels.ball_nb import radii
@@ -36,105 +36,113 @@ from contiga.search.kernels.track_nb import track_chunks
 tables_at = reader("contiga.search.table_types.Tables")
 sides_at = reader("contiga.search.side_grid.SideGrid")
 balls_at = reader("contiga.search.ball_cells.Balls")
-desk_at = reader("contiga.contact.desk.Desk")
+buffers_at = reader("contiga.contact.step_buffers.StepBuffers")
 
 NO_BALLS, NOT_SOLVED, MANY, NOT_IN, TURNED = -1, -2, -3, -4, -5
 """Answers in place of a number of rows: balls are needed, and not worked out; the feet of some rows
-have to be looked for elsewhere; there are more rows than the desk has; some may lie inside since
+have to be looked for elsewhere; the rows are more than the buffers hold; some may lie inside since
 the start; the body turns. What has been written is written again then."""
 
 
 @inner(linked=False)
-def _follow(tables, desk, n):
+def _follow(tables, buffers, n):
     """Feet of the first n rows; whether all are solved."""
-    path = (desk.before[:0], desk.now[:n], desk.nobody)
-    starts = (desk.patch[:n], desk.uv[:n])
+    path = (buffers.before[:0], buffers.now[:n], buffers.nobody)
+    starts = (buffers.patch[:n], buffers.uv[:n])
     records = np.empty((n, RECORD))
-    track_chunks(tables, path, starts, n, records, desk.feet, 0, 1)
+    track_chunks(tables, path, starts, n, records, buffers.feet, 0, 1)
     failed = 0
     for i in range(n):
-        failed += desk.feet.status[i] == MAX_ITERATIONS
+        failed += buffers.feet.status[i] == MAX_ITERATIONS
     return failed == 0
 
 
 @inner(linked=False)
-def _ask_balls(places, desk, n):
+def _ask_balls(places, buffers, n):
     """Radii of the balls at the first n feet that are asked for; whether there are any balls."""
     if n == 0:
         return True
     balls = balls_at(places[2])
     if balls.elements.shape[0] == 0:
         return False
-    feet = (desk.feet.patch, desk.feet.uv)
+    feet = (buffers.feet.patch, buffers.feet.uv)
     grid = tables_at(places[0]).grid
-    radii(balls, grid, feet, desk.asked[:n], desk.which[:n], desk.radius, 0, n)
+    radii(balls, grid, feet, buffers.asked[:n], buffers.which[:n], buffers.radius, 0, n)
     return True
 
 
 @kernel()
 def touch(rows, path, last, found, feet, limits, places):
-    """Settle the points `rows` that were in contact; returns how many are on the desk, those that
-    are not outside, and how many of them are left, listed in its `ways`.
+    """Settle the points `rows` that were in contact; returns how many are in the buffers, those
+    that are not outside, and how many of them are left, listed in `ways` there.
 
     `path` is (now, before, way), `last` (patch, uv, holds), `found` (status, safe distance, near,
     uv) and `feet` of this step, all of all points; `limits` is (whether balls are asked, band),
-    `places` where to find (tables, sides, balls, desk).
+    `places` where to find (tables, sides, balls, buffers).
     """
-    tables, grid, desk = tables_at(places[0]), sides_at(places[1]), desk_at(places[3])
+    tables, grid, buffers = tables_at(places[0]), sides_at(places[1]), buffers_at(places[3])
     with_balls, band = limits
     now, before, way = path
     n = rows.shape[0]
-    sides(grid, now, rows, desk.side, desk.reach, 0, n)
-    known, own = (desk.side, desk.reach), (desk.own_side, desk.own_reach)
-    work = (desk.rows, desk.own_side, desk.own_reach, desk.patch, desk.uv, desk.before, desk.now)
+    sides(grid, now, rows, buffers.side, buffers.reach, 0, n)
+    known, own = (buffers.side, buffers.reach), (buffers.own_side, buffers.own_reach)
+    work = (
+        buffers.rows,
+        buffers.own_side,
+        buffers.own_reach,
+        buffers.patch,
+        buffers.uv,
+        buffers.before,
+        buffers.now,
+    )
     n = stay(rows, known, (before, now), (last[0], last[1]), (found[0], found[1]), band, work)
     if n == 0:
         return 0, 0
-    if not _follow(tables, desk, n):
+    if not _follow(tables, buffers, n):
         return n, NOT_SOLVED
-    own_rows, mark = desk.rows[:n], desk.mark[:n]
-    balls = face(own_rows, desk.feet, last[2], way, band, mark, (desk.asked, desk.which))
+    own_rows, mark = buffers.rows[:n], buffers.mark[:n]
+    balls = face(own_rows, buffers.feet, last[2], way, band, mark, (buffers.asked, buffers.which))
     balls = balls if with_balls else 0
-    if not _ask_balls(places, desk, balls):
+    if not _ask_balls(places, buffers, balls):
         return n, NO_BALLS
-    told = (desk.asked[:balls], desk.radius[:balls])
-    return n, settle(own_rows, desk.feet, own, mark, told, band, found, feet, desk.ways)
+    told = (buffers.asked[:balls], buffers.radius[:balls])
+    return n, settle(own_rows, buffers.feet, own, mark, told, band, found, feet, buffers.ways)
 
 
 @kernel()
 def stay_free(rows, step, old, found, limits, places):
-    """Settle the free points `rows` that stay so; returns how many are left, listed in the desk's
-    `ways`, with what is known of all: sides, reaches (both its own) and distances (its `reach`).
+    """Settle the free points `rows` that stay so; returns how many are left, listed in the buffers'
+    `ways`, with what is known of all: sides, reaches (both `own_…`) and distances (`reach`).
 
     `step` is (way, ignored, now), `old` (near, uv) of the last step and `found` as `touch` has it,
     all of all points; `limits` is (search by penetration, whether balls are asked, band, how far a
     point may have gone for its last foot to be near), `places` as of `touch`.
     """
-    tables, grid, desk = tables_at(places[0]), sides_at(places[1]), desk_at(places[3])
+    tables, grid, buffers = tables_at(places[0]), sides_at(places[1]), buffers_at(places[3])
     way, ignored, now = step
     penetration, with_balls, band, far = limits
     n = rows.shape[0]
-    known, spots = (desk.own_side, desk.own_reach), (desk.way, desk.spot)
+    known, spots = (buffers.own_side, buffers.own_reach), (buffers.way, buffers.spot)
     places_of(grid, now, rows, known, spots, 0, n)
-    desk.reach[:n] = math.inf
-    work = (desk.rows, desk.patch, desk.uv, desk.now)
+    buffers.reach[:n] = math.inf
+    work = (buffers.rows, buffers.patch, buffers.uv, buffers.now)
     m = starts(rows, known, spots, (way, now), old, found[2], far, work)
     if m > 0:
-        if not _follow(tables, desk, m):
+        if not _follow(tables, buffers, m):
             return NOT_SOLVED
         for j in range(m):
-            remember_foot(found, rows[desk.rows[j]], desk.feet, j)
-        balls = askable(desk.feet, m, band, (desk.asked, desk.which)) if with_balls else 0
-        if not _ask_balls(places, desk, balls):
+            remember_foot(found, rows[buffers.rows[j]], buffers.feet, j)
+        balls = askable(buffers.feet, m, band, (buffers.asked, buffers.which)) if with_balls else 0
+        if not _ask_balls(places, buffers, balls):
             return NO_BALLS
-        told = (desk.asked[:balls], desk.radius[:balls])
-        tell(desk.rows[:m], desk.feet, desk.now[:m], told, band, known, desk.reach)
+        told = (buffers.asked[:balls], buffers.radius[:balls])
+        tell(buffers.rows[:m], buffers.feet, buffers.now[:m], told, band, known, buffers.reach)
     for i in range(n):
         k = rows[i]
-        desk.clear[i] = False
-        if not penetration and desk.own_side[i] < 0 and ignored[k] and math.isfinite(way[k]):
+        buffers.clear[i] = False
+        if not penetration and buffers.own_side[i] < 0 and ignored[k] and math.isfinite(way[k]):
             return NOT_IN
-    return leave(rows, known, desk.clear[:n], band, found[1], desk.ways)
+    return leave(rows, known, buffers.clear[:n], band, found[1], buffers.ways)
 
 
 @inner(linked=False)
@@ -146,22 +154,22 @@ def _settle(lists, path, last, found, feet, limits, places):
     """
     with_balls, penetration, band, depth, far, same_foot = limits
     touching, near = lists
-    now, desk = path[0], desk_at(places[3])
+    now, buffers = path[0], buffers_at(places[3])
     into, left = (found[0], found[1], found[2], found[3]), 0
     # The free ones first: what has become of them does not hinder that all is done anew.
     if near.shape[0] > 0:
         moved, old = (found[4], found[5], now), (last[2], last[1])
         how = (penetration, with_balls, band, far)
         left = stay_free(near, moved, old, into, how, places)
-        ask_free(desk, left, near, now)
+        ask_free(buffers, left, near, now)
     if touching.shape[0] > 0 and left >= 0:
         held, how = (last[0], last[1], last[4]), (with_balls, band)
         _, own = touch(touching, (*path, found[4]), held, into, feet, how, places)
-        ask_touching(desk, own, left, last[4])
+        ask_touching(buffers, own, left, last[4])
         left = left + own if own >= 0 else own
     if left > 0:
         step, bounds = (found[4], found[5]), (penetration, True, band, depth, same_foot)
-        if judge_asked(desk, left, places, step, bounds, into, feet):
+        if judge_asked(buffers, left, places, step, bounds, into, feet):
             left = 0
     return left
 
@@ -188,21 +196,21 @@ def advance(path, last, active, found, feet, rows, speed, how):
     its last foot to be near, how far feet that are one may be apart).
 
     Returns how many points were in contact and how many others are near, listed in the first rows,
-    how many of all these are left, the desk's `doubtful`, and, where none is left, how many are in
-    contact, listed in the last row, and on the desk with what is known of them before forces. Of
-    many nothing is settled, and of a body that turns nothing is done.
+    how many of all these are left (`doubtful` of the buffers), and, where none is left, how many
+    are in contact, listed in the last row and in the buffers with what is known of them before
+    forces. Of many nothing is settled, and of a body that turns nothing is done.
     """
     outside, pose, was, now, before = path
     limits, places = how
     if _is_turned(pose, was):
         return 0, 0, TURNED, 0
-    desk = desk_at(places[3])
+    buffers = buffers_at(places[3])
     n = now.shape[0]
     to_body(outside, pose, now, 0, n)
-    known, lists = (last[0], last[1], last[2], last[3]), (rows, desk.counts)
+    known, lists = (last[0], last[1], last[2], last[3]), (rows, buffers.counts)
     place((before, now), known, active, found, lists, max(n, 1), 0, 1)
-    touching, near = desk.counts[0, 0], desk.counts[0, 1]
-    if max(touching, near) > desk.rows.shape[0]:
+    touching, near = buffers.counts[0, 0], buffers.counts[0, 1]
+    if max(touching, near) > buffers.rows.shape[0]:
         return touching, near, MANY, 0
     lists = (rows[0][:touching], rows[1][:near])
     of_last = (*known, last[6])
@@ -210,7 +218,7 @@ def advance(path, last, active, found, feet, rows, speed, how):
     if left != 0:
         return touching, near, left, 0
     k = held(lists, feet.patch, feet.uv, (found[2], found[3]), rows[2])
-    deep, out = (last[0], last[4], last[5]), desk.carried
+    deep, out = (last[0], last[4], last[5]), buffers.carried
     out = (out.depth, out.normal, out.foot, out.path, out.old, out.rate)
     gather(rows[2][:k], feet, (now, before), deep, speed[0], speed[1], out)
     return touching, near, left, k

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.geometry.kernels.basis_nb import basis_derivatives, find_span
-from contiga.handed import by_reference
 from contiga.jit import inner, kernel
+from contiga.pointer_records import pass_by_pointer
 
 # A normal from S_u × S_v that has lost more than half of its digits to cancellation is
 # replaced by the limit from inside the domain.
@@ -21,7 +21,7 @@ LIMIT_ORDER = 5
 ROUNDING = 4.0 * 2.220446049250313e-16 / NOISE
 
 
-@by_reference
+@pass_by_pointer
 class CurveArrays(NamedTuple):
     """A curve as kernels see it."""
 
@@ -33,7 +33,7 @@ class CurveArrays(NamedTuple):
     rational: bool
 
 
-@by_reference
+@pass_by_pointer
 class SurfaceArrays(NamedTuple):
     """A surface as kernels see it."""
 

@@ -32,8 +32,8 @@ from contiga.geometry.kernels.triangulation_nb import (
     turn,
     walk,
 )
-from contiga.handed import by_reference
 from contiga.jit import inner, kernel
+from contiga.pointer_records import pass_by_pointer
 
 NEW, GOOD, CHECKED, GIVEN_UP = 0, 1, 2, 3
 """States of a triangle."""
@@ -50,7 +50,7 @@ USELESS = 0.5
 A finite surface holds finitely many that are not, so refinement ends."""
 
 
-@by_reference
+@pass_by_pointer
 class Front(NamedTuple):
     """What is known of the vertices, and what is to be looked at."""
 

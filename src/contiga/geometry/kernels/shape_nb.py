@@ -14,8 +14,8 @@ import numpy as np
 
 from contiga.geometry.kernels.evaluate_nb import Scratch, SurfaceArrays, surface_point
 from contiga.geometry.kernels.triangulation_nb import BORDER, FRAME, VERTICES
-from contiga.handed import by_reference
 from contiga.jit import inner, kernel
+from contiga.pointer_records import pass_by_pointer
 
 TURN = 0.3
 """Largest distance as a share of the radius of curvature: sides then turn by at most a quarter."""
@@ -31,7 +31,7 @@ L, M, N, E, F, G, SAG = 0, 1, 2, 3, 4, 5, 6
 """Columns of a form: second fundamental form, metric, distance."""
 
 
-@by_reference
+@pass_by_pointer
 class Face(NamedTuple):
     """A surface over the unit square that its trimmed part was mapped to."""
 

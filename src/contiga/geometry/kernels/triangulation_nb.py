@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.handed import by_reference
 from contiga.jit import inner
+from contiga.pointer_records import pass_by_pointer
 
 GRID = 2.0**-49
 BORDER = -1
@@ -26,7 +26,7 @@ SPLITTER = 134217729.0
 """2^27 + 1."""
 
 
-@by_reference
+@pass_by_pointer
 class Triangulation(NamedTuple):
     """Room for n vertices and m triangles; `used` says how much of it is in use."""
 

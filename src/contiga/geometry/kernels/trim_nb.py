@@ -12,9 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from contiga.handed import by_reference
 from contiga.jit import inner, kernel
 from contiga.num.codes import CUT, IN, OUT
+from contiga.pointer_records import pass_by_pointer
 
 MARGIN = 1e-9
 """Widening of a piece when cells are marked, as a share of the domain; far above rounding."""
@@ -22,7 +22,7 @@ ON_CURVE = 1e-12
 """Points this close to a trim curve (share of the domain) count as inside."""
 
 
-@by_reference
+@pass_by_pointer
 class TrimTables(NamedTuple):
     """Trims of all patches of a body as flat arrays (n pieces, m patches, c cells)."""
 

@@ -41,7 +41,7 @@ SIZE = 4096.0
 
 Patches = tuple[int, ...]
 Point = tuple[float, float, float]
-Told = Callable[[Sequence[Patches]], str]
+Describe = Callable[[Sequence[Patches]], str]
 
 
 class United(NamedTuple):
@@ -108,7 +108,7 @@ def unite(*bodies: Body) -> Body:
     found = united(whole, pieces, "union", first.name)
     if found.said and not found.made_one:
         warn(f"{first.name}: pieces {found.said}")
-    return found.body.renamed(first.name).about(first.reference_point)
+    return found.body.renamed(first.name).with_reference_point(first.reference_point)
 
 
 def _by_patches(groups: Sequence[Patches]) -> str:
@@ -125,7 +125,7 @@ def united(
     where: str,
     *,
     accuracy: float = 0.0,
-    told: Told = _by_patches,
+    told: Describe = _by_patches,
 ) -> United:
     """The body with those of its closed pieces made one that touch or overlap.
 
@@ -176,7 +176,7 @@ def united(
     return United(piece_of(whole, order), [origin[k] for k in order], met, said, made_one=True)
 
 
-def _texts(met: Sequence[Sequence[Patches]], places: Sequence[Point], told: Told) -> list[str]:
+def _texts(met: Sequence[Sequence[Patches]], places: Sequence[Point], told: Describe) -> list[str]:
     return [
         "{} at ({:.6g}, {:.6g}, {:.6g})".format(told(some), *place)
         for some, place in zip(met, places, strict=True)

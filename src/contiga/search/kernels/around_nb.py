@@ -6,7 +6,7 @@ import math
 
 from contiga.elements.kernels.sides_nb import side_point
 from contiga.jit import inner, kernel
-from contiga.jit.scratch import scratch, whole_scratch
+from contiga.jit.scratch import scratch, stack_int64
 from contiga.num.codes import CREASE, POLE
 from contiga.search.kernels.local_nb import expand
 
@@ -146,7 +146,7 @@ def _steepest_from_pole(elements, e, side, point, h):
 @inner()
 def vertex_exit(elements, foot, point, miss, h):
     """The steepest way down from a corner or pole: (element, s, t), element −1 where all go up."""
-    list_e = whole_scratch(MOST)
+    list_e = stack_int64(MOST)
     list_st = scratch(MOST, 2)
     n = around(elements, foot, list_e, list_st)
     best = -miss

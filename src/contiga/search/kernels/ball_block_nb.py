@@ -14,7 +14,7 @@ import numpy as np
 
 from contiga.elements.kernels.element_nb import BINOMIAL
 from contiga.jit import inner, kernel
-from contiga.jit.scratch import whole_scratch
+from contiga.jit.scratch import stack_int64
 from contiga.search.kernels.ball_cell_nb import WORST, bends, deviation, measure
 
 KINK = 1e-8
@@ -196,7 +196,7 @@ def _at(smooth, base, i, j):
 @kernel()
 def base_homes(cells, smooth, bases, homes):
     """Around every sound cell of the patches' grids, a block about as wide all round."""
-    rows = whole_scratch(MOST)
+    rows = stack_int64(MOST)
     for patch in range(bases.shape[0]):
         base = (bases[patch, 0], bases[patch, 1], bases[patch, 2])
         for i in range(base[1]):

@@ -13,7 +13,7 @@ import numpy as np
 from contiga.elements.kernels.element_nb import evaluate, parameters
 from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.jit import inner, kernel
-from contiga.jit.scratch import scratch, whole_scratch
+from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.kernels.ball_plane_nb import clear_ball, far_box, lower, unit
 from contiga.search.kernels.tree_nb import box_distance2
 
@@ -143,7 +143,7 @@ def _bound_cell(body, a, home, limits, value, samples):
     normal = scratch(2, 3)
     normal[0] = -a["normal"]
     normal[1] = a["normal"]
-    stack = whole_scratch(256)
+    stack = stack_int64(256)
     stack[0] = 0
     top = 1
     affects = np.empty(2, np.bool_)

@@ -7,7 +7,7 @@ import math
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.jit import inner
-from contiga.jit.scratch import scratch, whole_scratch
+from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.kernels.around_nb import MOST, around
 from contiga.search.kernels.bend_nb import (
     SPEED_S,
@@ -176,7 +176,7 @@ def in_element(elements, foot, e):
     t = _snapped(t0)
     if max(abs(s), abs(t)) < 0.5:
         return foot, 0.0
-    list_e = whole_scratch(MOST)
+    list_e = stack_int64(MOST)
     list_st = scratch(MOST, 2)
     for k in range(around(elements, (foot[0], s, t), list_e, list_st)):
         if list_e[k] == e:

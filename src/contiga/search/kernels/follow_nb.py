@@ -240,7 +240,9 @@ def _is_start(tables, last, point, work):
     e, s, t = last
     trimmed = tables.trims.trimmed[tables.elements.table[e]["patch"]] != 0
     if _at_end(tables.elements, last) or (trimmed and not whole_around(tables, e, s, t, 0.0, 0.0)):
-        reach = max(NEAR_EDGE * tables.scale[0], WIDTHS * tables.elements.table[e]["skirt"])
+        reach = max(
+            NEAR_EDGE * tables.scale[0], WIDTHS * tables.elements.table[e]["edge_tolerance"]
+        )
         return may_join(tables, e) and rests_on_edge(tables, last, point, reach, work)
     return _is_stationary(tables.elements, last, point, SAME * tables.scale[1], work[0][2])
 

@@ -9,7 +9,7 @@ from numba import types
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.jit import inner, lazy
-from contiga.jit.scratch import scratch, whole_scratch
+from contiga.jit.scratch import scratch, stack_int64
 from contiga.num.codes import BUDGET, EDGE, FACE, MAX_ITERATIONS, OK, TRIMMED
 from contiga.search.kernels.curve_nb import polish, surface_foot
 from contiga.search.kernels.face_nb import in_face
@@ -194,7 +194,7 @@ def _next_face(tables, edge, point, found, h):
     result = (OK, -1, 0.0, 0.0, FACE, -1.0)
     reach = joint_reach(tables, e)
     span = grid.patches[home]["adjacent"]
-    near = whole_scratch(NEAR)
+    near = stack_int64(NEAR)
     listed = patches_near(tables, at, reach, near)
     for k in range(span[0] + 1, span[1]):
         if not (grid.loose[k] and is_listed(near, listed, grid.adjacent[k])):

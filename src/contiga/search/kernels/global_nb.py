@@ -22,7 +22,7 @@ import math
 from contiga.elements.kernels.bounds_nb import look_closer
 from contiga.elements.kernels.element_nb import evaluate
 from contiga.jit import inner
-from contiga.jit.scratch import scratch, whole_scratch
+from contiga.jit.scratch import scratch, stack_int64
 from contiga.num.kernels.vector_nb import cross, dot
 from contiga.search.kernels.closest_cell_nb import (
     bends_down,
@@ -314,7 +314,7 @@ def closest(tables, point, among, reach, found, h):
     found[3] = 0.0
     hit = False
     opened = 0
-    nodes = whole_scratch(128)
+    nodes = stack_int64(128)
     bounds = scratch(128)
     stack = scratch(64, 4)
     slack = PRUNE * tables.scale[1]

@@ -88,7 +88,7 @@ def _room_beside(elements, e, side, slack):
     across = row["neighbour"][side]
     inner = across >= 0 and elements.table[across]["patch"] == row["patch"]
     cut_off = inner and elements.table[across]["trim"] == OUT
-    room = row["skirt"] if cut_off else row["width"][side]
+    room = row["edge_tolerance"] if cut_off else row["width"][side]
     return room if room > slack else 0.0
 
 
@@ -100,7 +100,7 @@ def _path_about(elements, e, p, d, slack):
     origin = row["origin"]
     local = (p[0] - origin[0], p[1] - origin[1], p[2] - origin[2])
     slack = slack + row["noise"]
-    if row["skirt"] <= slack:
+    if row["edge_tolerance"] <= slack:
         return local, d, slack, 0.0, (0.0, 0.0, 0.0, 0.0)
     room = (
         _room_beside(elements, e, 0, slack),
@@ -108,7 +108,7 @@ def _path_about(elements, e, p, d, slack):
         _room_beside(elements, e, 2, slack),
         _room_beside(elements, e, 3, slack),
     )
-    return local, d, slack, row["skirt"], room
+    return local, d, slack, row["edge_tolerance"], room
 
 
 @inner()
@@ -162,9 +162,9 @@ def _stays_off(plate, p, d, ends, slack):
     `ends` is (length, spare, far): how far beyond its ends it counts, and where no more.
     """
     length, spare, far = ends
-    over = max(spare, GRAZING * plate["skirt"])
+    over = max(spare, GRAZING * plate["edge_tolerance"])
     span = (-over, min(far + over, length + over))
-    return is_passed(plate, p, d, span, slack + plate["skirt"])
+    return is_passed(plate, p, d, span, slack + plate["edge_tolerance"])
 
 
 @inner(linked=False)

@@ -16,7 +16,7 @@ from contiga.elements.kernels.element_nb import place_in, quotient
 from contiga.jit import inlined, inner, lazy
 from contiga.jit.block import SIZE, turn
 from contiga.jit.prefetch import LINE, prefetch
-from contiga.jit.scratch import whole_scratch
+from contiga.jit.scratch import stack_int64
 from contiga.num.codes import CUT, GENERAL, OUT, RATIONAL_CUBIC
 from contiga.search.kernels.branch_nb import is_whole, way_beyond
 from contiga.search.kernels.face_nb import in_face
@@ -24,9 +24,9 @@ from contiga.search.kernels.lane_proof_nb import NUMBERS, WIDTH, prove, surround
 from contiga.search.kernels.lanes_nb import (
     BY_ROW,
     FLAG,
-    HANDED,
     LANES,
     ORIGIN,
+    PASSED_BY_POINTER,
     PLACE,
     PROVED,
     ROW_F,
@@ -102,7 +102,7 @@ def wait(tables, e, records, row, queue, n):
     """Have a row of element e wait, behind n others."""
     lanes, who = queue
     bank, l = lanes[n // WIDE], n % WIDE
-    for c in range(HANDED):
+    for c in range(PASSED_BY_POINTER):
         bank[c * WIDE + l] = records[row, c]
     for c in range(2):
         bank[(ROW_S + c) * WIDE + l] = records[row, ROW_START + c]
@@ -118,7 +118,7 @@ def wait_beyond(tables, e, lane, row, queue, n):
     bank, l = lane
     lanes, who = queue
     own, k = lanes[n // WIDE], n % WIDE
-    for c in range(HANDED):
+    for c in range(PASSED_BY_POINTER):
         own[c * WIDE + k] = bank[c * WIDE + l]
     s, t = bank[ROW_S * WIDE + l], bank[ROW_T * WIDE + l]
     own[ROW_S * WIDE + k], own[ROW_T * WIDE + k] = s, t
@@ -334,7 +334,7 @@ def go_on(tables, proves, queue, n, records):
     A row is flagged, to be done one by one, when it leaves another or is given back.
     """
     lanes, who = queue
-    first = whole_scratch(LANES)
+    first = stack_int64(LANES)
     for i in range(n):
         first[i] = who[NOW, i] >= 0
     banks = _start(tables, queue, n)

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 
 from contiga.jit import inner, kernel
-from contiga.jit.scratch import scratch, whole_scratch
+from contiga.jit.scratch import scratch, stack_int64
 from contiga.num.codes import MAX_ITERATIONS, NOT_FINITE
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.search.kernels.ball_nb import radius_at
@@ -39,7 +39,7 @@ def nearest_leaf(tables, point):
     """The leaf of a face whose plate is nearest to a point, −1 where the body has none."""
     tree = tables.tree
     leaves = tables.leaves
-    nodes = whole_scratch(128)
+    nodes = stack_int64(128)
     bounds = scratch(128)
     nodes[0] = 0
     bounds[0] = 0.0
@@ -72,7 +72,7 @@ def _least_known(tables, point, reach):
     It costs a tenth of a search and spares it three quarters of its cells on a body of many faces.
     """
     tree = tables.tree
-    nodes = whole_scratch(128)
+    nodes = stack_int64(128)
     bounds = scratch(128)
     nodes[0] = 0
     bounds[0] = 0.0

@@ -53,7 +53,7 @@ def _fill_piece(elements, trims, leaf, plate, h):
     if not in_face(elements, trims, e, s, t):
         plate["spare"] = math.inf
     plate["departure"] += elements.table[e]["noise"]
-    plate["skirt"] = elements.table[e]["skirt"]
+    plate["edge_tolerance"] = elements.table[e]["edge_tolerance"]
     return e
 
 

@@ -8,7 +8,7 @@ from contiga.elements.kernels.element_nb import locate
 from contiga.jit import inner, kernel
 from contiga.jit.block import SIZE
 from contiga.jit.prefetch import LINE, prefetch
-from contiga.jit.scratch import scratch, whole_scratch
+from contiga.jit.scratch import scratch, stack_int64
 from contiga.num.codes import CUT, GENERAL, NOT_FINITE, OUT, RATIONAL_CUBIC
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.search.kernels.bins_nb import ask_for, fetch_rows, hand_rows, order_rows, tells
@@ -107,7 +107,7 @@ def _wait_beyond(tables, proves, block, lanes, feet, queue, waiting):
     records, order = feet
     e, first, last = block
     # Listed without a choice: which rows have left is as random as the points.
-    gone, n = whole_scratch(LANES), 0
+    gone, n = stack_int64(LANES), 0
     for i in range(last - first):
         gone[n] = i
         n += lanes[i // WIDE, ROW_STATE * WIDE + i % WIDE] == LEFT

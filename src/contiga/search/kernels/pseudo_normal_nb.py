@@ -16,7 +16,7 @@ from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at, side_point
 from contiga.geometry.kernels.trim_nb import point_in_trim
 from contiga.jit import inner, lazy
-from contiga.jit.scratch import scratch, whole_scratch
+from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.kernels.around_nb import MOST, around, collapsed_side
 from contiga.search.kernels.curve_nb import curve_point, piece_parameters, surface_foot
 from contiga.search.kernels.face_nb import in_face
@@ -220,7 +220,7 @@ def _snapped(x):
 @inner()
 def joint_reach(tables, e):
     """How far from a foot at an edge of element `e` the faces that meet there may be."""
-    return max(tables.elements.table[e]["skirt"], JOIN * tables.scale[0])
+    return max(tables.elements.table[e]["edge_tolerance"], JOIN * tables.scale[0])
 
 
 @inner()
@@ -233,7 +233,7 @@ def patches_near(tables, point, reach, near):
     tree = tables.tree
     leaves = tables.leaves
     x, y, z = point
-    nodes = whole_scratch(128)
+    nodes = stack_int64(128)
     nodes[0] = 0
     top = 1 if leaves.shape[0] > 0 else 0
     n = 0
@@ -305,7 +305,7 @@ def pseudo_normal(tables, foot, found, total, h):
     grid = tables.grid
     home = elements.table[e]["patch"]
     span = grid.patches[home]["adjacent"]
-    near = whole_scratch(NEAR)
+    near = stack_int64(NEAR)
     listed = patches_near(tables, point, place[1], near)
     if tables.trims.trimmed[home] != 0:
         for k in range(span[0], span[1]):
@@ -331,11 +331,11 @@ def side_of_squarest(tables, home, place, found, h):
     part in it. Zero where no face is found.
     """
     point, distance = place
-    skirt = tables.elements.table[home]["skirt"]
-    limit = distance * SEEN + skirt + 2.0 * PRUNE * tables.scale[1]
+    edge_tolerance = tables.elements.table[home]["edge_tolerance"]
+    limit = distance * SEEN + edge_tolerance + 2.0 * PRUNE * tables.scale[1]
     patch = tables.elements.table[home]["patch"]
     span = tables.grid.patches[patch]["adjacent"]
-    near = whole_scratch(NEAR)
+    near = stack_int64(NEAR)
     listed = patches_near(tables, point, limit, near)
     best = nearest = 0.0
     side = 0.0

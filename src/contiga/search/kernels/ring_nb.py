@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from contiga.jit import inner, kernel
-from contiga.jit.scratch import scratch, whole_scratch
+from contiga.jit.scratch import scratch, stack_int64
 from contiga.num.codes import POLE, SMOOTH
 from contiga.search.kernels.around_nb import MOST, around, stands
 from contiga.search.kernels.bend_nb import (
@@ -272,7 +272,7 @@ def _cap(elements, raw, foot, part, ring, work):
     """
     e, side = foot
     list_e = work[0]
-    list_side = whole_scratch(MOST)
+    list_side = stack_int64(MOST)
     n = _fan_of_pole(elements, e, side, list_e, list_side)
     k = part[0] if side < 2 else part[1]
     deep = (k if side & 1 == 0 else PARTS - 1 - k) + 1
@@ -355,7 +355,7 @@ def _ring(elements, raw, e, i, j, ring, work):
 @kernel(error_model="numpy")
 def join_parts(elements, raw, rings, start, stop):
     """Fill rings[element, part] of elements start … stop from the bounds of all parts."""
-    work = (whole_scratch(MOST), scratch(MOST, 2))
+    work = (stack_int64(MOST), scratch(MOST, 2))
     for e in range(start, stop):
         box = elements.table[e]["box"]
         for i in range(PARTS):

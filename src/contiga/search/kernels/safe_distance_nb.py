@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 
 from contiga.jit import kernel
-from contiga.jit.scratch import scratch, whole_scratch
+from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.kernels.tree_nb import open_node
 
 
 @kernel()
 def box_distance(tree, points, rows, safe_distance, start, stop):
     """Distance of points[rows] to the nearest box of a leaf into safe_distance[rows]."""
-    nodes = whole_scratch(128)
+    nodes = stack_int64(128)
     bounds = scratch(128)
     for i in range(start, stop):
         k = rows[i]

@@ -20,7 +20,7 @@ from numba import types
 
 from contiga.geometry.kernels.trim_nb import ON_CURVE, bernstein_at, parameter_at
 from contiga.jit import inner, lazy
-from contiga.jit.scratch import scratch, whole_scratch
+from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.kernels.bend_nb import length
 from contiga.search.kernels.rest_nb import D01, D02, D10, D11, D20
 
@@ -158,7 +158,7 @@ def strand_in(trims, patch, cell, work):
     """
     coefs, degree = work
     wide = with_hair(trims, patch, cell)
-    pieces = whole_scratch(MOST)
+    pieces = stack_int64(MOST)
     span = scratch(MOST, 2)
     n = 0
     edge = -1

@@ -30,7 +30,7 @@ from numba import types
 
 from contiga.elements.kernels.sides_nb import side_point
 from contiga.jit import inner, lazy
-from contiga.jit.scratch import scratch, whole_scratch
+from contiga.jit.scratch import scratch, stack_int64
 from contiga.num.codes import CREASE
 from contiga.num.kernels.vector_nb import dot, minus
 from contiga.search.kernels.around_nb import MOST, around, inward_slope, stands
@@ -63,7 +63,7 @@ def _rises(near, foot, path, free, h):
     """Whether f rises at the corner `foot` along all sides that meet there, for both points of a
     motion, but for the crease `free`: (element, side) on both sides of it, −1 for none."""
     elements, _, trimmed, tolerance = near
-    list_e = whole_scratch(MOST)
+    list_e = stack_int64(MOST)
     list_st = scratch(MOST, 2)
     miss = SAME * tolerance
     n = around(elements, foot, list_e, list_st)
@@ -184,7 +184,7 @@ def common_crease(elements, foot, last):
 def _lowest_crease(elements, foot, point, h):
     """The crease from a vertex along which f rises least, or falls: (e, s, t, side), e −1 where f
     rises less along a side that is none."""
-    list_e = whole_scratch(MOST)
+    list_e = stack_int64(MOST)
     list_st = scratch(MOST, 2)
     least = math.inf
     found = (-1, 0.0, 0.0, -1)

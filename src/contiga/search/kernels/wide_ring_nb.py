@@ -12,7 +12,7 @@ sum of the least widths of these columns at least.
 from __future__ import annotations
 
 from contiga.jit import inner
-from contiga.jit.scratch import scratch, whole_scratch
+from contiga.jit.scratch import scratch, stack_int64
 from contiga.num.codes import IN, SMOOTH
 from contiga.search.kernels.bend_nb import INNER, WIDTH_S
 from contiga.search.kernels.part_nb import PARTS, scales, take_metric
@@ -211,7 +211,7 @@ def widen(elements, raw, e, part, ring):
     wanted = max(NEAR * nearby, min(DEEP * nearby, FLAT / bent))
     if not (_may_widen(ring) and ring["room"] < wanted):
         return
-    extents, own = whole_scratch(4), scratch(4, 2)
+    extents, own = stack_int64(4), scratch(4, 2)
     widths, bends = scratch(2, ACROSS), scratch(2)
     _extents(table, raw, home, wanted, extents)
     if not _look(table, raw, home, extents, (widths, bends)):

@@ -126,7 +126,7 @@ def _sees(tables, foot, cell, path, work):
     ends = (minus(path[0], point), minus(path[1], point))
     reach = reach_along(forward, ends, arc, bent, (0.0, 0.0))
     first, second = seen_along(bends[0], b, ends, reach, bent)
-    slack = 2.0 * tables.elements.table[e]["skirt"] + SAME * tables.scale[1]
+    slack = 2.0 * tables.elements.table[e]["edge_tolerance"] + SAME * tables.scale[1]
     return min(first[0], second[0]) > slack
 
 

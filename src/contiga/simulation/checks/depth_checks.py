@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from contiga.contact.rehearsed import Rehearsed
+from contiga.contact.dry_run import DryRun
 from contiga.num import pose
 from contiga.num.rigid import turn_to_world
 from contiga.simulation.checks.finding import Finding, Said
@@ -28,7 +28,7 @@ def check_depth(scene: Scene) -> Iterator[Finding]:
 
 def _too_deep(pair: Pair, said: Said) -> Iterator[Finding]:
     """Penetrations that a law does not know."""
-    deepest = [float(seen.penetration.max(initial=0.0)) for seen in pair.rehearsal]
+    deepest = [float(seen.penetration.max(initial=0.0)) for seen in pair.dry_runs]
     k = int(np.argmax(deepest))
     for layer in layers_of(pair.contact):
         yield from deeper_than(layer, pair.where, (deepest[k], float(pair.shown_times[k])), said)
@@ -70,7 +70,7 @@ def _too_fast(pair: Pair, said: Said) -> Iterator[Finding]:
     """Steps in which points go in too far at once."""
     planned = pair.model.stepping.planned()
     worst, at = 0.0, 0.0
-    for time, seen in zip(pair.shown_times.tolist(), pair.rehearsal, strict=False):
+    for time, seen in zip(pair.shown_times.tolist(), pair.dry_runs, strict=False):
         k = int(np.searchsorted(planned, time)) - 1
         if k >= 0 and len(seen.rows):
             way = _way_in(pair, (float(planned[k]), time), seen)
@@ -92,7 +92,7 @@ def _too_fast(pair: Pair, said: Said) -> Iterator[Finding]:
         )
 
 
-def _way_in(pair: Pair, times: tuple[float, float], seen: Rehearsed) -> float:
+def _way_in(pair: Pair, times: tuple[float, float], seen: DryRun) -> float:
     """The greatest way in that points have come between two times, along their normals."""
     nodes = seen.rows < len(pair.slave)
     rows, deep = seen.rows[nodes], seen.penetration[nodes]

@@ -26,7 +26,7 @@ def check_facing(scene: Scene) -> Iterator[Finding]:
     for pair in scene.pairs:
         if not any(kind in SOLIDS for kind in pair.slave.cells):
             continue
-        for time, seen in zip(pair.shown_times.tolist(), pair.rehearsal, strict=False):
+        for time, seen in zip(pair.shown_times.tolist(), pair.dry_runs, strict=False):
             rows = seen.rows < len(pair.slave)
             if not rows.any() or pair.slave.facets is None:
                 continue

@@ -43,7 +43,7 @@ def _inward(pair: Pair) -> bool:
 
 def _starts(pair: Pair, said: Said) -> Iterator[Finding]:
     """Points that are on the contact side from the start."""
-    start = pair.rehearsal[0]
+    start = pair.dry_runs[0]
     rows = start.inside
     if len(rows) == 0:
         # Search by penetration has taken what lies inside.
@@ -85,7 +85,7 @@ def _turned(pair: Pair, count: int) -> Finding:
 
 def _never(pair: Pair, said: Said) -> Iterator[Finding]:
     """Sides that never meet, and how near they come."""
-    if len(pair.rehearsal[0].inside) or not pair.slave.active.any():
+    if len(pair.dry_runs[0].inside) or not pair.slave.active.any():
         return
     found = closest_approach(pair)
     if found is None:

@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.contact.rehearsed import Rehearsed
+from contiga.contact.dry_run import DryRun
 from contiga.dynamics.free import Attached, Free
 from contiga.dynamics.prescribed import BodyMotion, Combine, Fixed, Moved, Poses, Rotate, Translate
 from contiga.dynamics.pulses import Accelerated, Velocity
@@ -204,12 +204,12 @@ class Pair:
         return times if read else np.union1d(times, spread(self._turns, STANDINGS))
 
     @cached_property
-    def rehearsal(self) -> list[Rehearsed]:
+    def dry_runs(self) -> list[DryRun]:
         """The search at `shown_times`, as far as the way is foretold: to the first touch where
         forces move a side, the start alone where it is not."""
         standing = (self.standing(time) for time in self.shown_times.tolist())
-        seen: list[Rehearsed] = []
-        for one in self.contact.rehearse(standing, most=MOST_POINTS):
+        seen: list[DryRun] = []
+        for one in self.contact.dry_run(standing, most=MOST_POINTS):
             seen.append(one)
             if not self.foretold or (self.free and len(one.rows)):
                 break
@@ -223,7 +223,7 @@ class Pair:
     @cached_property
     def touches(self) -> bool:
         """Whether any point is seen in contact."""
-        return any(len(seen.rows) for seen in self.rehearsal)
+        return any(len(seen.rows) for seen in self.dry_runs)
 
 
 class Scene:

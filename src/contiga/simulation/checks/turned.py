@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from contiga.contact.rehearsed import ON_IT
+from contiga.contact.dry_run import ON_IT
 from contiga.num.ordered import product
 from contiga.num.rigid import to_body
 from contiga.records import FloatArray, empty_projection
@@ -35,14 +35,14 @@ def mostly_behind(pair: Pair) -> bool:
 
 def from_behind(pair: Pair, said: Said) -> Iterator[Finding]:
     """Ways on which most points come to an open face from behind, as far as they are foretold."""
-    if pair.body.closed or (len(pair.rehearsal[0].inside) and mostly_behind(pair)):
+    if pair.body.closed or (len(pair.dry_runs[0].inside) and mostly_behind(pair)):
         return
-    met = np.concatenate([seen.rows for seen in pair.rehearsal])
-    late = np.concatenate([seen.from_behind for seen in pair.rehearsal])
+    met = np.concatenate([seen.rows for seen in pair.dry_runs])
+    late = np.concatenate([seen.from_behind for seen in pair.dry_runs])
     came, first = np.unique(late, return_index=True)
     if not 2 * len(came) > len(np.union1d(met, came)):
         return
-    counts = np.cumsum([len(seen.from_behind) for seen in pair.rehearsal])
+    counts = np.cumsum([len(seen.from_behind) for seen in pair.dry_runs])
     time = float(pair.shown_times[np.searchsorted(counts, first.min(), side="right")])
     followed = min(int(pair.slave.active.sum()), MOST_POINTS)
     yield behind(

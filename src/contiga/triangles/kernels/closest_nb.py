@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from contiga.jit import inner, kernel
-from contiga.jit.scratch import scratch, whole_scratch
+from contiga.jit.scratch import scratch, stack_int64
 from contiga.num.codes import MAX_ITERATIONS, NOT_FINITE, OK
 from contiga.num.kernels.query_nb import blank_foot
 from contiga.triangles.kernels.boxes_nb import NOBODY, WIDTH, box_distances, put
@@ -90,7 +90,7 @@ def closest(tree, point, seed, work):
 @kernel()
 def project_global(facets, points, rows, smooth, out, start, stop):
     """Closest points of points[rows[start:stop]] into the same rows of `out`."""
-    work = (whole_scratch(DEPTH), scratch(DEPTH), scratch(WIDTH))
+    work = (stack_int64(DEPTH), scratch(DEPTH), scratch(WIDTH))
     shape = facets.shape
     link = facets.link
     tree = (shape, link, facets.box, facets.child, NEAR * facets.scale[1])
@@ -224,7 +224,7 @@ def project_facing(facets, points, guards, limits, smooth, out, start, stop):
     `limits` is (cosine of their normals and the `guards` (n, 3) at least, (n,) how near they may
     be), and the point is behind them. Rows without any are MAX_ITERATIONS.
     """
-    work = (whole_scratch(DEPTH), scratch(DEPTH), scratch(WIDTH))
+    work = (stack_int64(DEPTH), scratch(DEPTH), scratch(WIDTH))
     shape, link = facets.shape, facets.link
     for k in range(start, stop):
         point = (points[k, 0], points[k, 1], points[k, 2])
@@ -250,7 +250,7 @@ def project_facing(facets, points, guards, limits, smooth, out, start, stop):
 @kernel()
 def box_distance(facets, points, rows, reach, start, stop):
     """Distance of points[rows] to the nearest box of a triangle into reach[rows]."""
-    nodes = whole_scratch(DEPTH)
+    nodes = stack_int64(DEPTH)
     bounds = scratch(DEPTH)
     lane = scratch(WIDTH)
     child = facets.child

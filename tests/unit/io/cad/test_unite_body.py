@@ -36,7 +36,7 @@ def test_a_union_has_the_volume_of_its_closed_form(name: str, factor: float) -> 
     if name not in dict(SPLINES):
         body = body.transformed(_small(MOVED, factor))
     assert not body.closed
-    both = cg.unite(body.about([1.0, 2.0, 3.0]))
+    both = cg.unite(body.with_reference_point([1.0, 2.0, 3.0]))
     assert (both.closed, both.name) == (True, "two.5")
     assert both.reference_point.tolist() == [1.0, 2.0, 3.0]
     assert both.volume() == pytest.approx(volume * factor**3, rel=1e-7)

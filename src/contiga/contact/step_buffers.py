@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.handed import by_reference
-from contiga.jit.resident import Resident
+from contiga.jit.pinned import Pinned
 from contiga.masters.protocol import Master, Surface
+from contiga.pointer_records import pass_by_pointer
 from contiga.records import (
     ByteArray,
     FloatArray,
@@ -23,7 +23,7 @@ MOST = 128
 """Points in contact that are few. Of more the calls are no longer what takes the time."""
 
 
-@by_reference
+@pass_by_pointer
 class Asked(NamedTuple):
     """Points to be judged, one row each."""
 
@@ -75,9 +75,9 @@ class Asked(NamedTuple):
         return Asked._make((*(values[:n] for values in columns), *both))
 
 
-@by_reference
+@pass_by_pointer
 class Carried(NamedTuple):
-    """What is known of points in contact before forces, a row each; see `Touching`."""
+    """What is known of points in contact before forces, a row each; see `ContactRows`."""
 
     depth: FloatArray
     normal: FloatArray
@@ -93,8 +93,8 @@ class Carried(NamedTuple):
         return cls._make((np.empty(n), *np.empty((3, n, 3)), old, rate))
 
 
-@by_reference
-class Desk(NamedTuple):
+@pass_by_pointer
+class StepBuffers(NamedTuple):
     """What is worked out of the points in contact on the way, a row each; nothing of it is kept."""
 
     side: ByteArray
@@ -134,7 +134,7 @@ class Desk(NamedTuple):
     """(1, 2) how many points are listed."""
 
     @classmethod
-    def of(cls, n: int) -> Desk:
+    def of(cls, n: int) -> StepBuffers:
         """For n points."""
         rows, patch, ways, way, asked = np.empty((5, n), np.int32)
         side, own_side, mark, which = np.empty((4, n), np.int8)
@@ -150,12 +150,12 @@ class Desk(NamedTuple):
 
 
 class Small:
-    """The desk of one step at a time, and where the search of its body is in memory."""
+    """The buffers of one step at a time, and where the search of its body is in memory."""
 
     def __init__(self) -> None:
-        self.desk = Desk.of(MOST)
-        self._resident = Resident(self.desk)
-        self._search: tuple[Resident, ...] | None = None
+        self.buffers = StepBuffers.of(MOST)
+        self._pinned = Pinned(self.buffers)
+        self._search: tuple[Pinned, ...] | None = None
         self._master: Master | None = None
         self._surface: Surface | None = None
         self._places: tuple[int, ...] = ()
@@ -168,9 +168,9 @@ class Small:
         return None if self._search is None else self._places
 
     def places(self, surface: Surface, with_balls: bool) -> tuple[int, ...] | None:
-        """Where the search of a closed surface stands (see `Surface.residents`), and the desk;
-        None of one of which nothing is done at once."""
+        """Addresses of the search of a closed surface (see `Surface.pinned_parts`) and of the
+        buffers; None of one of which nothing is done at once."""
         if self._surface is not surface or with_balls:
-            self._surface, self._search = surface, surface.residents(with_balls)
-            self._places = tuple(part.place for part in (*(self._search or ()), self._resident))
+            self._surface, self._search = surface, surface.pinned_parts(with_balls)
+            self._places = tuple(part.address for part in (*(self._search or ()), self._pinned))
         return None if self._search is None else self._places

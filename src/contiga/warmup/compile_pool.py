@@ -20,7 +20,7 @@ _BOOT = (
 )
 
 
-class Told(NamedTuple):
+class Progress(NamedTuple):
     """What becomes of a kernel that a process is given."""
 
     row: Row
@@ -34,15 +34,15 @@ class Told(NamedTuple):
     """Why it cannot be had: words, none where it can."""
 
 
-Hear = Callable[[int, Told], None]
+Hear = Callable[[int, Progress], None]
 """Called with the number of a process and what it tells, on a thread for each process."""
 
 
-def _unheard(process: int, told: Told) -> None:
+def _unheard(process: int, told: Progress) -> None:
     """Nobody listens."""
 
 
-class Crew:
+class CompilePool:
     """Processes at work on the kernels of the package's list.
 
     Parameters
@@ -115,21 +115,21 @@ class Crew:
         with contextlib.suppress(OSError), process.stdin, process.stdout:
             self._say(process, json.dumps(_modules()))
             while (row := self._plan.take()) is not None:
-                self._hear(number, Told(row))
+                self._hear(number, Progress(row))
                 told = self._one(process, row)
                 self._plan.done(row)
                 self._hear(number, told)
                 if process.poll() is not None:
                     return
 
-    def _one(self, process: subprocess.Popen[str], row: Row) -> Told:
+    def _one(self, process: subprocess.Popen[str], row: Row) -> Progress:
         """What a process says of a kernel, once it is done with it."""
         assert process.stdout is not None
         self._say(process, str(row))
         line = process.stdout.readline()
         if line:
-            return Told(row, True, **json.loads(line))
-        return Told(row, True, error=f"its process ended with code {process.wait()}")
+            return Progress(row, True, **json.loads(line))
+        return Progress(row, True, error=f"its process ended with code {process.wait()}")
 
     @staticmethod
     def _say(process: subprocess.Popen[str], line: str) -> None:

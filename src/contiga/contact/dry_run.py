@@ -24,7 +24,7 @@ BULGE = 1e-3
 _MOST_DEPTHS = 20_000
 
 
-class Rehearsed(NamedTuple):
+class DryRun(NamedTuple):
     """What the search finds where the points of contact and the master stand."""
 
     pose: FloatArray
@@ -45,12 +45,12 @@ class Rehearsed(NamedTuple):
     passed it, and those that are in contact although they did not come in."""
 
 
-def rehearsed(
+def dry_run(
     surface: Surface,
     standing: Iterable[tuple[FloatArray, FloatArray]],
     taking_part: tuple[BoolArray, int | None],
     options: Options,
-) -> Iterator[Rehearsed]:
+) -> Iterator[DryRun]:
     """The search from one of `standing`, points (m, 3) and pose, to the next; the first the start.
 
     `taking_part` are the active points, and how many of them are followed at most, spread evenly
@@ -81,8 +81,8 @@ def rehearsed(
         rows = was_held = found.held
         feet = rows_of(found.feet, rows)
         depth = np.maximum(-feet.gap, 0.0)
-        yield Rehearsed(X_WB, followed[rows], depth, feet.normal, inside, deepest, followed[behind])
-        place = found.feet.patch, found.uv, found.near
+        yield DryRun(X_WB, followed[rows], depth, feet.normal, inside, deepest, followed[behind])
+        place = found.feet.patch, found.uv, found.last_patch
         last = Last(p_B, *place, found.safe_distance, found.holds)
         pose = X_WB
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from tests.sample import FULL
 
-from contiga.warmup.crew import Crew, Told
+from contiga.warmup.compile_pool import CompilePool, Progress
 from contiga.warmup.listing import listing
 from contiga.warmup.plan import Plan
 
@@ -30,9 +30,9 @@ def only(*rows: int) -> Plan:
 
 
 def test_a_process_has_a_kernel_and_says_where_it_is_kept() -> None:
-    told: list[Told] = []
-    with Crew(1, lambda _, said: told.append(said), only(0)) as crew:
-        crew.wait()
+    told: list[Progress] = []
+    with CompilePool(1, lambda _, said: told.append(said), only(0)) as compile_pool:
+        compile_pool.wait()
     begun, done = told
     name = LISTED[0].name
     assert (begun.row, begun.done, done.row, done.done, done.error) == (0, False, 0, True, "")
@@ -75,18 +75,18 @@ def test_a_process_that_lays_no_records_out_compiles_what_reads_them(tmp_path: P
 
 
 RUN = """
-    from contiga.jit.cache import COMPANY
-    from contiga.warmup.crew import Crew
+    from contiga.jit.cache import COMPILE_LISTENERS
+    from contiga.warmup.compile_pool import CompilePool
     from contiga.warmup.listing import listing
 
     at = next(k for k, one in enumerate(listing().kernels) if one.name == "span_and_basis")
-    crew = Crew(1)
-    COMPANY.append(crew)
+    compile_pool = CompilePool(1)
+    COMPILE_LISTENERS.append(compile_pool)
     kernel = listing().compile(at)
-    print(len(kernel.overloads), at in crew._plan._left)
+    print(len(kernel.overloads), at in compile_pool._plan._left)
     listing().compile(at)
-    crew.end()
-    print(crew._plan.take())
+    compile_pool.end()
+    print(compile_pool._plan.take())
 """
 
 
@@ -103,8 +103,9 @@ def test_a_process_compiles_together_with_others(tmp_path: Path) -> None:
 
 def test_processes_end_with_the_one_that_started_them() -> None:
     code = (
-        "import os, time; from contiga.warmup.crew import Crew; crew = Crew(1); "
-        "print(crew._processes[0].pid, flush=True); time.sleep(1.0); os._exit(1)"
+        "import os, time; from contiga.warmup.compile_pool import CompilePool; "
+        "pool = CompilePool(1); "
+        "print(pool._processes[0].pid, flush=True); time.sleep(1.0); os._exit(1)"
     )
     run = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     pid, end = int(run.stdout), time.monotonic() + 60.0

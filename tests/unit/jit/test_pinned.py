@@ -11,14 +11,14 @@ import pytest
 from numba import config, njit, typeof
 
 from contiga.contact.kernels import touching_nb
-from contiga.handed import by_reference
-from contiga.jit.resident import PLACES, TYPES, Resident, reader, types_read
+from contiga.jit.pinned import AT_ADDRESS, TYPES, Pinned, reader, types_read
 from contiga.num.kernels import rigid_nb
+from contiga.pointer_records import pass_by_pointer
 
 pytestmark = pytest.mark.interpreted
 
 
-@by_reference
+@pass_by_pointer
 class Inner(NamedTuple):
     """What an outer record holds."""
 
@@ -26,7 +26,7 @@ class Inner(NamedTuple):
     share: float
 
 
-@by_reference
+@pass_by_pointer
 class Outer(NamedTuple):
     """Arrays of several kinds and shapes, numbers, a record."""
 
@@ -38,7 +38,7 @@ class Outer(NamedTuple):
     rows: np.ndarray
 
 
-@by_reference
+@pass_by_pointer
 class Other(NamedTuple):
     """One that no kernel knows."""
 
@@ -88,10 +88,10 @@ def written(place, value):
 
 
 def test_kernels_read_what_the_record_has() -> None:
-    kept = [Resident(outer(seed)) for seed in range(3)]
-    for seed, resident in enumerate(kept):
+    kept = [Pinned(outer(seed)) for seed in range(3)]
+    for seed, pinned in enumerate(kept):
         own = outer(seed)
-        assert looked_up(resident.place) == (
+        assert looked_up(pinned.address) == (
             own.points[4, 2],
             6,
             own.cells[3]["box"][1],
@@ -106,39 +106,39 @@ def test_kernels_read_what_the_record_has() -> None:
 
 
 def test_numbers_in_its_arrays_may_change() -> None:
-    resident = Resident(outer(1))
-    written(resident.place, 7.5)
-    assert resident.record.points[1, 1] == 7.5
-    resident.record.points[4, 2] = -2.0
-    assert looked_up(resident.place)[0] == -2.0
+    pinned = Pinned(outer(1))
+    written(pinned.address, 7.5)
+    assert pinned.record.points[1, 1] == 7.5
+    pinned.record.points[4, 2] = -2.0
+    assert looked_up(pinned.address)[0] == -2.0
 
 
 def test_it_is_gone_with_what_holds_it() -> None:
-    resident = Resident(outer(2))
-    place = resident.place
-    assert PLACES[place] is resident
-    del resident
+    pinned = Pinned(outer(2))
+    place = pinned.address
+    assert AT_ADDRESS[place] is pinned
+    del pinned
     gc.collect()
-    assert place not in PLACES
+    assert place not in AT_ADDRESS
 
 
 def test_copies_lie_elsewhere() -> None:
-    resident = Resident(outer(1))
-    other = pickle.loads(pickle.dumps(resident))
-    assert other.place != resident.place
-    assert looked_up(other.place) == looked_up(resident.place)
+    pinned = Pinned(outer(1))
+    other = pickle.loads(pickle.dumps(pinned))
+    assert other.address != pinned.address
+    assert looked_up(other.address) == looked_up(pinned.address)
 
 
 def test_what_cannot_be_laid_out_is_refused() -> None:
     with pytest.raises(TypeError, match="not by reference"):
-        Resident(Plain(np.zeros(3)))
+        Pinned(Plain(np.zeros(3)))
     with pytest.raises(TypeError, match="bool cannot be laid out"):
-        Resident(Other(True))
+        Pinned(Other(True))
     with pytest.raises(TypeError, match="other types"):
-        Resident(Other(np.zeros(3)))
-    Resident(outer(0))
+        Pinned(Other(np.zeros(3)))
+    Pinned(outer(0))
     with pytest.raises(TypeError, match="other types"):
-        Resident(outer(0)._replace(rows=np.zeros((2, 2), np.int32)))
+        Pinned(outer(0)._replace(rows=np.zeros((2, 2), np.int32)))
 
 
 @pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is kept")
@@ -147,7 +147,7 @@ def test_kernels_that_read_records_are_kept_by_the_types_of_those(
 ) -> None:
     kept = touching_nb.advance
     ((name, before), *_) = types_read(kept.py_func)
-    assert name == "contiga.contact.desk.Desk"
+    assert name == "contiga.contact.desk.StepBuffers"
     assert types_read(rigid_nb.to_body.py_func) == ()
     key = kept._cache._index_key((), kept.targetctx.codegen())
     monkeypatch.setitem(TYPES, name, typeof(outer(1)))

@@ -1,9 +1,9 @@
 """Records of arrays laid out in memory once, for kernels that are called all the time.
 
 A call from Python looks at every array of the records it is handed, and lays them out anew: of the
-tables of a body, forty arrays, that takes as long as to follow some ten points. A `Resident` does
+tables of a body, forty arrays, that takes as long as to follow some ten points. A `Pinned` does
 so once. Kernels are handed the place, a whole number, and read the record there by a `reader` of
-its class, as they read one that they were handed by reference (`contiga.handed`).
+its class, as they read one that they were handed by reference (`contiga.pointer_records`).
 
 Laid out is what numba has of arrays (its model of them: two owners, of which there are none here,
 the numbers and bytes of one, where they are, shape and strides), floats, whole numbers, and records
@@ -24,13 +24,13 @@ from numba.core.errors import TypingError
 from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 
-from contiga.handed import HANDED
 from contiga.jit import reference as reference  # the type of what is read
+from contiga.pointer_records import PASSED_BY_POINTER
 
 types: Any = numba_types
 TYPES: dict[str, Any] = {}
 """numba's types of records, by the names of their classes, from the first one laid out on."""
-PLACES: WeakValueDictionary[int, Resident] = WeakValueDictionary()
+AT_ADDRESS: WeakValueDictionary[int, Pinned] = WeakValueDictionary()
 """Where no kernel is compiled records are found by their places."""
 
 
@@ -38,14 +38,14 @@ _READ: dict[Callable[[int], Any], str] = {}
 """Classes by their readers."""
 
 
-class Resident:
+class Pinned:
     """A record in memory that stays for as long as this.
 
     The numbers in its arrays may change; arrays and numbers of its own may not.
 
     Parameters
     ----------
-    record : a named tuple whose class is marked by `contiga.handed.by_reference`
+    record : a named tuple whose class is marked by `contiga.pointer_records.pass_by_pointer`
 
     Raises
     ------
@@ -58,19 +58,19 @@ class Resident:
     def __init__(self, record: Any) -> None:
         kind = type(record)
         name, own = f"{kind.__module__}.{kind.__qualname__}", typeof(record)
-        if kind not in HANDED:
+        if kind not in PASSED_BY_POINTER:
             raise TypeError(f"{name} is not by reference")
         if TYPES.setdefault(name, own) != own:
             raise TypeError(f"another {name} had other types than {own}")
         self.record = record
-        self._parts: list[Resident] = []
+        self._parts: list[Pinned] = []
         words = [word for value in record for word in self._words(value)]
         self._memory = np.array([word & (2**64 - 1) for word in words], np.uint64)
-        self.place = int(self._memory.ctypes.data)
-        PLACES[self.place] = self
+        self.address = int(self._memory.ctypes.data)
+        AT_ADDRESS[self.address] = self
 
-    def __reduce__(self) -> tuple[type[Resident], tuple[Any]]:
-        return Resident, (self.record,)  # copies, and what is written to files, lie elsewhere
+    def __reduce__(self) -> tuple[type[Pinned], tuple[Any]]:
+        return Pinned, (self.record,)  # copies, and what is written to files, lie elsewhere
 
     def _words(self, value: Any) -> list[int]:
         """A member as it stands in memory, eight bytes each."""
@@ -84,9 +84,9 @@ class Resident:
                 *value.shape,
                 *value.strides,
             ]
-        if type(value) in HANDED:
-            self._parts.append(Resident(value))
-            return [self._parts[-1].place]
+        if type(value) in PASSED_BY_POINTER:
+            self._parts.append(Pinned(value))
+            return [self._parts[-1].address]
         if isinstance(value, float):
             return [int(np.float64(value).view(np.int64))]
         if isinstance(value, (int, np.integer)) and not isinstance(value, bool):
@@ -103,7 +103,7 @@ def reader(name: str) -> Callable[[int], Any]:
 
     def read(place: int) -> Any:
         """The record there."""
-        return PLACES[place].record
+        return AT_ADDRESS[place].record
 
     class Read(AbstractTemplate):  # type: ignore[misc]
         """What numba asks for the type of a call."""

@@ -13,18 +13,18 @@ from typing import TypeVar
 
 Class = TypeVar("Class", bound=type)
 
-HANDED: set[type] = set()
+PASSED_BY_POINTER: set[type] = set()
 """Classes that are handed by reference."""
 _LISTENERS: list[Callable[[type], object]] = []
 
 
-def by_reference(tuple_class: Class) -> Class:
+def pass_by_pointer(tuple_class: Class) -> Class:
     """Mark a class of named tuples; a decorator.
 
     Kernels may read the attributes of such a tuple, hand it on and put it into other tuples. They
     cannot make one, and must not return its arrays.
     """
-    HANDED.add(tuple_class)
+    PASSED_BY_POINTER.add(tuple_class)
     for listener in _LISTENERS:
         listener(tuple_class)
     return tuple_class
@@ -36,5 +36,5 @@ def for_each_marked(listener: Callable[[type], object]) -> None:
     So the compiler's type of a class is told where there is a compiler, and classes need none.
     """
     _LISTENERS.append(listener)
-    for tuple_class in tuple(HANDED):
+    for tuple_class in tuple(PASSED_BY_POINTER):
         listener(tuple_class)
