@@ -25,6 +25,7 @@ class OldName:
 
     def __init__(self, new: str) -> None:
         self._new = new
+        self.__doc__ = f"The old name of `{new}`, for one version."
         self._old = ""
 
     def __set_name__(self, owner: type, name: str) -> None:

@@ -51,7 +51,7 @@ report = false
 """
 
 
-def test_no_energy_of_an_oblique_head_is_nowhere(tmp_path: Path) -> None:
+def test_the_energy_of_an_oblique_head_balances(tmp_path: Path) -> None:
     errors = []
     for step in (0.12, 0.04):
         case = tmp_path / "head.toml"

@@ -25,7 +25,7 @@ _PASSED = re.compile(r"time$|wall_time|(.*\.)?n_\w+|step\.|.*error$|(.*\.)?centr
 _JUMPS = re.compile(r"force|friction_|moment|area|pressure|energy|work|\.a[xyz]$|\.rate$")
 """Channels that may jump, energies where springs of friction let go: they are held against what the
 other run goes through in a step."""
-_TELLS = re.compile(r"energy: |step: |.*: in the one step to t = .* went .* deeper")
+_TELLS = re.compile(r"energy balance: |step: |.*: in the one step to t = .* went .* deeper")
 """Warnings that something is not right, or not to phase."""
 PARTS, LEAST = 3, 400
 """Parts of each step that the other run takes, and how many all in all at least."""

@@ -197,7 +197,7 @@ def triangles_of(points: FloatArray, bridge: float = BRIDGE) -> IntArray:
     # A cloud seen edge-on or in several sheets makes triangles far longer than its spacing.
     if len(kept) < 0.5 * len(triangles) or 2 * len(np.unique(kept)) < len(points):
         raise InputError(
-            "the cloud is no graph over its best-fit plane",
+            "the cloud is not a graph over its best-fit plane",
             where="area",
             found=f"{len(triangles) - len(kept)} of {len(triangles)} triangles bridge its points",
             allowed="a sheet of points",

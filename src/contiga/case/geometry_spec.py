@@ -190,7 +190,7 @@ class FileGeometry(_Geometry):
 
         if Path(self.file).suffix.lower() not in SUFFIXES:
             raise CaseError(
-                "is no CAD file",
+                "is not a CAD file",
                 where="file",
                 found=self.file,
                 allowed=" ".join(SUFFIXES),

@@ -57,7 +57,7 @@ def _value(key: str, text: str) -> Any:
             allowed='such as 0.5, true, [0, 0, -5], "text" or { kind = "fixed" }',
         ) from error
     if len(data) > 1:
-        raise CaseError("must be one value", where=f"--set {key}", found=text)
+        raise CaseError("expected a single value", where=f"--set {key}", found=text)
     return data["value"]
 
 
@@ -76,7 +76,7 @@ def with_settings(data: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[
     changed = copy.deepcopy(dict(data))
     for key, value in settings.items():
         if not isinstance(key, str) or not _KEY.fullmatch(key):
-            raise CaseError("is no key of a case", where="set", found=key, allowed=_EXAMPLE)
+            raise CaseError("is not a key of a case", where="set", found=key, allowed=_EXAMPLE)
         *way, last = [place or name for place, name in _STEP.findall(key)]
         here: Any = changed
         for i, step in enumerate(way):
@@ -94,7 +94,9 @@ def _entry(here: Any, step: str, key: str, way: list[str]) -> Any:
         return step
     before = ".".join(way)
     if not isinstance(here, list):
-        raise CaseError("leads into what is no table", where=f"set {key}: {before}", found=here)
+        raise CaseError(
+            "leads into something that is not a table", where=f"set {key}: {before}", found=here
+        )
     names = [_name(table) for table in here]
     if step in names:
         return names.index(step)

@@ -202,7 +202,7 @@ def _existing(path: str, info: ValidationInfo) -> str:
         full = (_folder(info) / path).resolve()
         there, folder = full.is_file(), full.is_dir()
     except (OSError, ValueError) as error:  # too long, or with a character no name can have
-        raise FileError("is no name of a file", found=path) from error
+        raise FileError("is not a file name", found=path) from error
     if not there:
         what = "this is a folder, not a file" if folder else "no such file"
         raise FileError(what, found=path, allowed=f"a file; looked for {full}")
@@ -218,7 +218,7 @@ def _pattern(pattern: str, info: ValidationInfo) -> str:
         if isinstance(error, FileError):
             raise
         raise FileError(
-            "is no pattern of file names", found=pattern, allowed="such as step_*.vtu"
+            "is not a file name pattern", found=pattern, allowed="such as step_*.vtu"
         ) from error
     return (_folder(info).resolve() / pattern).as_posix()
 

@@ -163,7 +163,8 @@ def _print_energy(summary: dict[str, Any]) -> None:
         named = [units.get(key, "") for key in ("length", "mass", "time")]
         unit = derived_units(*named)["energy"] if all(named) else ""
         share = f"{100.0 * energy['relative']:.2g} %"
-        print(f"energy: {share} of {number(energy['most'])} {unit} is nowhere at most".rstrip())
+        largest = f"{number(energy['most'])} {unit}".rstrip()
+        print(f"energy balance: error at most {share} of {largest}")
     for name, sensor in (summary.get("sensors") or {}).items():
         for criterion, found in sensor["criteria"].items():
             span = f"t = {span_of(found)} {units.get('time', '')}"

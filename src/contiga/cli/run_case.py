@@ -121,7 +121,7 @@ def _checked(case: object) -> Case:
     checked = load_case(case) if isinstance(case, str | Path) else case
     if not isinstance(checked, Case):
         raise InputError(
-            "the case must be one",
+            "expected a case",
             where="case",
             found=type(case).__name__,
             allowed="what load_case returns, or the path of a case file",

@@ -36,7 +36,7 @@ def check_methods(law: object, area: object) -> None:
         )
     if isinstance(law, type) or not all(hasattr(law, name) for name in wanted):
         raise InputError(
-            "the law must be one, such as PenaltyLaw(100.0)",
+            "expected a force law, such as PenaltyLaw(100.0)",
             where="law",
             found=law,
             allowed="ForceLaw, StressLaw, PenaltyLaw, AdaptiveLaw, or an object like them with "
@@ -75,7 +75,7 @@ def check_friction(friction: object) -> None:
         hasattr(friction, name) for name in ("respond", "n_memory", "slid")
     ):
         raise InputError(
-            "the friction must be one, such as Coulomb(0.3)",
+            "expected a friction law, such as Coulomb(0.3)",
             where="friction",
             found=friction,
             allowed="Coulomb, ViscousFriction, or an object with respond, n_memory and slid",

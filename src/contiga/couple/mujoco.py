@@ -242,7 +242,7 @@ class MujocoCoupling(Shown):
         Warns
         -----
         ContigaWarning
-            More than 1 % of the largest energy is nowhere.
+            The energy balance error is above 1 % of the largest energy.
         """
         if isinstance(end, bool) or not isinstance(end, int | float) or not math.isfinite(end):
             raise InputError("must be a time", where="end", found=end, allowed="a finite number")

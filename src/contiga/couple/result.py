@@ -43,7 +43,7 @@ class MujocoResult(Shown):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is wrong with the run: energy that is nowhere, above 1 % of the largest."""
+        """What is wrong with the run: an energy balance error above 1 % of the largest energy."""
         told = told_of(self.history)
         if told["relative"] <= LARGE:
             return ()

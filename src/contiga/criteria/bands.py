@@ -44,7 +44,7 @@ class Bands:
             )
         if len(words) != len(rising) + 1 or not all(isinstance(w, str) and w for w in words):
             raise InputError(
-                "must be one more than the limits",
+                "expected one name more than limits",
                 where="names",
                 found=words,
                 allowed=f"{len(rising) + 1} words",

@@ -43,7 +43,7 @@ def as_times(times: ArrayLike, count: int) -> FloatArray:
     own = np.asarray(times, dtype=np.float64)
     if own.shape != (count,) or count == 0 or not np.isfinite(own).all():
         raise InputError(
-            "there must be one finite time for each pose, and at least one",
+            "expected one finite time for each pose, and at least one pose",
             where="times",
             found=own.shape,
             allowed=f"({max(count, 1)},)",

@@ -57,7 +57,7 @@ def check_weights(
     array = check_numbers(weights, where)
     if array.shape != shape:
         raise GeometryError(
-            "there must be one weight for each control point",
+            "expected one weight for each control point",
             where=where,
             found=array.shape,
             allowed=str(shape),
@@ -99,7 +99,9 @@ def check_knots(knots: ArrayLike, degree: int, count: int, where: str) -> FloatA
 def _check_row(knots: FloatArray, degree: int, count: int, where: str) -> None:
     """Refuse a row of another length than the control points need, or one that goes back."""
     if knots.ndim != 1:
-        raise GeometryError("knots must be one row of numbers", where=where, found=knots.shape)
+        raise GeometryError(
+            "expected a one-dimensional array of knots", where=where, found=knots.shape
+        )
     if count < degree + 1:
         raise GeometryError(
             f"degree {degree} needs at least {degree + 1} control points", where=where, found=count

@@ -124,7 +124,9 @@ def _part(inp: LawInput, rows: np.ndarray) -> LawInput:
 
 def _number(face: object) -> int:
     if isinstance(face, bool) or not isinstance(face, int | np.integer) or face < 0:
-        raise InputError("is no face", where="faces", found=face, allowed="a whole number from 0")
+        raise InputError(
+            "is not a face", where="faces", found=face, allowed="a whole number from 0"
+        )
     return int(face)
 
 

@@ -68,7 +68,7 @@ def from_euler(
         )
     if values.shape != (len(order),):
         raise InputError(
-            "there must be one angle for each axis",
+            "expected one angle for each axis",
             where="angles",
             found=values.shape,
             allowed=f"({len(order)},)",

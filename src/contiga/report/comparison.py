@@ -58,7 +58,7 @@ class Comparison(Shown):
     criteria: dict[str, Pair]
     """Values of criteria, by ``<sensor>: <criterion>``."""
     energies: dict[str, Pair]
-    """Energy that is nowhere: its share of the largest energy, and that energy."""
+    """Energy balance error: its share of the largest energy, and that energy."""
     timings: dict[str, Pair]
     """Seconds by stage, and steps."""
 

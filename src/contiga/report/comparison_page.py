@@ -29,7 +29,7 @@ _PANELS = (
     ("z", "Centre along z", "length"),
     ("kinetic", "Kinetic energy", "energy"),
     ("total", "Total energy", "energy"),
-    ("error", "Energy that is nowhere", "energy"),
+    ("error", "Energy balance error", "energy"),
 )
 """Columns that are drawn: name, label, and what unit they have."""
 _LONGEST = 60
@@ -75,7 +75,7 @@ def page_of(found: Comparison) -> str:
         _section("Histories", _differences(found)),
         f'<div class="panels">{"".join(_panels(found))}</div>',
         _section("Criteria", _pairs(found, found.criteria)),
-        _section("Energy that is nowhere", _pairs(found, found.energies)),
+        _section("Energy balance error", _pairs(found, found.energies)),
         _section("Time taken", _timings(found)),
     ]
     return styled(f"{one} and {two}", "\n".join(parts), script=get_plotlyjs())

@@ -171,14 +171,14 @@ def _field_buttons(view: View) -> str:
 
 
 def _energy(run: Run, peak_time: float | None) -> str:
-    """Where the energy of the system went, and how much of it is nowhere."""
+    """Where the energy of the system went, and the error of its balance."""
     figure = energy_figure(run, peak_time)
     if figure is None:
         return ""
     told = run.summary.get("energy") or {}
     share = (
-        f" At most {number(100.0 * told['relative'], 2)} % of the largest energy, "
-        f"{number(told['most'])} {escape(run.units.energy)}, is nowhere: the error."
+        f" The energy balance error is at most {number(100.0 * told['relative'], 2)} % of the "
+        f"largest energy, {number(told['most'])} {escape(run.units.energy)}."
         if told
         else ""
     )

@@ -35,7 +35,9 @@ def steps_section(run: Run, peak_time: float | None) -> str:
         f"{number(told['tries'] / count, 2)} were worked out for one."
     )
     if told["let_pass"]:
-        said += f" {told['let_pass']} leave energy nowhere that no shorter ones would have kept."
+        said += (
+            f" {told['let_pass']} have an energy balance error that shorter ones would not reduce."
+        )
     return (
         f'<h2>Steps</h2><div class="frame">{drawn}</div><p class="caption">{said}</p>'
         f'<div class="wide">{_table(told, run)}</div>'

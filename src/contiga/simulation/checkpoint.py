@@ -21,7 +21,7 @@ from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.peak import Peak
 from contiga.simulation.system_state import BodyStates, Energy, SlaveState, SystemState
 
-FORMAT = 11
+FORMAT = 12
 _NUMBERS = ("step", "peak_energy", "shaking", "leak")
 """Of a state."""
 

@@ -20,7 +20,7 @@ _KINDS = (
     (r"moment_[xyz]|m[xyz]", "moment"),
     (r"area", "area"),
     (r"(mean|max)_pressure", "stress"),
-    (r"work|energy_\w+|nowhere", "energy"),
+    (r"work|energy_\w+", "energy"),
 )
 
 

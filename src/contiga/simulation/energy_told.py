@@ -1,4 +1,4 @@
-"""What a run says of its energy: how much of it is nowhere, and why that may be."""
+"""What a run says of its energy balance: how large the error is, and its likely cause."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from contiga.laws.by_face import FaceLaws
 from contiga.records import FloatArray
 from contiga.simulation.critical import has_energy
 from contiga.simulation.model import Model
-from contiga.simulation.step_columns import NOWHERE
+from contiga.simulation.step_columns import ENERGY_ERROR
 
 LARGE = 0.01
-"""Part of the largest energy that may be nowhere without a warning."""
+"""Energy balance error, over the largest energy, that needs no warning."""
 
 
 def energy_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, float]:
-    """The largest energy of a system that forces move, and what of it is nowhere; else empty.
+    """The largest energy of a system that forces move, and the error of its balance; else empty.
 
     Keys: `most` kinetic, stored and lost together, `error` at the end, `worst` the largest
     departure at any step, and `relative`, that over `most`.
@@ -40,13 +40,13 @@ def told_of(history: dict[str, FloatArray]) -> dict[str, float]:
 
 
 def energy_warnings(model: Model, history: dict[str, FloatArray]) -> list[str]:
-    """Says where energy goes that is nowhere, if it is much."""
+    """Names the likely cause of an energy balance error, if it is large."""
     told = energy_summary(model, history)
     if not told or told["relative"] <= LARGE:
         return []
     at = worst_step(history)
     cause = _blamed(model, history, at) or f"the step is too long there: {_shorter(model)}"
-    passed = int(np.count_nonzero(history.get(NOWHERE, ())))
+    passed = int(np.count_nonzero(history.get(ENERGY_ERROR, ())))
     if passed:
         cause += f". {passed} steps were let pass whose energy no shorter ones would have kept"
     return [energy_text(told, float(history["time"][at]), cause)]
@@ -60,16 +60,16 @@ def _shorter(model: Model) -> str:
 
 
 def worst_step(history: dict[str, FloatArray]) -> int:
-    """The row in which most energy came or went that is nowhere."""
+    """The row in which the energy balance error changes most."""
     error = history["energy.error"]
     return int(np.argmax(np.abs(np.diff(error, prepend=error[0]))))
 
 
 def energy_text(told: dict[str, float], time: float, cause: str) -> str:
-    """That much energy is nowhere, most of it since a time, and why that may be."""
+    """The message: how large the error is, when most of it arose, and the likely cause."""
     return (
-        f"energy: {100.0 * told['relative']:.3g} % of the largest energy of {told['most']:.4g} is "
-        f"nowhere, most of it at t = {time:g}; {cause}"
+        f"energy balance: the error reaches {100.0 * told['relative']:.3g} % of the largest energy "
+        f"of {told['most']:.4g}, most of it at t = {time:g}; {cause}"
     )
 
 

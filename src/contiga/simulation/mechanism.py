@@ -197,7 +197,7 @@ def masses_of(name: str, slave: Slave, motion: Free) -> FloatArray:
         )
     if np.ndim(given) and len(np.atleast_1d(given)) != len(slave):
         raise InputError(
-            "there must be one mass a node",
+            "expected one mass for each node",
             where=where,
             found=np.shape(given),
             allowed=f"({len(slave)},)",
@@ -213,7 +213,7 @@ def masses_of(name: str, slave: Slave, motion: Free) -> FloatArray:
         )
     if motion.velocity.ndim == 2 and len(motion.velocity) != len(slave):
         raise InputError(
-            "there must be one velocity, or one a node",
+            "expected one velocity, or one for each node",
             where=where,
             found=motion.velocity.shape,
             allowed=f"(3,) or ({len(slave)}, 3)",

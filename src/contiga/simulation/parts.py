@@ -28,7 +28,7 @@ def body_part(name: str, given: Any) -> BodyPart:
     body, motion = _with_motion(given)
     if not is_master(body):
         raise InputError(
-            "a body must be one",
+            "expected a Body or TriMesh",
             where=f"bodies[{name!r}]",
             found=type(body).__name__,
             allowed="a Body, a TriMesh, or (one of them, its motion)",
@@ -43,7 +43,7 @@ def slave_part(name: str, given: Any) -> SlavePart:
     slave, motion = _with_motion(given)
     if not isinstance(slave, Slave):
         raise InputError(
-            "a slave must be one",
+            "expected a Slave",
             where=f"slaves[{name!r}]",
             found=type(slave).__name__,
             allowed="a Slave, or (one, its motion)",

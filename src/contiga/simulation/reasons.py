@@ -46,7 +46,7 @@ _TOLD = {
     Reason.WAY: "points go far against the master where they may touch",
     Reason.CROSSING: "points would go in and out within the step",
     Reason.STIFFER: "it met what is stiffer",
-    Reason.ENERGY: "energy would be nowhere",
+    Reason.ENERGY: "energy balance error too large",
     Reason.SHORTEST: "the shortest step that anything but stability may ask for",
 }
 _REMEDY = {
@@ -86,7 +86,7 @@ class Choice(NamedTuple):
     cut: Cut
     tries: int = 1
     """Steps that were worked out for it, this one among them."""
-    nowhere: float = 0.0
-    """Energy that it leaves nowhere and that was let pass: shorter steps have not kept it."""
+    energy_error: float = 0.0
+    """Energy balance error that was let pass: shorter steps have not reduced it."""
     single: float = 0.0
     """ω h of single points that swing in it, and that it does not follow."""

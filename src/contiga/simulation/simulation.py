@@ -186,7 +186,7 @@ class Simulation(Model):
         own = {part.name for part in self.contacts}
         if not isinstance(state, SystemState) or own != set(state.contacts):
             raise InputError(
-                "is no state of this simulation",
+                "is not a state of this simulation",
                 where="state",
                 found=state,
                 allowed=f"a SystemState with the contacts {', '.join(sorted(own))}",

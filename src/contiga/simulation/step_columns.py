@@ -10,12 +10,12 @@ from contiga.records import FloatArray
 from contiga.simulation.model import Model
 from contiga.simulation.reasons import Choice, Cut, Reason
 
-REASON, OF, TRIES, NOWHERE = "step.reason", "step.of", "step.tries", "step.nowhere"
+REASON, OF, TRIES, ENERGY_ERROR = "step.reason", "step.of", "step.tries", "step.energy_error"
 SINGLE = "step.single"
-COLUMNS = (REASON, OF, TRIES, NOWHERE, SINGLE)
+COLUMNS = (REASON, OF, TRIES, ENERGY_ERROR, SINGLE)
 """Of steps that choose themselves: number of the `Reason`, of what in `names_of` (−1 of nothing),
-steps worked out, energy left nowhere that no shorter one would have kept, and ω h of single points
-that swing and are not followed."""
+steps worked out, energy balance error that no shorter one would have reduced, and ω h of single
+points that swing and are not followed."""
 
 
 FOLLOWED = 0.3
@@ -39,7 +39,7 @@ def step_columns(model: Model, choice: Choice | None) -> dict[str, float]:
     names = names_of(model)
     of = names.index(choice.cut.of) if choice.cut.of in names else -1
     why, tries = float(choice.cut.reason), float(choice.tries)
-    told = why, float(of), tries, choice.nowhere, choice.single
+    told = why, float(of), tries, choice.energy_error, choice.single
     return dict(zip(COLUMNS, told, strict=True))
 
 
@@ -61,15 +61,15 @@ def single_warnings(history: dict[str, FloatArray]) -> list[str]:
 def steps_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any]:
     """Of steps that choose themselves: each reason, how often it had the last word, by whom.
 
-    Keys: `least` step and `when`, `tries` worked out, `let_pass` steps that left energy
-    nowhere which no shorter ones would have kept, with its sum `nowhere`, and `reasons`, a list
+    Keys: `least` step and `when`, `tries` worked out, `let_pass` steps with an energy
+    balance error that shorter ones would not reduce, its sum `energy_error`, and `reasons`, a list
     with the most frequent first: `number` (as columns have it), `reason`, `of`, `told`, `steps`,
     `time`. Empty of other steps.
     """
     if REASON not in history or len(history["time"]) < 2:
         return {}
     lengths, names = np.diff(history["time"]), names_of(model)
-    reasons, of, tries, nowhere = (history[name][1:] for name in (REASON, OF, TRIES, NOWHERE))
+    reasons, of, tries, error = (history[name][1:] for name in (REASON, OF, TRIES, ENERGY_ERROR))
     found = []
     for reason, who in sorted({*zip(reasons.tolist(), of.tolist(), strict=True)}):
         own = (reasons == reason) & (of == who)
@@ -89,7 +89,7 @@ def steps_summary(model: Model, history: dict[str, FloatArray]) -> dict[str, Any
         "least": float(lengths[least]),
         "when": float(history["time"][least + 1]),
         "tries": int(tries.sum()),
-        "let_pass": int(np.count_nonzero(nowhere)),
-        "nowhere": float(nowhere.sum()),
+        "let_pass": int(np.count_nonzero(error)),
+        "energy_error": float(error.sum()),
         "reasons": sorted(found, key=lambda one: -one["steps"]),
     }

@@ -36,7 +36,7 @@ from contiga.simulation.system_state import SystemState
 from contiga.simulation.way_limits import crossed, too_far
 
 LOST = 4e-6
-"""Part of the largest energy so far that a step may leave nowhere: a thousandth in all where
+"""Part of the largest energy so far that a step may miss in the balance: a thousandth in all where
 each of 250 steps leaves so much, and hardly any does."""
 LEAKED = 2.0
 """So many times the energy a time that shorter steps have not kept is let pass."""
@@ -68,7 +68,7 @@ class Try(NamedTuple):
     """Why it was no longer."""
     shaking: float
     missing: float
-    """Energy that it leaves nowhere."""
+    """Its energy balance error."""
     least: float
     """The shortest step that it may be cut to, but for stability."""
     single: float = 0.0
@@ -76,7 +76,7 @@ class Try(NamedTuple):
 
     @property
     def rate(self) -> float:
-        """Energy a time that is nowhere."""
+        """Energy balance error a time."""
         return self.missing / self.stepped.state.step
 
 
@@ -136,25 +136,25 @@ def objection(model: Model, stepping: AutoSteps, last: SystemState, now: Try) ->
 
 
 def _bearable(last: SystemState, now: Try) -> float:
-    """Energy that a step may leave nowhere: as much as those before it, however short, have too."""
+    """The energy balance error a step may have: as much as those before it, however short."""
     state = now.stepped.state
     return LOST * state.most + LEAKED * last.leak * state.step
 
 
 def loses(model: Model, last: SystemState, now: Try) -> bool:
-    """Whether a step leaves more energy nowhere than it may."""
+    """Whether a step has a larger energy balance error than it may."""
     return _by_energy(model) and now.missing > _bearable(last, now)
 
 
 def let_pass(model: Model, last: SystemState, now: Try) -> float:
-    """Energy that a step leaves nowhere and may, since shorter ones have not kept it; else zero."""
+    """The error of a step that is let pass, since shorter ones have not reduced it; else zero."""
     if not _by_energy(model) or loses(model, last, now):
         return 0.0
     return now.missing if now.missing > LOST * now.stepped.state.most else 0.0
 
 
 def leak_of(last: SystemState, now: Try, longer: Try | None) -> float:
-    """Energy a time that steps leave nowhere however short, as it is known after a step.
+    """Energy balance error a time of steps however short, as it is known after a step.
 
     Of what points leave that come in, half as long a step leaves half the energy a time, or less;
     of forces that are the gradient of none all. Between the two lies 1/√2. `longer` is a step that
@@ -192,7 +192,7 @@ def _loser(last: SystemState, state: SystemState) -> str:
 
 
 def missing_of(model: Model, last: SystemState, state: SystemState) -> float:
-    """Energy that a step leaves nowhere, but for what a leapfrog owes until the next one.
+    """Energy balance error of a step, but for what a leapfrog owes until the next one.
 
     Its kinetic energy stands h² F²/(8 m) above what the work of its forces has made it, but for the
     loads', which is told as it is.

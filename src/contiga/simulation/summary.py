@@ -163,8 +163,8 @@ def _measured_weights(model: Model, history: dict[str, FloatArray]) -> list[str]
         if part.contact.weights == "area":
             texts.append(
                 f'{part.name}: contact areas as they are measured weigh its force (weights = "area"'
-                f"), which is the gradient of no energy: {error[-1]:.3g} of the work of "
-                f'{np.abs(work).max():.3g} is nowhere at the end; weights = "rest" keeps it'
+                f"), which is the gradient of no energy: of the work of {np.abs(work).max():.3g} "
+                f'the balance misses {error[-1]:.3g} at the end; weights = "rest" closes it'
             )
     return texts
 

@@ -95,7 +95,7 @@ class Energy(NamedTuple):
 
     @property
     def error(self) -> float:
-        """Energy that is nowhere: what came in and is neither there nor lost. It falls with the
+        """Error of the energy balance: what came in and is neither there nor lost. It falls with the
         square of the step, but where forces are no gradient."""
         return self.initial + self.external - self.total - self.lost
 
@@ -128,7 +128,7 @@ class SystemState(Shown):
     """How fast forces on bodies change, of late: `contiga.simulation.shaking`. Of steps that choose
     themselves, with the next."""
     leak: float = 0.0
-    """Energy a time that steps leave nowhere and that no shorter ones would keep."""
+    """Energy balance error a time that shorter steps would not reduce."""
 
     most = OldName("peak_energy")
 

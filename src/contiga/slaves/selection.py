@@ -95,7 +95,7 @@ def _as_mask(nodes: ArrayLike, count: int, where: str) -> BoolArray:
         mask[given] = True
         return mask
     raise MeshError(
-        "nodes must be one truth value a point, or rows of points",
+        "expected one boolean for each point, or the numbers of points",
         where=where,
         found=f"shape {given.shape} of {given.dtype}",
         allowed=f"({count},) of bool, or whole numbers from 0 to {count - 1}",
@@ -109,7 +109,7 @@ def _in_box(points: FloatArray, box: ArrayLike, active: FloatArray, where: str) 
             "a box is its lowest and its highest corner",
             where=f"{where}, box",
             found=box,
-            allowed="[[x, y, z], [x, y, z]], the first nowhere above the second",
+            allowed="[[x, y, z], [x, y, z]], the first at most the second",
         )
     near = ROUNDING * float(np.ptp(active, axis=0).max(initial=0.0))
     low, high = corners[0] - near, corners[1] + near

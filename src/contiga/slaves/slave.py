@@ -335,7 +335,7 @@ def _as_active(
         given = np.asarray(active)
         if given.shape != (count,) or given.dtype != np.bool_:
             raise MeshError(
-                "active must be one truth value a point",
+                "expected one boolean for each point",
                 where=name,
                 found=f"shape {given.shape} of {given.dtype}",
                 allowed=f"({count},) of bool",

@@ -76,7 +76,7 @@ class Expression:
         try:
             tree = ast.parse(text if len(text) <= _LONGEST else "?", mode="eval")
         except (SyntaxError, ValueError, RecursionError) as error:
-            raise self._error("is no expression") from error
+            raise self._error("is not an expression") from error
         self._tree = tree.body
         self.names = tuple(dict.fromkeys(self._check(tree.body)))
         """Names of variables in it."""
@@ -117,12 +117,12 @@ class Expression:
         """Names in a part of the tree, all of which must be of kinds that are known."""
         if isinstance(node, ast.Constant):
             if not isinstance(node.value, int | float | str):
-                raise self._error("is no expression")
+                raise self._error("is not an expression")
             return []
         if isinstance(node, ast.Name):
             return [] if node.id in _CONSTANTS else [node.id]
         if not isinstance(node, _KNOWN):
-            raise self._error("is no expression")
+            raise self._error("is not an expression")
         if isinstance(node, ast.Call):
             named = isinstance(node.func, ast.Name) and node.func.id in _FUNCTIONS
             if not named or node.keywords:
@@ -144,7 +144,7 @@ class Expression:
 
     def _check_operators(self, found: list[Any], known: Mapping[type[ast.AST], Any]) -> None:
         if any(type(one) not in known for one in found):
-            raise self._error("is no expression")
+            raise self._error("is not an expression")
 
     def _value(self, node: ast.AST, names: Mapping[str, Any]) -> Any:
         if isinstance(node, ast.Constant):

@@ -189,7 +189,7 @@ class GoalSpec(Spec):
             found = _LIMIT.fullmatch(text.strip())
             if found is None:
                 raise CaseError(
-                    "is no limit",
+                    "is not a limit",
                     where="subject_to",
                     found=text,
                     allowed='such as "max(max_penetration) <= 45"',

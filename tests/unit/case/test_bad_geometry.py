@@ -158,14 +158,14 @@ TABLE = [
         "a name too long for a file",
         GEOMETRY,
         f'{{ file = "{"a" * 5000}.step" }}',
-        "body[0].geometry.file: is no name of a file",
+        "body[0].geometry.file: is not a file name",
         kind=FileError,
     ),
     swap(
         "a character no file name has",
         GEOMETRY,
         '{ file = "a\\u0000b.step" }',
-        "body[0].geometry.file: is no name of a file",
+        "body[0].geometry.file: is not a file name",
         kind=FileError,
     ),
     *(
@@ -173,7 +173,7 @@ TABLE = [
             f"series of files {pattern!r}",
             MOVE,
             f'{{ kind = "series", files = "{pattern}" }}',
-            "slave[0].motion.files: is no pattern of file names",
+            "slave[0].motion.files: is not a file name pattern",
             kind=FileError,
         )
         for pattern in ("", "a**b")

@@ -88,7 +88,7 @@ def test_triangles_are_turned_on_demand(folder: Path) -> None:
         ('{ mesh = "ball.vtu", parts = ["rim"] }', "rim"),
         ('{ mesh = "cloud.csv" }', "points alone cannot be a master"),
         ('{ mesh = "ball.step" }', r"is CAD, not a mesh.*geometry = { file"),
-        ('{ file = "ball.vtu" }', r"is no CAD file.*geometry = { mesh"),
+        ('{ file = "ball.vtu" }', r"is not a CAD file.*geometry = { mesh"),
         ('{ mesh = "flat.vtu" }', "none of the triangles has an area"),
     ],
 )

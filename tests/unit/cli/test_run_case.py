@@ -184,7 +184,7 @@ def test_a_folder_that_was_moved_is_resumed(
 
 def test_what_is_no_case_is_told() -> None:
     for wrong in (None, {}, 5):
-        with pytest.raises(InputError, match="the case must be one"):
+        with pytest.raises(InputError, match="expected a case"):
             cg.run(wrong)  # type: ignore[arg-type]
 
 

@@ -68,8 +68,8 @@ def test_a_ball_on_a_box_of_two_stiffnesses() -> None:
     ("make", "message"),
     [
         (lambda: FaceLaws(SOFT, {0: SOFT, (1, 0): HARD}), "two laws; found 0"),
-        (lambda: FaceLaws(SOFT, {-1: HARD}), "is no face; found -1"),
-        (lambda: FaceLaws(SOFT, {"hood": HARD}), "is no face; found 'hood'"),
+        (lambda: FaceLaws(SOFT, {-1: HARD}), "is not a face; found -1"),
+        (lambda: FaceLaws(SOFT, {"hood": HARD}), "is not a face; found 'hood'"),
         (lambda: FaceLaws(cg.ForceLaw(1.0), {0: SOFT}), "each point by itself; found 'ForceLaw'"),
         (lambda: FaceLaws(SOFT, {0: FaceLaws(SOFT, {})}), "by itself; found 'FaceLaws'"),
     ],

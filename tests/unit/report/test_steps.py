@@ -12,7 +12,7 @@ from contiga.report.steps import steps_figure, steps_section
 
 TIMES = np.array([0.0, 1.0, 2.0, 4.0, 5.0, 6.0])
 TOLD = {
-    "least": 1.0, "when": 1.0, "tries": 9, "let_pass": 2, "nowhere": 0.1,
+    "least": 1.0, "when": 1.0, "tries": 9, "let_pass": 2, "energy_error": 0.1,
     "reasons": [
         {"number": [4, 0], "told": "swings (contact 'a<b')", "steps": 3, "time": 4.0},
         {"number": [11, -1], "told": "energy", "steps": 2, "time": 2.0},
@@ -41,5 +41,5 @@ def test_the_section_tells_and_escapes_and_is_not_there_for_given_steps() -> Non
     pytest.importorskip("plotly")
     text = steps_section(run(TOLD, COLUMNS), None)
     assert "swings (contact &#x27;a&lt;b&#x27;)</td>" in text
-    assert "2 leave energy nowhere" in text
+    assert "2 have an energy balance error" in text
     assert steps_section(run({}, {}), None) == ""

@@ -1,4 +1,4 @@
-"""What a run says of energy that is nowhere."""
+"""What a run says of an energy balance error."""
 
 from __future__ import annotations
 

@@ -138,7 +138,7 @@ def _number(number: Any, what: str) -> int:
         whole = 0
     if whole < 1 or isinstance(number, bool):
         raise GeometryError(
-            "is no number of a part or a name" if what == "parts" else "is no number of a face",
+            "is not a part number or name" if what == "parts" else "is not a face number",
             where=what,
             found=number,
             allowed="whole numbers from 1" + (", and names" if what == "parts" else ""),

@@ -26,7 +26,7 @@ def check_layer(layer: object) -> None:
         return
     if not isinstance(layer, int) or isinstance(layer, bool) or layer < 1:
         raise MeshError(
-            "is no layer",
+            "is not a layer",
             where="layer",
             found=layer,
             allowed='"skin", "all", or a whole number from 1, which is the skin',

@@ -193,7 +193,7 @@ def whole(field: str, block: Block, card: Card) -> int:
         value = int(_number(field, block, card, "a whole number"))
     if abs(value) > _LARGEST:
         raise MeshError(
-            "a field of the card is no number that counts anything",
+            "a field of the card is not a valid count",
             where=block.where(card),
             found=field,
             allowed=f"a whole number of at most {_LARGEST}",

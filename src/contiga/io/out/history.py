@@ -121,5 +121,5 @@ def _parse(name: str, texts: tuple[str, ...], path: Path) -> NDArray[Any]:
         return np.array([float(text) for text in texts], dtype=np.float64)
     except ValueError as error:
         raise FileError(
-            f"column {name!r} has an entry that is no number: {error}", where=str(path)
+            f"column {name!r} has an entry that is not a number: {error}", where=str(path)
         ) from error

@@ -61,7 +61,7 @@ def write_mme(
     """
     if not _NAME.fullmatch(test):
         raise InputError(
-            "is no name of a test", where="test", found=test, allowed="letters, digits, _ - ."
+            "is not a test name", where="test", found=test, allowed="letters, digits, _ - ."
         )
     _check_codes(channels)
     out = folder / test
@@ -92,7 +92,7 @@ def _check_codes(channels: Sequence[MmeChannel]) -> None:
     names: dict[str, str] = {}
     for code, name in ((channel.code, channel.name) for channel in channels):
         if not _CODE.fullmatch(code):
-            wrong = f"is no code of a channel, of {name!r}"
+            wrong = f"is not a channel code, of {name!r}"
         elif code in names:
             wrong = f"is there twice, of {names[code]!r} and of {name!r}"
         else:

@@ -130,11 +130,11 @@ def test_faces_are_chosen_by_their_number_in_the_file(rig: Path) -> None:
         ({"faces": 36}, r"no face of that number; found 36; allowed: 1 to 35\. contiga info"),
         ({"parts": []}, "parts: chooses nothing"),
         ({"faces": []}, "faces: chooses nothing"),
-        ({"parts": 0}, "parts: is no number of a part or a name; found 0"),
+        ({"parts": 0}, "parts: is not a part number or name; found 0"),
         ({"parts": True}, "is no number of a part"),
         ({"parts": [1.5]}, "is no number of a part"),
-        ({"faces": "top"}, "faces: is no number of a face; found 't'"),
-        ({"faces": -1}, "is no number of a face"),
+        ({"faces": "top"}, "faces: is not a face number; found 't'"),
+        ({"faces": -1}, "is not a face number"),
     ],
 )  # fmt: skip
 def test_what_fits_nothing_is_told_with_what_there_is(

@@ -61,9 +61,9 @@ def test_the_first_layer_is_the_skin_and_all_is_what_is_inside_too(cube: Path) -
     ("layer", "message"),
     [
         (4, r"cube\.inp, layer: the mesh has no such layer.*found 4; allowed: 1 to 3"),
-        (0, "layer: is no layer; found 0"),
-        ("inner", 'is no layer; found \'inner\'; allowed: "skin", "all"'),
-        (True, "is no layer"),
+        (0, "layer: is not a layer; found 0"),
+        ("inner", 'is not a layer; found \'inner\'; allowed: "skin", "all"'),
+        (True, "is not a layer"),
     ],
 )
 def test_layers_that_are_not_there_are_refused(cube: Path, layer: object, message: str) -> None:

@@ -49,8 +49,8 @@ def test_a_test_is_a_folder_of_channels(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("test", "channels", "message"),
     [
-        ("a/b", [channel()], "test: is no name of a test"),
-        ("", [channel()], "test: is no name of a test"),
+        ("a/b", [channel()], "test: is not a test name"),
+        ("", [channel()], "test: is not a test name"),
         ("t", [], "channels: must be some channels"),
         ("t", [channel(), channel()], "code: is there twice, of .* and of "),
         ("t", [channel("11head0000H3ACXA")], "code: is no code"),
