@@ -13,11 +13,6 @@ DEMO := out/demo
 GENERATED := examples/generated
 ONE_THREAD := tests/unit/triangles tests/cases/test_faceted_search.py \
   $(addprefix tests/unit/search/test_,project.py track.py hit.py follow.py global.py)
-FULL := tests/laws/test_contact_laws.py tests/unit/warmup/test_compile_pool.py \
-  $(addprefix tests/cases/test_,closed_solids.py same_bits.py) \
-  $(addprefix tests/reference/test_,friction_closed_forms.py projection_cad.py) \
-  $(addprefix tests/unit/contact/test_,curved.py known_sides.py touching.py) \
-  $(addprefix tests/unit/search/test_,ball.py hit.py) tests/stress/test_stress.py
 PYTEST := $(BIN)/python -m pytest -q -p no:cacheprovider
 TWO := -n 2 --dist loadfile --no-loadscope-reorder
 
@@ -30,7 +25,7 @@ demo: $(BIN)/.run-stamp $(GENERATED)/headform.step $(GENERATED)/pad.vtu
 	@echo "The report: $(abspath $(DEMO)/report.html)"
 
 test: lint
-	NUMBA_NUM_THREADS=2 $(PYTEST) $(TWO)
+	NUMBA_NUM_THREADS=2 $(PYTEST) $(TWO) -m "not slow"
 	NUMBA_DISABLE_JIT=1 $(PYTEST) $(TWO) -m interpreted
 	NUMBA_NUM_THREADS=1 $(PYTEST) $(TWO) -m "not slow" $(ONE_THREAD)
 
@@ -45,7 +40,7 @@ bench: $(BIN)/.bench-stamp
 
 stress: $(BIN)/.test-stamp
 	$(BIN)/python -m tests.stress --full
-	CONTIGA_FULL=1 $(PYTEST) $(TWO) $(FULL)
+	CONTIGA_FULL=1 $(PYTEST) $(TWO)
 	$(BIN)/python -m tests.fuzz --count 100000 --jobs 2
 
 docs: $(BIN)/.docs-stamp

@@ -19,6 +19,18 @@ from contiga.jit.dispatcher import KernelDispatcher
 settings.register_profile("untimed", settings.default, deadline=None)
 settings.load_profile("untimed")
 
+INTERPRETED = "mark.interpreted"
+
+
+def pytest_ignore_collect(collection_path: Path) -> bool | None:
+    """Without the compiler only files with tests for that are imported: others take minutes."""
+    if not numba.config.DISABLE_JIT or collection_path.suffix != ".py":
+        return None
+    if INTERPRETED in collection_path.read_text(encoding="utf-8"):
+        return None
+    return True
+
+
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.sample import slow
 from tests.scenes import box, square_sheet
 
 import contiga as cg
@@ -86,15 +87,16 @@ def head_on_pad() -> cg.Simulation:
     )  # fmt: skip
 
 
+STACK = "a stack of three"
 SCENES = {
     "a block at rest on 20 degrees": lambda: stack(1, 20.0, 100.0),
-    "a stack of three": lambda: stack(3, 0.0, 40.0),
+    STACK: lambda: stack(3, 0.0, 40.0),
     "a head on a bonnet": head_on_bonnet,
     "a head on a pad": head_on_pad,
 }
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", [*(n for n in SCENES if n != STACK), *slow(STACK)])
 def test_steps_are_as_many_as_fixed_ones_and_keep_the_energy(name: str) -> None:
     """Fixed ones: 0.9 of the least critical step, no longer than the longest "auto" may take."""
     simulation = SCENES[name]()

@@ -15,7 +15,6 @@ from contiga.warmup.listing import listing
 LISTED = listing().kernels
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", exercises.ALL)
 def test_what_a_scene_needs_is_listed(name: str) -> None:
     with recorded() as recording:

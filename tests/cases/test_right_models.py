@@ -21,8 +21,8 @@ from tests.cases.models import (
 import contiga as cg
 
 
-def right(name: str, base: str, **swaps: str):
-    return pytest.param(base, swaps, id=name)
+def right(name: str, base: str, slow: bool = False, **swaps: str):
+    return pytest.param(base, swaps, id=name, marks=(pytest.mark.slow,) if slow else ())
 
 
 def law(text: str) -> str:
@@ -70,7 +70,7 @@ RIGHT = [
           table=moved(-37)),
     right("the same by penetration", PRESSED, ball=face(60.0, 30, ", flip = true"),
           table=moved(-37), law=f'{law(STRESS)}\nsearch = "penetration"'),
-    right("a face on a spring", DROPPED, ball=face(40.0, 15, ", flip = true"),
+    right("a face on a spring", DROPPED, slow=True, ball=face(40.0, 15, ", flip = true"),
           velocity="velocity = [0, 0, -2.0]", last=on_spring(5.0)),
     right("a tube, open at its ends", PRESSED, ball='{ shape = "cylinder", radius = 10.0, '
           'height = 80.0, axis = "x", centre = [0, 0, 12] }'),

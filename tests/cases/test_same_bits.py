@@ -60,12 +60,10 @@ def test_compiled_just_now_and_for_narrower_vectors_the_bits_are_the_same(kept, 
         assert ended(started(tmp_path, **narrow)) == kept
 
 
-@pytest.mark.slow
 def test_on_two_threads_the_bits_are_those_of_one(kept):
     assert ended(started(threads=2)) == kept
 
 
-@pytest.mark.slow
 def test_in_another_order_every_point_has_the_same_bits(kept):
     """Sums over points, and those of facets at a node, are taken in the order of the slave."""
     other = ended(started(seed=5))

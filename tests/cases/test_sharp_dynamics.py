@@ -143,6 +143,7 @@ def test_a_brick_slides_to_rest_after_the_square_of_its_speed_over_twice_the_fri
     assert np.abs(history["energy.error"]).max() < 1e-4 * started
 
 
+@pytest.mark.slow
 def test_a_hexagonal_bar_rolls_over_its_edges_and_comes_to_rest_without_creep() -> None:
     """Let go where it leans on an edge just past the balance."""
     body = plane_body("hexagonal bar").transformed(POSE.rotation("x", 0.5 * np.pi))

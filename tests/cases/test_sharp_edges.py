@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tests.sample import slow
 from tests.scenes import box, grid_quads
 
 import contiga as cg
@@ -148,7 +149,7 @@ def test_the_force_does_not_depend_on_the_way_taken(name, search) -> None:
 # A plate of 1: a point held from above, whose far side is nearer.
 
 
-@pytest.mark.parametrize(("steps", "angle"), [(50, 0.0), (50, 0.4), (1600, 0.4)])
+@pytest.mark.parametrize(("steps", "angle"), [(50, 0.0), (50, 0.4), *slow((1600, 0.4))])
 def test_a_point_in_a_plate_goes_out_by_its_end_and_never_by_the_far_side(steps, angle) -> None:
     plate = box((-20.0, -20.0, 0.0), (20.0, 20.0, 1.0))
     below = np.linspace(0.1, 0.9, 9)

@@ -83,7 +83,6 @@ def in_turn(tmp_path_factory: pytest.TempPathFactory) -> list[Row]:
     return list(InTurn(base_in(tmp_path_factory.mktemp("in_turn"))).run(cases(8)))
 
 
-@pytest.mark.slow
 def test_workers_that_are_killed_change_nothing(in_turn: list[Row], tmp_path: Path) -> None:
     killed: list[int] = []
     rows: list[Row] = []
@@ -265,7 +264,6 @@ def test_heads_hit_the_bonnet_where_rays_say(tmp_path: Path) -> None:
     assert done.rows[1].collected["head_cg.HIC15"] == hic > 1.0
 
 
-@pytest.mark.slow
 def test_a_pad_is_found_within_its_limit(tmp_path: Path) -> None:
     coarse = {f"slave.pad.points.grid.{n}": 9 for n in ("nu", "nv")}
     goal = {"minimise": "head_cg.HIC15", "subject_to": ["max(max_penetration) <= 45"]}

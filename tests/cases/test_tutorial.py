@@ -11,7 +11,6 @@ import pytest
 TUTORIAL = runpy.run_path(str(Path(__file__).parents[2] / "docs" / "draw_tutorial.py"))
 
 
-@pytest.mark.slow
 def test_the_tutorial_leaves_the_files_and_numbers_that_it_tells_of(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

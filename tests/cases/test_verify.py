@@ -11,7 +11,6 @@ from contiga_validation.engine.drawing import png
 from contiga_validation.engine.experiment import Picture
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("case", cases(), ids=lambda case: case.key)
 def test_case_holds(case: Case) -> None:
     answer = case.run()

@@ -32,8 +32,9 @@ from contiga.simulation.checks.approach import closest_approach
 from contiga.simulation.checks.scene import MOST_TIMES, Pair
 
 
-def wrong(name: str, base: str, rule: str, *words: str, **swaps: str):
-    return pytest.param(base, swaps, rule, words, id=name)
+def wrong(name: str, base: str, rule: str, *words: str, slow: bool = False, **swaps: str):
+    marks = (pytest.mark.slow,) if slow else ()
+    return pytest.param(base, swaps, rule, words, id=name, marks=marks)
 
 
 def refused(name: str, base: str, old: str, new: str, *words: str):
@@ -201,6 +202,7 @@ REFUSED = [
 
 AFTER = [
     wrong("tunnelling through a thin plate", PRESSED, "through", "points leave ball from up to",
+          slow=True,
           ball='{ shape = "ellipsoid", axes = [12.0, 12.0, 3.0], centre = [0, 0, 5] }',
           table=moved(-19),
           grid=GRID.replace("120.0", "30.0")),

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.sample import FULL
 
 import contiga as cg
 from contiga.geometry.edges import BodyEdge, EdgeUse
@@ -22,7 +23,7 @@ def sheet(seed):
     return cg.NurbsSurface((3, 3), knots, net, rng.uniform(0.7, 1.4, x.shape))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25 if FULL else 12, deadline=None)
 @given(seed=st.integers(0, 10**6), size=st.floats(-6.0, 0.0), depth=st.floats(0.0, 0.1))
 def test_one_certified_step_ends_where_sixteen_do(seed, size, depth):
     body = cg.Body([sheet(seed)])
@@ -52,7 +53,7 @@ def creased(seed, turn):
     return cg.NurbsSurface((2, 2), knots, net, rng.uniform(0.8, 1.25, x.shape))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25 if FULL else 12, deadline=None)
 @given(
     seed=st.integers(0, 10**6),
     size=st.floats(-6.0, -0.3),
@@ -95,7 +96,7 @@ def trimmed(turn, gap):
     return cg.Body(sheets, trims=loops, edges=[edge])
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25 if FULL else 12, deadline=None)
 @given(
     seed=st.integers(0, 10**6),
     size=st.floats(-6.0, -0.3),

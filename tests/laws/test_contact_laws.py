@@ -14,7 +14,7 @@ from contiga.num import pose
 
 SETTINGS = settings(max_examples=25, deadline=None, derandomize=True)
 # Each example makes bodies of its own, with all their tables; CONTIGA_FULL=1 asks for all.
-FEW = SETTINGS if FULL else settings(SETTINGS, max_examples=8)
+FEW = SETTINGS if FULL else settings(SETTINGS, max_examples=6)
 
 angles = st.floats(-3.0, 3.0)
 shifts = st.tuples(*3 * [st.floats(-50.0, 50.0)])
@@ -93,7 +93,7 @@ def test_penetration_scales_with_everything(shape: str, seed: int, scale: float)
         np.testing.assert_allclose(b.total_force, expected, rtol=0, atol=1e-7 * scale**3)
 
 
-@SETTINGS
+@FEW
 @given(shape=shapes, seed=seeds, factor=st.floats(0.01, 100.0))
 def test_forces_of_stress_laws_scale_with_area_and_total_forces_do_not(
     shape: str, seed: int, factor: float
@@ -150,7 +150,7 @@ def test_splitting_the_master_leaves_the_response(
     _compare(_respond(_body(shape), path), _respond(cg.Body(list(parts)), path))
 
 
-@SETTINGS
+@FEW
 @given(shape=shapes, seed=seeds)
 def test_action_is_reaction_and_forces_push_apart(shape: str, seed: int) -> None:
     for state in _respond(_body(shape), _path(seed)):

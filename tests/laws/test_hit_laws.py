@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.sample import FULL
 
 import contiga as cg
 
-SETTINGS = settings(max_examples=40, deadline=None, derandomize=True)
+SETTINGS = settings(max_examples=40 if FULL else 20, deadline=None, derandomize=True)
 
 seeds = st.integers(0, 2**31 - 1)
 logs = st.floats(-10.0, 2.0)

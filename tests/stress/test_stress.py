@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.sample import FULL
+from tests.sample import slow
 from tests.stress import (
     auto,
     checkpoints,
@@ -22,10 +22,12 @@ from tests.stress.tally import Tally
 import contiga as cg
 
 SOLIDS = list(solids.RECIPES)
-SHAKEN = ("slot", "cup", "shell", "lens", "torus", "blade", "block, fillets 3", "cone")
+SHAKEN = ("slot", "lens", "torus", "blade", "block, fillets 3", "cone")
+OTHERS = [name for name in SOLIDS if name not in SHAKEN]
 SAMPLED = ("slot", "cup", "torus", "block, fillets 3", "internal gear")
-SURFACES = ("sphere", "cylinder", "ellipsoid", "high bumps", "rational", "with creases")
-SURFACES = (*SURFACES, "torus with slivers", "bumps with slivers")
+SURFACES = ("sphere", "cylinder", "ellipsoid", "high bumps", "torus with slivers")
+SURFACES = (*SURFACES, "bumps with slivers")
+BRICKS = ("tiles", "bricks")
 
 
 @pytest.fixture(autouse=True)
@@ -38,13 +40,13 @@ def clean(tally: Tally) -> None:
     assert tally.count > 0
 
 
-@pytest.mark.parametrize("name", [*(SOLIDS if FULL else SHAKEN), *solids.CLOSED_FILES])
+@pytest.mark.parametrize("name", [*SHAKEN, *slow(*OTHERS, *solids.CLOSED_FILES)])
 def test_after_each_step_of_shaking_contact_is_inside_and_came_in(name):
     scales = np.geomspace(1e-6, 0.3, 5)
     clean(shaking.shaken(solids.solid(name), scales, n=40, steps=6, seed=11))
 
 
-@pytest.mark.parametrize("name", ["tiles", "bricks", "pin in its hole", "bolt cast in", "heap 1"])
+@pytest.mark.parametrize("name", [*BRICKS, *slow("pin in its hole", "bolt cast in", "heap 1")])
 def test_solids_that_touch_or_overlap_are_their_union(name):
     clean(shaking.shaken(unions.solid(name), np.geomspace(1e-6, 0.3, 4), n=60, steps=6, seed=19))
 
@@ -56,7 +58,7 @@ def test_segments_of_every_length_and_angle_enter_where_they_do(name):
     assert tally.flagged <= 0.005 * tally.count
 
 
-@pytest.mark.parametrize("name", SURFACES)
+@pytest.mark.parametrize("name", [*SURFACES, *slow("rational", "with creases")])
 def test_tracked_feet_are_those_of_tiny_steps_or_flagged(name):
     clean(tracking.follow(tracking.tracked(name), 320, seed=13))
 
@@ -94,27 +96,25 @@ def test_ways_through_a_t_end_by_the_same_wall_in_steps_of_any_length(steps):
     np.testing.assert_allclose(state.penetration, depth, rtol=0, atol=1e-9)
 
 
-WANDERED = ("wedge", "plate", "T-section", "lens", "block, fillets 3")
+LOOPS = [
+    ("block", 0.0),
+    ("wedge on its edge", 0.4),
+    ("T-section on its web", 0.4),
+    *slow(("wedge on its wall", 0.0), ("cup on its rim", 0.4), ("cog on its teeth", 0.0)),
+    *slow(("casting", 0.4)),
+]
+WANDERED = ("wedge", "plate", "lens", "block, fillets 3")
 
 
-@pytest.mark.parametrize("name", [*WANDERED, "cup", "blade", *solids.CLOSED_FILES])
+@pytest.mark.parametrize(
+    "name", [*WANDERED, *slow("T-section", "cup", "blade", *solids.CLOSED_FILES)]
+)
 def test_points_that_wander_are_pushed_by_the_wall_that_the_rule_says(name):
     scales = np.geomspace(1e-6, 0.3, 6)
     clean(rule.wandered(rule.subject(name), scales, n=20, steps=3, seed=16))
 
 
-@pytest.mark.parametrize(
-    ("name", "wave"),
-    [
-        ("block", 0.0),
-        ("wedge on its wall", 0.0),
-        ("wedge on its edge", 0.4),
-        ("T-section on its web", 0.4),
-        ("cup on its rim", 0.4),
-        ("cog on its teeth", 0.0),
-        ("casting", 0.4),
-    ],
-)
+@pytest.mark.parametrize(("name", "wave"), LOOPS)
 def test_round_a_closed_loop_no_work_is_done(name, wave):
     """What is stored has come back to the last bit. Followed feet lose half of it and more."""
     states = list(loops.Loop(loops.SCENES[name], wave).states(80, 7))

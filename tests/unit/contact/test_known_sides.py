@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.sample import FULL
+from tests.sample import FULL, slow
 from tests.stress import shaking, solids
 
 import contiga as cg
@@ -14,6 +14,8 @@ from contiga.records import ContactStatus as Is
 from contiga.search.exact_surface import ExactSurface
 
 N = 300 if FULL else 50
+THIN = ("cup", "shell")
+OTHERS = [n for n in solids.RECIPES if n not in THIN and not n.startswith("small")]
 SAME = ("status", "feature", "patch", "penetration", "normal", "foot", "force", "area", "certified")
 
 
@@ -53,7 +55,10 @@ def _run(
     return states
 
 
-@pytest.mark.parametrize("name", [n for n in solids.RECIPES if not n.startswith("small")])
+@pytest.mark.parametrize(
+    "name",
+    [*OTHERS, *slow(*THIN)],
+)
 def test_the_steps_are_the_same_where_no_side_is_known_at_once(
     monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:

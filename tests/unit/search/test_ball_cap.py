@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tests.sample import FULL
 
 import contiga as cg
 from contiga.num.codes import POLE
@@ -17,7 +18,7 @@ from contiga.search.ball_cells import CAP, CLOSE
 from contiga.search.kernels.ball_cell_nb import WORST, measure_cells
 from contiga.search.spans import less_a_factor, restriction
 
-SCALES = (1e-3, 1.0, 1e3)
+SCALES = (1e-3, 1.0, 1e3) if FULL else (1e3,)
 
 
 def turned(points, degree=3):

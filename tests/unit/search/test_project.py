@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from tests.sample import FULL
 
 import contiga as cg
 from contiga.errors import InputError
@@ -51,7 +52,7 @@ def test_feet_written_over_those_of_the_step_before_are_the_same_bits(mode):
     """In a ring cut in two, whose points go over edges and close by its middle line."""
     body = cg.Body(cg.shapes.torus(major=2.0, minor=0.5).split(u=0.3))
     rng = np.random.default_rng(6)
-    a, b = rng.uniform(0.0, 2.0 * np.pi, (2, 2000, 1))
+    a, b = rng.uniform(0.0, 2.0 * np.pi, (2, 2000 if FULL else 400, 1))
     round_it = np.hstack([np.cos(a), np.sin(a), 0.0 * a])
     aside = np.cos(b) * round_it + np.sin(b) * [0.0, 0.0, 1.0]
     p = 2.0 * round_it + 0.3 * aside

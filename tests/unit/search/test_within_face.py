@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numba import njit
+from numba import config, njit
 
 import contiga as cg
 from contiga.search.kernels import about_edge_nb, edge_nb, strand_nb, within_face_nb
@@ -27,6 +27,7 @@ from .folds import (
 )
 
 pytestmark = pytest.mark.interpreted
+MANY = 150 if config.DISABLE_JIT else 2000
 
 
 @njit
@@ -223,9 +224,9 @@ def test_feet_inside_of_a_sheet_are_certified_beside_its_border(size):
     body = cg.Body([cg.shapes.saddle()])
     rng = np.random.default_rng(1)
     low, high = body.bounds()
-    a = body.project(low + (high - low) * rng.uniform(0.0, 1.0, (2000, 3)))
+    a = body.project(low + (high - low) * rng.uniform(0.0, 1.0, (MANY, 3)))
     inside = a.feature == Feature.FACE
-    a = (a.point + 0.05 * rng.uniform(-1.0, 1.0, (2000, 1)) * a.normal)[inside]
+    a = (a.point + 0.05 * rng.uniform(-1.0, 1.0, (MANY, 1)) * a.normal)[inside]
     way = rng.normal(size=a.shape)
     b = a + size * body.size * way / np.linalg.norm(way, axis=1)[:, None]
     feet = body.project(b, start=body.project(a), mode="track")

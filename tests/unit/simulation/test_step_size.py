@@ -234,6 +234,7 @@ def test_a_hammer_that_strikes_within_one_step_is_seen() -> None:
     assert result.state.slaves["node"].velocities[0] == pytest.approx([0, 0, -3.0], abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_rotor_that_turns_wholly_in_a_step_is_seen() -> None:
     blade = cg.Body([cg.shapes.sphere(radius=0.5, centre=(3.0, 0, 0))])
     turning = cg.motion.Rotate([[0, 0], [2, 1440]], axis="z")

@@ -57,7 +57,6 @@ def test_what_cannot_be_compiled_is_told_and_the_next_one_is_taken(
     assert "folder" in second
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not FULL, reason="compiles for a minute")
 def test_a_process_that_lays_no_records_out_compiles_what_reads_them(tmp_path: Path) -> None:
     row = next(row for row, one in enumerate(LISTED) if one.name == "stay_free")
