@@ -95,8 +95,9 @@ class Energy(NamedTuple):
 
     @property
     def error(self) -> float:
-        """Error of the energy balance: what came in and is neither there nor lost. It falls with the
-        square of the step, but where forces are no gradient."""
+        """Error of the energy balance: what came in and is neither there nor lost.
+
+        It falls with the square of the step, but where forces are no gradient."""
         return self.initial + self.external - self.total - self.lost
 
 
