@@ -51,6 +51,7 @@ _HOME = {
     "RelativeSensor": "contiga.simulation.sensor",
     "Finding": "contiga.simulation.checks.finding",
     "SystemState": "contiga.simulation.system_state",
+    "OutputOptions": "contiga.simulation.model",
     "Result": "contiga.simulation.result",
     "StoredResult": "contiga.simulation.stored_result",
     "open_result": "contiga.simulation.stored_result",
@@ -157,6 +158,7 @@ if TYPE_CHECKING:
     from contiga.report.view import View as View
     from contiga.simulation.checks.finding import Finding as Finding
     from contiga.simulation.clock import Clock as Clock
+    from contiga.simulation.model import OutputOptions as OutputOptions
     from contiga.simulation.result import Result as Result
     from contiga.simulation.sensor import RelativeSensor as RelativeSensor
     from contiga.simulation.sensor import Sensor as Sensor

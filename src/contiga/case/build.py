@@ -11,6 +11,7 @@ import numpy as np
 from contiga.case.contact_made import area_of, contact_of
 from contiga.case.geometry_spec import FileGeometry
 from contiga.case.motion_spec import AttachedSpec, FreeSpec, RigidMotionSpec, SeriesSpec
+from contiga.case.output_spec import OutputSpec
 from contiga.case.part_cache import PartCache
 from contiga.case.points_spec import BodyPoints
 from contiga.case.problems import Fault, Together
@@ -75,7 +76,7 @@ def build(case: Case, *, parts: PartCache | None = None) -> Simulation:
         bodies=made.bodies,
         slaves=made.slaves,
         contacts=made.contacts,
-        output=OutputOptions(case.output.every, tuple(case.output.formats), case.output.report),
+        output=_output(case.output),
         case_text=resolved_toml(case),
         base_folder=case.file.parent,
         findings=made.findings,
@@ -91,6 +92,10 @@ class _Pieces(NamedTuple):
     contacts: tuple[ContactPart, ...]
     findings: tuple[Finding, ...]
     """About the files, as they were read."""
+
+
+def _output(spec: OutputSpec) -> OutputOptions:
+    return OutputOptions(spec.every, tuple(spec.formats), spec.report, spec.size)
 
 
 def _pieces(case: Case, cache: PartCache, wrong: Together) -> _Pieces:

@@ -180,8 +180,8 @@ class FileGeometry(_Geometry):
     """Names or numbers of parts; with `faces` left out too, all."""
     faces: Annotated[list[Count], Field(min_length=1)] | None = None
     """Numbers of single faces, beside `parts`."""
-    solids: Solids = "union"
-    """What becomes of solids that touch or overlap."""
+    solids: Solids | None = None
+    """What becomes of solids that touch or overlap; made one, with a warning, if omitted."""
 
     def raw(self, name: str, unit: str) -> Body:
         """The faces of the file."""

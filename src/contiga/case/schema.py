@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
@@ -27,13 +27,13 @@ from contiga.case.motion_spec import (
     SlaveMotionSpec,
 )
 from contiga.case.names import check_apart, check_defined, check_unique
+from contiga.case.output_spec import OutputSpec
 from contiga.case.points_spec import BodyPoints, PointsSpec
 from contiga.case.problems import case_error, relocated
 from contiga.case.sensor_spec import RelativeSensorSpec, SensorSpec
 from contiga.case.settings import with_settings
 from contiga.case.sides import LayeredSpec, Sides, sides_of
 from contiga.case.spec import (
-    Count,
     LengthUnit,
     MassUnit,
     Name,
@@ -154,27 +154,6 @@ class SlaveSpec(Spec):
         if isinstance(points, dict) and isinstance(points.get("body"), str):
             return {"motion": {"kind": "attached", "body": points["body"]}} | data
         return data
-
-
-class OutputSpec(Spec):
-    """`[output]`."""
-
-    every: Count = 1
-    """Fields are written at every so many steps; the history always has all."""
-    formats: list[Literal["vtkhdf", "csv"]] = Field(default=["vtkhdf", "csv"])
-    report: bool = True
-    """Needs the history, format "csv"."""
-
-    @model_validator(mode="after")
-    def _report_has_its_history(self) -> Self:
-        if self.report and "csv" not in self.formats:
-            raise CaseError(
-                'a report needs the format "csv"',
-                where="formats",
-                found=self.formats,
-                remedy='Add "csv", or set report = false',
-            )
-        return self
 
 
 class Case(Spec):

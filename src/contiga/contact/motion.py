@@ -7,11 +7,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.contact.kernels import relative_nb
 from contiga.errors import InputError
-from contiga.num.arrays import as_points
-from contiga.num.pose import invert
-from contiga.num.rigid import turn_to_world
-from contiga.num.twist import Twist, still
+from contiga.num.arrays import as_points, locked
+from contiga.num.rigid import POINTS
+from contiga.num.threads import run_ranges
 from contiga.records import FloatArray
 from contiga.slaves.sampling import Sampling
 
@@ -54,21 +54,23 @@ def relative_velocity(
             found=len(v_W),
             allowed=str(sampling.n_nodes),
         )
-    unknown = ~np.isfinite(v_W).all(axis=1) & np.isfinite(p_W[: len(v_W)]).all(axis=1)
-    if unknown.any():
-        first = int(np.argmax(unknown))
+    v_W, p_W = locked(v_W), locked(p_W)
+    first = relative_nb.first_unknown(v_W, p_W)
+    if first >= 0:
         raise InputError(
-            f"{np.count_nonzero(unknown)} points that have a place have no velocity",
+            "a point that has a place has no velocity",
             where=f"velocity[{first}]",
             found=v_W[first].tolist(),
             allowed="three finite numbers a point",
         )
-    body = still() if twist is None else _checked(twist)
-    relative = sampling.points(v_W) - body.at(poses[1][:3, 3], p_W)
-    return turn_to_world(invert(poses[1]), relative)
+    body = np.zeros((2, 3)) if twist is None else _checked(twist)
+    v_B = np.empty(p_W.shape)
+    v_W = locked(sampling.points(v_W))
+    run_ranges(relative_nb.relative, len(v_B), POINTS, v_W, p_W, poses[1], body, v_B)
+    return v_B
 
 
-def _checked(twist: Velocities) -> Twist:
+def _checked(twist: Velocities) -> FloatArray:
     try:
         parts = [np.asarray(part, dtype=np.float64) for part in twist]
     except (TypeError, ValueError):
@@ -80,4 +82,4 @@ def _checked(twist: Velocities) -> Twist:
             found=twist,
             allowed="(v, w) of three finite numbers each",
         )
-    return Twist(*parts)
+    return np.stack(parts)

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from contiga.contact.state import State
 from contiga.io.out.vtkhdf import FieldsWriter, Part
 from contiga.io.units import derived_units
+from contiga.masters.protocol import Master
+from contiga.masters.sampling import refined
 from contiga.num.rigid import to_world
 from contiga.simulation.model import Model
 from contiga.simulation.outlines_file import OutlinesFile
@@ -40,8 +42,7 @@ class Fields:
     ) -> None:
         self._model = model
         self._meshes: dict[str, TriMesh] = {
-            name: part.body.tessellate(DRAWN * part.body.size)
-            for name, part in model.bodies.items()
+            name: _drawn(part.body, model.output.size) for name, part in model.bodies.items()
         }
         parts = [
             Part(name, "body", len(mesh.vertices), mesh.triangles)
@@ -113,6 +114,11 @@ class Fields:
                 self._outlines.close()
         finally:
             self._writer.close()
+
+
+def _drawn(body: Master, size: float | None) -> TriMesh:
+    mesh = body.tessellate(DRAWN * body.size)
+    return mesh if size is None or body.faces is None else refined(body, mesh, size)
 
 
 def _units(units: tuple[str, str, str]) -> dict[str, str]:

@@ -58,6 +58,9 @@ class OutputOptions(NamedTuple):
     """Steps from one set of fields to the next."""
     formats: tuple[str, ...] = ("vtkhdf", "csv")
     report: bool = True
+    size: float | None = None
+    """Longest side of the triangles that bodies are drawn by in fields, length; as few triangles as
+    keep to the surface if omitted."""
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

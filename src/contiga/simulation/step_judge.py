@@ -91,12 +91,12 @@ def tried(model: Model, stepping: AutoSteps, last: SystemState, stepped: Stepped
     shaking = math.hypot(now, _turning(model, last, state, fastest_of(limit.bodies)))
     nodes = shaking_of_nodes(model, last, state, DAMPED * DAMPED * limit.nodes.decay)
     decay = max(limit.bodies.decay, limit.nodes.decay)
-    dragged = decay * dragging_of(model, last, state) * math.sqrt(2.0 * state.most)
+    dragged = decay * dragging_of(model, last, state) * math.sqrt(2.0 * state.peak_energy)
     shaking = max(shaking, OF_NODES * nodes, OF_DRAG * dragged)
     least = shortest_step(stepping, min(limit.critical, before.critical))
     single = 0.0
     if math.sqrt(limit.points) * state.step > UNFOLLOWED:
-        energetic = math.sqrt(2.0 * state.most)
+        energetic = math.sqrt(2.0 * state.peak_energy)
         if changes_of_points(model, last, state) * state.step > SWUNG * energetic:
             single = math.sqrt(limit.points) * state.step
     return Try(stepped, cut, shaking, missing_of(model, last, state), least, single)
@@ -138,7 +138,7 @@ def objection(model: Model, stepping: AutoSteps, last: SystemState, now: Try) ->
 def _bearable(last: SystemState, now: Try) -> float:
     """The energy balance error a step may have: as much as those before it, however short."""
     state = now.stepped.state
-    return LOST * state.most + LEAKED * last.leak * state.step
+    return LOST * state.peak_energy + LEAKED * last.leak * state.step
 
 
 def loses(model: Model, last: SystemState, now: Try) -> bool:
@@ -150,7 +150,7 @@ def let_pass(model: Model, last: SystemState, now: Try) -> float:
     """The error of a step that is let pass, since shorter ones have not reduced it; else zero."""
     if not _by_energy(model) or loses(model, last, now):
         return 0.0
-    return now.missing if now.missing > LOST * now.stepped.state.most else 0.0
+    return now.missing if now.missing > LOST * now.stepped.state.peak_energy else 0.0
 
 
 def leak_of(last: SystemState, now: Try, longer: Try | None) -> float:

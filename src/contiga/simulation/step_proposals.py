@@ -40,7 +40,7 @@ def proposals(model: Model, stepping: AutoSteps, state: SystemState) -> Iterator
         return
     limit = limit_of(model, state, "lasting")
     yield Cut(stepping.safety * limit.critical, Reason.CRITICAL, limit.of)
-    energetic = math.sqrt(2.0 * state.most)
+    energetic = math.sqrt(2.0 * state.peak_energy)
     # Of the start nothing is known: as if all there is swung.
     shaking = state.shaking if state.step else _at_start(limit) * energetic
     if shaking > 0.0:

@@ -72,7 +72,7 @@ IMPOSSIBLE = {
     "several sheets at rest": (
         lambda: contact(cg.CloudArea(), np.concatenate([GRID @ np.diag([1, 1, 0]) + [0, 0, z]
                                                         for z in (0.0, 1.0, 2.0)])[:, [0, 2, 1]]),
-        "no graph over its best-fit plane",
+        "not a graph over its best-fit plane",
     ),
     "hulls on a mesh": (lambda: contact(cg.HullArea(), body=MESH), r"\(u, v\) of a patch"),
     "feet on a mesh": (

@@ -54,7 +54,7 @@ def test_closed_cloud_in_a_plane_has_its_cap_and_disc_to_second_order(kind):
 
 def test_same_cloud_is_refused_by_its_rest():
     plate = cg.Body([cg.shapes.plane(width=4.0, length=4.0)])
-    with pytest.raises(InputError, match="no graph over its best-fit plane"):
+    with pytest.raises(InputError, match="not a graph over its best-fit plane"):
         touch(plate, ball_cloud(1000, 1.0, [0, 0, 0.8]), cg.CloudArea())
 
 

@@ -37,7 +37,7 @@ def test_a_case_says_what_becomes_of_solids_that_touch(tmp_path: Path) -> None:
     made.write(tmp_path / "rig.step")
     cache = PartCache()
     for _ in range(2):  # what is kept of the file tells it again
-        united = build(load(tmp_path, 'solids = "union"'), parts=cache)
+        united = build(load(tmp_path, 'unit = "mm"'), parts=cache)
         (finding,) = united.findings
         assert finding == united.check()[0]
         assert (finding.rule, finding.where) == ("file", "body master")
@@ -48,6 +48,9 @@ def test_a_case_says_what_becomes_of_solids_that_touch(tmp_path: Path) -> None:
     summary = united.run().summary
     assert summary["findings"][0] == finding._asdict()
     assert str(finding) in summary["warnings"]
+    asked_for = build(load(tmp_path, 'solids = "union"'), parts=cache)
+    assert asked_for.bodies["master"].body.closed
+    assert asked_for.findings == ()
     kept = build(load(tmp_path, 'solids = "separate"'))
     assert "kept as they are" in kept.findings[0].text
     body = kept.bodies["master"].body

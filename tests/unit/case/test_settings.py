@@ -72,7 +72,7 @@ def test_values_are_those_of_toml_or_words(text: str, key: str, value: object) -
         (["=3"], ("KEY=VALUE",)),
         (["a=1,5"], ("--set a", "not a value of TOML", "'1,5'")),
         (["a=[1, 2"], ("--set a", "not a value of TOML")),
-        (["a=1\nb=2"], ("--set a", "one value")),
+        (["a=1\nb=2"], ("--set a", "single value")),
         (["a=1", "a=2"], ("--set a", "set twice")),
     ],
 )
@@ -90,11 +90,11 @@ def test_texts_that_are_no_settings(texts: list[str], pieces: tuple[str, ...]) -
         ("tme.end", 3, ("tme: unknown key", "Did you mean 'time'?")),
         ("body.plat.motion.kind", "fixed", ("'plat'", "plate, body[0]", "Did you mean 'plate'?")),
         ("body[1].name", "x", ("no such entry of body", "found '1'", "body[0]")),
-        ("time.end.x", 3, ("no table", "time.end", "13.0")),
+        ("time.end.x", 3, ("not a table", "time.end", "13.0")),
         ("time.end", "late", ("time.end", "number", "'late'")),
         ("contact[0].law.curve.5", [2, 3], ("no such entry", "'5'", "curve[0] to ")),
-        ("body..x", 3, ("no key of a case", "'body..x'")),
-        ("", 3, ("no key of a case",)),
+        ("body..x", 3, ("not a key of a case", "'body..x'")),
+        ("", 3, ("not a key of a case",)),
     ],
 )
 def test_keys_that_lead_nowhere(key: str, value: object, pieces: tuple[str, ...]) -> None:

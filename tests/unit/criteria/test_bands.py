@@ -22,8 +22,8 @@ def test_a_limit_belongs_to_the_band_above_it() -> None:
         ([2, 1], ["a", "b", "c"], "limits: must rise"),
         ([1, 1], ["a", "b", "c"], "limits: must rise"),
         ([1, np.nan], ["a", "b", "c"], "limits: must rise"),
-        ([1, 2], ["a", "b"], "names: must be one more .*allowed: 3 words"),
-        ([1], ["a", ""], "names: must be one more"),
+        ([1, 2], ["a", "b"], "names: expected one name more .*allowed: 3 words"),
+        ([1], ["a", ""], "names: expected one name more"),
     ],
 )
 def test_wrong_bands_are_refused(limits, names, message: str) -> None:

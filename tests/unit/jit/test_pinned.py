@@ -147,7 +147,7 @@ def test_kernels_that_read_records_are_kept_by_the_types_of_those(
 ) -> None:
     kept = touching_nb.advance
     ((name, before), *_) = types_read(kept.py_func)
-    assert name == "contiga.contact.desk.StepBuffers"
+    assert name == "contiga.contact.step_buffers.StepBuffers"
     assert types_read(rigid_nb.to_body.py_func) == ()
     key = kept._cache._index_key((), kept.targetctx.codegen())
     monkeypatch.setitem(TYPES, name, typeof(outer(1)))

@@ -210,7 +210,7 @@ def test_a_motion_that_answers_wrongly_is_told_and_leaves_nothing(
 def test_a_state_of_another_simulation_is_refused() -> None:
     other = simulation(contacts={"other": cg.Contact(BALL, PAD, law=cg.PenaltyLaw(1.0))})
     for state in (other.start(), 3):
-        with pytest.raises(InputError, match="no state of this simulation"):
+        with pytest.raises(InputError, match="not a state of this simulation"):
             simulation().step(state)  # type: ignore[arg-type]
 
 

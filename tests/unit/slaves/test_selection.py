@@ -129,8 +129,8 @@ def test_areas_of_a_part_are_those_of_its_facets_wherever_it_was_put(scale: floa
         ({"side": ([0, 1], 10.0)}, "a direction is three numbers"),
         ({"side": ([0, 0, 1], 0.0)}, "an angle .* allowed: above 0, up to 180"),
         ({"side": ([0, 0, -1], 90.0)}, "no facet faces that way to 90 degrees"),
-        ({"nodes": [200]}, "rows of points"),
-        ({"nodes": [0.5]}, "rows of points"),
+        ({"nodes": [200]}, "the numbers of points"),
+        ({"nodes": [0.5]}, "the numbers of points"),
         ({"nodes": [True]}, r"allowed: \(122,\) of bool"),
     ],
 )  # fmt: skip

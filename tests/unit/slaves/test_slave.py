@@ -66,8 +66,8 @@ def test_arrays_are_copies_that_cannot_be_written():
         ({"thickness": [1, 1, np.nan, 1, 1]}, "thickness of point 2"),
         ({"thickness": [1, -1e-9, 1, 1, 1]}, "thickness of point 1"),
         ({"mass": ["heavy"] * 5}, "mass must be an array of numbers"),
-        ({"active": [1, 0, 1, 0, 1]}, "active must be one truth value"),
-        ({"active": [True, False]}, "active must be one truth value"),
+        ({"active": [1, 0, 1, 0, 1]}, "expected one boolean"),
+        ({"active": [True, False]}, "expected one boolean"),
     ],
 )
 def test_what_does_not_fit_is_refused_with_what_is_allowed(arguments, message):

@@ -62,11 +62,19 @@ def test_quantities_may_have_names_and_the_goal_brings_its_own(folder: Path) -> 
         ("[[variable]]", "retries = -1\n[[variable]]", ["retries", "too small"]),
         (STEP, f'{STEP}\n[[rule]]\nkey = "a"', ["rule[0]", "sets a key, or requires"]),
         (STEP, f'{STEP}\n[[rule]]\nrequire = "stepp > 1"', ["rule[0].require", "'step'"]),
-        (STEP, f'{STEP}\n[[rule]]\nrequire = "import os"', ["rule[0].require", "no expression"]),
+        (
+            STEP,
+            f'{STEP}\n[[rule]]\nrequire = "import os"',
+            ["rule[0].require", "not an expression"],
+        ),
         ("base", 'map = { body = "b", at = ["speed", "step", "z"] }\nbase', ["map.at", "'z'"]),
         ("base", f'{GOAL}sample = {{ kind = "sobol", count = 4 }}\nbase', ["optimiser chooses"]),
         ("base", "goal = { trials = 3 }\nbase", ["goal", "one quantity"]),
-        ("base", GOAL.replace("}", ', subject_to = ["max(force) = 3"] }') + "base", ["no limit"]),
+        (
+            "base",
+            GOAL.replace("}", ', subject_to = ["max(force) = 3"] }') + "base",
+            ["not a limit"],
+        ),
         ("base", "= 3", ["is not valid TOML"]),
     ],
 )

@@ -3,6 +3,7 @@
 - status_nb: what becomes of points, as the numbers that kernels write
 - place_nb: what is known of points after they have moved, and which have to be looked at
 - bulging_nb: which points may come to the surface on paths that bulge
+- relative_nb: how fast points move against the body
 - carrying_nb: what is known of the points in contact before forces
 - settle_nb: points of a closed body whose sides and feet tell what becomes of them: settled in
   single passes

@@ -106,7 +106,7 @@ def read_cad_file(
     *,
     unit: str | None = None,
     file_unit: str | None = None,
-    solids: Solids = "union",
+    solids: Solids | None = None,
 ) -> CadFile:
     """A whole file with its parts; parameters and errors are those of `read_cad`."""
     file = Path(path)

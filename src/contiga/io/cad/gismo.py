@@ -37,7 +37,7 @@ def read_gismo(
     file_unit: str | None,
     unit: str | None,
     choice: Choice = ALL,
-    solids: Solids = "union",
+    solids: Solids | None = None,
 ) -> Body:
     """The surfaces of a G+Smo file as one body; see `contiga.io.cad.read_cad.read_cad`.
 
@@ -56,7 +56,7 @@ def read_gismo(
 
 
 def list_gismo(
-    path: Path, file_unit: str | None, unit: str | None, solids: Solids = "union"
+    path: Path, file_unit: str | None, unit: str | None, solids: Solids | None = None
 ) -> Inventory:
     """All of a G+Smo file, which is one part: the format names none."""
     body, label = _gathered(path, file_unit, unit, ALL)

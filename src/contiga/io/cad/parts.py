@@ -88,15 +88,15 @@ class Choice(NamedTuple):
 ALL = Choice()
 
 
-def checked_solids(solids: str) -> None:
-    """Refuse what is no `Solids`.
+def checked_solids(solids: str | None) -> None:
+    """Refuse what is neither None nor one of `Solids`.
 
     Raises
     ------
     GeometryError
         As said.
     """
-    if solids not in get_args(Solids):
+    if solids is not None and solids not in get_args(Solids):
         allowed = ", ".join(f'"{word}"' for word in get_args(Solids))
         raise GeometryError("no such choice", where="solids", found=solids, allowed=allowed)
 

@@ -36,7 +36,7 @@ def read_cad(
     file_unit: str | None = None,
     parts: PartKeys | None = None,
     faces: int | Iterable[int] | None = None,
-    solids: Solids = "union",
+    solids: Solids | None = None,
 ) -> Body:
     """Read the faces of a CAD file, or of some of its parts, as a body.
 
@@ -52,8 +52,9 @@ def read_cad(
     parts : names or numbers (from 1) that `cad_parts` and ``contiga info`` list: of parts, their
         products, instances and assemblies that are called so; "arm/bolt" is the bolt of the arm
     faces : numbers of faces, from 1 in the file's order, beside those of `parts`
-    solids : of those that touch or overlap "union" makes one, "separate" keeps each, in no closed
-        body (`cad_parts` makes each one of its own), "refuse" makes an error
+    solids : of those that touch or overlap "union" makes one, as is done with a warning if omitted;
+        "separate" keeps each, in no closed body (`cad_parts` makes each one of its own); "refuse"
+        makes an error
 
     Returns
     -------
@@ -111,7 +112,7 @@ def reader_of(file: Path, verb: str, file_unit: str | None, unit: str | None) ->
     return reader(suffix, verb)
 
 
-def check_read(body: Body, file: Path, solids: Solids = "union") -> None:
+def check_read(body: Body, file: Path, solids: Solids | None = None) -> None:
     """Refuse what cannot be computed with, and pieces that meet if asked to; warn of slits.
 
     Raises

@@ -75,7 +75,7 @@ def read_rhino(
     file_unit: str | None,
     unit: str | None,
     choice: Choice = ALL,
-    solids: Solids = "union",
+    solids: Solids | None = None,
 ) -> Body:
     """The faces of a 3DM file as one body; see `contiga.io.cad.read_cad.read_cad`.
 
@@ -91,7 +91,7 @@ def read_rhino(
 
 
 def list_rhino(
-    path: Path, file_unit: str | None, unit: str | None, solids: Solids = "union"
+    path: Path, file_unit: str | None, unit: str | None, solids: Solids | None = None
 ) -> Inventory:
     """All of a 3DM file with what it says of its objects."""
     model = _Model(path, file_unit, unit)
@@ -134,7 +134,7 @@ class _Model:
         self._tolerance = max(float(model.Settings.ModelAbsoluteTolerance), 1e-9)
         self.items = _items(model, path)
 
-    def gathered(self, choice: Choice, solids: Solids) -> _Gathered:
+    def gathered(self, choice: Choice, solids: Solids | None) -> _Gathered:
         """What is chosen as a body, objects that meet dealt with as asked for."""
         chosen = chosen_faces([item.label for item in self.items], choice, str(self._path))
         alone: dict[int, Body] = {}

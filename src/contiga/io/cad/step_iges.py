@@ -87,7 +87,7 @@ def read_step_iges(
     file_unit: str | None,
     unit: str | None,
     choice: Choice = ALL,
-    solids: Solids = "union",
+    solids: Solids | None = None,
 ) -> Body:
     """The faces of a STEP or IGES file as a body in `unit`; see `io.cad.read_cad`."""
     with occ.quiet():
@@ -95,7 +95,7 @@ def read_step_iges(
 
 
 def list_step_iges(
-    path: Path, file_unit: str | None, unit: str | None, solids: Solids = "union"
+    path: Path, file_unit: str | None, unit: str | None, solids: Solids | None = None
 ) -> Inventory:
     """All of a STEP or IGES file with what it says of its parts."""
     with occ.quiet():
@@ -105,7 +105,9 @@ def list_step_iges(
 class _Model:
     """A file as OpenCASCADE has it, to be converted whole or in part."""
 
-    def __init__(self, path: Path, file_unit: str | None, unit: str | None, solids: Solids) -> None:
+    def __init__(
+        self, path: Path, file_unit: str | None, unit: str | None, solids: Solids | None
+    ) -> None:
         found = transferred(path)
         own = file_unit or found.unit
         # OpenCASCADE has multiplied by the unit the file states, which file_unit overrides.

@@ -58,10 +58,10 @@ class Placed(NamedTuple):
 
 
 def placed_of(
-    pieces: Sequence[Piece], chosen: Container[int], accuracy: float, solids: Solids
+    pieces: Sequence[Piece], chosen: Container[int], accuracy: float, solids: Solids | None
 ) -> Placed:
-    """The faces with the numbers `chosen`; of "union" solids that are chosen whole and meet are
-    united.
+    """The faces with the numbers `chosen`; of "union", or None, solids that are chosen whole and
+    meet are united.
 
     Solids meet where they overlap or come nearer than `accuracy`, mm, which those can whose boxes
     do. For "refuse" it is only told where they meet; for "separate", where that is not looked
@@ -92,7 +92,7 @@ def placed_of(
         near = sorted(k for some in groups for k in some)
         union = _Union([pieces[k] for k in near], np.array([boxes[k] for k in near]), within)
         known = union.done
-        embedded = known and (not union.met or (solids == "union" and union.holds()))
+        embedded = known and (not union.met or (solids != "refuse" and union.holds()))
         if union.met and embedded:
             for j in union.met:
                 shapes[near[j]] = []
@@ -103,7 +103,7 @@ def placed_of(
     return Placed(compound_of(_flat(shapes)), list(_flat(rows)), meetings, known, embedded, only)
 
 
-def said_of(placed: Placed, told: Sequence[str], solids: Solids, where: str) -> str:
+def said_of(placed: Placed, told: Sequence[str], solids: Solids | None, where: str) -> str:
     """What is to be said of solids that meet, "" if none do; `told` of which and where.
 
     Raises
@@ -124,8 +124,8 @@ def said_of(placed: Placed, told: Sequence[str], solids: Solids, where: str) -> 
         )
     if solids == "separate":
         return kept_apart(told)
-    if placed.embedded:
-        return f"that touch or overlap are made one: {found}"
+    if placed.embedded:  # "union" asked for that
+        return "" if solids == "union" else f"that touch or overlap are made one: {found}"
     if not placed.known:
         return f"whose boxes meet are kept as they are{UNKNOWN}: {found}. Choose some by parts"
     return (

@@ -106,7 +106,7 @@ def unite(*bodies: Body) -> Body:
         start + piece for start, body in zip(starts, bodies, strict=False) for piece in body.pieces
     ]
     found = united(whole, pieces, "union", first.name)
-    if found.said and not found.made_one:
+    if found.said:
         warn(f"{first.name}: pieces {found.said}")
     return found.body.renamed(first.name).with_reference_point(first.reference_point)
 
@@ -121,7 +121,7 @@ def _by_patches(groups: Sequence[Patches]) -> str:
 def united(
     body: Body,
     pieces: Sequence[IndexArray],
-    solids: Solids,
+    solids: Solids | None,
     where: str,
     *,
     accuracy: float = 0.0,

@@ -93,7 +93,7 @@ def test_a_union_that_fails_is_said_with_patches_and_place(monkeypatch) -> None:
 def test_it_is_told_which_patch_each_is_a_part_of() -> None:
     far = box((9, 9, 9), (10, 10, 10))
     body = cg.Body(far + box(*UNIT) + box((1, 0.2, 0), (2, 0.7, 1)))
-    found = united(body, body.pieces, "union", "here")
+    found = united(body, body.pieces, None, "here")
     assert found.met == [[tuple(range(6, 12)), tuple(range(12, 18))]]
     # The second box's lower end in x is gone.
     assert set(found.origin) == set(range(18)) - {12}

@@ -90,7 +90,7 @@ def test_a_folder_that_is_not_there_is_refused(tmp_path):
         ("", "row of names"),
         ("a,b\n1\n", "row 2.*1 entries.*2"),
         ("a,a\n1,2\n", "must differ"),
-        ("a,b\n1,x\n", "column 'b'.*no number"),
+        ("a,b\n1,x\n", "column 'b'.*not a number"),
     ],
 )
 def test_damaged_tables_are_refused(tmp_path, text, message):

@@ -53,8 +53,8 @@ def test_a_test_is_a_folder_of_channels(tmp_path: Path) -> None:
         ("", [channel()], "test: is not a test name"),
         ("t", [], "channels: must be some channels"),
         ("t", [channel(), channel()], "code: is there twice, of .* and of "),
-        ("t", [channel("11head0000H3ACXA")], "code: is no code"),
-        ("t", [channel("11HEAD")], "code: is no code"),
+        ("t", [channel("11head0000H3ACXA")], "code: is not a channel code"),
+        ("t", [channel("11HEAD")], "code: is not a channel code"),
     ],
 )
 def test_what_cannot_be_written_is_refused(tmp_path, test, channels, message: str) -> None:

@@ -1,0 +1,33 @@
+"""What a run writes: `[output]`."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from contiga.case.spec import Count, Positive, Spec
+from contiga.errors import CaseError
+
+
+class OutputSpec(Spec):
+    """`[output]`."""
+
+    every: Count = 1
+    """Fields are written at every so many steps; the history always has all."""
+    formats: list[Literal["vtkhdf", "csv"]] = Field(default=["vtkhdf", "csv"])
+    report: bool = True
+    """Needs the history, format "csv"."""
+    size: Positive | None = None
+    """Longest side of the triangles that bodies are drawn by in fields, length."""
+
+    @model_validator(mode="after")
+    def _report_has_its_history(self) -> Self:
+        if self.report and "csv" not in self.formats:
+            raise CaseError(
+                'a report needs the format "csv"',
+                where="formats",
+                found=self.formats,
+                remedy='Add "csv", or set report = false',
+            )
+        return self

@@ -1,0 +1,64 @@
+"""How bodies are drawn in the fields of a run."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import contiga as cg
+from contiga.io.out.vtkhdf import read_fields
+
+HOLE, FAR = 0.01, 3.0
+
+
+def plate() -> cg.Body:
+    """A square of one with a round hole in its middle."""
+    corners = [(0, 0), (1, 0), (1, 1), (0, 1), (0, 0)]
+    outer = tuple(
+        cg.NurbsCurve(1, [0, 0, 1, 1], [[*a, 0.0], [*b, 0.0]]) for a, b in pairwise(corners)
+    )
+    hole = (cg.shapes.circle(radius=HOLE, centre=[0.5, 0.5, 0]),)
+    return cg.Body([cg.shapes.plane(width=1.0, length=1.0)], trims=[(outer, hole)])
+
+
+def drawn(folder: Path, body: cg.Body | cg.TriMesh, size: float | None) -> np.ndarray:
+    """(n, 3, 3) corners of the triangles of the body in the fields of a run."""
+    point = cg.Slave([[0.0, 0.0, FAR]], area=[1.0])
+    contact = cg.Contact(body, point, law=cg.PenaltyLaw(1.0))
+    simulation = cg.Simulation(
+        bodies={"body": body}, slaves={"point": point}, contacts=[contact], end=1.0, step=1.0,
+        output=cg.OutputOptions(size=size, report=False),
+    )  # fmt: skip
+    simulation.run(folder)
+    fields = read_fields(folder / "fields.vtkhdf")
+    (part,) = (one for one in fields.parts if one.name == "body")
+    return fields.points(0)[fields.rows("body")][part.facets]
+
+
+def sides(corners: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
+
+
+def test_no_side_is_longer_than_the_size_and_a_small_hole_is_round(tmp_path: Path) -> None:
+    coarse, fine = (drawn(tmp_path / str(size), plate(), size) for size in (None, 0.004))
+    assert sides(coarse).max() > 0.5
+    assert sides(fine).max() <= 0.004
+    middle = np.array([0.5, 0.5, 0.0]) + plate().bounds()[0] * [1.0, 1.0, 0.0]
+    away = [np.linalg.norm(part[..., :2] - middle[:2], axis=-1) for part in (coarse, fine)]
+    assert min(one.min() for one in away) == pytest.approx(HOLE, rel=1e-6)
+    # The area that is missing is the hole's: less of a polygon of few corners.
+    holes = [1.0 - area(part) for part in (coarse, fine)]
+    assert holes[1] == pytest.approx(np.pi * HOLE**2, rel=0.03)
+    assert holes[0] < 0.95 * holes[1]
+
+
+def area(corners: np.ndarray) -> float:
+    a, b, c = np.moveaxis(corners, 1, 0)
+    return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+
+
+def test_triangles_are_drawn_as_they_are(tmp_path: Path) -> None:
+    mesh = cg.Body([cg.shapes.sphere()]).tessellate(0.05)
+    found = drawn(tmp_path, mesh, 0.1)
+    np.testing.assert_array_equal(found, mesh.vertices[mesh.triangles])
