@@ -52,7 +52,15 @@ class ContactPart(NamedTuple):
 
 
 class OutputOptions(NamedTuple):
-    """What a run writes."""
+    """What a run writes: ``Simulation(output=…)``.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> rarely = cg.OutputOptions(every=20, size=5.0)
+    >>> rarely.formats, rarely.report
+    (('vtkhdf', 'csv'), True)
+    """
 
     every: int = 1
     """Steps from one set of fields to the next."""
