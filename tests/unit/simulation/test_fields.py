@@ -41,9 +41,9 @@ def sides(corners: np.ndarray) -> np.ndarray:
 
 
 def test_no_side_is_longer_than_the_size_and_a_small_hole_is_round(tmp_path: Path) -> None:
-    coarse, fine = (drawn(tmp_path / str(size), plate(), size) for size in (None, 0.03))
+    coarse, fine = (drawn(tmp_path / str(size), plate(), size) for size in (None, 0.01))
     assert sides(coarse).max() > 0.5
-    assert sides(fine).max() <= 0.03
+    assert sides(fine).max() <= 0.01
     middle = np.array([0.5, 0.5, 0.0]) + plate().bounds()[0] * [1.0, 1.0, 0.0]
     away = [np.linalg.norm(part[..., :2] - middle[:2], axis=-1) for part in (coarse, fine)]
     assert min(one.min() for one in away) == pytest.approx(HOLE, rel=1e-6)
