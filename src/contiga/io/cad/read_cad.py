@@ -52,9 +52,8 @@ def read_cad(
     parts : names or numbers (from 1) that `cad_parts` and ``contiga info`` list: of parts, their
         products, instances and assemblies that are called so; "arm/bolt" is the bolt of the arm
     faces : numbers of faces, from 1 in the file's order, beside those of `parts`
-    solids : of those that touch or overlap "union" makes one, as is done with a warning if omitted;
-        "separate" keeps each, in no closed body (`cad_parts` makes each one of its own); "refuse"
-        makes an error
+    solids : that touch or overlap. "union" makes one, as is done with a warning if omitted;
+        "separate" keeps each, in no closed body (see `cad_parts`); "refuse" makes an error
 
     Returns
     -------
