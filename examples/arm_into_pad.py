@@ -53,7 +53,7 @@ class Swing(NamedTuple):
 
     @property
     def error(self) -> float:
-        """Energy that is nowhere, at most, over the energy lost in the pad."""
+        """Largest energy balance error over the energy lost in the pad."""
         history = self.result.history
         lost = history["energy.hysteresis"][-1] + history["energy.friction"][-1]
         return float(np.abs(history["energy.error"]).max() / lost)

@@ -14,7 +14,7 @@ from typing import TypeVar
 Class = TypeVar("Class", bound=type)
 
 PASSED_BY_POINTER: set[type] = set()
-"""Classes that are handed by reference."""
+"""Classes that are passed by pointer."""
 _LISTENERS: list[Callable[[type], object]] = []
 
 

@@ -1,4 +1,4 @@
-"""Marks of tuples that are handed by reference need no compiler."""
+"""Marks of tuples that are passed by pointer need no compiler."""
 
 from __future__ import annotations
 

@@ -23,6 +23,6 @@ class ContactEnergy(NamedTuple):
 
     @property
     def error(self) -> float:
-        """Work that is nowhere: the error of integrating over steps, which falls with their
+        """Error of the energy balance: that of integrating over steps, which falls with their
         square, and what forces that are no gradient make or lose."""
         return self.work - self.stored - self.hysteresis - self.damping - self.friction

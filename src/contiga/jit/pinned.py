@@ -3,7 +3,7 @@
 A call from Python looks at every array of the records it is handed, and lays them out anew: of the
 tables of a body, forty arrays, that takes as long as to follow some ten points. A `Pinned` does
 so once. Kernels are handed the place, a whole number, and read the record there by a `reader` of
-its class, as they read one that they were handed by reference (`contiga.pointer_records`).
+its class, as they read one that they were passed by pointer (`contiga.pointer_records`).
 
 Laid out is what numba has of arrays (its model of them: two owners, of which there are none here,
 the numbers and bytes of one, where they are, shape and strides), floats, whole numbers, and records

@@ -1,4 +1,4 @@
-"""The type of tuples that kernels are handed by reference (see `contiga.pointer_records`).
+"""The type of tuples that kernels are passed by pointer (see `contiga.pointer_records`).
 
 A call from Python lays the members of the tuple out in memory of its own, which stays as it is
 until the kernel returns. So what is read from there may be read once and kept: loads are marked as
@@ -81,7 +81,7 @@ def lay_out(reference: Reference, value: Any, c: Any) -> NativeValue:
 
 def _room(context: Any, members: Any) -> Any:
     """The kind of memory that a tuple is laid out in: its members, and the rooms of those that are
-    handed by reference too."""
+    passed by pointer too."""
     return ir.LiteralStructType(
         [context.get_value_type(members), *(_room(context, own) for own in _within(members))]
     )
@@ -102,7 +102,7 @@ def _laid_out(api: Any, reference: Reference, value: Any, place: Any) -> Any:
 
 
 def _within(of: Any) -> list[Any]:
-    """The members of those tuples in a tuple that are handed by reference, in their order."""
+    """The members of those tuples in a tuple that are passed by pointer, in their order."""
     if isinstance(of, Reference):
         return [of.members]
     parts = of.types if isinstance(of, types.BaseTuple) else ()
@@ -126,7 +126,7 @@ def _fill(api: Any, of: Any, value: Any, place: Any, rooms: Iterator[Any]) -> An
         builder.store(builder.bitcast(own, place.type.pointee), place)
         return _laid_out(api, of, value, own)
     if context.data_model_manager[of].contains_nrt_meminfo():
-        raise TypeError(f"a tuple that is handed by reference holds numbers and arrays, not {of}")
+        raise TypeError(f"a tuple that is passed by pointer holds numbers and arrays, not {of}")
     native = api.to_native_value(of, value)
     builder.store(native.value, place)
     return native.is_error

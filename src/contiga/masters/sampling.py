@@ -43,6 +43,11 @@ def refined(body: Master, mesh: TriMesh, size: float) -> TriMesh:
     return TriMesh(points, triangles).like(mesh.name, mesh.unit, mesh.reference_point)
 
 
+def least_size(mesh: TriMesh, most: int) -> float:
+    """Longest sides, length, with which `refined` makes no more than `most` triangles of a mesh."""
+    return math.sqrt(mesh.area() / (_SLIM * most))
+
+
 def default_size(body: Master, mesh: TriMesh, others: Iterable[float] = ()) -> float:
     """How long the sides of triangles are where nothing is said, length.
 
@@ -50,5 +55,5 @@ def default_size(body: Master, mesh: TriMesh, others: Iterable[float] = ()) -> f
     would else slip through between its points, as long as that takes no more than 20,000 triangles.
     """
     own = OF_ITSELF * body.size
-    least = math.sqrt(mesh.area() / (_SLIM * FULL))
+    least = least_size(mesh, FULL)
     return min(own, max(OF_OTHERS * min(others, default=math.inf), least))

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.contact.state import State
+from contiga.errors import InputError
 from contiga.io.out.vtkhdf import FieldsWriter, Part
 from contiga.io.units import derived_units
 from contiga.masters.protocol import Master
-from contiga.masters.sampling import refined
+from contiga.masters.sampling import least_size, refined
 from contiga.num.rigid import to_world
 from contiga.simulation.model import Model
 from contiga.simulation.outlines_file import OutlinesFile
@@ -23,6 +24,8 @@ from contiga.triangles.trimesh import TriMesh
 
 # Largest departure of the drawn triangles from a body, relative to its size.
 DRAWN = 2e-3
+MOST = 1_000_000
+"""Triangles that a body is drawn by, where a size is given."""
 _BYTES_A_POINT = 200
 """Of points and fields, and of lines around regions."""
 
@@ -42,7 +45,7 @@ class Fields:
     ) -> None:
         self._model = model
         self._meshes: dict[str, TriMesh] = {
-            name: _drawn(part.body, model.output.size) for name, part in model.bodies.items()
+            name: _drawn(name, part.body, model.output.size) for name, part in model.bodies.items()
         }
         parts = [
             Part(name, "body", len(mesh.vertices), mesh.triangles)
@@ -116,9 +119,19 @@ class Fields:
             self._writer.close()
 
 
-def _drawn(body: Master, size: float | None) -> TriMesh:
+def _drawn(name: str, body: Master, size: float | None) -> TriMesh:
     mesh = body.tessellate(DRAWN * body.size)
-    return mesh if size is None or body.faces is None else refined(body, mesh, size)
+    if size is None or body.faces is None:
+        return mesh
+    least = least_size(mesh, MOST)
+    if size < least:
+        raise InputError(
+            f"would draw {name} by more than {MOST:,} triangles in every set of fields",
+            where="output.size",
+            found=size,
+            allowed=f"{least:.3g} or more",
+        )
+    return refined(body, mesh, size)
 
 
 def _units(units: tuple[str, str, str]) -> dict[str, str]:

@@ -131,7 +131,7 @@ def _head_on(masses: tuple[float, float], speed: float = 2.0) -> Answer:
         relative("speed of the second after it", two[-1], expected[1], scale=speed),
         absolute("momentum, all times", np.abs(momentum - momentum[0]).max() / (m * speed), 0.0,
                  ROUNDING),
-        absolute("energy that is nowhere after it, by that at the start",
+        absolute("energy balance error after it, by that at the start",
                  abs(history["energy.error"][-1]) / (0.5 * m * speed**2), 0.0, TOLERANCE),
     )  # fmt: skip
     ends = np.array([t[0], t[-1]])
@@ -191,7 +191,7 @@ def _closed_system() -> Answer:
     checks = (
         absolute("momentum, all times", p.max(), 0.0, ROUNDING),
         absolute("angular momentum, all times", L.max(), 0.0, ROUNDING),
-        absolute("energy that is nowhere at the end, by that at the start",
+        absolute("energy balance error at the end, by that at the start",
                  abs(history["energy.error"][-1]) / history["energy.total"][0], 0.0, TOLERANCE),
     )  # fmt: skip
     draw = errors_over(("t", "error"), [("momentum", t, p), ("angular momentum", t, L)])

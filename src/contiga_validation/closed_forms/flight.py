@@ -46,7 +46,7 @@ def _ballistic() -> Answer:
         absolute("orientation, all entries, all times", np.abs(turns(history) - turned).max(), 0.0,
                  ROUNDING),
         absolute(
-            "energy that is nowhere, by the energy at the start",
+            "energy balance error, by the energy at the start",
             np.abs(history["energy.error"]).max() / history["energy.total"][0],
             0.0,
             ROUNDING,

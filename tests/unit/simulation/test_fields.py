@@ -53,6 +53,17 @@ def test_no_side_is_longer_than_the_size_and_a_small_hole_is_round(tmp_path: Pat
     assert holes[0] < 0.95 * holes[1]
 
 
+@pytest.mark.parametrize("size", [1e-9, 1e-3])
+def test_a_size_that_takes_too_many_triangles_is_refused(tmp_path: Path, size: float) -> None:
+    with pytest.raises(
+        cg.errors.InputError, match=r"output.size: would draw body .*or more"
+    ) as told:
+        drawn(tmp_path / "out", plate(), size)
+    assert not (tmp_path / "out").exists()
+    least = float(told.value.allowed.split()[0])
+    assert size < least < 0.01
+
+
 def area(corners: np.ndarray) -> float:
     a, b, c = np.moveaxis(corners, 1, 0)
     return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
