@@ -18,6 +18,7 @@ from contiga.records import (
     Projection,
     empty_projection,
 )
+from contiga.search.track_records import Left, room_for
 
 MOST = 128
 """Points in contact that are few. Of more the calls are no longer what takes the time."""
@@ -120,6 +121,8 @@ class StepBuffers(NamedTuple):
     radius: FloatArray
     nobody: Projection
     """Feet of no points."""
+    left: Left
+    """Of those that are tracked, what is left to the next stage."""
     doubtful: Asked
     """Twice as many: those in contact, and free ones."""
     stand: FloatArray
@@ -146,7 +149,7 @@ class StepBuffers(NamedTuple):
         nobody, counts = empty_projection(0), np.zeros((1, 2), np.int64)
         doubtful = Asked.of(2 * n), np.empty((2 * n, 3)), np.empty(2 * n, np.int32)
         last = np.empty(2 * n), Carried.of(2 * n), counts
-        return cls._make((side, reach, *own, *told, nobody, *doubtful, *last))
+        return cls._make((side, reach, *own, *told, nobody, room_for(n), *doubtful, *last))
 
 
 class Small:

@@ -23,6 +23,7 @@ from contiga.search.kept import Kept
 from contiga.search.openings import openings_of
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
+from contiga.search.track_records import Starts
 
 SHARP = 0.02
 """Radians by which faces turn at an edge that is not meant to be smooth."""
@@ -92,7 +93,7 @@ class ExactSurface(NamedTuple):
         before: FloatArray | None = None,
     ) -> None:
         """Feet continued over elements, seams and edges."""
-        project.track(self.tables, p_B, (patch, uv), out, before)
+        project.track(self.tables, p_B, Starts(patch, uv), out, before)
 
     def entries(self, a_B: FloatArray, b_B: FloatArray, rows: IntArray) -> Hit:
         """First entries by interval Newton."""

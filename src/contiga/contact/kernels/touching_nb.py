@@ -31,7 +31,8 @@ from contiga.search.kernels.ball_nb import radii
 from contiga.search.kernels.lanes_nb import RECORD
 from contiga.search.kernels.side_nb import places as places_of
 from contiga.search.kernels.side_nb import sides
-from contiga.search.kernels.track_nb import track_chunks
+from contiga.search.kernels.track_nb import continue_left, track_chunks
+from contiga.search.track_records import Path, Starts
 
 tables_at = reader("contiga.search.table_types.Tables")
 sides_at = reader("contiga.search.side_grid.SideGrid")
@@ -47,10 +48,12 @@ the start; the body turns. What has been written is written again then."""
 @inner(linked=False)
 def _follow(tables, buffers, n):
     """Feet of the first n rows; whether all are solved."""
-    path = (buffers.before[:0], buffers.now[:n], buffers.nobody)
-    starts = (buffers.patch[:n], buffers.uv[:n])
+    path = Path(buffers.before[:0], buffers.now[:n], buffers.nobody)
+    starts = Starts(buffers.patch[:n], buffers.uv[:n])
     records = np.empty((n, RECORD))
-    track_chunks(tables, path, starts, n, records, buffers.feet, 0, 1)
+    m = track_chunks(tables, path, starts, n, records, buffers.left, buffers.feet, (0, 1))
+    if m > 0:
+        continue_left(tables, path.now, buffers.left, m, buffers.feet)
     failed = 0
     for i in range(n):
         failed += buffers.feet.status[i] == MAX_ITERATIONS

@@ -13,11 +13,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import types
 
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.num.codes import CREASE
 from contiga.num.kernels.vector_nb import cross, dot
 from contiga.search.kernels.around_nb import cross as beyond_side
@@ -49,12 +48,6 @@ NONE, LINKED = -1, -2
 """Instead of an edge: there is none, or it is a crease between linked elements."""
 BENT = 1.2
 """Ways along a strand are so many times as long as their chords at most: 1/cos(1/2) = 1.14."""
-PLACE = types.UniTuple(types.float64, 3)
-FRAME = types.UniTuple(PLACE, 4)
-ALONG = types.Tuple((types.float64, types.float64, types.int64))
-THERE = types.Tuple((types.int64, types.float64, types.float64))
-FOLD = types.Tuple((types.boolean, FRAME, FRAME, types.float64, ALONG, THERE, PLACE))
-"""What `fold_about` answers."""
 NOWHERE = (0.0, 0.0, 0.0)
 NO_FRAME = (NOWHERE, NOWHERE, NOWHERE, NOWHERE)
 NOTHING = (False, NO_FRAME, NO_FRAME, math.inf, (0.0, 0.0, 0), (-1, 0.0, 0.0), NOWHERE)
@@ -243,7 +236,7 @@ def _goes_on(tables, there, reach, edge, work):
     return same
 
 
-@lazy(FOLD, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def _fold_of(tables, foot, r, seen, work):
     """As `fold_about`, where there is an edge; `seen` is (cell, edge, number of its stretches, side
     of the element)."""

@@ -28,10 +28,8 @@ from __future__ import annotations
 
 import math
 
-from numba import types
-
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.num.codes import CREASE
 from contiga.num.kernels.vector_nb import dot, minus
 from contiga.search.kernels.around_nb import stands
@@ -199,7 +197,7 @@ def _is_convex(foot, sides, fold, ends, size, slip, work):
     return most_jump(bends, (fold[0][2], fold[1][2]), ends, reach, curve[3]) <= 0.0
 
 
-@lazy(types.boolean, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def over_crease(near, foot, last, side, path, work):
     """Whether one branch joins the feet `last` of path[0] and `foot` of path[1] by the crease that
     is a side of the foot's element.

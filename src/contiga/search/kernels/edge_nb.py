@@ -40,10 +40,8 @@ from __future__ import annotations
 
 import math
 
-from numba import types
-
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.num.kernels.vector_nb import dot, minus
 from contiga.search.kernels.about_edge_nb import BENT, fold_about, way_to
 from contiga.search.kernels.bend_nb import principal
@@ -80,7 +78,7 @@ def _give(joint):
     return min(joint[1], joint[2])
 
 
-@lazy(types.float64, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def _slip_at(tables, foot, fold, ends, path, h):
     """t of the theorem; infinite where the foot is none. `fold` is of `fold_about`."""
     _, first, second, way, _, _, joint = fold
@@ -129,7 +127,7 @@ def _least_on_strand(fold, ends, work):
     return least
 
 
-@lazy(types.UniTuple(types.float64, 2), error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def _least_and_drop(fold, ends, r, work):
     """μ and D of the theorem."""
     bends = work[0]
@@ -190,7 +188,7 @@ def over_edge(tables, foot, last, path, work):
     return False
 
 
-@lazy(types.boolean, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def rests_on_edge(tables, foot, point, r, work):
     """Whether a start on or beside an edge is the foot of its point at all.
 

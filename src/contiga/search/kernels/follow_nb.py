@@ -13,11 +13,21 @@ from contiga.elements.kernels.element_nb import locate
 from contiga.elements.kernels.sides_nb import normal_at
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
-from contiga.num.codes import AT_BORDER, BRANCH_EVENT, CREASE, FACE, IN, OK, POLE
+from contiga.num.codes import (
+    AT_BORDER,
+    BRANCH_EVENT,
+    CREASE,
+    FACE,
+    HAS_ENDED,
+    IN,
+    OK,
+    POLE,
+    TO_FOLLOW,
+)
 from contiga.search.kernels.about_edge_nb import edge_work, may_join
 from contiga.search.kernels.around_nb import cross, inward_slope, stands, vertex_exit
 from contiga.search.kernels.bend_nb import principal
-from contiga.search.kernels.branch_nb import FOLLOW, seen_from
+from contiga.search.kernels.branch_nb import seen_from
 from contiga.search.kernels.cells_nb import is_untrimmed, whole_around
 from contiga.search.kernels.edge_nb import over_edge, rests_on_edge, runs_into_fold
 from contiga.search.kernels.face_nb import in_face
@@ -48,8 +58,6 @@ AWAY = 10.0
 """A foot that goes this many times as far as its least curvature explains has left its branch."""
 MOST_PARTS = 1500
 UNPROVED, PROVED, ENDED, FELL = 0, 1, 2, 3
-EVENT = 2
-"""Flag of rows whose branch ends."""
 NEAR_EDGE = 1e-6
 """Share of the body's size about a start on an edge that is looked at,"""
 WIDTHS = 4.0
@@ -248,18 +256,20 @@ def _is_start(tables, last, point, work):
 
 
 @kernel(error_model="numpy")
-def follow_rows(tables, points, rest, out):
-    """Follow the branches of the rows flagged FOLLOW; arguments as of `certify_rows`.
+def follow_rows(tables, points, left, m, out):
+    """Follow the branches of the rows flagged TO_FOLLOW; arguments as of `certify_rows`.
 
-    A foot that is not the one on its branch is put right. Rows whose branch ends are flagged EVENT,
-    or, where it ran into a fold and the foot fell on to the other face, a BRANCH_EVENT at once.
+    A foot that is not the one on its branch is put right. Rows whose branch ends are flagged
+    HAS_ENDED, or, where it ran into a fold and the foot fell on to the other face, are a
+    BRANCH_EVENT at once. Returns how many are flagged.
     """
     work = edge_work()
     elements = tables.elements
     near = (elements, tables.rings, tables.trims.trimmed, tables.scale[1])
-    rows, flags, before, (patch, uv) = rest
-    for j in range(rows.shape[0]):
-        if flags[j] != FOLLOW:
+    rows, flags, before, patch, uv = left.rows, left.flags, left.before, left.patch, left.uv
+    ended = 0
+    for j in range(m):
+        if flags[j] != TO_FOLLOW:
             continue
         k = rows[j]
         last = locate(tables.grid, patch[j], uv[j, 0], uv[j, 1])
@@ -281,10 +291,12 @@ def follow_rows(tables, points, rest, out):
             step = 0.5
         outcome, e, s, t, feature = follow(tables, last, (a, b), step, work)
         if outcome == ENDED:
-            flags[j] = EVENT
+            flags[j] = HAS_ENDED
+            ended += 1
         elif outcome == FELL and out.status[k] == OK:
             out.status[k] = BRANCH_EVENT
         elif outcome == PROVED:
             if not _is_there(tables, (e, s, t), k, out, work[0][2]):
                 _put_right(tables, k, (e, s, t, feature), b, out, (work[2], work[0][2]))
             out.certified[k] = 1
+    return ended

@@ -16,16 +16,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import types
 
 from contiga.geometry.kernels.trim_nb import ON_CURVE, bernstein_at, parameter_at
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.search.kernels.bend_nb import length
 from contiga.search.kernels.rest_nb import D01, D02, D10, D11, D20
 
-BENDING = types.Tuple((types.UniTuple(types.float64, 3), *[types.float64] * 4))
-"""What `stretch_bend` answers."""
 MOST = 4
 """Pieces of one strand."""
 DEGREE = 16
@@ -317,7 +314,7 @@ def _slopes(coefs, n, c, w, spread):
     return x1, x1_rest, x2, x2_rest
 
 
-@lazy(BENDING, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def stretch_bend(work, k, h, rest):
     """Of stretch k: C'' in about the middle, how far it departs from that, least and largest |C'|,
     largest curvature as a curve in space. Infinite where nothing is known.

@@ -26,10 +26,8 @@ from __future__ import annotations
 
 import math
 
-from numba import types
-
 from contiga.elements.kernels.sides_nb import side_point
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.jit.scratch import scratch, stack_int64
 from contiga.num.codes import CREASE
 from contiga.num.kernels.vector_nb import dot, minus
@@ -93,7 +91,7 @@ def _rises(near, foot, path, free, h):
     return left_out == (0 if free[0][0] < 0 else 4)
 
 
-@lazy(types.boolean, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def stays_at_vertex(near, foot, path, h):
     """Whether the corner `foot` is a strict minimum for all points of a motion."""
     return _rises(near, foot, path, ((-1, -1), (-1, -1)), h)
@@ -115,7 +113,7 @@ def _rises_into(bend, b, ends, reach, bent, miss):
     return max(first[1], second[1]) < -miss
 
 
-@lazy(types.boolean, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def along_crease(near, foot, last, side, path, work):
     """Whether one branch joins the feet `last` of path[0] and `foot` of path[1], both of one
     element and on one side of it, a crease.
@@ -199,7 +197,7 @@ def _lowest_crease(elements, foot, point, h):
     return found
 
 
-@lazy(types.boolean, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def leaves_vertex(near, foot, path, work):
     """Whether a foot at a corner stays there, or goes so little along a crease that it is the same
     to within rounding; `near` and `work` are as for `prove`."""

@@ -28,11 +28,9 @@ from __future__ import annotations
 
 import math
 
-from numba import types
-
 from contiga.elements.kernels.element_nb import parameters
 from contiga.elements.kernels.sides_nb import normal_at
-from contiga.jit import inner, lazy
+from contiga.jit import inner
 from contiga.num.codes import POLE, SMOOTH
 from contiga.num.kernels.vector_nb import cross, dot, minus
 from contiga.search.kernels.about_edge_nb import along, at_rim, cell_of, is_in, tangent
@@ -101,7 +99,7 @@ def _side_of(tables, e, cell, strand):
     return 0 if left == right else (1 if left else -1)
 
 
-@lazy(types.boolean, error_model="numpy")
+@inner(linked=False, error_model="numpy")
 def _sees(tables, foot, cell, path, work):
     """Whether w·b > 0 holds along the first stretch of the strand in a cell of the foot."""
     bends, strand, _ = work
