@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.contact.asked import Asked
 from contiga.contact.judge import asked_of, free_distance, joined, judge, within_depth
-from contiga.contact.kernels import settle_nb, touching_nb
+from contiga.contact.kernels import settle_nb
 from contiga.contact.loads import UNGUARDED, Guards
-from contiga.contact.step_buffers import MOST, Asked
 from contiga.contact.tracked import (
     BoolArray,
     Detected,
@@ -123,56 +123,6 @@ def _look_at_touching(
 
     What is outside needs no foot.
     """
-    few = options.nearest and len(rows) <= MOST
-    told = _at_once(surface, step, last, rows, found, options) if few else None
-    return told or _one_by_one(surface, step, last, rows, found, options)
-
-
-def _left_of(told: SideEvidence, step: Step) -> Asked | None:
-    """Those points in contact that are not settled, if there are any."""
-    rows, known, now, feet, mark, own = told
-    if len(own) == 0:
-        return None
-    feet = rows_of(feet, own)
-    kept = (mark[own] & settle_nb.KEEP) > 0
-    within = distances(feet, now[own])
-    side, reach = known
-    tracked = kept, continued(feet), step.holds.at(rows[own]), feet
-    return asked_of(rows[own], (side[own], reach[own]), within, tracked)
-
-
-def _at_once(
-    surface: Surface,
-    step: Step,
-    last: tuple[IntArray, FloatArray],
-    rows: IntArray,
-    found: Detected,
-    options: Options,
-) -> SideEvidence | None:
-    """Settle few points by one kernel; None where that does not do."""
-    small, places = step.small, step.small.places(surface, False)
-    path, limits = (step.now, step.before, step.way), (options.balls, options.band)
-    of_last = *last, step.holds
-    into = found.status, found.safe_distance, found.last_patch, found.uv
-    while places is not None:
-        _, left = touching_nb.touch(rows, path, of_last, into, found.feet, limits, places)
-        if left >= 0:
-            buffers, own = small.buffers, small.buffers.ways[:left].copy()
-            known = buffers.own_side, buffers.own_reach
-            return SideEvidence(buffers.rows, known, buffers.now, buffers.feet, buffers.mark, own)
-        places = small.places(surface, True) if left == touching_nb.NO_BALLS else None
-    return None
-
-
-def _one_by_one(
-    surface: Surface,
-    step: Step,
-    last: tuple[IntArray, FloatArray],
-    rows: IntArray,
-    found: Detected,
-    options: Options,
-) -> SideEvidence:
-    """Settle points by one question to the surface after the other."""
     known, band = surface.sides(step.now, rows), options.band
     work, ends = _of_touching(len(rows)), (step.before, step.now)
     places = found.status, found.safe_distance, found.last_patch, found.uv
@@ -192,6 +142,19 @@ def _one_by_one(
     balls = _balls(surface, feet, (asked[0][:m], asked[1][:m]), options)
     n = settle_nb.settle(rows, feet, (side, reach), mark, balls, band, places, found.feet, ways)
     return SideEvidence(rows, (side, reach), now, feet, mark, ways[:n])
+
+
+def _left_of(told: SideEvidence, step: Step) -> Asked | None:
+    """Those points in contact that are not settled, if there are any."""
+    rows, known, now, feet, mark, own = told
+    if len(own) == 0:
+        return None
+    feet = rows_of(feet, own)
+    kept = (mark[own] & settle_nb.KEEP) > 0
+    within = distances(feet, now[own])
+    side, reach = known
+    tracked = kept, continued(feet), step.holds.at(rows[own]), feet
+    return asked_of(rows[own], (side[own], reach[own]), within, tracked)
 
 
 def _of_touching(n: int) -> tuple[Any, ...]:
@@ -224,8 +187,7 @@ def _look_at_free(
     """Settle the free points that are known to stay so; returns the others, if there are any."""
     if len(rows) == 0:
         return None
-    known = _free_at_once(surface, step, rows, found, options) if len(rows) <= MOST else None
-    side, reach, within, own = known or _free_one_by_one(surface, step, rows, found, options)
+    side, reach, within, own = _settle_free(surface, step, rows, found, options)
     if len(own) == 0:
         return None
     return asked_of(rows[own], (side[own], reach[own]), within[own])
@@ -235,27 +197,10 @@ Sides = tuple[ByteArray, FloatArray, FloatArray, IntArray]
 """(side, reach, within) of free points, and which of them are not settled."""
 
 
-def _free_at_once(
-    surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options
-) -> Sides | None:
-    """Settle few free points by one kernel; None where that does not do."""
-    small, places = step.small, step.small.places(surface, False)
-    limits = options.penetration, options.balls, options.band, SHORT * options.size
-    into = found.status, found.safe_distance, found.last_patch, found.uv
-    moved, old = (step.way, step.ignored, step.now), (step.last_patch, step.uv)
-    while places is not None:
-        left = touching_nb.stay_free(rows, moved, old, into, limits, places)
-        if left >= 0:
-            buffers = small.buffers
-            return buffers.own_side, buffers.own_reach, buffers.reach, buffers.ways[:left]
-        places = small.places(surface, True) if left == touching_nb.NO_BALLS else None
-    return None
-
-
-def _free_one_by_one(
+def _settle_free(
     surface: Surface, step: Step, rows: IntArray, found: Detected, options: Options
 ) -> Sides:
-    """Settle free points by one question to the surface after the other."""
+    """Settle the free points that stay so."""
     side, reach, *place = surface.places(step.now, rows)
     known, within = (side, reach), np.full(len(rows), np.inf)
     n = len(rows)

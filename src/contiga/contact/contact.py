@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.area.method import AreaInput, AreaMethod, Areas, Outlines, Rest, prepared, weights_of
-from contiga.contact.at_once import detect_moved
 from contiga.contact.checks import (
     MasterLaw,
     check_friction,
@@ -28,6 +27,7 @@ from contiga.contact.detect import detect_at_start
 from contiga.contact.dry_run import DryRun, dry_run
 from contiga.contact.measured import Measure
 from contiga.contact.motion import Velocities, relative_velocity
+from contiga.contact.moved import detect_moved
 from contiga.contact.points import default_area, pressure_of, sampling_of
 from contiga.contact.respond import forces, law_input, loads_of, respond, whole_of
 from contiga.contact.reused import given_up

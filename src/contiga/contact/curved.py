@@ -21,7 +21,6 @@ import numpy as np
 from contiga.contact.detect import detect
 from contiga.contact.kernels import bulging_nb
 from contiga.contact.loads import Guards, Holds, merged
-from contiga.contact.step_buffers import Small
 from contiga.contact.tracked import (
     CHUNK,
     BoolArray,
@@ -76,12 +75,11 @@ def detect_on_curves(
     straight[rows] = False
     rest = last._replace(patch=np.where(straight, last.patch, np.int32(-1)))
     whole = detect(surface, now, rest, active & straight, options, memory)
-    small = memory[0].small if memory else Small()
     for count in np.unique(pieces):
         own = rows[pieces == count]
         ends = last.points_B[own], to_world(relative(*poses), now[own])
         path = Path(screw, *ends, now[own])
-        part = _follow(surface, path, _rows_of(last, own), options, int(count), small)
+        part = _follow(surface, path, _rows_of(last, own), options, int(count))
         whole = _put(whole, own, part)
     return whole._replace(held=np.flatnonzero(whole.feet.patch >= 0).astype(np.int32))
 
@@ -180,16 +178,14 @@ def _most(screw: Screw, X_01: FloatArray, way: float, far: float) -> float:
     return float((0.125 + ROUNDING) * angle * (field + 2.0 * (way + angle * reach + moved)))
 
 
-def _follow(
-    surface: Surface, path: Path, last: Last, options: Options, pieces: int, small: Small
-) -> Detected:
+def _follow(surface: Surface, path: Path, last: Last, options: Options, pieces: int) -> Detected:
     """What becomes of points along `path`, in so many pieces."""
     n = len(path.now)
     active = np.ones(n, dtype=bool)
     story = Story.begin(last.patch >= 0)
     for k in range(1, pieces + 1):
         now = path.at(k / pieces)
-        found = detect(surface, now, last, active, options, (Workspace.of(n, small), Columns.of(n)))
+        found = detect(surface, now, last, active, options, (Workspace.of(n), Columns.of(n)))
         story = story.after(found)
         place = found.feet.patch, found.uv, found.last_patch
         last = Last(now, *place, found.safe_distance, found.holds)

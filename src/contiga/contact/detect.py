@@ -67,7 +67,7 @@ def detect(
     workspace, columns = memory or (Workspace.of(len(now)), Columns.of(len(now)))
     found = nowhere(workspace, columns)
     old = last.last_patch, last.uv, last.holds
-    step = Step(last.points_B, now, workspace.way, workspace.ignored, *old, workspace.small)
+    step = Step(last.points_B, now, workspace.way, workspace.ignored, *old)
     lists = rows, near = _place(step, last, active, columns, workspace.rows, moved)
     if options.through:
         feet = last.patch, last.uv

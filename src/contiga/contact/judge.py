@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from contiga.contact.asked import Asked
 from contiga.contact.kernels import judge_nb
 from contiga.contact.kernels.judge_nb import NOT_ASKED
 from contiga.contact.loads import UNGUARDED, UNHELD, Guards
-from contiga.contact.step_buffers import Asked
 from contiga.contact.tracked import (
     BoolArray,
     Detected,

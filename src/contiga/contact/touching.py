@@ -10,7 +10,6 @@ from contiga.contact.kernels import carrying_nb
 from contiga.contact.loads import NO_ROWS, NONE, NOWHERE
 from contiga.contact.state import State
 from contiga.contact.state_rows import kept_of
-from contiga.contact.step_buffers import StepBuffers
 from contiga.contact.tracked import BoolArray, Detected
 from contiga.records import FloatArray, IntArray
 
@@ -52,15 +51,6 @@ class ContactRows(NamedTuple):
         k = len(rows)
         depth, rate, old = np.empty(k), np.empty(k), np.empty(k, np.bool_)
         return cls(rows, depth, np.empty((k, 3)), np.empty((k, 3)), np.empty((k, 3)), old, rate)
-
-    @classmethod
-    def on(cls, buffers: StepBuffers, rows: IntArray) -> ContactRows:
-        """These rows, as a kernel left them in the buffers. What states keep and laws read is
-        copied."""
-        k = len(rows)
-        depth, normal, foot, path, old, rate = buffers.carried
-        kept = depth[:k].copy(), normal[:k].copy(), foot[:k].copy()
-        return cls(rows, *kept, path[:k], old[:k], rate[:k].copy())
 
     def since(self, first: int) -> ContactRows:
         """Those of them from the point `first` on: the ones that carry forces."""

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.contact.loads import UNGUARDED, Guards, Holds, holds_of
-from contiga.contact.step_buffers import Small
 from contiga.masters.protocol import Master, Surface
 from contiga.num import codes
 from contiga.records import (
@@ -108,14 +107,12 @@ class Step(NamedTuple):
     """(n, 2) its parameters."""
     holds: Holds
     """Of the points that were in contact."""
-    small: Small
-    """Memory for few points in contact."""
 
 
 class Workspace(NamedTuple):
     """Memory that the search of a step over n points works in, and of which nothing is kept.
 
-    94 bytes a point, which a contact holds from its first step on.
+    90 bytes a point, which a contact holds from its first step on.
     Rows of points that are not looked at, or have no foot, mean nothing.
     """
 
@@ -129,19 +126,16 @@ class Workspace(NamedTuple):
     """(n,), with the next, of a `Step`."""
     ignored: BoolArray
     rows: IntArray
-    """(3, n) lists of points."""
-    small: Small
-    """For few points in contact."""
+    """(2, n) lists of points."""
 
     @classmethod
-    def of(cls, n: int, small: Small | None = None) -> Workspace:
-        """A new one; what is `small` takes far longer to make than the rest, and may be another's
-        that is not in use."""
+    def of(cls, n: int) -> Workspace:
+        """A new one."""
         point, normal = np.empty((2, n, 3))
         gap, way = np.empty((2, n))
         status, ignored = np.empty(n, np.int8), np.empty(n, np.bool_)
-        uv, rows = np.empty((n, 2)), np.empty((3, n), np.int32)
-        return cls(uv, point, normal, gap, status, way, ignored, rows, small or Small())
+        uv, rows = np.empty((n, 2)), np.empty((2, n), np.int32)
+        return cls(uv, point, normal, gap, status, way, ignored, rows)
 
 
 class Workspaces:

@@ -10,7 +10,7 @@ Kernels see the decorators; in reading order, each on those before it:
 - libraries: code that is linked into its callers, and code that is called
 - uncounted, pipeline: numba's passes, and two of our own
 - dispatcher: kernels of one version, whatever integers they are handed
-- reference, pinned: named tuples of tables, handed by their place in memory
+- reference: named tuples of tables, passed by pointer
 - decorators: `kernel`, `inner`, `inlined`, `straight`
 - preload: kernels taken out of their files ahead of their first call
 """

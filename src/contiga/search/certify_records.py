@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from contiga.records import FloatArray, IndexArray, IntArray
 from contiga.elements.element_arrays import Elements
+from contiga.records import FloatArray, IndexArray, IntArray
 
 
 class Near(NamedTuple):

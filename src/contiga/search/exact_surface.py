@@ -12,14 +12,11 @@ from scipy.sparse.csgraph import connected_components
 
 from contiga.geometry.faces import Faces
 from contiga.geometry.slits import stitches
-from contiga.jit.pinned import Pinned
 from contiga.num.arrays import bytes_of
 from contiga.num.codes import CREASE
 from contiga.records import ByteArray, FloatArray, Hit, IntArray, Projection
 from contiga.search import ball, hits, project, safe_distance, side_grid
-from contiga.search.ball_cells import GRID, Balls
 from contiga.search.body_sides import sides_of
-from contiga.search.kept import Kept
 from contiga.search.openings import openings_of
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
@@ -41,8 +38,6 @@ class ExactSurface(NamedTuple):
     """(patches,) number of the connected sheet that each is of."""
     has_edges: bool
     """Whether faces meet in edges or creases anywhere."""
-    pinned: Pinned
-    """The tables, laid out once for kernels."""
 
     def are_joined(self, first: IntArray, second: IntArray) -> NDArray[np.bool_]:
         """Whether patches are of one connected sheet."""
@@ -57,11 +52,6 @@ class ExactSurface(NamedTuple):
     def nbytes(self) -> int:
         """Memory of the tables, bytes."""
         return bytes_of(self.tables)
-
-    def pinned_parts(self, with_balls: bool) -> tuple[Pinned, ...]:
-        """Tables, sides and balls, laid out once for kernels."""
-        balls = _BALLS.of(self.tables) if with_balls else _NO_BALLS
-        return self.pinned, _SIDES.of(self.tables, self.slit), balls
 
     def closest(
         self,
@@ -134,10 +124,6 @@ class ExactSurface(NamedTuple):
         return ball.touching_radius(self.tables, patch, uv, rows, sides)
 
 
-_NO_BALLS = Pinned(Balls(np.zeros(0, GRID), np.zeros(0, np.int32), np.zeros((0, 2, 4))))
-# Kept for as long as the tables, which none of them may hold.
-_SIDES = Kept(lambda tables, slit: Pinned(sides_of(tables, slit)))
-_BALLS = Kept(lambda tables: Pinned(ball.balls_of(tables)))
 _KEPT: WeakKeyDictionary[Faces, ExactSurface] = WeakKeyDictionary()
 
 
@@ -150,7 +136,7 @@ def exact_surface(faces: Faces) -> ExactSurface:
         slit = openings.slit + float(stitches(faces)[0].max(initial=0.0))
         tables = tables_of(faces)
         edges = _sheets(tables), _has_edges(tables)
-        own = ExactSurface(tables, openings.closed, slit, *edges, Pinned(tables))
+        own = ExactSurface(tables, openings.closed, slit, *edges)
         surface = _KEPT[faces] = own
     return surface
 

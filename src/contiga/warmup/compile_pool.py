@@ -141,9 +141,7 @@ class CompilePool:
 
 
 def _everything() -> Plan:
-    kernels = listing().kernels
-    aside = filter(listing().reads_records, range(len(kernels)))
-    return Plan([kernel.parts for kernel in kernels], aside)
+    return Plan([kernel.parts for kernel in listing().kernels])
 
 
 def _started() -> subprocess.Popen[str]:

@@ -11,8 +11,6 @@ rows of types above it::
     ["named", "module:class of the tuple", types...]
     ["reference", a named tuple]
     ["record", [[name, kind of number, shape, offset], ...], bytes, whether it is aligned]
-
-Kernels of the modules `readers` read `records`, named by their classes, which are of these types.
 """
 
 from __future__ import annotations
@@ -27,7 +25,6 @@ import numpy as np
 from numba import from_dtype
 from numba.core import types as numba_types
 
-from contiga.jit.pinned import TYPES
 from contiga.jit.reference import Reference
 
 types: Any = numba_types
@@ -57,8 +54,6 @@ class Listing:
 
     def __init__(self, told: dict[str, Any]) -> None:
         self._types = told["types"]
-        self._records = told["records"]
-        self._readers = frozenset(told["readers"])
         self._made: dict[Row, Any] = {}
         self.kernels = [Listed(m, n, tuple(own), tuple(of)) for m, n, own, of in told["kernels"]]
         self._rows: dict[tuple[str, str], list[Row]] = {}
@@ -82,16 +77,6 @@ class Listing:
         found = getattr(import_module(kernel.module), kernel.name)
         found.compile(self.arguments(row))
         return found
-
-    def reads_records(self, row: Row) -> bool:
-        """Whether a kernel can be compiled only where types of records are known that are laid out
-        in memory (`contiga.jit.pinned`)."""
-        return self.kernels[row].module in self._readers
-
-    def suppose_records(self) -> None:
-        """Take the types of such records from the list, in a process that lays out none."""
-        for name, row in self._records.items():
-            TYPES[name] = self._type(row)
 
     def arguments(self, row: Row) -> tuple[Any, ...]:
         """Types of numba's that a kernel takes."""

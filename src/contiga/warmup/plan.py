@@ -6,7 +6,7 @@ What a run waits for, and what that is built of, goes first.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence, Set
+from collections.abc import Sequence, Set
 from threading import Condition
 
 from contiga.warmup.listing import Row
@@ -18,12 +18,10 @@ class Plan:
     Parameters
     ----------
     parts : of each kernel, those that it is built of; they stand before it
-    aside : kernels that one who needs others does not make in between
     """
 
-    def __init__(self, parts: Sequence[Sequence[Row]], aside: Iterable[Row] = ()) -> None:
+    def __init__(self, parts: Sequence[Sequence[Row]]) -> None:
         self._parts = parts
-        self._aside = frozenset(aside)
         self._builds: list[list[Row]] = [[] for _ in parts]
         for row, own in enumerate(parts):
             for part in own:
@@ -55,7 +53,7 @@ class Plan:
             self._wanted.append(row)
             try:
                 while row in self._left and not self._ended:
-                    found = self._first(self._ready - self._aside)
+                    found = self._first(self._ready)
                     if found is not None:
                         return found
                     self._changed.wait()
