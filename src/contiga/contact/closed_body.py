@@ -29,6 +29,7 @@ from contiga.contact.tracked import (
     remember,
     take,
 )
+from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.records import (
     ByteArray,
@@ -126,12 +127,12 @@ def _look_at_touching(
     known, band = surface.sides(step.now, rows), options.band
     work, ends = _of_touching(len(rows)), (step.before, step.now)
     places = found.status, found.safe_distance, found.last_patch, found.uv
-    left = settle_nb.stay(rows, known, ends, last, places[:2], band, work)
+    left = straight(settle_nb.stay)(rows, known, ends, last, places[:2], band, work)
     rows, side, reach, patch, uv, before, now = (values[:left] for values in work)
     mark, ways, asked = np.empty(left, np.int8), np.empty(left, np.int32), _listed(left)
     if options.nearest:
         feet = follow(surface, (None, now), (patch, uv))
-        m = settle_nb.face(rows, feet, step.holds, step.way, band, mark, asked)
+        m = straight(settle_nb.face)(rows, feet, step.holds, step.way, band, mark, asked)
     else:
         feet = follow(surface, (before, now), (patch, uv))
         limits = options.hold, band
@@ -140,8 +141,9 @@ def _look_at_touching(
             clear = surface.clear_ways(step.before, step.now, rows[ways[:n]])
             mark[ways[:n][clear]] |= settle_nb.KEPT
     balls = _balls(surface, feet, (asked[0][:m], asked[1][:m]), options)
-    n = settle_nb.settle(rows, feet, (side, reach), mark, balls, band, places, found.feet, ways)
-    return SideEvidence(rows, (side, reach), now, feet, mark, ways[:n])
+    known, settle = (side, reach), straight(settle_nb.settle)
+    n = settle(rows, feet, known, mark, balls, band, places, found.feet, ways)
+    return SideEvidence(rows, known, now, feet, mark, ways[:n])
 
 
 def _left_of(told: SideEvidence, step: Step) -> Asked | None:
@@ -208,7 +210,8 @@ def _settle_free(
     uv, now = np.empty((n, 2)), np.empty((n, 3))
     ends, old, far = (step.way, step.now), (step.last_patch, step.uv), SHORT * options.size
     work = index, patch, uv, now
-    n = settle_nb.starts(rows, known, tuple(place), ends, old, found.last_patch, far, work)
+    starts = straight(settle_nb.starts)
+    n = starts(rows, known, tuple(place), ends, old, found.last_patch, far, work)
     if n:
         index, patch, uv, now = index[:n], patch[:n], uv[:n], now[:n]
         feet = follow(surface, (None, now), (patch, uv))
@@ -216,7 +219,7 @@ def _settle_free(
         tell(surface, (index, feet, now), known, within, options)
     held = _held(surface, step, rows, side, options)
     own = np.empty(len(rows), np.int32)
-    n = settle_nb.leave(rows, known, held, options.band, found.safe_distance, own)
+    n = straight(settle_nb.leave)(rows, known, held, options.band, found.safe_distance, own)
     return side, reach, within, own[:n]
 
 
@@ -233,9 +236,9 @@ def tell(
     """
     index, feet, points = followed
     asked = _listed(len(index))
-    m = settle_nb.askable(feet, len(index), options.band, asked)
+    m = straight(settle_nb.askable)(feet, len(index), options.band, asked)
     balls = _balls(surface, feet, (asked[0][:m], asked[1][:m]), options)
-    settle_nb.tell(index, feet, points, balls, options.band, known, within)
+    straight(settle_nb.tell)(index, feet, points, balls, options.band, known, within)
 
 
 def _held(
@@ -246,9 +249,10 @@ def _held(
     A search by penetration asks how deep they are.
     """
     held = np.zeros(len(rows), dtype=bool)
-    if options.penetration:
+    inside = side < 0
+    if options.penetration or not inside.any():
         return held
-    own = np.flatnonzero((side < 0) & step.ignored[rows] & np.isfinite(step.way[rows]))
+    own = np.flatnonzero(inside & step.ignored[rows] & np.isfinite(step.way[rows]))
     if len(own) == 0:
         return held
     held[own] = surface.clear_ways(step.before, step.now, rows[own])

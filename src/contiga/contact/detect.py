@@ -29,6 +29,7 @@ from contiga.contact.tracked import (
     track,
 )
 from contiga.contact.walls import give_way
+from contiga.jit import straight
 from contiga.masters.protocol import Surface
 from contiga.num.arrays import locked
 from contiga.num.threads import run_ranges
@@ -105,10 +106,10 @@ def _place(
     path, lists = (step.before, step.now), (rows, counts)
     given = known, locked(active), places, lists, CHUNK
     if moved is None:
-        run_ranges(place_nb.place, chunks, 1, path, *given)
+        run_ranges(straight(place_nb.place), chunks, 1, path, *given)
     else:
         way = *path, locked(moved[0]), moved[1]
-        run_ranges(place_nb.move_and_place, chunks, 1, way, *given)
+        run_ranges(straight(place_nb.move_and_place), chunks, 1, way, *given)
     return listed(rows[0], counts[:, 0]), listed(rows[1], counts[:, 1])
 
 
@@ -139,5 +140,5 @@ def with_feet(found: Detected, lists: tuple[IntArray, IntArray]) -> Detected:
     """`found` with the points in contact, which are some of the `lists`, and their parameters."""
     rows = np.empty(len(lists[0]) + len(lists[1]), np.int32)
     known, feet = (found.last_patch, found.uv), found.feet
-    n = place_nb.held(lists, feet.patch, feet.uv, known, rows)
+    n = straight(place_nb.held)(lists, feet.patch, feet.uv, known, rows)
     return found._replace(held=rows[:n])

@@ -20,7 +20,7 @@ from contiga.search.kernels import branch_nb, facing_nb, follow_nb, nearest_nb, 
 from contiga.search.kernels.lanes_nb import RECORD
 from contiga.search.table_types import Tables
 from contiga.search.tables import tables_of
-from contiga.search.track_records import Left, Path, Starts, room_for
+from contiga.search.track_records import Left, Path, Room, Starts
 
 # Rows below which a second thread does not pay.
 POINTS = 256
@@ -35,6 +35,7 @@ ROWS_AN_ELEMENT = 64
 NOWHERE = np.zeros((0, 3))
 """Where points were, where that is not told."""
 _workspace = Workspace()
+_room = Room()
 
 
 def project(
@@ -113,7 +114,7 @@ def track(
 
     def chunks(first: int, last: int) -> None:
         records = _workspace.rows(rows, RECORD)
-        left = room_for(min((last - first) * size, n))
+        left = _room.of(min((last - first) * size, n))
         m = track_chunks(tables, path, starts, size, records, left, out, (first, last))
         if m:
             _finish(tables, p_B, left, m, out, before is not None)

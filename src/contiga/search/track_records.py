@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import threading
 from typing import NamedTuple
 
 import numpy as np
 
 from contiga.pointer_records import pass_by_pointer
 from contiga.records import FloatArray, IntArray, Projection
+
+FEW = 1024
+"""Rows that memory is kept for: to ask for it anew takes as long as to track some thirty."""
 
 
 class Path(NamedTuple):
@@ -45,6 +49,17 @@ class Left(NamedTuple):
     """(m,) int32 of the start."""
     uv: FloatArray
     """(m, 2) of the start."""
+
+
+class Room(threading.local):
+    """Memory for rows that are left, kept by the thread from one call to the next."""
+
+    def __init__(self) -> None:
+        self._left = room_for(FEW)
+
+    def of(self, n: int) -> Left:
+        """Memory for n rows at least, the thread's until it asks for the next."""
+        return self._left if n <= FEW else room_for(n)
 
 
 def room_for(n: int) -> Left:
