@@ -132,16 +132,18 @@ def _bulging(
     known = last.patch, last.safe_distance, locked(active)
     lists = np.empty(n, np.int32), np.zeros(chunks, np.int64)
     run_ranges(bulging_nb.within_reach, chunks, 1, path, known, bulge, lists, CHUNK)
-    rows = _near(surface, last, now, listed(*lists), bulge)
+    rows = listed(*lists)
     start, end = last.points_B[rows], to_world(X_01, now[rows])
     own, way = bulge_of(screw, start, end), _lengths(now[rows] - start)
     clearance = np.where(last.patch[rows] >= 0, 0.0, np.abs(last.safe_distance[rows]))
     far = (own > allowed) & (clearance <= way + own) & (way >= CARRIED * _lengths(end - start))
-    return rows[far], own[far]
+    rows, own = rows[far], own[far]
+    near = _near(surface, last, now, rows, bulge)
+    return rows[near], own[near]
 
 
-def _near(surface: Surface, last: Last, now: FloatArray, rows: IntArray, bulge: float) -> IntArray:
-    """Those of `rows` that were in contact, or may come to the surface on paths so far off their
+def _near(surface: Surface, last: Last, now: FloatArray, rows: IntArray, bulge: float) -> BoolArray:
+    """Which of `rows` were in contact, or may come to the surface on paths so far off their
     chords: about the middle of a chord there is something as near as path and chord can come.
 
     What is left of a distance known once lessens with every step, also where a point comes no
@@ -151,7 +153,7 @@ def _near(surface: Surface, last: Last, now: FloatArray, rows: IntArray, bulge: 
     middle, reach = 0.5 * (before + after), np.zeros(len(rows))
     free = np.flatnonzero(last.patch[rows] < 0).astype(np.int32)
     surface.safe_distance(middle, free, reach)
-    return rows[reach <= (0.5 + ROUNDING) * _lengths(after - before) + bulge]
+    return np.asarray(reach <= (0.5 + ROUNDING) * _lengths(after - before) + bulge)
 
 
 def _lengths(vectors: FloatArray) -> FloatArray:
@@ -164,10 +166,9 @@ def bulge_of(screw: Screw, start: FloatArray, end: FloatArray) -> FloatArray:
 
     p″ = exp(−s ξ)(ω × ξ(q) − 2 ω × (q₁ − q₀)), and ω × ξ(q) is longest at an end.
     """
-    turning = [np.cross(screw.turn, screw.field(q)) for q in (start, end)]
-    along = np.cross(screw.turn, end - start)
-    own = [_lengths(vectors) for vectors in (*turning, along)]
-    return np.asarray(0.125 * (np.maximum(own[0], own[1]) + 2.0 * own[2]))
+    bulge = np.empty(len(start))
+    bulging_nb.bulges(screw.turn, screw.velocity, start, end, bulge)
+    return bulge
 
 
 def _most(screw: Screw, X_01: FloatArray, way: float, far: float) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from contiga.jit import inner, kernel
+from contiga.num.kernels.vector_nb import cross
 
 
 @inner(error_model="numpy")
@@ -56,3 +57,29 @@ def within_reach(path, known, bulge, lists, size, start, stop):
                 rows[n] = k
                 n += 1
         counts[c] = n - first
+
+
+@inner(error_model="numpy")
+def _length(a):
+    return math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+
+
+@inner(error_model="numpy")
+def _turning(turn, velocity, p):
+    """|ω × ξ(p)| of the screw with this turn ω and the velocity of its origin."""
+    c = cross(turn, p)
+    field = (velocity[0] + c[0], velocity[1] + c[1], velocity[2] + c[2])
+    return _length(cross(turn, field))
+
+
+@kernel(error_model="numpy")
+def bulges(turn, velocity, start, end, bulge):
+    """How far paths from `start` to `end` are off their chords at most, into `bulge` (n,): see
+    `contact.curved.bulge_of`."""
+    w, v = (turn[0], turn[1], turn[2]), (velocity[0], velocity[1], velocity[2])
+    for k in range(start.shape[0]):
+        a = (start[k, 0], start[k, 1], start[k, 2])
+        b = (end[k, 0], end[k, 1], end[k, 2])
+        way = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
+        most = max(_turning(w, v, a), _turning(w, v, b))
+        bulge[k] = 0.125 * (most + 2.0 * _length(cross(w, way)))
