@@ -129,7 +129,8 @@ def _look_at_touching(
     places = found.status, found.safe_distance, found.last_patch, found.uv
     left = straight(settle_nb.stay)(rows, known, ends, last, places[:2], band, work)
     rows, side, reach, patch, uv, before, now = (values[:left] for values in work)
-    mark, ways, asked = np.empty(left, np.int8), np.empty(left, np.int32), _listed(left)
+    (ways, index), (mark, which) = np.empty((2, left), np.int32), np.empty((2, left), np.int8)
+    asked = index, which
     if options.nearest:
         feet = follow(surface, (None, now), (patch, uv))
         m = straight(settle_nb.face)(rows, feet, step.holds, step.way, band, mark, asked)
@@ -140,7 +141,7 @@ def _look_at_touching(
         if n:
             clear = surface.clear_ways(step.before, step.now, rows[ways[:n]])
             mark[ways[:n][clear]] |= settle_nb.KEPT
-    balls = _balls(surface, feet, (asked[0][:m], asked[1][:m]), options)
+    balls = _balls(surface, feet, (index[:m], which[:m]), options)
     known, settle = (side, reach), straight(settle_nb.settle)
     n = settle(rows, feet, known, mark, balls, band, places, found.feet, ways)
     return SideEvidence(rows, known, now, feet, mark, ways[:n])
@@ -161,8 +162,8 @@ def _left_of(told: SideEvidence, step: Step) -> Asked | None:
 
 def _of_touching(n: int) -> tuple[Any, ...]:
     """What is listed of points in contact: rows, sides, reaches, feet, before and now."""
-    codes = np.empty(n, np.int32), np.empty(n, np.int8), np.empty(n), np.empty(n, np.int32)
-    return *codes, np.empty((n, 2)), np.empty((n, 3)), np.empty((n, 3))
+    (rows, patch), (before, now) = np.empty((2, n), np.int32), np.empty((2, n, 3))
+    return rows, np.empty(n, np.int8), np.empty(n), patch, np.empty((n, 2)), before, now
 
 
 def _listed(n: int) -> tuple[IntArray, ByteArray]:
