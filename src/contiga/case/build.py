@@ -21,7 +21,7 @@ from contiga.case.schema import BodySpec, Case, SlaveSpec
 from contiga.case.standing import order_of, references
 from contiga.case.toml import resolved_toml
 from contiga.contact.preloaded import preload_search
-from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.free import Attached, Dependent
 from contiga.dynamics.prescribed import BodyMotion, Fixed, Moved, SlaveMotion
 from contiga.dynamics.pulses import check_covers
 from contiga.dynamics.springs import Spring
@@ -245,7 +245,7 @@ def _bodies(
         if isinstance(motion, FreeSpec | AttachedSpec) and spec.mass is not None:
             with wrong.at(f"body[{i}].mass"):
                 mass = spec.mass.properties(body)
-        moved: BodyMotion | Free | Attached | None = told.get(f"body[{i}].motion")
+        moved: BodyMotion | Dependent | None = told.get(f"body[{i}].motion")
         if isinstance(motion, AttachedSpec):
             moved = Attached(motion.body, mass)
         elif isinstance(motion, FreeSpec) and mass is not None:
@@ -348,7 +348,7 @@ def _slave(
 
 def _slave_motion(
     spec: SlaveSpec, slave: Slave, case: Case, told: BodyMotion | None
-) -> SlaveMotion | Free | Attached:
+) -> SlaveMotion | Dependent:
     """How the points move, with `told` where that is told beforehand; still where that is wrong."""
     motion = spec.motion
     if isinstance(motion, FreeSpec):
