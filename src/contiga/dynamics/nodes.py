@@ -93,6 +93,17 @@ class NodeMover(Protocol):
     def energy(self, state: SlaveState) -> Stored:
         """What is in them."""
 
+    @property
+    def joined(self) -> bool:
+        """Whether they are parts of a whole, whose vibrations steps do not follow one by one."""
+
+    def rates(self, state: SlaveState) -> tuple[float, float]:
+        """ω² and decay rate γ of what is fastest in them, beside their contacts."""
+
+    def ahead(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
+        """Times h²: what the kinetic energy of joined nodes stands too high by until the next step,
+        F²/8m of each."""
+
     def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
         """Work of gravity on them in a step."""
 
@@ -105,6 +116,16 @@ class NodeMover(Protocol):
 
 class _Unmoved:
     """What most movers have nothing of."""
+
+    joined: ClassVar[bool] = False
+
+    def rates(self, state: SlaveState) -> tuple[float, float]:
+        """None."""
+        return 0.0, 0.0
+
+    def ahead(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
+        """Not counted."""
+        return 0.0
 
     @property
     def flight(self) -> FloatArray | None:

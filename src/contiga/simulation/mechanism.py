@@ -58,6 +58,11 @@ class Mechanism:
         return {k: one.mass for k, one in self.nodes.items() if one.mass is not None}
 
     @cached_property
+    def loose(self) -> Mapping[str, FloatArray]:
+        """Of these, those whose nodes nothing joins."""
+        return {name: mass for name, mass in self.masses.items() if not self.nodes[name].joined}
+
+    @cached_property
     def attached(self) -> bool:
         """Whether any body is attached to another."""
         return bool((self.root != np.arange(len(self.root))).any())

@@ -1,0 +1,187 @@
+"""Nodes that matter moves: elements, contacts and gravity, with what is held of them.
+
+Elements are asked for their forces where the step ends, and what resists a rate with the velocity
+of the middle of the step. Energy that is lost in a step counts as the work of the mean of the forces
+at its ends, which is what a leapfrog does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.dynamics.nodes import (
+    Forces,
+    Instant,
+    SlaveState,
+    Stored,
+    _Unmoved,
+    kinetic_energy,
+    work_of_weight,
+)
+from contiga.errors import ElementError
+from contiga.matter.protocol import Matter, MatterForces, MatterState
+from contiga.records import FloatArray
+
+REFRESH = 50
+"""Steps after which the row sums of the stiffness are taken anew, and after fewer where they grow."""
+GROWN = 0.02
+"""Part by which ω² may change until then: beyond it they are taken twice as often."""
+OFTEN = 4
+"""Steps from one time to the next at least."""
+MARGIN = 1.02
+"""On ω², for what stiffens in between."""
+
+
+class _Limit(NamedTuple):
+    """What bounds the step."""
+
+    square: float
+    """ω², 1/time²."""
+    left: float
+    """Steps until it is taken anew."""
+    interval: float
+    """Steps from one time to the next."""
+
+
+@dataclass(frozen=True, eq=False)
+class DeformingNodes(_Unmoved):
+    """Nodes of elements."""
+
+    host: ClassVar[None] = None
+    joined: ClassVar[bool] = True
+    where: str
+    matter: Matter
+    rows: NDArray[np.intp]
+    """(m,) node of each degree of freedom."""
+    mass: FloatArray
+    """(n,)."""
+    rest: FloatArray
+    """(n, 3) at the start."""
+    velocity: FloatArray
+    """(n, 3) at the start, zero of what is held."""
+    held: NDArray[np.bool_]
+    """(n, 3)."""
+    damping: float
+    """α of a force −α m v, 1/time."""
+    motion: object
+    """What was given, for the digest."""
+
+    @property
+    def flight(self) -> FloatArray | None:
+        """As they set off, where nothing holds them."""
+        return None if self.held.any() else self.velocity
+
+    def start(self, now: Instant) -> SlaveState:
+        """As they stand, with the forces of elements that are strained already."""
+        points, velocities = self.rest.copy(), self.velocity.copy()
+        answer = self._asked(self.matter.start(), points, velocities, now)
+        drag = (-self.damping * self.mass)[:, None] * velocities
+        energy = np.array([answer.energy.strain, answer.energy.hourglass, 0.0, 0.0, 0.0])
+        limit = _Limit(self._square(answer.state), REFRESH, REFRESH)
+        inside = self._inside(answer, drag, energy, limit)
+        return SlaveState(points, velocities, inside)
+
+    def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
+        """Half a kick, a drift, and the velocity that half a kick more gives."""
+        kick = 0.5 * now.dt * self._acceleration(last, forces, now.gravity)
+        velocities = last.velocities + kick
+        return SlaveState(last.points + now.dt * velocities, velocities + kick, last.matter)
+
+    def kick(
+        self, last: SlaveState, drifted: SlaveState, forces: Forces, now: Instant
+    ) -> SlaveState:
+        """The forces of the elements, and the other half."""
+        half = 0.5 * (last.velocities + drifted.velocities)
+        before = last.matter
+        state = MatterState(last.points[self.rows], before["memory"])
+        answer = self._asked(state, drifted.points, half, now)
+        drag = (-self.damping * self.mass)[:, None] * half
+        way = drifted.points - last.points
+        _, _, viscosity, hysteresis, damping = before["energy"].tolist()
+        energy = np.array(
+            [
+                answer.energy.strain,
+                answer.energy.hourglass,
+                viscosity + answer.energy.viscosity,
+                hysteresis + answer.energy.hysteresis,
+                damping - 0.5 * float(((before["drag"] + drag) * way).sum()),
+            ]
+        )
+        limit = self._next_limit(_Limit(*before["limit"].tolist()), answer.state)
+        ended = SlaveState(drifted.points, half, self._inside(answer, drag, energy, limit))
+        kick = 0.5 * now.dt * self._acceleration(ended, forces, now.gravity)
+        return ended._replace(velocities=half + kick)
+
+    def _asked(
+        self, state: MatterState, points: FloatArray, velocities: FloatArray, now: Instant
+    ) -> MatterForces:
+        """What matter answers; an element that is inside out with the time and the slave."""
+        q, v = points[self.rows], velocities[self.rows]
+        try:
+            return self.matter.forces(state, q, v, now.dt)
+        except ElementError as error:
+            raise error.at(now.time) from error
+
+    def _inside(
+        self, answer: MatterForces, drag: FloatArray, energy: FloatArray, limit: _Limit
+    ) -> dict[str, FloatArray]:
+        force = drag.copy()
+        force[self.rows] += answer.force
+        return {
+            "force": force,
+            "drag": drag,
+            "energy": energy,
+            "limit": np.array(limit),
+            "memory": answer.state.memory,
+        }
+
+    def _force(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> FloatArray:
+        """(n, 3) of all that acts on them, zero where they are held."""
+        force = forces() + state.matter["force"] + self.mass[:, None] * gravity
+        force[self.held] = 0.0
+        return force
+
+    def _acceleration(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> FloatArray:
+        return self._force(state, forces, gravity) / self.mass[:, None]
+
+    def _square(self, state: MatterState) -> float:
+        """ω² that no vibration of the elements is above, by Gershgorin's theorem."""
+        free = ~self.held[self.rows].all(axis=1)
+        sums = self.matter.stiffness(state)[free] / self.mass[self.rows][free]
+        return MARGIN * float(sums.max(initial=0.0))
+
+    def _next_limit(self, limit: _Limit, state: MatterState) -> _Limit:
+        if limit.left > 1.0:
+            return limit._replace(left=limit.left - 1.0)
+        square, interval = self._square(state), limit.interval
+        if abs(square - limit.square) > GROWN * limit.square:
+            interval = max(0.5 * interval, OFTEN)
+        else:
+            interval = min(2.0 * interval, REFRESH)
+        return _Limit(square, interval, interval)
+
+    def rates(self, state: SlaveState) -> tuple[float, float]:
+        """ω² and decay of what is fastest in them."""
+        return float(state.matter["limit"][0]), self.damping
+
+    def energy(self, state: SlaveState) -> Stored:
+        """Kinetic, and what the elements have."""
+        inside = state.matter["energy"].tolist()
+        return Stored(kinetic_energy(self.mass, state.velocities), *inside)
+
+    def ahead(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
+        """F²/8m of them, summed: times h² what their kinetic energy stands too high by."""
+        force = self._force(state, forces, gravity)
+        return float(((force * force).sum(axis=1) / self.mass).sum()) / 8.0
+
+    def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
+        """Their weight along their way."""
+        return work_of_weight(self.mass, now.points - last.points, gravity)
+
+    def digest(self, digest: Any, times: FloatArray) -> None:
+        """What was given: of elements the slave tells its own."""
+        digest.thing(self.motion)
