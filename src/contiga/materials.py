@@ -1,0 +1,12 @@
+"""Materials of what deforms, in the units of the case.
+
+>>> from contiga.materials import NeoHooke
+>>> NeoHooke(young=3.0, poisson=0.49)
+NeoHooke(young=3.0, poisson=0.49)
+"""
+
+from __future__ import annotations
+
+from contiga.matter.materials import Elastic, NeoHooke
+
+__all__ = ["Elastic", "NeoHooke"]

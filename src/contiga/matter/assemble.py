@@ -1,0 +1,126 @@
+"""From nodes, elements and materials to matter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import InputError, MeshError
+from contiga.matter.assembled import Assembled, Group
+from contiga.matter.blocks import block_sums, in_lanes, node_sums, nodes_in_lanes
+from contiga.matter.parts import Part, shapes_of
+from contiga.matter.shapes import Shapes
+from contiga.matter.skin import skin
+from contiga.matter.tables import ElementTables
+from contiga.num.arrays import as_points
+from contiga.records import FloatArray, IntArray
+
+
+def assemble(
+    nodes: ArrayLike,
+    parts: Sequence[Part],
+    *,
+    damping: float = 0.0,
+    facets: ArrayLike | None = None,
+) -> Assembled:
+    """Finite elements as matter.
+
+    Parameters
+    ----------
+    nodes : (m, 3) at rest, where elements carry no stress
+    parts : elements with their materials
+    damping : α ≥ 0 of a force −α m v on each node, 1/time
+    facets : (f, 3) the skin that contact sees; the outer faces if omitted
+
+    Raises
+    ------
+    InputError
+        No part, a damping below zero.
+    MeshError
+        An element that is inside out or has no volume, a node that is in no element.
+
+    Examples
+    --------
+    >>> from contiga.matter import Part, assemble
+    >>> from contiga.materials import NeoHooke
+    >>> rubber = NeoHooke(young=3.0, poisson=0.4)
+    >>> nodes = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> one = Part(kind="tet4", elements=np.array([[0, 1, 2, 3]]), material=rubber, density=6.0)
+    >>> matter = assemble(nodes, [one])
+    >>> matter.mass.tolist(), len(matter.facets)
+    ([0.25, 0.25, 0.25, 0.25], 4)
+    >>> longer = nodes * [1.0, 1.0, 1.1]
+    >>> answer = matter.forces(matter.start(), longer, np.zeros((4, 3)), 0.0)
+    >>> round(float(answer.force[3, 2]), 6), round(answer.energy.strain, 6)
+    (-0.105519, 0.005302)
+    """
+    points = _finite(nodes)
+    if not parts:
+        raise InputError("matter needs a part", where="parts", allowed="at least one")
+    mass = np.zeros(len(points))
+    groups: list[Group] = []
+    rows_of_nodes: list[IntArray] = []
+    first = 0
+    for part in parts:
+        shapes = shapes_of(part, points)
+        weights = (part.density * part.section * shapes.shares).ravel()
+        mass += np.bincount(part.elements.ravel(), weights=weights, minlength=len(points))
+        group, nodes_of_rows = _group(part, shapes, len(points), first)
+        groups.append(group)
+        rows_of_nodes.append(nodes_of_rows)
+        first += len(nodes_of_rows)
+    _check_mass(points, mass)
+    outer = skin([(part.kind, part.elements) for part in parts])
+    given = outer if facets is None else np.ascontiguousarray(facets, dtype=np.int32)
+    sums = node_sums(np.concatenate(rows_of_nodes), len(points))
+    return Assembled(points.copy(), groups, sums, mass, given, _not_negative(damping))
+
+
+def _finite(nodes: ArrayLike) -> FloatArray:
+    points = as_points(nodes, "nodes")
+    if not np.isfinite(points).all():
+        row = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
+        raise MeshError(f"node {row} is not finite", where="nodes", found=points[row].tolist())
+    return points
+
+
+def _group(part: Part, shapes: Shapes, n_nodes: int, first: int) -> tuple[Group, IntArray]:
+    """A part as kernels take it, its rows from `first` on, and the nodes of these."""
+    sums, nodes_of_rows = block_sums(part.elements, n_nodes)
+    material = part.material.coefficients(part.kind, part.section)
+    tables = ElementTables(
+        nodes_in_lanes(part.elements),
+        in_lanes(shapes.gradients),
+        in_lanes(shapes.measures[:, None], np.zeros(1)),
+        material.stage,
+        material.numbers,
+        sums,
+    )
+    rows = slice(first, first + len(nodes_of_rows))
+    return Group(
+        part.name, part.kind, part.elements, tables, material.stiffest, rows
+    ), nodes_of_rows
+
+
+def _check_mass(nodes: FloatArray, mass: FloatArray) -> None:
+    lone = np.flatnonzero(mass <= 0.0)
+    if lone.size:
+        row = int(lone[0])
+        more = f", and {len(lone) - 1} more" if len(lone) > 1 else ""
+        raise MeshError(
+            f"node {row} is in no element and has no mass{more}",
+            where="nodes",
+            found=nodes[row].tolist(),
+            remedy="Leave it out, or give it to a part",
+        )
+
+
+def _not_negative(damping: float) -> float:
+    number = float(damping)
+    if not 0.0 <= number < np.inf:
+        raise InputError(
+            "must not be negative", where="damping", found=damping, allowed="a finite number ≥ 0"
+        )
+    return number

@@ -1,0 +1,130 @@
+"""Finite elements behind the protocol of matter: the forces of all groups, summed at the nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.errors import ElementError
+from contiga.matter.blocks import NodeSums
+from contiga.matter.kernels import elements_nb, lanes_nb, row_sums_nb
+from contiga.matter.kernels.lanes_nb import KINDS
+from contiga.matter.protocol import MatterEnergy, MatterForces, MatterState
+from contiga.matter.tables import ElementOutput, ElementTables, Motion
+from contiga.num.arrays import locked
+from contiga.num.threads import run_ranges
+from contiga.num.workspace import Workspace
+from contiga.records import FloatArray, IntArray
+
+BLOCKS, NODES = 8, 2000
+"""Grains of threads."""
+KERNELS: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {
+    "tet4": (elements_nb.tetrahedra, row_sums_nb.tet_rows),
+    "tri3": (elements_nb.triangles, row_sums_nb.triangle_rows),
+}
+"""Forces and row sums."""
+
+_workspace = Workspace()
+
+
+class Group(NamedTuple):
+    """The elements of a part, as kernels take them."""
+
+    name: str
+    kind: str
+    elements: IntArray
+    """(n, k)."""
+    tables: ElementTables
+    stiffest: int
+    """The stage that bounds the stiffness of its material."""
+    rows: slice
+    """Of the table that all groups write sums of blocks to."""
+
+
+class Assembled:
+    """Finite elements as `Matter`: its points are its degrees of freedom. Made by `assemble`."""
+
+    def __init__(
+        self,
+        nodes: FloatArray,
+        groups: list[Group],
+        sums: NodeSums,
+        mass: FloatArray,
+        facets: IntArray,
+        damping: float,
+    ) -> None:
+        self.nodes, self.mass, self.facets = nodes, mass, facets
+        self.groups, self.damping = groups, damping
+        self._sums = sums
+
+    def points(self, q: FloatArray) -> FloatArray:
+        """See `Matter`: the nodes themselves."""
+        return q
+
+    def velocities(self, v: FloatArray) -> FloatArray:
+        """See `Matter`: those of the nodes."""
+        return v
+
+    def spread(self, f: FloatArray) -> FloatArray:
+        """See `Matter`: forces on nodes."""
+        return f
+
+    def start(self) -> MatterState:
+        """See `Matter`: the nodes at rest."""
+        return MatterState(self.nodes.copy(), np.zeros(0))
+
+    def forces(self, state: MatterState, q: FloatArray, v: FloatArray, dt: float) -> MatterForces:
+        """See `Matter`."""
+        motion = Motion(locked(q), locked(v), float(dt))
+        partial = _workspace.rows(len(self._sums.rows), 3)
+        energy = np.zeros(KINDS)
+        for group in self.groups:
+            energy += self._group_forces(group, motion, partial)
+        force = self._at_nodes(partial)
+        if self.damping:
+            drag = (self.damping * self.mass)[:, None] * v
+            force -= drag
+            energy[2] += dt * float(np.sum(drag * v))
+        told = MatterEnergy(*(float(kind) for kind in energy))
+        return MatterForces(force, told, MatterState(q.copy(), state.memory.copy()))
+
+    def _group_forces(self, group: Group, motion: Motion, partial: FloatArray) -> FloatArray:
+        """The energies of a group, whose forces go into its rows of `partial`."""
+        blocks = len(group.tables.nodes)
+        out = ElementOutput(
+            partial[group.rows], np.empty((blocks, KINDS)), np.empty(blocks, np.int32)
+        )
+        run_ranges(KERNELS[group.kind][0], blocks, BLOCKS, motion, group.tables, out)
+        if out.inverted.any():
+            raise _inverted(group, motion.points, out.inverted)
+        return np.asarray(out.energy.sum(axis=0))
+
+    def _at_nodes(self, partial: FloatArray) -> FloatArray:
+        out = np.empty((len(self.mass), 3))
+        starts, rows = self._sums
+        run_ranges(lanes_nb.sum_at_nodes, len(out), NODES, partial, starts, rows, out)
+        return out
+
+    def stiffness(self, state: MatterState) -> FloatArray:
+        """See `Matter`: at the state's points, without damping."""
+        motion = Motion(locked(state.points), locked(state.points), 0.0)
+        partial = _workspace.rows(len(self._sums.rows), 3)
+        for group in self.groups:
+            blocks = len(group.tables.nodes)
+            tables = group.tables._replace(material=group.stiffest)
+            out = ElementOutput(partial[group.rows], np.empty((0, KINDS)), np.empty(0, np.int32))
+            run_ranges(KERNELS[group.kind][1], blocks, BLOCKS, motion, tables, out)
+        return np.asarray(self._at_nodes(partial).max(axis=1))
+
+
+def _inverted(group: Group, points: FloatArray, counts: IntArray) -> ElementError:
+    """The first element of a group that is inside out, and where it is."""
+    corners = points[group.elements]
+    edges = corners[:, 1:4] - corners[:, :1]
+    volume = np.sum(edges[:, 0] * np.cross(edges[:, 1], edges[:, 2]), axis=1)
+    element = int(np.flatnonzero(~(volume > 0.0))[0])
+    return ElementError(
+        f"{group.kind} of {group.name}", element, corners[element].mean(axis=0), int(counts.sum())
+    )

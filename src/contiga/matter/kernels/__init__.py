@@ -1,0 +1,13 @@
+"""Kernels, in reading order: forces of matter. Each stands on those before it.
+
+- lanes_nb: blocks of elements: corners gathered to lanes, forces of lanes summed at nodes
+- solid_nb: tetrahedra: the gradient of a deformation, and forces from its stress
+- membrane_nb: the same of triangles
+- solid_elastic_nb: Saint-Venant and Kirchhoff's solid: stress and energy of a gradient
+- solid_neo_hooke_nb: Neo-Hooke's
+- membrane_elastic_nb: plane stress, with and without compression
+- membrane_neo_hooke_nb: Neo-Hooke's membrane
+- elements_stress_nb: which material's stage follows on the gradient
+- elements_nb: forces of elements, block by block
+- row_sums_nb: row sums of their stiffness
+"""

@@ -1,0 +1,63 @@
+"""Forces of elements, block by block: what Python calls, one kernel for each kind of element."""
+
+from __future__ import annotations
+
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
+from contiga.matter.kernels.elements_stress_nb import membrane_stress, solid_stress
+from contiga.matter.kernels.lanes_nb import (
+    ENERGY,
+    KINDS,
+    LANES,
+    SIZE,
+    blank,
+    gather,
+    inverted,
+    sum_in_block,
+    total,
+)
+from contiga.matter.kernels.membrane_nb import triangle_forces, triangle_gradient
+from contiga.matter.kernels.solid_nb import determinant, tet_forces, tet_gradient
+
+
+@inner()
+def _account(bank, measures, energy):
+    """Energies of a block (4,)."""
+    for kind in range(KINDS):
+        row = (ENERGY + kind) * LANES
+        for lane in range(LANES):
+            bank[row + lane] *= measures[lane]
+        energy[kind] = total(bank, ENERGY + kind)
+
+
+@kernel()
+def tetrahedra(motion, tables, out, start, stop):
+    """Forces, energies and inverted elements of blocks start … stop."""
+    bank = scratch(SIZE)
+    for b in range(start, stop):
+        gradients, volumes = tables.gradients[b], tables.measures[b]
+        blank(bank)
+        gather(motion.points, tables.nodes[b], 4, bank)
+        tet_gradient(bank, gradients)
+        determinant(bank)
+        out.inverted[b] = inverted(bank)
+        solid_stress(bank, tables)
+        _account(bank, volumes, out.energy[b])
+        tet_forces(bank, gradients, volumes)
+        sum_in_block(bank, tables.sums, b, out.partial)
+
+
+@kernel()
+def triangles(motion, tables, out, start, stop):
+    """Forces and energies of blocks start … stop."""
+    bank = scratch(SIZE)
+    for b in range(start, stop):
+        gradients, areas = tables.gradients[b], tables.measures[b]
+        blank(bank)
+        gather(motion.points, tables.nodes[b], 3, bank)
+        triangle_gradient(bank, gradients)
+        membrane_stress(bank, tables)
+        _account(bank, areas, out.energy[b])
+        triangle_forces(bank, gradients, areas)
+        out.inverted[b] = 0
+        sum_in_block(bank, tables.sums, b, out.partial)

@@ -1,0 +1,31 @@
+"""Which material's stage follows on the gradient, by its number."""
+
+from __future__ import annotations
+
+from contiga.jit import inner
+from contiga.matter.kernels.membrane_elastic_nb import membrane_elastic, membrane_slack
+from contiga.matter.kernels.membrane_neo_hooke_nb import membrane_neo_hooke
+from contiga.matter.kernels.solid_elastic_nb import solid_elastic
+from contiga.matter.kernels.solid_neo_hooke_nb import solid_neo_hooke
+
+ELASTIC, NEO_HOOKE, SLACK = 0, 1, 2
+
+
+@inner(linked=False)
+def solid_stress(bank, tables):
+    """P and W of solids."""
+    if tables.material == ELASTIC:
+        solid_elastic(bank, tables.numbers)
+    else:
+        solid_neo_hooke(bank, tables.numbers)
+
+
+@inner(linked=False)
+def membrane_stress(bank, tables):
+    """P and W of membranes."""
+    if tables.material == ELASTIC:
+        membrane_elastic(bank, tables.numbers)
+    elif tables.material == SLACK:
+        membrane_slack(bank, tables.numbers)
+    else:
+        membrane_neo_hooke(bank, tables.numbers)

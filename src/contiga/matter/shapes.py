@@ -1,0 +1,65 @@
+"""Elements at rest: gradients of their shape functions, volumes, and shares of their mass."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.records import FloatArray
+
+FLAT = 1e-12
+"""Of the volume or area that the longest edge would make: what is less is none."""
+
+
+class Shapes(NamedTuple):
+    """n elements of one kind at rest."""
+
+    gradients: FloatArray
+    """(n, g) of the corners' shape functions; of linear simplices of all corners but the first."""
+    measures: FloatArray
+    """(n,) volume, area or length, below zero where an element is inside out."""
+    shares: FloatArray
+    """(n, k) of the measure that belongs to each corner."""
+    sizes: FloatArray
+    """(n,) longest edge."""
+
+
+def tetrahedra(corners: FloatArray) -> Shapes:
+    """Linear tetrahedra from their corners (n, 4, 3)."""
+    edges = corners[:, 1:] - corners[:, :1]
+    cofactors = np.stack(
+        [np.cross(edges[:, (k + 1) % 3], edges[:, (k + 2) % 3]) for k in range(3)], 1
+    )
+    whole = np.sum(edges[:, 0] * cofactors[:, 0], axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gradients = cofactors / whole[:, None, None]
+    shares = np.repeat(whole[:, None] / 24.0, 4, axis=1)
+    return Shapes(gradients.reshape(-1, 9), whole / 6.0, shares, longest_edge(corners))
+
+
+def triangles(corners: FloatArray, along: FloatArray | None = None) -> Shapes:
+    """Linear triangles from their corners (n, 3, 3), in their own plane.
+
+    Its first axis is the first edge, or `along` (n, 3) as it lies in the plane.
+    """
+    edges = corners[:, 1:] - corners[:, :1]
+    normal = np.cross(edges[:, 0], edges[:, 1])
+    double = np.sqrt(np.sum(normal * normal, axis=1))
+    first = edges[:, 0] if along is None else along
+    with np.errstate(divide="ignore", invalid="ignore"):
+        normal = normal / double[:, None]
+        first = first - np.sum(first * normal, axis=1, keepdims=True) * normal
+        first = first / np.sqrt(np.sum(first * first, axis=1, keepdims=True))
+        axes = np.stack([first, np.cross(normal, first)], axis=1)
+        flat = np.sum(edges[:, :, None, :] * axes[:, None, :, :], axis=-1)
+        (a, b), (c, d) = flat[:, 0].T, flat[:, 1].T
+        gradients = np.stack([d, -c, -b, a], axis=1) / double[:, None]
+    shares = np.repeat(double[:, None] / 6.0, 3, axis=1)
+    return Shapes(gradients, 0.5 * double, shares, longest_edge(corners))
+
+
+def longest_edge(corners: FloatArray) -> FloatArray:
+    """(n,) of elements (n, k, 3): the longest way between two corners."""
+    ways = corners[:, :, None] - corners[:, None]
+    return np.asarray(np.sqrt(np.max(np.sum(ways * ways, axis=-1), axis=(1, 2))))

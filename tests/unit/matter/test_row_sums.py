@@ -1,0 +1,55 @@
+"""Row sums of the stiffness, and the critical step they bound."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from tests.unit.matter import rig
+
+from contiga.materials import Elastic, NeoHooke
+from contiga.matter.materials import Material
+
+MATERIALS = [
+    NeoHooke(young=3.0, poisson=0.45),
+    Elastic(young=3.0, poisson=0.3),
+]
+
+
+@pytest.mark.interpreted
+@pytest.mark.parametrize("material", MATERIALS)
+@pytest.mark.parametrize("kind", ["tet4", "tri3"])
+def test_of_one_element_they_are_exact(kind: str, material: Material) -> None:
+    more = {"thickness": 0.3} if kind == "tri3" else {}
+    nodes = rig.ONE_TET[: 4 if kind == "tet4" else 3]
+    matter = rig.one_part(kind, nodes, np.arange(len(nodes))[None], material, **more)
+    q = rig.moved(nodes * 1.1, 0.05)
+    exact = np.abs(rig.tangent(matter, q)).sum(axis=1).reshape(-1, 3).max(axis=1)
+    told = matter.stiffness(matter.start()._replace(points=q))
+    np.testing.assert_allclose(told, exact, rtol=1e-5)
+
+
+@pytest.mark.parametrize("material", MATERIALS)
+def test_the_step_they_allow_is_stable_and_not_much_too_short(material: Material) -> None:
+    """On a mesh distorted by a fifth; the exact step is 2/√(largest eigenvalue)."""
+    counts = (3, 3, 3)
+    nodes = rig.moved(rig.grid(counts), 0.2 / 3 / 3)
+    matter = rig.one_part("tet4", nodes, rig.tets(counts), material)
+    stiffness = rig.tangent(matter, nodes)
+    fastest = eigh(0.5 * (stiffness + stiffness.T), np.diag(np.repeat(matter.mass, 3)))[0][-1]
+    allowed = 2.0 * np.sqrt(np.min(matter.mass / matter.stiffness(matter.start())))
+    assert 0.5 < allowed / (2.0 / np.sqrt(fastest)) <= 1.0
+
+
+def test_cloth_that_is_slack_is_as_stiff_as_when_it_is_taut() -> None:
+    nodes = rig.grid((2, 2, 0))
+    cloth = Elastic(young=3.0, poisson=0.3, compression=False)
+    taut = Elastic(young=3.0, poisson=0.3)
+    told = [
+        matter.stiffness(matter.start()._replace(points=0.99 * nodes))
+        for matter in (
+            rig.one_part("tri3", nodes, rig.sheet(2, 2), material, thickness=0.1)
+            for material in (cloth, taut)
+        )
+    ]
+    np.testing.assert_array_equal(*told)
