@@ -343,6 +343,7 @@ def _slave(
         unit=slave.unit,
         cells=slave.cells,
         parts=slave.parts,
+        elements=slave.elements,
     )
 
 

@@ -1,8 +1,8 @@
 """Nodes that matter moves: elements, contacts and gravity, with what is held of them.
 
 Elements are asked for their forces where the step ends, and what resists a rate with the velocity
-of the middle of the step. Energy that is lost in a step counts as the work of the mean of the forces
-at its ends, which is what a leapfrog does.
+of the middle of the step. What damping takes in a step counts as the work of the mean of its forces
+at both ends, which is what a leapfrog does.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.dynamics.nodes import (
+    Arrays,
     Forces,
     Instant,
     SlaveState,
@@ -27,7 +28,7 @@ from contiga.matter.protocol import Matter, MatterForces, MatterState
 from contiga.records import FloatArray
 
 REFRESH = 50
-"""Steps after which the row sums of the stiffness are taken anew, and after fewer where they grow."""
+"""Steps after which row sums of the stiffness are taken anew, after fewer where they change."""
 GROWN = 0.02
 """Part by which ω² may change until then: beyond it they are taken twice as often."""
 OFTEN = 4
@@ -80,14 +81,14 @@ class DeformingNodes(_Unmoved):
         points, velocities = self.rest.copy(), self.velocity.copy()
         answer = self._asked(self.matter.start(), points, velocities, now)
         drag = (-self.damping * self.mass)[:, None] * velocities
-        energy = np.array([answer.energy.strain, answer.energy.hourglass, 0.0, 0.0, 0.0])
+        kinetic = kinetic_energy(self.mass, velocities)
+        energy = np.array([kinetic, *answer.energy[:2], 0.0, 0.0, 0.0])
         limit = _Limit(self._square(answer.state), REFRESH, REFRESH)
-        inside = self._inside(answer, drag, energy, limit)
-        return SlaveState(points, velocities, inside)
+        return SlaveState(points, velocities, self._inside(answer, drag, energy, limit))
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
         """Half a kick, a drift, and the velocity that half a kick more gives."""
-        kick = 0.5 * now.dt * self._acceleration(last, forces, now.gravity)
+        kick = 0.5 * now.dt * self._acceleration(last.matter, forces, now.gravity)
         velocities = last.velocities + kick
         return SlaveState(last.points + now.dt * velocities, velocities + kick, last.matter)
 
@@ -100,21 +101,15 @@ class DeformingNodes(_Unmoved):
         state = MatterState(last.points[self.rows], before["memory"])
         answer = self._asked(state, drifted.points, half, now)
         drag = (-self.damping * self.mass)[:, None] * half
-        way = drifted.points - last.points
-        _, _, viscosity, hysteresis, damping = before["energy"].tolist()
-        energy = np.array(
-            [
-                answer.energy.strain,
-                answer.energy.hourglass,
-                viscosity + answer.energy.viscosity,
-                hysteresis + answer.energy.hysteresis,
-                damping - 0.5 * float(((before["drag"] + drag) * way).sum()),
-            ]
-        )
+        taken = 0.5 * float(((before["drag"] + drag) * (drifted.points - last.points)).sum())
+        energy = np.array([0.0, *answer.energy, -taken])
+        energy[3:] += before["energy"][3:]
         limit = self._next_limit(_Limit(*before["limit"].tolist()), answer.state)
-        ended = SlaveState(drifted.points, half, self._inside(answer, drag, energy, limit))
-        kick = 0.5 * now.dt * self._acceleration(ended, forces, now.gravity)
-        return ended._replace(velocities=half + kick)
+        inside = self._inside(answer, drag, energy, limit)
+        kick = 0.5 * now.dt * self._acceleration(inside, forces, now.gravity)
+        # Of the middles of the steps before and after: what a leapfrog keeps of linear elements.
+        energy[0] = 0.5 * float((self.mass * (half * (half + 2.0 * kick)).sum(axis=1)).sum())
+        return SlaveState(drifted.points, half + kick, inside)
 
     def _asked(
         self, state: MatterState, points: FloatArray, velocities: FloatArray, now: Instant
@@ -139,14 +134,11 @@ class DeformingNodes(_Unmoved):
             "memory": answer.state.memory,
         }
 
-    def _force(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> FloatArray:
-        """(n, 3) of all that acts on them, zero where they are held."""
-        force = forces() + state.matter["force"] + self.mass[:, None] * gravity
-        force[self.held] = 0.0
-        return force
-
-    def _acceleration(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> FloatArray:
-        return self._force(state, forces, gravity) / self.mass[:, None]
+    def _acceleration(self, inside: Arrays, forces: Forces, gravity: FloatArray) -> FloatArray:
+        """(n, 3), zero where they are held."""
+        acceleration = (forces() + inside["force"]) / self.mass[:, None] + gravity
+        acceleration[self.held] = 0.0
+        return acceleration
 
     def _square(self, state: MatterState) -> float:
         """ω² that no vibration of the elements is above, by Gershgorin's theorem."""
@@ -170,13 +162,7 @@ class DeformingNodes(_Unmoved):
 
     def energy(self, state: SlaveState) -> Stored:
         """Kinetic, and what the elements have."""
-        inside = state.matter["energy"].tolist()
-        return Stored(kinetic_energy(self.mass, state.velocities), *inside)
-
-    def ahead(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
-        """F²/8m of them, summed: times h² what their kinetic energy stands too high by."""
-        force = self._force(state, forces, gravity)
-        return float(((force * force).sum(axis=1) / self.mass).sum()) / 8.0
+        return Stored(*state.matter["energy"].tolist())
 
     def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
         """Their weight along their way."""

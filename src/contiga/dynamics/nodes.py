@@ -100,10 +100,6 @@ class NodeMover(Protocol):
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """ω² and decay rate γ of what is fastest in them, beside their contacts."""
 
-    def ahead(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
-        """Times h²: what the kinetic energy of joined nodes stands too high by until the next step,
-        F²/8m of each."""
-
     def by_gravity(self, last: SlaveState, now: SlaveState, gravity: FloatArray) -> float:
         """Work of gravity on them in a step."""
 
@@ -122,15 +118,6 @@ class _Unmoved:
     def rates(self, state: SlaveState) -> tuple[float, float]:
         """None."""
         return 0.0, 0.0
-
-    def ahead(self, state: SlaveState, forces: Forces, gravity: FloatArray) -> float:
-        """Not counted."""
-        return 0.0
-
-    @property
-    def flight(self) -> FloatArray | None:
-        """None."""
-        return None
 
     def kick(
         self, last: SlaveState, drifted: SlaveState, forces: Forces, now: Instant

@@ -63,6 +63,11 @@ class Mechanism:
         return {name: mass for name, mass in self.masses.items() if not self.nodes[name].joined}
 
     @cached_property
+    def deforms(self) -> bool:
+        """Whether any slave is made of elements."""
+        return any(nodes.joined for nodes in self.nodes.values())
+
+    @cached_property
     def attached(self) -> bool:
         """Whether any body is attached to another."""
         return bool((self.root != np.arange(len(self.root))).any())

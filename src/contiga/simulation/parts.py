@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
+from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Dependent
 from contiga.dynamics.prescribed import Fixed, Moved
 from contiga.dynamics.springs import Spring
@@ -32,6 +33,13 @@ def body_part(name: str, given: Any) -> BodyPart:
             where=f"bodies[{name!r}]",
             found=type(body).__name__,
             allowed="a Body, a TriMesh, or (one of them, its motion)",
+        )
+    if isinstance(motion, Deforming):
+        raise InputError(
+            "a body is rigid",
+            where=f"bodies[{name!r}]: motion",
+            found="Deforming",
+            allowed="what deforms is a slave: its nodes may touch bodies",
         )
     if not isinstance(motion, Dependent):
         _check_motion(f"bodies[{name!r}]", motion, "pose", "twist")

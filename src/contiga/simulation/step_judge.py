@@ -15,7 +15,6 @@ from contiga.records import ContactStatus
 from contiga.simulation.critical import has_energy, limit_of
 from contiga.simulation.ledger import load_work_beyond_way
 from contiga.simulation.model import Model
-from contiga.simulation.place import forces_on
 from contiga.simulation.reasons import Cut, Reason
 from contiga.simulation.shaking import (
     changes_of_points,
@@ -176,8 +175,11 @@ def _above(least: float, cut: Cut, step: float) -> Cut | None:
 
 
 def _by_energy(model: Model) -> bool:
-    """Whether energy judges steps: forces that are the gradient of none leave some at any step."""
-    return all(
+    """Whether energy judges steps: forces that are the gradient of none leave some at any step.
+
+    Nor where elements ring: to change the step to and fro near the critical one feeds that.
+    """
+    return not model.mechanism.deforms and all(
         part.contact.weights != "area" and has_energy(part.contact.law) for part in model.contacts
     )
 
@@ -202,13 +204,6 @@ def missing_of(model: Model, last: SystemState, state: SystemState) -> float:
     for k, one in enumerate(model.mechanism.fixed):
         a, b = (rows[k, FORCE : FORCE + 3] for rows in (last.rigid, state.rigid))
         owed += float((b * b - a * a).sum()) * state.step * state.step / (8.0 * one[MASS])
-    for name, nodes in model.mechanism.nodes.items():
-        if nodes.joined:
-            before, now = (
-                nodes.ahead(at.slaves[name], forces_on(model, name, at.contacts), model.gravity)
-                for at in (last, state)
-            )
-            owed += (now - before) * state.step * state.step
     return abs(state.energy.error - last.energy.error + owed) + JUMPS * _jumped(last, state)
 
 
