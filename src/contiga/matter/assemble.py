@@ -11,7 +11,7 @@ from contiga.errors import InputError, MeshError
 from contiga.matter.assembled import Assembled, Group
 from contiga.matter.blocks import block_sums, in_lanes, node_sums, nodes_in_lanes
 from contiga.matter.parts import Part, shapes_of
-from contiga.matter.shapes import Shapes
+from contiga.matter.shapes import Shapes, hourglass_modes
 from contiga.matter.skin import skin
 from contiga.matter.tables import ElementTables
 from contiga.num.arrays import as_points
@@ -67,7 +67,7 @@ def assemble(
         shapes = shapes_of(part, points)
         weights = (part.density * part.section * shapes.shares).ravel()
         mass += np.bincount(part.elements.ravel(), weights=weights, minlength=len(points))
-        group, nodes_of_rows = _group(part, shapes, len(points), first)
+        group, nodes_of_rows = _group(part, shapes, points, first)
         groups.append(group)
         rows_of_nodes.append(nodes_of_rows)
         first += len(nodes_of_rows)
@@ -86,9 +86,9 @@ def _finite(nodes: ArrayLike) -> FloatArray:
     return points
 
 
-def _group(part: Part, shapes: Shapes, n_nodes: int, first: int) -> tuple[Group, IntArray]:
+def _group(part: Part, shapes: Shapes, nodes: FloatArray, first: int) -> tuple[Group, IntArray]:
     """A part as kernels take it, its rows from `first` on, and the nodes of these."""
-    sums, nodes_of_rows = block_sums(part.elements, n_nodes)
+    sums, nodes_of_rows = block_sums(part.elements, len(nodes))
     material = part.material.coefficients(part.kind, part.section)
     tables = ElementTables(
         nodes_in_lanes(part.elements),
@@ -96,12 +96,29 @@ def _group(part: Part, shapes: Shapes, n_nodes: int, first: int) -> tuple[Group,
         in_lanes(shapes.measures[:, None], np.zeros(1)),
         material.stage,
         material.numbers,
+        _hourglass(part, shapes, nodes, material.modulus),
         sums,
     )
     rows = slice(first, first + len(nodes_of_rows))
     return Group(
         part.name, part.kind, part.elements, tables, material.stiffest, rows
     ), nodes_of_rows
+
+
+def _hourglass(part: Part, shapes: Shapes, nodes: FloatArray, modulus: float) -> FloatArray:
+    """The table of hourglass springs, rows by `solid_hex_nb`; none for other elements.
+
+    A cube bent by its mode ξη stores E V (2 q)²/(6 h²), its springs c V (8 q)²/2; B·B = 3/(2 h²):
+    as stiff as the material are springs of c = E B·B/72.
+    """
+    if part.kind != "hex8":
+        return np.zeros((0, 0))
+    seen, vectors = hourglass_modes(nodes[part.elements], shapes.gradients)
+    squares = np.sum(shapes.gradients * shapes.gradients, axis=1)
+    stiff = part.hourglass * modulus / 72.0 * squares
+    rows = np.abs(np.einsum("ema,emb->eab", vectors, vectors)).sum(axis=2)
+    rows *= (stiff * shapes.measures)[:, None]
+    return in_lanes(np.concatenate([seen, stiff[:, None], rows], axis=1), np.zeros(21))
 
 
 def _check_mass(nodes: FloatArray, mass: FloatArray) -> None:

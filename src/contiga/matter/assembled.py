@@ -10,7 +10,7 @@ import numpy as np
 from contiga.errors import ElementError
 from contiga.matter.blocks import NodeSums
 from contiga.matter.kernels import elements_nb, lanes_nb, row_sums_nb
-from contiga.matter.kernels.lanes_nb import KINDS
+from contiga.matter.kernels.lanes_nb import KINDS, LANES
 from contiga.matter.protocol import MatterEnergy, MatterForces, MatterState
 from contiga.matter.tables import ElementOutput, ElementTables, Motion
 from contiga.num.arrays import locked
@@ -22,6 +22,7 @@ BLOCKS, NODES = 8, 2000
 """Grains of threads."""
 KERNELS: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {
     "tet4": (elements_nb.tetrahedra, row_sums_nb.tet_rows),
+    "hex8": (elements_nb.hexahedra, row_sums_nb.hex_rows),
     "tri3": (elements_nb.triangles, row_sums_nb.triangle_rows),
 }
 """Forces and row sums."""
@@ -122,9 +123,20 @@ class Assembled:
 def _inverted(group: Group, points: FloatArray, counts: IntArray) -> ElementError:
     """The first element of a group that is inside out, and where it is."""
     corners = points[group.elements]
-    edges = corners[:, 1:4] - corners[:, :1]
-    volume = np.sum(edges[:, 0] * np.cross(edges[:, 1], edges[:, 2]), axis=1)
-    element = int(np.flatnonzero(~(volume > 0.0))[0])
-    return ElementError(
-        f"{group.kind} of {group.name}", element, corners[element].mean(axis=0), int(counts.sum())
-    )
+    gradients = full_gradients(group)
+    with np.errstate(invalid="ignore"):
+        stretch = np.linalg.det(np.einsum("eai,eaj->eij", corners, gradients))
+    element = int(np.flatnonzero(~(stretch > 0.0))[0])
+    what = f"{group.kind} of {group.name}"
+    return ElementError(what, element, corners[element].mean(axis=0), int(counts.sum()))
+
+
+def full_gradients(group: Group) -> FloatArray:
+    """(n, k, 3) gradients of all corners of solids at rest."""
+    n, corners = group.elements.shape
+    blocks = len(group.tables.nodes)
+    lanes = group.tables.gradients.reshape(blocks, -1, 3, LANES).transpose(0, 3, 1, 2)
+    rows = lanes.reshape(blocks * LANES, -1, 3)[:n]
+    if rows.shape[1] == corners:
+        return np.asarray(rows)
+    return np.concatenate([-rows.sum(axis=1, keepdims=True), rows], axis=1)

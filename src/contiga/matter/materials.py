@@ -15,7 +15,7 @@ from contiga.matter.kernels.elements_stress_nb import ELASTIC, NEO_HOOKE, SLACK
 from contiga.num.arrays import positive
 from contiga.records import FloatArray
 
-SOLIDS = ("tet4",)
+SOLIDS = ("tet4", "hex8")
 
 
 class Coefficients(NamedTuple):
@@ -26,6 +26,8 @@ class Coefficients(NamedTuple):
     numbers: FloatArray
     stiffest: int
     """The stage whose stiffness bounds that of this one wherever it may get to."""
+    modulus: float
+    """Young's modulus at rest, by which hourglass modes are held."""
 
 
 class Material(Protocol):
@@ -88,7 +90,7 @@ class Elastic:
     Elastic(young=210000.0, poisson=0.3, compression=True)
     """
 
-    kinds: ClassVar[tuple[str, ...]] = ("tet4", "tri3")
+    kinds: ClassVar[tuple[str, ...]] = (*SOLIDS, "tri3")
 
     young: float
     poisson: float = 0.0
@@ -105,9 +107,11 @@ class Elastic:
                 raise InputError(
                     "solids carry compression", where="compression", found=False, allowed="True"
                 )
-            return Coefficients(ELASTIC, np.array(_lame(self.young, self.poisson)), ELASTIC)
+            numbers = np.array(_lame(self.young, self.poisson))
+            return Coefficients(ELASTIC, numbers, ELASTIC, self.young)
         numbers = np.array([self.young * thickness, self.poisson])
-        return Coefficients(ELASTIC if self.compression else SLACK, numbers, ELASTIC)
+        stage = ELASTIC if self.compression else SLACK
+        return Coefficients(stage, numbers, ELASTIC, self.young)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,7 +136,7 @@ class NeoHooke:
     NeoHooke(young=3.0, poisson=0.49)
     """
 
-    kinds: ClassVar[tuple[str, ...]] = ("tet4", "tri3")
+    kinds: ClassVar[tuple[str, ...]] = (*SOLIDS, "tri3")
 
     young: float
     poisson: float
@@ -144,6 +148,5 @@ class NeoHooke:
     def coefficients(self, kind: str, thickness: float) -> Coefficients:
         """See `Material`."""
         numbers = np.array(_lame(self.young, self.poisson))
-        return Coefficients(
-            NEO_HOOKE, numbers if kind in SOLIDS else numbers * thickness, NEO_HOOKE
-        )
+        scale = 1.0 if kind in SOLIDS else thickness
+        return Coefficients(NEO_HOOKE, scale * numbers, NEO_HOOKE, self.young)

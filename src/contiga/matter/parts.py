@@ -9,12 +9,13 @@ from numpy.typing import ArrayLike
 
 from contiga.errors import InputError, MeshError
 from contiga.matter.materials import Material
-from contiga.matter.shapes import FLAT, Shapes, tetrahedra, triangles
+from contiga.matter.shapes import FLAT, Shapes, hexahedra, tetrahedra, triangles
 from contiga.num.arrays import positive
 from contiga.records import FloatArray, IntArray
 
-CORNERS = {"tet4": 4, "tri3": 3}
-DIMENSION = {"tet4": 3, "tri3": 2}
+CORNERS = {"tet4": 4, "hex8": 8, "tri3": 3}
+DIMENSION = {"tet4": 3, "hex8": 3, "tri3": 2}
+SHAPES = {"tet4": tetrahedra, "hex8": hexahedra, "tri3": triangles}
 WHAT = {3: "volume", 2: "area", 1: "length"}
 
 
@@ -24,11 +25,13 @@ class Part:
 
     Parameters
     ----------
-    kind : "tet4" or "tri3" (a membrane)
+    kind : "tet4", "hex8" or "tri3" (a membrane)
     elements : (n, k) rows of the nodes, corners in the order of VTK
     material : one of `contiga.materials` that is for this kind
     density : mass / volume
     thickness : of membranes, length
+    hourglass : of hex8, how stiff the modes are that the mean strain does not see: 1 bends a cube
+        as its material would
     name : what messages call it
 
     Raises
@@ -43,6 +46,7 @@ class Part:
     material: Material
     density: float
     thickness: float | None = None
+    hourglass: float = 0.1
     name: str = "part"
 
     def __post_init__(self) -> None:
@@ -62,6 +66,7 @@ class Part:
             )
         put(self, "elements", _corners(self.elements, self.kind, self.name))
         put(self, "density", positive(self.density, f"{self.name}: density"))
+        put(self, "hourglass", positive(self.hourglass, f"{self.name}: hourglass"))
         self._check_thickness()
 
     def _check_thickness(self) -> None:
@@ -104,7 +109,7 @@ def shapes_of(part: Part, nodes: FloatArray) -> Shapes:
             allowed=f"0 to {len(nodes) - 1}",
         )
     corners = nodes[elements]
-    shapes = tetrahedra(corners) if part.kind == "tet4" else triangles(corners)
+    shapes = SHAPES[part.kind](corners)
     dimension = DIMENSION[part.kind]
     least = FLAT * shapes.sizes**dimension
     wrong = np.flatnonzero(~(shapes.measures > least))

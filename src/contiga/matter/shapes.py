@@ -12,6 +12,15 @@ FLAT = 1e-12
 """Of the volume or area that the longest edge would make: what is less is none."""
 
 
+CUBE = np.array(
+    [
+        [-1.0, -1.0, -1.0], [1.0, -1.0, -1.0], [1.0, 1.0, -1.0], [-1.0, 1.0, -1.0],
+        [-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0],
+    ]
+)  # fmt: skip
+"""Corners of a hexahedron in VTK's order."""
+
+
 class Shapes(NamedTuple):
     """n elements of one kind at rest."""
 
@@ -36,6 +45,48 @@ def tetrahedra(corners: FloatArray) -> Shapes:
         gradients = cofactors / whole[:, None, None]
     shares = np.repeat(whole[:, None] / 24.0, 4, axis=1)
     return Shapes(gradients.reshape(-1, 9), whole / 6.0, shares, longest_edge(corners))
+
+
+def hexahedra(corners: FloatArray) -> Shapes:
+    """Trilinear hexahedra from their corners (n, 8, 3), with mean gradients ∫ ∇N dV / V.
+
+    Gauss's rule of 2 × 2 × 2 points is exact for them. One whose map has no positive determinant
+    at one of these points is inside out.
+    """
+    n = len(corners)
+    gradients, shares = np.zeros((n, 8, 3)), np.zeros((n, 8))
+    least = np.full(n, np.inf)
+    for point in CUBE / np.sqrt(3.0):
+        values, slopes = _trilinear(point)
+        a, b, c = (np.einsum("eai,a->ei", corners, slopes[:, k]) for k in range(3))
+        cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+        whole = np.sum(a * cofactors[:, 0], axis=1)
+        gradients += np.einsum("ak,eki->eai", slopes, cofactors)
+        shares += whole[:, None] * values
+        least = np.minimum(least, whole)
+    volumes = shares.sum(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        gradients /= volumes[:, None, None]
+    volumes = np.where(least > 0.0, volumes, least)
+    return Shapes(gradients.reshape(n, 24), volumes, shares, longest_edge(corners))
+
+
+def _trilinear(point: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(8,) shape functions of the cube −1 … 1 at a point, and (8, 3) their derivatives."""
+    factors = 0.5 * (1.0 + CUBE * point)
+    x, y, z = factors.T
+    slopes = 0.5 * CUBE * np.stack([y * z, z * x, x * y], axis=1)
+    return x * y * z, slopes
+
+
+def hourglass_modes(corners: FloatArray, gradients: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(n, 12) h_α·X of hexahedra, and (n, 4, 8) the vectors γ_α = h_α − Σ_j (h_α·X_j) B_j."""
+    n = len(corners)
+    x, y, z = CUBE.T
+    modes = np.stack([x * y, y * z, z * x, x * y * z])
+    seen = np.einsum("ma,eai->emi", modes, corners)
+    vectors = modes - np.einsum("emi,eai->ema", seen, gradients.reshape(n, 8, 3))
+    return seen.reshape(n, 12), vectors
 
 
 def triangles(corners: FloatArray, along: FloatArray | None = None) -> Shapes:

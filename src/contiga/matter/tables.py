@@ -34,6 +34,8 @@ class ElementTables(NamedTuple):
     """Which; numbers are in the kernels `elements_stress_nb`."""
     numbers: FloatArray
     """(c,) coefficients of the material."""
+    hourglass: FloatArray
+    """(b, 21 · LANES) of hexahedra, rows by `solid_hex_nb`; (0, 0) of others."""
     sums: BlockSums
 
 

@@ -34,6 +34,11 @@ def cells(counts: Sequence[int]) -> np.ndarray:
     return np.stack(corners, axis=1)
 
 
+def hexes(counts: Sequence[int]) -> np.ndarray:
+    """(n, 8) one a cell, corners in VTK's order."""
+    return cells(counts)[:, [0, 1, 3, 2, 4, 5, 7, 6]]
+
+
 def tets(counts: Sequence[int]) -> np.ndarray:
     """(n, 4) six tetrahedra a cell."""
     found = cells(counts)[:, np.array(TETS)].reshape(-1, 4)
@@ -117,3 +122,7 @@ def pull_sheet(material: Material, stretches: tuple[float, float]) -> tuple[np.n
     matter = one_part("tri3", nodes, sheet(1, 1), material, thickness=1.0)
     force, energy = still(matter, nodes * [*stretches, 1.0])
     return np.array([-force[nodes[:, k] == 1.0, k].sum() for k in range(2)]), energy
+
+
+ONE_HEX = grid((1, 1, 1)) + 0.1 * np.sin(5.0 * grid((1, 1, 1))[:, [1, 2, 0]] + [0.0, 1.0, 2.0])
+"""A cube whose corners are pushed about."""

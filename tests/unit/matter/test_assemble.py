@@ -58,6 +58,11 @@ def test_a_wrong_mesh_is_refused(nodes: np.ndarray, elements: list[list[int]], s
         assemble(nodes, [Part(**(GOOD | {"elements": np.array(elements)}))])
 
 
+def test_a_hexahedron_in_the_order_of_a_grid_is_refused() -> None:
+    with pytest.raises(MeshError, match="is inside out|has no volume"):
+        rig.one_part("hex8", rig.grid((1, 1, 1)), rig.cells((1, 1, 1)), RUBBER)
+
+
 def test_triangles_without_area_are_refused() -> None:
     line = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
     with pytest.raises(MeshError, match="has no area"):
@@ -83,20 +88,24 @@ def test_a_wrong_ratio_is_refused(poisson: Any) -> None:
         NeoHooke(young=1.0, poisson=poisson)
 
 
-def test_mass_is_that_of_the_volume() -> None:
+@pytest.mark.parametrize("kind", ["tet4", "hex8"])
+def test_mass_is_that_of_the_volume(kind: str) -> None:
     counts = (3, 2, 2)
     nodes = rig.grid(counts, (2.0, 1.0, 1.0))
-    matter = rig.one_part("tet4", nodes, rig.tets(counts), RUBBER)
+    elements = rig.tets(counts) if kind == "tet4" else rig.hexes(counts)
+    matter = rig.one_part(kind, nodes, elements, RUBBER)
     assert matter.mass.sum() == pytest.approx(4.0, rel=1e-13)
     centre = matter.mass @ nodes / matter.mass.sum()
     np.testing.assert_allclose(centre, [1.0, 0.5, 0.5], rtol=0.2)
 
 
-def test_the_skin_is_closed_and_faces_outward() -> None:
+@pytest.mark.parametrize("kind", ["tet4", "hex8"])
+def test_the_skin_is_closed_and_faces_outward(kind: str) -> None:
     """The sum of normals is zero, and x·n over three is the volume."""
     counts = (3, 2, 2)
     nodes = rig.grid(counts, (2.0, 1.0, 1.0))
-    facets = rig.one_part("tet4", nodes, rig.tets(counts), RUBBER).facets
+    elements = rig.tets(counts) if kind == "tet4" else rig.hexes(counts)
+    facets = rig.one_part(kind, nodes, elements, RUBBER).facets
     a, b, c = (nodes[facets[:, k]] for k in range(3))
     normals = 0.5 * np.cross(b - a, c - a)
     np.testing.assert_allclose(normals.sum(axis=0), 0.0, atol=1e-14)

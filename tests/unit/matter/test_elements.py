@@ -17,6 +17,8 @@ SHEET = rig.grid((1, 1, 0))
 CASES = {
     "tet4 neo-Hooke": ("tet4", rig.grid((1, 1, 1)), rig.tets((1, 1, 1)), RUBBER, {}),
     "tet4 elastic": ("tet4", rig.grid((1, 1, 1)), rig.tets((1, 1, 1)), STEEL, {}),
+    "hex8 neo-Hooke": ("hex8", rig.grid((2, 1, 1)), rig.hexes((2, 1, 1)), RUBBER, {}),
+    "hex8 elastic": ("hex8", rig.ONE_HEX, rig.hexes((1, 1, 1)), STEEL, {}),
     "tri3 neo-Hooke": ("tri3", SHEET, rig.sheet(1, 1), RUBBER, {"thickness": 0.2}),
     "tri3 elastic": ("tri3", SHEET, rig.sheet(1, 1), STEEL, {"thickness": 0.2}),
     "tri3 slack": ("tri3", SHEET, rig.sheet(1, 1), CLOTH, {"thickness": 0.2}),
@@ -66,12 +68,13 @@ def test_forces_and_moments_balance(matter: Assembled) -> None:
     np.testing.assert_allclose(np.cross(q, force).sum(axis=0), 0.0, atol=1e-14)
 
 
-@pytest.mark.parametrize("kind", ["tet4", "tri3"])
+@pytest.mark.parametrize("kind", ["tet4", "hex8", "tri3"])
 def test_an_even_strain_pushes_no_inner_node(kind: str) -> None:
     """The patch test: a mesh distorted inside, in a field whose gradient is everywhere the same."""
-    if kind == "tet4":
+    if kind != "tri3":
         counts = (3, 3, 3)
-        nodes, elements, more = rig.grid(counts), rig.tets(counts), {}
+        elements = rig.tets(counts) if kind == "tet4" else rig.hexes(counts)
+        nodes, more = rig.grid(counts), {}
     else:
         counts = (3, 3, 0)
         nodes, elements, more = rig.grid(counts), rig.sheet(3, 3), {"thickness": 0.2}

@@ -29,12 +29,25 @@ def test_of_one_element_they_are_exact(kind: str, material: Material) -> None:
     np.testing.assert_allclose(told, exact, rtol=1e-5)
 
 
+def test_of_a_hexahedron_they_bound_what_its_springs_add() -> None:
+    matter = rig.one_part("hex8", rig.ONE_HEX, rig.hexes((1, 1, 1)), MATERIALS[0])
+    q = rig.moved(rig.ONE_HEX * 1.1, 0.02)
+    exact = np.abs(rig.tangent(matter, q)).sum(axis=1).reshape(-1, 3).max(axis=1)
+    told = matter.stiffness(matter.start()._replace(points=q))
+    assert (told >= exact * (1.0 - 1e-6)).all()
+    assert (told <= 1.2 * exact).all()
+
+
+@pytest.mark.parametrize("kind", ["tet4", "hex8"])
 @pytest.mark.parametrize("material", MATERIALS)
-def test_the_step_they_allow_is_stable_and_not_much_too_short(material: Material) -> None:
+def test_the_step_they_allow_is_stable_and_not_much_too_short(
+    material: Material, kind: str
+) -> None:
     """On a mesh distorted by a fifth; the exact step is 2/√(largest eigenvalue)."""
     counts = (3, 3, 3)
     nodes = rig.moved(rig.grid(counts), 0.2 / 3 / 3)
-    matter = rig.one_part("tet4", nodes, rig.tets(counts), material)
+    elements = rig.tets(counts) if kind == "tet4" else rig.hexes(counts)
+    matter = rig.one_part(kind, nodes, elements, material)
     stiffness = rig.tangent(matter, nodes)
     fastest = eigh(0.5 * (stiffness + stiffness.T), np.diag(np.repeat(matter.mass, 3)))[0][-1]
     allowed = 2.0 * np.sqrt(np.min(matter.mass / matter.stiffness(matter.start())))

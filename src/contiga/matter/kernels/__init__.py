@@ -2,7 +2,8 @@
 
 - lanes_nb: blocks of elements: corners gathered to lanes, forces of lanes summed at nodes
 - solid_nb: tetrahedra: the gradient of a deformation, and forces from its stress
-- membrane_nb: the same of triangles
+- solid_hex_nb: hexahedra: their mean gradient, and springs against hourglass modes
+- membrane_nb: triangles of membranes: the gradient of a deformation, and forces from its stress
 - solid_elastic_nb: Saint-Venant and Kirchhoff's solid: stress and energy of a gradient
 - solid_neo_hooke_nb: Neo-Hooke's
 - membrane_elastic_nb: plane stress, with and without compression

@@ -17,6 +17,7 @@ from contiga.matter.kernels.lanes_nb import (
     total,
 )
 from contiga.matter.kernels.membrane_nb import triangle_forces, triangle_gradient
+from contiga.matter.kernels.solid_hex_nb import hex_forces, hex_gradient, hourglass
 from contiga.matter.kernels.solid_nb import determinant, tet_forces, tet_gradient
 
 
@@ -44,6 +45,24 @@ def tetrahedra(motion, tables, out, start, stop):
         solid_stress(bank, tables)
         _account(bank, volumes, out.energy[b])
         tet_forces(bank, gradients, volumes)
+        sum_in_block(bank, tables.sums, b, out.partial)
+
+
+@kernel()
+def hexahedra(motion, tables, out, start, stop):
+    """Forces, energies and inverted elements of blocks start … stop."""
+    bank = scratch(SIZE)
+    for b in range(start, stop):
+        gradients, volumes = tables.gradients[b], tables.measures[b]
+        blank(bank)
+        gather(motion.points, tables.nodes[b], 8, bank)
+        hex_gradient(bank, gradients)
+        determinant(bank)
+        out.inverted[b] = inverted(bank)
+        solid_stress(bank, tables)
+        hourglass(bank, tables.hourglass[b])
+        _account(bank, volumes, out.energy[b])
+        hex_forces(bank, gradients, volumes)
         sum_in_block(bank, tables.sums, b, out.partial)
 
 

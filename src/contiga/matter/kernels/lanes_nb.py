@@ -25,7 +25,9 @@ STRETCH = 46
 RATE = 47
 SPRINGS = 56
 """Twelve rows: the forces of hourglass modes, by reference volume."""
-ROWS = 68
+SQUARE, AXES = 68, 74
+"""C = FᵀF, six rows, which becomes its eigenvalues; nine rows: its eigenvectors, one a column."""
+ROWS = 83
 SIZE = ROWS * LANES
 
 

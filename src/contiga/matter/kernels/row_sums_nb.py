@@ -8,7 +8,7 @@ millionth of the sums, and the tangent is asked for once in some fifty steps.
 from __future__ import annotations
 
 from contiga.jit import inner, kernel
-from contiga.jit.scratch import scratch
+from contiga.jit.scratch import scratch, zero_scratch
 from contiga.matter.kernels.elements_stress_nb import membrane_stress, solid_stress
 from contiga.matter.kernels.lanes_nb import (
     CORNERS,
@@ -20,6 +20,7 @@ from contiga.matter.kernels.lanes_nb import (
     sum_in_block,
 )
 from contiga.matter.kernels.membrane_nb import triangle_gradient
+from contiga.matter.kernels.solid_hex_nb import ROW_SUMS, hex_gradient
 from contiga.matter.kernels.solid_nb import determinant, tet_gradient
 
 F, P, X = GRADIENT * LANES, STRESS * LANES, CORNERS * LANES
@@ -31,7 +32,7 @@ MOST_CORNERS = 8
 ALL = MOST_CORNERS * ROW
 
 
-@inner()
+@inner(linked=False)
 def all_gradients(some, corners, width, full):
     """Gradients of all corners (corners, 3, LANES) from those of all but the first."""
     for lane in range(3 * LANES):
@@ -44,7 +45,7 @@ def all_gradients(some, corners, width, full):
                 full[j * LANES + lane] -= g
 
 
-@inner()
+@inner(linked=False)
 def _nudge(bank, at, stress, way):
     """Change a row of F in the sense that stores less, and keep by how much."""
     for lane in range(LANES):
@@ -52,7 +53,7 @@ def _nudge(bank, at, stress, way):
         bank[F + at + lane] += way[lane]
 
 
-@inner()
+@inner(linked=False)
 def _differences(bank, at, stress, way, tangent):
     """∂P/∂F for the row of F that was changed, which is changed back."""
     for lane in range(LANES):
@@ -64,22 +65,39 @@ def _differences(bank, at, stress, way, tangent):
 
 
 @inner(linked=False)
-def add_rows(bank, tangent, full, shape, measures):
-    """|K| of one direction of all columns, added to the rows of all corners; shape is how many
-    corners and how many columns F has."""
-    corners, width = shape
+def _column(tangent, at, full, corner, column):
+    """∂P/∂F : G of a corner, for one row of P; (3, LANES)."""
+    for l in range(3):
+        for lane in range(LANES):
+            p, g = l * NINE + at + lane, corner * ROW + lane
+            column[l * LANES + lane] = (
+                tangent[p] * full[g]
+                + tangent[p + LANES] * full[g + LANES]
+                + tangent[p + 2 * LANES] * full[g + 2 * LANES]
+            )
+
+
+@inner(linked=False)
+def _add_row(column, full, corners, row, measures):
+    """|K| of one direction of all corners, added to a row."""
+    for b in range(corners):
+        for lane in range(LANES):
+            g = b * ROW + lane
+            k = column[lane] * full[g]
+            k += column[LANES + lane] * full[g + LANES]
+            k += column[2 * LANES + lane] * full[g + 2 * LANES]
+            row[lane] += measures[lane] * abs(k)
+
+
+@inner()
+def add_rows(bank, tangent, full, corners, measures):
+    """|K| of one direction of all columns, added to the rows of all corners."""
+    column = scratch(ROW)
     for a in range(corners):
         for i in range(3):
-            for b in range(corners):
-                for lane in range(LANES):
-                    k = 0.0
-                    for l in range(width):
-                        c = 0.0
-                        for j in range(width):
-                            p = l * NINE + i * ROW + j * LANES + lane
-                            c += tangent[p] * full[a * ROW + j * LANES + lane]
-                        k += c * full[b * ROW + l * LANES + lane]
-                    bank[X + a * ROW + i * LANES + lane] += measures[lane] * abs(k)
+            _column(tangent, i * ROW, full, a, column)
+            at = X + a * ROW + i * LANES
+            _add_row(column, full, corners, bank[at : at + LANES], measures)
 
 
 @inner()
@@ -110,15 +128,47 @@ def tet_rows(motion, tables, out, start, stop):
                 determinant(bank)
                 solid_stress(bank, tables)
                 _differences(bank, at, stress, way, tangent[l * NINE : (l + 1) * NINE])
-            add_rows(bank, tangent, full, (4, 3), tables.measures[b])
+            add_rows(bank, tangent, full, 4, tables.measures[b])
         sum_in_block(bank, tables.sums, b, out.partial)
+
+
+@kernel()
+def hex_rows(motion, tables, out, start, stop):
+    """Row sums of blocks start … stop, at nodes of blocks."""
+    bank = scratch(SIZE)
+    stress, way, tangent = scratch(NINE), scratch(LANES), scratch(TANGENT)
+    for b in range(start, stop):
+        gather(motion.points, tables.nodes[b], 8, bank)
+        hex_gradient(bank, tables.gradients[b])
+        determinant(bank)
+        solid_stress(bank, tables)
+        _start(bank, stress, 8)
+        for k in range(3):
+            for l in range(3):
+                at = k * ROW + l * LANES
+                _nudge(bank, at, stress, way)
+                determinant(bank)
+                solid_stress(bank, tables)
+                _differences(bank, at, stress, way, tangent[l * NINE : (l + 1) * NINE])
+            add_rows(bank, tangent, tables.gradients[b], 8, tables.measures[b])
+        _add_springs(bank, tables.hourglass[b])
+        sum_in_block(bank, tables.sums, b, out.partial)
+
+
+@inner()
+def _add_springs(bank, table):
+    """Row sums of the springs of hourglass modes, the same in each direction."""
+    for a in range(8):
+        for i in range(3):
+            for lane in range(LANES):
+                bank[X + a * ROW + i * LANES + lane] += table[(ROW_SUMS + a) * LANES + lane]
 
 
 @kernel()
 def triangle_rows(motion, tables, out, start, stop):
     """Row sums of blocks start … stop, at nodes of blocks."""
-    bank, full = scratch(SIZE), scratch(ALL)
-    stress, way, tangent = scratch(NINE), scratch(LANES), scratch(TANGENT)
+    bank, full = zero_scratch(SIZE), zero_scratch(ALL)  # F, P and G have no third column
+    stress, way, tangent = scratch(NINE), scratch(LANES), zero_scratch(TANGENT)
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], 3, bank)
         triangle_gradient(bank, tables.gradients[b])
@@ -131,5 +181,5 @@ def triangle_rows(motion, tables, out, start, stop):
                 _nudge(bank, at, stress, way)
                 membrane_stress(bank, tables)
                 _differences(bank, at, stress, way, tangent[l * NINE : (l + 1) * NINE])
-            add_rows(bank, tangent, full, (3, 2), tables.measures[b])
+            add_rows(bank, tangent, full, 3, tables.measures[b])
         sum_in_block(bank, tables.sums, b, out.partial)
