@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.dynamics.nodes import (
-    Arrays,
     Forces,
     Instant,
     SlaveState,
@@ -82,13 +81,19 @@ class DeformingNodes(_Unmoved):
         answer = self._asked(self.matter.start(), points, velocities, now)
         drag = (-self.damping * self.mass)[:, None] * velocities
         kinetic = kinetic_energy(self.mass, velocities)
-        energy = np.array([kinetic, *answer.energy[:2], 0.0, 0.0, 0.0])
-        limit = _Limit(self._square(answer.state), REFRESH, REFRESH)
-        return SlaveState(points, velocities, self._inside(answer, drag, energy, limit))
+        inside = {
+            "force": self._at_nodes(answer.force),
+            "drag": drag,
+            "energy": np.array([kinetic, *answer.energy[:2], 0.0, 0.0, 0.0]),
+            "limit": np.array([self._square(answer.state), REFRESH, REFRESH]),
+            "memory": answer.state.memory,
+        }
+        return SlaveState(points, velocities, inside)
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
         """Half a kick, a drift, and the velocity that half a kick more gives."""
-        kick = 0.5 * now.dt * self._acceleration(last.matter, forces, now.gravity)
+        force = last.matter["force"] + last.matter["drag"]
+        kick = 0.5 * now.dt * self._acceleration(force, forces, now.gravity)
         velocities = last.velocities + kick
         return SlaveState(last.points + now.dt * velocities, velocities + kick, last.matter)
 
@@ -100,16 +105,25 @@ class DeformingNodes(_Unmoved):
         before = last.matter
         state = MatterState(last.points[self.rows], before["memory"])
         answer = self._asked(state, drifted.points, half, now)
-        drag = (-self.damping * self.mass)[:, None] * half
+        force = self._at_nodes(answer.force)
+        # Damping acts by the velocity that it leaves, so that it is of second order and stable.
+        kick = 0.5 * now.dt * self._acceleration(force, forces, now.gravity)
+        velocities = (half + kick) / (1.0 + 0.5 * now.dt * self.damping)
+        drag = (-self.damping * self.mass)[:, None] * velocities
         taken = 0.5 * float(((before["drag"] + drag) * (drifted.points - last.points)).sum())
-        energy = np.array([0.0, *answer.energy, -taken])
-        energy[3:] += before["energy"][3:]
-        limit = self._next_limit(_Limit(*before["limit"].tolist()), answer.state)
-        inside = self._inside(answer, drag, energy, limit)
-        kick = 0.5 * now.dt * self._acceleration(inside, forces, now.gravity)
         # Of the middles of the steps before and after: what a leapfrog keeps of linear elements.
-        energy[0] = 0.5 * float((self.mass * (half * (half + 2.0 * kick)).sum(axis=1)).sum())
-        return SlaveState(drifted.points, half + kick, inside)
+        after = 2.0 * velocities - half
+        kinetic = 0.5 * float((self.mass * (half * after).sum(axis=1)).sum())
+        energy = np.array([kinetic, *answer.energy, -taken])
+        energy[3:] += before["energy"][3:]
+        inside = {
+            "force": force,
+            "drag": drag,
+            "energy": energy,
+            "limit": np.array(self._next_limit(_Limit(*before["limit"].tolist()), answer.state)),
+            "memory": answer.state.memory,
+        }
+        return SlaveState(drifted.points, velocities, inside)
 
     def _asked(
         self, state: MatterState, points: FloatArray, velocities: FloatArray, now: Instant
@@ -121,22 +135,15 @@ class DeformingNodes(_Unmoved):
         except ElementError as error:
             raise error.at(now.time) from error
 
-    def _inside(
-        self, answer: MatterForces, drag: FloatArray, energy: FloatArray, limit: _Limit
-    ) -> dict[str, FloatArray]:
-        force = drag.copy()
-        force[self.rows] += answer.force
-        return {
-            "force": force,
-            "drag": drag,
-            "energy": energy,
-            "limit": np.array(limit),
-            "memory": answer.state.memory,
-        }
+    def _at_nodes(self, force: FloatArray) -> FloatArray:
+        """(n, 3) of the slave's nodes."""
+        every = np.zeros(self.rest.shape)
+        every[self.rows] = force
+        return every
 
-    def _acceleration(self, inside: Arrays, forces: Forces, gravity: FloatArray) -> FloatArray:
-        """(n, 3), zero where they are held."""
-        acceleration = (forces() + inside["force"]) / self.mass[:, None] + gravity
+    def _acceleration(self, force: FloatArray, forces: Forces, gravity: FloatArray) -> FloatArray:
+        """(n, 3) by the forces of elements and of contacts, zero where they are held."""
+        acceleration = (forces() + force) / self.mass[:, None] + gravity
         acceleration[self.held] = 0.0
         return acceleration
 

@@ -119,6 +119,11 @@ class _Unmoved:
         """None."""
         return 0.0, 0.0
 
+    @property
+    def flight(self) -> FloatArray | None:
+        """None."""
+        return None
+
     def kick(
         self, last: SlaveState, drifted: SlaveState, forces: Forces, now: Instant
     ) -> SlaveState:
