@@ -7,6 +7,6 @@ NeoHooke(young=3.0, poisson=0.49)
 
 from __future__ import annotations
 
-from contiga.matter.materials import Elastic, NeoHooke
+from contiga.matter.materials import Elastic, Foam, NeoHooke
 
-__all__ = ["Elastic", "NeoHooke"]
+__all__ = ["Elastic", "Foam", "NeoHooke"]

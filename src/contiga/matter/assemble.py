@@ -62,15 +62,15 @@ def assemble(
     mass = np.zeros(len(points))
     groups: list[Group] = []
     rows_of_nodes: list[IntArray] = []
-    first = 0
+    first = remembered = 0
     for part in parts:
         shapes = shapes_of(part, points)
         weights = (part.density * part.section * shapes.shares).ravel()
         mass += np.bincount(part.elements.ravel(), weights=weights, minlength=len(points))
-        group, nodes_of_rows = _group(part, shapes, points, first)
+        group, nodes_of_rows = _group(part, shapes, points, first, remembered)
         groups.append(group)
         rows_of_nodes.append(nodes_of_rows)
-        first += len(nodes_of_rows)
+        first, remembered = group.rows.stop, group.memory.stop
     _check_mass(points, mass)
     outer = skin([(part.kind, part.elements) for part in parts])
     given = outer if facets is None else np.ascontiguousarray(facets, dtype=np.int32)
@@ -86,10 +86,14 @@ def _finite(nodes: ArrayLike) -> FloatArray:
     return points
 
 
-def _group(part: Part, shapes: Shapes, nodes: FloatArray, first: int) -> tuple[Group, IntArray]:
-    """A part as kernels take it, its rows from `first` on, and the nodes of these."""
+def _group(
+    part: Part, shapes: Shapes, nodes: FloatArray, first: int, remembered: int
+) -> tuple[Group, IntArray]:
+    """A part as kernels take it, its rows and memory from `first` and `remembered` on, and the
+    nodes of its rows."""
     sums, nodes_of_rows = block_sums(part.elements, len(nodes))
     material = part.material.coefficients(part.kind, part.section)
+    viscosity = _viscosity(part, material.wave_modulus)
     tables = ElementTables(
         nodes_in_lanes(part.elements),
         in_lanes(shapes.gradients),
@@ -97,12 +101,23 @@ def _group(part: Part, shapes: Shapes, nodes: FloatArray, first: int) -> tuple[G
         material.stage,
         material.numbers,
         _hourglass(part, shapes, nodes, material.modulus),
+        viscosity,
+        in_lanes(np.cbrt(shapes.measures)[:, None]),
+        int(material.asks_rates or viscosity.size > 0),
         sums,
     )
     rows = slice(first, first + len(nodes_of_rows))
-    return Group(
-        part.name, part.kind, part.elements, tables, material.stiffest, rows
-    ), nodes_of_rows
+    memory = slice(remembered, remembered + tables.measures.size * material.memory)
+    elements, stiffest = part.elements, material.stiffest
+    return Group(part.name, part.kind, elements, tables, stiffest, rows, memory), nodes_of_rows
+
+
+def _viscosity(part: Part, modulus: float) -> FloatArray:
+    """Coefficients of the bulk viscosity; none where there is none."""
+    if not any(part.bulk_viscosity):
+        return np.zeros(0)
+    linear, quadratic = part.bulk_viscosity
+    return np.array([linear * np.sqrt(modulus / part.density), quadratic, part.density])
 
 
 def _hourglass(part: Part, shapes: Shapes, nodes: FloatArray, modulus: float) -> FloatArray:

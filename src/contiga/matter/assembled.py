@@ -12,7 +12,7 @@ from contiga.matter.blocks import NodeSums
 from contiga.matter.kernels import elements_nb, lanes_nb, row_sums_nb
 from contiga.matter.kernels.lanes_nb import KINDS, LANES
 from contiga.matter.protocol import MatterEnergy, MatterForces, MatterState
-from contiga.matter.tables import ElementOutput, ElementTables, Motion
+from contiga.matter.tables import ElementOutput, ElementTables, Memory, Motion
 from contiga.num.arrays import locked
 from contiga.num.threads import run_ranges
 from contiga.num.workspace import Workspace
@@ -42,6 +42,8 @@ class Group(NamedTuple):
     """The stage that bounds the stiffness of its material."""
     rows: slice
     """Of the table that all groups write sums of blocks to."""
+    memory: slice
+    """Of what all groups remember."""
 
 
 class Assembled:
@@ -59,6 +61,7 @@ class Assembled:
         self.nodes, self.mass, self.facets = nodes, mass, facets
         self.groups, self.damping = groups, damping
         self._sums = sums
+        self._remembered = max((group.memory.stop for group in groups), default=0)
 
     def points(self, q: FloatArray) -> FloatArray:
         """See `Matter`: the nodes themselves."""
@@ -74,30 +77,32 @@ class Assembled:
 
     def start(self) -> MatterState:
         """See `Matter`: the nodes at rest."""
-        return MatterState(self.nodes.copy(), np.zeros(0))
+        return MatterState(self.nodes.copy(), np.zeros(self._remembered))
 
     def forces(self, state: MatterState, q: FloatArray, v: FloatArray, dt: float) -> MatterForces:
         """See `Matter`."""
         motion = Motion(locked(q), locked(v), float(dt))
         partial = _workspace.rows(len(self._sums.rows), 3)
-        energy = np.zeros(KINDS)
+        energy, memory = np.zeros(KINDS), np.empty(self._remembered)
         for group in self.groups:
-            energy += self._group_forces(group, motion, partial)
+            energy += self._group_forces(group, motion, _memory(group, state, memory), partial)
         force = self._at_nodes(partial)
         if self.damping:
             drag = (self.damping * self.mass)[:, None] * v
             force -= drag
             energy[2] += dt * float(np.sum(drag * v))
         told = MatterEnergy(*(float(kind) for kind in energy))
-        return MatterForces(force, told, MatterState(q.copy(), state.memory.copy()))
+        return MatterForces(force, told, MatterState(q.copy(), memory))
 
-    def _group_forces(self, group: Group, motion: Motion, partial: FloatArray) -> FloatArray:
+    def _group_forces(
+        self, group: Group, motion: Motion, memory: Memory, partial: FloatArray
+    ) -> FloatArray:
         """The energies of a group, whose forces go into its rows of `partial`."""
         blocks = len(group.tables.nodes)
         out = ElementOutput(
             partial[group.rows], np.empty((blocks, KINDS)), np.empty(blocks, np.int32)
         )
-        run_ranges(KERNELS[group.kind][0], blocks, BLOCKS, motion, group.tables, out)
+        run_ranges(KERNELS[group.kind][0], blocks, BLOCKS, motion, group.tables, memory, out)
         if out.inverted.any():
             raise _inverted(group, motion.points, out.inverted)
         return np.asarray(out.energy.sum(axis=0))
@@ -116,8 +121,16 @@ class Assembled:
             blocks = len(group.tables.nodes)
             tables = group.tables._replace(material=group.stiffest)
             out = ElementOutput(partial[group.rows], np.empty((0, KINDS)), np.empty(0, np.int32))
-            run_ranges(KERNELS[group.kind][1], blocks, BLOCKS, motion, tables, out)
+            memory = _memory(group, state, np.empty(self._remembered))
+            run_ranges(KERNELS[group.kind][1], blocks, BLOCKS, motion, tables, memory, out)
         return np.asarray(self._at_nodes(partial).max(axis=1))
+
+
+def _memory(group: Group, state: MatterState, new: FloatArray) -> Memory:
+    """A group's part of what a state remembers, and of what is written."""
+    blocks = len(group.tables.nodes)
+    old = state.memory[group.memory].reshape(blocks, -1)
+    return Memory(locked(old), new[group.memory].reshape(blocks, -1))
 
 
 def _inverted(group: Group, points: FloatArray, counts: IntArray) -> ElementError:

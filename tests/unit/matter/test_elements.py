@@ -8,10 +8,11 @@ from scipy.spatial.transform import Rotation
 from tests.unit.matter import rig
 
 from contiga.errors import ElementError
-from contiga.materials import Elastic, NeoHooke
+from contiga.materials import Elastic, Foam, NeoHooke
 from contiga.matter import Assembled, Part, assemble
 
 RUBBER, STEEL = NeoHooke(young=3.0, poisson=0.45), Elastic(young=3.0, poisson=0.3)
+PAD = Foam(loading=[[0.0, 0.0], [0.9, 3.0]], tension=3.0)
 CLOTH = Elastic(young=3.0, poisson=0.3, compression=False)
 SHEET = rig.grid((1, 1, 0))
 CASES = {
@@ -19,6 +20,7 @@ CASES = {
     "tet4 elastic": ("tet4", rig.grid((1, 1, 1)), rig.tets((1, 1, 1)), STEEL, {}),
     "hex8 neo-Hooke": ("hex8", rig.grid((2, 1, 1)), rig.hexes((2, 1, 1)), RUBBER, {}),
     "hex8 elastic": ("hex8", rig.ONE_HEX, rig.hexes((1, 1, 1)), STEEL, {}),
+    "hex8 foam": ("hex8", rig.ONE_HEX, rig.hexes((1, 1, 1)), PAD, {}),
     "tri3 neo-Hooke": ("tri3", SHEET, rig.sheet(1, 1), RUBBER, {"thickness": 0.2}),
     "tri3 elastic": ("tri3", SHEET, rig.sheet(1, 1), STEEL, {"thickness": 0.2}),
     "tri3 slack": ("tri3", SHEET, rig.sheet(1, 1), CLOTH, {"thickness": 0.2}),

@@ -51,6 +51,13 @@ def blank(bank):
 
 
 @inner(linked=False)
+def take_as_rate(bank):
+    """The gradient of velocities into its own rows."""
+    for at in range(9 * LANES):
+        bank[RATE * LANES + at] = bank[GRADIENT * LANES + at]
+
+
+@inner(linked=False)
 def total(bank, row):
     """The sum of a row, which is used up: halves are added until there is one number."""
     width = LANES // 2
