@@ -2,7 +2,7 @@
 
 >>> from contiga.materials import NeoHooke
 >>> NeoHooke(young=3.0, poisson=0.49)
-NeoHooke(young=3.0, poisson=0.49)
+NeoHooke(young=3.0, poisson=0.49, volume='element')
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import InputError, MeshError
-from contiga.matter.assembled import Assembled, Group
+from contiga.matter.assembled import Assembled, Average, Group
 from contiga.matter.blocks import block_sums, in_lanes, node_sums, nodes_in_lanes
 from contiga.matter.parts import Part, shapes_of
 from contiga.matter.shapes import Shapes, hourglass_modes
@@ -104,12 +104,27 @@ def _group(
         viscosity,
         in_lanes(np.cbrt(shapes.measures)[:, None]),
         int(material.asks_rates or viscosity.size > 0),
+        0,
         sums,
     )
     rows = slice(first, first + len(nodes_of_rows))
     memory = slice(remembered, remembered + tables.measures.size * material.memory)
-    elements, stiffest = part.elements, material.stiffest
-    return Group(part.name, part.kind, elements, tables, stiffest, rows, memory), nodes_of_rows
+    bound = tables._replace(material=material.stiffest)
+    average = None
+    if material.averaged:
+        tables = tables._replace(numbers=material.numbers * [1.0, 0.0], averaged=1)
+        average = _average(part, shapes, nodes, material.averaged, nodes_of_rows)
+    group = Group(part.name, part.kind, part.elements, tables, bound, average, rows, memory)
+    return group, nodes_of_rows
+
+
+def _average(
+    part: Part, shapes: Shapes, nodes: FloatArray, modulus: float, nodes_of_rows: IntArray
+) -> Average:
+    """How the change of volume of a part is averaged at its nodes."""
+    corners, weights = part.elements.ravel(), shapes.shares.ravel()
+    volumes = np.bincount(corners, weights=weights, minlength=len(nodes))
+    return Average(modulus, volumes.astype(np.float64), node_sums(nodes_of_rows, len(nodes)))
 
 
 def _viscosity(part: Part, modulus: float) -> FloatArray:

@@ -18,6 +18,7 @@ from contiga.num.arrays import positive
 from contiga.records import FloatArray
 
 SOLIDS = ("tet4", "hex8")
+VOLUMES = ("element", "nodes")
 
 
 class Coefficients(NamedTuple):
@@ -35,6 +36,8 @@ class Coefficients(NamedTuple):
     memory: int = 0
     """Numbers an element that are remembered."""
     asks_rates: bool = False
+    averaged: float = 0.0
+    """λ of what is averaged at nodes."""
 
 
 class Material(Protocol):
@@ -60,7 +63,7 @@ def _poisson(value: object, name: str) -> float:
             where=name,
             found=value,
             allowed=allowed,
-            remedy="For rubber take 0.49 to 0.499",
+            remedy="For rubber take 0.49 to 0.499, and volume='nodes' for tetrahedra",
         )
     return number
 
@@ -131,6 +134,9 @@ class NeoHooke:
     Parameters
     ----------
     young, poisson : of small strains; μ = E/2(1 + ν), λ = 2 μ ν/(1 − 2 ν)
+    volume : whose change of volume λ acts on: that of each "element", or averaged at "nodes", by
+        which tetrahedra do not lock as ν comes near a half (after Bonet and Burton, Commun. Numer.
+        Methods Eng. 14, 1998). Only tet4 need it, and only theirs is averaged
 
     Raises
     ------
@@ -141,23 +147,30 @@ class NeoHooke:
     --------
     >>> import contiga as cg
     >>> cg.materials.NeoHooke(young=3.0, poisson=0.49)
-    NeoHooke(young=3.0, poisson=0.49)
+    NeoHooke(young=3.0, poisson=0.49, volume='element')
     """
 
     kinds: ClassVar[tuple[str, ...]] = (*SOLIDS, "tri3")
 
     young: float
     poisson: float
+    volume: str = "element"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "young", positive(self.young, "young"))
         object.__setattr__(self, "poisson", _poisson(self.poisson, "poisson"))
+        if self.volume not in VOLUMES:
+            raise InputError(
+                "is not known", where="volume", found=self.volume, allowed=", ".join(VOLUMES)
+            )
 
     def coefficients(self, kind: str, thickness: float) -> Coefficients:
         """See `Material`."""
         mu, lam = _lame(self.young, self.poisson)
         numbers = np.array([mu, lam]) * (1.0 if kind in SOLIDS else thickness)
-        return Coefficients(NEO_HOOKE, numbers, NEO_HOOKE, self.young, lam + 2.0 * mu)
+        wave = lam + 2.0 * mu
+        averaged = lam if kind == "tet4" and self.volume == "nodes" else 0.0
+        return Coefficients(NEO_HOOKE, numbers, NEO_HOOKE, self.young, wave, averaged=averaged)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

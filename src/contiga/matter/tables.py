@@ -42,6 +42,8 @@ class ElementTables(NamedTuple):
     """(b, LANES) lengths for the bulk viscosity."""
     asks_rates: int
     """1 if velocities matter."""
+    averaged: int
+    """1 if the change of volume is averaged at the nodes of tetrahedra."""
     sums: BlockSums
 
 
@@ -55,6 +57,8 @@ class Motion(NamedTuple):
     """(m, 3)."""
     step: float
     """Time since the memory `old` was written."""
+    pressures: FloatArray
+    """(m,) λ (J − 1) averaged at nodes; (0,) where nothing is averaged."""
 
 
 @pass_by_pointer

@@ -19,7 +19,13 @@ from contiga.matter.kernels.lanes_nb import (
 )
 from contiga.matter.kernels.membrane_nb import triangle_forces, triangle_gradient
 from contiga.matter.kernels.solid_hex_nb import hex_forces, hex_gradient, hourglass
-from contiga.matter.kernels.solid_nb import determinant, tet_forces, tet_gradient
+from contiga.matter.kernels.solid_nb import (
+    determinant,
+    mean_pressure,
+    quarter_volumes,
+    tet_forces,
+    tet_gradient,
+)
 from contiga.matter.kernels.solid_viscosity_nb import bulk_viscosity
 
 
@@ -43,6 +49,18 @@ def _solid(bank, tables, memory, b, step):
 
 
 @kernel()
+def tet_volumes(motion, tables, out, start, stop):
+    """The volume of each corner of blocks start … stop, as x of the rows of `partial`."""
+    bank = scratch(SIZE)
+    for b in range(start, stop):
+        gather(motion.points, tables.nodes[b], 4, bank)
+        tet_gradient(bank, tables.gradients[b])
+        determinant(bank)
+        quarter_volumes(bank, tables.measures[b])
+        sum_in_block(bank, tables.sums, b, out.partial)
+
+
+@kernel()
 def tetrahedra(motion, tables, memory, out, start, stop):
     """Forces, energies and inverted elements of blocks start … stop."""
     bank = scratch(SIZE)
@@ -55,6 +73,8 @@ def tetrahedra(motion, tables, memory, out, start, stop):
             take_as_rate(bank)
         gather(motion.points, tables.nodes[b], 4, bank)
         tet_gradient(bank, gradients)
+        if tables.averaged:
+            mean_pressure(bank, motion.pressures, tables.nodes[b])
         _solid(bank, tables, memory, b, motion.step)
         out.inverted[b] = inverted(bank)
         _account(bank, volumes, out.energy[b])
