@@ -2,11 +2,11 @@
 
 >>> from contiga.materials import NeoHooke
 >>> NeoHooke(young=3.0, poisson=0.49)
-NeoHooke(young=3.0, poisson=0.49)
+NeoHooke(young=3.0, poisson=0.49, volume='element')
 """
 
 from __future__ import annotations
 
-from contiga.matter.materials import Elastic, NeoHooke
+from contiga.matter.materials import Elastic, Foam, NeoHooke
 
-__all__ = ["Elastic", "NeoHooke"]
+__all__ = ["Elastic", "Foam", "NeoHooke"]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import InputError, MeshError
-from contiga.matter.assembled import Assembled, Group
+from contiga.matter.assembled import Assembled, Average, Group
 from contiga.matter.blocks import block_sums, in_lanes, node_sums, nodes_in_lanes
 from contiga.matter.parts import Part, shapes_of
 from contiga.matter.shapes import Shapes, hourglass_modes
@@ -62,15 +62,15 @@ def assemble(
     mass = np.zeros(len(points))
     groups: list[Group] = []
     rows_of_nodes: list[IntArray] = []
-    first = 0
+    first = remembered = 0
     for part in parts:
         shapes = shapes_of(part, points)
         weights = (part.density * part.section * shapes.shares).ravel()
         mass += np.bincount(part.elements.ravel(), weights=weights, minlength=len(points))
-        group, nodes_of_rows = _group(part, shapes, points, first)
+        group, nodes_of_rows = _group(part, shapes, points, first, remembered)
         groups.append(group)
         rows_of_nodes.append(nodes_of_rows)
-        first += len(nodes_of_rows)
+        first, remembered = group.rows.stop, group.memory.stop
     _check_mass(points, mass)
     outer = skin([(part.kind, part.elements) for part in parts])
     given = outer if facets is None else np.ascontiguousarray(facets, dtype=np.int32)
@@ -86,10 +86,14 @@ def _finite(nodes: ArrayLike) -> FloatArray:
     return points
 
 
-def _group(part: Part, shapes: Shapes, nodes: FloatArray, first: int) -> tuple[Group, IntArray]:
-    """A part as kernels take it, its rows from `first` on, and the nodes of these."""
+def _group(
+    part: Part, shapes: Shapes, nodes: FloatArray, first: int, remembered: int
+) -> tuple[Group, IntArray]:
+    """A part as kernels take it, its rows and memory from `first` and `remembered` on, and the
+    nodes of its rows."""
     sums, nodes_of_rows = block_sums(part.elements, len(nodes))
     material = part.material.coefficients(part.kind, part.section)
+    viscosity = _viscosity(part, material.wave_modulus)
     tables = ElementTables(
         nodes_in_lanes(part.elements),
         in_lanes(shapes.gradients),
@@ -97,12 +101,38 @@ def _group(part: Part, shapes: Shapes, nodes: FloatArray, first: int) -> tuple[G
         material.stage,
         material.numbers,
         _hourglass(part, shapes, nodes, material.modulus),
+        viscosity,
+        in_lanes(np.cbrt(shapes.measures)[:, None]),
+        int(material.asks_rates or viscosity.size > 0),
+        0,
         sums,
     )
     rows = slice(first, first + len(nodes_of_rows))
-    return Group(
-        part.name, part.kind, part.elements, tables, material.stiffest, rows
-    ), nodes_of_rows
+    memory = slice(remembered, remembered + tables.measures.size * material.memory)
+    bound = tables._replace(material=material.stiffest)
+    average = None
+    if material.averaged:
+        tables = tables._replace(numbers=material.numbers * [1.0, 0.0], averaged=1)
+        average = _average(part, shapes, nodes, material.averaged, nodes_of_rows)
+    group = Group(part.name, part.kind, part.elements, tables, bound, average, rows, memory)
+    return group, nodes_of_rows
+
+
+def _average(
+    part: Part, shapes: Shapes, nodes: FloatArray, modulus: float, nodes_of_rows: IntArray
+) -> Average:
+    """How the change of volume of a part is averaged at its nodes."""
+    corners, weights = part.elements.ravel(), shapes.shares.ravel()
+    volumes = np.bincount(corners, weights=weights, minlength=len(nodes))
+    return Average(modulus, volumes.astype(np.float64), node_sums(nodes_of_rows, len(nodes)))
+
+
+def _viscosity(part: Part, modulus: float) -> FloatArray:
+    """Coefficients of the bulk viscosity; none where there is none."""
+    if not any(part.bulk_viscosity):
+        return np.zeros(0)
+    linear, quadratic = part.bulk_viscosity
+    return np.array([linear * np.sqrt(modulus / part.density), quadratic, part.density])
 
 
 def _hourglass(part: Part, shapes: Shapes, nodes: FloatArray, modulus: float) -> FloatArray:

@@ -36,6 +36,14 @@ class ElementTables(NamedTuple):
     """(c,) coefficients of the material."""
     hourglass: FloatArray
     """(b, 21 · LANES) of hexahedra, rows by `solid_hex_nb`; (0, 0) of others."""
+    viscosity: FloatArray
+    """(3,) coefficients of the bulk viscosity; (0,) of what has none."""
+    sizes: FloatArray
+    """(b, LANES) lengths for the bulk viscosity."""
+    asks_rates: int
+    """1 if velocities matter."""
+    averaged: int
+    """1 if the change of volume is averaged at the nodes of tetrahedra."""
     sums: BlockSums
 
 
@@ -49,6 +57,18 @@ class Motion(NamedTuple):
     """(m, 3)."""
     step: float
     """Time since the memory `old` was written."""
+    pressures: FloatArray
+    """(m,) λ (J − 1) averaged at nodes; (0,) where nothing is averaged."""
+
+
+@pass_by_pointer
+class Memory(NamedTuple):
+    """What the materials of elements remember, columns one after the other in each block."""
+
+    old: FloatArray
+    """(b, c · LANES) at the start of the step."""
+    new: FloatArray
+    """(b, c · LANES) at its end."""
 
 
 @pass_by_pointer

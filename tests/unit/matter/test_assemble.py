@@ -59,7 +59,7 @@ def test_a_wrong_mesh_is_refused(nodes: np.ndarray, elements: list[list[int]], s
 
 
 def test_a_hexahedron_in_the_order_of_a_grid_is_refused() -> None:
-    with pytest.raises(MeshError, match="is inside out|has no volume"):
+    with pytest.raises(MeshError, match=r"is inside out|has no volume"):
         rig.one_part("hex8", rig.grid((1, 1, 1)), rig.cells((1, 1, 1)), RUBBER)
 
 

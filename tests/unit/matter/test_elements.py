@@ -8,17 +8,21 @@ from scipy.spatial.transform import Rotation
 from tests.unit.matter import rig
 
 from contiga.errors import ElementError
-from contiga.materials import Elastic, NeoHooke
+from contiga.materials import Elastic, Foam, NeoHooke
 from contiga.matter import Assembled, Part, assemble
 
 RUBBER, STEEL = NeoHooke(young=3.0, poisson=0.45), Elastic(young=3.0, poisson=0.3)
+PAD = Foam(loading=[[0.0, 0.0], [0.9, 3.0]], tension=3.0)
+SOFT = NeoHooke(young=3.0, poisson=0.499, volume="nodes")
 CLOTH = Elastic(young=3.0, poisson=0.3, compression=False)
 SHEET = rig.grid((1, 1, 0))
 CASES = {
     "tet4 neo-Hooke": ("tet4", rig.grid((1, 1, 1)), rig.tets((1, 1, 1)), RUBBER, {}),
     "tet4 elastic": ("tet4", rig.grid((1, 1, 1)), rig.tets((1, 1, 1)), STEEL, {}),
+    "tet4 averaged": ("tet4", rig.grid((1, 1, 1)), rig.tets((1, 1, 1)), SOFT, {}),
     "hex8 neo-Hooke": ("hex8", rig.grid((2, 1, 1)), rig.hexes((2, 1, 1)), RUBBER, {}),
     "hex8 elastic": ("hex8", rig.ONE_HEX, rig.hexes((1, 1, 1)), STEEL, {}),
+    "hex8 foam": ("hex8", rig.ONE_HEX, rig.hexes((1, 1, 1)), PAD, {}),
     "tri3 neo-Hooke": ("tri3", SHEET, rig.sheet(1, 1), RUBBER, {"thickness": 0.2}),
     "tri3 elastic": ("tri3", SHEET, rig.sheet(1, 1), STEEL, {"thickness": 0.2}),
     "tri3 slack": ("tri3", SHEET, rig.sheet(1, 1), CLOTH, {"thickness": 0.2}),
@@ -84,7 +88,7 @@ def test_an_even_strain_pushes_no_inner_node(kind: str) -> None:
         -0.05, 0.05, (inner.sum(), len(axes))
     )
     strain = np.array([[1.2, 0.1, 0.05], [-0.03, 0.95, 0.02], [0.1, 0.0, 1.1]])
-    for material in (RUBBER, STEEL):
+    for material in (RUBBER, STEEL, SOFT):
         force, _ = rig.still(
             rig.one_part(kind, nodes, elements, material, **more), nodes @ strain.T
         )

@@ -38,8 +38,13 @@ def test_of_a_hexahedron_they_bound_what_its_springs_add() -> None:
     assert (told <= 1.2 * exact).all()
 
 
-@pytest.mark.parametrize("kind", ["tet4", "hex8"])
-@pytest.mark.parametrize("material", MATERIALS)
+SOFT = NeoHooke(young=3.0, poisson=0.499, volume="nodes")
+
+
+@pytest.mark.parametrize(
+    ("kind", "material"),
+    [(kind, material) for kind in ("tet4", "hex8") for material in MATERIALS] + [("tet4", SOFT)],
+)
 def test_the_step_they_allow_is_stable_and_not_much_too_short(
     material: Material, kind: str
 ) -> None:
@@ -51,7 +56,8 @@ def test_the_step_they_allow_is_stable_and_not_much_too_short(
     stiffness = rig.tangent(matter, nodes)
     fastest = eigh(0.5 * (stiffness + stiffness.T), np.diag(np.repeat(matter.mass, 3)))[0][-1]
     allowed = 2.0 * np.sqrt(np.min(matter.mass / matter.stiffness(matter.start())))
-    assert 0.5 < allowed / (2.0 / np.sqrt(fastest)) <= 1.0
+    least = 0.2 if material is SOFT else 0.5
+    assert least < allowed / (2.0 / np.sqrt(fastest)) <= 1.0
 
 
 def test_cloth_that_is_slack_is_as_stiff_as_when_it_is_taut() -> None:

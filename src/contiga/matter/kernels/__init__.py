@@ -6,6 +6,10 @@
 - membrane_nb: triangles of membranes: the gradient of a deformation, and forces from its stress
 - solid_elastic_nb: Saint-Venant and Kirchhoff's solid: stress and energy of a gradient
 - solid_neo_hooke_nb: Neo-Hooke's
+- curve_nb: curves of straight pieces
+- solid_principal_nb: principal stretches
+- solid_foam_nb: low-density foam, with rates and unloading
+- solid_viscosity_nb: bulk viscosity
 - membrane_elastic_nb: plane stress, with and without compression
 - membrane_neo_hooke_nb: Neo-Hooke's membrane
 - elements_stress_nb: which material's stage follows on the gradient

@@ -14,11 +14,19 @@ from contiga.matter.kernels.lanes_nb import (
     gather,
     inverted,
     sum_in_block,
+    take_as_rate,
     total,
 )
 from contiga.matter.kernels.membrane_nb import triangle_forces, triangle_gradient
 from contiga.matter.kernels.solid_hex_nb import hex_forces, hex_gradient, hourglass
-from contiga.matter.kernels.solid_nb import determinant, tet_forces, tet_gradient
+from contiga.matter.kernels.solid_nb import (
+    determinant,
+    mean_pressure,
+    quarter_volumes,
+    tet_forces,
+    tet_gradient,
+)
+from contiga.matter.kernels.solid_viscosity_nb import bulk_viscosity
 
 
 @inner()
@@ -31,35 +39,64 @@ def _account(bank, measures, energy):
         energy[kind] = total(bank, ENERGY + kind)
 
 
+@inner()
+def _solid(bank, tables, memory, b, step):
+    """J, stress and energies of a solid's gradient."""
+    determinant(bank)
+    solid_stress(bank, tables, step, memory.old[b], memory.new[b])
+    if len(tables.viscosity) > 0:
+        bulk_viscosity(bank, tables.viscosity, tables.sizes[b], step)
+
+
 @kernel()
-def tetrahedra(motion, tables, out, start, stop):
+def tet_volumes(motion, tables, out, start, stop):
+    """The volume of each corner of blocks start … stop, as x of the rows of `partial`."""
+    bank = scratch(SIZE)
+    for b in range(start, stop):
+        gather(motion.points, tables.nodes[b], 4, bank)
+        tet_gradient(bank, tables.gradients[b])
+        determinant(bank)
+        quarter_volumes(bank, tables.measures[b])
+        sum_in_block(bank, tables.sums, b, out.partial)
+
+
+@kernel()
+def tetrahedra(motion, tables, memory, out, start, stop):
     """Forces, energies and inverted elements of blocks start … stop."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         gradients, volumes = tables.gradients[b], tables.measures[b]
         blank(bank)
+        if tables.asks_rates:
+            gather(motion.velocities, tables.nodes[b], 4, bank)
+            tet_gradient(bank, gradients)
+            take_as_rate(bank)
         gather(motion.points, tables.nodes[b], 4, bank)
         tet_gradient(bank, gradients)
-        determinant(bank)
+        if tables.averaged:
+            mean_pressure(bank, motion.pressures, tables.nodes[b])
+        _solid(bank, tables, memory, b, motion.step)
         out.inverted[b] = inverted(bank)
-        solid_stress(bank, tables)
         _account(bank, volumes, out.energy[b])
         tet_forces(bank, gradients, volumes)
         sum_in_block(bank, tables.sums, b, out.partial)
 
 
 @kernel()
-def hexahedra(motion, tables, out, start, stop):
+def hexahedra(motion, tables, memory, out, start, stop):
     """Forces, energies and inverted elements of blocks start … stop."""
     bank = scratch(SIZE)
     for b in range(start, stop):
         gradients, volumes = tables.gradients[b], tables.measures[b]
         blank(bank)
+        if tables.asks_rates:
+            gather(motion.velocities, tables.nodes[b], 8, bank)
+            hex_gradient(bank, gradients)
+            take_as_rate(bank)
         gather(motion.points, tables.nodes[b], 8, bank)
         hex_gradient(bank, gradients)
-        determinant(bank)
+        _solid(bank, tables, memory, b, motion.step)
         out.inverted[b] = inverted(bank)
-        solid_stress(bank, tables)
         hourglass(bank, tables.hourglass[b])
         _account(bank, volumes, out.energy[b])
         hex_forces(bank, gradients, volumes)
@@ -67,7 +104,7 @@ def hexahedra(motion, tables, out, start, stop):
 
 
 @kernel()
-def triangles(motion, tables, out, start, stop):
+def triangles(motion, tables, memory, out, start, stop):
     """Forces and energies of blocks start … stop."""
     bank = scratch(SIZE)
     for b in range(start, stop):

@@ -6,16 +6,19 @@ from contiga.jit import inner
 from contiga.matter.kernels.membrane_elastic_nb import membrane_elastic, membrane_slack
 from contiga.matter.kernels.membrane_neo_hooke_nb import membrane_neo_hooke
 from contiga.matter.kernels.solid_elastic_nb import solid_elastic
+from contiga.matter.kernels.solid_foam_nb import solid_foam
 from contiga.matter.kernels.solid_neo_hooke_nb import solid_neo_hooke
 
-ELASTIC, NEO_HOOKE, SLACK = 0, 1, 2
+ELASTIC, NEO_HOOKE, SLACK, FOAM = 0, 1, 2, 3
 
 
 @inner(linked=False)
-def solid_stress(bank, tables):
-    """P and W of solids."""
+def solid_stress(bank, tables, step, old, new):
+    """P and W of solids, and the memory after a step."""
     if tables.material == ELASTIC:
         solid_elastic(bank, tables.numbers)
+    elif tables.material == FOAM:
+        solid_foam(bank, tables.numbers, step, old, new)
     else:
         solid_neo_hooke(bank, tables.numbers)
 

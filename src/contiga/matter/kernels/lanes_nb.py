@@ -27,7 +27,9 @@ SPRINGS = 56
 """Twelve rows: the forces of hourglass modes, by reference volume."""
 SQUARE, AXES = 68, 74
 """C = FᵀF, six rows, which becomes its eigenvalues; nine rows: its eigenvectors, one a column."""
-ROWS = 83
+PRESSURE = 83
+"""λ (J − 1) averaged at the corners of tetrahedra, zero of others."""
+ROWS = 84
 SIZE = ROWS * LANES
 
 
@@ -45,9 +47,18 @@ def gather(points, nodes, corners, bank):
 
 @inner(linked=False)
 def blank(bank):
-    """Zero energies."""
+    """Zero energies and pressure."""
     for at in range(ENERGY * LANES, (ENERGY + KINDS) * LANES):
         bank[at] = 0.0
+    for lane in range(LANES):
+        bank[PRESSURE * LANES + lane] = 0.0
+
+
+@inner(linked=False)
+def take_as_rate(bank):
+    """The gradient of velocities into its own rows."""
+    for at in range(9 * LANES):
+        bank[RATE * LANES + at] = bank[GRADIENT * LANES + at]
 
 
 @inner(linked=False)

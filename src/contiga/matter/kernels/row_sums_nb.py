@@ -110,45 +110,45 @@ def _start(bank, stress, corners):
 
 
 @kernel()
-def tet_rows(motion, tables, out, start, stop):
+def tet_rows(motion, tables, memory, out, start, stop):
     """Row sums of blocks start … stop, at nodes of blocks."""
-    bank, full = scratch(SIZE), scratch(ALL)
+    bank, full = zero_scratch(SIZE), scratch(ALL)
     stress, way, tangent = scratch(NINE), scratch(LANES), scratch(TANGENT)
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], 4, bank)
         tet_gradient(bank, tables.gradients[b])
         all_gradients(tables.gradients[b], 4, 3, full)
         determinant(bank)
-        solid_stress(bank, tables)
+        solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
         _start(bank, stress, 4)
         for k in range(3):
             for l in range(3):
                 at = k * ROW + l * LANES
                 _nudge(bank, at, stress, way)
                 determinant(bank)
-                solid_stress(bank, tables)
+                solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
                 _differences(bank, at, stress, way, tangent[l * NINE : (l + 1) * NINE])
             add_rows(bank, tangent, full, 4, tables.measures[b])
         sum_in_block(bank, tables.sums, b, out.partial)
 
 
 @kernel()
-def hex_rows(motion, tables, out, start, stop):
+def hex_rows(motion, tables, memory, out, start, stop):
     """Row sums of blocks start … stop, at nodes of blocks."""
-    bank = scratch(SIZE)
+    bank = zero_scratch(SIZE)
     stress, way, tangent = scratch(NINE), scratch(LANES), scratch(TANGENT)
     for b in range(start, stop):
         gather(motion.points, tables.nodes[b], 8, bank)
         hex_gradient(bank, tables.gradients[b])
         determinant(bank)
-        solid_stress(bank, tables)
+        solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
         _start(bank, stress, 8)
         for k in range(3):
             for l in range(3):
                 at = k * ROW + l * LANES
                 _nudge(bank, at, stress, way)
                 determinant(bank)
-                solid_stress(bank, tables)
+                solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
                 _differences(bank, at, stress, way, tangent[l * NINE : (l + 1) * NINE])
             add_rows(bank, tangent, tables.gradients[b], 8, tables.measures[b])
         _add_springs(bank, tables.hourglass[b])
@@ -165,7 +165,7 @@ def _add_springs(bank, table):
 
 
 @kernel()
-def triangle_rows(motion, tables, out, start, stop):
+def triangle_rows(motion, tables, memory, out, start, stop):
     """Row sums of blocks start … stop, at nodes of blocks."""
     bank, full = zero_scratch(SIZE), zero_scratch(ALL)  # F, P and G have no third column
     stress, way, tangent = scratch(NINE), scratch(LANES), zero_scratch(TANGENT)

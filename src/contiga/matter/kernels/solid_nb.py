@@ -7,7 +7,14 @@ corner is −V P G_a (Belytschko, Liu, Moran and Elkhodary, Nonlinear Finite Ele
 from __future__ import annotations
 
 from contiga.jit import inner
-from contiga.matter.kernels.lanes_nb import CORNERS, GRADIENT, LANES, STRESS, STRETCH
+from contiga.matter.kernels.lanes_nb import (
+    CORNERS,
+    GRADIENT,
+    LANES,
+    PRESSURE,
+    STRESS,
+    STRETCH,
+)
 
 F, P, J = GRADIENT * LANES, STRESS * LANES, STRETCH * LANES
 ROW, CORNER = 3 * LANES, 3 * LANES
@@ -61,3 +68,21 @@ def tet_forces(bank, gradients, volumes):
             bank[to + CORNER] = a
             bank[to + 2 * CORNER] = b
             bank[to + 3 * CORNER] = c
+
+
+@inner(linked=False)
+def quarter_volumes(bank, volumes):
+    """A quarter of the volume to each corner, in place of its x."""
+    for lane in range(LANES):
+        quarter = 0.25 * volumes[lane] * bank[J + lane]
+        for a in range(4):
+            bank[X + a * CORNER + lane] = quarter
+
+
+@inner(linked=False)
+def mean_pressure(bank, pressures, nodes):
+    """The mean of the corners' pressures."""
+    for lane in range(LANES):
+        four = pressures[nodes[0, lane]] + pressures[nodes[1, lane]]
+        four += pressures[nodes[2, lane]] + pressures[nodes[3, lane]]
+        bank[PRESSURE * LANES + lane] = 0.25 * four

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from contiga.jit import inlined, inner
-from contiga.matter.kernels.lanes_nb import ENERGY, GRADIENT, LANES, STRESS, STRETCH
+from contiga.matter.kernels.lanes_nb import ENERGY, GRADIENT, LANES, PRESSURE, STRESS, STRETCH
 
 F, P, W, J = GRADIENT * LANES, STRESS * LANES, ENERGY * LANES, STRETCH * LANES
 ROW = 3 * LANES
@@ -39,7 +39,7 @@ def log_series(s):
 
 @inner(linked=False)
 def solid_neo_hooke(bank, numbers):
-    """P and W from F and J; numbers are μ and λ."""
+    """P and W from F and J; numbers are μ and λ, of what is not in the pressure at the corners."""
     mu, lam = numbers[0], numbers[1]
     for lane in range(LANES):
         f, p = F + lane, P + lane
@@ -47,7 +47,7 @@ def solid_neo_hooke(bank, numbers):
         yx, yy, yz = bank[f + ROW], bank[f + ROW + LANES], bank[f + ROW + 2 * LANES]
         zx, zy, zz = bank[f + 2 * ROW], bank[f + 2 * ROW + LANES], bank[f + 2 * ROW + 2 * LANES]
         j = bank[J + lane]
-        k = lam * (j - 1.0) - mu / j
+        k = lam * (j - 1.0) + bank[PRESSURE * LANES + lane] - mu / j
         bank[p] = mu * xx + k * (yy * zz - yz * zy)
         bank[p + LANES] = mu * xy + k * (yz * zx - yx * zz)
         bank[p + 2 * LANES] = mu * xz + k * (yx * zy - yy * zx)

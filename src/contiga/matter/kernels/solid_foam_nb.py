@@ -1,0 +1,162 @@
+"""Low-density foam, in lanes: principal nominal stresses σ(1 − λ_i) that do not feel each other.
+
+What is taken in compression is W = Σ w(1 − λ_i). Below the largest W so far, Wₘ, it is given back
+by the factor H + (1 − H) (W/Wₘ)^S: the gradient of H W + (1 − H) W (W/Wₘ)^S/(S + 1), which is
+what is stored (the unloading of LS-DYNA's MAT_57 and of Radioss' LAW90). Tension is elastic.
+Rates add to the stress what their tables have above the first one, at a rate that is smoothed by
+an exponential filter: that of the stretch that is shortest.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.jit import inlined, inner
+from contiga.matter.kernels.curve_nb import curve_at, on_piece, piece_of
+from contiga.matter.kernels.lanes_nb import (
+    AXES,
+    ENERGY,
+    GRADIENT,
+    HYSTERESIS,
+    LANES,
+    RATE,
+    SQUARE,
+    STRESS,
+    VISCOSITY,
+)
+from contiga.matter.kernels.solid_principal_nb import principal
+
+F, P, W = GRADIENT * LANES, STRESS * LANES, ENERGY * LANES
+C, N, V = SQUARE * LANES, AXES * LANES, RATE * LANES
+ROW = 3 * LANES
+# Coefficients: H, S, modulus in tension, time of the filter, points of each curve, curves; then the
+# curve of rest (x, y, ∫y), the rates, and y of each curve.
+KEPT, SHAPE, TENSION, FILTER, POINTS, CURVES, TABLE = 0, 1, 2, 3, 4, 5, 6
+MOST, SPEED = 0, 1
+"""What is remembered: Wₘ and the smoothed rate."""
+MEMORY = 2
+
+
+@inlined()
+def _direction(bank, lane, i):
+    """N_i of a lane, and F N_i."""
+    a, b, c = bank[N + i * LANES + lane], 0.0, 0.0
+    b, c = bank[N + ROW + i * LANES + lane], bank[N + 2 * ROW + i * LANES + lane]
+    f = F + lane
+    x = bank[f] * a + bank[f + LANES] * b + bank[f + 2 * LANES] * c
+    f += ROW
+    y = bank[f] * a + bank[f + LANES] * b + bank[f + 2 * LANES] * c
+    f += ROW
+    z = bank[f] * a + bank[f + LANES] * b + bank[f + 2 * LANES] * c
+    return a, b, c, x, y, z
+
+
+@inlined()
+def _shortening(bank, lane, i, stretch):
+    """−dλ/dt of a principal stretch."""
+    a, b, c, x, y, z = _direction(bank, lane, i)
+    v = V + lane
+    u = bank[v] * a + bank[v + LANES] * b + bank[v + 2 * LANES] * c
+    v += ROW
+    w = bank[v] * a + bank[v + LANES] * b + bank[v + 2 * LANES] * c
+    v += ROW
+    t = bank[v] * a + bank[v + LANES] * b + bank[v + 2 * LANES] * c
+    return -(u * x + w * y + t * z) / stretch
+
+
+@inner()
+def _excess(numbers, strain, speed):
+    """Stress above that at rest, at a rate."""
+    n, curves = int(numbers[POINTS]), int(numbers[CURVES])
+    rates = TABLE + 3 * n
+    if curves == 1 or strain <= 0.0 or speed <= numbers[rates]:
+        return 0.0
+    k = piece_of(numbers, TABLE, n, strain)
+    r = min(piece_of(numbers, rates, curves, speed), curves - 2)
+    low, _ = on_piece(numbers, TABLE, rates + curves + r * n, k, strain)
+    high, _ = on_piece(numbers, TABLE, rates + curves + (r + 1) * n, k, strain)
+    start, end = numbers[rates + r], numbers[rates + r + 1]
+    share = min((speed - start) / (end - start), 1.0)
+    rest, _ = on_piece(numbers, TABLE, TABLE + n, k, strain)
+    return low + share * (high - low) - rest
+
+
+@inlined()
+def _add(bank, lane, i, along):
+    """P += along · F N ⊗ N of a principal direction."""
+    a, b, c, x, y, z = _direction(bank, lane, i)
+    p = P + lane
+    bank[p] += along * x * a
+    bank[p + LANES] += along * x * b
+    bank[p + 2 * LANES] += along * x * c
+    p += ROW
+    bank[p] += along * y * a
+    bank[p + LANES] += along * y * b
+    bank[p + 2 * LANES] += along * y * c
+    p += ROW
+    bank[p] += along * z * a
+    bank[p + LANES] += along * z * b
+    bank[p + 2 * LANES] += along * z * c
+
+
+@inner()
+def _kept(numbers, energy, most):
+    """The factor of the force, and what is stored of `energy`."""
+    kept, shape = numbers[KEPT], numbers[SHAPE]
+    if energy >= most:
+        return 1.0, energy * (kept + (1.0 - kept) / (shape + 1.0))
+    part = (1.0 - kept) * (energy / most) ** shape
+    return kept + part, energy * (kept + part / (shape + 1.0))
+
+
+@inner()
+def _lane(bank, lane, numbers, step, old, new):
+    """P and energies of a lane."""
+    n, taken, elastic, least, shortest = int(numbers[POINTS]), 0.0, 0.0, math.inf, 0
+    for i in range(3):
+        stretch = math.sqrt(max(bank[C + i * LANES + lane], 0.0))
+        bank[C + (3 + i) * LANES + lane] = stretch
+        if stretch < least:
+            least, shortest = stretch, i
+        strain = 1.0 - stretch
+        if strain > 0.0:
+            _, w = curve_at(numbers, TABLE, n, strain)
+            taken += w
+        else:
+            elastic += 0.5 * numbers[TENSION] * strain * strain
+    most, speed = old[MOST * LANES + lane], old[SPEED * LANES + lane]
+    if numbers[CURVES] > 1.0:
+        share = 1.0 - math.exp(-step / numbers[FILTER])
+        speed += share * (_shortening(bank, lane, shortest, least) - speed)
+    factor, stored = _kept(numbers, taken, most)
+    viscous = 0.0
+    for i in range(3):
+        stretch = bank[C + (3 + i) * LANES + lane]
+        strain = 1.0 - stretch
+        if strain > 0.0:
+            stress, _ = curve_at(numbers, TABLE, n, strain)
+            excess = _excess(numbers, strain, speed)
+            if excess != 0.0:
+                viscous += excess * _shortening(bank, lane, i, stretch)
+            stress = factor * stress + excess
+        else:
+            stress = numbers[TENSION] * strain
+        _add(bank, lane, i, -stress / stretch)
+    bank[W + lane] = stored + elastic
+    _, before = _kept(numbers, most, most)
+    above = max(taken - most, 0.0)
+    _, whole = _kept(numbers, most + above, most)
+    bank[HYSTERESIS * LANES + lane] = above - (whole - before)
+    bank[VISCOSITY * LANES + lane] += viscous * step
+    new[MOST * LANES + lane] = max(taken, most)
+    new[SPEED * LANES + lane] = speed
+
+
+@inner(linked=False)
+def solid_foam(bank, numbers, step, old, new):
+    """P, energies and the new memory from F, its rate and the old memory."""
+    principal(bank)
+    for at in range(P, P + 9 * LANES):
+        bank[at] = 0.0
+    for lane in range(LANES):
+        _lane(bank, lane, numbers, step, old, new)
