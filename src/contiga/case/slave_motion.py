@@ -33,7 +33,7 @@ def slave_motion(
         return Attached(motion.body)
     if isinstance(motion, DeformSpec):
         deforming = motion.moved(partial(_nodes_of_set, spec))
-        deforming.nodes("motion", slave, lambda name: 0)  # what does not fit is told here
+        deforming.nodes(spec.name, slave, lambda name: 0)  # what does not fit is told here
         return deforming
     if not isinstance(motion, SeriesSpec):
         return Moved(slave.points, Fixed() if told is None else told)
