@@ -1,6 +1,6 @@
 """A block of foam as a mesh of hexahedra, 100 × 100 × 60 mm on the plane z = 0, written as VTU.
 
-    python make_foam_block.py foam_block.vtu
+python make_foam_block.py foam_block.vtu
 """
 
 from __future__ import annotations

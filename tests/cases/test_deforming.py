@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+
 import numpy as np
 import pytest
+from examples import make_foam_block
 from tests.blocks import block
 from tests.unit.simulation.sameness import same_history, same_states
 
@@ -118,3 +122,19 @@ def test_a_steel_bar_hits_a_wall_with_the_stress_of_a_wave() -> None:
     assert time[stress > 0.5 * wave][-1] == pytest.approx(386.68e-6, rel=0.025)
     assert not history["n_contact"][time > 2.3 * length / celerity].any()
     assert np.abs(history["energy.error"]).max() < 1e-3 * history["energy.total"][0]
+
+
+def test_the_example_takes_the_head_up_with_its_energy_closed(tmp_path: Path) -> None:
+    pytest.importorskip("meshio")
+    make_foam_block.write_block(tmp_path / "generated" / "foam_block.vtu")
+    example = Path(make_foam_block.__file__).with_name("05_foam_block.toml")
+    shutil.copy(example, tmp_path)
+    case = cg.load_case(tmp_path / example.name, set={"time.end": 0.6})
+    history = cg.build(case).run().history
+    head = 4540.0 * (6.7 + history["head.vz"][-1])
+    impulse = np.sum(
+        0.5 * (history["force_z"][1:] + history["force_z"][:-1]) * np.diff(history["time"])
+    )
+    assert head == pytest.approx(-impulse, rel=1e-9)
+    assert history["n_contact"].max() > 20
+    assert np.abs(history["energy.error"]).max() < 1e-5 * history["energy.total"][0]
