@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.dynamics.nodes import (
+    ElementState,
     Forces,
     Instant,
     SlaveState,
@@ -88,14 +89,14 @@ class DeformingNodes(_Unmoved):
             "limit": np.array([self._square(answer.state), REFRESH, REFRESH]),
             "memory": answer.state.memory,
         }
-        return SlaveState(points, velocities, inside)
+        return ElementState.of(points, velocities, inside)
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
         """Half a kick, a drift, and the velocity that half a kick more gives."""
         force = last.matter["force"] + last.matter["drag"]
         kick = 0.5 * now.dt * self._acceleration(force, forces, now.gravity)
         velocities = last.velocities + kick
-        return SlaveState(last.points + now.dt * velocities, velocities + kick, last.matter)
+        return ElementState.of(last.points + now.dt * velocities, velocities + kick, last.matter)
 
     def kick(
         self, last: SlaveState, drifted: SlaveState, forces: Forces, now: Instant
@@ -123,7 +124,7 @@ class DeformingNodes(_Unmoved):
             "limit": np.array(self._next_limit(_Limit(*before["limit"].tolist()), answer.state)),
             "memory": answer.state.memory,
         }
-        return SlaveState(drifted.points, velocities, inside)
+        return ElementState.of(drifted.points, velocities, inside)
 
     def _asked(
         self, state: MatterState, points: FloatArray, velocities: FloatArray, now: Instant

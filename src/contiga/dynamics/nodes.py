@@ -35,8 +35,29 @@ class SlaveState(NamedTuple):
     """(n, 3) world axes."""
     velocities: FloatArray
     """(n, 3) world axes."""
-    matter: Arrays = NO_ARRAYS
-    """What is inside of a slave that deforms, by name: forces, energies, history of materials."""
+
+    @property
+    def matter(self) -> Arrays:
+        """What is inside of a slave that deforms, by name; nothing in others."""
+        return NO_ARRAYS
+
+
+class ElementState(SlaveState):
+    """A slave that deforms at one time; a pair of points and velocities like any other."""
+
+    _matter: Arrays
+
+    @classmethod
+    def of(cls, points: FloatArray, velocities: FloatArray, matter: Arrays) -> ElementState:
+        """With what is inside."""
+        state = cls(points, velocities)
+        state._matter = matter
+        return state
+
+    @property
+    def matter(self) -> Arrays:
+        """Forces, energies, the bound of the step, what materials remember."""
+        return self._matter
 
 
 class Instant(NamedTuple):
@@ -157,7 +178,7 @@ class DrivenNodes(_Unmoved):
     def start(self, now: Instant) -> SlaveState:
         """As the motion says, checked: it may be a user's."""
         state = SlaveState(self.motion.points(now.time), self.motion.velocities(now.time))
-        for what, rows in zip(("points", "velocities"), state[:2], strict=True):
+        for what, rows in zip(state._fields, state, strict=True):
             if np.shape(rows) != self.shape:
                 raise InputError(
                     f"{what}(t) must have one row a slave point",
@@ -242,7 +263,7 @@ class FreeNodes(_Unmoved):
 
     def drift(self, last: SlaveState, forces: Forces, now: Instant) -> SlaveState:
         """Half a kick, a drift, and the velocity that half a kick more gives."""
-        points, velocities, _ = last
+        points, velocities = last
         kick = 0.5 * now.dt * self._acceleration(forces, now.gravity)
         return SlaveState(points + now.dt * (velocities + kick), velocities + kick + kick)
 

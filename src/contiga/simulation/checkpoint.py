@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.contact.state import State
-from contiga.dynamics.nodes import NO_ARRAYS, Arrays, SlaveState
+from contiga.dynamics.nodes import ElementState, SlaveState
 from contiga.dynamics.springs import SpringState
 from contiga.errors import CheckpointError, InputError
 from contiga.io.out.hdf5 import is_sealed, whole_file
@@ -109,7 +109,7 @@ def _write_state(file: Any, state: SystemState) -> None:
         group["twist"] = np.concatenate(body.twist)
     for name, slave in state.slaves.items():
         group = file.create_group(f"slaves/{name}")
-        group["points"], group["velocities"] = slave.points, slave.velocities
+        group["points"], group["velocities"] = slave
         for key, array in slave.matter.items():
             group[f"matter/{key}"] = array
     for name, contact in state.contacts.items():
@@ -135,12 +135,7 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
     return SystemState(
         time=float(file.attrs["time"]),
         bodies=BodyStates({name: i for i, name in enumerate(file["bodies"])}, poses, twists),
-        slaves={
-            name: SlaveState(
-                np.asarray(group["points"]), np.asarray(group["velocities"]), _matter(group)
-            )
-            for name, group in file["slaves"].items()
-        },
+        slaves={name: _slave(group) for name, group in file["slaves"].items()},
         contacts={
             part.name: State(
                 **{key: np.asarray(array) for key, array in file["contacts"][part.name].items()},
@@ -156,10 +151,12 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
     )
 
 
-def _matter(group: Any) -> Arrays:
-    """What is inside of a slave that deforms."""
-    inside = group["matter"].items() if "matter" in group else ()
-    return {key: np.asarray(array) for key, array in inside} or NO_ARRAYS
+def _slave(group: Any) -> SlaveState:
+    points, velocities = np.asarray(group["points"]), np.asarray(group["velocities"])
+    if "matter" not in group:
+        return SlaveState(points, velocities)
+    inside = {key: np.asarray(array) for key, array in group["matter"].items()}
+    return ElementState.of(points, velocities, inside)
 
 
 def _spring(group: Any) -> SpringState:

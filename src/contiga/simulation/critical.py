@@ -207,7 +207,7 @@ def _dragging(part: ContactPart, rows: np.ndarray, state: SystemState) -> FloatA
     contact, body = state.contacts[part.name], state.bodies[part.master]
     speed = np.zeros(len(rows))  # of points between nodes the least, at which it is stiffest
     nodes = rows < len(contact.force)
-    points, velocities, _ = state.slaves[part.slave]
+    points, velocities = state.slaves[part.slave]
     own = rows[nodes]
     v_W = velocities[own] - body.twist.at(body.pose[:3, 3], points[own])
     n_W = turn_to_world(contact.pose, kept_of(contact).part("normal_B", own))
