@@ -65,7 +65,7 @@ def assemble(
     first = remembered = 0
     for part in parts:
         shapes = shapes_of(part, points)
-        weights = (part.density * part.section * shapes.shares).ravel()
+        weights = (part.density * part.across * shapes.shares).ravel()
         mass += np.bincount(part.elements.ravel(), weights=weights, minlength=len(points))
         group, nodes_of_rows = _group(part, shapes, points, first, remembered)
         groups.append(group)
@@ -92,7 +92,7 @@ def _group(
     """A part as kernels take it, its rows and memory from `first` and `remembered` on, and the
     nodes of its rows."""
     sums, nodes_of_rows = block_sums(part.elements, len(nodes))
-    material = part.material.coefficients(part.kind, part.section)
+    material = part.material.coefficients(part.kind, part.across)
     viscosity = _viscosity(part, material.wave_modulus)
     tables = ElementTables(
         nodes_in_lanes(part.elements),
@@ -109,7 +109,8 @@ def _group(
     )
     rows = slice(first, first + len(nodes_of_rows))
     memory = slice(remembered, remembered + tables.measures.size * material.memory)
-    bound = tables._replace(material=material.stiffest)
+    stage, numbers = material.bound or (material.stage, material.numbers)
+    bound = tables._replace(material=stage, numbers=numbers)
     average = None
     if material.averaged:
         tables = tables._replace(numbers=material.numbers * [1.0, 0.0], averaged=1)

@@ -110,6 +110,14 @@ def triangles(corners: FloatArray, along: FloatArray | None = None) -> Shapes:
     return Shapes(gradients, 0.5 * double, shares, longest_edge(corners))
 
 
+def bars(corners: FloatArray) -> Shapes:
+    """Bars from their ends (n, 2, 3); what stands for gradients is 1/length."""
+    length = longest_edge(corners)
+    with np.errstate(divide="ignore"):
+        inverse = 1.0 / length[:, None]
+    return Shapes(inverse, length, np.repeat(0.5 * length[:, None], 2, axis=1), length)
+
+
 def longest_edge(corners: FloatArray) -> FloatArray:
     """(n,) of elements (n, k, 3): the longest way between two corners."""
     ways = corners[:, :, None] - corners[:, None]
