@@ -92,12 +92,12 @@ class Foam:
         numbers = [np.array([*head, len(strain), len(tables)], dtype=np.float64), packed(rest)]
         numbers.append(np.array([0.0, *(rate for rate, _ in self.rates)]))
         numbers += [at(table, strain) for table in tables]
-        modulus = float(rest[1, 1] / rest[1, 0])
+        first, least = float(rest[1, 1] / rest[1, 0]), float(np.min(rest[1:, 1] / rest[1:, 0]))
         return Coefficients(
             FOAM,
             np.concatenate(numbers),
-            modulus,
-            modulus,
+            least if least > 0.0 else first,  # hourglass modes of a plateau are as soft as that
+            first,
             memory=MEMORY,
             asks_rates=len(self.rates) > 0,
         )

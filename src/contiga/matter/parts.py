@@ -31,8 +31,8 @@ class Part:
     density : mass / volume
     thickness : of membranes, length
     section : of bars, area
-    hourglass : of hex8, how stiff the modes are that the mean strain does not see: 1 bends a cube
-        as its material would
+    hourglass : of hex8, how stiff the modes are that the mean strain does not see: 1 bends a brick
+        along its longer side as its material would
     bulk_viscosity : of solids, linear and quadratic coefficient; (0.06, 1.5) are usual. It takes
         the ringing behind shocks, and shortens the critical step by 1/(√(1 + b²) + b)
     name : what messages call it
@@ -50,7 +50,7 @@ class Part:
     density: float
     thickness: float | None = None
     section: float | None = None
-    hourglass: float = 0.1
+    hourglass: float = 1.0
     bulk_viscosity: tuple[float, float] = (0.0, 0.0)
     name: str = "part"
 
