@@ -7,6 +7,8 @@ NeoHooke(young=3.0, poisson=0.49, volume='element')
 
 from __future__ import annotations
 
-from contiga.matter.materials import Elastic, Foam, NeoHooke
+from contiga.matter.foam import Foam
+from contiga.matter.materials import Elastic, NeoHooke
+from contiga.matter.woven import Belt, Fabric
 
-__all__ = ["Elastic", "Foam", "NeoHooke"]
+__all__ = ["Belt", "Elastic", "Fabric", "Foam", "NeoHooke"]

@@ -1,6 +1,7 @@
 """What deforms: from where nodes are to the forces on them. Arrays only, nothing of geometry.
 
-In reading order: `protocol` (what is asked of matter), `materials`, `parts` (elements with their
+In reading order: `protocol` (what is asked of matter), `coefficients`, `curves`,
+`materials`, `foam`, `woven` (materials), `parts` (elements with their
 material, and what is refused of them), `shapes` (elements at rest), `assemble` and `assembled`
 (finite elements as matter), `blocks` and `tables` (how kernels are handed them), `skin`.
 """

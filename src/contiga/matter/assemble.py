@@ -65,7 +65,7 @@ def assemble(
     first = remembered = 0
     for part in parts:
         shapes = shapes_of(part, points)
-        weights = (part.density * part.section * shapes.shares).ravel()
+        weights = (part.density * part.across * shapes.shares).ravel()
         mass += np.bincount(part.elements.ravel(), weights=weights, minlength=len(points))
         group, nodes_of_rows = _group(part, shapes, points, first, remembered)
         groups.append(group)
@@ -92,7 +92,7 @@ def _group(
     """A part as kernels take it, its rows and memory from `first` and `remembered` on, and the
     nodes of its rows."""
     sums, nodes_of_rows = block_sums(part.elements, len(nodes))
-    material = part.material.coefficients(part.kind, part.section)
+    material = part.material.coefficients(part.kind, part.across)
     viscosity = _viscosity(part, material.wave_modulus)
     tables = ElementTables(
         nodes_in_lanes(part.elements),
@@ -109,7 +109,8 @@ def _group(
     )
     rows = slice(first, first + len(nodes_of_rows))
     memory = slice(remembered, remembered + tables.measures.size * material.memory)
-    bound = tables._replace(material=material.stiffest)
+    stage, numbers = material.bound or (material.stage, material.numbers)
+    bound = tables._replace(material=stage, numbers=numbers)
     average = None
     if material.averaged:
         tables = tables._replace(numbers=material.numbers * [1.0, 0.0], averaged=1)
@@ -138,17 +139,19 @@ def _viscosity(part: Part, modulus: float) -> FloatArray:
 def _hourglass(part: Part, shapes: Shapes, nodes: FloatArray, modulus: float) -> FloatArray:
     """The table of hourglass springs, rows by `solid_hex_nb`; none for other elements.
 
-    A cube bent by its mode ξη stores E V (2 q)²/(6 h²), its springs c V (8 q)²/2; B·B = 3/(2 h²):
-    as stiff as the material are springs of c = E B·B/72.
+    A brick of side a that is bent along it by its mode ξη stores E V (2 q)²/(6 a²), its springs
+    c V (8 q)²/2: they are as stiff as the material with c = E/(48 a²). To be the same whichever way
+    an element turns c has no direction; with the longer of both sides none is too stiff.
     """
     if part.kind != "hex8":
         return np.zeros((0, 0))
-    seen, vectors = hourglass_modes(nodes[part.elements], shapes.gradients)
-    squares = np.sum(shapes.gradients * shapes.gradients, axis=1)
-    stiff = part.hourglass * modulus / 72.0 * squares
-    rows = np.abs(np.einsum("ema,emb->eab", vectors, vectors)).sum(axis=2)
-    rows *= (stiff * shapes.measures)[:, None]
-    return in_lanes(np.concatenate([seen, stiff[:, None], rows], axis=1), np.zeros(21))
+    modes = hourglass_modes(nodes[part.elements], shapes.gradients)
+    stiff = part.hourglass * modulus / (48.0 * modes.lengths**2)
+    weighted = stiff[:, :, None] * modes.vectors
+    rows = np.abs(np.einsum("ema,emb->eab", weighted, modes.vectors)).sum(axis=2)
+    rows *= shapes.measures[:, None]
+    seen = modes.seen.reshape(len(stiff), 12)
+    return in_lanes(np.concatenate([seen, stiff, rows], axis=1), np.zeros(24))
 
 
 def _check_mass(nodes: FloatArray, mass: FloatArray) -> None:

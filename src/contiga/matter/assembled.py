@@ -24,6 +24,7 @@ KERNELS: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {
     "tet4": (elements_nb.tetrahedra, row_sums_nb.tet_rows),
     "hex8": (elements_nb.hexahedra, row_sums_nb.hex_rows),
     "tri3": (elements_nb.triangles, row_sums_nb.triangle_rows),
+    "bar2": (elements_nb.bars, row_sums_nb.bar_rows),
 }
 """Forces and row sums."""
 

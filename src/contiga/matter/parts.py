@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from contiga.errors import InputError, MeshError
-from contiga.matter.materials import Material
-from contiga.matter.shapes import FLAT, Shapes, hexahedra, tetrahedra, triangles
+from contiga.matter.coefficients import Material
+from contiga.matter.shapes import FLAT, Shapes, bars, hexahedra, tetrahedra, triangles
 from contiga.num.arrays import positive
 from contiga.records import FloatArray, IntArray
 
-CORNERS = {"tet4": 4, "hex8": 8, "tri3": 3}
-DIMENSION = {"tet4": 3, "hex8": 3, "tri3": 2}
-SHAPES = {"tet4": tetrahedra, "hex8": hexahedra, "tri3": triangles}
+CORNERS = {"tet4": 4, "hex8": 8, "tri3": 3, "bar2": 2}
+DIMENSION = {"tet4": 3, "hex8": 3, "tri3": 2, "bar2": 1}
+SHAPES = {"tet4": tetrahedra, "hex8": hexahedra, "tri3": triangles, "bar2": bars}
 WHAT = {3: "volume", 2: "area", 1: "length"}
 
 
@@ -25,13 +25,14 @@ class Part:
 
     Parameters
     ----------
-    kind : "tet4", "hex8" or "tri3" (a membrane)
+    kind : "tet4", "hex8", "tri3" (a membrane) or "bar2"
     elements : (n, k) rows of the nodes, corners in the order of VTK
     material : one of `contiga.materials` that is for this kind
     density : mass / volume
     thickness : of membranes, length
-    hourglass : of hex8, how stiff the modes are that the mean strain does not see: 1 bends a cube
-        as its material would
+    section : of bars, area
+    hourglass : of hex8, how stiff the modes are that the mean strain does not see: 1 bends a brick
+        along its longer side as its material would
     bulk_viscosity : of solids, linear and quadratic coefficient; (0.06, 1.5) are usual. It takes
         the ringing behind shocks, and shortens the critical step by 1/(√(1 + b²) + b)
     name : what messages call it
@@ -48,7 +49,8 @@ class Part:
     material: Material
     density: float
     thickness: float | None = None
-    hourglass: float = 0.1
+    section: float | None = None
+    hourglass: float = 1.0
     bulk_viscosity: tuple[float, float] = (0.0, 0.0)
     name: str = "part"
 
@@ -71,7 +73,7 @@ class Part:
         put(self, "density", positive(self.density, f"{self.name}: density"))
         put(self, "hourglass", positive(self.hourglass, f"{self.name}: hourglass"))
         self._check_viscosity()
-        self._check_thickness()
+        self._check_across()
 
     def _check_viscosity(self) -> None:
         linear, quadratic = (float(x) for x in self.bulk_viscosity)
@@ -84,26 +86,26 @@ class Part:
                 allowed="(0.06, 1.5) as a rule, (0, 0) for none",
             )
 
-    def _check_thickness(self) -> None:
-        where = f"{self.name}: thickness"
-        if DIMENSION[self.kind] == 2:
-            if self.thickness is None:
+    def _check_across(self) -> None:
+        """Membranes have a thickness, bars a section, solids neither."""
+        dimension = DIMENSION[self.kind]
+        for key, value, of in (("thickness", self.thickness, 2), ("section", self.section, 1)):
+            where = f"{self.name}: {key}"
+            if of == dimension:
+                if value is None:
+                    raise InputError(
+                        f"{self.kind} needs a {key}", where=where, allowed="a finite number > 0"
+                    )
+                object.__setattr__(self, key, positive(value, where))
+            elif value is not None:
                 raise InputError(
-                    "membranes need a thickness", where=where, allowed="a finite number > 0"
+                    f"{self.kind} has no {key}", where=where, found=value, allowed="none"
                 )
-            object.__setattr__(self, "thickness", positive(self.thickness, where))
-        elif self.thickness is not None:
-            raise InputError(
-                f"{self.kind} has its thickness in its corners",
-                where=where,
-                found=self.thickness,
-                allowed="none",
-            )
 
     @property
-    def section(self) -> float:
-        """What makes a volume of an element's measure: thickness of a membrane, 1 of a solid."""
-        return 1.0 if self.thickness is None else self.thickness
+    def across(self) -> float:
+        """What makes a volume of an element's measure: thickness, section, or 1 of a solid."""
+        return self.thickness or self.section or 1.0
 
 
 def shapes_of(part: Part, nodes: FloatArray) -> Shapes:
@@ -124,7 +126,12 @@ def shapes_of(part: Part, nodes: FloatArray) -> Shapes:
             allowed=f"0 to {len(nodes) - 1}",
         )
     corners = nodes[elements]
-    shapes = SHAPES[part.kind](corners)
+    along = getattr(part.material, "direction", None)
+    if along is None:
+        shapes = SHAPES[part.kind](corners)
+    else:
+        shapes = triangles(corners, np.broadcast_to(along, (len(corners), 3)))
+        _check_direction(part, shapes)
     dimension = DIMENSION[part.kind]
     least = FLAT * shapes.sizes**dimension
     wrong = np.flatnonzero(~(shapes.measures > least))
@@ -142,6 +149,17 @@ def shapes_of(part: Part, nodes: FloatArray) -> Shapes:
             remedy="Turn the order of its corners" if inside_out else "Repair the mesh",
         )
     return shapes
+
+
+def _check_direction(part: Part, shapes: Shapes) -> None:
+    """Refuse a direction that has no part in the plane of an element."""
+    across = np.flatnonzero(~np.isfinite(shapes.gradients).all(axis=1) & (shapes.measures > 0.0))
+    if across.size:
+        raise InputError(
+            f"the warp of element {int(across[0])} is across its plane",
+            where=f"{part.name}: direction",
+            allowed="a direction along every element, or one for each of them (n, 3)",
+        )
 
 
 def _corners(elements: ArrayLike, kind: str, name: str) -> IntArray:

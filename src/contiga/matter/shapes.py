@@ -79,14 +79,28 @@ def _trilinear(point: FloatArray) -> tuple[FloatArray, FloatArray]:
     return x * y * z, slopes
 
 
-def hourglass_modes(corners: FloatArray, gradients: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(n, 12) h_α·X of hexahedra, and (n, 4, 8) the vectors γ_α = h_α − Σ_j (h_α·X_j) B_j."""
+class HourglassModes(NamedTuple):
+    """The modes ξη, ηζ, ζξ and ξηζ of n hexahedra at rest."""
+
+    seen: FloatArray
+    """(n, 4, 3) h_α·X."""
+    vectors: FloatArray
+    """(n, 4, 8) γ_α = h_α − Σ_j (h_α·X_j) B_j."""
+    lengths: FloatArray
+    """(n, 4) the longest of the element's sides along ξ, η, ζ that are in a mode."""
+
+
+def hourglass_modes(corners: FloatArray, gradients: FloatArray) -> HourglassModes:
+    """The hourglass modes of hexahedra (n, 8, 3) with mean gradients (n, 24)."""
     n = len(corners)
     x, y, z = CUBE.T
     modes = np.stack([x * y, y * z, z * x, x * y * z])
     seen = np.einsum("ma,eai->emi", modes, corners)
     vectors = modes - np.einsum("emi,eai->ema", seen, gradients.reshape(n, 8, 3))
-    return seen.reshape(n, 12), vectors
+    sides = np.einsum("aj,eai->eji", CUBE, corners) / 4.0
+    a, b, c = np.sqrt(np.sum(sides * sides, axis=2)).T
+    pairs = [np.maximum(a, b), np.maximum(b, c), np.maximum(c, a)]
+    return HourglassModes(seen, vectors, np.stack([*pairs, np.maximum(pairs[0], c)], axis=1))
 
 
 def triangles(corners: FloatArray, along: FloatArray | None = None) -> Shapes:
@@ -108,6 +122,14 @@ def triangles(corners: FloatArray, along: FloatArray | None = None) -> Shapes:
         gradients = np.stack([d, -c, -b, a], axis=1) / double[:, None]
     shares = np.repeat(double[:, None] / 6.0, 3, axis=1)
     return Shapes(gradients, 0.5 * double, shares, longest_edge(corners))
+
+
+def bars(corners: FloatArray) -> Shapes:
+    """Bars from their ends (n, 2, 3); what stands for gradients is 1/length."""
+    length = longest_edge(corners)
+    with np.errstate(divide="ignore"):
+        inverse = 1.0 / length[:, None]
+    return Shapes(inverse, length, np.repeat(0.5 * length[:, None], 2, axis=1), length)
 
 
 def longest_edge(corners: FloatArray) -> FloatArray:

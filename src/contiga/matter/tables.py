@@ -35,7 +35,7 @@ class ElementTables(NamedTuple):
     numbers: FloatArray
     """(c,) coefficients of the material."""
     hourglass: FloatArray
-    """(b, 21 · LANES) of hexahedra, rows by `solid_hex_nb`; (0, 0) of others."""
+    """(b, 24 · LANES) of hexahedra, rows by `solid_hex_nb`; (0, 0) of others."""
     viscosity: FloatArray
     """(3,) coefficients of the bulk viscosity; (0,) of what has none."""
     sizes: FloatArray

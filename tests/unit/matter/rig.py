@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from contiga.matter import Assembled, MatterState, Part, assemble
-from contiga.matter.materials import Material
+from contiga.matter.coefficients import Material
 
 ONE_TET = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 TETS = ((0, 1, 3, 7), (0, 3, 2, 7), (0, 2, 6, 7), (0, 6, 4, 7), (0, 4, 5, 7), (0, 5, 1, 7))

@@ -13,6 +13,7 @@ from contiga.materials import Elastic, NeoHooke
 from contiga.matter import Part, assemble
 
 RUBBER = NeoHooke(young=3.0, poisson=0.45)
+CABLE = Elastic(young=3.0, compression=False)
 GOOD: dict[str, Any] = {
     "kind": "tet4",
     "elements": np.array([[0, 1, 2, 3]]),
@@ -30,8 +31,10 @@ GOOD: dict[str, Any] = {
         ({"elements": np.zeros((0, 4), int)}, "rows of nodes"),
         ({"elements": np.array([[0.0, 1.0, 2.0, 3.0]])}, "rows of nodes"),
         ({"elements": np.array([[0, 1, 2]])}, "Triangles are membranes, no solids"),
-        ({"thickness": 0.1}, "thickness in its corners"),
-        ({"kind": "tri3", "elements": np.array([[0, 1, 2]])}, "membranes need a thickness"),
+        ({"thickness": 0.1}, "has no thickness"),
+        ({"kind": "bar2", "elements": np.array([[0, 1]]), "material": CABLE}, "needs a section"),
+        ({"kind": "bar2", "elements": np.array([[0, 1]])}, "NeoHooke is no material of bar2"),
+        ({"kind": "tri3", "elements": np.array([[0, 1, 2]])}, "tri3 needs a thickness"),
         ({"kind": "tri3", "elements": np.array([[0, 1, 2]]), "thickness": -1.0}, "positive"),
         ({"material": Elastic(young=1.0, compression=False)}, "solids carry compression"),
     ],

@@ -8,13 +8,14 @@ from scipy.spatial.transform import Rotation
 from tests.unit.matter import rig
 
 from contiga.errors import ElementError
-from contiga.materials import Elastic, Foam, NeoHooke
+from contiga.materials import Belt, Elastic, Fabric, Foam, NeoHooke
 from contiga.matter import Assembled, Part, assemble
 
 RUBBER, STEEL = NeoHooke(young=3.0, poisson=0.45), Elastic(young=3.0, poisson=0.3)
 PAD = Foam(loading=[[0.0, 0.0], [0.9, 3.0]], tension=3.0)
 SOFT = NeoHooke(young=3.0, poisson=0.499, volume="nodes")
 CLOTH = Elastic(young=3.0, poisson=0.3, compression=False)
+WOVEN = Fabric(warp=3.0, weft=2.0, shear=0.4, direction=[1.0, 2.0, 0.0])
 SHEET = rig.grid((1, 1, 0))
 CASES = {
     "tet4 neo-Hooke": ("tet4", rig.grid((1, 1, 1)), rig.tets((1, 1, 1)), RUBBER, {}),
@@ -24,6 +25,9 @@ CASES = {
     "hex8 elastic": ("hex8", rig.ONE_HEX, rig.hexes((1, 1, 1)), STEEL, {}),
     "hex8 foam": ("hex8", rig.ONE_HEX, rig.hexes((1, 1, 1)), PAD, {}),
     "tri3 neo-Hooke": ("tri3", SHEET, rig.sheet(1, 1), RUBBER, {"thickness": 0.2}),
+    "tri3 fabric": ("tri3", SHEET, rig.sheet(1, 1), WOVEN, {"thickness": 0.2}),
+    "bar2 elastic": ("bar2", SHEET, np.array([[0, 1], [1, 3], [2, 3]]), STEEL, {"section": 0.1}),
+    "bar2 belt": ("bar2", SHEET, np.array([[0, 3], [1, 2]]), Belt(loading=0.3), {"section": 0.1}),
     "tri3 elastic": ("tri3", SHEET, rig.sheet(1, 1), STEEL, {"thickness": 0.2}),
     "tri3 slack": ("tri3", SHEET, rig.sheet(1, 1), CLOTH, {"thickness": 0.2}),
 }

@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 from tests.unit.matter import rig
 
 from contiga.materials import Elastic, NeoHooke
-from contiga.matter.materials import Material
+from contiga.matter.coefficients import Material
 
 MATERIALS = [
     NeoHooke(young=3.0, poisson=0.45),

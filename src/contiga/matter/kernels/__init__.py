@@ -10,8 +10,11 @@
 - solid_principal_nb: principal stretches
 - solid_foam_nb: low-density foam, with rates and unloading
 - solid_viscosity_nb: bulk viscosity
+- hysteresis_nb: a force that unloads by another curve than it loads
 - membrane_elastic_nb: plane stress, with and without compression
 - membrane_neo_hooke_nb: Neo-Hooke's membrane
+- membrane_fabric_nb: woven fabric
+- bar_nb: bars of two nodes
 - elements_stress_nb: which material's stage follows on the gradient
 - elements_nb: forces of elements, block by block
 - row_sums_nb: row sums of their stiffness

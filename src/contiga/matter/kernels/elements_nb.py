@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch
+from contiga.matter.kernels.bar_nb import bar_forces
 from contiga.matter.kernels.elements_stress_nb import membrane_stress, solid_stress
 from contiga.matter.kernels.lanes_nb import (
     ENERGY,
@@ -112,8 +113,21 @@ def triangles(motion, tables, memory, out, start, stop):
         blank(bank)
         gather(motion.points, tables.nodes[b], 3, bank)
         triangle_gradient(bank, gradients)
-        membrane_stress(bank, tables)
+        membrane_stress(bank, tables, memory.old[b], memory.new[b])
         _account(bank, areas, out.energy[b])
         triangle_forces(bank, gradients, areas)
+        out.inverted[b] = 0
+        sum_in_block(bank, tables.sums, b, out.partial)
+
+
+@kernel()
+def bars(motion, tables, memory, out, start, stop):
+    """Forces and energies of blocks start … stop."""
+    bank = scratch(SIZE)
+    for b in range(start, stop):
+        blank(bank)
+        gather(motion.points, tables.nodes[b], 2, bank)
+        bar_forces(bank, tables.numbers, tables.gradients[b], memory.old[b], memory.new[b])
+        _account(bank, tables.measures[b], out.energy[b])
         out.inverted[b] = 0
         sum_in_block(bank, tables.sums, b, out.partial)

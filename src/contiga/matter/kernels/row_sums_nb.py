@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from contiga.jit import inner, kernel
 from contiga.jit.scratch import scratch, zero_scratch
+from contiga.matter.kernels.bar_nb import bar_rows as rows_of_bars
 from contiga.matter.kernels.elements_stress_nb import membrane_stress, solid_stress
 from contiga.matter.kernels.lanes_nb import (
     CORNERS,
@@ -173,13 +174,23 @@ def triangle_rows(motion, tables, memory, out, start, stop):
         gather(motion.points, tables.nodes[b], 3, bank)
         triangle_gradient(bank, tables.gradients[b])
         all_gradients(tables.gradients[b], 3, 2, full)
-        membrane_stress(bank, tables)
+        membrane_stress(bank, tables, memory.old[b], memory.new[b])
         _start(bank, stress, 3)
         for k in range(3):
             for l in range(2):
                 at = k * ROW + l * LANES
                 _nudge(bank, at, stress, way)
-                membrane_stress(bank, tables)
+                membrane_stress(bank, tables, memory.old[b], memory.new[b])
                 _differences(bank, at, stress, way, tangent[l * NINE : (l + 1) * NINE])
             add_rows(bank, tangent, full, 3, tables.measures[b])
+        sum_in_block(bank, tables.sums, b, out.partial)
+
+
+@kernel()
+def bar_rows(motion, tables, memory, out, start, stop):
+    """Row sums of blocks start … stop, at nodes of blocks."""
+    bank = scratch(SIZE)
+    for b in range(start, stop):
+        gather(motion.points, tables.nodes[b], 2, bank)
+        rows_of_bars(bank, tables.numbers, tables.gradients[b], tables.measures[b])
         sum_in_block(bank, tables.sums, b, out.partial)

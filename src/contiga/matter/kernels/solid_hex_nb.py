@@ -3,7 +3,7 @@
 F = Σ x_a ⊗ B_a with the mean gradients B_a of the corners' shape functions over the element at
 rest. The four hourglass modes h_α have the vectors γ_α = h_α − Σ_j (h_α·X_j) B_j, which are zero
 for all that is linear (Flanagan and Belytschko, Int. J. Numer. Methods Eng. 17, 1981). Taken at
-rest, once and for all, their springs store c/2 Σ |γ_α·x|² a volume, which no turning changes.
+rest, once and for all, their springs store Σ c_α/2 |γ_α·x|² a volume, which no turning changes.
 γ_α·x = h_α·x − F (h_α·X), so that the twelve numbers h_α·X stand for all γ.
 """
 
@@ -15,8 +15,9 @@ from contiga.matter.kernels.lanes_nb import CORNERS, GRADIENT, HOURGLASS, LANES,
 F, P, X = GRADIENT * LANES, STRESS * LANES, CORNERS * LANES
 Q, ENERGY = SPRINGS * LANES, HOURGLASS * LANES
 ROW = 3 * LANES
-STIFF, ROW_SUMS = 12, 13
-"""Rows of the hourglass table behind the h_α·X: c, and the springs' row sums of eight corners."""
+STIFF, ROW_SUMS = 12, 16
+"""Rows of the hourglass table behind the h_α·X: c of each mode, and the springs' row sums of eight
+corners."""
 
 
 @inner(linked=False)
@@ -57,9 +58,9 @@ def hourglass(bank, table):
             ))  # fmt: skip
             f, p = F + i * ROW + lane, P + i * ROW + lane
             x, y, z = bank[f], bank[f + LANES], bank[f + 2 * LANES]
-            stiff, energy = table[STIFF * LANES + lane], 0.0
+            energy = 0.0
             for mode in range(4):
-                t = mode * ROW + lane
+                t, stiff = mode * ROW + lane, table[(STIFF + mode) * LANES + lane]
                 u, v, w = table[t], table[t + LANES], table[t + 2 * LANES]
                 way = h[mode] - x * u - y * v - z * w
                 q = stiff * way
