@@ -12,7 +12,9 @@ from pydantic import Field, model_validator
 from contiga.case.curve_spec import StressCurve
 from contiga.case.spec import NotNegative, Positive, Spec, Vector, by_key, by_kind
 from contiga.dynamics.deforming import Deforming
-from contiga.matter.materials import Elastic, Foam, Material, NeoHooke
+from contiga.matter.coefficients import Material
+from contiga.matter.foam import Foam
+from contiga.matter.materials import Elastic, NeoHooke
 
 QUADRATURE = 3
 """Points a facet of a contact of what deforms, where nothing else is said."""

@@ -14,7 +14,7 @@ from contiga.dynamics.holding import held_ways
 from contiga.dynamics.nodes import NodeMover
 from contiga.errors import InputError
 from contiga.matter.assemble import assemble
-from contiga.matter.materials import Material
+from contiga.matter.coefficients import Material
 from contiga.matter.parts import DIMENSION, Part
 from contiga.matter.protocol import Matter
 from contiga.num.arrays import as_points, positive, read_only
