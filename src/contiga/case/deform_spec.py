@@ -15,6 +15,7 @@ from contiga.dynamics.deforming import Deforming
 from contiga.matter.coefficients import Material
 from contiga.matter.foam import Foam
 from contiga.matter.materials import Elastic, NeoHooke
+from contiga.matter.woven import Fabric
 
 QUADRATURE = 3
 """Points a facet of a contact of what deforms, where nothing else is said."""
@@ -109,6 +110,39 @@ class FoamSpec(_MaterialSpec):
         return f"foam: {self.loading.describe()}{rates}"
 
 
+class FabricSpec(_MaterialSpec):
+    """`{ kind = "fabric", warp, weft, shear, direction, compression, … }`: `Fabric`."""
+
+    kind: Literal["fabric"] = "fabric"
+    warp: StressCurve
+    weft: StressCurve | None = None
+    shear: StressCurve
+    direction: Vector
+    """Of the warp at rest, world axes."""
+    compression: float = 0.0
+    warp_unloading: StressCurve | None = None
+    weft_unloading: StressCurve | None = None
+    hysteresis_slope: Positive | None = None
+
+    @cached_property
+    def material(self) -> Material:
+        """The material."""
+        names = ("weft", "warp_unloading", "weft_unloading")
+        curves = {name: getattr(self, name) for name in names}
+        return Fabric(
+            warp=np.array(self.warp.points),
+            shear=np.array(self.shear.points),
+            direction=np.array(self.direction),
+            compression=self.compression,
+            hysteresis_slope=self.hysteresis_slope,
+            **{k: None if one is None else np.array(one.points) for k, one in curves.items()},
+        )
+
+    def describe(self) -> str:
+        """In words."""
+        return f"fabric: warp {self.warp.describe()}"
+
+
 class _HeldSpec(Spec):
     hold: list[Way] = Field(default_factory=lambda: [*_ALL])
     """World directions that these nodes do not move along."""
@@ -149,10 +183,10 @@ class HeldSet(_HeldSpec):
 
 
 if TYPE_CHECKING:
-    MaterialSpec = ElasticSpec | NeoHookeSpec | FoamSpec
+    MaterialSpec = ElasticSpec | NeoHookeSpec | FoamSpec | FabricSpec
     HeldSpec = HeldBox | HeldPlane | HeldSet
 else:
-    MaterialSpec = by_kind(ElasticSpec, NeoHookeSpec, FoamSpec)
+    MaterialSpec = by_kind(ElasticSpec, NeoHookeSpec, FoamSpec, FabricSpec)
     HeldSpec = by_key(box=HeldBox, plane=HeldPlane, set=HeldSet)
 
 

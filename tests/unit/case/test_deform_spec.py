@@ -83,6 +83,20 @@ def test_sets_and_boxes_hold_the_same_nodes_as_the_plane(tmp_path: Path, fixed: 
     np.testing.assert_array_equal(*nodes)
 
 
+def test_cloth_on_a_grid_is_a_membrane_of_fabric(tmp_path: Path) -> None:
+    material = 'kind = "fabric"\nwarp = 3.0\nweft = 1.0\nshear = 0.2\ndirection = [1, 0, 0]'
+    text = _write(tmp_path, material=material).read_text()
+    cloth = '{ grid = { shape = "plane", width = 4, length = 4, nu = 5, nv = 5 } }\nthickness = 0.1'
+    (tmp_path / "case.toml").write_text(
+        text.replace('{ file = "block.inp" }', cloth)
+        .replace("20.99", "19.9")
+        .replace(PLANE, "{ box = [[-2, -2, 0], [-2, 2, 0]] }")
+    )
+    history = cg.build(load_case(tmp_path / "case.toml")).run().history
+    assert history["force"].max() > 0.0
+    assert history["energy.strain"].max() > 0.0
+
+
 def test_held_ways_leave_the_others_free(tmp_path: Path) -> None:
     fixed = '{ set = "low", hold = ["x", "y"] }'
     state = cg.build(load_case(_write(tmp_path, fixed=fixed))).run().state
