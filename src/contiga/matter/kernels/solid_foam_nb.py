@@ -20,6 +20,7 @@ from contiga.matter.kernels.lanes_nb import (
     HYSTERESIS,
     LANES,
     RATE,
+    SPRINGS,
     SQUARE,
     STRESS,
     VISCOSITY,
@@ -28,6 +29,8 @@ from contiga.matter.kernels.solid_principal_nb import principal
 
 F, P, W = GRADIENT * LANES, STRESS * LANES, ENERGY * LANES
 C, N, V = SQUARE * LANES, AXES * LANES, RATE * LANES
+S = SPRINGS * LANES
+"""Three rows that nothing else has at that stage: the stresses of the curve of rest."""
 ROW = 3 * LANES
 # Coefficients: H, S, modulus in tension, time of the filter, points of each curve, curves; then the
 # curve of rest (x, y, ∫y), the rates, and y of each curve.
@@ -120,10 +123,12 @@ def _lane(bank, lane, numbers, step, old, new):
             least, shortest = stretch, i
         strain = 1.0 - stretch
         if strain > 0.0:
-            _, w = curve_at(numbers, TABLE, n, strain)
+            stress, w = curve_at(numbers, TABLE, n, strain)
             taken += w
         else:
-            elastic += 0.5 * numbers[TENSION] * strain * strain
+            stress = numbers[TENSION] * strain
+            elastic += 0.5 * stress * strain
+        bank[S + i * LANES + lane] = stress
     most, speed = old[MOST * LANES + lane], old[SPEED * LANES + lane]
     if numbers[CURVES] > 1.0:
         share = 1.0 - math.exp(-step / numbers[FILTER])
@@ -132,15 +137,12 @@ def _lane(bank, lane, numbers, step, old, new):
     viscous = 0.0
     for i in range(3):
         stretch = bank[C + (3 + i) * LANES + lane]
-        strain = 1.0 - stretch
+        strain, stress = 1.0 - stretch, bank[S + i * LANES + lane]
         if strain > 0.0:
-            stress, _ = curve_at(numbers, TABLE, n, strain)
             excess = _excess(numbers, strain, speed)
             if excess != 0.0:
                 viscous += excess * _shortening(bank, lane, i, stretch)
             stress = factor * stress + excess
-        else:
-            stress = numbers[TENSION] * strain
         _add(bank, lane, i, -stress / stretch)
     bank[W + lane] = stored + elastic
     _, before = _kept(numbers, most, most)

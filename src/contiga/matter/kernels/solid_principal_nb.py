@@ -1,6 +1,6 @@
 """Principal stretches, in lanes: C = FᵀF turned to its axes by Jacobi's rotations.
 
-Five rounds over three pairs leave nothing off the diagonal to the last bit (Golub and Van Loan,
+Four rounds over three pairs leave nothing off the diagonal to the last bit (Golub and Van Loan,
 Matrix Computations, 8.5.4: once it is small, each round squares it). Unlike closed forms they are
 exact where stretches are nearly the same, as they are wherever a foam is nearly at rest.
 """
@@ -14,7 +14,7 @@ from contiga.matter.kernels.lanes_nb import AXES, GRADIENT, LANES, SQUARE
 
 F, C, N = GRADIENT * LANES, SQUARE * LANES, AXES * LANES
 ROW = 3 * LANES
-ROUNDS = 5
+ROUNDS = 4
 
 
 @inner(linked=False)
