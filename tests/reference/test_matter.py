@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from scipy.linalg import eigh, solve
 from tests.unit.matter import rig
 
 from contiga.errors import ElementError
-from contiga.materials import Elastic, NeoHooke
+from contiga.materials import Elastic, Fabric, Foam, NeoHooke
 from contiga.matter import Assembled
 
 
@@ -161,6 +162,54 @@ def test_the_first_frequency_of_a_drum() -> None:
         found.append(math.sqrt(square[0][0]) / exact)
     assert abs(found[1] - 1.0) < 0.005
     assert abs(found[1] - 1.0) < 0.35 * abs(found[0] - 1.0)
+
+
+def swung(matter: Assembled, q: np.ndarray, steps: int, end: float) -> float:
+    """The largest error of the energy of what swings from q, over what there was at the start."""
+    dt, v, mass = end / steps, np.zeros_like(q), matter.mass[:, None]
+    answer = matter.forces(matter.start(), q, v, 0.0)
+    first = answer.energy.strain + answer.energy.hourglass
+    worst, lost = 0.0, 0.0
+    for _ in range(steps):
+        v = v + 0.5 * dt * answer.force / mass
+        q = q + dt * v
+        answer = matter.forces(answer.state, q, v, dt)
+        v = v + 0.5 * dt * answer.force / mass
+        energy = answer.energy
+        lost += energy.viscosity + energy.hysteresis
+        total = energy.strain + energy.hourglass + lost + 0.5 * np.sum(mass * v * v)
+        worst = max(worst, abs(total / first - 1.0))
+    return worst
+
+
+FOAM = Foam(loading=[[0, 0], [0.9, 2.0]], hysteresis=0.3, shape=2.0)
+WOVEN = Fabric(warp=2.0, weft=3.0, shear=0.5, direction=[1.0, 0.3, 0.0], compression=1.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "material"),
+    [
+        ("tet4", NeoHooke(young=3.0, poisson=0.45, volume="nodes")),
+        ("hex8", NeoHooke(young=3.0, poisson=0.3)),
+        ("hex8", FOAM),
+        ("tri3", WOVEN),
+    ],
+)
+def test_the_balance_of_energy_closes_with_the_square_of_the_step(
+    kind: str, material: NeoHooke | Foam | Fabric
+) -> None:
+    if kind == "tri3":
+        nodes, elements, more = rig.grid((2, 2, 0)), rig.sheet(2, 2), {"thickness": 0.1}
+    else:
+        nodes, more = rig.grid((2, 2, 1)), {}
+        elements = rig.tets((2, 2, 1)) if kind == "tet4" else rig.hexes((2, 2, 1))
+    matter = rig.one_part(kind, nodes, elements, material, **more)
+    q = rig.moved(nodes * [0.9, 1.05, 1.02], 0.01)
+    step = 2.0 * math.sqrt(np.min(matter.mass / matter.stiffness(matter.start())))
+    end = 60.0 * step
+    errors = [swung(matter, q, n, end) for n in (240, 480)]
+    assert errors[1] < 4e-3
+    assert errors[0] > 3.0 * errors[1]
 
 
 def disc(n: int) -> tuple[np.ndarray, np.ndarray]:

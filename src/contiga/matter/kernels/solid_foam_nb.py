@@ -20,6 +20,7 @@ from contiga.matter.kernels.lanes_nb import (
     HYSTERESIS,
     LANES,
     RATE,
+    SPRINGS,
     SQUARE,
     STRESS,
     VISCOSITY,
@@ -28,6 +29,8 @@ from contiga.matter.kernels.solid_principal_nb import principal
 
 F, P, W = GRADIENT * LANES, STRESS * LANES, ENERGY * LANES
 C, N, V = SQUARE * LANES, AXES * LANES, RATE * LANES
+S = SPRINGS * LANES
+"""Three rows that nothing else has at that stage: principal stresses."""
 ROW = 3 * LANES
 # Coefficients: H, S, modulus in tension, time of the filter, points of each curve, curves; then the
 # curve of rest (x, y, ∫y), the rates, and y of each curve.
@@ -81,22 +84,33 @@ def _excess(numbers, strain, speed):
     return low + share * (high - low) - rest
 
 
-@inlined()
-def _add(bank, lane, i, along):
-    """P += along · F N ⊗ N of a principal direction."""
-    a, b, c, x, y, z = _direction(bank, lane, i)
-    p = P + lane
-    bank[p] += along * x * a
-    bank[p + LANES] += along * x * b
-    bank[p + 2 * LANES] += along * x * c
-    p += ROW
-    bank[p] += along * y * a
-    bank[p + LANES] += along * y * b
-    bank[p + 2 * LANES] += along * y * c
-    p += ROW
-    bank[p] += along * z * a
-    bank[p + LANES] += along * z * b
-    bank[p + 2 * LANES] += along * z * c
+@inner(linked=False)
+def _stretches(bank):
+    """Principal stretches in three rows behind their squares."""
+    for at in range(C, C + 3 * LANES):
+        bank[at + 3 * LANES] = math.sqrt(max(bank[at], 0.0))
+
+
+@inner(linked=False)
+def _pull_forward(bank):
+    """P = −F Σ s_i/λ_i N_i ⊗ N_i of principal stresses s_i."""
+    for lane in range(LANES):
+        a, b, c = C + 3 * LANES + lane, C + 4 * LANES + lane, C + 5 * LANES + lane
+        s_a, s_b, s_c = S + lane, S + LANES + lane, S + 2 * LANES + lane
+        u, v, w = -bank[s_a] / bank[a], -bank[s_b] / bank[b], -bank[s_c] / bank[c]
+        x, y, z = N + lane, N + ROW + lane, N + 2 * ROW + lane
+        xa, xb, xc = bank[x], bank[x + LANES], bank[x + 2 * LANES]
+        ya, yb, yc = bank[y], bank[y + LANES], bank[y + 2 * LANES]
+        za, zb, zc = bank[z], bank[z + LANES], bank[z + 2 * LANES]
+        xx, yy = u * xa * xa + v * xb * xb + w * xc * xc, u * ya * ya + v * yb * yb + w * yc * yc
+        zz, xy = u * za * za + v * zb * zb + w * zc * zc, u * xa * ya + v * xb * yb + w * xc * yc
+        yz, zx = u * ya * za + v * yb * zb + w * yc * zc, u * za * xa + v * zb * xb + w * zc * xc
+        for i in range(3):
+            f, p = F + i * ROW + lane, P + i * ROW + lane
+            f_x, f_y, f_z = bank[f], bank[f + LANES], bank[f + 2 * LANES]
+            bank[p] = f_x * xx + f_y * xy + f_z * zx
+            bank[p + LANES] = f_x * xy + f_y * yy + f_z * yz
+            bank[p + 2 * LANES] = f_x * zx + f_y * yz + f_z * zz
 
 
 @inner()
@@ -111,19 +125,20 @@ def _kept(numbers, energy, most):
 
 @inner()
 def _lane(bank, lane, numbers, step, old, new):
-    """P and energies of a lane."""
+    """Principal stresses and energies of a lane."""
     n, taken, elastic, least, shortest = int(numbers[POINTS]), 0.0, 0.0, math.inf, 0
     for i in range(3):
-        stretch = math.sqrt(max(bank[C + i * LANES + lane], 0.0))
-        bank[C + (3 + i) * LANES + lane] = stretch
+        stretch = bank[C + (3 + i) * LANES + lane]
         if stretch < least:
             least, shortest = stretch, i
         strain = 1.0 - stretch
         if strain > 0.0:
-            _, w = curve_at(numbers, TABLE, n, strain)
+            stress, w = curve_at(numbers, TABLE, n, strain)
             taken += w
         else:
-            elastic += 0.5 * numbers[TENSION] * strain * strain
+            stress = numbers[TENSION] * strain
+            elastic += 0.5 * stress * strain
+        bank[S + i * LANES + lane] = stress
     most, speed = old[MOST * LANES + lane], old[SPEED * LANES + lane]
     if numbers[CURVES] > 1.0:
         share = 1.0 - math.exp(-step / numbers[FILTER])
@@ -132,16 +147,12 @@ def _lane(bank, lane, numbers, step, old, new):
     viscous = 0.0
     for i in range(3):
         stretch = bank[C + (3 + i) * LANES + lane]
-        strain = 1.0 - stretch
+        strain, stress = 1.0 - stretch, bank[S + i * LANES + lane]
         if strain > 0.0:
-            stress, _ = curve_at(numbers, TABLE, n, strain)
             excess = _excess(numbers, strain, speed)
             if excess != 0.0:
                 viscous += excess * _shortening(bank, lane, i, stretch)
-            stress = factor * stress + excess
-        else:
-            stress = numbers[TENSION] * strain
-        _add(bank, lane, i, -stress / stretch)
+            bank[S + i * LANES + lane] = factor * stress + excess
     bank[W + lane] = stored + elastic
     _, before = _kept(numbers, most, most)
     above = max(taken - most, 0.0)
@@ -156,7 +167,7 @@ def _lane(bank, lane, numbers, step, old, new):
 def solid_foam(bank, numbers, step, old, new):
     """P, energies and the new memory from F, its rate and the old memory."""
     principal(bank)
-    for at in range(P, P + 9 * LANES):
-        bank[at] = 0.0
+    _stretches(bank)
     for lane in range(LANES):
         _lane(bank, lane, numbers, step, old, new)
+    _pull_forward(bank)

@@ -1,6 +1,6 @@
 """Principal stretches, in lanes: C = FᵀF turned to its axes by Jacobi's rotations.
 
-Five rounds over three pairs leave nothing off the diagonal to the last bit (Golub and Van Loan,
+Four rounds over three pairs leave nothing off the diagonal to the last bit (Golub and Van Loan,
 Matrix Computations, 8.5.4: once it is small, each round squares it). Unlike closed forms they are
 exact where stretches are nearly the same, as they are wherever a foam is nearly at rest.
 """
@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 
-from contiga.jit import inner
+from contiga.jit import inlined, inner
 from contiga.matter.kernels.lanes_nb import AXES, GRADIENT, LANES, SQUARE
 
 F, C, N = GRADIENT * LANES, SQUARE * LANES, AXES * LANES
 ROW = 3 * LANES
-ROUNDS = 5
+ROUNDS = 4
 
 
 @inner(linked=False)
@@ -27,9 +27,9 @@ def _square(bank, to, i, j):
         bank[to + lane] = x + y + z
 
 
-@inner(linked=False)
+@inlined()
 def _rotate(bank, p, q):
-    """Turn axes p and q so that C_pq is zero."""
+    """Turn axes p and q, numbers that are written out, so that C_pq is zero."""
     r = 3 - p - q
     at_p, at_q, at_pq = C + p * LANES, C + q * LANES, C + (3 + r) * LANES
     at_pr, at_qr = C + (3 + q) * LANES, C + (3 + p) * LANES
@@ -53,6 +53,21 @@ def _rotate(bank, p, q):
             bank[n + q * LANES] = s * x + c * y
 
 
+@inner(linked=False)
+def _rotate_01(bank):
+    _rotate(bank, 0, 1)
+
+
+@inner(linked=False)
+def _rotate_02(bank):
+    _rotate(bank, 0, 2)
+
+
+@inner(linked=False)
+def _rotate_12(bank):
+    _rotate(bank, 1, 2)
+
+
 @inner()
 def principal(bank):
     """Squares of the principal stretches in three rows from SQUARE, their directions at rest as
@@ -64,6 +79,6 @@ def principal(bank):
             for lane in range(LANES):
                 bank[N + i * ROW + j * LANES + lane] = 1.0 if i == j else 0.0
     for _ in range(ROUNDS):
-        _rotate(bank, 0, 1)
-        _rotate(bank, 0, 2)
-        _rotate(bank, 1, 2)
+        _rotate_01(bank)
+        _rotate_02(bank)
+        _rotate_12(bank)
