@@ -51,7 +51,7 @@ def test_columns_of_elements_lie_one_after_the_other() -> None:
 
 
 def test_the_same_bits_on_any_number_of_threads() -> None:
-    counts = (12, 12, 12)
+    counts = (10, 10, 10)
     nodes = rig.grid(counts)
     matter = rig.one_part("tet4", nodes, rig.tets(counts), NeoHooke(young=1.0, poisson=0.3))
     q = rig.moved(nodes, 0.005)

@@ -7,7 +7,8 @@ import pytest
 from scipy.linalg import eigh
 from tests.unit.matter import rig
 
-from contiga.materials import Elastic, NeoHooke
+from contiga.materials import Elastic, Foam, NeoHooke
+from contiga.matter import MatterState
 from contiga.matter.coefficients import Material
 
 MATERIALS = [
@@ -72,3 +73,22 @@ def test_cloth_that_is_slack_is_as_stiff_as_when_it_is_taut() -> None:
         )
     ]
     np.testing.assert_array_equal(*told)
+
+
+def test_foam_is_as_stiff_as_it_unloads() -> None:
+    """From its deepest state it goes back much more steeply than it came."""
+    foam = Foam(loading=[[0, 0], [0.9, 2.0]], hysteresis=0.1, shape=9.0)
+    nodes = rig.grid((1, 1, 1))
+    matter = rig.one_part("hex8", nodes, rig.hexes((1, 1, 1)), foam)
+    top = nodes[:, 2] == 1.0
+
+    def pressed(strain: float, state: MatterState) -> tuple[float, MatterState]:
+        answer = matter.forces(state, nodes * [1.0, 1.0, 1.0 - strain], 0.0 * nodes, 0.0)
+        return float(answer.force[top, 2].sum()), answer.state
+
+    deep, state = pressed(0.3, matter.start())
+    more, _ = pressed(0.3 + 1e-6, state)
+    back, _ = pressed(0.3 - 1e-6, state)
+    loading, unloading = (more - deep) / 1e-6, (deep - back) / 1e-6
+    assert unloading > 5.0 * loading
+    assert matter.stiffness(state)[top].sum() >= unloading
