@@ -57,6 +57,9 @@ $(GENERATED)/headform.step: examples/make_headform.py $(BIN)/.run-stamp
 $(GENERATED)/pad.vtu: examples/make_pad.py $(BIN)/.run-stamp
 	$(BIN)/python examples/make_pad.py $@
 
+$(GENERATED)/foam_block.vtu: examples/make_foam_block.py $(BIN)/.run-stamp
+	$(BIN)/python examples/make_foam_block.py $@
+
 # A stamp is newer than pyproject.toml once its packages are installed: a second call does nothing.
 $(BIN)/.venv-stamp:
 	@test -n "$(PYTHON)" || { echo "contiga needs Python 3.11 or newer; install one or say which: make PYTHON=/path/to/python3.12" >&2; exit 1; }

@@ -2,7 +2,7 @@
 
 Parts named are run alone, and the file keeps what it says of the others. "first", which compiles
 everything anew, is left out unless it is named or ``--all`` is given. Other tables are run by name:
-area, area_errors, faceted, mesher.
+area, area_errors, faceted, matter, mesher.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from benchmarks import (
     area_errors,
     faceted,
     machine,
+    matter,
     mesher,
     scaling,
     startup,
@@ -48,7 +49,13 @@ GOALS = (
 )
 """In the order of the table."""
 SLOW = ("first",)
-TABLES = {"area": area, "area_errors": area_errors, "faceted": faceted, "mesher": mesher}
+TABLES = {
+    "area": area,
+    "area_errors": area_errors,
+    "faceted": faceted,
+    "matter": matter,
+    "mesher": mesher,
+}
 
 
 def main(arguments: list[str] | None = None) -> None:

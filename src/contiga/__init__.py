@@ -86,6 +86,8 @@ _ROOMS = {
     "knots": "contiga.geometry.knots",
     "errors": "contiga.errors",
     "extras": "contiga.extras",
+    "materials": "contiga.materials",
+    "matter": "contiga.matter",
     "motion": "contiga.motion",
     "criteria": "contiga.criteria",
     "files": "contiga.io.out.files",
@@ -98,6 +100,8 @@ if TYPE_CHECKING:
     from contiga import criteria as criteria
     from contiga import errors as errors
     from contiga import extras as extras
+    from contiga import materials as materials
+    from contiga import matter as matter
     from contiga import motion as motion
     from contiga.area.cloud import CloudArea as CloudArea
     from contiga.area.cluster import clusters_of as clusters_of

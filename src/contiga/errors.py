@@ -14,6 +14,8 @@ code 1).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 
 class ContigaWarning(UserWarning):
     """Something was accepted and handled, but the user should know about it."""
@@ -27,6 +29,42 @@ class ContigaError(Exception):
 
 class RunError(ContigaError):
     """A valid input could not be carried through to the end."""
+
+
+class ElementError(RunError):
+    """An element of what deforms has turned inside out, or its corners are not finite.
+
+    Parameters
+    ----------
+    kind : what it is, and of which part
+    element : its number in the part
+    place : (3,) its middle
+    count : elements of the part that have
+    time : when; matter does not know it, `at` adds it
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        element: int,
+        place: Sequence[float],
+        count: int = 1,
+        time: float | None = None,
+    ) -> None:
+        self.kind, self.element, self.count, self.time = kind, element, count, time
+        self.place = tuple(float(x) for x in place)
+        where = ", ".join(f"{x:.6g}" for x in self.place)
+        when = "" if time is None else f" at the time {time:.6g}"
+        more = f", and {count - 1} more" if count > 1 else ""
+        super().__init__(
+            f"element {element} ({kind}) at {where} has turned inside out{when}{more}. Take "
+            "smaller steps, a finer mesh where it is pressed together, a material that stiffens, "
+            "or a softer contact"
+        )
+
+    def at(self, time: float) -> ElementError:
+        """The same, told with the time."""
+        return ElementError(self.kind, self.element, self.place, self.count, time)
 
 
 class MissingPackageError(ContigaError, ImportError):

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks import __main__ as benchmarks
-from benchmarks import machine, operations, startup, stepping
+from benchmarks import machine, matter, operations, startup, stepping
 from benchmarks.scene import moved, points, surface
 from benchmarks.sizes import SMALL
 from benchmarks.table import Row, lines_of
@@ -49,6 +49,13 @@ def test_a_goal_is_passed_failed_or_unknown() -> None:
     assert [row.passed for row in (least, most, unknown)] == [True, False, None]
     lines = lines_of([least, most, unknown])
     assert [line.split()[-1] for line in lines[1:]] == ["pass", "FAIL", "–"]
+
+
+def test_the_table_of_matter_is_made() -> None:
+    lines = matter.run(side=2)
+    assert len(lines) == 8
+    assert lines[0].startswith("tet4 neo-Hooke ")
+    assert "scikit-fem" in lines[-1]
 
 
 def test_an_unknown_part_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.case.contact_made import area_of, contact_of
+from contiga.case.deform_spec import DeformSpec
 from contiga.case.geometry_spec import FileGeometry
 from contiga.case.motion_spec import AttachedSpec, FreeSpec, RigidMotionSpec, SeriesSpec
 from contiga.case.output_spec import OutputSpec
@@ -18,16 +19,15 @@ from contiga.case.problems import Fault, Together
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.reading import told_of
 from contiga.case.schema import BodySpec, Case, SlaveSpec
+from contiga.case.slave_motion import slave_motion
 from contiga.case.standing import order_of, references
 from contiga.case.toml import resolved_toml
 from contiga.contact.preloaded import preload_search
-from contiga.dynamics.free import Attached, Free
-from contiga.dynamics.prescribed import BodyMotion, Fixed, Moved, SlaveMotion
+from contiga.dynamics.free import Attached, Dependent
+from contiga.dynamics.prescribed import BodyMotion, Fixed
 from contiga.dynamics.pulses import check_covers
 from contiga.dynamics.springs import Spring
 from contiga.errors import CaseError
-from contiga.io.mesh.series import MeshSeries, find_files
-from contiga.io.units import length_factor
 from contiga.masters.body import Body
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
@@ -189,7 +189,7 @@ def _told_motions(case: Case, wrong: Together) -> dict[str, BodyMotion]:
     ]
     told = {}
     for key, motion in entries:
-        if not isinstance(motion, FreeSpec | AttachedSpec | SeriesSpec):
+        if not isinstance(motion, FreeSpec | AttachedSpec | SeriesSpec | DeformSpec):
             with wrong.at(key):
                 told[key] = _prescribed(motion, case)
     return told
@@ -245,7 +245,7 @@ def _bodies(
         if isinstance(motion, FreeSpec | AttachedSpec) and spec.mass is not None:
             with wrong.at(f"body[{i}].mass"):
                 mass = spec.mass.properties(body)
-        moved: BodyMotion | Free | Attached | None = told.get(f"body[{i}].motion")
+        moved: BodyMotion | Dependent | None = told.get(f"body[{i}].motion")
         if isinstance(motion, AttachedSpec):
             moved = Attached(motion.body, mass)
         elif isinstance(motion, FreeSpec) and mass is not None:
@@ -270,7 +270,7 @@ def _slaves(
             continue
         assert isinstance(slave, Slave)
         with wrong.at(key):
-            slaves[spec.name] = SlavePart(slave, _slave_motion(spec, slave, case, told.get(key)))
+            slaves[spec.name] = SlavePart(slave, slave_motion(spec, slave, case, told.get(key)))
     return slaves
 
 
@@ -343,40 +343,5 @@ def _slave(
         unit=slave.unit,
         cells=slave.cells,
         parts=slave.parts,
+        elements=slave.elements,
     )
-
-
-def _slave_motion(
-    spec: SlaveSpec, slave: Slave, case: Case, told: BodyMotion | None
-) -> SlaveMotion | Free | Attached:
-    """How the points move, with `told` where that is told beforehand; still where that is wrong."""
-    motion = spec.motion
-    if isinstance(motion, FreeSpec):
-        return motion.moved(None)
-    if isinstance(motion, AttachedSpec):
-        return Attached(motion.body)
-    if not isinstance(motion, SeriesSpec):
-        return Moved(slave.points, Fixed() if told is None else told)
-    series = _series(motion, case)
-    count = len(series.points(case.time.start))
-    if count != len(slave):
-        raise CaseError(
-            "the files of the series do not have the points of the slave",
-            where="files",
-            found=f"{count} points",
-            allowed=f"{len(slave)}",
-        )
-    return series if motion.then is None else Moved(series, motion.then.motion)
-
-
-def _series(spec: SeriesSpec, case: Case) -> MeshSeries:
-    files = find_files(spec.files)
-    start, end = case.time.start, case.time.end
-    if spec.times is not None:
-        times = np.array(spec.times)
-    elif spec.step is not None:
-        times = start + spec.step * np.arange(len(files))
-    else:
-        times = np.linspace(start, end, len(files))
-    factor = 1.0 if spec.unit is None else length_factor(spec.unit, case.units.length)
-    return MeshSeries(files, times, factor=factor)

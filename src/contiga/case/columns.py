@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from contiga.case.contact_spec import ContactSpec
+from contiga.case.deform_spec import DeformSpec
 from contiga.case.motion_spec import FreeSpec
 from contiga.case.schema import Case
 from contiga.case.sensor_spec import PointSensorSpec, RelativeSensorSpec
@@ -66,8 +67,12 @@ def columns_of_case(case: Case) -> list[str]:
         found += [f"{spring.name}.{name}" for name in names]
     free = [body.name for body in case.body if isinstance(body.motion, FreeSpec)]
     found += [f"{name}.{column}" for name in free for column in OF_BODIES]
-    if free or case.spring or any(isinstance(slave.motion, FreeSpec) for slave in case.slave):
+    deforms = any(isinstance(slave.motion, DeformSpec) for slave in case.slave)
+    loose = any(isinstance(slave.motion, FreeSpec) for slave in case.slave)
+    if free or case.spring or loose or deforms:
         found += [f"energy.{name}" for name in _OF_SYSTEM]
+    if deforms:
+        found += ["energy.hourglass", "energy.viscosity"]
     return found
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from contiga.case.deform_spec import DeformSpec
 from contiga.case.pulse_spec import AccelerationSpec, VelocitySpec
 from contiga.case.spec import (
     Axis,
@@ -207,13 +208,13 @@ class AttachedSpec(Spec):
 if TYPE_CHECKING:
     RigidMotionSpec = FixedSpec | TranslateSpec | RotateSpec | PosesSpec | CombineSpec
     BodyMotionSpec = RigidMotionSpec | VelocitySpec | AccelerationSpec | FreeSpec | AttachedSpec
-    SlaveMotionSpec = BodyMotionSpec | SeriesSpec
+    SlaveMotionSpec = BodyMotionSpec | SeriesSpec | DeformSpec
 else:
     _RIGID = (FixedSpec, TranslateSpec, RotateSpec, PosesSpec, CombineSpec)
     _BODY = (*_RIGID, VelocitySpec, AccelerationSpec, FreeSpec, AttachedSpec)
     RigidMotionSpec = by_kind(*_RIGID)
     BodyMotionSpec = by_kind(*_BODY)
-    SlaveMotionSpec = by_kind(*_BODY, SeriesSpec)
+    SlaveMotionSpec = by_kind(*_BODY, SeriesSpec, DeformSpec)
 
 CombineSpec.model_rebuild()
 SeriesSpec.model_rebuild()

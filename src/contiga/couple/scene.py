@@ -10,6 +10,7 @@ import numpy as np
 from contiga.contact.state import State
 from contiga.couple.carriers import Carrier, Frame, frame_of, point_rates
 from contiga.couple.kick import Kick
+from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.prescribed import Fixed, Moved
 from contiga.dynamics.stepping import EqualSteps
 from contiga.errors import InputError
@@ -20,7 +21,7 @@ from contiga.records import FloatArray
 from contiga.simulation.model import BodyPart, ContactPart, Model, SlavePart
 from contiga.simulation.relative_sensors import relative_columns
 from contiga.simulation.sensor import RelativeSensor, Sensor
-from contiga.simulation.system_state import BodyStates, Energy, SlaveState, SystemState
+from contiga.simulation.system_state import BodyStates, Energy, SystemState
 
 _TOLD = {"acceleration": "a", "velocity": "v", "displacement": "", "spin": "w"}
 _SUMMED = ("acceleration", "velocity")

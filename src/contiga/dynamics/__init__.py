@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Attached, Free
 from contiga.dynamics.prescribed import (
     BodyMotion,
@@ -28,6 +29,7 @@ __all__ = [
     "Attached",
     "BodyMotion",
     "Combine",
+    "Deforming",
     "Fixed",
     "Free",
     "Moved",

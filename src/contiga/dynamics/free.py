@@ -2,24 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from contiga.dynamics.nodes import CarriedNodes, FreeNodes, NodeMover
 from contiga.errors import InputError
 from contiga.num.arrays import positive, read_only
 from contiga.num.inertia import check_inertia
 from contiga.num.transform import vector
 from contiga.records import FloatArray, MassProperties
+from contiga.slaves.slave import Slave
 
 HOLDS = ("x", "y", "z", "rx", "ry", "rz")
 """What can be held of a free body: ways along the world's axes and turns about them."""
 
 
+Number = Callable[[str], int]
+"""The number of the body that one of a name is fixed to in the end: itself where it is not."""
+
+
+class Dependent:
+    """A motion that nothing tells beforehand: forces decide it, or another body."""
+
+    def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
+        """What moves the nodes of `slave` so; `where` is for messages.
+
+        Raises
+        ------
+        InputError
+            It cannot.
+        """
+        raise NotImplementedError
+
+
 @dataclass(frozen=True, init=False, eq=False)
-class Free:
+class Free(Dependent):
     """A rigid body, or the nodes of a slave, that the forces on them move.
 
     Parameters
@@ -91,9 +111,28 @@ class Free:
                     allowed="velocity and spin of zero along what is held",
                 )
 
+    def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
+        """Each a mass: of this motion, else the slave's own."""
+        if self.inertia is not None or self.centre is not None or self.hold:
+            raise InputError(
+                "nodes have a mass and a velocity only",
+                where=where,
+                found="inertia, centre or hold",
+                allowed="Free(mass=…, velocity=…)",
+            )
+        masses = _nodal_masses(where, slave, slave.mass if self.mass is None else self.mass)
+        if self.velocity.ndim == 2 and len(self.velocity) != len(slave):
+            raise InputError(
+                "expected one velocity, or one for each node",
+                where=where,
+                found=self.velocity.shape,
+                allowed=f"(3,) or ({len(slave)}, 3)",
+            )
+        return FreeNodes(masses, slave.points, self.velocity, self)
+
 
 @dataclass(frozen=True)
-class Attached:
+class Attached(Dependent):
     """A body, or the points of a slave, that are fixed to another body and go where that goes.
 
     What they feel that body feels. Their geometry stands in the axes of that body's.
@@ -117,6 +156,37 @@ class Attached:
             )
         if not isinstance(self.body, str) or not self.body:
             raise InputError("must be the name of a body", where="Attached(body)", found=self.body)
+
+    def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
+        """Fixed to the body."""
+        return CarriedNodes(number(self.body), slave.points, self)
+
+
+def _nodal_masses(where: str, slave: Slave, given: float | FloatArray | None) -> FloatArray:
+    """(n,) of all nodes."""
+    if given is None:
+        raise InputError(
+            "free nodes need masses and the slave has none",
+            where=where,
+            remedy="Give Free(mass=…), or the slave its nodal masses",
+        )
+    if np.ndim(given) and len(np.atleast_1d(given)) != len(slave):
+        raise InputError(
+            "expected one mass for each node",
+            where=where,
+            found=np.shape(given),
+            allowed=f"({len(slave)},)",
+        )
+    masses = np.broadcast_to(np.asarray(given, dtype=np.float64), (len(slave),)).copy()
+    if not (masses > 0.0).all():
+        bare = int(np.count_nonzero(~(masses > 0.0)))
+        raise InputError(
+            f"{bare} free nodes have no mass",
+            where=where,
+            found=f"first at node {int(np.argmin(masses > 0.0))}",
+            allowed="above zero at every node",
+        )
+    return masses
 
 
 def _mass(mass: float | ArrayLike | None) -> float | FloatArray | None:

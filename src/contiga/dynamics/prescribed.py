@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -62,6 +62,21 @@ def kinks_in(motion: object) -> FloatArray:
     return np.asarray(getattr(motion, "kinks", ()), dtype=np.float64).reshape(-1)
 
 
+def rows_in(motion: object) -> FloatArray:
+    """(k,) times of the rows of a motion's tables, between which it goes evenly or smoothly."""
+    return np.asarray(getattr(motion, "rows", ()), dtype=np.float64).reshape(-1)
+
+
+def is_told(motion: object) -> bool:
+    """Whether a motion may be asked at any time: a user's own may be live, from a solver."""
+    return bool(getattr(motion, "told", False))
+
+
+def is_still(motion: object) -> bool:
+    """Whether a motion is known to move nothing."""
+    return bool(getattr(motion, "still", False))
+
+
 def _turns(times: FloatArray, steps: FloatArray) -> FloatArray:
     """Times at which what goes evenly between rows, by `steps` (n − 1, d), goes otherwise."""
     if len(times) < 2:
@@ -73,6 +88,8 @@ def _turns(times: FloatArray, steps: FloatArray) -> FloatArray:
 @dataclass(frozen=True)
 class Fixed:
     """A body that stays where its geometry is."""
+
+    told = still = True
 
     def pose(self, t: float) -> FloatArray:
         """The identity."""
@@ -92,6 +109,7 @@ class Translate:
     table : (n, 4) rows t, dx, dy, dz; t strictly increasing
     """
 
+    told: ClassVar[bool] = True
     times: FloatArray
     offsets: FloatArray
 
@@ -99,6 +117,11 @@ class Translate:
         rows = as_table(table, ("t", "dx", "dy", "dz"))
         object.__setattr__(self, "times", read_only(rows[:, 0]))
         object.__setattr__(self, "offsets", read_only(rows[:, 1:]))
+
+    @property
+    def rows(self) -> FloatArray:
+        """Times of its rows."""
+        return self.times
 
     @property
     def kinks(self) -> FloatArray:
@@ -125,6 +148,7 @@ class Rotate:
     centre : (3,) a point on the axis, at rest in the world
     """
 
+    told: ClassVar[bool] = True
     times: FloatArray
     degrees: FloatArray
     axis: FloatArray
@@ -138,6 +162,11 @@ class Rotate:
         object.__setattr__(self, "degrees", read_only(rows[:, 1]))
         object.__setattr__(self, "axis", read_only(unit_axis(axis)))
         object.__setattr__(self, "centre", read_only(vector(centre, "centre")))
+
+    @property
+    def rows(self) -> FloatArray:
+        """Times of its rows."""
+        return self.times
 
     @property
     def kinks(self) -> FloatArray:
@@ -165,6 +194,7 @@ class Poses:
     poses : (n, 4, 4) rigid poses X_WB
     """
 
+    told: ClassVar[bool] = True
     times: FloatArray
     poses: FloatArray
 
@@ -204,6 +234,11 @@ class Poses:
             raise
         except InputError as error:
             raise type(error)(str(error), where=where) from error
+
+    @property
+    def rows(self) -> FloatArray:
+        """Times of its rows."""
+        return self.times
 
     @property
     def kinks(self) -> FloatArray:
@@ -246,6 +281,16 @@ class Combine:
         object.__setattr__(self, "motions", tuple(motions))
 
     @property
+    def told(self) -> bool:
+        """Whether all of them are."""
+        return all(map(is_told, self.motions))
+
+    @property
+    def rows(self) -> FloatArray:
+        """Those of all of them."""
+        return np.concatenate([np.zeros(0), *map(rows_in, self.motions)])
+
+    @property
     def kinks(self) -> FloatArray:
         """Those of all of them."""
         return np.concatenate([np.zeros(0), *(kinks_in(motion) for motion in self.motions)])
@@ -283,19 +328,34 @@ class Moved:
         object.__setattr__(self, "motion", motion)
 
     @property
+    def told(self) -> bool:
+        """Whether what is carried and what carries it are."""
+        return is_told(self.motion) and (isinstance(self.base, np.ndarray) or is_told(self.base))
+
+    @property
+    def rows(self) -> FloatArray:
+        """Those of what carries them."""
+        return rows_in(self.motion)
+
+    @property
+    def still(self) -> bool:
+        """Whether they are at rest, and nothing carries them."""
+        return isinstance(self.base, np.ndarray) and is_still(self.motion)
+
+    @property
     def kinks(self) -> FloatArray:
         """Those of what is carried and of what carries it."""
         return np.concatenate([kinks_in(self.base), kinks_in(self.motion)])
 
     def points(self, t: float) -> FloatArray:
         """World coordinates at `t`, (n, 3)."""
-        if isinstance(self.motion, Fixed):
+        if is_still(self.motion):
             return self._carried(t)
         return pose.apply(self.motion.pose(t), self._carried(t))
 
     def velocities(self, t: float) -> FloatArray:
         """Velocities at `t`, (n, 3), world axes: of what is carried, and of what carries it."""
-        if isinstance(self.motion, Fixed):
+        if is_still(self.motion):
             return self._still if isinstance(self.base, np.ndarray) else self.base.velocities(t)
         X_WB = self.motion.pose(t)
         moved = self.motion.twist(t).at(X_WB[:3, 3], pose.apply(X_WB, self._carried(t)))

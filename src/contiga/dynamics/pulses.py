@@ -29,6 +29,7 @@ _SAME_TIME = 1e-9
 class _Pulse:
     """A translation along pieces of polynomials, even before the first and after the last."""
 
+    told: ClassVar[bool] = True
     displacements: Pieces
     _given: ClassVar[int]
     """Which derivative of the displacement the table gives."""
@@ -37,6 +38,11 @@ class _Pulse:
     def kinks(self) -> FloatArray:
         """Times that steps end at for nothing of the table to be lost."""
         return self.displacements.kinks(self._given)
+
+    @property
+    def rows(self) -> FloatArray:
+        """Times of the rows."""
+        return np.asarray(self.displacements.times, np.float64)
 
     @property
     def span(self) -> tuple[float, float]:

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.contact.tracked import reach_of
-from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.deforming import Deforming
+from contiga.dynamics.free import Dependent, Free
 from contiga.masters.nearness import gaps_of, nearest
 from contiga.num.rigid import to_body, to_world
 from contiga.records import FloatArray, IntArray
@@ -187,7 +188,7 @@ def _ways(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Way]:
     standings = [place(model, None, float(time)) for time in times]
     for part in parts:
         own = model.bodies[part.name] if part.is_body else model.slaves[part.name]
-        if isinstance(own.motion, Free | Attached):
+        if isinstance(own.motion, Dependent):
             continue
         if part.is_body:
             poses = np.array([standing.bodies[part.name].pose for standing in standings])
@@ -221,7 +222,7 @@ def _velocities(model: Model, parts: tuple[Drawn, ...]) -> Iterator[Arrow]:
     """Of free bodies and nodes at the start."""
     for part in parts:
         own = model.bodies[part.name] if part.is_body else model.slaves[part.name]
-        if isinstance(own.motion, Free):
+        if isinstance(own.motion, Free | Deforming):
             velocity = np.reshape(own.motion.velocity, (-1, 3)).mean(axis=0)
             if velocity.any():
                 yield Arrow(part.name, part.box.mean(axis=0), velocity)

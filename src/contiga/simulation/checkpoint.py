@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.dynamics.nodes import ElementState, SlaveState
 from contiga.dynamics.springs import SpringState
 from contiga.errors import CheckpointError, InputError
 from contiga.io.out.hdf5 import is_sealed, whole_file
@@ -19,9 +20,9 @@ from contiga.simulation.checks.finding import Finding
 from contiga.simulation.fingerprint import fingerprint_of
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.peak import Peak
-from contiga.simulation.system_state import BodyStates, Energy, SlaveState, SystemState
+from contiga.simulation.system_state import BodyStates, Energy, SystemState
 
-FORMAT = 12
+FORMAT = 13
 _NUMBERS = ("step", "peak_energy", "shaking", "leak")
 """Of a state."""
 
@@ -109,6 +110,8 @@ def _write_state(file: Any, state: SystemState) -> None:
     for name, slave in state.slaves.items():
         group = file.create_group(f"slaves/{name}")
         group["points"], group["velocities"] = slave
+        for key, array in slave.matter.items():
+            group[f"matter/{key}"] = array
     for name, contact in state.contacts.items():
         group = file.create_group(f"contacts/{name}")
         for key, array in contact.arrays.items():
@@ -132,10 +135,7 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
     return SystemState(
         time=float(file.attrs["time"]),
         bodies=BodyStates({name: i for i, name in enumerate(file["bodies"])}, poses, twists),
-        slaves={
-            name: SlaveState(*arrays(group, "points", "velocities"))
-            for name, group in file["slaves"].items()
-        },
+        slaves={name: _slave(group) for name, group in file["slaves"].items()},
         contacts={
             part.name: State(
                 **{key: np.asarray(array) for key, array in file["contacts"][part.name].items()},
@@ -149,6 +149,14 @@ def _read_state(file: Any, contacts: Iterable[ContactPart]) -> SystemState:
         springs={name: _spring(group) for name, group in file["springs"].items()},
         **{name: float(file[name][()]) for name in _NUMBERS},
     )
+
+
+def _slave(group: Any) -> SlaveState:
+    points, velocities = np.asarray(group["points"]), np.asarray(group["velocities"])
+    if "matter" not in group:
+        return SlaveState(points, velocities)
+    inside = {key: np.asarray(array) for key, array in group["matter"].items()}
+    return ElementState.of(points, velocities, inside)
 
 
 def _spring(group: Any) -> SpringState:

@@ -82,9 +82,10 @@ def limit_of(model: Model, state: SystemState, of: Of = "all") -> Limit:
     for end, own in felt.items():
         rates = sum((both for _, both, _ in own), Rates())
         whole = sum((w for _, _, w in own), Rates())
-        bodies = bodies.most(whole)
         if end in model.mechanism.masses:
             nodes = nodes.most(rates)
+        else:
+            bodies = bodies.most(whole)
         if rates.square > FASTER * whole.square:
             points = max(points, rates.square)
         if rates.critical < critical:
@@ -122,6 +123,10 @@ def _couplings(model: Model, state: SystemState, of: Of) -> Iterator[tuple[str, 
                 drags = bool(_dragging(part, rows, state).any())
                 drags = drags and all(rates.decay**2 > rates.square for _, rates, _ in ends)
                 yield f"{'viscous friction of ' if drags else ''}contact {part.name!r}", ends
+    for name, nodes in system.nodes.items() if of != "following" else ():
+        rates = Rates(*nodes.rates(state.slaves[name]))
+        if rates.square > 0.0:
+            yield f"the elements of slave {name!r}", [(name, rates, rates)]
     for name in state.springs if of != "following" else ():
         if ends := _spring_ends(system, name, state):
             yield f"spring {name!r}", ends

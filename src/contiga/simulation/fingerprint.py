@@ -10,20 +10,13 @@ import json
 import re
 from typing import NamedTuple
 
-import numpy as np
-
 from contiga.contact.contact import Contact
-from contiga.dynamics.free import Attached, Free
-from contiga.dynamics.prescribed import Moved, SlaveMotion
+from contiga.dynamics.free import Dependent
 from contiga.dynamics.stepping import AutoSteps, ended
-from contiga.records import FloatArray
 from contiga.simulation.model import Model
 from contiga.simulation.things import Things
 from contiga.slaves.slave import Slave
 
-# Instants a slave's motion is looked at where it is not a rigid one: a series of large files would
-# have to be read again for more.
-INSTANTS = 64
 # The end of a run does not tell a case from another: the times do, as far as they go.
 _END = re.compile(r"^(\[time\]\n(?:(?!\[).*\n)*?)end = .*\n", re.M)
 # Nor does what is only told of it.
@@ -60,18 +53,15 @@ def identity_of(model: Model, end: float | None = None) -> Identity:
     digest.thing([dict(model.springs), model.loads, model.sensors])
     for name, part in model.bodies.items():
         digest.text(f"motion of {name}")
-        if isinstance(part.motion, Free | Attached):
+        if isinstance(part.motion, Dependent):
             digest.thing(part.motion)
         else:
             digest.arrays("poses", *(part.motion.pose(float(t)) for t in times))
         part.body.digest(digest)
-    for name, (slave, motion) in model.slaves.items():
+    for name, (slave, _) in model.slaves.items():
         digest.text(name)
         digest.slave(slave)
-        if isinstance(motion, Free | Attached):
-            digest.thing(motion)
-        else:
-            digest.motion(motion, times)
+        model.mechanism.nodes[name].digest(digest, times)
     for pair in model.contacts:
         digest.text(repr((pair.name, pair.master, pair.slave)))
         digest.contact(pair.contact)
@@ -96,19 +86,6 @@ class _Digest(Things):
         """All that a contact uses of a slave."""
         nodal = slave.area, slave.thickness, slave.mass
         self.arrays("slave", slave.points, slave.facets, slave.active, *nodal)
-
-    def motion(self, motion: SlaveMotion, times: FloatArray) -> None:
-        """Where the points go."""
-        if isinstance(motion, Moved):
-            self.arrays("carried", *(motion.motion.pose(float(t)) for t in times))
-            if isinstance(motion.base, np.ndarray):
-                self.arrays("rest", motion.base)
-            else:
-                self.motion(motion.base, times)
-            return
-        some = np.unique(np.linspace(0, len(times) - 1, min(INSTANTS, len(times))).round())
-        for k in some.astype(int):
-            self.arrays("points", motion.points(float(times[k])))
 
     def contact(self, contact: Contact) -> None:
         """Options, law and area of a contact."""

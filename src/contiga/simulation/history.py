@@ -60,6 +60,8 @@ def history_row(
         row |= step_columns(model, stepped.choice)
     if model.mechanism.moved:
         row |= _body_columns(model, stepped.state) | energy_columns(stepped.state.energy)
+    if model.mechanism.deforms:
+        row |= element_columns(stepped.state.energy)
     return row
 
 
@@ -126,6 +128,11 @@ def energy_columns(energy: Energy) -> dict[str, float]:
         "energy.total": energy.total,
         "energy.error": energy.error,
     }
+
+
+def element_columns(energy: Energy) -> dict[str, float]:
+    """What elements alone have."""
+    return {"energy.hourglass": energy.hourglass, "energy.viscosity": energy.viscosity}
 
 
 def contact_columns(state: State, wall: float, *, measured: bool) -> dict[str, float]:

@@ -7,11 +7,10 @@ which are told over time and may come and go within few steps, has no such term.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-import numpy as np
+from collections.abc import Mapping, Sequence
 
 from contiga.contact.state import State
+from contiga.dynamics.nodes import Stored
 from contiga.dynamics.rigid_bodies import work_of_gravity
 from contiga.dynamics.springs import SpringState
 from contiga.num import quaternion
@@ -20,8 +19,8 @@ from contiga.num.rigid_lanes import CENTRE, VELOCITY
 from contiga.records import FloatArray
 from contiga.simulation.load_forces import load_point, loaded
 from contiga.simulation.model import Model
-from contiga.simulation.place import Placement, nodal_force
-from contiga.simulation.system_state import Energy, SlaveState, SystemState
+from contiga.simulation.place import Placement, forces_on
+from contiga.simulation.system_state import Energy, SystemState
 
 
 def contact_energy(contacts: Mapping[str, State]) -> Energy:
@@ -40,30 +39,31 @@ def contact_energy(contacts: Mapping[str, State]) -> Energy:
 def energy_of(
     contacts: Mapping[str, State],
     springs: Mapping[str, SpringState],
+    slaves: Sequence[Stored],
     kinetic: float,
-    external: float,
-    initial: float | None,
+    since: tuple[float, float | None],
 ) -> Energy:
-    """Of a system; `initial` is None at the start."""
+    """Of a system: `kinetic` of its bodies; `since` are the external work since the start and the
+    energy then, which is None at the start."""
     own = contact_energy(contacts)
     strain, hysteresis, damping = 0.0, own.hysteresis, own.damping
     for spring in springs.values():
         strain += spring.stored
         hysteresis += spring.hysteresis
         damping += spring.damping
-    if initial is None:
-        initial = kinetic + strain + own.contact
-    lost = hysteresis, damping, own.friction
-    return Energy(own.contact, *lost, kinetic, strain, external, initial)
-
-
-def kinetic_of_nodes(model: Model, slaves: Mapping[str, SlaveState]) -> float:
-    """Kinetic energy of free nodes."""
-    total = 0.0
-    for name, mass in model.mechanism.masses.items():
-        v = slaves[name].velocities
-        total += 0.5 * float((mass * (v * v).sum(axis=1)).sum())
-    return total
+    nodes = Stored(*(sum(parts) for parts in zip(*slaves, strict=True)))
+    energy = Energy(
+        own.contact,
+        hysteresis + nodes.hysteresis,
+        damping + nodes.damping,
+        own.friction,
+        kinetic + nodes.kinetic,
+        strain + nodes.strain,
+        since[0],
+        hourglass=nodes.hourglass,
+        viscosity=nodes.viscosity,
+    )
+    return energy._replace(initial=energy.total if since[1] is None else since[1])
 
 
 def external_work(
@@ -86,9 +86,8 @@ def external_work(
 def _by_gravity(model: Model, last: SystemState, standing: Placement) -> float:
     system = model.mechanism
     work = work_of_gravity(last.rigid, standing.free.rows, system.fixed, model.gravity)
-    for name, mass in system.masses.items():
-        way = standing.slaves[name].points - last.slaves[name].points
-        work += float((mass * (way * model.gravity).sum(axis=1)).sum())
+    for name, nodes in system.nodes.items():
+        work += nodes.by_gravity(last.slaves[name], standing.slaves[name], model.gravity)
     return work
 
 
@@ -141,7 +140,7 @@ def load_work_beyond_way(
 def _by_bodies(model: Model, last: SystemState, standing: Placement, wrenches: FloatArray) -> float:
     """By what moves prescribed bodies, against the forces on them."""
     work = 0.0
-    for _, _, i in model.mechanism.driven:
+    for i in model.mechanism.driven:
         both = last.wrenches[i] + wrenches[i]
         if not both.any():
             continue
@@ -155,14 +154,10 @@ def _by_points(
     model: Model, last: SystemState, standing: Placement, contacts: Mapping[str, State]
 ) -> float:
     """By what moves prescribed points, against the forces on them."""
-    system, work = model.mechanism, 0.0
-    for name in model.slaves:
-        if name in system.carried or name in system.masses:
-            continue
-        way = standing.slaves[name].points - last.slaves[name].points
-        if way.any():
-            both = nodal_force(model, name, last.contacts) + nodal_force(model, name, contacts)
-            work -= 0.5 * float(np.where(np.isfinite(way), both * way, 0.0).sum())
+    work = 0.0
+    for name, nodes in model.mechanism.nodes.items():
+        forces = [forces_on(model, name, at) for at in (last.contacts, contacts)]
+        work += nodes.by_motion(last.slaves[name], standing.slaves[name], *forces)
     return work
 
 

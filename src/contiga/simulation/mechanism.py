@@ -1,4 +1,4 @@
-"""Who moves what: free bodies in rows, what is attached to which body, nodes that are masses."""
+"""Who moves what: free bodies in rows, what is attached to which body, the nodes of slaves."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.free import Attached, Dependent, Free
 from contiga.dynamics.loads import Load
-from contiga.dynamics.prescribed import BodyMotion, Fixed
+from contiga.dynamics.nodes import DrivenNodes, NodeMover
+from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, is_still
 from contiga.dynamics.rigid_bodies import fixed_of, row_of, with_attached
 from contiga.dynamics.springs import Spring
 from contiga.errors import InputError
@@ -39,14 +40,32 @@ class Mechanism:
     """(b, 22) what never changes of free bodies."""
     start: FloatArray
     """(b, 19) how they start."""
-    driven: tuple[tuple[str, BodyMotion, int], ...]
-    """Bodies that a motion drives, with it and their number; those that stand still are not."""
-    carried: Mapping[str, int]
-    """Slaves that are attached: the body they are fixed to, by its number."""
-    masses: Mapping[str, FloatArray]
-    """Slaves whose nodes are free: (n,) their masses."""
+    driven: Mapping[int, BodyMotion]
+    """Motions that drive bodies, by their number; those that stand still are not there."""
+    nodes: Mapping[str, NodeMover]
+    """What moves the nodes of each slave."""
     springs: Mapping[str, Spring]
     loads: tuple[Load, ...]
+
+    @cached_property
+    def carried(self) -> Mapping[str, int]:
+        """Slaves that are attached: the body they are fixed to, by its number."""
+        return {k: one.host for k, one in self.nodes.items() if one.host is not None}
+
+    @cached_property
+    def masses(self) -> Mapping[str, FloatArray]:
+        """Slaves whose nodes forces move: (n,) their masses."""
+        return {k: one.mass for k, one in self.nodes.items() if one.mass is not None}
+
+    @cached_property
+    def loose(self) -> Mapping[str, FloatArray]:
+        """Of these, those whose nodes nothing joins."""
+        return {name: mass for name, mass in self.masses.items() if not self.nodes[name].joined}
+
+    @cached_property
+    def deforms(self) -> bool:
+        """Whether any slave is made of elements."""
+        return any(nodes.joined for nodes in self.nodes.values())
 
     @cached_property
     def attached(self) -> bool:
@@ -88,15 +107,9 @@ def mechanism_of(
     fixed = [fixed_of(name, motion) for name, motion in zip(names, motions, strict=True)]
     rows = [row_of(motion, one) for motion, one in zip(motions, fixed, strict=True)]
     free = np.array([index[name] for name in names], dtype=np.intp)
-    carried = {
-        name: int(root[_host(f"slaves[{name!r}]: motion", part.motion.body, index)])
+    nodes = {
+        name: _mover(f"slaves[{name!r}]: motion", part.slave, part.motion, (root, index))
         for name, part in slaves.items()
-        if isinstance(part.motion, Attached)
-    }
-    masses = {
-        name: masses_of(name, part.slave, part.motion)
-        for name, part in slaves.items()
-        if isinstance(part.motion, Free)
     }
     _check_ends(springs, loads, index)
     return Mechanism(
@@ -106,16 +119,28 @@ def mechanism_of(
         {int(i): k for k, i in enumerate(free)},
         np.array(fixed).reshape(-1, FIXED),
         np.array(rows).reshape(-1, STATE),
-        tuple(
-            (name, part.motion, index[name])
+        {
+            index[name]: part.motion
             for name, part in bodies.items()
-            if not isinstance(part.motion, Free | Attached | Fixed)
-        ),
-        carried,
-        masses,
+            if not (isinstance(part.motion, Dependent) or is_still(part.motion))
+        },
+        nodes,
         springs,
         loads,
     )
+
+
+def _mover(
+    where: str,
+    slave: Slave,
+    motion: SlaveMotion | Dependent,
+    bodies: tuple[NDArray[np.intp], Mapping[str, int]],
+) -> NodeMover:
+    """What moves the nodes of a slave; `bodies` are their roots and numbers."""
+    root, index = bodies
+    if isinstance(motion, Dependent):
+        return motion.nodes(where, slave, lambda name: int(root[_host(where, name, index)]))
+    return DrivenNodes(where, motion, slave.points.shape)
 
 
 def _attached(host: int, root: NDArray[np.intp], bodies: Mapping[str, Any]) -> list[MassProperties]:
@@ -170,52 +195,3 @@ def _root(name: str, bodies: Mapping[str, Any]) -> str:
             )
         way.append(motion.body)
     return way[-1]
-
-
-def masses_of(name: str, slave: Slave, motion: Free) -> FloatArray:
-    """(n,) masses of the nodes of a slave that are free.
-
-    Raises
-    ------
-    InputError
-        There are none, some are not above zero, or options of bodies are given.
-    """
-    where = f"slaves[{name!r}]: motion"
-    if motion.inertia is not None or motion.centre is not None or motion.hold:
-        raise InputError(
-            "nodes have a mass and a velocity only",
-            where=where,
-            found="inertia, centre or hold",
-            allowed="Free(mass=…, velocity=…)",
-        )
-    given = slave.mass if motion.mass is None else motion.mass
-    if given is None:
-        raise InputError(
-            "free nodes need masses and the slave has none",
-            where=where,
-            remedy="Give Free(mass=…), or the slave its nodal masses",
-        )
-    if np.ndim(given) and len(np.atleast_1d(given)) != len(slave):
-        raise InputError(
-            "expected one mass for each node",
-            where=where,
-            found=np.shape(given),
-            allowed=f"({len(slave)},)",
-        )
-    masses = np.broadcast_to(np.asarray(given, dtype=np.float64), (len(slave),)).copy()
-    if not (masses > 0.0).all():
-        bare = int(np.count_nonzero(~(masses > 0.0)))
-        raise InputError(
-            f"{bare} free nodes have no mass",
-            where=where,
-            found=f"first at node {int(np.argmin(masses > 0.0))}",
-            allowed="above zero at every node",
-        )
-    if motion.velocity.ndim == 2 and len(motion.velocity) != len(slave):
-        raise InputError(
-            "expected one velocity, or one for each node",
-            where=where,
-            found=motion.velocity.shape,
-            allowed=f"(3,) or ({len(slave)}, 3)",
-        )
-    return masses

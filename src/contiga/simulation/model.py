@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.contact import Contact
-from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.free import Dependent
 from contiga.dynamics.kinks import united
 from contiga.dynamics.loads import Load
 from contiga.dynamics.prescribed import BodyMotion, SlaveMotion, kinks_in
@@ -32,14 +32,14 @@ class BodyPart(NamedTuple):
     """A body and how it moves."""
 
     body: Master
-    motion: BodyMotion | Free | Attached
+    motion: BodyMotion | Dependent
 
 
 class SlavePart(NamedTuple):
     """A slave and how it moves."""
 
     slave: Slave
-    motion: SlaveMotion | Free | Attached
+    motion: SlaveMotion | Dependent
 
 
 class ContactPart(NamedTuple):
@@ -105,8 +105,7 @@ class Model(Shown):
 
     def __post_init__(self) -> None:
         names = [part.name for part in self.contacts]
-        moved = any(isinstance(part.motion, Free) for part in self.bodies.values())
-        if not (names or moved) or len(set(names)) < len(names):
+        if not (names or len(self.mechanism.free)) or len(set(names)) < len(names):
             raise InputError(
                 "there must be contacts, each with a name of its own", where="contacts", found=names
             )
@@ -136,9 +135,8 @@ class Model(Shown):
     def origins(self) -> FloatArray:
         """(n, 4, 4) poses of the bodies at the start."""
         poses = np.broadcast_to(np.eye(4), (len(self.bodies), 4, 4)).copy()
-        for i, part in enumerate(self.bodies.values()):
-            if not isinstance(part.motion, Free | Attached):
-                poses[i] = part.motion.pose(self.stepping.start)
+        for i, motion in self.mechanism.driven.items():
+            poses[i] = motion.pose(self.stepping.start)
         return poses[self.mechanism.root]
 
     @cached_property

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
-from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.deforming import Deforming
+from contiga.dynamics.free import Dependent
 from contiga.dynamics.prescribed import Fixed, Moved
 from contiga.dynamics.springs import Spring
 from contiga.errors import InputError
@@ -33,7 +34,14 @@ def body_part(name: str, given: Any) -> BodyPart:
             found=type(body).__name__,
             allowed="a Body, a TriMesh, or (one of them, its motion)",
         )
-    if not isinstance(motion, Free | Attached):
+    if isinstance(motion, Deforming):
+        raise InputError(
+            "a body is rigid",
+            where=f"bodies[{name!r}]: motion",
+            found="Deforming",
+            allowed="what deforms is a slave: its nodes may touch bodies",
+        )
+    if not isinstance(motion, Dependent):
         _check_motion(f"bodies[{name!r}]", motion, "pose", "twist")
     return BodyPart(body, motion)
 
@@ -48,7 +56,7 @@ def slave_part(name: str, given: Any) -> SlavePart:
             found=type(slave).__name__,
             allowed="a Slave, or (one, its motion)",
         )
-    if isinstance(motion, Free | Attached):
+    if isinstance(motion, Dependent):
         return SlavePart(slave, motion)
     if hasattr(motion, "pose"):
         _check_motion(f"slaves[{name!r}]", motion, "pose", "twist")

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from contiga.contact.state import State
-from contiga.dynamics.free import Attached, Free
+from contiga.dynamics.nodes import Forces, Instant, SlaveState
 from contiga.dynamics.prescribed import BodyMotion
 from contiga.dynamics.rigid_bodies import Placed, drifted, started
 from contiga.errors import InputError
 from contiga.num.pose import as_pose
-from contiga.num.rigid import to_world
 from contiga.num.twist import Twist
 from contiga.records import FloatArray
 from contiga.simulation.load_forces import foresee_loads
 from contiga.simulation.mechanism import Mechanism
-from contiga.simulation.model import Model, SlavePart
-from contiga.simulation.system_state import BodyStates, SlaveState, SystemState
+from contiga.simulation.model import Model
+from contiga.simulation.system_state import BodyStates, SystemState
 
 STILL = np.eye(4)
 
@@ -30,6 +30,7 @@ class Placement(NamedTuple):
     bodies: BodyStates
     slaves: dict[str, SlaveState]
     free: Placed
+    now: Instant
 
 
 def place(model: Model, last: SystemState | None, time: float) -> Placement:
@@ -44,20 +45,18 @@ def place(model: Model, last: SystemState | None, time: float) -> Placement:
     poses, twists = np.zeros((n, 4, 4)), np.zeros((n, 6))
     poses[:] = STILL
     poses[system.free], twists[system.free] = free.poses, free.twists
-    for name, motion, i in system.driven:
-        poses[i], twists[i] = _driven(name, motion, time)
+    for i, motion in system.driven.items():
+        poses[i], twists[i] = _driven(list(model.bodies)[i], motion, time)
     if system.attached:
         poses, twists = poses[system.root], twists[system.root]
-    bodies = BodyStates(system.index, poses, twists)
-    slaves = {}
-    for name, slave in model.slaves.items():
-        if name in system.carried:
-            slaves[name] = _carried(slave, bodies, system.carried[name])
-        elif name in system.masses:
-            slaves[name] = _drifted(model, last, name, time)
-        else:
-            slaves[name] = _slave_at(name, slave, time)
-    return Placement(bodies, slaves, free)
+    now = Instant(time, 0.0 if last is None else time - last.time, model.gravity, poses, twists)
+    slaves = {
+        name: nodes.start(now)
+        if last is None
+        else nodes.drift(last.slaves[name], forces_on(model, name, last.contacts), now)
+        for name, nodes in system.nodes.items()
+    }
+    return Placement(BodyStates(system.index, poses, twists), slaves, free, now)
 
 
 def _driven(name: str, motion: BodyMotion, time: float) -> tuple[FloatArray, FloatArray]:
@@ -76,29 +75,9 @@ def _driven(name: str, motion: BodyMotion, time: float) -> tuple[FloatArray, Flo
     return pose, np.concatenate(twist)
 
 
-def _carried(part: SlavePart, bodies: BodyStates, host: int) -> SlaveState:
-    """Points that are fixed to a body."""
-    pose, twist = bodies.poses[host], bodies.twists[host]
-    points = to_world(pose, part.slave.points)
-    return SlaveState(points, Twist(twist[:3], twist[3:]).at(pose[:3, 3], points))
-
-
-def _drifted(model: Model, last: SystemState | None, name: str, time: float) -> SlaveState:
-    """Nodes that are free: half a kick, a drift, and the velocity that half a kick more gives."""
-    part = model.slaves[name]
-    if last is None:
-        assert isinstance(part.motion, Free)
-        points = part.slave.points
-        return SlaveState(points.copy(), np.broadcast_to(part.motion.velocity, points.shape).copy())
-    dt, (points, velocities) = time - last.time, last.slaves[name]
-    kick = 0.5 * dt * nodal_acceleration(model, name, last.contacts)
-    return SlaveState(points + dt * (velocities + kick), velocities + kick + kick)
-
-
-def nodal_acceleration(model: Model, name: str, contacts: Mapping[str, State]) -> FloatArray:
-    """(n, 3) of the free nodes of a slave, by its contacts and gravity."""
-    force = nodal_force(model, name, contacts)
-    return force / model.mechanism.masses[name][:, None] + model.gravity
+def forces_on(model: Model, name: str, contacts: Mapping[str, State]) -> Forces:
+    """What the contacts do on the nodes of a slave, summed once it is asked for."""
+    return partial(nodal_force, model, name, contacts)
 
 
 def nodal_force(model: Model, name: str, contacts: Mapping[str, State]) -> FloatArray:
@@ -109,39 +88,19 @@ def nodal_force(model: Model, name: str, contacts: Mapping[str, State]) -> Float
     return np.asarray(sum(own[1:], own[0]))
 
 
-def _slave_at(name: str, part: SlavePart, time: float) -> SlaveState:
-    """A slave that follows what is prescribed."""
-    assert not isinstance(part.motion, Free | Attached)
-    state = SlaveState(part.motion.points(time), part.motion.velocities(time))
-    for what, rows in zip(state._fields, state, strict=True):
-        if np.shape(rows) != part.slave.points.shape:
-            raise InputError(
-                f"{what}(t) must have one row a slave point",
-                where=f"slaves[{name!r}]: motion at t = {time:g}",
-                found=np.shape(rows),
-                allowed=str(part.slave.points.shape),
-            )
-    return state
-
-
 def kicked_nodes(
-    model: Model,
-    last: SystemState | None,
-    standing: Placement,
-    contacts: Mapping[str, State],
-    dt: float,
+    model: Model, last: SystemState, standing: Placement, contacts: Mapping[str, State]
 ) -> dict[str, SlaveState]:
-    """The slaves with the velocities that free nodes have at the end of the step."""
-    slaves = dict(standing.slaves)
-    for name in model.mechanism.masses:
-        points, foreseen = slaves[name]
-        if last is None:
-            continue
-        # What was foreseen lies as far beyond the middle of the step as the last ones before it.
-        half = 0.5 * (last.slaves[name].velocities + foreseen)
-        now = half + 0.5 * dt * nodal_acceleration(model, name, contacts)
-        slaves[name] = SlaveState(points, now)
-    return slaves
+    """The slaves as they are at the end of the step, by the forces there."""
+    return {
+        name: nodes.kick(
+            last.slaves[name],
+            standing.slaves[name],
+            forces_on(model, name, contacts),
+            standing.now,
+        )
+        for name, nodes in model.mechanism.nodes.items()
+    }
 
 
 def frames(system: Mechanism, standing: Placement) -> BodyStates:

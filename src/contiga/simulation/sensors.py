@@ -7,7 +7,6 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from contiga.dynamics.free import Attached, Free
 from contiga.num import quaternion
 from contiga.num import rigid_lanes as lanes
 from contiga.num.ordered import length, product, solve
@@ -104,9 +103,8 @@ def acceleration(
     """
     if i in model.mechanism.row:
         return _of_free(model, i, state)
-    motion = list(model.bodies.values())[i].motion
-    assert not isinstance(motion, Free | Attached)
-    if hasattr(motion, "acceleration"):
+    motion = model.mechanism.driven.get(i)
+    if motion is not None and hasattr(motion, "acceleration"):
         return motion.acceleration(state.time), np.zeros(3)
     if last is None:
         return np.zeros(3), np.zeros(3)

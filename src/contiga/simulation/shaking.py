@@ -60,7 +60,7 @@ def shaking_of(model: Model, last: SystemState, state: SystemState, decay: float
 def shaking_of_nodes(model: Model, last: SystemState, state: SystemState, decay: float) -> float:
     """The same of the free nodes of a slave, all together."""
     most = 0.0
-    for name, mass in model.mechanism.masses.items() if state.step > 0.0 else ():
+    for name, mass in model.mechanism.loose.items() if state.step > 0.0 else ():
         rates = np.zeros((len(mass), 3))
         for part in model.contacts:
             if part.slave != name or follows_step(part.contact.law):
@@ -94,7 +94,7 @@ def changes_of_points(model: Model, last: SystemState, state: SystemState) -> fl
     """The largest change of what single points do in a step, over √mass: the forces on the nodes of
     a free slave, or of points that share one on the body they stand on."""
     system, most = model.mechanism, 0.0
-    for name, mass in system.masses.items():
+    for name, mass in system.loose.items():
         both = (nodal_force(model, name, at.contacts) for at in (last, state))
         change = np.subtract(*both)
         most = max(most, math.sqrt(float((np.square(change).sum(axis=1) / mass).sum())))

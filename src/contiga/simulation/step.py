@@ -6,19 +6,15 @@ from time import perf_counter
 from typing import NamedTuple
 
 from contiga.contact.state import State
+from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.rigid_bodies import kicked
 from contiga.simulation.clock import Clock
 from contiga.simulation.forces import spring_states, wrenches
-from contiga.simulation.ledger import (
-    contact_energy,
-    energy_of,
-    external_work,
-    kinetic_of_nodes,
-)
+from contiga.simulation.ledger import contact_energy, energy_of, external_work
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.place import Placement, frames, kicked_nodes, place
 from contiga.simulation.reasons import Choice
-from contiga.simulation.system_state import BodyState, SlaveState, SystemState
+from contiga.simulation.system_state import BodyState, SystemState
 
 
 class Stepped(NamedTuple):
@@ -59,19 +55,19 @@ def _moved(
     time: float,
 ) -> SystemState:
     """The end of a step in which forces move bodies: the other half of their kick, and energies."""
-    system, dt = model.mechanism, 0.0 if last is None else time - last.time
+    system, dt = model.mechanism, standing.now.dt
     springs = spring_states(model, last, standing)
     acting = wrenches(model, contacts, springs, standing, time)
     kinetic = kicked(standing.free, system.fixed, acting[system.free], dt)
-    slaves = kicked_nodes(model, last, standing, contacts, dt)
-    kinetic += kinetic_of_nodes(model, slaves)
-    external, initial = 0.0, None
+    slaves, external, initial = standing.slaves, 0.0, None
     if last is not None:
+        slaves = kicked_nodes(model, last, standing, contacts)
         external = last.energy.external + external_work(
             model, last, standing, contacts, acting, time
         )
         initial = last.energy.initial
-    energy = energy_of(contacts, springs, kinetic, external, initial)
+    inside = [nodes.energy(slaves[name]) for name, nodes in system.nodes.items()]
+    energy = energy_of(contacts, springs, inside, kinetic, (external, initial))
     return SystemState(
         time,
         frames(system, standing),

@@ -175,8 +175,11 @@ def _above(least: float, cut: Cut, step: float) -> Cut | None:
 
 
 def _by_energy(model: Model) -> bool:
-    """Whether energy judges steps: forces that are the gradient of none leave some at any step."""
-    return all(
+    """Whether energy judges steps: forces that are the gradient of none leave some at any step.
+
+    Nor where elements ring: to change the step to and fro near the critical one feeds that.
+    """
+    return not model.mechanism.deforms and all(
         part.contact.weights != "area" and has_energy(part.contact.law) for part in model.contacts
     )
 

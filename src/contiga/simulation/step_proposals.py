@@ -67,7 +67,7 @@ def _at_start(limit: Limit) -> float:
 def _turns(model: Model, state: SystemState) -> Iterator[Cut]:
     """By how far bodies turn."""
     names, system = list(model.bodies), model.mechanism
-    for i in (*system.free.tolist(), *(i for _, _, i in system.driven)):
+    for i in (*system.free.tolist(), *system.driven):
         spin = length(state.bodies.twists[i, 3:])
         if spin > 0.0:
             part = TURNED if i in system.row else DRIVEN

@@ -19,6 +19,7 @@ from contiga.simulation.clock import Clock
 from contiga.simulation.critical import Limit, limit_of
 from contiga.simulation.model import Model
 from contiga.simulation.reasons import Choice, Cut, Reason
+from contiga.simulation.stability import check_stable
 from contiga.simulation.step import Stepped, advance
 from contiga.simulation.step_judge import Try, leak_of, let_pass, loses, objection, tried
 from contiga.simulation.step_proposals import proposals
@@ -33,8 +34,17 @@ def following(model: Model, last: SystemState, clock: Clock) -> Stepped:
     Raises
     ------
     RunError
-        A given step is longer than the critical one, or every step is.
+        A given step is longer than the critical one, or every step is; elements are unstable or
+        inside out.
     """
+    stepped = _after(model, last, clock)
+    if model.mechanism.deforms:
+        check_stable(model, stepped.state)
+    return stepped
+
+
+def _after(model: Model, last: SystemState, clock: Clock) -> Stepped:
+    """As long as it is given, or chosen."""
     stepping = model.stepping
     if isinstance(stepping, AutoSteps):
         return _chosen(model, stepping, last, clock)

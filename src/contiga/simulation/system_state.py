@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.dynamics.nodes import SlaveState
 from contiga.dynamics.springs import SpringState
 from contiga.num.rigid_lanes import STATE
 from contiga.num.twist import Twist
@@ -54,44 +55,39 @@ class BodyStates(Mapping[str, BodyState]):
         return len(self._index)
 
 
-class SlaveState(NamedTuple):
-    """A slave at one time."""
-
-    points: FloatArray
-    """(n, 3) world axes."""
-    velocities: FloatArray
-    """(n, 3) world axes."""
-
-
 class Energy(NamedTuple):
     """Where the energy of a system is, and where it went since the start."""
 
     contact: float
     """Stored in the contacts: what their laws and sticking friction would give back."""
     hysteresis: float = 0.0
-    """Lost in laws and springs that unload by another curve than they load."""
+    """Lost in laws, springs and materials that unload by another curve than they load."""
     damping: float = 0.0
-    """Taken by the damping of laws and springs."""
+    """Taken by the damping of laws, springs and nodes."""
     friction: float = 0.0
     """Taken by sliding."""
     kinetic: float = 0.0
     """Of free bodies and nodes."""
     strain: float = 0.0
-    """Stored in springs."""
+    """Stored in springs and in what deforms."""
     external: float = 0.0
     """Work done since the start by gravity, loads and what moves prescribed bodies."""
     initial: float = 0.0
     """Kinetic and stored energy at the start."""
+    hourglass: float = 0.0
+    """Stored against shapes of elements that their strains do not see."""
+    viscosity: float = 0.0
+    """Taken by what is viscous in elements."""
 
     @property
     def total(self) -> float:
         """Kinetic and stored."""
-        return self.kinetic + self.strain + self.contact
+        return self.kinetic + self.strain + self.contact + self.hourglass
 
     @property
     def lost(self) -> float:
-        """Taken since the start by friction, damping and hysteresis."""
-        return self.hysteresis + self.damping + self.friction
+        """Taken since the start by friction, damping, viscosity and hysteresis."""
+        return self.hysteresis + self.damping + self.friction + self.viscosity
 
     @property
     def error(self) -> float:

@@ -9,7 +9,8 @@ import numpy as np
 
 from contiga.contact.state import State
 from contiga.contact.tracked import closest
-from contiga.dynamics.prescribed import Fixed, Moved
+from contiga.dynamics.free import Dependent
+from contiga.dynamics.prescribed import is_still
 from contiga.records import FloatArray
 from contiga.simulation.model import ContactPart, Model
 from contiga.simulation.reasons import Cut, Reason
@@ -83,25 +84,18 @@ def _ways(model: Model, part: ContactPart, last: SystemState, state: SystemState
 def _driven(model: Model, part: ContactPart) -> bool:
     """Whether a motion that is prescribed moves one of the two sides."""
     system = model.mechanism
-    driven, host = {i for _, _, i in system.driven}, system.carried.get(part.slave)
-    if int(system.root[system.index[part.master]]) in driven or host in driven:
+    sides = int(system.root[system.index[part.master]]), system.carried.get(part.slave)
+    if any(side in system.driven for side in sides):
         return True
-    if host is not None or part.slave in system.masses:
-        return False
     motion = model.slaves[part.slave].motion
-    return not (
-        isinstance(motion, Moved)
-        and isinstance(motion.motion, Fixed)
-        and isinstance(motion.base, np.ndarray)
-    )
+    return not (isinstance(motion, Dependent) or is_still(motion))
 
 
 def _speed(part: ContactPart, at: SystemState) -> float:
     """The largest speed of a node against the master."""
-    (points, velocities), body = at.slaves[part.slave], at.bodies[part.master]
-    return float(
-        np.max(_lengths(velocities - body.twist.at(body.pose[:3, 3], points)), initial=0.0)
-    )
+    slave, body = at.slaves[part.slave], at.bodies[part.master]
+    against = slave.velocities - body.twist.at(body.pose[:3, 3], slave.points)
+    return float(np.max(_lengths(against), initial=0.0))
 
 
 def _lengths(ways: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ from contiga.num.arrays import as_points, read_only
 from contiga.records import FloatArray, IntArray
 from contiga.shown import Facts, Shown
 from contiga.slaves.cells import split_shells
+from contiga.slaves.elements import as_elements, mirrored
 from contiga.slaves.selection import Criteria, select
 from contiga.slaves.skin import tributary_area
 
@@ -60,6 +61,8 @@ class Slave(Shown):
     unit : the length unit of all this, if known
     cells : counts of the cells of the file by kind, for reports
     parts : what the file names, for reports
+    elements : cells by kind ("tetra", "hexahedron", "triangle" …), each (e, k) rows of `points`
+        with the corners in the order of VTK: what may deform
 
     Raises
     ------
@@ -90,10 +93,12 @@ class Slave(Shown):
     unit: str | None
     cells: Mapping[str, int]
     parts: tuple[MeshPart, ...]
+    elements: Mapping[str, IntArray]
+    """By kind, (e, k) rows of `points`, read-only; empty where none are known."""
 
     __slots__ = (
         *("points", "facets", "area", "thickness", "mass"),
-        *("active", "name", "unit", "cells", "parts", "__weakref__"),
+        *("active", "name", "unit", "cells", "parts", "elements", "__weakref__"),
     )
 
     def __init__(
@@ -109,6 +114,7 @@ class Slave(Shown):
         unit: str | None = None,
         cells: Mapping[str, int] | None = None,
         parts: Sequence[MeshPart] = (),
+        elements: Mapping[str, ArrayLike] | None = None,
     ) -> None:
         own = read_only(as_points(points, f"{name}: points"))
         check_points(own, where=name)
@@ -126,6 +132,7 @@ class Slave(Shown):
             "unit": unit,
             "cells": MappingProxyType(dict(cells or {})),
             "parts": tuple(parts),
+            "elements": as_elements(elements, len(own), name),
         }
         for key, value in values.items():
             object.__setattr__(self, key, value)
@@ -212,9 +219,13 @@ class Slave(Shown):
         """
         matrix = np.asarray(transform, dtype=np.float64)
         linear, factor = _similarity(matrix, self.name)
-        mirrored = np.linalg.det(linear) < 0.0
-        facets = self.facets[:, ::-1] if mirrored and self.facets is not None else self.facets
-        return self._copy(self.points @ linear.T + matrix[:3, 3], facets, factor, self.unit)
+        mirrored_points = np.linalg.det(linear) < 0.0
+        facets = (
+            self.facets[:, ::-1] if mirrored_points and self.facets is not None else self.facets
+        )
+        elements = mirrored(self.elements) if mirrored_points else self.elements
+        moved = self.points @ linear.T + matrix[:3, 3]
+        return self._copy(moved, facets, factor, self.unit, elements)
 
     def scaled(self, factor: float, unit: str | None = None) -> Slave:
         """A copy with all lengths times `factor` > 0, and the label `unit` if given."""
@@ -225,10 +236,15 @@ class Slave(Shown):
                 found=factor,
                 allowed="> 0",
             )
-        return self._copy(self.points * factor, self.facets, factor, unit or self.unit)
+        return self._copy(self.points * factor, self.facets, factor, unit or self.unit, {})
 
     def _copy(
-        self, points: FloatArray, facets: IntArray | None, factor: float, unit: str | None
+        self,
+        points: FloatArray,
+        facets: IntArray | None,
+        factor: float,
+        unit: str | None,
+        elements: Mapping[str, IntArray],
     ) -> Slave:
         return Slave(
             points,
@@ -241,6 +257,7 @@ class Slave(Shown):
             unit=unit,
             cells=self.cells,
             parts=self.parts,
+            elements=elements or self.elements,
         )
 
 

@@ -16,6 +16,7 @@ MODULES = (
     "winkler",
     "collisions",
     "friction",
+    "matter",
     "injury",
 )
 

@@ -10,7 +10,7 @@ import numpy as np
 from contiga.contact.state import State
 from contiga.io.out.outlines import read_outlines
 from contiga.io.out.vtkhdf import FieldSeries, read_fields
-from contiga.simulation.system_state import BodyState, SystemState
+from contiga.simulation.system_state import BodyState, SlaveState, SystemState
 
 
 def same_fields(a: FieldSeries, b: FieldSeries) -> None:
@@ -30,13 +30,17 @@ def same_states(a: SystemState, b: SystemState) -> None:
         for one, other in zip(_flat(body), _flat(b.bodies[name]), strict=True):
             assert one.tobytes() == other.tobytes()
     for name, slave in a.slaves.items():
-        for one, other in zip(slave, b.slaves[name], strict=True):
+        for one, other in zip(_arrays(slave), _arrays(b.slaves[name]), strict=True):
             assert one.tobytes() == other.tobytes()
     for name, state in a.contacts.items():
         for field in fields_of(State):
             one, other = getattr(state, field.name), getattr(b.contacts[name], field.name)
             assert one.dtype == other.dtype
             assert one.tobytes() == other.tobytes()
+
+
+def _arrays(slave: SlaveState) -> list[np.ndarray]:
+    return [slave.points, slave.velocities, *(slave.matter[key] for key in sorted(slave.matter))]
 
 
 def _flat(body: BodyState) -> tuple[np.ndarray, ...]:

@@ -19,6 +19,7 @@ from contiga.io.mesh.raw import RawMesh, Selection, nodes_of, part_of, select
 from contiga.io.naming import PartKeys, as_keys
 from contiga.records import FloatArray, IntArray
 from contiga.slaves.cells import SHELLS
+from contiga.slaves.elements import elements_of
 from contiga.slaves.mesh_summary import mesh_summary
 from contiga.slaves.skin import CellBlock, mend_degenerate, skin
 from contiga.slaves.slave import MeshPart, Slave, check_points
@@ -98,7 +99,7 @@ def slave_of(
     parts, sets, layer = chosen
     check_points(mesh.points, where=where, ids=mesh.node_ids)
     selection = select(mesh, parts, where)
-    blocks = _chosen(mesh, selection)
+    cells = blocks = _chosen(mesh, selection)
     if isinstance(layer, int):
         blocks = peeled(mesh.points, blocks, layer, where)
     facets, active = _surface(mesh, blocks, selection, restricted=parts is not None, where=where)
@@ -117,6 +118,7 @@ def slave_of(
         unit=unit,
         cells=_counts(mesh.blocks),
         parts=[part_of(group, mesh.blocks) for group in mesh.groups],
+        elements=elements_of(cells),
     )
 
 

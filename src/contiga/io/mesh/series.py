@@ -63,6 +63,9 @@ class MeshSeries:
         A file cannot be read, has other nodes than the first, or the times do not fit.
     """
 
+    told = True
+    """That it may be asked at any time."""
+
     def __init__(
         self,
         files: Sequence[str | Path],

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from contiga.dynamics.deforming import Deforming
 from contiga.dynamics.free import Free
 from contiga.masters.protocol import Master
 from contiga.num.ordered import length
@@ -44,6 +45,7 @@ def check_masses(scene: Scene) -> Iterator[Finding]:
     for name, slave in model.slaves.items():
         if isinstance(slave.motion, Free):
             yield from _dust(name, slave.slave)
+        if isinstance(slave.motion, Free | Deforming):
             yield from _speed(f"slave {name}", slave.motion, scene)
 
 
@@ -113,7 +115,7 @@ def _inertia(name: str, body: Master, motion: Free, said: Said) -> Iterator[Find
         )
 
 
-def _speed(where: str, motion: Free, scene: Scene) -> Iterator[Finding]:
+def _speed(where: str, motion: Free | Deforming, scene: Scene) -> Iterator[Finding]:
     said, stepping = scene.said, scene.model.stepping
     speed = float(np.sqrt(np.square(np.atleast_2d(motion.velocity)).sum(axis=1)).max())
     starts = f"it starts at {said(speed, 'velocity')}"

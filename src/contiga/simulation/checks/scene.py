@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.contact.dry_run import DryRun
-from contiga.dynamics.free import Attached, Free
-from contiga.dynamics.prescribed import BodyMotion, Combine, Fixed, Moved, Poses, Rotate, Translate
-from contiga.dynamics.pulses import Accelerated, Velocity
-from contiga.io.mesh.series import MeshSeries
+from contiga.dynamics.free import Dependent, Free
+from contiga.dynamics.nodes import NodeMover
+from contiga.dynamics.prescribed import BodyMotion, Moved, is_told, rows_in
 from contiga.masters.protocol import Master
 from contiga.num import pose, quaternion
 from contiga.num.ordered import length
@@ -34,8 +33,6 @@ STANDINGS = 25
 MOST_POINTS = 2_000
 # The same where each standing is read from a file.
 _FEW_STANDINGS = 7
-# Motions that may be asked at any time: a user's own may be live, from a solver.
-_TOLD = (Fixed, Translate, Rotate, Poses, Velocity, Accelerated, MeshSeries)
 # Times that the way of one side past the other is followed at, beside the rows of tables: as many
 # as are planned, and as many as let nothing turn farther in between, in radians.
 PLANNED = 100
@@ -60,31 +57,38 @@ class Pair:
         self._relative: dict[float, FloatArray | None] = {}
 
     @cached_property
+    def _mover(self) -> NodeMover:
+        """What moves the slave."""
+        return self.model.mechanism.nodes[self.part.slave]
+
+    @cached_property
+    def _host(self) -> int:
+        """Number of the master, or of the body it is attached to."""
+        system = self.model.mechanism
+        return int(system.root[system.index[self.part.master]])
+
+    @cached_property
     def free(self) -> bool:
         """Whether forces move one of the sides: only the way to its first touch is known."""
-        system = self.model.mechanism
-        movers = set(system.free)
-        host = system.carried.get(self.part.slave)
-        return (
-            int(system.root[system.index[self.part.master]]) in movers
-            or (host is not None and host in movers)
-            or self.part.slave in system.masses
-        )
+        movers = self.model.mechanism.row
+        return self._host in movers or self._mover.host in movers or self._mover.mass is not None
 
     @cached_property
     def foretold(self) -> bool:
         """Whether it is known how the sides stand to each other until they touch."""
         if self.free and (self.model.springs or self.model.loads):
             return False
-        return all(isinstance(motion, Free) or _told(motion) for motion in self._motions)
+        if self._mover.mass is not None and self._mover.flight is None:
+            return False
+        return all(isinstance(motion, Dependent) or is_told(motion) for motion in self._motions)
 
     @cached_property
     def _motions(self) -> tuple[object, object]:
         """What moves the body and the slave, or the bodies that they are attached to."""
         slave: object = self.model.slaves[self.part.slave].motion
-        if isinstance(slave, Attached):
-            slave = self._root_motion(slave.body)
-        return self._root_motion(self.part.master), slave
+        if self._mover.host is not None:
+            slave = self._body_motion(self._mover.host)
+        return self._body_motion(self._host), slave
 
     @cached_property
     def times(self) -> FloatArray:
@@ -122,29 +126,29 @@ class Pair:
     def _turns(self) -> FloatArray:
         """(k,) times of the run at which a row of the motion's tables stands."""
         start, end = self.model.stepping.start, self.model.stepping.end
-        rows = np.concatenate([_rows_of(motion) for motion in self._motions])
+        rows = np.concatenate([rows_in(motion) for motion in self._motions])
         return np.unique(rows[(rows > start) & (rows < end)])
 
     def standing(self, time: float) -> tuple[FloatArray, FloatArray]:
         """Slave points (n, 3), world axes, and the pose (4, 4) of the master."""
         own = self._slave_pose(time)
         points = self._moving_points(time) if own is None else pose.apply(own, self.slave.points)
-        return points, self._body_pose(self.part.master, time)
+        return points, self._body_pose(self._host, time)
 
     def _moving_points(self, time: float) -> FloatArray:
+        if self._mover.flight is not None:
+            return self.slave.points + self._flight(self._mover.flight, time)
         motion = self.model.slaves[self.part.slave].motion
-        assert not isinstance(motion, Attached)
-        if isinstance(motion, Free):
-            return self.slave.points + self._flight(motion.velocity, time)
-        return motion.points(time)
+        # What neither flies nor follows a motion stays, as far as anybody knows.
+        return self.slave.points if isinstance(motion, Dependent) else motion.points(time)
 
     def _slave_pose(self, time: float) -> FloatArray | None:
         """What carries the slave's points from where it was given, None where they move apart."""
-        motion = self.model.slaves[self.part.slave].motion
-        if isinstance(motion, Attached):
-            return self._body_pose(motion.body, time)
-        if isinstance(motion, Free) and motion.velocity.ndim == 1:
-            return pose.translation(self._flight(motion.velocity, time))
+        mover, motion = self._mover, self.model.slaves[self.part.slave].motion
+        if mover.host is not None:
+            return self._body_pose(mover.host, time)
+        if mover.flight is not None and mover.flight.ndim == 1:
+            return pose.translation(self._flight(mover.flight, time))
         if isinstance(motion, Moved) and isinstance(motion.base, np.ndarray):
             same = np.array_equal(motion.base, self.slave.points)
             return motion.motion.pose(time) if same else None
@@ -154,19 +158,15 @@ class Pair:
         t = time - self.model.stepping.start
         return velocity * t + 0.5 * t * t * self.model.gravity
 
-    def _root_motion(self, name: str) -> BodyMotion | Free:
-        """What moves a body, or the one it is attached to."""
-        system = self.model.mechanism
-        root = list(self.model.bodies)[system.root[system.index[name]]]
-        motion = self.model.bodies[root].motion
-        assert not isinstance(motion, Attached)
-        return motion
+    def _body_motion(self, i: int) -> BodyMotion | Dependent:
+        """What moves the body of a number that is attached to none."""
+        return list(self.model.bodies.values())[i].motion
 
-    def _body_pose(self, name: str, time: float) -> FloatArray:
-        system, motion = self.model.mechanism, self._root_motion(name)
-        if not isinstance(motion, Free):
+    def _body_pose(self, i: int, time: float) -> FloatArray:
+        system, motion = self.model.mechanism, self._body_motion(i)
+        if not isinstance(motion, Dependent):
             return motion.pose(time)
-        i = int(system.root[system.index[name]])
+        assert isinstance(motion, Free)
         t = time - self.model.stepping.start
         centre = system.start[system.row[i], CENTRE : CENTRE + 3]
         turn = pose.identity()
@@ -183,7 +183,7 @@ class Pair:
         if time not in self._relative:
             own = self._slave_pose(time)
             self._relative[time] = (
-                None if own is None else pose.relative(self._body_pose(self.part.master, time), own)
+                None if own is None else pose.relative(self._body_pose(self._host, time), own)
             )
         return self._relative[time]
 
@@ -233,28 +233,6 @@ class Scene:
         self.model = model
         self.said = Said(model.units)
         self.pairs = [Pair(model, part) for part in model.contacts]
-
-
-def _told(motion: object) -> bool:
-    """Whether a motion may be asked at any time."""
-    if isinstance(motion, Moved):
-        return _told(motion.motion) and (isinstance(motion.base, np.ndarray) or _told(motion.base))
-    if isinstance(motion, Combine):
-        return all(_told(one) for one in motion.motions)
-    return isinstance(motion, _TOLD)
-
-
-def _rows_of(motion: object) -> FloatArray:
-    """(k,) times of the rows of a motion's tables, between which it goes evenly or smoothly."""
-    if isinstance(motion, Moved):
-        return _rows_of(motion.motion)
-    if isinstance(motion, Combine):
-        return np.concatenate([np.zeros(0), *(_rows_of(one) for one in motion.motions)])
-    if isinstance(motion, Velocity | Accelerated):
-        return np.asarray(motion.displacements.times, np.float64)
-    if isinstance(motion, Translate | Rotate | Poses):
-        return motion.times
-    return np.zeros(0)
 
 
 def spread(values: NDArray[_T], most: int) -> NDArray[_T]:

@@ -1,0 +1,75 @@
+"""How a slave of a case moves: from the table of its motion to a motion of the simulation."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contiga.case.deform_spec import DeformSpec
+from contiga.case.motion_spec import AttachedSpec, FreeSpec, SeriesSpec
+from contiga.case.points_spec import FilePoints
+from contiga.case.schema import Case, SlaveSpec
+from contiga.dynamics.free import Attached, Dependent
+from contiga.dynamics.prescribed import BodyMotion, Fixed, Moved, SlaveMotion
+from contiga.errors import CaseError
+from contiga.io.mesh.raw import nodes_of
+from contiga.io.mesh.read_mesh import read_raw
+from contiga.io.mesh.series import MeshSeries, find_files
+from contiga.io.units import length_factor
+from contiga.slaves.slave import Slave
+
+
+def slave_motion(
+    spec: SlaveSpec, slave: Slave, case: Case, told: BodyMotion | None
+) -> SlaveMotion | Dependent:
+    """How the points move, with `told` where that is told beforehand; still where that is wrong."""
+    motion = spec.motion
+    if isinstance(motion, FreeSpec):
+        return motion.moved(None)
+    if isinstance(motion, AttachedSpec):
+        return Attached(motion.body)
+    if isinstance(motion, DeformSpec):
+        deforming = motion.moved(partial(_nodes_of_set, spec))
+        deforming.nodes(spec.name, slave, lambda name: 0)  # what does not fit is told here
+        return deforming
+    if not isinstance(motion, SeriesSpec):
+        return Moved(slave.points, Fixed() if told is None else told)
+    series = _series(motion, case)
+    count = len(series.points(case.time.start))
+    if count != len(slave):
+        raise CaseError(
+            "the files of the series do not have the points of the slave",
+            where="files",
+            found=f"{count} points",
+            allowed=f"{len(slave)}",
+        )
+    return series if motion.then is None else Moved(series, motion.then.motion)
+
+
+def _nodes_of_set(spec: SlaveSpec, key: str | int) -> NDArray[np.bool_]:
+    """(n,) nodes of a set, part or group of the slave's file."""
+    if not isinstance(spec.points, FilePoints):
+        raise CaseError(
+            "only a mesh from a file has sets",
+            where="fixed.set",
+            found=key,
+            allowed="fixed = { box = [low, high] } or { plane = [point, normal] }",
+        )
+    path = Path(spec.points.file)
+    return nodes_of(read_raw(path), key, str(path))
+
+
+def _series(spec: SeriesSpec, case: Case) -> MeshSeries:
+    files = find_files(spec.files)
+    start, end = case.time.start, case.time.end
+    if spec.times is not None:
+        times = np.array(spec.times)
+    elif spec.step is not None:
+        times = start + spec.step * np.arange(len(files))
+    else:
+        times = np.linspace(start, end, len(files))
+    factor = 1.0 if spec.unit is None else length_factor(spec.unit, case.units.length)
+    return MeshSeries(files, times, factor=factor)

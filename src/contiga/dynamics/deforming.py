@@ -1,0 +1,229 @@
+"""`Deforming`: a slave whose points are the nodes of elements, moved by their forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from contiga.dynamics.deforming_nodes import DeformingNodes
+from contiga.dynamics.free import Dependent, Number, _velocity
+from contiga.dynamics.holding import held_ways
+from contiga.dynamics.nodes import NodeMover
+from contiga.errors import InputError
+from contiga.matter.assemble import assemble
+from contiga.matter.coefficients import Material
+from contiga.matter.parts import DIMENSION, Part
+from contiga.matter.protocol import Matter
+from contiga.num.arrays import as_points, positive, read_only
+from contiga.records import FloatArray, IntArray
+from contiga.slaves.cells import split_shells
+from contiga.slaves.slave import Slave
+
+KINDS = {"tetra": "tet4", "hexahedron": "hex8", "triangle": "tri3", "quad": "tri3"}
+"""Elements of a material, by the kind of a cell; quadrilaterals are split."""
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class Deforming(Dependent):
+    """A slave that deforms: its points are the nodes of elements of a material.
+
+    Elements are those of the mesh that the slave was read from (`Slave.elements`); of a slave of
+    facets alone these, as membranes.
+
+    Parameters
+    ----------
+    material : one of `contiga.materials`, or matter of one's own: an object with the methods of
+        `contiga.matter.Matter`, its degrees of freedom the points of the slave
+    density : mass / volume; matter of one's own has its mass
+    thickness : of membranes, length; the slave's own if omitted
+    fixed : what is held of its nodes: (n,) or (n, 3) bool, numbers of nodes, a table
+        ``{"box": [low, high]}``, ``{"plane": [point, normal]}`` or ``{"nodes": …}`` with
+        ``"hold": ["x", "y", "z"]``, or a list of such tables
+    velocity : (3,) or (n, 3) at the start, world axes; of what is held it is zero
+    damping : α of a force −α m v on each node, 1/time
+    rest : (n, 3) nodes where no element is strained; where the slave stands if omitted
+
+    Raises
+    ------
+    InputError
+        A number outside its range, arrays that do not fit the slave, elements that the material is
+        not for, no elements at all, an element that is inside out.
+
+    Notes
+    -----
+    Elements neither break nor touch each other: a slave does not see itself.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> rubber = cg.materials.NeoHooke(young=3.0, poisson=0.4)
+    >>> motion = cg.motion.Deforming(
+    ...     material=rubber, density=1e-3, fixed={"plane": [[0, 0, 0], [0, 0, 1]]}
+    ... )
+    >>> tetra = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> block = cg.Slave(tetra, [[0, 2, 1], [0, 1, 3]], elements={"tetra": [[0, 1, 2, 3]]})
+    >>> ball = cg.Body([cg.shapes.sphere(radius=1.0, centre=(0, 0, 3))])
+    >>> simulation = cg.Simulation(
+    ...     bodies={"ball": ball},
+    ...     slaves={"block": (block, motion)},
+    ...     contacts=[cg.Contact(ball, block, law=cg.PenaltyLaw(1.0))],
+    ...     gravity=[0, 0, -10.0],
+    ...     end=0.01,
+    ...     step=1e-4,
+    ... )
+    >>> state = simulation.run().state
+    >>> [bool(v < 0.0) for v in state.slaves["block"].velocities[:, 2]]
+    [False, False, False, True]
+    """
+
+    material: Material | Matter
+    density: float | None
+    thickness: float | None
+    fixed: Any
+    velocity: FloatArray
+    damping: float
+    rest: FloatArray | None
+
+    def __init__(
+        self,
+        *,
+        material: Material | Matter,
+        density: float | None = None,
+        thickness: float | None = None,
+        fixed: Any = None,
+        velocity: ArrayLike = (0.0, 0.0, 0.0),
+        damping: float = 0.0,
+        rest: ArrayLike | None = None,
+    ) -> None:
+        if not (hasattr(material, "coefficients") or hasattr(material, "forces")):
+            raise InputError(
+                "must be a material",
+                where="Deforming(material)",
+                found=type(material).__name__,
+                allowed="one of contiga.materials, or matter of one's own",
+            )
+        put = object.__setattr__
+        put(self, "material", material)
+        put(self, "density", None if density is None else positive(density, "density"))
+        put(self, "thickness", None if thickness is None else positive(thickness, "thickness"))
+        put(self, "fixed", fixed)
+        put(self, "velocity", _velocity(velocity))
+        put(self, "damping", float(damping))
+        put(self, "rest", None if rest is None else read_only(as_points(rest, "rest")))
+        if not (np.isfinite(self.damping) and self.damping >= 0.0):
+            raise InputError("must be 0 or more", where="damping", found=damping)
+
+    def nodes(self, where: str, slave: Slave, number: Number) -> NodeMover:
+        """Nodes of elements, those that no element has held where they are."""
+        shape = slave.points.shape
+        rest = slave.points if self.rest is None else self.rest
+        _check_rows(where, "rest", rest, shape)
+        if self.velocity.ndim == 2:
+            _check_rows(where, "velocity", self.velocity, shape)
+        held = held_ways(self.fixed, slave.points, f"{where}: fixed")
+        matter, rows = self._matter(where, slave, rest)
+        bare = np.ones(len(slave), np.bool_)
+        bare[rows] = False
+        held[bare] = True
+        mass = np.full(len(slave), float(np.mean(matter.mass)))
+        mass[rows] = matter.mass
+        velocity = np.where(held, 0.0, self.velocity)
+        return DeformingNodes(
+            where, matter, rows, mass, slave.points, velocity, held, self.damping, self
+        )
+
+    def _matter(
+        self, where: str, slave: Slave, rest: FloatArray
+    ) -> tuple[Matter, NDArray[np.intp]]:
+        """The matter, and the point of the slave for each of its degrees of freedom."""
+        every = np.arange(len(slave), dtype=np.intp)
+        if not hasattr(self.material, "coefficients"):
+            if np.shape(self.material.mass) != (len(slave),):
+                raise InputError(
+                    "its degrees of freedom must be the points of the slave",
+                    where=f"{where}: material",
+                    found=f"{np.shape(self.material.mass)} masses",
+                    allowed=f"({len(slave)},)",
+                )
+            return self.material, every
+        parts = list(self._parts(where, slave))
+        rows = np.unique(np.concatenate([part.elements.ravel() for part in parts]))
+        lower = np.zeros(len(slave), np.int32)
+        lower[rows] = np.arange(len(rows), dtype=np.int32)
+        inner = [self._part(part.kind, lower[part.elements], slave, where) for part in parts]
+        facets = slave.facets
+        if facets is not None:
+            facets = lower[facets[np.isin(facets, rows).all(axis=1)]]
+        return assemble(rest[rows], inner, facets=facets), rows.astype(np.intp)
+
+    def _parts(self, where: str, slave: Slave) -> list[Part]:
+        """Elements by kind, as rows of the slave's points."""
+        cells = dict(slave.elements)
+        if not cells and slave.facets is not None:
+            cells = {"triangle": slave.facets}
+        if not cells:
+            raise InputError(
+                "a slave that deforms needs elements",
+                where=where,
+                found="a cloud",
+                allowed="a mesh from read_mesh, Slave(elements=…), or facets as membranes",
+            )
+        unknown = [kind for kind in cells if kind not in KINDS]
+        if unknown:
+            raise InputError(
+                "no element is known for these cells",
+                where=where,
+                found=", ".join(f"{len(cells[kind])} {kind}" for kind in unknown),
+                allowed=", ".join(KINDS),
+                remedy="Mesh it by linear tetrahedra or hexahedra, shells by triangles",
+            )
+        by_kind: dict[str, list[IntArray]] = {}
+        for kind, rows in cells.items():
+            split = split_shells(slave.points, kind, rows)[0] if kind == "quad" else rows
+            by_kind.setdefault(KINDS[kind], []).append(split)
+        return [
+            self._part(kind, np.concatenate(rows), slave, where) for kind, rows in by_kind.items()
+        ]
+
+    def _part(self, kind: str, elements: IntArray, slave: Slave, where: str) -> Part:
+        if self.density is None:
+            raise InputError(
+                "is missing: elements need it", where=f"{where}: density", allowed="mass / volume"
+            )
+        flat = DIMENSION.get(kind) == 2
+        return Part(
+            kind=kind,
+            elements=elements,
+            material=self.material,  # type: ignore[arg-type]  # matter is taken as it is
+            density=self.density,
+            thickness=self._thickness(where, slave) if flat else None,
+            name=f"{where}: {kind}",
+        )
+
+    def _thickness(self, where: str, slave: Slave) -> float | None:
+        if self.thickness is not None or slave.thickness is None:
+            return self.thickness
+        known = slave.thickness[slave.thickness > 0.0]
+        if len(known) == 0:
+            return None
+        if np.ptp(known) > 1e-9 * known.max():
+            raise InputError(
+                "the slave's thickness is not the same everywhere",
+                where=f"{where}: thickness",
+                found=f"{known.min():g} to {known.max():g}",
+                allowed="one thickness for all, as Deforming(thickness=…)",
+            )
+        return float(known[0])
+
+
+def _check_rows(where: str, what: str, rows: FloatArray, shape: tuple[int, ...]) -> None:
+    if rows.shape != shape:
+        raise InputError(
+            f"{what} must have one row a slave point",
+            where=where,
+            found=rows.shape,
+            allowed=str(shape),
+        )

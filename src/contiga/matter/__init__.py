@@ -1,0 +1,39 @@
+"""What deforms: from where nodes are to the forces on them. Arrays only, nothing of geometry.
+
+In reading order: `protocol` (what is asked of matter), `coefficients` and `curves` (what materials
+are made of), `materials`, `foam`, `woven`, `parts` (elements with their material, and what is
+refused of them), `shapes` (elements at rest), `assemble` and `assembled` (finite elements as
+matter), `blocks` and `tables` (how kernels are handed them), `skin`.
+
+>>> import numpy as np
+>>> from contiga.materials import Elastic
+>>> from contiga.matter import Part, assemble
+>>> bar = Part(
+...     kind="bar2",
+...     elements=np.array([[0, 1]]),
+...     material=Elastic(young=2.0),
+...     density=3.0,
+...     section=0.5,
+... )
+>>> matter = assemble([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]], [bar])
+>>> answer = matter.forces(matter.start(), 1.1 * matter.nodes, np.zeros((2, 3)), 0.0)
+>>> answer.force.round(12).tolist(), matter.mass.tolist()
+([[0.1, 0.0, 0.0], [-0.1, 0.0, 0.0]], [1.5, 1.5])
+"""
+
+from __future__ import annotations
+
+from contiga.matter.assemble import assemble
+from contiga.matter.assembled import Assembled
+from contiga.matter.parts import Part
+from contiga.matter.protocol import Matter, MatterEnergy, MatterForces, MatterState
+
+__all__ = [
+    "Assembled",
+    "Matter",
+    "MatterEnergy",
+    "MatterForces",
+    "MatterState",
+    "Part",
+    "assemble",
+]

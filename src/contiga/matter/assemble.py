@@ -1,0 +1,176 @@
+"""From nodes, elements and materials to matter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from contiga.errors import InputError, MeshError
+from contiga.matter.assembled import Assembled, Average, Group
+from contiga.matter.blocks import block_sums, in_lanes, node_sums, nodes_in_lanes
+from contiga.matter.parts import Part, shapes_of
+from contiga.matter.shapes import Shapes, hourglass_modes
+from contiga.matter.skin import skin
+from contiga.matter.tables import ElementTables
+from contiga.num.arrays import as_points
+from contiga.records import FloatArray, IntArray
+
+
+def assemble(
+    nodes: ArrayLike,
+    parts: Sequence[Part],
+    *,
+    damping: float = 0.0,
+    facets: ArrayLike | None = None,
+) -> Assembled:
+    """Finite elements as matter.
+
+    Parameters
+    ----------
+    nodes : (m, 3) at rest, where elements carry no stress
+    parts : elements with their materials
+    damping : α ≥ 0 of a force −α m v on each node, 1/time
+    facets : (f, 3) the skin that contact sees; the outer faces if omitted
+
+    Raises
+    ------
+    InputError
+        No part, a damping below zero.
+    MeshError
+        An element that is inside out or has no volume, a node that is in no element.
+
+    Examples
+    --------
+    >>> from contiga.matter import Part, assemble
+    >>> from contiga.materials import NeoHooke
+    >>> rubber = NeoHooke(young=3.0, poisson=0.4)
+    >>> nodes = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> one = Part(kind="tet4", elements=np.array([[0, 1, 2, 3]]), material=rubber, density=6.0)
+    >>> matter = assemble(nodes, [one])
+    >>> matter.mass.tolist(), len(matter.facets)
+    ([0.25, 0.25, 0.25, 0.25], 4)
+    >>> longer = nodes * [1.0, 1.0, 1.1]
+    >>> answer = matter.forces(matter.start(), longer, np.zeros((4, 3)), 0.0)
+    >>> round(float(answer.force[3, 2]), 6), round(answer.energy.strain, 6)
+    (-0.105519, 0.005302)
+    """
+    points = _finite(nodes)
+    if not parts:
+        raise InputError("matter needs a part", where="parts", allowed="at least one")
+    mass = np.zeros(len(points))
+    groups: list[Group] = []
+    rows_of_nodes: list[IntArray] = []
+    first = remembered = 0
+    for part in parts:
+        shapes = shapes_of(part, points)
+        weights = (part.density * part.across * shapes.shares).ravel()
+        mass += np.bincount(part.elements.ravel(), weights=weights, minlength=len(points))
+        group, nodes_of_rows = _group(part, shapes, points, first, remembered)
+        groups.append(group)
+        rows_of_nodes.append(nodes_of_rows)
+        first, remembered = group.rows.stop, group.memory.stop
+    _check_mass(points, mass)
+    outer = skin([(part.kind, part.elements) for part in parts])
+    given = outer if facets is None else np.ascontiguousarray(facets, dtype=np.int32)
+    sums = node_sums(np.concatenate(rows_of_nodes), len(points))
+    return Assembled(points.copy(), groups, sums, mass, given, _not_negative(damping))
+
+
+def _finite(nodes: ArrayLike) -> FloatArray:
+    points = as_points(nodes, "nodes")
+    if not np.isfinite(points).all():
+        row = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
+        raise MeshError(f"node {row} is not finite", where="nodes", found=points[row].tolist())
+    return points
+
+
+def _group(
+    part: Part, shapes: Shapes, nodes: FloatArray, first: int, remembered: int
+) -> tuple[Group, IntArray]:
+    """A part as kernels take it, its rows and memory from `first` and `remembered` on, and the
+    nodes of its rows."""
+    sums, nodes_of_rows = block_sums(part.elements, len(nodes))
+    material = part.material.coefficients(part.kind, part.across)
+    viscosity = _viscosity(part, material.wave_modulus)
+    tables = ElementTables(
+        nodes_in_lanes(part.elements),
+        in_lanes(shapes.gradients),
+        in_lanes(shapes.measures[:, None], np.zeros(1)),
+        material.stage,
+        material.numbers,
+        _hourglass(part, shapes, nodes, material.modulus),
+        viscosity,
+        in_lanes(np.cbrt(shapes.measures)[:, None]),
+        int(material.asks_rates or viscosity.size > 0),
+        0,
+        sums,
+    )
+    rows = slice(first, first + len(nodes_of_rows))
+    memory = slice(remembered, remembered + tables.measures.size * material.memory)
+    stage, numbers = material.bound or (material.stage, material.numbers)
+    bound = tables._replace(material=stage, numbers=numbers)
+    average = None
+    if material.averaged:
+        tables = tables._replace(numbers=material.numbers * [1.0, 0.0], averaged=1)
+        average = _average(part, shapes, nodes, material.averaged, nodes_of_rows)
+    group = Group(part.name, part.kind, part.elements, tables, bound, average, rows, memory)
+    return group, nodes_of_rows
+
+
+def _average(
+    part: Part, shapes: Shapes, nodes: FloatArray, modulus: float, nodes_of_rows: IntArray
+) -> Average:
+    """How the change of volume of a part is averaged at its nodes."""
+    corners, weights = part.elements.ravel(), shapes.shares.ravel()
+    volumes = np.bincount(corners, weights=weights, minlength=len(nodes))
+    return Average(modulus, volumes.astype(np.float64), node_sums(nodes_of_rows, len(nodes)))
+
+
+def _viscosity(part: Part, modulus: float) -> FloatArray:
+    """Coefficients of the bulk viscosity; none where there is none."""
+    if not any(part.bulk_viscosity):
+        return np.zeros(0)
+    linear, quadratic = part.bulk_viscosity
+    return np.array([linear * np.sqrt(modulus / part.density), quadratic, part.density])
+
+
+def _hourglass(part: Part, shapes: Shapes, nodes: FloatArray, modulus: float) -> FloatArray:
+    """The table of hourglass springs, rows by `solid_hex_nb`; none for other elements.
+
+    A brick of side a that is bent along it by its mode ξη stores E V (2 q)²/(6 a²), its springs
+    c V (8 q)²/2: they are as stiff as the material with c = E/(48 a²). To be the same whichever way
+    an element turns c has no direction; with the longer of both sides none is too stiff.
+    """
+    if part.kind != "hex8":
+        return np.zeros((0, 0))
+    modes = hourglass_modes(nodes[part.elements], shapes.gradients)
+    stiff = part.hourglass * modulus / (48.0 * modes.lengths**2)
+    weighted = stiff[:, :, None] * modes.vectors
+    rows = np.abs(np.einsum("ema,emb->eab", weighted, modes.vectors)).sum(axis=2)
+    rows *= shapes.measures[:, None]
+    seen = modes.seen.reshape(len(stiff), 12)
+    return in_lanes(np.concatenate([seen, stiff, rows], axis=1), np.zeros(24))
+
+
+def _check_mass(nodes: FloatArray, mass: FloatArray) -> None:
+    lone = np.flatnonzero(mass <= 0.0)
+    if lone.size:
+        row = int(lone[0])
+        more = f", and {len(lone) - 1} more" if len(lone) > 1 else ""
+        raise MeshError(
+            f"node {row} is in no element and has no mass{more}",
+            where="nodes",
+            found=nodes[row].tolist(),
+            remedy="Leave it out, or give it to a part",
+        )
+
+
+def _not_negative(damping: float) -> float:
+    number = float(damping)
+    if not 0.0 <= number < np.inf:
+        raise InputError(
+            "must not be negative", where="damping", found=damping, allowed="a finite number ≥ 0"
+        )
+    return number

@@ -1,0 +1,191 @@
+"""Finite elements behind the protocol of matter: the forces of all groups, summed at the nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from contiga.errors import ElementError
+from contiga.matter.blocks import NodeSums
+from contiga.matter.kernels import elements_nb, lanes_nb, row_sums_nb
+from contiga.matter.kernels.lanes_nb import KINDS, LANES
+from contiga.matter.protocol import MatterEnergy, MatterForces, MatterState
+from contiga.matter.tables import ElementOutput, ElementTables, Memory, Motion
+from contiga.num.arrays import locked
+from contiga.num.threads import run_ranges
+from contiga.num.workspace import Workspace
+from contiga.records import FloatArray, IntArray
+
+BLOCKS, NODES = 8, 2000
+"""Grains of threads."""
+KERNELS: dict[str, tuple[Callable[..., Any], Callable[..., Any]]] = {
+    "tet4": (elements_nb.tetrahedra, row_sums_nb.tet_rows),
+    "hex8": (elements_nb.hexahedra, row_sums_nb.hex_rows),
+    "tri3": (elements_nb.triangles, row_sums_nb.triangle_rows),
+    "bar2": (elements_nb.bars, row_sums_nb.bar_rows),
+}
+"""Forces and row sums."""
+
+_workspace = Workspace()
+
+
+class Average(NamedTuple):
+    """How the change of volume of tetrahedra is averaged at their nodes."""
+
+    modulus: float
+    """λ."""
+    volumes: FloatArray
+    """(m,) a quarter of that of each tetrahedron at a node, at rest; 0 of nodes that have none."""
+    sums: NodeSums
+    """Of the group's rows alone."""
+
+
+class Group(NamedTuple):
+    """The elements of a part, as kernels take them."""
+
+    name: str
+    kind: str
+    elements: IntArray
+    """(n, k)."""
+    tables: ElementTables
+    bound: ElementTables
+    """What bounds its stiffness: no softer anywhere."""
+    average: Average | None
+    rows: slice
+    """Of the table that all groups write sums of blocks to."""
+    memory: slice
+    """Of what all groups remember."""
+
+
+class Assembled:
+    """Finite elements as `Matter`: its points are its degrees of freedom. Made by `assemble`."""
+
+    def __init__(
+        self,
+        nodes: FloatArray,
+        groups: list[Group],
+        sums: NodeSums,
+        mass: FloatArray,
+        facets: IntArray,
+        damping: float,
+    ) -> None:
+        self.nodes, self.mass, self.facets = nodes, mass, facets
+        self.groups, self.damping = groups, damping
+        self._sums = sums
+        self._remembered = max((group.memory.stop for group in groups), default=0)
+
+    def points(self, q: FloatArray) -> FloatArray:
+        """See `Matter`: the nodes themselves."""
+        return q
+
+    def velocities(self, v: FloatArray) -> FloatArray:
+        """See `Matter`: those of the nodes."""
+        return v
+
+    def spread(self, f: FloatArray) -> FloatArray:
+        """See `Matter`: forces on nodes."""
+        return f
+
+    def start(self) -> MatterState:
+        """See `Matter`: the nodes at rest."""
+        return MatterState(self.nodes.copy(), np.zeros(self._remembered))
+
+    def forces(self, state: MatterState, q: FloatArray, v: FloatArray, dt: float) -> MatterForces:
+        """See `Matter`."""
+        motion = Motion(locked(q), locked(v), float(dt), np.zeros(0))
+        partial = _workspace.rows(len(self._sums.rows), 3)
+        energy, memory = np.zeros(KINDS), np.empty(self._remembered)
+        for group in self.groups:
+            energy += self._group_forces(group, motion, _memory(group, state, memory), partial)
+        force = self._at_nodes(partial)
+        if self.damping:
+            drag = (self.damping * self.mass)[:, None] * v
+            force -= drag
+            energy[2] += dt * float(np.sum(drag * v))
+        told = MatterEnergy(*(float(kind) for kind in energy))
+        return MatterForces(force, told, MatterState(q.copy(), memory))
+
+    def _group_forces(
+        self, group: Group, motion: Motion, memory: Memory, partial: FloatArray
+    ) -> FloatArray:
+        """The energies of a group, whose forces go into its rows of `partial`."""
+        blocks = len(group.tables.nodes)
+        out = ElementOutput(
+            partial[group.rows], np.empty((blocks, KINDS)), np.empty(blocks, np.int32)
+        )
+        of_volume = 0.0
+        if group.average is not None:
+            pressures, of_volume = _pressures(group, group.average, motion, out)
+            motion = motion._replace(pressures=pressures)
+        run_ranges(KERNELS[group.kind][0], blocks, BLOCKS, motion, group.tables, memory, out)
+        if out.inverted.any():
+            raise _inverted(group, motion.points, out.inverted)
+        energy = out.energy.sum(axis=0)
+        energy[0] += of_volume
+        return np.asarray(energy)
+
+    def _at_nodes(self, partial: FloatArray) -> FloatArray:
+        out = np.empty((len(self.mass), 3))
+        starts, rows = self._sums
+        run_ranges(lanes_nb.sum_at_nodes, len(out), NODES, partial, starts, rows, out)
+        return out
+
+    def stiffness(self, state: MatterState) -> FloatArray:
+        """See `Matter`: at the state's points, without damping."""
+        motion = Motion(locked(state.points), locked(state.points), 0.0, np.zeros(0))
+        partial = _workspace.rows(len(self._sums.rows), 3)
+        for group in self.groups:
+            blocks = len(group.tables.nodes)
+            out = ElementOutput(partial[group.rows], np.empty((0, KINDS)), np.empty(0, np.int32))
+            memory = _memory(group, state, np.empty(self._remembered))
+            run_ranges(KERNELS[group.kind][1], blocks, BLOCKS, motion, group.bound, memory, out)
+        return np.asarray(self._at_nodes(partial).max(axis=1))
+
+
+def _pressures(
+    group: Group, average: Average, motion: Motion, out: ElementOutput
+) -> tuple[FloatArray, float]:
+    """(m,) λ (J̄ − 1) with J̄ the mean of the elements at a node by volume, and Σ V λ (J̄ − 1)²/2.
+
+    Its gradient is Σ p̄ ∂v/∂x over elements of volume v, p̄ the mean of their corners' λ (J̄ − 1).
+    """
+    blocks, m = len(group.tables.nodes), len(average.volumes)
+    run_ranges(elements_nb.tet_volumes, blocks, BLOCKS, motion, group.tables, out)
+    sums = np.empty((m, 3))
+    starts, rows = average.sums
+    run_ranges(lanes_nb.sum_at_nodes, m, NODES, out.partial, starts, rows, sums)
+    there = average.volumes > 0.0
+    change = np.where(there, sums[:, 0] / np.where(there, average.volumes, 1.0) - 1.0, 0.0)
+    pressures = average.modulus * change
+    return pressures, 0.5 * float(np.sum(average.volumes * pressures * change))
+
+
+def _memory(group: Group, state: MatterState, new: FloatArray) -> Memory:
+    """A group's part of what a state remembers, and of what is written."""
+    blocks = len(group.tables.nodes)
+    old = state.memory[group.memory].reshape(blocks, -1)
+    return Memory(locked(old), new[group.memory].reshape(blocks, -1))
+
+
+def _inverted(group: Group, points: FloatArray, counts: IntArray) -> ElementError:
+    """The first element of a group that is inside out, and where it is."""
+    corners = points[group.elements]
+    gradients = full_gradients(group)
+    with np.errstate(invalid="ignore"):
+        stretch = np.linalg.det(np.einsum("eai,eaj->eij", corners, gradients))
+    element = int(np.flatnonzero(~(stretch > 0.0))[0])
+    what = f"{group.kind} of {group.name}"
+    return ElementError(what, element, corners[element].mean(axis=0), int(counts.sum()))
+
+
+def full_gradients(group: Group) -> FloatArray:
+    """(n, k, 3) gradients of all corners of solids at rest."""
+    n, corners = group.elements.shape
+    blocks = len(group.tables.nodes)
+    lanes = group.tables.gradients.reshape(blocks, -1, 3, LANES).transpose(0, 3, 1, 2)
+    rows = lanes.reshape(blocks * LANES, -1, 3)[:n]
+    if rows.shape[1] == corners:
+        return np.asarray(rows)
+    return np.concatenate([-rows.sum(axis=1, keepdims=True), rows], axis=1)

@@ -1,0 +1,72 @@
+"""Elements laid out in blocks of lanes, and the order in which forces are summed at nodes."""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import NamedTuple
+
+import numpy as np
+
+from contiga.matter.kernels.lanes_nb import LANES
+from contiga.matter.tables import BlockSums
+from contiga.records import FloatArray, IntArray
+
+
+class NodeSums(NamedTuple):
+    """Which rows, of all blocks of all groups of elements, are summed at which node."""
+
+    starts: IntArray
+    """(m + 1,) where the rows of a node begin."""
+    rows: IntArray
+    """(r,) in the order in which they are summed."""
+
+
+def count_blocks(n: int) -> int:
+    """Blocks that n elements fill."""
+    return ceil(n / LANES)
+
+
+def in_lanes(values: FloatArray, rest: FloatArray | None = None) -> FloatArray:
+    """(n, c) of elements as (b, c · LANES): columns one after the other, each of LANES numbers.
+
+    What fills the last block is the last element's row, or `rest` (c,).
+    """
+    n, columns = values.shape
+    full = np.empty((count_blocks(n) * LANES, columns))
+    full[:n] = values
+    full[n:] = values[-1] if rest is None else rest
+    blocks = full.reshape(-1, LANES, columns).transpose(0, 2, 1)
+    return np.ascontiguousarray(blocks).reshape(len(blocks), -1)
+
+
+def nodes_in_lanes(elements: IntArray) -> IntArray:
+    """(n, k) corners as (b, k, LANES); the last element fills the last block."""
+    n, corners = elements.shape
+    blocks = count_blocks(n)
+    full = np.concatenate([elements, np.repeat(elements[-1:], blocks * LANES - n, axis=0)])
+    lanes = full.reshape(blocks, LANES, corners).transpose(0, 2, 1)
+    return np.ascontiguousarray(lanes, dtype=np.int32)
+
+
+def block_sums(elements: IntArray, n_nodes: int) -> tuple[BlockSums, IntArray]:
+    """The sums of blocks of elements (n, k), and the node (r,) of each row."""
+    n, corners = elements.shape
+    lane, block = np.arange(n) % LANES, np.arange(n) // LANES
+    keys = (block[:, None] * np.int64(n_nodes) + elements).ravel()
+    places = (3 * np.arange(corners)[None, :] * LANES + lane[:, None]).ravel()
+    order = np.argsort(keys, kind="stable")
+    rows, starts = np.unique(keys[order], return_index=True)
+    blocks = np.searchsorted(rows, np.arange(count_blocks(n) + 1) * np.int64(n_nodes))
+    sums = BlockSums(
+        blocks.astype(np.int32),
+        np.append(starts, len(keys)).astype(np.int32),
+        places[order].astype(np.int32),
+    )
+    return sums, (rows % n_nodes).astype(np.int32)
+
+
+def node_sums(nodes_of_rows: IntArray, n_nodes: int) -> NodeSums:
+    """The order of the last sum: rows of a node as they come."""
+    starts = np.zeros(n_nodes + 1, np.int32)
+    np.cumsum(np.bincount(nodes_of_rows, minlength=n_nodes), out=starts[1:])
+    return NodeSums(starts, np.argsort(nodes_of_rows, kind="stable").astype(np.int32))

@@ -1,0 +1,64 @@
+"""What a material says of itself to kernels, and the numbers that all of them check."""
+
+from __future__ import annotations
+
+from typing import ClassVar, NamedTuple, Protocol
+
+from contiga.errors import InputError
+from contiga.records import FloatArray
+
+SOLIDS = ("tet4", "hex8")
+
+
+class Coefficients(NamedTuple):
+    """A material as kernels take it."""
+
+    stage: int
+    """Of the kernels `elements_stress_nb`."""
+    numbers: FloatArray
+    modulus: float
+    """Young's modulus at rest, by which hourglass modes are held."""
+    wave_modulus: float
+    """That of pressure waves at rest, λ + 2 μ."""
+    bound: tuple[int, FloatArray] | None = None
+    """Stage and numbers of what is no softer anywhere, by which the critical step is bounded;
+    None where that is the material as it stands."""
+    memory: int = 0
+    """Numbers an element that are remembered."""
+    asks_rates: bool = False
+    averaged: float = 0.0
+    """λ of what is averaged at nodes."""
+
+
+class Material(Protocol):
+    """What is asked of a material."""
+
+    kinds: ClassVar[tuple[str, ...]]
+    """Elements it is for."""
+
+    def coefficients(self, kind: str, across: float) -> Coefficients:
+        """For elements of a kind; across is the thickness of a membrane, the section of a bar."""
+
+
+def poisson_ratio(value: object, name: str) -> float:
+    """Poisson's ratio, above −1 and below ½."""
+    allowed = "a number above -1 and below 0.5"
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError) as error:
+        raise InputError("must be a number", where=name, found=value, allowed=allowed) from error
+    if not -1.0 < number < 0.5:
+        raise InputError(
+            "Poisson's ratio of what can be pressed together is below a half",
+            where=name,
+            found=value,
+            allowed=allowed,
+            remedy="For rubber take 0.49 to 0.499, and volume='nodes' for tetrahedra",
+        )
+    return number
+
+
+def lame(young: float, poisson: float) -> tuple[float, float]:
+    """μ and λ."""
+    mu = 0.5 * young / (1.0 + poisson)
+    return mu, 2.0 * mu * poisson / (1.0 - 2.0 * poisson)

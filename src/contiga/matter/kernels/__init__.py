@@ -1,0 +1,21 @@
+"""Kernels, in reading order: forces of matter. Each stands on those before it.
+
+- lanes_nb: blocks of elements: corners gathered to lanes, forces of lanes summed at nodes
+- solid_nb: tetrahedra: the gradient of a deformation, and forces from its stress
+- solid_hex_nb: hexahedra: their mean gradient, and springs against hourglass modes
+- membrane_nb: triangles of membranes: the gradient of a deformation, and forces from its stress
+- solid_elastic_nb: Saint-Venant and Kirchhoff's solid: stress and energy of a gradient
+- solid_neo_hooke_nb: Neo-Hooke's
+- curve_nb: curves of straight pieces
+- solid_principal_nb: principal stretches
+- solid_foam_nb: low-density foam, with rates and unloading
+- solid_viscosity_nb: bulk viscosity
+- hysteresis_nb: a force that unloads by another curve than it loads
+- membrane_elastic_nb: plane stress, with and without compression
+- membrane_neo_hooke_nb: Neo-Hooke's membrane
+- membrane_fabric_nb: woven fabric
+- bar_nb: bars of two nodes
+- elements_stress_nb: which material's stage follows on the gradient
+- elements_nb: forces of elements, block by block
+- row_sums_nb: row sums of their stiffness
+"""

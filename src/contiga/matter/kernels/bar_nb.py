@@ -1,0 +1,82 @@
+"""Bars of two nodes: a force along them by how much longer they are.
+
+N of ε = ℓ/ℓ₀ − 1: linear, with or without compression, or by a curve that unloads by another one.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.jit import inner
+from contiga.matter.kernels.hysteresis_nb import hysteretic
+from contiga.matter.kernels.lanes_nb import CORNERS, ENERGY, HYSTERESIS, LANES
+
+X, W, LOST = CORNERS * LANES, ENERGY * LANES, HYSTERESIS * LANES
+CORNER = 3 * LANES
+# Coefficients: stiffness E A in tension and in compression, how many points the curves have (0
+# where there are none), then K and the curves; beside the curves there is no stiffness in tension.
+TENSION, COMPRESSION, POINTS, TABLE = 0, 1, 2, 3
+MEMORY = 2
+"""Strain and force, of bars by curves."""
+
+
+@inner()
+def _way(bank, lane):
+    """From the first to the second node, and how long that is."""
+    at = X + lane
+    x = bank[at + CORNER] - bank[at]
+    y = bank[at + CORNER + LANES] - bank[at + LANES]
+    z = bank[at + CORNER + 2 * LANES] - bank[at + 2 * LANES]
+    return x, y, z, math.sqrt(x * x + y * y + z * z)
+
+
+@inner(linked=False)
+def bar_forces(bank, numbers, inverse_lengths, old, new):
+    """Forces in place of the nodes, energies by length at rest, and the new memory."""
+    n = int(numbers[POINTS])
+    for lane in range(LANES):
+        x, y, z, length = _way(bank, lane)
+        strain = length * inverse_lengths[lane] - 1.0
+        linear = numbers[TENSION] if strain > 0.0 else numbers[COMPRESSION]
+        force = linear * strain
+        energy = 0.5 * force * strain
+        if n > 0:
+            before = old[lane], old[LANES + lane]
+            pull, stored, lost = hysteretic(numbers, TABLE, n, strain, before)
+            new[lane] = strain
+            new[LANES + lane] = pull
+            force, energy = force + pull, energy + stored
+            bank[LOST + lane] = lost
+        bank[W + lane] = energy
+        along = force / length
+        at = X + lane
+        bank[at] = along * x
+        bank[at + LANES] = along * y
+        bank[at + 2 * LANES] = along * z
+        bank[at + CORNER] = -along * x
+        bank[at + CORNER + LANES] = -along * y
+        bank[at + CORNER + 2 * LANES] = -along * z
+
+
+@inner(linked=False)
+def bar_rows(bank, numbers, inverse_lengths, measures):
+    """Row sums of K = k n⊗n + N/ℓ (I − n⊗n) at both ends, in place of the nodes.
+
+    k and N are those of the stiffest line, K, in tension: no less than any the bar has.
+    """
+    stiff = max(numbers[TENSION], numbers[COMPRESSION])
+    if numbers[POINTS] > 0.0:
+        stiff = max(stiff, numbers[TABLE])
+    for lane in range(LANES):
+        x, y, z, length = _way(bank, lane)
+        filled = 1.0 if measures[lane] > 0.0 else 0.0
+        k = filled * stiff * inverse_lengths[lane]
+        across = filled * stiff * abs(length * inverse_lengths[lane] - 1.0) / length
+        x, y, z = x / length, y / length, z / length
+        whole = abs(x) + abs(y) + abs(z)
+        for i in range(3):
+            n = x if i == 0 else (y if i == 1 else z)
+            along = abs(n) * whole
+            rest = abs(n) * (whole - abs(n)) + 1.0 - n * n
+            for end in range(2):
+                bank[X + end * CORNER + i * LANES + lane] = 2.0 * (k * along + across * rest)

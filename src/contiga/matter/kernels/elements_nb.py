@@ -1,0 +1,133 @@
+"""Forces of elements, block by block: what Python calls, one kernel for each kind of element."""
+
+from __future__ import annotations
+
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch
+from contiga.matter.kernels.bar_nb import bar_forces
+from contiga.matter.kernels.elements_stress_nb import membrane_stress, solid_stress
+from contiga.matter.kernels.lanes_nb import (
+    ENERGY,
+    KINDS,
+    LANES,
+    SIZE,
+    blank,
+    gather,
+    inverted,
+    sum_in_block,
+    take_as_rate,
+    total,
+)
+from contiga.matter.kernels.membrane_nb import triangle_forces, triangle_gradient
+from contiga.matter.kernels.solid_hex_nb import hex_forces, hex_gradient, hourglass
+from contiga.matter.kernels.solid_nb import (
+    determinant,
+    mean_pressure,
+    quarter_volumes,
+    tet_forces,
+    tet_gradient,
+)
+from contiga.matter.kernels.solid_viscosity_nb import bulk_viscosity
+
+
+@inner()
+def _account(bank, measures, energy):
+    """Energies of a block (4,)."""
+    for kind in range(KINDS):
+        row = (ENERGY + kind) * LANES
+        for lane in range(LANES):
+            bank[row + lane] *= measures[lane]
+        energy[kind] = total(bank, ENERGY + kind)
+
+
+@inner()
+def _solid(bank, tables, memory, b, step):
+    """J, stress and energies of a solid's gradient."""
+    determinant(bank)
+    solid_stress(bank, tables, step, memory.old[b], memory.new[b])
+    if len(tables.viscosity) > 0:
+        bulk_viscosity(bank, tables.viscosity, tables.sizes[b], step)
+
+
+@kernel()
+def tet_volumes(motion, tables, out, start, stop):
+    """The volume of each corner of blocks start … stop, as x of the rows of `partial`."""
+    bank = scratch(SIZE)
+    for b in range(start, stop):
+        gather(motion.points, tables.nodes[b], 4, bank)
+        tet_gradient(bank, tables.gradients[b])
+        determinant(bank)
+        quarter_volumes(bank, tables.measures[b])
+        sum_in_block(bank, tables.sums, b, out.partial)
+
+
+@kernel()
+def tetrahedra(motion, tables, memory, out, start, stop):
+    """Forces, energies and inverted elements of blocks start … stop."""
+    bank = scratch(SIZE)
+    for b in range(start, stop):
+        gradients, volumes = tables.gradients[b], tables.measures[b]
+        blank(bank)
+        if tables.asks_rates:
+            gather(motion.velocities, tables.nodes[b], 4, bank)
+            tet_gradient(bank, gradients)
+            take_as_rate(bank)
+        gather(motion.points, tables.nodes[b], 4, bank)
+        tet_gradient(bank, gradients)
+        if tables.averaged:
+            mean_pressure(bank, motion.pressures, tables.nodes[b])
+        _solid(bank, tables, memory, b, motion.step)
+        out.inverted[b] = inverted(bank)
+        _account(bank, volumes, out.energy[b])
+        tet_forces(bank, gradients, volumes)
+        sum_in_block(bank, tables.sums, b, out.partial)
+
+
+@kernel()
+def hexahedra(motion, tables, memory, out, start, stop):
+    """Forces, energies and inverted elements of blocks start … stop."""
+    bank = scratch(SIZE)
+    for b in range(start, stop):
+        gradients, volumes = tables.gradients[b], tables.measures[b]
+        blank(bank)
+        if tables.asks_rates:
+            gather(motion.velocities, tables.nodes[b], 8, bank)
+            hex_gradient(bank, gradients)
+            take_as_rate(bank)
+        gather(motion.points, tables.nodes[b], 8, bank)
+        hex_gradient(bank, gradients)
+        _solid(bank, tables, memory, b, motion.step)
+        out.inverted[b] = inverted(bank)
+        hourglass(bank, tables.hourglass[b])
+        _account(bank, volumes, out.energy[b])
+        hex_forces(bank, gradients, volumes)
+        sum_in_block(bank, tables.sums, b, out.partial)
+
+
+@kernel()
+def triangles(motion, tables, memory, out, start, stop):
+    """Forces and energies of blocks start … stop."""
+    bank = scratch(SIZE)
+    for b in range(start, stop):
+        gradients, areas = tables.gradients[b], tables.measures[b]
+        blank(bank)
+        gather(motion.points, tables.nodes[b], 3, bank)
+        triangle_gradient(bank, gradients)
+        membrane_stress(bank, tables, memory.old[b], memory.new[b])
+        _account(bank, areas, out.energy[b])
+        triangle_forces(bank, gradients, areas)
+        out.inverted[b] = 0
+        sum_in_block(bank, tables.sums, b, out.partial)
+
+
+@kernel()
+def bars(motion, tables, memory, out, start, stop):
+    """Forces and energies of blocks start … stop."""
+    bank = scratch(SIZE)
+    for b in range(start, stop):
+        blank(bank)
+        gather(motion.points, tables.nodes[b], 2, bank)
+        bar_forces(bank, tables.numbers, tables.gradients[b], memory.old[b], memory.new[b])
+        _account(bank, tables.measures[b], out.energy[b])
+        out.inverted[b] = 0
+        sum_in_block(bank, tables.sums, b, out.partial)

@@ -1,0 +1,37 @@
+"""Which material's stage follows on the gradient, by its number."""
+
+from __future__ import annotations
+
+from contiga.jit import inner
+from contiga.matter.kernels.membrane_elastic_nb import membrane_elastic, membrane_slack
+from contiga.matter.kernels.membrane_fabric_nb import membrane_fabric
+from contiga.matter.kernels.membrane_neo_hooke_nb import membrane_neo_hooke
+from contiga.matter.kernels.solid_elastic_nb import solid_elastic
+from contiga.matter.kernels.solid_foam_nb import solid_foam
+from contiga.matter.kernels.solid_neo_hooke_nb import solid_neo_hooke
+
+ELASTIC, NEO_HOOKE, SLACK, FOAM, FABRIC, BAR = 0, 1, 2, 3, 4, 5
+
+
+@inner(linked=False)
+def solid_stress(bank, tables, step, old, new):
+    """P and W of solids, and the memory after a step."""
+    if tables.material == ELASTIC:
+        solid_elastic(bank, tables.numbers)
+    elif tables.material == FOAM:
+        solid_foam(bank, tables.numbers, step, old, new)
+    else:
+        solid_neo_hooke(bank, tables.numbers)
+
+
+@inner(linked=False)
+def membrane_stress(bank, tables, old, new):
+    """P and W of membranes, and the memory after a step."""
+    if tables.material == ELASTIC:
+        membrane_elastic(bank, tables.numbers)
+    elif tables.material == SLACK:
+        membrane_slack(bank, tables.numbers)
+    elif tables.material == FABRIC:
+        membrane_fabric(bank, tables.numbers, old, new)
+    else:
+        membrane_neo_hooke(bank, tables.numbers)

@@ -1,0 +1,72 @@
+"""Plane stress of membranes, in lanes: linear in Green's strain, with and without compression.
+
+With c = E t/(1 − ν²): S₁₁ = c (E₁₁ + ν E₂₂), S₁₂ = c (1 − ν) E₁₂, W = E:S/2. One that carries
+no compression has the relaxed energy of its principal strains E₁ ≥ E₂ (tension field; Pipkin, IMA
+J. Appl. Math. 36, 1986): zero if E₁ ≤ 0, E t E₁²/2 if E₂ < −ν E₁, else that of plane stress.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.jit import inlined, inner
+from contiga.matter.kernels.lanes_nb import ENERGY, GRADIENT, LANES, STRESS
+
+F, P, W = GRADIENT * LANES, STRESS * LANES, ENERGY * LANES
+ROW = 3 * LANES
+
+
+@inlined()
+def green(bank, lane):
+    """E₁₁, E₂₂ and E₁₂ of a lane."""
+    f = F + lane
+    xa, xb = bank[f], bank[f + LANES]
+    ya, yb = bank[f + ROW], bank[f + ROW + LANES]
+    za, zb = bank[f + 2 * ROW], bank[f + 2 * ROW + LANES]
+    a = 0.5 * (xa * xa + ya * ya + za * za - 1.0)
+    b = 0.5 * (xb * xb + yb * yb + zb * zb - 1.0)
+    return a, b, 0.5 * (xa * xb + ya * yb + za * zb)
+
+
+@inlined()
+def pull_forward(bank, lane, s_a, s_b, s_ab):
+    """P = F S of a lane."""
+    for i in range(3):
+        f, p = F + i * ROW + lane, P + i * ROW + lane
+        a, b = bank[f], bank[f + LANES]
+        bank[p] = a * s_a + b * s_ab
+        bank[p + LANES] = a * s_ab + b * s_b
+
+
+@inner(linked=False)
+def membrane_elastic(bank, numbers):
+    """P and W from F; numbers are E t and ν."""
+    nu = numbers[1]
+    c = numbers[0] / (1.0 - nu * nu)
+    for lane in range(LANES):
+        a, b, ab = green(bank, lane)
+        s_a, s_b, s_ab = c * (a + nu * b), c * (b + nu * a), c * (1.0 - nu) * ab
+        bank[W + lane] = 0.5 * (a * s_a + b * s_b) + ab * s_ab
+        pull_forward(bank, lane, s_a, s_b, s_ab)
+
+
+@inner(linked=False)
+def membrane_slack(bank, numbers):
+    """P and W of what carries no compression, from F; numbers are E t and ν."""
+    stiff, nu = numbers[0], numbers[1]
+    c = stiff / (1.0 - nu * nu)
+    for lane in range(LANES):
+        a, b, ab = green(bank, lane)
+        half, mean = 0.5 * (a - b), 0.5 * (a + b)
+        radius = math.sqrt(half * half + ab * ab)
+        first, second = mean + radius, mean - radius
+        slack, single = first <= 0.0, second < -nu * first
+        s_1 = stiff * first if single else c * (first + nu * second)
+        s_2 = 0.0 if single else c * (second + nu * first)
+        s_1, s_2 = (0.0 if slack else s_1), (0.0 if slack else s_2)
+        # S = its mean I + its radius times the directions of E's deviator, any where E has none.
+        whole = radius > 0.0
+        turn = 0.5 * (s_1 - s_2) / (radius if whole else 1.0)
+        middle = 0.5 * (s_1 + s_2)
+        bank[W + lane] = 0.5 * (s_1 * first + s_2 * second)
+        pull_forward(bank, lane, middle + turn * half, middle - turn * half, turn * ab)

@@ -1,0 +1,38 @@
+"""Neo-Hooke's membrane, in lanes: the solid's energy, least over the stretch of the thickness.
+
+With a the ratio of areas, W = μ/2 (tr C + s² − 3) − μ ln(a s) + λ/2 (a s − 1)² is least where
+(μ + λ a²) s² − λ a s − μ = 0, which has one root above zero; S = ∂W/∂E at that s.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.jit import inner
+from contiga.matter.kernels.lanes_nb import ENERGY, GRADIENT, LANES
+from contiga.matter.kernels.membrane_elastic_nb import green, pull_forward
+from contiga.matter.kernels.solid_neo_hooke_nb import log_series
+
+F, W = GRADIENT * LANES, ENERGY * LANES
+
+
+@inner(linked=False)
+def membrane_neo_hooke(bank, numbers):
+    """P and W from F; numbers are μ t and λ t."""
+    mu, lam = numbers[0], numbers[1]
+    for lane in range(LANES):
+        e_a, e_b, e_ab = green(bank, lane)
+        a, b, ab = 2.0 * e_a + 1.0, 2.0 * e_b + 1.0, 2.0 * e_ab
+        square = a * b - ab * ab
+        area = math.sqrt(square)
+        c = mu + lam * square
+        s = 0.5 * (lam * area + math.sqrt(lam * lam * square + 4.0 * mu * c)) / c
+        j = area * s
+        # ∂W/∂a = λ (a s − 1) s − μ/a, and ∂a/∂E = a C⁻¹
+        k = (lam * (j - 1.0) * j - mu) / square
+        far = j > 2.0 or j < 0.5
+        near = math.sqrt(math.sqrt(math.sqrt(j))) if far else j
+        log = log_series((near - 1.0) / (near + 1.0)) * (8.0 if far else 1.0)
+        energy = 0.5 * mu * (2.0 * (e_a + e_b) + s * s - 1.0) - mu * log
+        bank[W + lane] = energy + 0.5 * lam * (j - 1.0) * (j - 1.0)
+        pull_forward(bank, lane, mu + k * b, mu + k * a, -k * ab)

@@ -1,0 +1,196 @@
+"""Row sums of the stiffness of elements, block by block: what bounds the critical step.
+
+K_ab = V ∂P/∂F : G_a ⊗ G_b, its tangent by differences of the stress, each in the sense in which
+less is stored: materials that unload by another curve are stiffer that way. The difference is a
+millionth of the sums, and the tangent is asked for once in some fifty steps.
+"""
+
+from __future__ import annotations
+
+from contiga.jit import inner, kernel
+from contiga.jit.scratch import scratch, zero_scratch
+from contiga.matter.kernels.bar_nb import bar_rows as rows_of_bars
+from contiga.matter.kernels.elements_stress_nb import membrane_stress, solid_stress
+from contiga.matter.kernels.lanes_nb import (
+    CORNERS,
+    GRADIENT,
+    LANES,
+    SIZE,
+    STRESS,
+    gather,
+    sum_in_block,
+)
+from contiga.matter.kernels.membrane_nb import triangle_gradient
+from contiga.matter.kernels.solid_hex_nb import ROW_SUMS, hex_gradient
+from contiga.matter.kernels.solid_nb import determinant, tet_gradient
+
+F, P, X = GRADIENT * LANES, STRESS * LANES, CORNERS * LANES
+ROW = 3 * LANES
+NINE = 9 * LANES
+TANGENT = 3 * NINE
+NUDGE = 1e-6
+MOST_CORNERS = 8
+ALL = MOST_CORNERS * ROW
+
+
+@inner(linked=False)
+def all_gradients(some, corners, width, full):
+    """Gradients of all corners (corners, 3, LANES) from those of all but the first."""
+    for lane in range(3 * LANES):
+        full[lane] = 0.0
+    for a in range(1, corners):
+        for j in range(width):
+            for lane in range(LANES):
+                g = some[((a - 1) * width + j) * LANES + lane]
+                full[a * ROW + j * LANES + lane] = g
+                full[j * LANES + lane] -= g
+
+
+@inner(linked=False)
+def _nudge(bank, at, stress, way):
+    """Change a row of F in the sense that stores less, and keep by how much."""
+    for lane in range(LANES):
+        way[lane] = -NUDGE if stress[at + lane] > 0.0 else NUDGE
+        bank[F + at + lane] += way[lane]
+
+
+@inner(linked=False)
+def _differences(bank, at, stress, way, tangent):
+    """∂P/∂F for the row of F that was changed, which is changed back."""
+    for lane in range(LANES):
+        bank[F + at + lane] -= way[lane]
+    for row in range(9):
+        for lane in range(LANES):
+            p = row * LANES + lane
+            tangent[p] = (bank[P + p] - stress[p]) / way[lane]
+
+
+@inner(linked=False)
+def _column(tangent, at, full, corner, column):
+    """∂P/∂F : G of a corner, for one row of P; (3, LANES)."""
+    for l in range(3):
+        for lane in range(LANES):
+            p, g = l * NINE + at + lane, corner * ROW + lane
+            column[l * LANES + lane] = (
+                tangent[p] * full[g]
+                + tangent[p + LANES] * full[g + LANES]
+                + tangent[p + 2 * LANES] * full[g + 2 * LANES]
+            )
+
+
+@inner(linked=False)
+def _add_row(column, full, corners, row, measures):
+    """|K| of one direction of all corners, added to a row."""
+    for b in range(corners):
+        for lane in range(LANES):
+            g = b * ROW + lane
+            k = column[lane] * full[g]
+            k += column[LANES + lane] * full[g + LANES]
+            k += column[2 * LANES + lane] * full[g + 2 * LANES]
+            row[lane] += measures[lane] * abs(k)
+
+
+@inner()
+def add_rows(bank, tangent, full, corners, measures):
+    """|K| of one direction of all columns, added to the rows of all corners."""
+    column = scratch(ROW)
+    for a in range(corners):
+        for i in range(3):
+            _column(tangent, i * ROW, full, a, column)
+            at = X + a * ROW + i * LANES
+            _add_row(column, full, corners, bank[at : at + LANES], measures)
+
+
+@inner()
+def _start(bank, stress, corners):
+    """Keep the stress, and begin rows at zero."""
+    for at in range(NINE):
+        stress[at] = bank[P + at]
+    for at in range(X, X + corners * ROW):
+        bank[at] = 0.0
+
+
+@kernel()
+def tet_rows(motion, tables, memory, out, start, stop):
+    """Row sums of blocks start … stop, at nodes of blocks."""
+    bank, full = zero_scratch(SIZE), scratch(ALL)
+    stress, way, tangent = scratch(NINE), scratch(LANES), scratch(TANGENT)
+    for b in range(start, stop):
+        gather(motion.points, tables.nodes[b], 4, bank)
+        tet_gradient(bank, tables.gradients[b])
+        all_gradients(tables.gradients[b], 4, 3, full)
+        determinant(bank)
+        solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
+        _start(bank, stress, 4)
+        for k in range(3):
+            for l in range(3):
+                at = k * ROW + l * LANES
+                _nudge(bank, at, stress, way)
+                determinant(bank)
+                solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
+                _differences(bank, at, stress, way, tangent[l * NINE : (l + 1) * NINE])
+            add_rows(bank, tangent, full, 4, tables.measures[b])
+        sum_in_block(bank, tables.sums, b, out.partial)
+
+
+@kernel()
+def hex_rows(motion, tables, memory, out, start, stop):
+    """Row sums of blocks start … stop, at nodes of blocks."""
+    bank = zero_scratch(SIZE)
+    stress, way, tangent = scratch(NINE), scratch(LANES), scratch(TANGENT)
+    for b in range(start, stop):
+        gather(motion.points, tables.nodes[b], 8, bank)
+        hex_gradient(bank, tables.gradients[b])
+        determinant(bank)
+        solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
+        _start(bank, stress, 8)
+        for k in range(3):
+            for l in range(3):
+                at = k * ROW + l * LANES
+                _nudge(bank, at, stress, way)
+                determinant(bank)
+                solid_stress(bank, tables, 0.0, memory.old[b], memory.new[b])
+                _differences(bank, at, stress, way, tangent[l * NINE : (l + 1) * NINE])
+            add_rows(bank, tangent, tables.gradients[b], 8, tables.measures[b])
+        _add_springs(bank, tables.hourglass[b])
+        sum_in_block(bank, tables.sums, b, out.partial)
+
+
+@inner()
+def _add_springs(bank, table):
+    """Row sums of the springs of hourglass modes, the same in each direction."""
+    for a in range(8):
+        for i in range(3):
+            for lane in range(LANES):
+                bank[X + a * ROW + i * LANES + lane] += table[(ROW_SUMS + a) * LANES + lane]
+
+
+@kernel()
+def triangle_rows(motion, tables, memory, out, start, stop):
+    """Row sums of blocks start … stop, at nodes of blocks."""
+    bank, full = zero_scratch(SIZE), zero_scratch(ALL)  # F, P and G have no third column
+    stress, way, tangent = scratch(NINE), scratch(LANES), zero_scratch(TANGENT)
+    for b in range(start, stop):
+        gather(motion.points, tables.nodes[b], 3, bank)
+        triangle_gradient(bank, tables.gradients[b])
+        all_gradients(tables.gradients[b], 3, 2, full)
+        membrane_stress(bank, tables, memory.old[b], memory.new[b])
+        _start(bank, stress, 3)
+        for k in range(3):
+            for l in range(2):
+                at = k * ROW + l * LANES
+                _nudge(bank, at, stress, way)
+                membrane_stress(bank, tables, memory.old[b], memory.new[b])
+                _differences(bank, at, stress, way, tangent[l * NINE : (l + 1) * NINE])
+            add_rows(bank, tangent, full, 3, tables.measures[b])
+        sum_in_block(bank, tables.sums, b, out.partial)
+
+
+@kernel()
+def bar_rows(motion, tables, memory, out, start, stop):
+    """Row sums of blocks start … stop, at nodes of blocks."""
+    bank = scratch(SIZE)
+    for b in range(start, stop):
+        gather(motion.points, tables.nodes[b], 2, bank)
+        rows_of_bars(bank, tables.numbers, tables.gradients[b], tables.measures[b])
+        sum_in_block(bank, tables.sums, b, out.partial)

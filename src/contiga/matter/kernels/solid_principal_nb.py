@@ -1,0 +1,84 @@
+"""Principal stretches, in lanes: C = FᵀF turned to its axes by Jacobi's rotations.
+
+Four rounds over three pairs leave nothing off the diagonal to the last bit (Golub and Van Loan,
+Matrix Computations, 8.5.4: once it is small, each round squares it). Unlike closed forms they are
+exact where stretches are nearly the same, as they are wherever a foam is nearly at rest.
+"""
+
+from __future__ import annotations
+
+import math
+
+from contiga.jit import inlined, inner
+from contiga.matter.kernels.lanes_nb import AXES, GRADIENT, LANES, SQUARE
+
+F, C, N = GRADIENT * LANES, SQUARE * LANES, AXES * LANES
+ROW = 3 * LANES
+ROUNDS = 4
+
+
+@inner(linked=False)
+def _square(bank, to, i, j):
+    """C_ij into a row."""
+    for lane in range(LANES):
+        a, b = F + i * LANES + lane, F + j * LANES + lane
+        x, y, z = bank[a] * bank[b], bank[a + ROW] * bank[b + ROW], 0.0
+        z = bank[a + 2 * ROW] * bank[b + 2 * ROW]
+        bank[to + lane] = x + y + z
+
+
+@inlined()
+def _rotate(bank, p, q):
+    """Turn axes p and q, numbers that are written out, so that C_pq is zero."""
+    r = 3 - p - q
+    at_p, at_q, at_pq = C + p * LANES, C + q * LANES, C + (3 + r) * LANES
+    at_pr, at_qr = C + (3 + q) * LANES, C + (3 + p) * LANES
+    for lane in range(LANES):
+        way, off = bank[at_q + lane] - bank[at_p + lane], 2.0 * bank[at_pq + lane]
+        root = math.sqrt(way * way + off * off)
+        below = way + root if way >= 0.0 else way - root
+        t = off / (below if below != 0.0 else 1.0)
+        c = 1.0 / math.sqrt(1.0 + t * t)
+        s = t * c
+        bank[at_p + lane] -= 0.5 * t * off
+        bank[at_q + lane] += 0.5 * t * off
+        bank[at_pq + lane] = 0.0
+        x, y = bank[at_pr + lane], bank[at_qr + lane]
+        bank[at_pr + lane] = c * x - s * y
+        bank[at_qr + lane] = s * x + c * y
+        for i in range(3):
+            n = N + i * ROW + lane
+            x, y = bank[n + p * LANES], bank[n + q * LANES]
+            bank[n + p * LANES] = c * x - s * y
+            bank[n + q * LANES] = s * x + c * y
+
+
+@inner(linked=False)
+def _rotate_01(bank):
+    _rotate(bank, 0, 1)
+
+
+@inner(linked=False)
+def _rotate_02(bank):
+    _rotate(bank, 0, 2)
+
+
+@inner(linked=False)
+def _rotate_12(bank):
+    _rotate(bank, 1, 2)
+
+
+@inner()
+def principal(bank):
+    """Squares of the principal stretches in three rows from SQUARE, their directions at rest as
+    the columns of AXES."""
+    for i in range(3):
+        _square(bank, C + i * LANES, i, i)
+        _square(bank, C + (3 + i) * LANES, (i + 1) % 3, (i + 2) % 3)
+        for j in range(3):
+            for lane in range(LANES):
+                bank[N + i * ROW + j * LANES + lane] = 1.0 if i == j else 0.0
+    for _ in range(ROUNDS):
+        _rotate_01(bank)
+        _rotate_02(bank)
+        _rotate_12(bank)

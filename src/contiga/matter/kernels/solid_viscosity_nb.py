@@ -1,0 +1,49 @@
+"""Bulk viscosity of solids, in lanes: a pressure against being pressed together quickly.
+
+q = ρ ℓ (b c |ε̇| + a ℓ ε̇²) where the volume shrinks at ε̇ = J̇/J < 0, with the density ρ = ρ₀/J, the
+length ℓ = V^⅓ at rest and the speed c of pressure waves at rest (von Neumann and Richtmyer, 1950;
+Landshoff, 1955). It takes q |J̇| a volume at rest.
+"""
+
+from __future__ import annotations
+
+from contiga.jit import inner
+from contiga.matter.kernels.lanes_nb import GRADIENT, LANES, RATE, STRESS, STRETCH, VISCOSITY
+
+F, P, V = GRADIENT * LANES, STRESS * LANES, RATE * LANES
+J, LOST = STRETCH * LANES, VISCOSITY * LANES
+ROW = 3 * LANES
+
+
+@inner(linked=False)
+def bulk_viscosity(bank, numbers, sizes, step):
+    """P and what is lost in a step; numbers are b c, a and ρ₀."""
+    linear, quadratic, density = numbers[0], numbers[1], numbers[2]
+    for lane in range(LANES):
+        f, v, p = F + lane, V + lane, P + lane
+        xx, xy, xz = bank[f], bank[f + LANES], bank[f + 2 * LANES]
+        yx, yy, yz = bank[f + ROW], bank[f + ROW + LANES], bank[f + ROW + 2 * LANES]
+        zx, zy, zz = bank[f + 2 * ROW], bank[f + 2 * ROW + LANES], bank[f + 2 * ROW + 2 * LANES]
+        a, b, c = yy * zz - yz * zy, yz * zx - yx * zz, yx * zy - yy * zx
+        d, e, g = xz * zy - xy * zz, xx * zz - xz * zx, xy * zx - xx * zy
+        h, k, m = xy * yz - xz * yy, xz * yx - xx * yz, xx * yy - xy * yx
+        rate = bank[v] * a + bank[v + LANES] * b + bank[v + 2 * LANES] * c
+        v += ROW
+        rate += bank[v] * d + bank[v + LANES] * e + bank[v + 2 * LANES] * g
+        v += ROW
+        rate += bank[v] * h + bank[v + LANES] * k + bank[v + 2 * LANES] * m
+        shrinks = max(-rate, 0.0) / bank[J + lane]
+        size = sizes[lane]
+        q = density / bank[J + lane] * size * shrinks * (linear + quadratic * size * shrinks)
+        bank[LOST + lane] += q * max(-rate, 0.0) * step
+        bank[p] -= q * a
+        bank[p + LANES] -= q * b
+        bank[p + 2 * LANES] -= q * c
+        p += ROW
+        bank[p] -= q * d
+        bank[p + LANES] -= q * e
+        bank[p + 2 * LANES] -= q * g
+        p += ROW
+        bank[p] -= q * h
+        bank[p + LANES] -= q * k
+        bank[p + 2 * LANES] -= q * m

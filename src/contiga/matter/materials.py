@@ -1,0 +1,118 @@
+"""Elastic materials of what deforms, in the units of the case: see `contiga.materials`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from contiga.errors import InputError
+from contiga.matter.coefficients import SOLIDS, Coefficients, lame, poisson_ratio
+from contiga.matter.kernels.elements_stress_nb import BAR, ELASTIC, NEO_HOOKE, SLACK
+from contiga.num.arrays import positive
+
+VOLUMES = ("element", "nodes")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Elastic:
+    """Linear in Green's strain: small strains, turned as far as they like.
+
+    The material of Saint-Venant and Kirchhoff, S = λ tr(E) I + 2 μ E; membranes are in plane
+    stress. Where it is pressed together to less than 0.6 of its length it softens: take `NeoHooke`.
+
+    Parameters
+    ----------
+    young : Young's modulus, force / area
+    poisson : Poisson's ratio, above −1 and below ½
+    compression : False for membranes that wrinkle instead of carrying compression (a tension
+        field) and for bars that go slack: cloth, cables
+
+    Raises
+    ------
+    InputError
+        A number outside its range.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> cg.materials.Elastic(young=210e3, poisson=0.3)
+    Elastic(young=210000.0, poisson=0.3, compression=True)
+    """
+
+    kinds: ClassVar[tuple[str, ...]] = (*SOLIDS, "tri3", "bar2")
+
+    young: float
+    poisson: float = 0.0
+    compression: bool = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "young", positive(self.young, "young"))
+        object.__setattr__(self, "poisson", poisson_ratio(self.poisson, "poisson"))
+
+    def coefficients(self, kind: str, across: float) -> Coefficients:
+        """See `Material`."""
+        if kind in SOLIDS:
+            if not self.compression:
+                raise InputError(
+                    "solids carry compression", where="compression", found=False, allowed="True"
+                )
+            mu, lam = lame(self.young, self.poisson)
+            numbers = np.array([mu, lam])
+            return Coefficients(ELASTIC, numbers, self.young, lam + 2.0 * mu)
+        if kind == "bar2":
+            stiff = self.young * across
+            numbers = np.array([stiff, stiff if self.compression else 0.0, 0.0])
+            return Coefficients(BAR, numbers, self.young, self.young)
+        numbers = np.array([self.young * across, self.poisson])
+        stage, bound = (ELASTIC, None) if self.compression else (SLACK, (ELASTIC, numbers))
+        return Coefficients(stage, numbers, self.young, self.young, bound)
+
+
+@dataclass(frozen=True, kw_only=True)
+class NeoHooke:
+    """Rubber: W = μ/2 (I₁ − 3) − μ ln J + λ/2 (J − 1)², at any strain.
+
+    Membranes are in plane stress; their thickness changes with the strain.
+
+    Parameters
+    ----------
+    young, poisson : of small strains; μ = E/2(1 + ν), λ = 2 μ ν/(1 − 2 ν)
+    volume : whose change of volume λ acts on: that of each "element", or averaged at "nodes", by
+        which tetrahedra do not lock as ν comes near a half (after Bonet and Burton, Commun. Numer.
+        Methods Eng. 14, 1998). Only tet4 need it, and only theirs is averaged
+
+    Raises
+    ------
+    InputError
+        A number outside its range.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> cg.materials.NeoHooke(young=3.0, poisson=0.49)
+    NeoHooke(young=3.0, poisson=0.49, volume='element')
+    """
+
+    kinds: ClassVar[tuple[str, ...]] = (*SOLIDS, "tri3")
+
+    young: float
+    poisson: float
+    volume: str = "element"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "young", positive(self.young, "young"))
+        object.__setattr__(self, "poisson", poisson_ratio(self.poisson, "poisson"))
+        if self.volume not in VOLUMES:
+            raise InputError(
+                "is not known", where="volume", found=self.volume, allowed=", ".join(VOLUMES)
+            )
+
+    def coefficients(self, kind: str, across: float) -> Coefficients:
+        """See `Material`."""
+        mu, lam = lame(self.young, self.poisson)
+        numbers = np.array([mu, lam]) * (1.0 if kind in SOLIDS else across)
+        wave = lam + 2.0 * mu
+        averaged = lam if kind == "tet4" and self.volume == "nodes" else 0.0
+        return Coefficients(NEO_HOOKE, numbers, self.young, wave, averaged=averaged)

@@ -1,0 +1,89 @@
+"""What has mass and deforms, as everything around it sees it: degrees of freedom and their forces.
+
+Degrees of freedom are rows q (m, 3): nodes of finite elements, control points of splines, or what
+another solver moves. The points that contact sees are x = N q; forces on them come back as Nᵀ f.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+from contiga.records import FloatArray, IntArray
+
+
+class MatterState(NamedTuple):
+    """Matter at one time, as far as its next step needs it: arrays only."""
+
+    points: FloatArray
+    """(m, 3) degrees of freedom at the end of the last step."""
+    memory: FloatArray
+    """(h,) what its materials remember, in an order that is the matter's own."""
+
+
+class MatterEnergy(NamedTuple):
+    """Energies of matter. Strain and hourglass are states; the others are of one step."""
+
+    strain: float = 0.0
+    """Stored in the material: what it would give back."""
+    hourglass: float = 0.0
+    """Stored in what holds the modes that an element's mean strain does not see."""
+    viscosity: float = 0.0
+    """Lost in the step to what resists a rate: bulk viscosity, rate tables, damping."""
+    hysteresis: float = 0.0
+    """Lost in the step to materials that unload by another curve than they load."""
+
+
+class MatterForces(NamedTuple):
+    """What matter answers to where its degrees of freedom are."""
+
+    force: FloatArray
+    """(m, 3) on each degree of freedom: what is stored decreases along it."""
+    energy: MatterEnergy
+    state: MatterState
+    """At the end of the step."""
+
+
+class Matter(Protocol):
+    """What is asked of anything that has mass and deforms."""
+
+    @property
+    def mass(self) -> FloatArray:
+        """(m,) lumped mass of each degree of freedom."""
+
+    @property
+    def facets(self) -> IntArray:
+        """(f, 3) rows of `points`: the skin that contact sees, and that is drawn."""
+
+    def points(self, q: FloatArray) -> FloatArray:
+        """x = N q (n, 3)."""
+
+    def velocities(self, v: FloatArray) -> FloatArray:
+        """N v (n, 3)."""
+
+    def spread(self, f: FloatArray) -> FloatArray:
+        """Forces on the points (n, 3) as forces Nᵀ f (m, 3) on degrees of freedom."""
+
+    def start(self) -> MatterState:
+        """The state of what has not been moved yet."""
+
+    def forces(self, state: MatterState, q: FloatArray, v: FloatArray, dt: float) -> MatterForces:
+        """Forces at the end of a step of length `dt` that leads from `state` to q.
+
+        Parameters
+        ----------
+        state : where the step begins; it is left as it is
+        q, v : (m, 3) degrees of freedom at the end of the step, and their velocities, which what
+            resists a rate is asked with
+        dt : length of the step; 0 where nothing has moved yet
+
+        Raises
+        ------
+        ElementError
+            An element has turned inside out.
+        """
+
+    def stiffness(self, state: MatterState) -> FloatArray:
+        """(m,) row sums Σ_j |K_ij|, the largest of the three directions of each degree of freedom.
+
+        By Gershgorin's theorem the critical step is at least min 2 √(m_i / Σ_j |K_ij|).
+        """

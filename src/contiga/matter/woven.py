@@ -1,0 +1,200 @@
+"""Fabric and belts, in the units of the case: see `contiga.materials`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from contiga.errors import InputError
+from contiga.matter.coefficients import Coefficients
+from contiga.matter.curves import CurveLike, as_table, at, packed, steepest
+from contiga.matter.kernels import bar_nb, membrane_fabric_nb
+from contiga.matter.kernels.elements_stress_nb import BAR, FABRIC
+from contiga.num.arrays import positive
+from contiga.records import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fabric:
+    """Woven fabric: warp and weft carry what their own strain says, and a shear between them.
+
+    Parameters
+    ----------
+    warp, weft : stress over Green's strain in tension, (n, 2) rows from [0, 0] or a modulus;
+        `weft` is as `warp` if omitted
+    shear : shear stress over the angle 2 E₁₂, the same in both senses
+    direction : (3,) of the warp at rest, as it lies in each element, or (n, 3) one for each
+    compression : share of the first slopes that is carried in compression; 0 has no stiffness there
+    warp_unloading, weft_unloading : curves below those of loading; as loading if omitted
+    hysteresis_slope : of the lines between loading and unloading, not below any slope of theirs
+
+    Raises
+    ------
+    InputError
+        A curve that falls or does not begin at zero, an unloading above its loading, a slope below
+        theirs or missing, a direction of no length.
+
+    Examples
+    --------
+    Nylon of airbags, in kN/mm²
+
+    >>> import contiga as cg
+    >>> cloth = cg.materials.Fabric(warp=0.38, shear=0.01, direction=[1, 0, 0])
+    >>> cloth.weft.tolist()
+    [[0.0, 0.0], [1.0, 0.38]]
+    """
+
+    kinds: ClassVar[tuple[str, ...]] = ("tri3",)
+
+    warp: FloatArray
+    shear: FloatArray
+    direction: FloatArray
+    weft: FloatArray | None = None
+    compression: float = 0.0
+    warp_unloading: FloatArray | None = None
+    weft_unloading: FloatArray | None = None
+    hysteresis_slope: float | None = None
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "warp", as_table(self.warp, "warp"))
+        put(self, "weft", self.warp if self.weft is None else as_table(self.weft, "weft"))
+        put(self, "shear", as_table(self.shear, "shear"))
+        for name in ("warp", "weft"):
+            curve = getattr(self, f"{name}_unloading")
+            if curve is not None:
+                put(self, f"{name}_unloading", as_table(curve, f"{name}_unloading"))
+        if not 0.0 <= self.compression <= 1.0:
+            raise InputError(
+                "is a share", where="compression", found=self.compression, allowed="0 to 1"
+            )
+        put(self, "direction", _direction(self.direction))
+        for name in ("warp", "weft"):
+            self._block(name)
+
+    def _block(self, name: str) -> FloatArray:
+        loading: FloatArray = getattr(self, name)
+        unloading: FloatArray | None = getattr(self, f"{name}_unloading")
+        return _both_curves(loading, unloading, self.hysteresis_slope, name)
+
+    def coefficients(self, kind: str, across: float) -> Coefficients:
+        """See `Material`."""
+        tables = self.warp, self.weft
+        assert tables[1] is not None
+        first = [float(table[1, 1] / table[1, 0]) for table in (self.warp, tables[1])]
+        blocks = [self._block(name) for name in ("warp", "weft")]
+        points = [(len(block) - 1) // 6 for block in blocks]
+        head = [across, *(self.compression * slope for slope in first), *points, len(self.shear)]
+        numbers = np.concatenate([head, *blocks, packed(self.shear)])
+        steep = [float(block[0]) for block in blocks]
+        lines = [_both_curves(as_table(slope, ""), None, None, "") for slope in steep]
+        shear = as_table(steepest(self.shear), "")
+        bound = np.concatenate([[across, *steep, 2, 2, 2], *lines, packed(shear)])
+        return Coefficients(
+            FABRIC,
+            numbers,
+            max(first),
+            max(steep),
+            (FABRIC, bound),
+            memory=membrane_fabric_nb.MEMORY,
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Belt:
+    """Webbing as bars: a force over the strain ℓ/ℓ₀ − 1, none in compression.
+
+    Parameters
+    ----------
+    loading : force over strain, (n, 2) rows from [0, 0], or a stiffness (force at the strain one)
+    unloading : the same, below `loading`; as loading if omitted
+    hysteresis_slope : of the lines between both, not below any slope of theirs
+
+    Raises
+    ------
+    InputError
+        A curve that falls or does not begin at zero, an unloading above the loading, a slope below
+        theirs or missing.
+
+    Examples
+    --------
+    >>> import contiga as cg
+    >>> webbing = cg.materials.Belt(
+    ...     loading=[[0, 0], [0.03, 2.5], [0.12, 11]],
+    ...     unloading=[[0, 0], [0.06, 0.5], [0.12, 5]],
+    ...     hysteresis_slope=300,
+    ... )
+    >>> webbing.loading.shape
+    (3, 2)
+    """
+
+    kinds: ClassVar[tuple[str, ...]] = ("bar2",)
+
+    loading: FloatArray
+    unloading: FloatArray | None = None
+    hysteresis_slope: float | None = None
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "loading", as_table(self.loading, "loading"))
+        if self.unloading is not None:
+            put(self, "unloading", as_table(self.unloading, "unloading"))
+        self._block()
+
+    def _block(self) -> FloatArray:
+        return _both_curves(self.loading, self.unloading, self.hysteresis_slope, "loading")
+
+    def coefficients(self, kind: str, across: float) -> Coefficients:
+        """See `Material`."""
+        block = self._block()
+        numbers = np.concatenate([[0.0, 0.0, (len(block) - 1) // 6], block])
+        modulus = float(block[0]) / across
+        return Coefficients(BAR, numbers, modulus, modulus, memory=bar_nb.MEMORY)
+
+
+def _direction(given: object) -> FloatArray:
+    direction = np.asarray(given, dtype=np.float64)
+    if direction.shape[-1:] != (3,) or direction.ndim > 2:
+        raise InputError(
+            "is no direction", where="direction", found=direction.shape, allowed="(3,) or (n, 3)"
+        )
+    if not (np.isfinite(direction).all() and (direction != 0.0).any(axis=-1).all()):
+        raise InputError("has no length or is not finite", where="direction")
+    return direction
+
+
+def _both_curves(
+    loading: FloatArray, unloading: CurveLike | None, slope: float | None, name: str
+) -> FloatArray:
+    """K, the loading and the unloading curve as `hysteresis_nb` has them."""
+    if unloading is None:
+        steep = steepest(loading)
+        return np.concatenate([[steep], packed(loading), packed(loading)])
+    lower = as_table(unloading, name)
+    if slope is None:
+        raise InputError(
+            "is missing: an unloading curve was given", where="hysteresis_slope", allowed="> 0"
+        )
+    steep = max(steepest(loading), steepest(lower))
+    number = positive(slope, "hysteresis_slope")
+    if number < steep * (1.0 - 1e-12):
+        raise InputError(
+            "must not be below the steepest slope of both curves",
+            where="hysteresis_slope",
+            found=number,
+            allowed=f"{steep:.6g} or above",
+        )
+    strain = np.union1d(loading[:, 0], lower[:, 0])
+    strain = np.append(strain, 2.0 * strain[-1])  # beyond their last points too
+    both = [at(table, strain) for table in (loading, lower)]
+    above = both[1] > both[0] * (1.0 + 1e-12)
+    if above.any():
+        raise InputError(
+            f"the unloading is above the loading at the strain {strain[np.argmax(above)]:.6g}",
+            where=name,
+            allowed="curves that do not cross, beyond their last points too",
+        )
+    columns = [np.stack([strain[:-1], values[:-1]], axis=1) for values in both]
+    return np.concatenate([[max(number, steep)], *(packed(column) for column in columns)])

@@ -1,0 +1,76 @@
+"""Elements of a slave: the cells of its mesh by kind, as rows of its points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from contiga.errors import MeshError
+from contiga.records import IntArray
+from contiga.slaves.cells import N_NODES, SHELLS, SOLIDS
+from contiga.slaves.skin import CellBlock
+
+NO_ELEMENTS: Mapping[str, IntArray] = MappingProxyType({})
+# Corners of linear solids in the order that makes of a mirrored one a proper one.
+_MIRRORED = {"tetra": (0, 2, 1, 3), "hexahedron": (4, 5, 6, 7, 0, 1, 2, 3)}
+
+
+def as_elements(given: Mapping[str, Any] | None, count: int, name: str) -> Mapping[str, IntArray]:
+    """Elements by kind, checked: (e, k) int32, read-only.
+
+    Raises
+    ------
+    MeshError
+        A kind that is none, another number of corners, a corner that is no point.
+    """
+    elements = {}
+    for kind, rows in (given or {}).items():
+        cells = np.array(rows)
+        wanted = N_NODES.get(kind)
+        if cells.ndim != 2 or cells.dtype.kind not in "iu" or cells.shape[1] != wanted:
+            raise MeshError(
+                "elements must be rows of points by their kind",
+                where=f"{name}: elements",
+                found=f"{kind}: shape {cells.shape} of {cells.dtype}",
+                allowed=", ".join(f"{kind} (e, {k})" for kind, k in N_NODES.items()),
+            )
+        if len(cells) and not 0 <= cells.min() <= cells.max() < count:
+            raise MeshError(
+                "an element names a point that is not there",
+                where=f"{name}: elements",
+                found=[int(cells.min()), int(cells.max())],
+                allowed=f"0 to {count - 1}",
+            )
+        elements[kind] = np.ascontiguousarray(cells, dtype=np.int32)
+        elements[kind].flags.writeable = False
+    return MappingProxyType(elements) if elements else NO_ELEMENTS
+
+
+def mirrored(elements: Mapping[str, IntArray]) -> dict[str, IntArray]:
+    """Elements whose points were mirrored, their corners in an order that is proper again."""
+    turned = {}
+    for kind, rows in elements.items():
+        if kind in SHELLS:
+            turned[kind] = rows[:, ::-1] if SHELLS[kind] == rows.shape[1] else rows
+        elif kind in _MIRRORED:
+            turned[kind] = rows[:, list(_MIRRORED[kind])]
+        else:
+            turned[kind] = rows  # told of, and refused where it would have to deform
+    return turned
+
+
+def elements_of(blocks: Sequence[CellBlock]) -> dict[str, IntArray]:
+    """Cells by kind: all solids; shells but those that lie on solids, as the border of a volume."""
+    cells: dict[str, list[Any]] = {}
+    solid = [block.nodes for block in blocks if block.kind in SOLIDS and len(block.nodes)]
+    corners = np.unique(np.concatenate([np.zeros(0, int), *(nodes.ravel() for nodes in solid)]))
+    for block in blocks:
+        nodes = block.nodes
+        if block.kind in SHELLS and solid:
+            nodes = nodes[~np.isin(nodes, corners).all(axis=1)]
+        if block.kind in N_NODES and len(nodes):
+            cells.setdefault(block.kind, []).append(nodes)
+    return {kind: np.concatenate(rows).astype(np.int32) for kind, rows in cells.items()}

@@ -1,0 +1,140 @@
+"""What deforms against exact bodies: energy, momentum, a scene carried along, the same bits."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from examples import make_foam_block
+from tests.blocks import block
+from tests.unit.simulation.sameness import same_history, same_states
+
+import contiga as cg
+
+RUBBER = cg.materials.NeoHooke(young=1.0, poisson=0.3)
+SIDE, DENSITY = 10.0, 1e-3
+
+
+class _StoppedError(Exception):
+    pass
+
+
+def _scene(
+    step: float | str, end: float = 1.5, carried: float = 0.0, **options: object
+) -> cg.Simulation:
+    """A block of rubber that hits an exact ball of CAD, all of it `carried` along x."""
+    ball = cg.Body([cg.shapes.sphere(radius=20.0, centre=(0.0, 0.0, 20.0))])
+    slave = block((4, 4, 4), (SIDE,) * 3, (-0.5 * SIDE, -0.5 * SIDE, -SIDE - 0.01))
+    motion = cg.motion.Deforming(material=RUBBER, density=DENSITY, velocity=[carried, 0.0, 2.0])
+    way = cg.motion.Translate([[0.0, 0.0, 0.0, 0.0], [end, carried * end, 0.0, 0.0]])
+    law = cg.PenaltyLaw(1.0, per_area=True)
+    contact = cg.Contact(ball, slave, law=law, quadrature=3, **options)
+    return cg.Simulation(
+        bodies={"ball": (ball, way) if carried else ball},
+        slaves={"block": (slave, motion)},
+        contacts=[contact],
+        end=end,
+        step=step,
+    )
+
+
+def test_the_ledger_closes_and_its_error_is_of_second_order() -> None:
+    errors = []
+    for step in (0.01, 0.005):
+        history = _scene(step).run().history
+        assert history["force"].max() > 5.0
+        errors.append(np.abs(history["energy.error"]).max() / history["energy.total"][0])
+    assert errors[0] < 5e-4
+    assert errors[1] < errors[0] / 3.0
+
+
+def test_steps_that_choose_themselves_keep_a_thousandth_of_the_energy() -> None:
+    history = _scene("auto", 3.0, friction=cg.Coulomb(0.3)).run().history
+    assert history["energy.friction"][-1] > 0.0
+    assert np.abs(history["energy.error"]).max() < 1e-3 * history["energy.total"][0]
+
+
+def test_the_impulse_of_the_contact_is_the_change_of_momentum() -> None:
+    simulation = _scene(0.01, friction=cg.Coulomb(0.3))
+    result = simulation.run()
+    force = np.stack([result.history[f"force_{axis}"] for axis in "xyz"], axis=1)
+    impulse = 0.01 * 0.5 * (force[1:] + force[:-1]).sum(axis=0)
+    mass = simulation.mechanism.masses["block"]
+    momentum = mass @ result.state.slaves["block"].velocities
+    before = np.array([0.0, 0.0, 2.0 * DENSITY * SIDE**3])
+    np.testing.assert_allclose(momentum - before, impulse, atol=1e-12)
+    assert np.linalg.norm(impulse) > 1.0
+
+
+def test_a_scene_carried_along_deforms_alike() -> None:
+    speed, end = 8.0, 1.5
+    still, carried = (_scene(0.01, end, v).run() for v in (0.0, speed))
+    one, other = (run.state.slaves["block"] for run in (still, carried))
+    scale = SIDE + speed * end
+    np.testing.assert_allclose(other.points - [speed * end, 0, 0], one.points, atol=1e-12 * scale)
+    np.testing.assert_allclose(other.velocities - [speed, 0, 0], one.velocities, atol=1e-11)
+    for name in ("force", "energy.strain", "energy.contact"):
+        off = np.abs(still.history[name] - carried.history[name]).max()
+        assert off < 1e-11 * np.abs(still.history[name]).max()
+
+
+@pytest.mark.parametrize("step", [0.02, "auto"])
+def test_stopped_and_resumed_it_is_the_same_run(tmp_path, step: float | str) -> None:
+    whole = _scene(step, friction=cg.Coulomb(0.3)).run(tmp_path / "whole")
+
+    def stop(done: int, *_: object) -> None:
+        if done == 45:
+            raise _StoppedError
+
+    with pytest.raises(_StoppedError):
+        _scene(step, friction=cg.Coulomb(0.3)).run(tmp_path / "parts", progress=stop)
+    parts = _scene(step, friction=cg.Coulomb(0.3)).run(tmp_path / "parts", resume=True)
+    same_history(whole.history, parts.history)
+    same_states(whole.state, parts.state)
+
+
+def test_a_steel_bar_hits_a_wall_with_the_stress_of_a_wave() -> None:
+    """σ = ρ c v, and it leaves after 2 L/c; of a bar without lateral strain that is exact."""
+    young, density, length, speed, n = 210e9, 7850.0, 1.0, 1.0, 50
+    celerity = np.sqrt(young / density)
+    bar = block((1, 1, n), (length / n, length / n, length), kind="hexahedron")
+    wall = cg.Body([cg.shapes.plane(width=1.0, length=1.0)])
+    steel = cg.materials.Elastic(young=young, poisson=0.0)
+    motion = cg.motion.Deforming(material=steel, density=density, velocity=[0.0, 0.0, -speed])
+    law = cg.PenaltyLaw(2.0 * young * n / length, per_area=True)
+    step = 0.4 * length / n / celerity
+    simulation = cg.Simulation(
+        bodies={"wall": wall},
+        slaves={"bar": (bar, motion)},
+        contacts=[cg.Contact(wall, bar, law=law, quadrature=1)],
+        end=2.4 * length / celerity,
+        step=step,
+    )
+    history = simulation.run().history
+    time, stress = history["time"], history["force"] * (n / length) ** 2
+    plateau = (time > 0.3 * length / celerity) & (time < 1.7 * length / celerity)
+    wave = density * celerity * speed
+    assert wave == pytest.approx(40.602e6, rel=1e-4)
+    assert stress[plateau].mean() == pytest.approx(wave, rel=0.01)
+    # Its end is as sharp as the elements let it be: it is where the stress has fallen by half.
+    assert time[stress > 0.5 * wave][-1] == pytest.approx(386.68e-6, rel=0.025)
+    assert not history["n_contact"][time > 2.3 * length / celerity].any()
+    assert np.abs(history["energy.error"]).max() < 1e-3 * history["energy.total"][0]
+
+
+def test_the_example_takes_the_head_up_with_its_energy_closed(tmp_path: Path) -> None:
+    pytest.importorskip("meshio")
+    make_foam_block.write_block(tmp_path / "generated" / "foam_block.vtu")
+    example = Path(make_foam_block.__file__).with_name("05_foam_block.toml")
+    shutil.copy(example, tmp_path)
+    case = cg.load_case(tmp_path / example.name, set={"time.end": 0.6})
+    history = cg.build(case).run().history
+    head = 4540.0 * (6.7 + history["head.vz"][-1])
+    impulse = np.sum(
+        0.5 * (history["force_z"][1:] + history["force_z"][:-1]) * np.diff(history["time"])
+    )
+    assert head == pytest.approx(-impulse, rel=1e-9)
+    assert history["n_contact"].max() > 20
+    assert np.abs(history["energy.error"]).max() < 1e-5 * history["energy.total"][0]

@@ -1,0 +1,129 @@
+"""`motion = { kind = "deform" }`: what a case makes of it, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.blocks import block
+
+import contiga as cg
+from contiga.case.columns import columns_of_case
+from contiga.case.schema import load_case
+from contiga.errors import InputError
+
+CASE = """
+units = {{ length = "mm", mass = "g", time = "ms" }}
+time = {{ end = 0.05, step = "auto" }}
+[[body]]
+name = "ball"
+geometry = {{ shape = "sphere", radius = 20.0, centre = [0.5, 0.5, 20.99] }}
+[[slave]]
+name = "block"
+points = {{ file = "block.inp" }}
+[slave.motion]
+kind = "deform"
+density = 1.0e-3
+fixed = {fixed}
+velocity = [0.0, 0.0, 0.5]
+[slave.motion.material]
+{material}
+[[contact]]
+master = "ball"
+slave = "block"
+search = "penetration"
+law = {law}
+"""
+FOAM = 'kind = "foam"\nloading = [[0, 0], [0.5, 0.3], [0.9, 5.0]]\nhysteresis = 0.2'
+RUBBER = 'kind = "neo-hooke"\nyoung = 1.0\npoisson = 0.3'
+PLANE = "{ plane = [[0, 0, 0], [0, 0, 1]] }"
+PER_AREA = '{ kind = "penalty", stiffness = 1.0, per_area = true }'
+
+
+def _write(folder: Path, **changed: str) -> Path:
+    """The case, beside a block of two cells as an Abaqus mesh with a set of nodes."""
+    slave = block((1, 1, 2), (1.0, 1.0, 1.0), kind="hexahedron")
+    lines = ["*NODE"]
+    lines += [f"{k + 1}, {x}, {y}, {z}" for k, (x, y, z) in enumerate(slave.points.tolist())]
+    lines += ["*ELEMENT, TYPE=C3D8"]
+    cells = np.asarray(slave.elements["hexahedron"]) + 1
+    lines += [", ".join(map(str, [k + 1, *cell])) for k, cell in enumerate(cells.tolist())]
+    low = 1 + np.flatnonzero(slave.points[:, 2] == 0.0)
+    lines += ["*NSET, NSET=low", ", ".join(map(str, low.tolist()))]
+    (folder / "block.inp").write_text("\n".join(lines) + "\n")
+    path = folder / "case.toml"
+    values = {"fixed": PLANE, "material": RUBBER, "law": PER_AREA} | changed
+    path.write_text(CASE.format(**values))
+    return path
+
+
+@pytest.mark.parametrize("material", [RUBBER, FOAM, 'kind = "elastic"\nyoung = 2.0'])
+def test_a_case_deforms_and_its_columns_are_foretold(tmp_path: Path, material: str) -> None:
+    case = load_case(_write(tmp_path, material=material))
+    simulation = cg.build(case)
+    state = simulation.run().state
+    way = state.slaves["block"].points - simulation.slaves["block"].slave.points
+    low = simulation.slaves["block"].slave.points[:, 2] == 0.0
+    assert not way[low].any()
+    assert np.abs(way[~low]).max() > 1e-3
+    assert simulation.contacts[0].contact.quadrature == 3
+    result = simulation.run()
+    assert {name for name in result.history if name.startswith("energy.")} == {
+        name for name in columns_of_case(case) if name.startswith("energy.")
+    }
+
+
+@pytest.mark.parametrize("fixed", ['{ set = "low" }', "[{ box = [[0, 0, 0], [1, 1, 0]] }]"])
+def test_sets_and_boxes_hold_the_same_nodes_as_the_plane(tmp_path: Path, fixed: str) -> None:
+    nodes = []
+    for held in (PLANE, fixed):
+        simulation = cg.build(load_case(_write(tmp_path, fixed=held)))
+        nodes.append(simulation.run().state.slaves["block"].points)
+    np.testing.assert_array_equal(*nodes)
+
+
+def test_cloth_on_a_grid_is_a_membrane_of_fabric(tmp_path: Path) -> None:
+    material = 'kind = "fabric"\nwarp = 3.0\nweft = 1.0\nshear = 0.2\ndirection = [1, 0, 0]'
+    text = _write(tmp_path, material=material).read_text()
+    cloth = '{ grid = { shape = "plane", width = 4, length = 4, nu = 5, nv = 5 } }\nthickness = 0.1'
+    (tmp_path / "case.toml").write_text(
+        text.replace('{ file = "block.inp" }', cloth)
+        .replace("20.99", "19.9")
+        .replace(PLANE, "{ box = [[-2, -2, 0], [-2, 2, 0]] }")
+    )
+    history = cg.build(load_case(tmp_path / "case.toml")).run().history
+    assert history["force"].max() > 0.0
+    assert history["energy.strain"].max() > 0.0
+
+
+def test_held_ways_leave_the_others_free(tmp_path: Path) -> None:
+    fixed = '{ set = "low", hold = ["x", "y"] }'
+    state = cg.build(load_case(_write(tmp_path, fixed=fixed))).run().state
+    assert state.slaves["block"].points[0, 2] > 1e-3
+    assert not state.slaves["block"].points[0, :2].any()
+
+
+def test_a_stiffness_a_point_stays_with_the_nodes(tmp_path: Path) -> None:
+    law = '{ kind = "penalty", stiffness = 1.0 }'
+    simulation = cg.build(load_case(_write(tmp_path, law=law)))
+    assert simulation.contacts[0].contact.quadrature == "nodes"
+
+
+@pytest.mark.parametrize(
+    ("changed", "text"),
+    [
+        ({"material": RUBBER.replace("young", "yuong")}, "yuong.*Did you mean 'young'"),
+        ({"material": 'kind = "neo-hook"'}, "Did you mean 'neo-hooke'"),
+        ({"material": RUBBER.replace("0.3", "0.5")}, "Poisson's ratio"),
+        ({"material": FOAM.replace("0.3]", "-0.3]")}, "material"),
+        ({"fixed": "{ plain = [[0, 0, 0], [0, 0, 1]] }"}, "Did you mean 'plane'"),
+        ({"fixed": '{ set = "up" }'}, "no part, set or group.*'up'"),
+        ({"fixed": '{ set = "low", hold = ["rx"] }'}, "hold"),
+        ({"fixed": "{ box = [[5, 5, 5], [6, 6, 6]] }"}, "no node of the slave is there"),
+    ],
+)
+def test_wrong_keys_and_values_are_told(tmp_path: Path, changed: dict, text: str) -> None:
+    path = _write(tmp_path, **changed)
+    with pytest.raises(InputError, match=rf"slave\[0\]\.motion.*{text}"):
+        cg.build(load_case(path))
