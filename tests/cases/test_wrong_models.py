@@ -81,6 +81,9 @@ BEFORE = [
     wrong("the same by penetration", PRESSED, "behind", "flip = true in ball",
           ball=face(60.0, 30), table=moved(-37),
           law=f'law = {{ kind = "stress", elastic = {CURVE} }}\nsearch = "penetration"'),
+    wrong("a start behind by penetration", PRESSED, "behind", "169 points", "up to 5 mm",
+          "come out through it", "flip = true in ball", ball=face(60.0, 5),
+          law=f'law = {{ kind = "stress", elastic = {CURVE} }}\nsearch = "penetration"'),
     wrong("a face that falls through", DROPPED, "behind", "flip = true in ball",
           ball=face(60.0, 40)),
     wrong("deeper than the pad", PRESSED, "thickness", "reaches 23 mm", "20 mm thick",
@@ -374,6 +377,12 @@ def test_a_way_of_more_rows_than_anybody_waits_for_is_not_spoken_of() -> None:
     assert met_by(far, [0, 0, -1.29], 1.0, 0.1) == []
 
 
+def test_what_is_pressed_in_from_the_start_is_not_taken_for_turned_away() -> None:
+    law = f'law = {{ kind = "stress", elastic = {CURVE} }}\nsearch = "penetration"'
+    right = PLANE.replace("0] }", "-1], flip = true }")
+    assert [one.rule for one in case_of(PRESSED, {"ball": right, "law": law}).check()] == []
+
+
 def test_what_is_never_met_is_told_with_a_bound() -> None:
     (text,) = met_by(cg.motion.Rotate([[0, 0], [2, 1440]]), [-3.0, 0, 3.0], 2.0, 0.5)
     told = float(text.split(" than ")[1].split(" ")[0])
@@ -496,7 +505,7 @@ def test_every_rule_of_the_page_has_a_wrong_model_here() -> None:
     }
     tried = {(case.values[2], "before") for case in BEFORE}
     tried |= {("inactive", "before"), ("side", "before"), ("file", "before")}
-    tried |= {(case.values[2], "after") for case in AFTER}
+    tried |= {(case.values[2], "after") for case in AFTER} | {("jump", "after")}
     assert told == tried
 
 

@@ -52,10 +52,9 @@ LEAST = 1e-9
 """Part of the longest step below which nothing shortens one."""
 FORGOTTEN = 0.05
 """Part of ω that a swing is forgotten by."""
-UNFOLLOWED = 0.5
-"""ω h from which on single points that swing are not followed."""
-SWUNG = 1e-4
-"""Part of the velocity of all the energy that the kick of a step must change by for a swing."""
+UNFOLLOWED = (0.5, 1e-4), (0.3, 1e-3)
+"""ω h from which on single points that swing are not followed, and the part of the velocity of all
+the energy that the kick of a step must change by for that to show: a rebound is off by (ω h)²/8."""
 _MET = (Reason.CRITICAL, Reason.SWING, Reason.TURN)
 """What a step may meet that was not foreseen at its start."""
 
@@ -94,12 +93,17 @@ def tried(model: Model, stepping: AutoSteps, last: SystemState, stepped: Stepped
     dragged = decay * dragging_of(model, last, state) * math.sqrt(2.0 * state.peak_energy)
     shaking = max(shaking, OF_NODES * nodes, OF_DRAG * dragged)
     least = shortest_step(stepping, min(limit.critical, before.critical))
-    single = 0.0
-    if math.sqrt(limit.points) * state.step > UNFOLLOWED:
-        energetic = math.sqrt(2.0 * state.peak_energy)
-        if changes_of_points(model, last, state) * state.step > SWUNG * energetic:
-            single = math.sqrt(limit.points) * state.step
+    single = _single(model, last, state, math.sqrt(limit.points) * state.step)
     return Try(stepped, cut, shaking, missing_of(model, last, state), least, single)
+
+
+def _single(model: Model, last: SystemState, state: SystemState, swings: float) -> float:
+    """ω h of single points, `swings` at most, where a step does not follow them; else zero."""
+    shown = [share for least, share in UNFOLLOWED if swings > least]
+    if not shown:
+        return 0.0
+    kick = changes_of_points(model, last, state) * state.step
+    return swings if kick > min(shown) * math.sqrt(2.0 * state.peak_energy) else 0.0
 
 
 def _turning(model: Model, last: SystemState, state: SystemState, fastest: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from contiga.simulation.checks.approach import closest_approach
 from contiga.simulation.checks.finding import Finding, Said
 from contiga.simulation.checks.scene import Pair, Scene
-from contiga.simulation.checks.turned import behind, from_behind, mostly_behind
+from contiga.simulation.checks.turned import behind, from_behind, mostly_behind, out_from_behind
 
 # Share of the body's size that counts as touching.
 _TOUCHING = 1e-6
@@ -49,6 +49,7 @@ def _starts(pair: Pair, said: Said) -> Iterator[Finding]:
         # Search by penetration has taken what lies inside.
         if len(start.rows) and _inward(pair):
             yield _turned(pair, len(start.rows))
+        yield from out_from_behind(pair, said)
         return
     slave, body = pair.part.slave, pair.part.master
     active = max(int(pair.slave.active.sum()), len(rows))

@@ -18,6 +18,7 @@ from contiga.simulation.checks.layers import layers_of
 from contiga.simulation.checks.scene import Pair, Scene
 from contiga.simulation.checks.spring_checks import check_springs_ran
 from contiga.simulation.checks.turned import ran_from_behind
+from contiga.simulation.checks.wall_checks import jump_columns, jumped
 from contiga.simulation.model import Model
 from contiga.simulation.system_state import SystemState
 
@@ -77,7 +78,8 @@ def _columns(model: Model, pair: Pair, history: Columns) -> dict[str, FloatArray
         *("n_contact", "n_released", "max_penetration", "force"),
         *("energy_stored", "energy_damping", "energy_hysteresis", "energy_friction"),
     )
-    return {"time": history["time"]} | {name: history[prefix + name] for name in names}
+    columns = {name: history[prefix + name] for name in names}
+    return {"time": history["time"]} | columns | jump_columns(history, prefix)
 
 
 def _no_contact(scene: Scene, pair: Pair, own: Columns, last: SystemState) -> Iterator[Finding]:
@@ -196,6 +198,7 @@ _CHECKS: tuple[Callable[[Scene, Pair, Columns, SystemState], Iterator[Finding]],
     _fast,
     _damped,
     _let_go,
+    jumped,
     _unfinished,
 )
 

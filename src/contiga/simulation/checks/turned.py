@@ -33,6 +33,21 @@ def mostly_behind(pair: Pair) -> bool:
     return bool((gaps < 0.0).sum() > (gaps > 0.0).sum())
 
 
+def out_from_behind(pair: Pair, said: Said) -> Iterator[Finding]:
+    """Points that search by penetration takes from behind an open face at the start, and that come
+    out through it: what is pressed in goes deeper first."""
+    start, later = pair.dry_runs[0], pair.dry_runs[1:2]
+    if pair.body.closed or len(start.rows) == 0 or not later or not mostly_behind(pair):
+        return
+    if later[0].penetration.sum() < start.penetration.sum():
+        yield behind(
+            pair,
+            f"{len(start.rows)} points of {pair.part.slave} that are followed start behind "
+            f"{pair.part.master}, an open face, up to {said(float(start.penetration.max()))} from "
+            "it, and come out through it",
+        )
+
+
 def from_behind(pair: Pair, said: Said) -> Iterator[Finding]:
     """Ways on which most points come to an open face from behind, as far as they are foretold."""
     if pair.body.closed or (len(pair.dry_runs[0].inside) and mostly_behind(pair)):
