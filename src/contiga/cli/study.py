@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from contiga.cli.progress import progress_bar
+from contiga.running.progress import progress_bar
 
 if TYPE_CHECKING:
     from contiga.studies.study import Study

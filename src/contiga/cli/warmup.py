@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from contiga.cli.progress import Show, progress_bar
 from contiga.errors import RunError
+from contiga.running.progress import Show, progress_bar
 
 if TYPE_CHECKING:
     from contiga.warmup.compile_pool import Progress

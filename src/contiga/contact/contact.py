@@ -35,6 +35,7 @@ from contiga.contact.state import State, state_of
 from contiga.contact.state_rows import kept_of
 from contiga.contact.touching import ContactRows, PreviousStep, touching
 from contiga.contact.tracked import Columns, Detected, Options, Workspaces, options_of
+from contiga.display import Displayed, Facts
 from contiga.errors import InputError
 from contiga.laws.friction import Friction
 from contiga.laws.normal import Law
@@ -44,7 +45,6 @@ from contiga.num.pose import identity
 from contiga.num.rigid import standing, to_body
 from contiga.old_names import OldName
 from contiga.records import FloatArray, IndexArray, rows_of
-from contiga.shown import Facts, Shown
 from contiga.slaves.sampling import QUADRATURES
 from contiga.slaves.slave import Slave
 
@@ -66,7 +66,7 @@ def _untimed(_: str) -> AbstractContextManager[None]:
     return _NO_CLOCK
 
 
-class Contact(Shown):
+class Contact(Displayed):
     """Contact of a slave with a rigid master.
 
     Parameters

@@ -13,12 +13,12 @@ from contiga.area.method import AreaInput, Areas
 from contiga.contact.energy import ContactEnergy
 from contiga.contact.loads import Loads
 from contiga.contact.state_rows import kept_of
+from contiga.display import Displayed, Facts
 from contiga.errors import InputError
 from contiga.num.ordered import product
 from contiga.num.rigid import to_world, turn_to_world
 from contiga.old_names import OldName
 from contiga.records import IN_CONTACT, ByteArray, FloatArray, IntArray
-from contiga.shown import Facts, Shown
 
 
 class Owner(Protocol):
@@ -42,7 +42,7 @@ class Owner(Protocol):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class State(Shown):
+class State(Displayed):
     """Where the n nodes of a slave stand after a step, in world axes where not said otherwise.
 
     A contact with quadrature points has m rows where (m,) is said: the nodes come first, and after

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Self
 
 from numpy.typing import ArrayLike
 
+from contiga.display import Displayed, Facts
 from contiga.errors import GeometryError
 from contiga.geometry.curve import NurbsCurve
 from contiga.geometry.edge_gaps import measured
@@ -27,7 +28,6 @@ from contiga.num.arrays import as_points, read_only
 from contiga.num.ordered import length
 from contiga.old_names import OldName
 from contiga.records import FloatArray
-from contiga.shown import Facts, Shown
 
 if TYPE_CHECKING:
     from contiga.triangles.trimesh import TriMesh
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 Trims = tuple[tuple[Loop, ...] | None, ...]
 
 
-class Faces(Shown):
+class Faces(Displayed):
     """Oriented NURBS patches with their trims and shared edges: the geometry of a `Body`.
 
     The parameters are those of a `Body`. Faces never change; methods return new ones, of the same

@@ -6,6 +6,7 @@ from html import escape
 from io import BytesIO
 from pathlib import Path
 
+from contiga.display import Facts, line_of
 from contiga.errors import FileError, InputError
 from contiga.extras import require
 from contiga.io.out.files import atomic_write
@@ -13,7 +14,6 @@ from contiga.previewing.page import page_of
 from contiga.previewing.stage import Stage, stage_of
 from contiga.previewing.still import draw_still
 from contiga.previewing.words import gap_text
-from contiga.shown import Facts, line_of
 from contiga.simulation.model import Model
 
 SUFFIXES = (".png", ".html")

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import trapezoid
 
+from contiga.display import Displayed, Facts
 from contiga.errors import InputError
 from contiga.records import FloatArray
 from contiga.report.run_folder import Run, read_run
-from contiga.shown import Facts, Shown
 
 Pair = tuple[Any, Any]
 """The same of the first and of the second run, None where one has none."""
@@ -42,7 +42,7 @@ class Difference(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison(Shown):
+class Comparison(Displayed):
     """Two runs beside each other. See `compare`."""
 
     runs: tuple[Run, Run]

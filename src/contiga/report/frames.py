@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contiga.records import FloatArray, IndexArray
+from contiga.report.coloured import MANY, fields_of, region_colours
 from contiga.report.peak import Outline, Peak, Touched, lines_at, rows_of, seen_parts, touched_at
 from contiga.report.places import Ties, place_of, tie_ends
 from contiga.report.run_folder import Units
-from contiga.report.shown import MANY, fields_of, region_colours
 from contiga.report.style import number
 
 if TYPE_CHECKING:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.contact import Contact
+from contiga.display import Displayed, Facts
 from contiga.dynamics.free import Attached, Free
 from contiga.dynamics.kinks import united
 from contiga.dynamics.loads import Load
@@ -21,7 +22,6 @@ from contiga.dynamics.stepping import Stepping
 from contiga.errors import InputError
 from contiga.masters.protocol import Master
 from contiga.records import FloatArray
-from contiga.shown import Facts, Shown
 from contiga.simulation.checks.finding import Finding
 from contiga.simulation.mechanism import Mechanism, mechanism_of
 from contiga.simulation.sensor import CUT, RELATIVE_MEASURES, RelativeSensor, Sensor
@@ -72,7 +72,7 @@ class OutputOptions(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Model(Shown):
+class Model(Displayed):
     """What a run needs, checked. `contiga.Simulation` makes it and runs it.
 
     Raises

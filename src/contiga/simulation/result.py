@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from contiga.display import Displayed, Facts
 from contiga.extras import require
 from contiga.records import FloatArray
-from contiga.shown import Facts, Shown
 from contiga.simulation.system_state import SystemState
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Result(Shown):
+class Result(Displayed):
     """What a run leaves."""
 
     history: dict[str, FloatArray]

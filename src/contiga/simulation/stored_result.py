@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from contiga.display import Displayed, Facts
 from contiga.io.out.iso_mme import write_mme
 from contiga.io.out.stored import FIELDS, UNFINISHED, read_stored
 from contiga.io.out.vtkhdf import FieldSeries, read_fields
 from contiga.records import FloatArray
-from contiga.shown import Facts, Shown
 from contiga.simulation.iso_mme import channels_of
 from contiga.simulation.result import table_of
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StoredResult(Shown):
+class StoredResult(Displayed):
     """What a run has left in its folder so far. It does not change: `open_result` looks anew."""
 
     out: Path

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from contiga.contact.state import State
+from contiga.display import Displayed, Facts
 from contiga.dynamics.springs import SpringState
 from contiga.num.rigid_lanes import STATE
 from contiga.num.twist import Twist
 from contiga.old_names import OldName
 from contiga.records import FloatArray
-from contiga.shown import Facts, Shown
 
 
 class BodyState(NamedTuple):
@@ -102,7 +102,7 @@ class Energy(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SystemState(Shown):
+class SystemState(Displayed):
     """A simulation at one time: all that its next step needs."""
 
     time: float

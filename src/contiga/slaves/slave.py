@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.display import Displayed, Facts
 from contiga.errors import MeshError
 from contiga.num.arrays import as_points, read_only
 from contiga.records import FloatArray, IntArray
-from contiga.shown import Facts, Shown
 from contiga.slaves.cells import split_shells
 from contiga.slaves.selection import Criteria, select
 from contiga.slaves.skin import tributary_area
@@ -39,7 +39,7 @@ class MeshPart(NamedTuple):
         return self.name if self.id is None else f"{self.id} ({self.name})"
 
 
-class Slave(Shown):
+class Slave(Displayed):
     """Points that can touch a master: a cloud, or the nodes of a finite-element mesh. Immutable.
 
     Parameters

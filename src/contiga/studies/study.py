@@ -15,11 +15,11 @@ from contiga.case.problems import relocated
 from contiga.case.schema import Case, load_case
 from contiga.case.settings import plain
 from contiga.case.toml import resolved_toml
+from contiga.display import Displayed, Facts
 from contiga.errors import CaseError
 from contiga.extras import require
 from contiga.io.naming import closest
 from contiga.report import require_packages
-from contiga.shown import Facts, Shown
 from contiga.studies.cases import StudyCase, case_of, cases_of, check_keys, listed_values
 from contiga.studies.engines import Engine, cores, engine_for
 from contiga.studies.folder import PAGE, StudyFolder
@@ -41,7 +41,7 @@ _CHECKED = 200
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Study(Shown):
+class Study(Displayed):
     """A study that has been run. See `contiga.study`."""
 
     out: Path

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from contiga.display import Displayed, Facts
 from contiga.errors import MeshError
 from contiga.num import transform
 from contiga.num.arrays import as_points, positive, read_only
@@ -16,7 +17,6 @@ from contiga.num.ordered import length
 from contiga.num.queries import Queries
 from contiga.old_names import OldName
 from contiga.records import FloatArray, Hit, IntArray, MassProperties, Projection
-from contiga.shown import Facts, Shown
 from contiga.triangles.condition import Condition, condition_of
 from contiga.triangles.facet_feet import contains, project
 from contiga.triangles.facet_hits import first_hit
@@ -28,7 +28,7 @@ from contiga.triangles.moments import moments
 from contiga.triangles.orientation import turned_triangles
 
 
-class TriMesh(Shown, Queries):
+class TriMesh(Displayed, Queries):
     """Triangles over shared vertices. It never changes; methods return new ones.
 
     Parameters

@@ -11,6 +11,7 @@ from matplotlib.image import imread
 
 from contiga.io.out.vtkhdf import read_fields
 from contiga.report.camera import look, project
+from contiga.report.coloured import REGIONS, fields_of, first_field, region_colours
 from contiga.report.peak import Peak, at_frame
 from contiga.report.run_folder import Units
 from contiga.report.scene import (
@@ -26,7 +27,6 @@ from contiga.report.scene import (
     upwards,
 )
 from contiga.report.shading import mesh_layer, thickened
-from contiga.report.shown import REGIONS, fields_of, first_field, region_colours
 
 from .conftest import outlined, write_fields
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from contiga.display import Facts, line_of, table_of
 from contiga.io.apart import read_apart
 from contiga.io.cad.parts import FaceLabel, Solids, titled
 from contiga.io.cad.read_cad import check_read, reader_of
-from contiga.shown import Facts, line_of, table_of
 
 if TYPE_CHECKING:
     from contiga.io.cad.parts import Inventory, PartLabel

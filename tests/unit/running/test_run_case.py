@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import contiga as cg
-from contiga.cli import run_case, signals
 from contiga.errors import CheckpointError, FileError, InputError, OutputError
+from contiga.running import interrupts, run_case
 
 CASE = """\
 title = "Sheet on a ball"
@@ -134,7 +134,7 @@ def test_an_interrupt_where_python_drops_it_is_noted(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(signal, "getsignal", lambda _: signal.default_int_handler)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        with signals.stoppable() as stopped:
+        with interrupts.stoppable() as stopped:
             handler = signal.signal(signal.SIGINT, signal.default_int_handler)
             assert callable(handler)
             assert not stopped()
