@@ -146,6 +146,7 @@ DOORS = {
         "mujoco",
     ),
     "table": ("import bare_run as b; b.dipping().run().to_pandas()", "pandas", "pandas"),
+    "plot": ("import bare_run as b; b.dipping().run().plot()", "matplotlib", "report"),
 }
 
 
