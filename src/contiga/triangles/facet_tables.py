@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -18,9 +18,7 @@ from contiga.triangles.facets import Facets
 from contiga.triangles.kernels import boxes_nb
 from contiga.triangles.kernels.facet_nb import NEIGHBOUR, TRIANGLE, VERTICES, N
 from contiga.triangles.topology import Topology, topology_of
-
-if TYPE_CHECKING:
-    from contiga.triangles.trimesh import TriMesh
+from contiga.triangles.triangle_arrays import TriangleArrays
 
 SHARP = 20.0
 """Degrees by which triangles turn at an edge that is none of a smooth surface's."""
@@ -49,10 +47,10 @@ class Tables(NamedTuple):
     """Two triangles meet at more than `SHARP`."""
 
 
-_KEPT: WeakKeyDictionary[TriMesh, Tables] = WeakKeyDictionary()
+_KEPT: WeakKeyDictionary[TriangleArrays, Tables] = WeakKeyDictionary()
 
 
-def tables_of(mesh: TriMesh) -> Tables:
+def tables_of(mesh: TriangleArrays) -> Tables:
     """The search tables of `mesh`, built at the first call.
 
     Raises
@@ -66,7 +64,7 @@ def tables_of(mesh: TriMesh) -> Tables:
     return tables
 
 
-def _build(mesh: TriMesh) -> Tables:
+def _build(mesh: TriangleArrays) -> Tables:
     if len(mesh.triangles) == 0:
         raise MeshError("a mesh without triangles has no surface", where=mesh.name)
     topology = topology_of(mesh)
